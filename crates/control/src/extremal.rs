@@ -1,0 +1,114 @@
+//! Extremals: trajectories that satisfy the discrete necessary conditions (4.19)–(4.26), integrated forward from the
+//! initial state and multipliers.
+
+use lgvi_dynamics::gravity::Field;
+use lgvi_dynamics::rotation::Unsolvable;
+use lgvi_dynamics::{BodyState, Load};
+use nalgebra::{SMatrix, SVector};
+use thiserror::Error;
+
+use crate::Transfer;
+use crate::stage::{Sensitivity, Stage};
+use crate::transfer::Vector12;
+
+/// Why an extremal does not reach its end.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum ExtremalError {
+    /// The body turns too far in one step.
+    #[error("step {step}: {source}")]
+    Unsolvable {
+        /// The step, from 0.
+        step: usize,
+        /// By how much.
+        source: Unsolvable,
+    },
+    /// State or multipliers overflow, or the multiplier equation is singular.
+    #[error("step {step}: the state or the multipliers are not finite")]
+    NotFinite {
+        /// The step, from 0.
+        step: usize,
+    },
+}
+
+/// An extremal from given initial multipliers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extremal {
+    /// States at `0 … N`.
+    pub states: Vec<BodyState>,
+    /// Controls `u_1 … u_N`.
+    pub controls: Vec<Load>,
+    /// The objective.
+    pub cost: f64,
+}
+
+impl Extremal {
+    /// The state at the end.
+    pub fn end(&self) -> &BodyState {
+        &self.states[self.states.len() - 1]
+    }
+}
+
+/// Integrates the necessary conditions from the initial multipliers `λ_0` (twelve, pairing with `[δx, δγ, ζ, δΠ]`).
+pub fn integrate<F: Field>(
+    transfer: &Transfer<F>,
+    lambda0: &SVector<f64, 12>,
+) -> Result<Extremal, ExtremalError> {
+    sweep(transfer, lambda0, |_, _, _, _| ())
+}
+
+/// As [`integrate`], and the sensitivity `∂[x, γ, ζ, Π]_N / ∂λ_0` of the end (12×12; `Ψ₁₂` of (4.31)).
+pub fn integrate_with_sensitivity<F: Field>(
+    transfer: &Transfer<F>,
+    lambda0: &SVector<f64, 12>,
+) -> Result<(Extremal, SMatrix<f64, 12, 12>), ExtremalError> {
+    let mut sensitivity = Sensitivity::initial();
+    let extremal = sweep(transfer, lambda0, |stage, step, previous, lambda| {
+        if step > 0 {
+            stage.vary_multipliers(previous, lambda, &mut sensitivity);
+        }
+        stage.vary_state(&mut sensitivity);
+    })?;
+    let mut end = SMatrix::<f64, 12, 12>::zeros();
+    for (which, rows) in sensitivity.state.iter().enumerate() {
+        end.fixed_rows_mut::<3>(3 * which).copy_from(rows);
+    }
+    Ok((extremal, end))
+}
+
+/// Walks the extremal; `visit` sees each stage with its number, the multipliers before it and its own.
+fn sweep<F: Field>(
+    transfer: &Transfer<F>,
+    lambda0: &Vector12,
+    mut visit: impl FnMut(&Stage<'_, F>, usize, &Vector12, &Vector12),
+) -> Result<Extremal, ExtremalError> {
+    let mut states = Vec::with_capacity(transfer.intervals + 1);
+    let mut controls = Vec::with_capacity(transfer.intervals);
+    let mut cost = 0.0;
+    let mut state = transfer.initial;
+    let mut previous = *lambda0;
+    states.push(state);
+    for step in 0..transfer.intervals {
+        let stage = Stage::new(transfer, state)
+            .map_err(|source| ExtremalError::Unsolvable { step, source })?;
+        let lambda = if step == 0 {
+            previous
+        } else {
+            stage.multipliers(&previous)
+        };
+        visit(&stage, step, &previous, &lambda);
+        let control = transfer.control(&lambda);
+        state = stage.next(&control);
+        if !(state.is_finite() && control.is_finite()) {
+            return Err(ExtremalError::NotFinite { step });
+        }
+        cost += transfer.interval_cost(&control);
+        controls.push(control);
+        states.push(state);
+        previous = lambda;
+    }
+    Ok(Extremal {
+        states,
+        controls,
+        cost,
+    })
+}

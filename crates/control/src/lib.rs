@@ -1,0 +1,17 @@
+//! Discrete optimal control of one rigid body on SE(3) (§4).
+//!
+//! Pure mathematics: no I/O, no clock, no thread. A [`Transfer`] states the problem; [`extremal`] integrates the
+//! necessary conditions forward from initial multipliers, with their sensitivities on demand; [`shooting`] finds the
+//! multipliers that reach the target.
+//!
+//! Equation numbers are those of M. Leok, *An Overview of Lie Group Variational Integrators and Their Applications to
+//! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+pub mod extremal;
+pub mod shooting;
+mod stage;
+mod transfer;
+
+pub use shooting::{Iteration, Settings, ShootingError, Solution};
+pub use transfer::{Transfer, TransferError};

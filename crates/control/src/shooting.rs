@@ -1,0 +1,159 @@
+//! Newton–Armijo shooting on the initial multipliers (§4.6), the paper's method.
+
+use lgvi_dynamics::gravity::Field;
+use lgvi_lie::right_jacobian_inverse;
+use nalgebra::{SMatrix, SVector};
+use thiserror::Error;
+
+use crate::Transfer;
+use crate::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
+use crate::transfer::{Vector12, block};
+
+/// How the shooting goes about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Terminal error at which the solution is accepted.
+    pub tolerance: f64,
+    /// Newton iterations at most.
+    pub max_iterations: u32,
+    /// Armijo's `α`: a step `c` is accepted when the terminal error falls to `(1 − 2αc)` of itself.
+    pub armijo: f64,
+    /// The smallest step tried.
+    pub least_step: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-12,
+            max_iterations: 200,
+            armijo: 0.1,
+            least_step: 1e-8,
+        }
+    }
+}
+
+/// The state of the iteration after one Newton step, or before the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iteration {
+    /// Newton iterations so far.
+    pub iteration: u32,
+    /// Extremals integrated so far, the first and the line search's included.
+    pub trials: u32,
+    /// Accepted Armijo step; 1 before the first.
+    pub step_length: f64,
+    /// Norm of the terminal error `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`.
+    pub violation: f64,
+    /// Objective.
+    pub cost: f64,
+}
+
+/// An extremal that reaches the target.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// States and controls.
+    pub extremal: Extremal,
+    /// Initial multipliers `λ_0`.
+    pub multipliers: SVector<f64, 12>,
+    /// The last iteration.
+    pub last: Iteration,
+}
+
+/// Why the shooting ended without a solution.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum ShootingError {
+    /// The extremal of the starting multipliers does not exist.
+    #[error("the extremal of the starting multipliers ends early: {0}")]
+    Start(#[from] ExtremalError),
+    /// The sensitivity matrix is singular.
+    #[error("the sensitivity is singular at iteration {}: terminal error {:.3e}", .0.iteration, .0.violation)]
+    Singular(Iteration),
+    /// No step along the Newton direction lowers the terminal error.
+    #[error(
+        "no step along the Newton direction lowers the terminal error {:.3e} at iteration {}",
+        .0.violation, .0.iteration
+    )]
+    LineSearch(Iteration),
+    /// The cap was reached.
+    #[error("terminal error {:.3e} after {} iterations, expected at most {tolerance:.1e}", .last.violation, .last.iteration)]
+    MaxIterations {
+        /// The last iteration.
+        last: Iteration,
+        /// The error asked for.
+        tolerance: f64,
+    },
+    /// The caller asked to stop.
+    #[error("stopped at iteration {}: terminal error {:.3e}", .0.iteration, .0.violation)]
+    Stopped(Iteration),
+}
+
+/// Solves `transfer` from the initial multipliers `start` (zero: from the free drift).
+///
+/// `observe` sees every iteration, the start included, and may end it by returning `false`.
+pub fn solve<F: Field>(
+    transfer: &Transfer<F>,
+    start: SVector<f64, 12>,
+    settings: &Settings,
+    mut observe: impl FnMut(&Iteration) -> bool,
+) -> Result<Solution, ShootingError> {
+    let mut multipliers = start;
+    let (mut extremal, mut sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
+    let mut miss = transfer.miss(extremal.end());
+    let mut now = Iteration {
+        iteration: 0,
+        trials: 1,
+        step_length: 1.0,
+        violation: miss.norm(),
+        cost: extremal.cost,
+    };
+    loop {
+        if !observe(&now) {
+            return Err(ShootingError::Stopped(now));
+        }
+        if now.violation <= settings.tolerance {
+            return Ok(Solution {
+                extremal,
+                multipliers,
+                last: now,
+            });
+        }
+        if now.iteration >= settings.max_iterations {
+            let tolerance = settings.tolerance;
+            return Err(ShootingError::MaxIterations {
+                last: now,
+                tolerance,
+            });
+        }
+        let direction =
+            newton_direction(&miss, &sensitivity).ok_or(ShootingError::Singular(now))?;
+        now.iteration += 1;
+        now.step_length = 1.0;
+        loop {
+            let trial = multipliers + now.step_length * direction;
+            now.trials += 1;
+            let violation = integrate(transfer, &trial).map_or(f64::INFINITY, |extremal| {
+                transfer.miss(extremal.end()).norm()
+            });
+            if violation <= (1.0 - 2.0 * settings.armijo * now.step_length) * now.violation {
+                multipliers = trial;
+                break;
+            }
+            now.step_length /= 10.0;
+            if now.step_length < settings.least_step {
+                return Err(ShootingError::LineSearch(now));
+            }
+        }
+        (extremal, sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
+        miss = transfer.miss(extremal.end());
+        now.violation = miss.norm();
+        now.cost = extremal.cost;
+    }
+}
+
+/// `−(∂miss/∂λ_0)⁻¹ miss`, where the attitude rows of the sensitivity become those of `log(R_dᵀ R)` by `J_r⁻¹`.
+fn newton_direction(miss: &Vector12, sensitivity: &SMatrix<f64, 12, 12>) -> Option<Vector12> {
+    let mut jacobian = *sensitivity;
+    let attitude = right_jacobian_inverse(&block(miss, 2)) * sensitivity.fixed_rows::<3>(6);
+    jacobian.fixed_rows_mut::<3>(6).copy_from(&attitude);
+    jacobian.lu().solve(&-miss)
+}

@@ -1,0 +1,102 @@
+//! Reference solutions of `tests/truth/optimal_control.json` at the workspace's root.
+
+use lgvi_control::Transfer;
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
+use nalgebra::{Matrix3, SVector, Vector3};
+use serde_json::Value;
+
+/// One parameter set of the file, with its runs at several N.
+pub struct Case {
+    json: Value,
+}
+
+/// The reference solution at one N.
+pub struct Reference {
+    pub n: usize,
+    pub cost: f64,
+    pub lambda0: SVector<f64, 12>,
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+fn vector(value: &Value) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| number(&value[i]))
+}
+
+impl Case {
+    pub fn load(name: &str) -> Self {
+        let path = format!(
+            "{}/../../tests/truth/optimal_control.json",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let text = std::fs::read_to_string(&path).expect(&path);
+        let mut all: Value = serde_json::from_str(&text).expect(&path);
+        Self {
+            json: all[name].take(),
+        }
+    }
+
+    pub fn references(&self) -> Vec<Reference> {
+        let runs = self.json["runs"].as_array().expect("runs");
+        let reference = |run: &Value| Reference {
+            n: number(&run["N"]) as usize,
+            cost: number(&run["cost"]),
+            lambda0: SVector::from_fn(|i, _| number(&run["lambda0"][i])),
+        };
+        runs.iter().map(reference).collect()
+    }
+
+    pub fn body(&self) -> RigidBody {
+        let arm = Vector3::new(0.5 * number(&self.json["l"]), 0.0, 0.0);
+        let mass = number(&self.json["m"]);
+        let points = [arm, -arm].map(|position| PointMass {
+            mass: 0.5 * mass,
+            position,
+        });
+        let inertia = Inertia::principal(vector(&self.json["J"]).into()).expect("inertia");
+        RigidBody::new(mass, inertia, points.to_vec()).expect("body")
+    }
+
+    pub fn transfer(&self, n: usize) -> Transfer<Central> {
+        let boundary = |which: &str| {
+            let part = |name: &str| &self.json["bc"][format!("{name}{which}")];
+            BodyState {
+                position: vector(part("x")),
+                linear_momentum: vector(part("gamma")),
+                attitude: Matrix3::from_fn(|i, j| number(&part("R")[i][j])),
+                angular_momentum: vector(part("Pi")),
+            }
+        };
+        let field = Central {
+            gm: number(&self.json["GM"]),
+        };
+        let h = number(&self.json["T"]) / n as f64;
+        let identity = Matrix3::identity();
+        let (initial, target) = (boundary("0"), boundary("N"));
+        Transfer::new(
+            self.body(),
+            field,
+            h,
+            n,
+            initial,
+            target,
+            identity,
+            identity,
+        )
+        .expect("a transfer")
+    }
+
+    /// The terminal error before each Newton iteration of a prototype of the same method, from zero at N = 200.
+    pub fn prototype_history(&self) -> Vec<f64> {
+        let history = &self.json["paper_newton_armijo_from_zero_N200"]["hist"];
+        history
+            .as_array()
+            .expect("a history")
+            .iter()
+            .map(number)
+            .collect()
+    }
+}

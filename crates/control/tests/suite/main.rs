@@ -1,0 +1,7 @@
+//! Tests against outside data and automatic differentiation, apart from the unit tests beside the code.
+
+#![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
+
+mod case;
+mod sensitivity;
+mod truth;

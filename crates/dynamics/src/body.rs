@@ -1,0 +1,173 @@
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::Inertia;
+
+/// A point of mass fixed in a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointMass {
+    /// Mass, > 0.
+    pub mass: f64,
+    /// Position `ρ` from the centre of mass, body frame.
+    pub position: Vector3<f64>,
+}
+
+/// A rigid body: its mass and inertia, and the points of mass that gravity acts on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidBody {
+    mass: f64,
+    inertia: Inertia,
+    points: Vec<PointMass>,
+}
+
+/// Why mass and points are not those of a rigid body.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum BodyError {
+    /// The mass is not a positive number.
+    #[error("mass is {0}, expected a finite number > 0")]
+    Mass(f64),
+    /// A point's mass is not a positive number.
+    #[error("point {index} has mass {mass}, expected a finite number > 0")]
+    PointMass {
+        /// Which point, from 1.
+        index: usize,
+        /// Its mass.
+        mass: f64,
+    },
+    /// A point's position is NaN or infinite.
+    #[error("point {index} is at {position:?}, expected finite numbers")]
+    PointPosition {
+        /// Which point, from 1.
+        index: usize,
+        /// Its position.
+        position: [f64; 3],
+    },
+    /// The points do not add up to the body's mass.
+    #[error("the points' masses sum to {sum}, expected the body's mass {mass}")]
+    TotalMass {
+        /// Sum over the points.
+        sum: f64,
+        /// The body's mass.
+        mass: f64,
+    },
+    /// The points' centre of mass is not the body's.
+    #[error("the points' centre of mass is {0:?}, expected the origin of the body frame")]
+    CentreOfMass([f64; 3]),
+}
+
+/// Relative rounding that a user's decimal numbers may carry.
+const ROUNDING: f64 = 1e-9;
+
+impl RigidBody {
+    /// A body on which gravity acts at the given points. Their masses must sum to `mass` and their centre of mass must
+    /// be the origin of the body frame. Without points, gravity acts at the centre of mass and has no moment.
+    ///
+    /// `inertia` is independent of the points, which need not reproduce it: a dumbbell of two spheres attracts as two
+    /// points but has the spheres' own inertia too.
+    pub fn new(mass: f64, inertia: Inertia, points: Vec<PointMass>) -> Result<Self, BodyError> {
+        if !(mass.is_finite() && mass > 0.0) {
+            return Err(BodyError::Mass(mass));
+        }
+        if points.is_empty() {
+            let centre = PointMass {
+                mass,
+                position: Vector3::zeros(),
+            };
+            return Ok(Self {
+                mass,
+                inertia,
+                points: vec![centre],
+            });
+        }
+        let mut sum = 0.0;
+        let mut first_moment = Vector3::zeros();
+        let mut reach = 0.0_f64;
+        for (index, point) in (1..).zip(&points) {
+            if !(point.mass.is_finite() && point.mass > 0.0) {
+                return Err(BodyError::PointMass {
+                    index,
+                    mass: point.mass,
+                });
+            }
+            if !point.position.iter().all(|c| c.is_finite()) {
+                return Err(BodyError::PointPosition {
+                    index,
+                    position: point.position.into(),
+                });
+            }
+            sum += point.mass;
+            first_moment += point.mass * point.position;
+            reach = reach.max(point.position.norm());
+        }
+        if (sum - mass).abs() > ROUNDING * mass {
+            return Err(BodyError::TotalMass { sum, mass });
+        }
+        if first_moment.norm() > ROUNDING * mass * reach {
+            return Err(BodyError::CentreOfMass((first_moment / sum).into()));
+        }
+        Ok(Self {
+            mass,
+            inertia,
+            points,
+        })
+    }
+
+    /// Mass `m`.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Inertia `J` about the centre of mass.
+    pub fn inertia(&self) -> &Inertia {
+        &self.inertia
+    }
+
+    /// The points that gravity acts on; never empty.
+    pub fn points(&self) -> &[PointMass] {
+        &self.points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dumbbell(masses: [f64; 2], ends: [f64; 2]) -> Result<RigidBody, BodyError> {
+        let points = masses
+            .iter()
+            .zip(ends)
+            .map(|(&mass, x)| PointMass {
+                mass,
+                position: Vector3::new(x, 0.0, 0.0),
+            })
+            .collect();
+        RigidBody::new(1.0, Inertia::principal([1.0; 3]).unwrap(), points)
+    }
+
+    #[test]
+    fn points_must_add_up_to_the_body() {
+        assert!(dumbbell([0.5, 0.5], [0.1, -0.1]).is_ok());
+        assert_eq!(
+            dumbbell([0.5, 0.25], [0.1, -0.2]),
+            Err(BodyError::TotalMass {
+                sum: 0.75,
+                mass: 1.0
+            })
+        );
+        assert!(matches!(
+            dumbbell([0.5, 0.5], [0.1, -0.2]),
+            Err(BodyError::CentreOfMass(_))
+        ));
+        assert_eq!(
+            dumbbell([1.5, -0.5], [0.1, -0.1]),
+            Err(BodyError::PointMass {
+                index: 2,
+                mass: -0.5
+            })
+        );
+        assert!(matches!(
+            dumbbell([0.5, 0.5], [f64::INFINITY, -0.1]),
+            Err(BodyError::PointPosition { index: 1, .. })
+        ));
+    }
+}

@@ -1,0 +1,199 @@
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use thiserror::Error;
+
+/// Inertia of a rigid body about its centre of mass, in body axes, with what the integrators derive from it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inertia {
+    pub(crate) matrix: Matrix3<f64>,
+    pub(crate) inverse: Matrix3<f64>,
+    pub(crate) nonstandard: Matrix3<f64>,
+    pub(crate) shape: Shape,
+}
+
+/// Coefficients of the characteristic polynomial of `J / tr J`, which no unit can over- or underflow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Shape {
+    pub(crate) trace: f64,
+    pub(crate) second: f64,
+    pub(crate) determinant: f64,
+}
+
+/// Why a matrix is not the inertia of a rigid body.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum InertiaError {
+    /// An entry is NaN or infinite.
+    #[error("entry ({row}, {column}) is {value}, expected a finite number")]
+    NotFinite {
+        /// Row, from 1.
+        row: usize,
+        /// Column, from 1.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// The matrix differs from its transpose.
+    #[error(
+        "not symmetric: entry ({row}, {column}) is {upper} but entry ({column}, {row}) is {lower}"
+    )]
+    NotSymmetric {
+        /// Row of the upper entry, from 1.
+        row: usize,
+        /// Column of the upper entry, from 1.
+        column: usize,
+        /// The entry above the diagonal.
+        upper: f64,
+        /// The entry below the diagonal.
+        lower: f64,
+    },
+    /// A principal moment is zero or negative.
+    #[error("not positive: the principal moments are {0:?}, expected all > 0")]
+    NotPositive([f64; 3]),
+    /// One principal moment exceeds the sum of the others, which no mass distribution does.
+    #[error(
+        "violates the triangle inequality: the principal moments are {0:?}, expected none above the sum of the others"
+    )]
+    TriangleInequality([f64; 3]),
+}
+
+impl Inertia {
+    /// Checks that `matrix` (3×3, body axes) is the inertia of some rigid body: finite, symmetric, positive definite,
+    /// and no principal moment above the sum of the other two. The bound itself is allowed (a flat body).
+    pub fn new(matrix: Matrix3<f64>) -> Result<Self, InertiaError> {
+        for row in 0..3 {
+            for column in 0..3 {
+                let value = matrix[(row, column)];
+                if !value.is_finite() {
+                    return Err(InertiaError::NotFinite {
+                        row: row + 1,
+                        column: column + 1,
+                        value,
+                    });
+                }
+            }
+        }
+        let rounding = 1e-14 * matrix.amax();
+        for (row, column) in [(0, 1), (0, 2), (1, 2)] {
+            let (upper, lower) = (matrix[(row, column)], matrix[(column, row)]);
+            if (upper - lower).abs() > rounding {
+                return Err(InertiaError::NotSymmetric {
+                    row: row + 1,
+                    column: column + 1,
+                    upper,
+                    lower,
+                });
+            }
+        }
+        let matrix = 0.5 * (matrix + matrix.transpose());
+        let mut moments = principal_moments(&matrix);
+        moments.sort_by(f64::total_cmp);
+        let [least, middle, greatest] = moments;
+        if least <= rounding {
+            return Err(InertiaError::NotPositive(moments));
+        }
+        if greatest > (least + middle) * (1.0 + 1e-12) {
+            return Err(InertiaError::TriangleInequality(moments));
+        }
+        let trace = matrix.trace();
+        let unit = matrix / trace;
+        let adjugate = adjugate(&unit);
+        let determinant = unit.column(0).dot(&adjugate.row(0).transpose());
+        Ok(Self {
+            inverse: adjugate / (determinant * trace),
+            nonstandard: Matrix3::from_diagonal_element(0.5 * trace) - matrix,
+            shape: Shape {
+                trace,
+                second: adjugate.trace(),
+                determinant,
+            },
+            matrix,
+        })
+    }
+
+    /// The body's axes are principal axes with these moments.
+    pub fn principal(moments: [f64; 3]) -> Result<Self, InertiaError> {
+        Self::new(Matrix3::from_diagonal(&Vector3::from(moments)))
+    }
+
+    /// The standard inertia `J`.
+    pub fn matrix(&self) -> &Matrix3<f64> {
+        &self.matrix
+    }
+
+    /// `J⁻¹`.
+    pub fn inverse(&self) -> &Matrix3<f64> {
+        &self.inverse
+    }
+
+    /// The nonstandard inertia `J_d = ½ tr[J] I − J` (3.6).
+    pub fn nonstandard(&self) -> &Matrix3<f64> {
+        &self.nonstandard
+    }
+}
+
+/// `adj(m)`, the matrix with `adj(m) m = det(m) I`.
+pub(crate) fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {
+    Matrix3::from_rows(&[
+        m.column(1).cross(&m.column(2)).transpose(),
+        m.column(2).cross(&m.column(0)).transpose(),
+        m.column(0).cross(&m.column(1)).transpose(),
+    ])
+}
+
+fn principal_moments(matrix: &Matrix3<f64>) -> [f64; 3] {
+    let diagonal = matrix.diagonal();
+    if *matrix == Matrix3::from_diagonal(&diagonal) {
+        return diagonal.into();
+    }
+    SymmetricEigen::new(*matrix).eigenvalues.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derived_matrices_satisfy_their_definitions() {
+        let matrix = Matrix3::new(2.0, 0.1, -0.2, 0.1, 3.0, 0.3, -0.2, 0.3, 2.5);
+        let inertia = Inertia::new(matrix).unwrap();
+        assert!((inertia.inverse * matrix - Matrix3::identity()).norm() < 1e-15);
+        let j_d = inertia.nonstandard();
+        assert!((Matrix3::from_diagonal_element(j_d.trace()) - j_d - matrix).norm() < 1e-15);
+    }
+
+    #[test]
+    fn unphysical_matrices_are_refused_with_their_values() {
+        let diagonal = |a, b, c| Inertia::principal([a, b, c]);
+        assert_eq!(
+            diagonal(1.0, 1.0, 3.0),
+            Err(InertiaError::TriangleInequality([1.0, 1.0, 3.0]))
+        );
+        assert_eq!(
+            diagonal(-1.0, 1.0, 1.0),
+            Err(InertiaError::NotPositive([-1.0, 1.0, 1.0]))
+        );
+        assert_eq!(
+            diagonal(0.0, 1.0, 1.0),
+            Err(InertiaError::NotPositive([0.0, 1.0, 1.0]))
+        );
+        assert!(matches!(
+            diagonal(1.0, f64::NAN, 1.0),
+            Err(InertiaError::NotFinite {
+                row: 2,
+                column: 2,
+                ..
+            })
+        ));
+        let mut skewed = Matrix3::identity();
+        skewed[(0, 2)] = 0.1;
+        assert_eq!(
+            Inertia::new(skewed),
+            Err(InertiaError::NotSymmetric {
+                row: 1,
+                column: 3,
+                upper: 0.1,
+                lower: 0.0
+            })
+        );
+        assert!(diagonal(1.0, 2.0, 3.0).is_ok(), "a flat body is a body");
+    }
+}

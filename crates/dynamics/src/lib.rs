@@ -1,0 +1,29 @@
+//! Rigid bodies under gravity, integrated on SE(3).
+//!
+//! Pure mathematics: no I/O, no clock, no thread. A [`System`] is bodies and the gravity that acts on them; an
+//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together and counts the steps.
+//!
+//! Any consistent system of units will do. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`, `Π`
+//! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational
+//! Integrators and Their Applications to Optimal Control*.
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod body;
+pub mod gravity;
+mod inertia;
+pub mod integrator;
+mod invariants;
+mod load;
+pub mod rotation;
+mod simulation;
+mod state;
+mod system;
+
+pub use body::{BodyError, PointMass, RigidBody};
+pub use inertia::{Inertia, InertiaError};
+pub use integrator::{Integrator, Method, StepError, StepReport};
+pub use invariants::Invariants;
+pub use load::Load;
+pub use simulation::Simulation;
+pub use state::BodyState;
+pub use system::System;

@@ -1,0 +1,36 @@
+use std::ops::{Add, AddAssign};
+
+use nalgebra::Vector3;
+
+/// What acts on a body: a force at its centre of mass and a moment about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Load {
+    /// Force, inertial frame.
+    pub force: Vector3<f64>,
+    /// Moment about the centre of mass, body frame.
+    pub moment: Vector3<f64>,
+}
+
+impl Load {
+    /// Whether all six components are finite.
+    pub fn is_finite(&self) -> bool {
+        self.force.iter().chain(&self.moment).all(|c| c.is_finite())
+    }
+}
+
+impl Add for Load {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            force: self.force + other.force,
+            moment: self.moment + other.moment,
+        }
+    }
+}
+
+impl AddAssign for Load {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}

@@ -1,0 +1,128 @@
+//! The branch of solutions that starts at `F = I`, through a scalar equation.
+//!
+//! With `s = gᵀf` and `A = 2J − s I`, the Cayley form (2.6) becomes `A f = g + g × f`, hence
+//! `f = [adj(A) g + |g|² g − g × A g] / (det A + gᵀA g)`, and `s = gᵀf` is a quartic in s alone:
+//! `p(s) = s (det A + gᵀA g) − gᵀadj(A) g − |g|⁴ = 0`, with `p(0) < 0`. The wanted solution is its smallest root `s ≥ 0`.
+//! It lies before the first maximum of p, where p still rises; where that maximum is below zero, the branch has folded
+//! and no solution is left. All quantities are taken relative to `tr J`.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{MAX_ITERATIONS, RelativeRotation, Unsolvable, cayley};
+use crate::Inertia;
+use crate::inertia::adjugate;
+
+/// `p(s) = −s⁴ + 2 s³ − (4e + 2γ) s² + (8d + 2γ) s − c`, with e, d the second coefficient and determinant of
+/// `J / tr J` and `γ = |g / tr J|²`.
+struct Quartic {
+    e: f64,
+    d: f64,
+    gamma: f64,
+    c: f64,
+}
+
+impl Quartic {
+    fn of(inertia: &Inertia, g: &Vector3<f64>) -> Self {
+        let shape = &inertia.shape;
+        let gamma = g.norm_squared();
+        // gᵀ adj(J) g = det J gᵀ J⁻¹ g
+        let adjugate_form = shape.determinant * shape.trace * g.dot(&(inertia.inverse * g));
+        Self {
+            e: shape.second,
+            d: shape.determinant,
+            gamma,
+            c: 4.0 * adjugate_form + gamma * gamma,
+        }
+    }
+
+    fn value(&self, s: f64) -> f64 {
+        (((2.0 - s) * s - (4.0 * self.e + 2.0 * self.gamma)) * s + 8.0 * self.d + 2.0 * self.gamma)
+            * s
+            - self.c
+    }
+
+    fn slope(&self, s: f64) -> f64 {
+        ((6.0 - 4.0 * s) * s - 2.0 * (4.0 * self.e + 2.0 * self.gamma)) * s
+            + 8.0 * self.d
+            + 2.0 * self.gamma
+    }
+
+    /// The two inflections, between which the slope rises; none when it falls everywhere.
+    fn inflections(&self) -> Option<(f64, f64)> {
+        let discriminant = 1.0 - (8.0 * self.e + 4.0 * self.gamma) / 3.0;
+        (discriminant > 0.0).then(|| {
+            let root = discriminant.sqrt();
+            (0.5 * (1.0 - root), 0.5 * (1.0 + root))
+        })
+    }
+
+    /// The first maximum on `s ≥ 0`.
+    fn first_maximum(&self) -> f64 {
+        let (low, mut high) = match self.inflections() {
+            Some((first, _)) if self.slope(first) <= 0.0 => (0.0, first),
+            Some((_, second)) => (second, 2.0 * second),
+            None => (0.0, 1.0),
+        };
+        while self.slope(high) > 0.0 {
+            high *= 2.0;
+        }
+        bisect(low, high, |s| self.slope(s) > 0.0)
+    }
+}
+
+/// The end of the interval on which `below` holds from `low`, to rounding.
+fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return low;
+        }
+        if below(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+}
+
+/// Whether a solution `f` of (2.6) for `g` lies on the branch: p rises all the way from 0 to `s = gᵀf`.
+pub(super) fn contains(inertia: &Inertia, g: &Vector3<f64>, f: &Vector3<f64>) -> bool {
+    let scaled = g / inertia.shape.trace;
+    let s = scaled.dot(f);
+    let p = Quartic::of(inertia, &scaled);
+    if !(s >= 0.0 && p.slope(s) >= 0.0) {
+        return false;
+    }
+    match p.inflections() {
+        Some((first, _)) if s > first => p.slope(first) >= 0.0,
+        _ => true,
+    }
+}
+
+/// The solution on the branch, or the proof that there is none.
+pub(super) fn solve(inertia: &Inertia, g: &Vector3<f64>) -> Result<RelativeRotation, Unsolvable> {
+    let scaled = g / inertia.shape.trace;
+    let p = Quartic::of(inertia, &scaled);
+    let maximum = p.first_maximum();
+    let margin = p.value(maximum) / p.c;
+    if margin.is_nan() || margin < 0.0 {
+        return Err(Unsolvable {
+            turn: (inertia.inverse * g).norm(),
+            margin,
+        });
+    }
+    let s = bisect(0.0, maximum, |s| p.value(s) < 0.0);
+    let a = inertia.matrix * (2.0 / inertia.shape.trace) - Matrix3::from_diagonal_element(s);
+    let a_g = a * scaled;
+    let adjugate = adjugate(&a);
+    let determinant = a.column(0).dot(&adjugate.row(0).transpose());
+    let f = (adjugate * scaled + p.gamma * scaled - scaled.cross(&a_g))
+        / (determinant + scaled.dot(&a_g));
+    let polished = cayley::newton(inertia, g, f).filter(|found| {
+        (found.cayley - f).norm() <= 1e-6 * f.norm() && contains(inertia, g, &found.cayley)
+    });
+    Ok(polished.unwrap_or(RelativeRotation {
+        cayley: f,
+        iterations: MAX_ITERATIONS,
+    }))
+}

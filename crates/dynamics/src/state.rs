@@ -1,0 +1,58 @@
+use nalgebra::{Matrix3, Vector3};
+
+use crate::RigidBody;
+
+/// State of one rigid body in T*SE(3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyState {
+    /// `x`: centre of mass, inertial frame.
+    pub position: Vector3<f64>,
+    /// `γ = m ẋ`: linear momentum, inertial frame.
+    pub linear_momentum: Vector3<f64>,
+    /// `R`: rotation matrix, body to inertial.
+    pub attitude: Matrix3<f64>,
+    /// `Π = J Ω`: angular momentum about the centre of mass, body frame.
+    pub angular_momentum: Vector3<f64>,
+}
+
+impl BodyState {
+    /// The state of `body` with velocity `ẋ` (inertial frame) and angular velocity `Ω` (body frame).
+    pub fn from_velocities(
+        body: &RigidBody,
+        position: Vector3<f64>,
+        velocity: Vector3<f64>,
+        attitude: Matrix3<f64>,
+        angular_velocity: Vector3<f64>,
+    ) -> Self {
+        Self {
+            position,
+            linear_momentum: body.mass() * velocity,
+            attitude,
+            angular_momentum: body.inertia().matrix() * angular_velocity,
+        }
+    }
+
+    /// `ẋ`, inertial frame.
+    pub fn velocity(&self, body: &RigidBody) -> Vector3<f64> {
+        self.linear_momentum / body.mass()
+    }
+
+    /// `Ω = J⁻¹ Π`, body frame.
+    pub fn angular_velocity(&self, body: &RigidBody) -> Vector3<f64> {
+        body.inertia().inverse() * self.angular_momentum
+    }
+
+    /// Whether all components are finite.
+    pub fn is_finite(&self) -> bool {
+        let vectors = [
+            &self.position,
+            &self.linear_momentum,
+            &self.angular_momentum,
+        ];
+        vectors
+            .into_iter()
+            .flatten()
+            .chain(&self.attitude)
+            .all(|c| c.is_finite())
+    }
+}

@@ -1,0 +1,66 @@
+//! Accuracy and order of convergence against reference trajectories from independent methods (`tests/truth`).
+
+use crate::case::{Case, Errors};
+use lgvi_dynamics::Method;
+use lgvi_dynamics::rotation::Chart;
+
+/// The observed order over each of three halvings, from the largest error of the state.
+fn orders(case: &Case, t: f64, steps: u32, method: Method) -> (Vec<f64>, Errors) {
+    let mut errors: Vec<_> = (0..4)
+        .map(|halving| case.errors_at(t, steps << halving, method))
+        .collect();
+    let size = |e: &Errors| {
+        e.position
+            .max(e.velocity)
+            .max(e.attitude)
+            .max(e.angular_velocity)
+    };
+    let orders = errors
+        .windows(2)
+        .map(|pair| (size(&pair[0]) / size(&pair[1])).log2())
+        .collect();
+    (orders, errors.pop().expect("four runs"))
+}
+
+fn assert_order(case: &str, t: f64, steps: u32, method: Method, order: f64) -> Errors {
+    let (orders, finest) = orders(&Case::load(case), t, steps, method);
+    println!("{case} t = {t}, {method:?}: orders {orders:.4?}, finest {finest:?}");
+    for observed in &orders {
+        assert!(
+            (observed - order).abs() < 0.05,
+            "{case}, {method:?}: orders {orders:?}"
+        );
+    }
+    finest
+}
+
+/// Case, time, coarsest number of steps, and the attitude error at eight times as many.
+const CASES: [(&str, f64, u32, f64); 4] = [
+    ("a1_two_dumbbells_regular", 10.0, 5_000, 8.101e-5),
+    ("b1_free_asymmetric", 10.0, 1_000, 8.090e-6),
+    ("b2_dzhanibekov", 10.0, 1_000, 3.705e-6),
+    ("d_dumbbell_central", 10.0, 2_000, 9.449e-6),
+];
+
+#[test]
+fn lgvi_is_second_order_in_both_charts_with_the_stated_error() {
+    for (case, t, steps, attitude) in CASES {
+        for chart in [Chart::Cayley, Chart::Exponential] {
+            let finest = assert_order(case, t, steps, Method::Lgvi(chart), 2.0);
+            assert!(
+                (finest.attitude / attitude - 1.0).abs() < 1e-3,
+                "{case}: {finest:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn lie_euler_is_first_order_and_on_a_free_body_the_lgvi_itself() {
+    let method = Method::LieEuler(Chart::Cayley);
+    assert_order("d_dumbbell_central", 1.0, 4_000, method, 1.0);
+    let free = Case::load("b1_free_asymmetric");
+    let lgvi = free.errors_at(10.0, 1_000, Method::Lgvi(Chart::Cayley));
+    let lie_euler = free.errors_at(10.0, 1_000, method);
+    assert_eq!(format!("{lie_euler:?}"), format!("{lgvi:?}"));
+}

@@ -6,7 +6,6 @@
 //!
 //! Equation numbers are those of M. Leok, *An Overview of Lie Group Variational Integrators and Their Applications to
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
-#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod extremal;
 pub mod shooting;

@@ -6,7 +6,6 @@
 //! Any consistent system of units will do. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`, `Π`
 //! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational
 //! Integrators and Their Applications to Optimal Control*.
-#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod body;
 pub mod gravity;

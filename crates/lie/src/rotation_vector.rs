@@ -118,7 +118,7 @@ mod tests {
                 let back = log(&r);
                 let error = (back - v).norm();
                 let flipped = (back + v).norm();
-                let at_half_turn = angle > 3.14;
+                let at_half_turn = angle >= PI - 1e-8;
                 assert!(
                     error < 2e-15 || (at_half_turn && flipped < 4e-9),
                     "angle {angle}: {back} for {v}"

@@ -156,7 +156,7 @@ mod tests {
                 let solvable = Vector3::ith(axis, moment * (1.0 - 1e-9));
                 let f = chart.solve(&inertia, &solvable, None).unwrap().cayley;
                 let angle = 2.0 * f.norm().atan();
-                assert!((angle.sin() - (1.0 - 1e-9)).abs() < 1e-14 && angle < 1.5708);
+                assert!((angle.sin() - (1.0 - 1e-9)).abs() < 1e-14 && angle < std::f64::consts::FRAC_PI_2);
 
                 let error = chart.solve(&inertia, &Vector3::ith(axis, moment * 1.0001), None);
                 let Unsolvable { turn, margin } = error.unwrap_err();

@@ -1,0 +1,81 @@
+//! Checks of single values, each naming its key.
+
+use lgvi_lie::{orthogonality_error, polish};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::SceneError;
+use crate::file::AttitudeFile;
+
+/// How far a matrix may be from a rotation, so that decimals may be rounded but nothing else passes.
+const ROTATION_TOLERANCE: f64 = 1e-9;
+
+pub(crate) fn positive(key: &str, value: f64) -> Result<f64, SceneError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(SceneError::value(key, value, "a finite number > 0"))
+    }
+}
+
+pub(crate) fn vector(key: &str, value: [f64; 3]) -> Result<Vector3<f64>, SceneError> {
+    if value.iter().all(|c| c.is_finite()) {
+        Ok(value.into())
+    } else {
+        Err(SceneError::value(key, value, "three finite numbers"))
+    }
+}
+
+pub(crate) fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| rows[i][j])
+}
+
+/// A rotation matrix, rid of its decimals' rounding.
+pub(crate) fn rotation(key: &str, attitude: &AttitudeFile) -> Result<Matrix3<f64>, SceneError> {
+    match attitude {
+        AttitudeFile::Matrix(rows) => {
+            let r = matrix(*rows);
+            let error = orthogonality_error(&r);
+            if error.is_nan() || error > ROTATION_TOLERANCE {
+                let expected = format!(
+                    "a rotation matrix by rows: |RᵀR − I| is {error:.1e}, at most {ROTATION_TOLERANCE:e}"
+                );
+                return Err(SceneError::value(key, rows, expected));
+            }
+            if r.determinant() < 0.0 {
+                let expected =
+                    "a rotation matrix by rows: this is a reflection, its determinant is −1";
+                return Err(SceneError::value(key, rows, expected));
+            }
+            Ok(polish(&r))
+        }
+        AttitudeFile::Quaternion(q) => {
+            let (w, u) = (q.w, Vector3::new(q.x, q.y, q.z));
+            let norm = (w * w + u.norm_squared()).sqrt();
+            if norm.is_nan() || (norm - 1.0).abs() > ROTATION_TOLERANCE {
+                let expected = format!(
+                    "a unit quaternion: its norm is {norm}, 1 to within {ROTATION_TOLERANCE:e}"
+                );
+                return Err(SceneError::value(key, [q.w, q.x, q.y, q.z], expected));
+            }
+            let (w, u) = (w / norm, u / norm);
+            let s = lgvi_lie::hat(&u);
+            Ok(polish(&(Matrix3::identity() + 2.0 * (w * s + s * s))))
+        }
+    }
+}
+
+/// A name that can be part of a ROS topic and a tf frame, short enough for a shared-memory sample.
+pub(crate) fn name(key: &str, value: &str) -> Result<(), SceneError> {
+    let mut characters = value.chars();
+    let legal = characters.next().is_some_and(|c| c.is_ascii_alphabetic())
+        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && !value.contains("__")
+        && value.len() <= 31;
+    if legal {
+        Ok(())
+    } else {
+        let expected =
+            "a letter, then letters, digits and single underscores, 31 characters at most";
+        Err(SceneError::value(key, value, expected))
+    }
+}

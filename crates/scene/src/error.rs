@@ -1,0 +1,33 @@
+use thiserror::Error;
+
+/// Why a scene cannot be flown.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SceneError {
+    /// Not TOML, an unknown or missing key, or a value of the wrong type; with its line.
+    #[error("{0}")]
+    Syntax(String),
+    /// A value out of its range.
+    #[error("`{key}` is {value}, expected {expected}")]
+    Value {
+        /// Path of the key, such as `bodies[0].inertia`.
+        key: String,
+        /// What the file says.
+        value: String,
+        /// What would do.
+        expected: String,
+    },
+}
+
+impl SceneError {
+    pub(crate) fn value(
+        key: impl Into<String>,
+        value: impl std::fmt::Debug,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self::Value {
+            key: key.into(),
+            value: format!("{value:?}"),
+            expected: expected.into(),
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Scene files: what a user writes in TOML, validated and compiled to what is flown.
+//!
+//! [`Scene::parse`] takes the text and either returns a [`Scene`] that can be flown or a [`SceneError`] that names the
+//! key, the value and what was expected. Numbers stay in the scene's own units; [`Units`] converts what leaves to SI and
+//! what comes back.
+
+mod check;
+mod compile;
+mod error;
+mod file;
+mod scene;
+mod units;
+
+pub use error::SceneError;
+pub use scene::{Maneuver, NamedBody, Publishing, Scene};
+pub use units::Units;

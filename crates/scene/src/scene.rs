@@ -1,0 +1,130 @@
+use lgvi_control::{Settings, Transfer, TransferError};
+use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
+use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, System};
+use nalgebra::Matrix3;
+
+use crate::Units;
+
+/// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Short name, that of the file.
+    pub name: String,
+    /// What the file says it is.
+    pub title: String,
+    /// The file's text.
+    pub text: String,
+    /// Name of the inertial frame.
+    pub frame: String,
+    /// What its numbers measure.
+    pub units: Units,
+    /// Simulation time of step 0 [ns since the UNIX epoch].
+    pub epoch: i64,
+    /// The integrator.
+    pub method: Method,
+    /// Duration of the run.
+    pub duration: f64,
+    /// Steps of the run.
+    pub steps: u64,
+    /// What is published how often.
+    pub publishing: Publishing,
+    /// The bodies and their states at the epoch.
+    pub bodies: Vec<NamedBody>,
+    /// `GM` of an attractor fixed at the origin.
+    pub central: Option<f64>,
+    /// Gravitational constant of the bodies' attraction on each other.
+    pub mutual: Option<f64>,
+    /// What is to be planned and flown.
+    pub maneuver: Option<Maneuver>,
+}
+
+/// A body with its name and its state at the epoch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedBody {
+    /// Name, also of its frame and topics.
+    pub name: String,
+    /// The body.
+    pub body: RigidBody,
+    /// State at the epoch.
+    pub state: BodyState,
+}
+
+/// How often states are published, in steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Publishing {
+    /// Steps from one full-rate state to the next.
+    pub state_every: u64,
+    /// Steps from one set of ROS messages to the next.
+    pub ros_every: u64,
+}
+
+/// A controlled body that is to reach a target at the end of the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Maneuver {
+    /// Which of the scene's bodies.
+    pub body: usize,
+    /// The state to be reached.
+    pub target: BodyState,
+    /// `W_f`, inertial frame.
+    pub force_weight: Matrix3<f64>,
+    /// `W_m`, body frame.
+    pub moment_weight: Matrix3<f64>,
+    /// Of the solver.
+    pub settings: Settings,
+}
+
+impl Scene {
+    /// The step `h`, in the scene's time unit.
+    pub fn h(&self) -> f64 {
+        self.duration / self.steps as f64
+    }
+
+    /// Time at `step` since the epoch [s].
+    pub fn seconds(&self, step: u64) -> f64 {
+        step as f64 * self.h() * self.units.time
+    }
+
+    /// Simulation time at `step` [ns since the UNIX epoch], rounded.
+    pub fn stamp(&self, step: u64) -> i64 {
+        self.epoch
+            .saturating_add((self.seconds(step) * 1e9).round() as i64)
+    }
+
+    /// Index of the body called `name`.
+    pub fn body_index(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.name == name)
+    }
+
+    /// The simulation at step 0.
+    pub fn simulation(&self) -> Simulation {
+        let mut gravity: Vec<Box<dyn Gravity>> = Vec::new();
+        if let Some(gm) = self.central {
+            gravity.push(Box::new(Central { gm }));
+        }
+        if let Some(constant) = self.mutual {
+            gravity.push(Box::new(Mutual::new(constant)));
+        }
+        let bodies = self.bodies.iter().map(|body| body.body.clone()).collect();
+        let states = self.bodies.iter().map(|body| body.state).collect();
+        Simulation::new(System::new(bodies, gravity), states, self.method, self.h())
+    }
+
+    /// The optimal control problem of the scene's manoeuvre; `None` without one.
+    pub fn transfer(&self) -> Option<Result<Transfer<Central>, TransferError>> {
+        self.maneuver.as_ref().map(|maneuver| {
+            let controlled = &self.bodies[maneuver.body];
+            Transfer::new(
+                controlled.body.clone(),
+                Central {
+                    gm: self.central.unwrap_or(0.0),
+                },
+                self.h(),
+                self.steps as usize,
+                controlled.state,
+                maneuver.target,
+                maneuver.force_weight,
+                maneuver.moment_weight,
+            )
+        })
+    }
+}

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::Transfer;
 use crate::stage::{Sensitivity, Stage};
-use crate::transfer::Vector12;
+use crate::transfer::{Vector12, interval_cost};
 
 /// Why an extremal does not reach its end.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -101,7 +101,12 @@ fn sweep<F: Field>(
         if !(state.is_finite() && control.is_finite()) {
             return Err(ExtremalError::NotFinite { step });
         }
-        cost += transfer.interval_cost(&control);
+        cost += interval_cost(
+            transfer.h,
+            &transfer.force_weight,
+            &transfer.moment_weight,
+            &control,
+        );
         controls.push(control);
         states.push(state);
         previous = lambda;

@@ -13,4 +13,4 @@ mod stage;
 mod transfer;
 
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
-pub use transfer::{Transfer, TransferError};
+pub use transfer::{Transfer, TransferError, interval_cost, miss};

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::Transfer;
 use crate::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
-use crate::transfer::{Vector12, block};
+use crate::transfer::{Vector12, block, miss};
 
 /// How the shooting goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,12 +98,12 @@ pub fn solve<F: Field>(
 ) -> Result<Solution, ShootingError> {
     let mut multipliers = start;
     let (mut extremal, mut sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
-    let mut miss = transfer.miss(extremal.end());
+    let mut error = miss(&transfer.target, extremal.end());
     let mut now = Iteration {
         iteration: 0,
         trials: 1,
         step_length: 1.0,
-        violation: miss.norm(),
+        violation: error.norm(),
         cost: extremal.cost,
     };
     loop {
@@ -125,14 +125,14 @@ pub fn solve<F: Field>(
             });
         }
         let direction =
-            newton_direction(&miss, &sensitivity).ok_or(ShootingError::Singular(now))?;
+            newton_direction(&error, &sensitivity).ok_or(ShootingError::Singular(now))?;
         now.iteration += 1;
         now.step_length = 1.0;
         loop {
             let trial = multipliers + now.step_length * direction;
             now.trials += 1;
             let violation = integrate(transfer, &trial).map_or(f64::INFINITY, |extremal| {
-                transfer.miss(extremal.end()).norm()
+                miss(&transfer.target, extremal.end()).norm()
             });
             if violation <= (1.0 - 2.0 * settings.armijo * now.step_length) * now.violation {
                 multipliers = trial;
@@ -144,8 +144,8 @@ pub fn solve<F: Field>(
             }
         }
         (extremal, sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
-        miss = transfer.miss(extremal.end());
-        now.violation = miss.norm();
+        error = miss(&transfer.target, extremal.end());
+        now.violation = error.norm();
         now.cost = extremal.cost;
     }
 }

@@ -93,28 +93,32 @@ impl<F> Transfer<F> {
             moment: -self.moment_gain * block(lambda, 3),
         }
     }
+}
 
-    /// What one interval's control costs.
-    pub(crate) fn interval_cost(&self, control: &Load) -> f64 {
-        0.5 * self.h
-            * (control.force.dot(&(self.force_weight * control.force))
-                + control.moment.dot(&(self.moment_weight * control.moment)))
+/// By how much `end` misses `target`: `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`.
+pub fn miss(target: &BodyState, end: &BodyState) -> SVector<f64, 12> {
+    let mut miss = Vector12::zeros();
+    let parts = [
+        end.position - target.position,
+        end.linear_momentum - target.linear_momentum,
+        log(&target.attitude.tr_mul(&end.attitude)),
+        end.angular_momentum - target.angular_momentum,
+    ];
+    for (which, part) in parts.iter().enumerate() {
+        miss.fixed_rows_mut::<3>(3 * which).copy_from(part);
     }
+    miss
+}
 
-    /// By how much `end` misses the target: `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`.
-    pub fn miss(&self, end: &BodyState) -> SVector<f64, 12> {
-        let mut miss = Vector12::zeros();
-        let parts = [
-            end.position - self.target.position,
-            end.linear_momentum - self.target.linear_momentum,
-            log(&self.target.attitude.tr_mul(&end.attitude)),
-            end.angular_momentum - self.target.angular_momentum,
-        ];
-        for (which, part) in parts.iter().enumerate() {
-            miss.fixed_rows_mut::<3>(3 * which).copy_from(part);
-        }
-        miss
-    }
+/// What one interval's control costs: `(h/2) (uᶠᵀ W_f uᶠ + uᵐᵀ W_m uᵐ)`.
+pub fn interval_cost(
+    h: f64,
+    force_weight: &Matrix3<f64>,
+    moment_weight: &Matrix3<f64>,
+    control: &Load,
+) -> f64 {
+    let quadratic = |weight: &Matrix3<f64>, u: &Vector3<f64>| u.dot(&(weight * u));
+    0.5 * h * (quadratic(force_weight, &control.force) + quadratic(moment_weight, &control.moment))
 }
 
 /// Block `which` (0 … 3) of a vector of twelve.

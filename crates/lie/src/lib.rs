@@ -10,4 +10,4 @@ mod rotation_vector;
 
 pub use cayley::{cay, compose, rotate, rotate_back, to_rotation_vector};
 pub use matrix::{hat, orthogonality_error, polish, vee};
-pub use rotation_vector::{exp, log, right_jacobian_inverse, to_cayley};
+pub use rotation_vector::{exp, log, right_jacobian_inverse, to_cayley, to_quaternion};

@@ -30,7 +30,7 @@ pub fn exp(v: &Vector3<f64>) -> Matrix3<f64> {
 /// It goes by the unit quaternion of `R`, with the largest of its four components taken from the diagonal, and so is
 /// accurate at every angle, 0 and π included.
 pub fn log(r: &Matrix3<f64>) -> Vector3<f64> {
-    let (w, u) = quaternion(r);
+    let (w, u) = to_quaternion(r);
     let norm = u.norm();
     if norm < 1e-8 * w.abs() {
         return u * (2.0 / w);
@@ -40,7 +40,9 @@ pub fn log(r: &Matrix3<f64>) -> Vector3<f64> {
 }
 
 /// Scalar and vector part of a quaternion of `R`, of length 1 to the accuracy with which `R` is a rotation.
-fn quaternion(r: &Matrix3<f64>) -> (f64, Vector3<f64>) {
+///
+/// The largest component is positive.
+pub fn to_quaternion(r: &Matrix3<f64>) -> (f64, Vector3<f64>) {
     let trace = r.trace();
     let skew = 2.0 * crate::vee(r);
     let largest = r.diagonal().imax();

@@ -1,6 +1,6 @@
-use lgvi_control::{Settings, Transfer, TransferError};
+use lgvi_control::{Settings, Transfer, TransferError, interval_cost};
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
-use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, System};
+use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation, System};
 use nalgebra::Matrix3;
 
 use crate::Units;
@@ -71,6 +71,13 @@ pub struct Maneuver {
     pub moment_weight: Matrix3<f64>,
     /// Of the solver.
     pub settings: Settings,
+}
+
+impl Maneuver {
+    /// What a control of one step `h` costs.
+    pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
+        interval_cost(h, &self.force_weight, &self.moment_weight, control)
+    }
 }
 
 impl Scene {

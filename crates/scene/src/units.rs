@@ -168,7 +168,7 @@ mod tests {
         };
         let state = BodyState {
             position: Vector3::new(1.0, 2.0, 3.0),
-            linear_momentum: Vector3::new(0.1, 0.2, 0.3),
+            linear_momentum: Vector3::new(0.3, -0.1, 0.2),
             attitude: Matrix3::identity(),
             angular_momentum: Vector3::new(3.0, 2.0, 1.0),
         };

@@ -1,0 +1,240 @@
+//! What is no bag, or one that cannot be read, says so.
+
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod common;
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use common::{payload, read_all, topic};
+use lgvi_bag::{BagError, BagOptions, BagReader, BagWriter, Qos};
+use mcap::{WriteOptions, records::MessageHeader};
+use tempfile::TempDir;
+
+/// A bag of three messages.
+fn bag() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("run");
+    let mut writer = BagWriter::create(&directory, BagOptions::default()).unwrap();
+    let id = writer.add_topic(&topic("/a", Qos::default())).unwrap();
+    for sequence in 0..3 {
+        writer
+            .write(id, 5, 5, sequence, &payload(sequence))
+            .unwrap();
+    }
+    writer.finish(BTreeMap::new()).unwrap();
+    (folder, directory)
+}
+
+fn error_of(path: &Path) -> BagError {
+    BagReader::open(path).map(drop).expect_err("opened")
+}
+
+/// The error after a text in `metadata.yaml` is replaced.
+fn error_with(from: &str, to: &str) -> BagError {
+    let (_folder, directory) = bag();
+    let file = directory.join("metadata.yaml");
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.contains(from), "{from:?} is not in {text}");
+    fs::write(&file, text.replace(from, to)).unwrap();
+    error_of(&directory)
+}
+
+/// The error of an MCAP file with a single channel.
+fn error_of_mcap(
+    options: WriteOptions,
+    schema_encoding: &str,
+    encoding: &str,
+    qos: &str,
+) -> Option<BagError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    let mut writer = options.create(fs::File::create(&path).unwrap()).unwrap();
+    let schema = writer
+        .add_schema("std_msgs/msg/String", schema_encoding, b"string data")
+        .unwrap();
+    let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), qos.to_owned())]);
+    let channel = writer
+        .add_channel(schema, "/a", encoding, &metadata)
+        .unwrap();
+    let header = MessageHeader {
+        channel_id: channel,
+        sequence: 0,
+        log_time: 0,
+        publish_time: 0,
+    };
+    writer.write_to_known_channel(&header, &payload(0)).unwrap();
+    writer.finish().unwrap();
+    read_all(&path).err()
+}
+
+#[test]
+fn what_is_no_bag() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(matches!(
+        error_of(&folder.path().join("missing")),
+        BagError::Io { .. }
+    ));
+    assert!(matches!(
+        error_of(folder.path()),
+        BagError::NoBag { found: 0, .. }
+    ));
+    for name in ["a.mcap", "b.mcap"] {
+        fs::write(folder.path().join(name), "SQLite format 3").unwrap();
+    }
+    assert!(matches!(
+        error_of(folder.path()),
+        BagError::NoBag { found: 2, .. }
+    ));
+    let error = error_of(&folder.path().join("a.mcap"));
+    assert!(matches!(&error, BagError::NotMcap { found, .. } if found == b"SQLite f"));
+    assert!(
+        error.to_string().contains("a.mcap: starts with [53, 51,"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_bag_without_metadata_is_its_single_file() {
+    let (_folder, directory) = bag();
+    fs::remove_file(directory.join("metadata.yaml")).unwrap();
+    assert_eq!(read_all(&directory).unwrap().len(), 3);
+}
+
+#[test]
+fn metadata_that_cannot_be_read() {
+    let error = error_with("storage_identifier: mcap", "storage_identifier: sqlite3");
+    assert!(matches!(&error, BagError::Storage { found, .. } if found == "sqlite3"));
+    assert!(error.to_string().contains("ros2 bag convert"), "{error}");
+
+    assert!(matches!(
+        error_with("version: 9", "version: 10"),
+        BagError::MetadataVersion {
+            found: 10,
+            newest: 9,
+            ..
+        }
+    ));
+    assert!(matches!(
+        error_with("compression_mode: ''", "compression_mode: MESSAGE"),
+        BagError::Compressed { .. }
+    ));
+    assert!(matches!(
+        error_with(
+            "serialization_format: cdr",
+            "serialization_format: protobuf"
+        ),
+        BagError::Encoding {
+            field: "serialization_format",
+            expected: "cdr",
+            ..
+        }
+    ));
+    let error = error_with("message_count: 3", "message_count: three");
+    assert!(matches!(error, BagError::Metadata { .. }));
+    assert!(
+        error
+            .to_string()
+            .contains("message_count: invalid type: string \"three\""),
+        "{error}"
+    );
+    assert!(matches!(
+        error_with("version: 9", "{"),
+        BagError::Metadata { .. }
+    ));
+}
+
+#[test]
+fn counts_that_do_not_match() {
+    let error = error_with("message_count: 3", "message_count: 4");
+    assert!(
+        matches!(&error, BagError::Count { topic, expected: 4, found: 3, .. } if topic == "/a")
+    );
+    let error = error_with("name: /a", "name: /b");
+    assert!(
+        matches!(&error, BagError::Count { topic, expected: 3, found: 0, .. } if topic == "/b")
+    );
+}
+
+#[test]
+fn the_type_hash_is_taken_from_metadata_if_the_file_has_none() {
+    let (_folder, directory) = bag();
+    let file = directory.join("run_0.mcap");
+    let mut writer = WriteOptions::new()
+        .profile("ros2")
+        .create(fs::File::create(&file).unwrap())
+        .unwrap();
+    let schema = writer
+        .add_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        .unwrap();
+    let channel_id = writer
+        .add_channel(schema, "/a", "cdr", &BTreeMap::new())
+        .unwrap();
+    for sequence in 0..3 {
+        let header = MessageHeader {
+            channel_id,
+            sequence,
+            log_time: 0,
+            publish_time: 0,
+        };
+        writer.write_to_known_channel(&header, &payload(0)).unwrap();
+    }
+    writer.finish().unwrap();
+    let bag = BagReader::open(&directory).unwrap();
+    assert_eq!(
+        bag.topics()[0].type_hash,
+        topic("/a", Qos::default()).type_hash
+    );
+}
+
+#[test]
+fn a_file_that_is_listed_but_missing() {
+    let (_folder, directory) = bag();
+    let file = directory.join("run_0.mcap");
+    fs::remove_file(&file).unwrap();
+    assert!(matches!(error_of(&directory), BagError::Io { path, .. } if path == file));
+}
+
+#[test]
+fn mcap_files_that_are_not_of_ros_2() {
+    let error = error_of_mcap(WriteOptions::new().profile("ros1"), "ros1msg", "ros1", "");
+    assert!(matches!(error, Some(BagError::Profile { found, .. }) if found == "ros1"));
+
+    let ros2 = || WriteOptions::new().profile("ros2");
+    let error = error_of_mcap(ros2(), "ros2msg", "json", "");
+    assert!(
+        matches!(error, Some(BagError::Encoding { field: "message encoding", found, .. }) if found == "json")
+    );
+    let error = error_of_mcap(ros2(), "ros2idl", "cdr", "");
+    assert!(
+        matches!(error, Some(BagError::Encoding { field: "schema encoding", found, .. }) if found == "ros2idl")
+    );
+    let error = error_of_mcap(ros2(), "ros2msg", "cdr", "- {history: keep_last}");
+    assert!(matches!(error, Some(BagError::Qos { .. })));
+    let error = error_of_mcap(
+        ros2()
+            .emit_summary_records(false)
+            .emit_summary_offsets(false),
+        "ros2msg",
+        "cdr",
+        "",
+    );
+    assert!(matches!(error, Some(BagError::NoSummary { .. })));
+}
+
+#[test]
+fn files_without_chunks_or_indexes_are_read() {
+    for options in [
+        WriteOptions::new().use_chunks(false),
+        WriteOptions::new().emit_chunk_indexes(false),
+        WriteOptions::new().emit_message_indexes(false),
+        WriteOptions::new().emit_statistics(false),
+    ] {
+        let error = error_of_mcap(options.profile("ros2"), "ros2msg", "cdr", "");
+        assert!(error.is_none(), "{error:?}");
+    }
+}

@@ -1,0 +1,167 @@
+//! The environment variables that decide which other nodes are found.
+
+use std::env::{self, VarError};
+
+/// The highest domain whose ports fit below 65 536.
+pub const MAX_DOMAIN_ID: u16 = 232;
+
+/// Where other nodes are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// This host only, over the loopback interface.
+    Localhost,
+    /// All network interfaces, by multicast.
+    Subnet,
+}
+
+/// The DDS domain and its reach, as ROS 2 reads them from the environment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Environment {
+    /// `ROS_DOMAIN_ID`, 0 if unset.
+    pub domain_id: u16,
+    /// `ROS_LOCALHOST_ONLY` (1 wins over the other), `ROS_AUTOMATIC_DISCOVERY_RANGE`; a subnet if unset.
+    pub reach: Reach,
+}
+
+/// An environment variable with a value that cannot be honoured.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum EnvironmentError {
+    /// Not a number, or out of range.
+    #[error("ROS_DOMAIN_ID is {0:?}; expected a number from 0 to {MAX_DOMAIN_ID}")]
+    DomainId(String),
+    /// Neither 0 nor 1.
+    #[error("ROS_LOCALHOST_ONLY is {0:?}; expected 0 or 1")]
+    LocalhostOnly(String),
+    /// Not one of the values of ROS 2.
+    #[error("ROS_AUTOMATIC_DISCOVERY_RANGE is {0:?}; expected LOCALHOST, SUBNET or SYSTEM_DEFAULT")]
+    DiscoveryRange(String),
+    /// `OFF`: RustDDS cannot run without discovery.
+    #[error(
+        "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF is not supported: the DDS stack cannot run without discovery"
+    )]
+    DiscoveryOff,
+    /// Not Unicode.
+    #[error("{name} is not valid Unicode: {value:?}")]
+    NotUnicode {
+        /// The variable.
+        name: &'static str,
+        /// Its value, lossily.
+        value: String,
+    },
+}
+
+impl Environment {
+    /// Reads the process's environment.
+    pub fn from_env() -> Result<Self, EnvironmentError> {
+        Self::from_lookup(|name| match env::var(name) {
+            Ok(value) => Ok(Some(value)),
+            Err(VarError::NotPresent) => Ok(None),
+            Err(VarError::NotUnicode(value)) => Err(EnvironmentError::NotUnicode {
+                name,
+                value: value.to_string_lossy().into_owned(),
+            }),
+        })
+    }
+
+    /// A domain on the loopback interface only.
+    pub fn localhost(domain_id: u16) -> Self {
+        Self {
+            domain_id,
+            reach: Reach::Localhost,
+        }
+    }
+
+    fn from_lookup(
+        lookup: impl Fn(&'static str) -> Result<Option<String>, EnvironmentError>,
+    ) -> Result<Self, EnvironmentError> {
+        let set = |name| Ok(lookup(name)?.filter(|value| !value.is_empty()));
+        let domain_id = match set("ROS_DOMAIN_ID")? {
+            None => 0,
+            Some(text) => text
+                .parse()
+                .ok()
+                .filter(|id| *id <= MAX_DOMAIN_ID)
+                .ok_or(EnvironmentError::DomainId(text))?,
+        };
+        let localhost_only = match set("ROS_LOCALHOST_ONLY")?.as_deref() {
+            None | Some("0") => false,
+            Some("1") => true,
+            Some(other) => return Err(EnvironmentError::LocalhostOnly(other.into())),
+        };
+        let range = match set("ROS_AUTOMATIC_DISCOVERY_RANGE")?.as_deref() {
+            None | Some("SUBNET" | "SYSTEM_DEFAULT") => Reach::Subnet,
+            Some("LOCALHOST") => Reach::Localhost,
+            Some("OFF") if !localhost_only => return Err(EnvironmentError::DiscoveryOff),
+            Some("OFF") => Reach::Localhost,
+            Some(other) => return Err(EnvironmentError::DiscoveryRange(other.into())),
+        };
+        Ok(Self {
+            domain_id,
+            reach: if localhost_only {
+                Reach::Localhost
+            } else {
+                range
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(variables: &[(&str, &str)]) -> Result<Environment, EnvironmentError> {
+        Environment::from_lookup(|name| {
+            Ok(variables
+                .iter()
+                .find(|(key, _)| *key == name)
+                .map(|(_, value)| (*value).into()))
+        })
+    }
+
+    #[test]
+    fn defaults_are_those_of_ros() {
+        let expected = Environment {
+            domain_id: 0,
+            reach: Reach::Subnet,
+        };
+        assert_eq!(read(&[]), Ok(expected.clone()));
+        assert_eq!(read(&[("ROS_DOMAIN_ID", "")]), Ok(expected));
+    }
+
+    #[test]
+    fn domain_ids_are_bounded() {
+        assert_eq!(read(&[("ROS_DOMAIN_ID", "232")]).unwrap().domain_id, 232);
+        for bad in ["233", "-1", "x", "1.0"] {
+            assert_eq!(
+                read(&[("ROS_DOMAIN_ID", bad)]),
+                Err(EnvironmentError::DomainId(bad.into()))
+            );
+        }
+    }
+
+    #[test]
+    fn either_variable_keeps_to_the_host() {
+        let reach = |variables| read(variables).map(|environment| environment.reach);
+        assert_eq!(reach(&[("ROS_LOCALHOST_ONLY", "1")]), Ok(Reach::Localhost));
+        assert_eq!(
+            reach(&[("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")]),
+            Ok(Reach::Localhost)
+        );
+        assert_eq!(
+            reach(&[
+                ("ROS_LOCALHOST_ONLY", "1"),
+                ("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
+            ]),
+            Ok(Reach::Localhost)
+        );
+        assert_eq!(
+            reach(&[("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")]),
+            Err(EnvironmentError::DiscoveryOff)
+        );
+        assert_eq!(
+            reach(&[("ROS_LOCALHOST_ONLY", "yes")]),
+            Err(EnvironmentError::LocalhostOnly("yes".into()))
+        );
+    }
+}

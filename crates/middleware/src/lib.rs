@@ -1,0 +1,27 @@
+//! What the lgvi nodes have in common with the rest of the ROS 2 world and with each other.
+//!
+//! - [`NodeArgs`], [`Parameters`], [`Environment`]: the command line, parameter files and environment of a ROS 2 node.
+//! - [`ros`]: topics over DDS.
+//! - [`shm`]: states and controls over shared memory, on one host.
+//! - [`log`], [`Shutdown`], [`report`]: logging, signals, and the channel to the process that started a node.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod args;
+mod block;
+mod environment;
+pub mod log;
+mod names;
+mod parameters;
+mod params_file;
+mod remap;
+pub mod report;
+pub mod ros;
+pub mod shm;
+mod shutdown;
+
+pub use args::{ArgsError, LogSettings, NodeArgs};
+pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach};
+pub use names::NameError;
+pub use parameters::{FromParameter, ParameterError, Parameters};
+pub use shutdown::Shutdown;

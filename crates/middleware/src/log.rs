@@ -1,0 +1,291 @@
+//! Logging through `tracing`: to the console, and to `/rosout`.
+
+use std::{
+    fmt::{self, Write as _},
+    io::{self, IsTerminal},
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{self, Receiver, SyncSender},
+    },
+    thread::{self, JoinHandle},
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
+
+use lgvi_msgs::{rcl_interfaces, stamp};
+use tracing::{
+    Event, Level, Subscriber,
+    field::{Field, Visit},
+};
+use tracing_subscriber::{
+    Layer, Registry,
+    filter::{LevelFilter, Targets},
+    fmt::layer,
+    layer::{Context, SubscriberExt},
+    util::{SubscriberInitExt, TryInitError},
+};
+
+use crate::{
+    LogSettings, NodeArgs,
+    ros::{Publisher, Qos, RosError, RosNode},
+};
+
+/// The crates of this project share this prefix; all others are external libraries.
+const OWN_TARGETS: &str = "lgvi";
+
+/// Messages that wait for `/rosout`, those before [`Logging::attach`] included; further ones are not sent there.
+const QUEUE: usize = 256;
+
+/// How many messages a late reader of `/rosout` gets, as in other nodes.
+const ROSOUT_DEPTH: usize = 1000;
+
+/// How long the last messages may take when a node leaves.
+const FAREWELL: Duration = Duration::from_millis(100);
+
+/// Logging cannot be set up.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// Something else has set up logging in this process.
+    #[error("logging is already set up")]
+    AlreadySet(#[from] TryInitError),
+}
+
+/// `None` ends the sending.
+type Queued = Option<rcl_interfaces::Log>;
+
+/// The end of the queue that a node takes messages for `/rosout` from.
+#[derive(Debug)]
+pub struct Logging {
+    sender: SyncSender<Queued>,
+    receiver: Arc<Mutex<Receiver<Queued>>>,
+}
+
+/// Sends messages to `/rosout` until it is dropped.
+#[derive(Debug)]
+pub struct Rosout {
+    sender: SyncSender<Queued>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Sets up logging for the process; may be called once.
+///
+/// The console is stderr. It shows INFO and above of this project, WARN and above of other libraries (ERROR of the DDS
+/// stack), or what `--log-level` asks for. `/rosout` gets WARN and above of this project, or what `--log-level` asks
+/// for; a message never waits for it. The node's own name in `LOGGER:=LEVEL` stands for all of this project.
+pub fn init(args: &NodeArgs) -> Result<Logging, LogError> {
+    let (subscriber, logging) = build(args);
+    subscriber.try_init()?;
+    Ok(logging)
+}
+
+impl Logging {
+    /// Sends what is logged to `/rosout`, until the returned guard is dropped: it keeps the node in the graph.
+    pub fn attach(&self, node: &RosNode) -> Result<Rosout, RosError> {
+        let publisher = node.publisher("/rosout", &Qos::reliable(ROSOUT_DEPTH))?;
+        let receiver = Arc::clone(&self.receiver);
+        let thread = thread::Builder::new()
+            .name("rosout".into())
+            .spawn(move || send(&publisher, &receiver))
+            .inspect_err(|error| tracing::warn!(%error, "nothing is sent to /rosout"))
+            .ok();
+        Ok(Rosout {
+            sender: self.sender.clone(),
+            thread,
+        })
+    }
+}
+
+impl Drop for Rosout {
+    fn drop(&mut self) {
+        if let Some(thread) = self.thread.take()
+            && self.sender.send(None).is_ok()
+        {
+            // A panic of that thread has been reported already.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn send(publisher: &Publisher<rcl_interfaces::Log>, receiver: &Mutex<Receiver<Queued>>) {
+    let receiver = receiver.lock().unwrap_or_else(PoisonError::into_inner);
+    while let Ok(Some(message)) = receiver.recv() {
+        // Logging a failure here would make another message.
+        let _ = publisher.publish(&message);
+    }
+    let _ = publisher.flush(FAREWELL);
+}
+
+fn build(args: &NodeArgs) -> (impl Subscriber + Send + Sync + use<>, Logging) {
+    let settings = args.log();
+    let (sender, receiver) = mpsc::sync_channel(QUEUE);
+    let console = layer()
+        .compact()
+        .with_ansi(io::stderr().is_terminal())
+        .with_writer(io::stderr)
+        .with_filter(console_filter(settings, args.name()));
+    let rosout = ToRosout {
+        sender: sender.clone(),
+        name: logger_name(args),
+    }
+    .with_filter(rosout_filter(settings, args.name()));
+    let subscriber = Registry::default()
+        .with(settings.console.then_some(console))
+        .with(settings.rosout.then_some(rosout));
+    let receiver = Arc::new(Mutex::new(receiver));
+    (subscriber, Logging { sender, receiver })
+}
+
+fn console_filter(settings: &LogSettings, node: &str) -> Targets {
+    let external = if settings.external {
+        LevelFilter::WARN
+    } else {
+        LevelFilter::OFF
+    };
+    let filter = Targets::new()
+        .with_default(external)
+        .with_target("rustdds", external.min(LevelFilter::ERROR))
+        // It complains at every exit about a multicast group that loopback has not joined.
+        .with_target("rustdds::network::udp_listener", LevelFilter::OFF);
+    own_filter(filter, settings, node, LevelFilter::INFO)
+}
+
+fn rosout_filter(settings: &LogSettings, node: &str) -> Targets {
+    own_filter(Targets::new(), settings, node, LevelFilter::WARN)
+}
+
+fn own_filter(
+    filter: Targets,
+    settings: &LogSettings,
+    node: &str,
+    default: LevelFilter,
+) -> Targets {
+    let filter = filter.with_target(OWN_TARGETS, settings.level.unwrap_or(default));
+    settings
+        .loggers
+        .iter()
+        .fold(filter, |filter, (logger, level)| {
+            let target = if logger == node { OWN_TARGETS } else { logger };
+            filter.with_target(target, *level)
+        })
+}
+
+/// ROS names loggers after nodes, with dots: `chaser.lgvi_propagator`.
+fn logger_name(args: &NodeArgs) -> String {
+    args.fully_qualified_name()
+        .trim_start_matches('/')
+        .replace('/', ".")
+}
+
+/// Queues messages for `/rosout`.
+struct ToRosout {
+    sender: SyncSender<Queued>,
+    name: String,
+}
+
+impl<S: Subscriber> Layer<S> for ToRosout {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        let metadata = event.metadata();
+        let mut text = Text::default();
+        event.record(&mut text);
+        let message = rcl_interfaces::Log {
+            stamp: stamp::to_message(now()).unwrap_or_default(),
+            level: ros_level(*metadata.level()),
+            name: self.name.clone(),
+            msg: text.message + &text.fields,
+            file: metadata.file().unwrap_or_default().into(),
+            function: metadata.target().into(),
+            line: metadata.line().unwrap_or_default(),
+        };
+        // A full queue has no room to say so either.
+        let _ = self.sender.try_send(Some(message));
+    }
+}
+
+fn ros_level(level: Level) -> u8 {
+    match level {
+        Level::ERROR => rcl_interfaces::Log::ERROR,
+        Level::WARN => rcl_interfaces::Log::WARN,
+        Level::INFO => rcl_interfaces::Log::INFO,
+        _ => rcl_interfaces::Log::DEBUG,
+    }
+}
+
+fn now() -> i64 {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .ok()
+        .and_then(|elapsed| elapsed.as_nanos().try_into().ok())
+        .unwrap_or_default()
+}
+
+/// The message of an event, and its fields after it.
+#[derive(Default)]
+struct Text {
+    message: String,
+    fields: String,
+}
+
+impl Visit for Text {
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        // Writing to a string cannot fail.
+        let _ = match field.name() {
+            "message" => write!(self.message, "{value:?}"),
+            name => write!(self.fields, " {name}={value:?}"),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tracing::{info, subscriber::with_default, warn};
+
+    use super::*;
+
+    fn logged(line: &str, log: impl FnOnce()) -> Vec<rcl_interfaces::Log> {
+        let (args, _) =
+            NodeArgs::parse("lgvi_test", line.split_whitespace().map(Into::into)).unwrap();
+        let (subscriber, logging) = build(&args);
+        with_default(subscriber, log);
+        let receiver = logging.receiver.lock().unwrap();
+        receiver.try_iter().flatten().collect()
+    }
+
+    #[test]
+    fn warnings_of_this_project_go_to_rosout() {
+        let messages = logged("--ros-args -r __ns:=/chaser", || {
+            info!("unimportant");
+            warn!(step = 7, cause = %"gap", "lost a sample");
+            warn!(target: "rustdds", "not ours");
+        });
+        let [message] = messages.as_slice() else {
+            panic!("{messages:?}");
+        };
+        assert_eq!(message.msg, "lost a sample step=7 cause=gap");
+        assert_eq!(message.level, rcl_interfaces::Log::WARN);
+        assert_eq!(message.name, "chaser.lgvi_test");
+        assert!(message.file.ends_with("log.rs") && message.line > 0);
+        assert!(message.stamp.sec > 0);
+    }
+
+    #[test]
+    fn levels_are_those_asked_for() {
+        let log = || {
+            info!("one");
+            warn!("two");
+        };
+        for (line, expected) in [
+            ("--ros-args --log-level info", 2),
+            ("--ros-args --log-level error", 0),
+            ("--ros-args --log-level lgvi_test:=info", 2),
+            ("--ros-args --log-level lgvi_middleware::log:=error", 0),
+            ("--ros-args --disable-rosout-logs --log-level info", 0),
+        ] {
+            assert_eq!(logged(line, log).len(), expected, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_full_queue_makes_nobody_wait() {
+        let messages = logged("", || (0..2 * QUEUE).for_each(|number| warn!(number)));
+        assert_eq!(messages.len(), QUEUE);
+    }
+}

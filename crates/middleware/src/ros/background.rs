@@ -1,0 +1,107 @@
+//! The thread of a node that takes what DDS has for it.
+
+use std::{
+    io,
+    pin::pin,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    task::{Context, Poll},
+    thread::{self, JoinHandle, Thread},
+};
+
+use futures_core::Stream;
+use rustdds::{DomainParticipant, DomainParticipantStatusListener, StatusEvented};
+use tracing::warn;
+
+use super::{inbox::Inbox, matches::Matches};
+use crate::block::thread_waker;
+
+/// Keeps [`Matches`] up to date and fills the inboxes; ends when dropped.
+///
+/// Both must be done at once. RustDDS discards events that its queue has no room for, and samples that have been
+/// received but not taken when their writer leaves.
+#[derive(Debug)]
+pub(super) struct Background {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    stop: AtomicBool,
+    inboxes: Mutex<Vec<Arc<Inbox>>>,
+}
+
+impl Background {
+    pub(super) fn start(
+        participant: &DomainParticipant,
+        matches: Arc<Matches>,
+    ) -> io::Result<Self> {
+        let listener = participant.status_listener();
+        let shared = Arc::new(Shared::default());
+        let work = Arc::clone(&shared);
+        let thread = thread::Builder::new()
+            .name("dds-inbox".into())
+            .spawn(move || work.run(&listener, &matches))?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+        })
+    }
+
+    /// Begins to fill an inbox.
+    pub(super) fn add(&self, inbox: Arc<Inbox>) {
+        self.shared.inboxes().push(inbox);
+        self.unpark();
+    }
+
+    /// Ceases to fill an inbox.
+    pub(super) fn remove(&self, inbox: &Arc<Inbox>) {
+        self.shared
+            .inboxes()
+            .retain(|other| !Arc::ptr_eq(other, inbox));
+    }
+
+    fn unpark(&self) {
+        self.thread
+            .as_ref()
+            .map(JoinHandle::thread)
+            .map(Thread::unpark);
+    }
+}
+
+impl Shared {
+    fn run(&self, listener: &DomainParticipantStatusListener, matches: &Matches) {
+        let mut events = pin!(listener.as_async_status_stream());
+        let waker = thread_waker();
+        let mut context = Context::from_waker(&waker);
+        while !self.stop.load(Ordering::Acquire) {
+            for inbox in self.inboxes().iter() {
+                inbox.fill(&waker);
+            }
+            match events.as_mut().poll_next(&mut context) {
+                Poll::Ready(Some(event)) => matches.apply(event),
+                Poll::Ready(None) => break,
+                Poll::Pending => thread::park(),
+            }
+        }
+    }
+
+    fn inboxes(&self) -> MutexGuard<'_, Vec<Arc<Inbox>>> {
+        self.inboxes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Background {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, Ordering::Release);
+        self.unpark();
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            warn!("the thread that takes samples from DDS has panicked");
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! The samples of a subscription that have arrived and wait to be taken.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    fmt,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    task::{Context, Poll, Wake, Waker},
+};
+
+use rustdds::{
+    GUID, Timestamp,
+    no_key::{DeserializedCacheChange, SimpleDataReader},
+};
+
+use super::{
+    cdr::CdrBytes,
+    subscription::{Sample, SampleInfo, TakeError, WriterId},
+};
+
+type Taken = Result<Sample<Vec<u8>>, TakeError>;
+
+/// A DDS reader and what has been taken from it.
+pub(super) struct Inbox {
+    reader: SimpleDataReader<Vec<u8>, CdrBytes>,
+    topic: String,
+    depth: usize,
+    arrival: Arc<Arrival>,
+    contents: Mutex<Contents>,
+}
+
+#[derive(Default)]
+struct Contents {
+    waiting: VecDeque<Taken>,
+    taker: Option<Waker>,
+    latest: BTreeMap<GUID, i64>,
+    lost: u64,
+}
+
+/// Whether something may have arrived since the last look.
+struct Arrival {
+    noticed: AtomicBool,
+    background: Mutex<Option<Waker>>,
+}
+
+impl Wake for Arrival {
+    fn wake(self: Arc<Self>) {
+        self.noticed.store(true, Ordering::Release);
+        let background = self.background.lock();
+        if let Some(waker) = &*background.unwrap_or_else(PoisonError::into_inner) {
+            waker.wake_by_ref();
+        }
+    }
+}
+
+impl Inbox {
+    pub(super) fn new(
+        reader: SimpleDataReader<Vec<u8>, CdrBytes>,
+        topic: String,
+        depth: usize,
+    ) -> Self {
+        Self {
+            reader,
+            topic,
+            depth,
+            arrival: Arc::new(Arrival {
+                noticed: AtomicBool::new(true),
+                background: Mutex::new(None),
+            }),
+            contents: Mutex::default(),
+        }
+    }
+
+    pub(super) fn guid(&self) -> GUID {
+        self.reader.guid()
+    }
+
+    pub(super) fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Samples that were sent after the first one of their publisher and will never be taken.
+    pub(super) fn lost(&self) -> u64 {
+        self.lock().lost
+    }
+
+    pub(super) fn take(&self) -> Option<Taken> {
+        self.lock().waiting.pop_front()
+    }
+
+    pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Taken> {
+        let mut contents = self.lock();
+        match contents.waiting.pop_front() {
+            Some(taken) => Poll::Ready(taken),
+            None => {
+                contents.taker = Some(context.waker().clone());
+                Poll::Pending
+            }
+        }
+    }
+
+    /// Takes what has arrived from DDS, and has `background` woken when there is more.
+    pub(super) fn fill(&self, background: &Waker) {
+        if !self.arrival.noticed.swap(false, Ordering::Acquire) {
+            return;
+        }
+        *self
+            .arrival
+            .background
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = Some(background.clone());
+        self.reader
+            .set_waker(Some(Waker::from(Arc::clone(&self.arrival))));
+        while let Some(taken) = self.reader.try_take_one().transpose() {
+            self.put(taken.map_err(|error| TakeError::Dds {
+                topic: self.topic.clone(),
+                reason: error.to_string(),
+            }));
+        }
+    }
+
+    fn put(&self, arrived: Result<DeserializedCacheChange<Vec<u8>>, TakeError>) {
+        let mut contents = self.lock();
+        if let Ok(change) = &arrived {
+            contents.count_gap(change.writer_guid(), i64::from(change.sequence_number));
+        }
+        if contents.waiting.len() >= self.depth {
+            contents.waiting.pop_front();
+            contents.lost += 1;
+        }
+        contents.waiting.push_back(arrived.map(sample));
+        if let Some(taker) = contents.taker.take() {
+            drop(contents);
+            taker.wake();
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Contents> {
+        self.contents.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Contents {
+    fn count_gap(&mut self, writer: GUID, sequence: i64) {
+        if let Some(previous) = self.latest.insert(writer, sequence) {
+            self.lost += u64::try_from(sequence - previous - 1).unwrap_or(0);
+        }
+    }
+}
+
+fn sample(change: DeserializedCacheChange<Vec<u8>>) -> Sample<Vec<u8>> {
+    Sample {
+        info: SampleInfo {
+            writer: WriterId(change.writer_guid().to_bytes()),
+            sequence: i64::from(change.sequence_number).unsigned_abs(),
+            source_time: change.source_timestamp().and_then(nanoseconds),
+            received_time: nanoseconds(change.receive_instant).unwrap_or_default(),
+        },
+        message: change.into_value(),
+    }
+}
+
+/// RTPS time counts 2⁻³² s since the UNIX epoch.
+fn nanoseconds(time: Timestamp) -> Option<i64> {
+    if time == Timestamp::INVALID || time == Timestamp::INFINITE {
+        return None;
+    }
+    let nanoseconds = (u128::from(time.to_ticks()) * 1_000_000_000) >> 32;
+    i64::try_from(nanoseconds).ok()
+}
+
+impl fmt::Debug for Inbox {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Inbox")
+            .field("topic", &self.topic)
+            .field("lost", &self.lost())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,95 @@
+//! Which remote endpoints are matched with ours.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Condvar, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
+
+use rustdds::{DomainParticipantStatusEvent as Event, GUID};
+use tracing::{debug, warn};
+
+/// The matched remote endpoints of each local one.
+#[derive(Debug, Default)]
+pub(super) struct Matches {
+    remotes: Mutex<BTreeMap<GUID, BTreeSet<GUID>>>,
+    changed: Condvar,
+}
+
+impl Matches {
+    /// How many remote endpoints a local one is matched with.
+    pub(super) fn count(&self, local: GUID) -> usize {
+        count(&self.lock(), local)
+    }
+
+    /// Blocks until there are so many, or the time has passed; returns whether there are.
+    pub(super) fn wait(&self, local: GUID, wanted: usize, timeout: Duration) -> bool {
+        let (remotes, _) = self
+            .changed
+            .wait_timeout_while(self.lock(), timeout, |remotes| {
+                count(remotes, local) < wanted
+            })
+            .unwrap_or_else(PoisonError::into_inner);
+        count(&remotes, local) >= wanted
+    }
+
+    /// Forgets a local endpoint.
+    pub(super) fn forget(&self, local: GUID) {
+        self.lock().remove(&local);
+    }
+
+    /// Takes note of what DDS reports.
+    pub(super) fn apply(&self, event: Event) {
+        match event {
+            Event::RemoteReaderMatched {
+                local_writer: local,
+                remote_reader: remote,
+            }
+            | Event::RemoteWriterMatched {
+                local_reader: local,
+                remote_writer: remote,
+            } => {
+                debug!(?local, ?remote, "matched");
+                self.lock().entry(local).or_default().insert(remote);
+            }
+            Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
+                for remotes in self.lock().values_mut() {
+                    remotes.remove(&guid);
+                }
+            }
+            Event::ParticipantLost { id, .. } => {
+                for remotes in self.lock().values_mut() {
+                    remotes.retain(|remote| remote.prefix != id);
+                }
+            }
+            Event::RemoteReaderQosIncompatible {
+                local_writer: local,
+                remote_reader: remote,
+                requested_qos,
+                offered_qos,
+            }
+            | Event::RemoteWriterQosIncompatible {
+                local_reader: local,
+                remote_writer: remote,
+                requested_qos,
+                offered_qos,
+            } => warn!(
+                ?local,
+                ?remote,
+                ?requested_qos,
+                ?offered_qos,
+                "incompatible quality of service"
+            ),
+            _ => return,
+        }
+        self.changed.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<GUID, BTreeSet<GUID>>> {
+        self.remotes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn count(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
+    remotes.get(&local).map_or(0, BTreeSet::len)
+}

@@ -1,0 +1,58 @@
+//! Topics of ROS 2 over DDS.
+//!
+//! A [`RosNode`] is one DDS participant with one ROS node in it. Its endpoints are made on RustDDS directly and
+//! announced in the ROS graph (`ros_discovery_info`) by the node itself: `ros2-client`'s own publishers cannot wait for
+//! acknowledgements nor carry ready CDR bytes, and its `Spinner` disturbs `/clock` (see the crate's design notes).
+//!
+//! # Assumptions and limitations
+//! - A publisher and a subscription of the *same* [`RosNode`] do not reliably match: use two nodes.
+//! - Only plain CDR (XCDR1) is sent and received, which is what ROS 2 uses. Type hashes are not announced.
+//! - A peer that is killed is noticed when its lease ends: 10 s to 50 s.
+//! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
+
+mod background;
+mod cdr;
+mod graph;
+mod inbox;
+mod matches;
+mod naming;
+mod node;
+mod publisher;
+mod qos;
+mod subscription;
+
+use crate::NameError;
+
+pub use node::{RosNode, TopicInfo};
+pub use publisher::{PublishError, Publisher, RawPublisher};
+pub use qos::Qos;
+pub use subscription::{RawSubscription, Sample, SampleInfo, Subscription, TakeError, WriterId};
+
+/// A node or an endpoint that cannot be created.
+#[derive(Debug, thiserror::Error)]
+pub enum RosError {
+    /// The topic's name is not allowed.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// Not of the form `package/msg/Type`.
+    #[error("message type {0:?} is not of the form package/msg/Type")]
+    TypeName(String),
+    /// The domain cannot be joined.
+    #[error("cannot join DDS domain {domain_id}: {reason}")]
+    Join {
+        /// The domain.
+        domain_id: u16,
+        /// What the DDS stack says.
+        reason: String,
+    },
+    /// The endpoint cannot be created.
+    #[error("cannot create an endpoint on {topic} of type {type_name}: {reason}")]
+    Endpoint {
+        /// The absolute topic name.
+        topic: String,
+        /// The message type.
+        type_name: String,
+        /// What the DDS stack says.
+        reason: String,
+    },
+}

@@ -1,0 +1,235 @@
+//! A ROS node: one DDS participant and its endpoints.
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    net::{IpAddr, Ipv4Addr},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+use lgvi_msgs::RosMessage;
+use ros2_client::NodeName;
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, Topic, TopicKind,
+    dds::result::CreateResult,
+};
+
+use super::{
+    RosError,
+    background::Background,
+    graph::{Graph, Side},
+    inbox::Inbox,
+    matches::Matches,
+    naming,
+    publisher::{Publisher, RawPublisher},
+    qos::Qos,
+    subscription::{RawSubscription, Subscription},
+};
+use crate::{Environment, NameError, NodeArgs, Reach};
+
+/// A node of the ROS graph. Clones are handles to the same node; it leaves the graph when the last of them and the last
+/// of its endpoints are dropped.
+#[derive(Clone)]
+pub struct RosNode(Arc<Inner>);
+
+/// What a node and its endpoints share. Fields are dropped in this order: the participant goes last.
+pub(super) struct Inner {
+    args: NodeArgs,
+    graph: Mutex<Graph>,
+    pub(super) background: Background,
+    pub(super) matches: Arc<Matches>,
+    publisher: rustdds::Publisher,
+    subscriber: rustdds::Subscriber,
+    participant: DomainParticipant,
+}
+
+/// A topic of which other participants have announced endpoints.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicInfo {
+    /// The absolute name.
+    pub name: String,
+    /// `package/msg/Type`.
+    pub type_name: String,
+    /// Publishers of other participants.
+    pub publishers: usize,
+    /// Subscriptions of other participants.
+    pub subscriptions: usize,
+}
+
+impl RosNode {
+    /// Joins the domain and announces the node. Discovery of others takes 0.1 s to 1.2 s from here.
+    pub fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, RosError> {
+        Inner::new(args, environment)
+            .map(|inner| Self(Arc::new(inner)))
+            .map_err(|reason| RosError::Join {
+                domain_id: environment.domain_id,
+                reason,
+            })
+    }
+
+    /// Creates a publisher; the topic is expanded and remapped.
+    pub fn publisher<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<Publisher<M>, RosError> {
+        self.raw_publisher(topic, M::TYPE_NAME, qos)
+            .map(Publisher::new)
+    }
+
+    /// Creates a subscription; the topic is expanded and remapped.
+    pub fn subscription<M: RosMessage>(
+        &self,
+        topic: &str,
+        qos: &Qos,
+    ) -> Result<Subscription<M>, RosError> {
+        self.raw_subscription(topic, M::TYPE_NAME, qos)
+            .map(Subscription::new)
+    }
+
+    /// Creates a publisher of ready CDR bytes of the type `package/msg/Type`.
+    pub fn raw_publisher(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<RawPublisher, RosError> {
+        self.endpoint(topic, type_name, |topic| {
+            let publisher = &self.0.publisher;
+            publisher.create_datawriter_no_key(topic, Some(qos.offered()))
+        })
+        .map(|(topic, writer)| RawPublisher::new(Arc::clone(&self.0), topic, writer, qos))
+    }
+
+    /// Creates a subscription to the CDR bytes of a topic of the type `package/msg/Type`.
+    pub fn raw_subscription(
+        &self,
+        topic: &str,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<RawSubscription, RosError> {
+        self.endpoint(topic, type_name, |topic| {
+            let subscriber = &self.0.subscriber;
+            subscriber.create_simple_datareader_no_key(topic, Some(qos.requested()))
+        })
+        .map(|(topic, reader)| {
+            RawSubscription::new(Arc::clone(&self.0), Inbox::new(reader, topic, qos.depth()))
+        })
+    }
+
+    /// The topics of other participants that have been discovered so far, ordered by name and type.
+    pub fn topics(&self) -> Vec<TopicInfo> {
+        let participant = &self.0.participant;
+        let mut counts = BTreeMap::<_, (usize, usize)>::new();
+        for writer in participant.discovered_writers() {
+            let data = writer.publication_topic_data;
+            counts
+                .entry((data.topic_name, data.type_name))
+                .or_default()
+                .0 += 1;
+        }
+        for reader in participant.discovered_readers() {
+            let data = reader.subscription_topic_data;
+            let key = (data.topic_name().clone(), data.type_name().clone());
+            counts.entry(key).or_default().1 += 1;
+        }
+        counts
+            .into_iter()
+            .filter_map(|((topic, dds_type), (publishers, subscriptions))| {
+                Some(TopicInfo {
+                    name: naming::ros_topic(&topic)?.into(),
+                    type_name: naming::ros_type(&dds_type)?,
+                    publishers,
+                    subscriptions,
+                })
+            })
+            .collect()
+    }
+
+    /// The absolute name of a topic, expanded and remapped.
+    pub fn resolve(&self, topic: &str) -> Result<String, NameError> {
+        self.0.args.resolve(topic)
+    }
+
+    /// Namespace and name of the node.
+    pub fn fully_qualified_name(&self) -> String {
+        self.0.args.fully_qualified_name()
+    }
+
+    fn endpoint<E>(
+        &self,
+        topic: &str,
+        type_name: &str,
+        create: impl FnOnce(&Topic) -> CreateResult<E>,
+    ) -> Result<(String, E), RosError> {
+        let topic = self.resolve(topic)?;
+        let dds_type = naming::dds_type(type_name)?;
+        self.0
+            .participant
+            .create_topic(
+                naming::dds_topic(&topic),
+                dds_type,
+                &QosPolicies::qos_none(),
+                TopicKind::NoKey,
+            )
+            .and_then(|topic| create(&topic))
+            .map(|endpoint| (topic.clone(), endpoint))
+            .map_err(|error| RosError::Endpoint {
+                topic,
+                type_name: type_name.into(),
+                reason: error.to_string(),
+            })
+    }
+}
+
+impl fmt::Debug for RosNode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("RosNode")
+            .field(&self.fully_qualified_name())
+            .finish()
+    }
+}
+
+impl Inner {
+    fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, String> {
+        let builder = DomainParticipantBuilder::new(environment.domain_id);
+        let builder = match environment.reach {
+            Reach::Localhost => builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]),
+            Reach::Subnet => builder,
+        };
+        let participant = builder.build().map_err(text)?;
+        let none = QosPolicies::qos_none();
+        let publisher = participant.create_publisher(&none).map_err(text)?;
+        let subscriber = participant.create_subscriber(&none).map_err(text)?;
+        let name = NodeName::new(args.namespace(), args.name()).map_err(text)?;
+        let matches = Arc::new(Matches::default());
+        Ok(Self {
+            args: args.clone(),
+            background: Background::start(&participant, Arc::clone(&matches)).map_err(text)?,
+            matches,
+            graph: Mutex::new(Graph::new(&participant, &publisher, name).map_err(text)?),
+            publisher,
+            subscriber,
+            participant,
+        })
+    }
+
+    /// Announces an endpoint.
+    pub(super) fn add(&self, side: Side, endpoint: GUID) {
+        self.graph().add(side, endpoint);
+    }
+
+    /// Takes back the announcement of an endpoint.
+    pub(super) fn remove(&self, side: Side, endpoint: GUID) {
+        self.graph().remove(side, endpoint);
+        self.matches.forget(endpoint);
+    }
+
+    fn graph(&self) -> MutexGuard<'_, Graph> {
+        self.graph.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn text(error: impl fmt::Display) -> String {
+    error.to_string()
+}

@@ -1,0 +1,255 @@
+//! Publishers, of messages and of ready CDR bytes.
+
+use std::{
+    fmt,
+    marker::PhantomData,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    time::Duration,
+};
+
+use lgvi_msgs::{RosMessage, cdr::CdrError};
+use rustdds::{RTPSEntity, Timestamp, bytes::Bytes, dds::result::WriteError, no_key::DataWriter};
+
+use super::{
+    cdr::{CdrBytes, LITTLE_ENDIAN},
+    graph::Side,
+    node::Inner,
+    qos::Qos,
+};
+use crate::block::block_on_for;
+
+/// A message that was not published, or not received by all.
+#[derive(Debug, thiserror::Error)]
+pub enum PublishError {
+    /// Too many samples are unacknowledged: a reliable subscription does not keep up. The message is dropped.
+    #[error(
+        "{topic}: a subscription does not keep up; dropped a message after {waited:?}, {dropped} so far"
+    )]
+    Full {
+        /// The topic.
+        topic: String,
+        /// How long room was waited for.
+        waited: Duration,
+        /// Messages this publisher has dropped.
+        dropped: u64,
+    },
+    /// Not all reliable subscriptions have acknowledged all messages.
+    #[error("{topic}: messages are still unacknowledged after {waited:?}")]
+    Unacknowledged {
+        /// The topic.
+        topic: String,
+        /// How long was waited.
+        waited: Duration,
+    },
+    /// The message cannot be encoded.
+    #[error(transparent)]
+    Encode(#[from] CdrError),
+    /// Ready bytes do not start with the header of little-endian plain CDR.
+    #[error("{topic}: CDR starts with {found:02x?}; expected 00 01 and two bytes of options")]
+    Encapsulation {
+        /// The topic.
+        topic: String,
+        /// The first four bytes, or fewer if there are fewer.
+        found: Vec<u8>,
+    },
+    /// The DDS stack has failed.
+    #[error("{topic}: {reason}")]
+    Dds {
+        /// The topic.
+        topic: String,
+        /// What it says.
+        reason: String,
+    },
+}
+
+/// Publishes messages of one type. Dropping it does not wait: [`flush`](Self::flush) first.
+pub struct Publisher<M> {
+    raw: RawPublisher,
+    messages: PhantomData<fn(&M)>,
+}
+
+/// Publishes ready CDR bytes. Dropping it does not wait: [`flush`](Self::flush) first.
+pub struct RawPublisher {
+    writer: DataWriter<Bytes, CdrBytes>,
+    topic: String,
+    limit: Duration,
+    stalled: AtomicBool,
+    dropped: AtomicU64,
+    node: Arc<Inner>,
+}
+
+impl<M: RosMessage> Publisher<M> {
+    pub(super) fn new(raw: RawPublisher) -> Self {
+        Self {
+            raw,
+            messages: PhantomData,
+        }
+    }
+
+    /// Publishes a message; see [`RawPublisher::publish`].
+    pub fn publish(&self, message: &M) -> Result<(), PublishError> {
+        self.raw.publish(lgvi_msgs::cdr::encode(message)?)
+    }
+
+    /// Publishes a message, waiting for room; see [`RawPublisher::publish_lossless`].
+    pub fn publish_lossless(&self, message: &M, patience: Duration) -> Result<(), PublishError> {
+        self.raw
+            .publish_lossless(lgvi_msgs::cdr::encode(message)?, patience)
+    }
+}
+
+impl<M> Publisher<M> {
+    /// Waits for acknowledgements; see [`RawPublisher::flush`].
+    pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
+        self.raw.flush(patience)
+    }
+
+    /// How many subscriptions of other participants are matched. Cheap.
+    pub fn matched_subscriptions(&self) -> usize {
+        self.raw.matched_subscriptions()
+    }
+
+    /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
+    pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
+        self.raw.wait_for_subscriptions(count, timeout)
+    }
+
+    /// How many messages were dropped for want of room.
+    pub fn dropped(&self) -> u64 {
+        self.raw.dropped()
+    }
+
+    /// The absolute topic name.
+    pub fn topic(&self) -> &str {
+        self.raw.topic()
+    }
+}
+
+impl RawPublisher {
+    pub(super) fn new(
+        node: Arc<Inner>,
+        topic: String,
+        writer: DataWriter<Bytes, CdrBytes>,
+        qos: &Qos,
+    ) -> Self {
+        node.add(Side::Publisher, writer.guid());
+        Self {
+            writer,
+            topic,
+            limit: qos.publish_limit(),
+            stalled: AtomicBool::new(false),
+            dropped: AtomicU64::new(0),
+            node,
+        }
+    }
+
+    /// Publishes CDR bytes that start with the four-byte encapsulation header of little-endian plain CDR.
+    ///
+    /// Waits at most [`Qos::max_wait`] for room, and never with [`Qos::sensor`]. After a wait in vain it does not wait
+    /// again until a message has found room, so that a subscription that hangs costs one wait, not one a message.
+    pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
+        self.write(cdr, self.limit)
+    }
+
+    /// Publishes CDR bytes, waiting up to `patience` for room, by the rules of [`publish`](Self::publish).
+    ///
+    /// No message is lost on the way to a reliable subscription whose depth covers what it has yet to take.
+    pub fn publish_lossless(&self, cdr: Vec<u8>, patience: Duration) -> Result<(), PublishError> {
+        self.write(cdr, patience)
+    }
+
+    /// Blocks until every matched reliable subscription has acknowledged every message.
+    pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
+        match self.writer.wait_for_acknowledgments(patience) {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(PublishError::Unacknowledged {
+                topic: self.topic.clone(),
+                waited: patience,
+            }),
+            Err(error) => Err(self.dds_error(&error)),
+        }
+    }
+
+    /// How many subscriptions of other participants are matched. Cheap.
+    pub fn matched_subscriptions(&self) -> usize {
+        self.node.matches.count(self.writer.guid())
+    }
+
+    /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
+    pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
+        self.node.matches.wait(self.writer.guid(), count, timeout)
+    }
+
+    /// How many messages were dropped for want of room.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// The absolute topic name.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    fn write(&self, cdr: Vec<u8>, limit: Duration) -> Result<(), PublishError> {
+        if !cdr.starts_with(&LITTLE_ENDIAN[..2]) || cdr.len() < LITTLE_ENDIAN.len() {
+            return Err(PublishError::Encapsulation {
+                topic: self.topic.clone(),
+                found: cdr.into_iter().take(LITTLE_ENDIAN.len()).collect(),
+            });
+        }
+        let payload = Bytes::from(cdr).slice(LITTLE_ENDIAN.len()..);
+        let limit = if self.stalled.load(Ordering::Relaxed) {
+            Duration::ZERO
+        } else {
+            limit
+        };
+        let written = block_on_for(
+            self.writer.async_write(payload, Some(Timestamp::now())),
+            limit,
+        );
+        self.stalled.store(
+            matches!(written, None | Some(Err(WriteError::WouldBlock { .. }))),
+            Ordering::Relaxed,
+        );
+        match written {
+            Some(Ok(())) => Ok(()),
+            None | Some(Err(WriteError::WouldBlock { .. })) => Err(PublishError::Full {
+                topic: self.topic.clone(),
+                waited: limit,
+                dropped: self.dropped.fetch_add(1, Ordering::Relaxed) + 1,
+            }),
+            Some(Err(error)) => Err(self.dds_error(&error)),
+        }
+    }
+
+    fn dds_error(&self, error: &impl fmt::Display) -> PublishError {
+        PublishError::Dds {
+            topic: self.topic.clone(),
+            reason: error.to_string(),
+        }
+    }
+}
+
+impl Drop for RawPublisher {
+    fn drop(&mut self) {
+        self.node.remove(Side::Publisher, self.writer.guid());
+    }
+}
+
+impl fmt::Debug for RawPublisher {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RawPublisher")
+            .field("topic", &self.topic)
+            .field("dropped", &self.dropped())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<M> fmt::Debug for Publisher<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Publisher").field(&self.raw).finish()
+    }
+}

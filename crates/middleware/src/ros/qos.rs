@@ -1,0 +1,153 @@
+//! Quality of service: one table for all topics.
+
+use std::time::Duration;
+
+use rustdds::{
+    QosPolicies, QosPolicyBuilder,
+    policy::{Durability, History, Reliability, ResourceLimits},
+};
+
+/// How long [`publish`](super::Publisher::publish) may wait for slow reliable subscriptions.
+const MAX_WAIT: Duration = Duration::from_millis(100);
+
+/// The fewest samples a reliable publisher may have unacknowledged before it waits, whatever its depth.
+const MIN_WINDOW: usize = 512;
+
+/// The most: beyond it RustDDS forgets what it has to repair.
+const MAX_WINDOW: usize = 8192;
+
+/// The fewest samples RustDDS keeps for a subscription, whatever its depth; it frees none before there are more.
+const MIN_CACHE: usize = 64;
+
+/// RustDDS gives up waiting only when it is woken; the limits are kept by us.
+const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
+
+/// How samples of a topic are delivered.
+///
+/// | Preset | Publisher offers | Subscription requests | For |
+/// | --- | --- | --- | --- |
+/// | [`latched`](Self::latched) | reliable, transient local | reliable, transient local | what late joiners need: scenes, plans, controls |
+/// | [`reliable`](Self::reliable) | reliable, transient local | reliable, volatile | streams that must be complete: states, odometry, tf |
+/// | [`sensor`](Self::sensor) | best effort, volatile | best effort, volatile | streams of which the latest matters |
+///
+/// Publishers of the reliable presets are durable because a volatile writer loses what it sends between its own match
+/// and its reader's; a durable one repairs it. They match subscriptions of every kind. `latched` subscriptions match
+/// durable publishers only; the others match every reliable publisher, `sensor` subscriptions every publisher.
+///
+/// The depth of a publisher is how many samples a late joiner gets at least: RustDDS trims only every few seconds, so
+/// that it may get more, oldest first. The depth of a subscription is how many samples wait to be taken; further ones
+/// push out the oldest, which [`lost`](super::Subscription::lost) counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Qos {
+    reliable: bool,
+    latched: bool,
+    depth: usize,
+    max_wait: Duration,
+}
+
+impl Qos {
+    /// The last `depth` samples, also for subscriptions that come later.
+    pub const fn latched(depth: usize) -> Self {
+        Self {
+            latched: true,
+            ..Self::reliable(depth)
+        }
+    }
+
+    /// Every sample, as long as subscriptions keep up.
+    pub const fn reliable(depth: usize) -> Self {
+        Self {
+            reliable: true,
+            latched: false,
+            depth,
+            max_wait: MAX_WAIT,
+        }
+    }
+
+    /// Samples may be lost, and nothing ever waits.
+    pub const fn sensor(depth: usize) -> Self {
+        Self {
+            reliable: false,
+            ..Self::reliable(depth)
+        }
+    }
+
+    /// Changes how long [`publish`](super::Publisher::publish) may wait: 100 ms unless changed.
+    #[must_use]
+    pub const fn max_wait(self, max_wait: Duration) -> Self {
+        Self { max_wait, ..self }
+    }
+
+    pub(super) fn depth(&self) -> usize {
+        self.depth.max(1)
+    }
+
+    pub(super) fn publish_limit(&self) -> Duration {
+        self.max_wait
+    }
+
+    pub(super) fn offered(&self) -> QosPolicies {
+        // The window is what RustDDS retains while nobody listens, so that a latched one is no larger than its depth.
+        let least = if self.latched { 1 } else { MIN_WINDOW };
+        self.policies(self.reliable, self.depth.clamp(least, MAX_WINDOW))
+    }
+
+    pub(super) fn requested(&self) -> QosPolicies {
+        self.policies(self.latched, self.depth().max(MIN_CACHE))
+    }
+
+    fn policies(&self, durable: bool, max_samples: usize) -> QosPolicies {
+        let count = |count: usize| i32::try_from(count.max(1)).unwrap_or(i32::MAX);
+        QosPolicyBuilder::new()
+            .reliability(if self.reliable {
+                Reliability::Reliable {
+                    max_blocking_time: NEVER,
+                }
+            } else {
+                Reliability::BestEffort
+            })
+            .durability(if durable {
+                Durability::TransientLocal
+            } else {
+                Durability::Volatile
+            })
+            .history(History::KeepLast {
+                depth: count(self.depth),
+            })
+            .resource_limits(ResourceLimits {
+                max_samples: count(max_samples),
+                max_instances: 1,
+                max_samples_per_instance: count(max_samples),
+            })
+            .build()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_offered_satisfies_what_is_requested() {
+        let presets = [Qos::latched(1), Qos::reliable(10), Qos::sensor(5)];
+        let matching: Vec<Vec<bool>> = presets
+            .iter()
+            .map(|publisher| {
+                presets
+                    .iter()
+                    .map(|subscription| {
+                        publisher
+                            .offered()
+                            .compliance_failure_wrt(&subscription.requested())
+                            .is_none()
+                    })
+                    .collect()
+            })
+            .collect();
+        assert_eq!(
+            matching,
+            [[true; 3], [true; 3], [false, false, true]],
+            "rows are publishers, columns subscriptions: latched, reliable, sensor"
+        );
+    }
+}

@@ -1,0 +1,202 @@
+//! Subscriptions, to messages and to their CDR bytes.
+
+use std::{fmt, future::poll_fn, marker::PhantomData, sync::Arc, time::Duration};
+
+use lgvi_msgs::{RosMessage, cdr::CdrError};
+
+use super::{graph::Side, inbox::Inbox, node::Inner};
+use crate::block::block_on_for;
+
+/// A sample that cannot be taken. Later ones can.
+#[derive(Debug, thiserror::Error)]
+pub enum TakeError {
+    /// The bytes are not a message of the expected type.
+    #[error("{topic}: sample {} of {}", info.sequence, info.writer)]
+    Decode {
+        /// The topic.
+        topic: String,
+        /// Who sent the sample, and when.
+        info: SampleInfo,
+        /// What is wrong with it.
+        source: CdrError,
+    },
+    /// The sample is not in plain CDR, or the DDS stack has failed.
+    #[error("{topic}: {reason}")]
+    Dds {
+        /// The topic.
+        topic: String,
+        /// What the DDS stack says.
+        reason: String,
+    },
+}
+
+/// A received message and where it comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample<M> {
+    /// The message.
+    pub message: M,
+    /// Where it comes from.
+    pub info: SampleInfo,
+}
+
+/// Where a sample comes from. Times are nanoseconds since the UNIX epoch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleInfo {
+    /// The publisher.
+    pub writer: WriterId,
+    /// Counts the publisher's samples from 1; a gap is a loss.
+    pub sequence: u64,
+    /// When it was published, if the publisher says so.
+    pub source_time: Option<i64>,
+    /// When it was received.
+    pub received_time: i64,
+}
+
+/// The identity of a publisher: its DDS GUID.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WriterId(pub [u8; 16]);
+
+impl fmt::Display for WriterId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+/// Receives messages of one type.
+pub struct Subscription<M> {
+    raw: RawSubscription,
+    messages: PhantomData<fn() -> M>,
+}
+
+/// Receives CDR bytes as they were sent, behind the four-byte encapsulation header that tells their byte order.
+pub struct RawSubscription {
+    inbox: Arc<Inbox>,
+    node: Arc<Inner>,
+}
+
+impl<M: RosMessage> Subscription<M> {
+    pub(super) fn new(raw: RawSubscription) -> Self {
+        Self {
+            raw,
+            messages: PhantomData,
+        }
+    }
+
+    /// Takes the next message that has arrived; `None` if there is none.
+    pub fn take(&self) -> Result<Option<Sample<M>>, TakeError> {
+        self.raw
+            .take()?
+            .map(|sample| self.decode(sample))
+            .transpose()
+    }
+
+    /// Waits for the next message, up to `timeout`; `None` if none came.
+    pub fn recv_timeout(&self, timeout: Duration) -> Result<Option<Sample<M>>, TakeError> {
+        self.raw
+            .recv_timeout(timeout)?
+            .map(|sample| self.decode(sample))
+            .transpose()
+    }
+
+    /// Waits for the next message; safe to cancel. Call it in a loop for a stream.
+    pub async fn recv(&self) -> Result<Sample<M>, TakeError> {
+        self.decode(self.raw.recv().await?)
+    }
+
+    fn decode(&self, sample: Sample<Vec<u8>>) -> Result<Sample<M>, TakeError> {
+        let info = sample.info;
+        lgvi_msgs::cdr::decode(&sample.message)
+            .map(|message| Sample { message, info })
+            .map_err(|source| TakeError::Decode {
+                topic: self.raw.topic().into(),
+                info,
+                source,
+            })
+    }
+}
+
+impl<M> Subscription<M> {
+    /// How many publishers of other participants are matched. Cheap.
+    pub fn matched_publishers(&self) -> usize {
+        self.raw.matched_publishers()
+    }
+
+    /// Blocks until so many publishers are matched or the time has passed; returns whether they are.
+    pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
+        self.raw.wait_for_publishers(count, timeout)
+    }
+
+    /// How many samples were lost; see [`RawSubscription::lost`].
+    pub fn lost(&self) -> u64 {
+        self.raw.lost()
+    }
+
+    /// The absolute topic name.
+    pub fn topic(&self) -> &str {
+        self.raw.topic()
+    }
+}
+
+impl RawSubscription {
+    pub(super) fn new(node: Arc<Inner>, inbox: Inbox) -> Self {
+        let inbox = Arc::new(inbox);
+        node.add(Side::Subscription, inbox.guid());
+        node.background.add(Arc::clone(&inbox));
+        Self { inbox, node }
+    }
+
+    /// Takes the next sample that has arrived; `None` if there is none. Samples of one publisher come in order.
+    pub fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
+        self.inbox.take().transpose()
+    }
+
+    /// Waits for the next sample, up to `timeout`; `None` if none came.
+    pub fn recv_timeout(&self, timeout: Duration) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
+        block_on_for(self.recv(), timeout).transpose()
+    }
+
+    /// Waits for the next sample; safe to cancel. Call it in a loop for a stream.
+    pub async fn recv(&self) -> Result<Sample<Vec<u8>>, TakeError> {
+        poll_fn(|context| self.inbox.poll_take(context)).await
+    }
+
+    /// How many publishers of other participants are matched. Cheap.
+    pub fn matched_publishers(&self) -> usize {
+        self.node.matches.count(self.inbox.guid())
+    }
+
+    /// Blocks until so many publishers are matched or the time has passed; returns whether they are.
+    pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
+        self.node.matches.wait(self.inbox.guid(), count, timeout)
+    }
+
+    /// How many samples were lost after the first one of their publisher: on the way, or pushed out by newer ones
+    /// because they were not taken in time.
+    pub fn lost(&self) -> u64 {
+        self.inbox.lost()
+    }
+
+    /// The absolute topic name.
+    pub fn topic(&self) -> &str {
+        self.inbox.topic()
+    }
+}
+
+impl Drop for RawSubscription {
+    fn drop(&mut self) {
+        self.node.background.remove(&self.inbox);
+        self.node.remove(Side::Subscription, self.inbox.guid());
+    }
+}
+
+impl fmt::Debug for RawSubscription {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("RawSubscription").field(&self.inbox).finish()
+    }
+}
+
+impl<M> fmt::Debug for Subscription<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Subscription").field(&self.raw).finish()
+    }
+}

@@ -1,0 +1,141 @@
+//! What is done about a subscriber whose buffer is full.
+
+use std::{
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicU64, AtomicUsize, Ordering},
+    },
+    time::Duration,
+};
+
+use iceoryx2::port::{BackpressureAction, BackpressureInfo};
+use tracing::warn;
+
+/// What a publisher does about a subscriber whose buffer is full.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delivery {
+    /// Goes on without it: nothing ever waits.
+    DropNewest,
+    /// Waits for it, up to `patience`. If that was in vain, the subscriber is not waited for again until it has taken
+    /// a sample, so that one that is stopped or was killed costs one wait.
+    Lossless {
+        /// The longest wait for one sample.
+        patience: Duration,
+    },
+}
+
+/// How far a sample has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Delivered {
+    /// Subscribers that have it.
+    pub receivers: usize,
+    /// Subscribers that had no room for it.
+    pub refused: usize,
+}
+
+/// Decides for one publisher.
+#[derive(Debug)]
+pub(super) struct Backpressure {
+    patience: Duration,
+    /// Which sample is being sent, and how many subscribers have refused it.
+    sample: AtomicU64,
+    refused: AtomicUsize,
+    /// Subscribers that were waited for in vain, and the last sample each has refused.
+    stalled: Mutex<Vec<(u128, u64)>>,
+}
+
+impl Backpressure {
+    pub(super) fn new(delivery: Delivery) -> Self {
+        Self {
+            patience: match delivery {
+                Delivery::DropNewest => Duration::ZERO,
+                Delivery::Lossless { patience } => patience,
+            },
+            sample: AtomicU64::new(0),
+            refused: AtomicUsize::new(0),
+            stalled: Mutex::default(),
+        }
+    }
+
+    /// Begins a sample.
+    pub(super) fn begin(&self) {
+        self.sample.fetch_add(1, Ordering::Relaxed);
+        self.refused.store(0, Ordering::Relaxed);
+    }
+
+    /// How many subscribers have refused the sample.
+    pub(super) fn refused(&self) -> usize {
+        self.refused.load(Ordering::Relaxed)
+    }
+
+    /// Called, again and again, while the buffer of one subscriber is full.
+    pub(super) fn decide(&self, info: &BackpressureInfo) -> BackpressureAction {
+        if self.must_wait(info.receiver_port_id, info.elapsed_time) {
+            BackpressureAction::Retry
+        } else {
+            self.refused.fetch_add(1, Ordering::Relaxed);
+            BackpressureAction::DiscardData
+        }
+    }
+
+    fn must_wait(&self, receiver: u128, elapsed: Duration) -> bool {
+        if self.patience.is_zero() {
+            return false;
+        }
+        let sample = self.sample.load(Ordering::Relaxed);
+        let mut stalled = self.stalled.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(index) = stalled.iter().position(|(id, _)| *id == receiver) {
+            let (_, last_refused) = &mut stalled[index];
+            if *last_refused + 1 >= sample {
+                *last_refused = sample;
+                return false;
+            }
+            stalled.swap_remove(index);
+        }
+        if elapsed < self.patience {
+            return true;
+        }
+        warn!(
+            patience = ?self.patience,
+            "a shared-memory subscriber takes no samples; going on without it"
+        );
+        stalled.push((receiver, sample));
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PATIENCE: Duration = Duration::from_millis(10);
+
+    #[test]
+    fn a_stalled_subscriber_is_waited_for_once_until_it_moves() {
+        let backpressure = Backpressure::new(Delivery::Lossless { patience: PATIENCE });
+        backpressure.begin();
+        assert!(backpressure.must_wait(1, Duration::ZERO));
+        assert!(!backpressure.must_wait(1, PATIENCE));
+        for _ in 0..3 {
+            backpressure.begin();
+            assert!(!backpressure.must_wait(1, Duration::ZERO));
+            assert!(
+                backpressure.must_wait(2, Duration::ZERO),
+                "the other is waited for"
+            );
+        }
+        backpressure.begin();
+        backpressure.begin();
+        assert!(
+            backpressure.must_wait(1, Duration::ZERO),
+            "it had room for the sample between: it is waited for again"
+        );
+    }
+
+    #[test]
+    fn without_patience_nothing_waits() {
+        let backpressure = Backpressure::new(Delivery::DropNewest);
+        backpressure.begin();
+        assert!(!backpressure.must_wait(1, Duration::ZERO));
+    }
+}

@@ -1,0 +1,123 @@
+//! States and controls over shared memory, between the nodes of one host.
+//!
+//! The transport is iceoryx2: publish-subscribe services of slices under a user header. A service is named
+//! `lgvi/<domain id><topic>`, such as `lgvi/0/lgvi_propagator/state`, with the topic's absolute name.
+//!
+//! | Channel | User header | Slice of | Publishers | Subscribers | Buffer | History |
+//! | --- | --- | --- | --- | --- | --- | --- |
+//! | [`State`] | `lgvi/StateHeader` | `lgvi/BodySample` | 1 | 8 | 1024 | 1 |
+//! | [`Control`] | `lgvi/ControlHeader` | `lgvi/ControlInterval` | 8 | 8 | 4 | 1 |
+//!
+//! The type names in quotes are those a process in another language gives; the structs are `repr(C)` and documented in
+//! [`lgvi_msgs::shm`]. Such a process opens the services with the numbers above and with *safe overflow off*.
+//!
+//! # What happens when a subscriber does not keep up
+//! Overflow is a property of a service, which both policies of delivery share. It is off, so that a sample once
+//! accepted is never taken back: the *newest* is refused, by [`Delivery::DropNewest`] at once and by
+//! [`Delivery::Lossless`] after a wait. The publisher counts what was refused; the subscriber sees a gap in the
+//! sequence. (With overflow on, the oldest would vanish under a reader that is only late, and a lossless publisher
+//! could not exist beside it.)
+//!
+//! # Assumptions and limitations
+//! - A subscriber connects to a new publisher when it receives: poll at least every 10 ms.
+//! - What a killed process leaves is removed when the next node starts, or by [`ShmNode::clean`].
+
+mod channel;
+mod delivery;
+mod node;
+mod options;
+mod publisher;
+mod subscriber;
+
+use iceoryx2::service::ipc_threadsafe;
+
+pub use channel::{Channel, Control, State};
+pub use delivery::{Delivered, Delivery};
+pub use node::ShmNode;
+pub use options::ShmOptions;
+pub use publisher::ShmPublisher;
+pub use subscriber::{ShmSample, ShmSubscriber};
+
+/// Publishes states.
+pub type StatePublisher = ShmPublisher<State>;
+/// Receives states.
+pub type StateSubscriber = ShmSubscriber<State>;
+/// Publishes control sequences.
+pub type ControlPublisher = ShmPublisher<Control>;
+/// Receives control sequences.
+pub type ControlSubscriber = ShmSubscriber<Control>;
+
+type Service = ipc_threadsafe::Service;
+
+/// Shared memory that cannot be used as asked.
+#[derive(Debug, thiserror::Error)]
+pub enum ShmError {
+    /// `LGVI_SHM_ROOT` or the name of the node cannot be used.
+    #[error("{what} {value:?} cannot be used for shared memory: {reason}")]
+    Name {
+        /// What it is.
+        what: &'static str,
+        /// Its value.
+        value: String,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+    /// The node cannot be created.
+    #[error("cannot create shared-memory node {name:?}: {reason}")]
+    Node {
+        /// The node's name.
+        name: String,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+    /// The service exists with another layout, or cannot be created.
+    #[error("cannot open shared-memory service {service}: {reason}")]
+    Service {
+        /// The service.
+        service: String,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+    /// There is already a publisher where only one may be.
+    #[error("another instance is running: {service} already has {limit} publisher(s)")]
+    AlreadyPublished {
+        /// The service.
+        service: String,
+        /// How many may be.
+        limit: usize,
+    },
+    /// The port cannot be created.
+    #[error("cannot create a port of {service}: {reason}")]
+    Port {
+        /// The service.
+        service: String,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+    /// More elements than the publisher was made for.
+    #[error("{service}: a sample of {length} elements was sent; the limit is {limit}")]
+    TooLong {
+        /// The service.
+        service: String,
+        /// The sample's elements.
+        length: usize,
+        /// The most there may be.
+        limit: usize,
+    },
+    /// A sample cannot be sent.
+    #[error("{service}: cannot send: {reason}")]
+    Send {
+        /// The service.
+        service: String,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+    /// A sample cannot be received.
+    #[error("{service}: cannot receive: {reason}")]
+    Receive {
+        /// The service.
+        service: String,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+}

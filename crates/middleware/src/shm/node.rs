@@ -1,0 +1,125 @@
+//! A process's part in shared memory.
+
+use std::{fmt, sync::Arc};
+
+use iceoryx2::{
+    node::{Node, NodeBuilder},
+    prelude::{NodeName, SignalHandlingMode},
+    service::{
+        builder::publish_subscribe::PublishSubscribeOpenOrCreateError,
+        port_factory::publish_subscribe::PortFactory,
+    },
+};
+
+use super::{
+    Service, ShmError, ShmOptions,
+    channel::{Channel, Control, State},
+    delivery::Delivery,
+    publisher::ShmPublisher,
+    subscriber::ShmSubscriber,
+};
+
+/// An open service.
+pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as Channel>::Header>;
+
+/// Opens shared-memory ports. Clones are handles to the same node; it is removed when the last of them and of its
+/// ports are dropped.
+#[derive(Clone)]
+pub struct ShmNode {
+    node: Arc<Node<Service>>,
+    domain_id: u16,
+}
+
+impl ShmNode {
+    /// Creates a node, and removes what dead processes have left.
+    pub fn new(name: &str, options: &ShmOptions) -> Result<Self, ShmError> {
+        let node_name = NodeName::new(name).map_err(|error| ShmError::Name {
+            what: "node name",
+            value: name.into(),
+            reason: format!("{error:?}"),
+        })?;
+        let node = NodeBuilder::new()
+            .name(&node_name)
+            .config(&options.config()?)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Service>()
+            .map_err(|error| ShmError::Node {
+                name: name.into(),
+                reason: error.to_string(),
+            })?;
+        let node = Self {
+            node: Arc::new(node),
+            domain_id: options.domain_id,
+        };
+        node.clean();
+        Ok(node)
+    }
+
+    /// Creates the publisher of states of up to `bodies` bodies; there may be one of a topic.
+    pub fn state_publisher(
+        &self,
+        topic: &str,
+        bodies: usize,
+        delivery: Delivery,
+    ) -> Result<ShmPublisher<State>, ShmError> {
+        ShmPublisher::new(self, topic, bodies, delivery)
+    }
+
+    /// Creates a subscriber for states, of which up to `buffer` wait to be received: at least 1, at most 1024.
+    pub fn state_subscriber(
+        &self,
+        topic: &str,
+        buffer: usize,
+    ) -> Result<ShmSubscriber<State>, ShmError> {
+        ShmSubscriber::new(self, topic, buffer)
+    }
+
+    /// Creates a publisher of control sequences.
+    pub fn control_publisher(&self, topic: &str) -> Result<ShmPublisher<Control>, ShmError> {
+        ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
+    }
+
+    /// Creates a subscriber for control sequences; it gets the last one of each publisher too.
+    pub fn control_subscriber(&self, topic: &str) -> Result<ShmSubscriber<Control>, ShmError> {
+        ShmSubscriber::new(self, topic, Control::BUFFER)
+    }
+
+    /// Removes what processes that were killed have left, their ports included. Takes milliseconds.
+    pub fn clean(&self) {
+        self.node.try_cleanup_dead_nodes();
+    }
+
+    /// Opens the service of a topic, or creates it; returns its name too.
+    pub(super) fn open<C: Channel>(&self, topic: &str) -> Result<(String, Open<C>), ShmError> {
+        let name = format!("lgvi/{}{topic}", self.domain_id);
+        let fail = |reason: String| ShmError::Service {
+            service: name.clone(),
+            reason,
+        };
+        let service_name = name
+            .as_str()
+            .try_into()
+            .map_err(|error| fail(format!("{error:?}")))?;
+        self.node
+            .service_builder(&service_name)
+            .publish_subscribe::<[C::Element]>()
+            .user_header::<C::Header>()
+            .enable_safe_overflow(false)
+            .max_publishers(C::PUBLISHERS)
+            .max_subscribers(C::SUBSCRIBERS)
+            .subscriber_max_buffer_size(C::BUFFER)
+            .history_size(C::HISTORY)
+            .open_or_create()
+            .map_err(|error: PublishSubscribeOpenOrCreateError| fail(format!("{error:?}")))
+            .map(|service| (name.clone(), service))
+    }
+}
+
+impl fmt::Debug for ShmNode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ShmNode")
+            .field("name", &self.node.name().as_str())
+            .field("domain_id", &self.domain_id)
+            .finish()
+    }
+}

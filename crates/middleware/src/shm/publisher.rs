@@ -1,0 +1,183 @@
+//! The sending end of a channel.
+
+use std::{
+    sync::Arc,
+    thread,
+    time::{Duration, Instant},
+};
+
+use iceoryx2::{
+    port::{
+        LoanError,
+        publisher::{Publisher, PublisherCreateError},
+        update_connections::UpdateConnections,
+    },
+    prelude::PortFactory as _,
+};
+
+use super::{
+    Service, ShmError, ShmNode,
+    channel::Channel,
+    delivery::{Backpressure, Delivered, Delivery},
+    node::Open,
+};
+
+/// The most memory a publisher of large samples may take, unless that is less than two full buffers [byte].
+const MEMORY_LIMIT: usize = 256 << 20;
+
+/// The cycle at which counts are polled.
+const POLL: Duration = Duration::from_millis(1);
+
+/// How long new subscribers have to connect; they do so when they receive.
+const CONNECT: Duration = Duration::from_millis(20);
+
+/// Publishes samples of a channel.
+#[derive(Debug)]
+pub struct ShmPublisher<C: Channel> {
+    port: Publisher<Service, [C::Element], C::Header>,
+    backpressure: Arc<Backpressure>,
+    lost: u64,
+    open: Open<C>,
+    service: String,
+}
+
+impl<C: Channel> ShmPublisher<C> {
+    /// `elements` is the length of samples that memory is taken for.
+    pub(super) fn new(
+        node: &ShmNode,
+        topic: &str,
+        elements: usize,
+        delivery: Delivery,
+    ) -> Result<Self, ShmError> {
+        let (service, open) = node.open::<C>(topic)?;
+        if elements > C::MAX_ELEMENTS {
+            return Err(ShmError::TooLong {
+                service,
+                length: elements,
+                limit: C::MAX_ELEMENTS,
+            });
+        }
+        let backpressure = Arc::new(Backpressure::new(delivery));
+        let decider = Arc::clone(&backpressure);
+        let size = (elements * size_of::<C::Element>()).max(1);
+        let port = open
+            .publisher_builder()
+            .initial_max_slice_len(elements)
+            .allocation_strategy(C::GROWTH)
+            .override_sample_preallocation(move |worst_case| {
+                worst_case.min((MEMORY_LIMIT / size).max(2 * C::BUFFER))
+            })
+            .set_backpressure_handler(move |info| decider.decide(info))
+            .create()
+            .map_err(|error| match error {
+                PublisherCreateError::ExceedsMaxSupportedPublishers => ShmError::AlreadyPublished {
+                    service: service.clone(),
+                    limit: C::PUBLISHERS,
+                },
+                error => ShmError::Port {
+                    service: service.clone(),
+                    reason: error.to_string(),
+                },
+            })?;
+        Ok(Self {
+            port,
+            backpressure,
+            lost: 0,
+            open,
+            service,
+        })
+    }
+
+    /// Sends a sample whose elements `fill` writes straight into shared memory, by index.
+    ///
+    /// Allocates nothing while samples are no longer than the publisher was made for; locks and waits only for a
+    /// subscriber whose buffer is full.
+    pub fn send_with(
+        &mut self,
+        header: C::Header,
+        elements: usize,
+        fill: impl FnMut(usize) -> C::Element,
+    ) -> Result<Delivered, ShmError> {
+        let subscribers = self.subscribers();
+        self.backpressure.begin();
+        let receivers = match self.port.loan_slice_uninit(elements) {
+            Ok(mut sample) => {
+                *sample.user_header_mut() = header;
+                sample
+                    .write_from_fn(fill)
+                    .send()
+                    .map_err(|error| self.send_error(error.to_string()))?
+            }
+            // All memory waits with subscribers that do not keep up.
+            Err(LoanError::OutOfMemory) => 0,
+            Err(LoanError::ExceedsMaxLoanSize) => {
+                return Err(ShmError::TooLong {
+                    service: self.service.clone(),
+                    length: elements,
+                    limit: self.port.initial_max_slice_len(),
+                });
+            }
+            Err(error) => return Err(self.send_error(error.to_string())),
+        };
+        let refused = if self.subscribers() == subscribers {
+            subscribers.saturating_sub(receivers)
+        } else {
+            self.backpressure.refused()
+        };
+        self.lost += refused as u64;
+        Ok(Delivered { receivers, refused })
+    }
+
+    /// Sends a sample with these elements.
+    pub fn send(
+        &mut self,
+        header: C::Header,
+        elements: &[C::Element],
+    ) -> Result<Delivered, ShmError> {
+        if elements.len() > C::MAX_ELEMENTS {
+            return Err(ShmError::TooLong {
+                service: self.service.clone(),
+                length: elements.len(),
+                limit: C::MAX_ELEMENTS,
+            });
+        }
+        self.send_with(header, elements.len(), |index| elements[index])
+    }
+
+    /// How many samples subscribers had no room for, summed over subscribers.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// How many subscribers there are; one that was killed counts until it is cleaned up.
+    pub fn subscribers(&self) -> usize {
+        self.open.dynamic_config().number_of_subscribers()
+    }
+
+    /// Blocks until so many subscribers are connected or the time has passed; returns whether they are.
+    pub fn wait_for_subscribers(
+        &mut self,
+        count: usize,
+        timeout: Duration,
+    ) -> Result<bool, ShmError> {
+        let start = Instant::now();
+        while self.subscribers() < count {
+            if start.elapsed() >= timeout {
+                return Ok(false);
+            }
+            thread::sleep(POLL);
+        }
+        self.port
+            .update_connections()
+            .map_err(|error| self.send_error(error.to_string()))?;
+        thread::sleep(CONNECT);
+        Ok(true)
+    }
+
+    fn send_error(&self, reason: String) -> ShmError {
+        ShmError::Send {
+            service: self.service.clone(),
+            reason,
+        }
+    }
+}

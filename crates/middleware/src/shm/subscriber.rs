@@ -1,0 +1,111 @@
+//! The receiving end of a channel.
+
+use std::{
+    fmt, thread,
+    time::{Duration, Instant},
+};
+
+use iceoryx2::{port::subscriber::Subscriber, prelude::PortFactory as _, sample::Sample};
+
+use super::{Service, ShmError, ShmNode, channel::Channel, node::Open};
+
+/// The cycle at which counts are polled.
+const POLL: Duration = Duration::from_millis(1);
+
+/// Receives samples of a channel.
+#[derive(Debug)]
+pub struct ShmSubscriber<C: Channel> {
+    port: Subscriber<Service, [C::Element], C::Header>,
+    latest: Option<u64>,
+    lost: u64,
+    open: Open<C>,
+    service: String,
+}
+
+/// A received sample, read where the publisher has written it. Up to two may be held at a time.
+pub struct ShmSample<C: Channel>(Sample<Service, [C::Element], C::Header>);
+
+impl<C: Channel> ShmSample<C> {
+    /// What stands before the elements.
+    pub fn header(&self) -> &C::Header {
+        self.0.user_header()
+    }
+
+    /// The elements.
+    pub fn elements(&self) -> &[C::Element] {
+        self.0.payload()
+    }
+}
+
+impl<C: Channel> fmt::Debug for ShmSample<C> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ShmSample")
+            .field("header", self.header())
+            .field("elements", &self.elements())
+            .finish()
+    }
+}
+
+impl<C: Channel> ShmSubscriber<C> {
+    pub(super) fn new(node: &ShmNode, topic: &str, buffer: usize) -> Result<Self, ShmError> {
+        let (service, open) = node.open::<C>(topic)?;
+        let port = open
+            .subscriber_builder()
+            .buffer_size(buffer.clamp(1, C::BUFFER))
+            .create()
+            .map_err(|error| ShmError::Port {
+                service: service.clone(),
+                reason: error.to_string(),
+            })?;
+        Ok(Self {
+            port,
+            latest: None,
+            lost: 0,
+            open,
+            service,
+        })
+    }
+
+    /// Takes the next sample; `None` if there is none. Also connects to new publishers: poll at least every 10 ms.
+    pub fn receive(&mut self) -> Result<Option<ShmSample<C>>, ShmError> {
+        let sample = self.port.receive().map_err(|error| ShmError::Receive {
+            service: self.service.clone(),
+            reason: error.to_string(),
+        })?;
+        if let Some(sequence) = sample
+            .as_ref()
+            .and_then(|sample| C::sequence(sample.user_header()))
+        {
+            self.count_gap(sequence);
+        }
+        Ok(sample.map(ShmSample))
+    }
+
+    /// How many samples are missing between those received. A sequence that starts anew is a new run, not a loss.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// How many publishers there are; one that was killed counts until it is cleaned up.
+    pub fn publishers(&self) -> usize {
+        self.open.dynamic_config().number_of_publishers()
+    }
+
+    /// Blocks until so many publishers are there or the time has passed; returns whether they are.
+    pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
+        let start = Instant::now();
+        while self.publishers() < count {
+            if start.elapsed() >= timeout {
+                return false;
+            }
+            thread::sleep(POLL);
+        }
+        true
+    }
+
+    fn count_gap(&mut self, sequence: u64) {
+        if let Some(latest) = self.latest.replace(sequence) {
+            self.lost += sequence.saturating_sub(latest).saturating_sub(1);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The request to stop, from a signal or from within.
+
+use std::{
+    io,
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    thread,
+    time::Duration,
+};
+
+use signal_hook::{
+    consts::{SIGINT, SIGTERM},
+    iterator::Signals,
+};
+use tokio::sync::Notify;
+
+/// A flag that is raised once and stays raised; clones share it.
+#[derive(Debug, Clone, Default)]
+pub struct Shutdown(Arc<Flag>);
+
+#[derive(Debug, Default)]
+struct Flag {
+    raised: Mutex<bool>,
+    blocking: Condvar,
+    tasks: Notify,
+}
+
+impl Shutdown {
+    /// A flag that only [`request`](Self::request) raises.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A flag that SIGINT and SIGTERM raise too; these signals have no other effect from here on.
+    ///
+    /// Fails if the handlers cannot be installed.
+    pub fn on_signals() -> io::Result<Self> {
+        let shutdown = Self::new();
+        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        let raised = shutdown.clone();
+        thread::Builder::new()
+            .name("signals".into())
+            .spawn(move || {
+                for _ in signals.forever() {
+                    raised.request();
+                }
+            })?;
+        Ok(shutdown)
+    }
+
+    /// Raises the flag.
+    pub fn request(&self) {
+        *self.lock() = true;
+        self.0.blocking.notify_all();
+        self.0.tasks.notify_waiters();
+    }
+
+    /// Whether the flag is raised.
+    pub fn requested(&self) -> bool {
+        *self.lock()
+    }
+
+    /// Blocks until the flag is raised or the time has passed; returns whether it is raised.
+    pub fn wait_timeout(&self, timeout: Duration) -> bool {
+        *self
+            .0
+            .blocking
+            .wait_timeout_while(self.lock(), timeout, |raised| !*raised)
+            .unwrap_or_else(PoisonError::into_inner)
+            .0
+    }
+
+    /// Waits until the flag is raised; safe to cancel.
+    pub async fn wait(&self) {
+        let notified = self.0.tasks.notified();
+        tokio::pin!(notified);
+        notified.as_mut().enable();
+        if !self.requested() {
+            notified.await;
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, bool> {
+        self.0.raised.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+
+    #[test]
+    fn waiting_ends_with_the_request() {
+        let shutdown = Shutdown::new();
+        assert!(!shutdown.wait_timeout(Duration::from_millis(1)));
+        let other = shutdown.clone();
+        let requester = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(20));
+            other.request();
+        });
+        let start = Instant::now();
+        assert!(shutdown.wait_timeout(Duration::from_secs(10)));
+        assert!(start.elapsed() < Duration::from_secs(5));
+        requester.join().unwrap();
+    }
+
+    #[test]
+    fn tasks_are_woken() {
+        let shutdown = Shutdown::new();
+        let other = shutdown.clone();
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .unwrap();
+        let requester = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(20));
+            other.request();
+        });
+        runtime.block_on(shutdown.wait());
+        runtime.block_on(shutdown.wait());
+        requester.join().unwrap();
+    }
+
+    #[test]
+    fn sigterm_raises_the_flag() {
+        let shutdown = Shutdown::on_signals().unwrap();
+        assert!(!shutdown.requested());
+        signal_hook::low_level::raise(SIGTERM).unwrap();
+        assert!(shutdown.wait_timeout(Duration::from_secs(10)));
+    }
+}

@@ -1,0 +1,22 @@
+//! Nodes that cannot meet those of other tests.
+
+use std::{
+    process,
+    sync::atomic::{AtomicU32, Ordering},
+};
+
+use lgvi_middleware::{Environment, NodeArgs, ros::RosNode};
+
+/// A domain of its own on the loopback interface.
+pub fn isolated() -> Environment {
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let serial = process::id()
+        .wrapping_mul(16)
+        .wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed));
+    Environment::localhost(30 + (serial % 200) as u16)
+}
+
+pub fn node(name: &str, environment: &Environment) -> RosNode {
+    let (args, _) = NodeArgs::parse(name, []).unwrap();
+    RosNode::new(&args, environment).unwrap()
+}

@@ -1,0 +1,428 @@
+//! Shared memory between nodes, of one process and of several, each test in a directory of its own.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::{
+    env, fs,
+    hash::{DefaultHasher, Hash, Hasher},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+use lgvi_middleware::shm::{
+    Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher, StateSubscriber,
+};
+use lgvi_msgs::shm::{BodySample, ControlHeader, ControlInterval, Name, StateHeader};
+use tempfile::TempDir;
+
+const TOPIC: &str = "/lgvi_propagator/state";
+const PATIENCE: Duration = Duration::from_secs(20);
+const BUFFER: usize = 1024;
+
+/// A directory of its own. iceoryx2 keeps a counter of 16 bytes in /dev/shm for good: it goes with the directory.
+struct World(TempDir);
+
+impl World {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// What iceoryx2 has left in the directory and under its prefix in /dev/shm.
+    fn remains(&self) -> Vec<PathBuf> {
+        let mut found = in_shm(self.path());
+        found.retain(|path| !is_counter(path));
+        files(self.path(), &mut found);
+        found
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        for counter in in_shm(self.path()).iter().filter(|path| is_counter(path)) {
+            fs::remove_file(counter).unwrap();
+        }
+    }
+}
+
+fn is_counter(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == "global_mgmt")
+}
+
+fn in_shm(root: &Path) -> Vec<PathBuf> {
+    let mut hasher = DefaultHasher::new();
+    root.to_path_buf().hash(&mut hasher);
+    let prefix = format!("lgvi_{:016x}_", hasher.finish());
+    let mut found = Vec::new();
+    files(Path::new("/dev/shm"), &mut found);
+    found.retain(|path| {
+        path.file_name()
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .starts_with(&prefix)
+    });
+    found
+}
+
+fn files(directory: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            files(&path, found);
+        } else {
+            found.push(path);
+        }
+    }
+}
+
+fn node(root: &Path, name: &str) -> ShmNode {
+    let options = ShmOptions {
+        domain_id: 7,
+        root: Some(root.into()),
+    };
+    ShmNode::new(name, &options).unwrap()
+}
+
+fn header(sequence: u64) -> StateHeader {
+    StateHeader {
+        sequence,
+        step: 10 * sequence,
+        time: 0.5 * sequence as f64,
+        stamp_nanoseconds: 1,
+    }
+}
+
+fn body(sequence: u64, index: usize) -> BodySample {
+    BodySample {
+        name: Name::try_from("chaser").unwrap(),
+        position: [sequence as f64, index as f64, 0.0],
+        ..BodySample::default()
+    }
+}
+
+fn send(publisher: &mut StatePublisher, sequence: u64) -> Delivered {
+    publisher
+        .send_with(header(sequence), 2, |index| body(sequence, index))
+        .unwrap()
+}
+
+fn receive(subscriber: &mut StateSubscriber) -> Option<u64> {
+    let sample = subscriber.receive().unwrap()?;
+    let sequence = sample.header().sequence;
+    assert_eq!(*sample.header(), header(sequence));
+    assert_eq!(sample.elements(), [body(sequence, 0), body(sequence, 1)]);
+    Some(sequence)
+}
+
+fn receive_within(subscriber: &mut StateSubscriber, patience: Duration) -> Option<u64> {
+    let start = Instant::now();
+    loop {
+        match receive(subscriber) {
+            None if start.elapsed() < patience => thread::sleep(Duration::from_micros(100)),
+            received => return received,
+        }
+    }
+}
+
+#[test]
+fn samples_arrive_complete_and_nothing_remains() {
+    let root = World::new();
+    {
+        let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+        let mut publisher = a.state_publisher(TOPIC, 2, Delivery::DropNewest).unwrap();
+        let mut subscriber = b.state_subscriber(TOPIC, BUFFER).unwrap();
+        assert_eq!((publisher.subscribers(), subscriber.publishers()), (1, 1));
+        for sequence in 0..100 {
+            let delivered = send(&mut publisher, sequence);
+            assert_eq!(
+                delivered,
+                Delivered {
+                    receivers: 1,
+                    refused: 0
+                }
+            );
+            assert_eq!(receive(&mut subscriber), Some(sequence));
+        }
+        assert!(!root.remains().is_empty());
+        drop(publisher);
+        assert_eq!(subscriber.publishers(), 0);
+    }
+    assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
+}
+
+#[test]
+fn a_second_publisher_is_told_that_another_instance_runs() {
+    let root = World::new();
+    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    let first = a.state_publisher(TOPIC, 1, Delivery::DropNewest).unwrap();
+    let error = b
+        .state_publisher(TOPIC, 1, Delivery::DropNewest)
+        .unwrap_err();
+    assert!(matches!(error, ShmError::AlreadyPublished { limit: 1, .. }));
+    assert!(error.to_string().contains("another instance is running"));
+    drop(first);
+    b.state_publisher(TOPIC, 1, Delivery::DropNewest).unwrap();
+}
+
+#[test]
+fn domains_and_topics_are_apart() {
+    let root = World::new();
+    let here = node(root.path(), "here");
+    let there = ShmNode::new(
+        "there",
+        &ShmOptions {
+            domain_id: 8,
+            root: Some(root.path().into()),
+        },
+    )
+    .unwrap();
+    let publisher = here
+        .state_publisher(TOPIC, 1, Delivery::DropNewest)
+        .unwrap();
+    let _elsewhere = there.state_subscriber(TOPIC, 1).unwrap();
+    let _other = here.state_subscriber("/other/state", 1).unwrap();
+    assert_eq!(publisher.subscribers(), 0);
+}
+
+#[test]
+fn a_slow_subscriber_loses_the_newest_and_both_sides_count_it() {
+    let root = World::new();
+    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    let mut publisher = a.state_publisher(TOPIC, 2, Delivery::DropNewest).unwrap();
+    let mut slow = b.state_subscriber(TOPIC, 4).unwrap();
+    let mut fast = b.state_subscriber(TOPIC, BUFFER).unwrap();
+    for sequence in 0..10 {
+        let delivered = send(&mut publisher, sequence);
+        assert_eq!(delivered.refused, usize::from(sequence >= 4));
+    }
+    let received: Vec<_> = std::iter::from_fn(|| receive(&mut slow)).collect();
+    assert_eq!(received, [0, 1, 2, 3]);
+    send(&mut publisher, 10);
+    assert_eq!(receive(&mut slow), Some(10));
+    assert_eq!((slow.lost(), publisher.lost()), (6, 6));
+    assert_eq!(std::iter::from_fn(|| receive(&mut fast)).count(), 11);
+    assert_eq!(fast.lost(), 0);
+}
+
+#[test]
+fn lossless_delivery_waits_for_a_slow_subscriber() {
+    const COUNT: u64 = 100_000;
+    let root = World::new();
+    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    let delivery = Delivery::Lossless { patience: PATIENCE };
+    let mut publisher = a.state_publisher(TOPIC, 2, delivery).unwrap();
+    let mut subscriber = b.state_subscriber(TOPIC, 64).unwrap();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            assert!(publisher.wait_for_subscribers(1, PATIENCE).unwrap());
+            let start = Instant::now();
+            for sequence in 0..COUNT {
+                send(&mut publisher, sequence);
+            }
+            eprintln!("{COUNT} samples in {:?}", start.elapsed());
+            assert_eq!(publisher.lost(), 0);
+        });
+        for sequence in 0..COUNT {
+            assert_eq!(receive_within(&mut subscriber, PATIENCE), Some(sequence));
+            if sequence % 10_000 == 0 {
+                thread::sleep(Duration::from_millis(2));
+            }
+        }
+    });
+    assert_eq!(subscriber.lost(), 0);
+}
+
+#[test]
+fn a_subscriber_that_hangs_costs_one_wait() {
+    let patience = Duration::from_millis(200);
+    let root = World::new();
+    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    let mut publisher = a
+        .state_publisher(TOPIC, 2, Delivery::Lossless { patience })
+        .unwrap();
+    let mut hanging = b.state_subscriber(TOPIC, 4).unwrap();
+    let start = Instant::now();
+    for sequence in 0..1000 {
+        send(&mut publisher, sequence);
+        if sequence == 0 {
+            assert_eq!(receive(&mut hanging), Some(0));
+        }
+    }
+    let elapsed = start.elapsed();
+    assert!(elapsed >= patience && elapsed < 3 * patience, "{elapsed:?}");
+    assert_eq!(publisher.lost(), 1000 - 5);
+}
+
+#[test]
+fn a_late_subscriber_gets_the_last_control_sequence() {
+    let root = World::new();
+    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    let topic = "/lgvi_planner/control_sequence";
+    let mut publisher = a.control_publisher(topic).unwrap();
+    let mut other = a.control_publisher(topic).unwrap();
+    let interval = |k: usize| ControlInterval {
+        force: [k as f64, 0.0, 0.0],
+        moment: [0.0; 3],
+    };
+    let header = |first_step| ControlHeader {
+        first_step,
+        step_size: 0.1,
+        ..ControlHeader::default()
+    };
+    for (first_step, length) in [(1, 3), (2, 1_000_000), (3, 0), (4, 1000)] {
+        let intervals: Vec<_> = (0..length).map(interval).collect();
+        publisher.send(header(first_step), &intervals).unwrap();
+    }
+    let mut subscriber = b.control_subscriber(topic).unwrap();
+    let mut receive = |publisher: &mut lgvi_middleware::shm::ControlPublisher| {
+        publisher.wait_for_subscribers(1, PATIENCE).unwrap();
+        let sample = subscriber.receive().unwrap().unwrap();
+        (sample.header().first_step, sample.elements().to_vec())
+    };
+    let (first_step, intervals) = receive(&mut publisher);
+    assert_eq!((first_step, intervals.len()), (4, 1000));
+    assert_eq!(intervals[999], interval(999));
+    let long: Vec<_> = (0..1_000_000).map(interval).collect();
+    other.send(header(5), &long).unwrap();
+    let (first_step, intervals) = receive(&mut other);
+    assert_eq!(first_step, 5);
+    assert_eq!(intervals, long);
+    let error = other
+        .send(header(6), &vec![interval(0); 1_000_001])
+        .unwrap_err();
+    assert!(matches!(
+        error,
+        ShmError::TooLong {
+            length: 1_000_001,
+            ..
+        }
+    ));
+}
+
+#[test]
+fn more_bodies_than_made_for_are_an_error() {
+    let root = World::new();
+    let node = node(root.path(), "a");
+    let mut publisher = node
+        .state_publisher(TOPIC, 1, Delivery::DropNewest)
+        .unwrap();
+    let error = publisher
+        .send(header(0), &[body(0, 0), body(0, 1)])
+        .unwrap_err();
+    assert!(
+        matches!(
+            error,
+            ShmError::TooLong {
+                length: 2,
+                limit: 1,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+const ROLE: &str = "LGVI_TEST_ROLE";
+
+/// Runs the test `child` of this binary in another process; it prints a line when it is ready.
+fn spawn(role: &str, root: &Path) -> Child {
+    use std::io::{BufRead, BufReader};
+    let mut child = Command::new(env::current_exe().unwrap())
+        .args(["--exact", "child", "--ignored", "--nocapture"])
+        .env(ROLE, role)
+        .env("LGVI_SHM_ROOT", root)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().contains("ready")));
+    child
+}
+
+#[test]
+#[ignore = "run by other tests in a process of its own"]
+fn child() {
+    let root = env::var("LGVI_SHM_ROOT").unwrap();
+    let node = node(Path::new(&root), "child");
+    let (mut publisher, mut subscriber);
+    match env::var(ROLE).unwrap().as_str() {
+        "publish" => {
+            publisher = node
+                .state_publisher(TOPIC, 2, Delivery::DropNewest)
+                .unwrap();
+            send(&mut publisher, 41);
+        }
+        "subscribe" => {
+            subscriber = node.state_subscriber(TOPIC, 4).unwrap();
+            receive(&mut subscriber);
+        }
+        role => panic!("{role}"),
+    }
+    #[allow(clippy::print_stdout)]
+    {
+        println!("ready");
+    }
+    thread::sleep(Duration::from_secs(60));
+}
+
+#[test]
+fn a_killed_publisher_is_replaced_and_nothing_remains() {
+    let root = World::new();
+    {
+        let survivor = node(root.path(), "survivor");
+        let mut subscriber = survivor.state_subscriber(TOPIC, BUFFER).unwrap();
+        let mut child = spawn("publish", root.path());
+        assert_eq!(receive(&mut subscriber), Some(41), "history");
+        child.kill().unwrap();
+        child.wait().unwrap();
+
+        let successor = node(root.path(), "successor");
+        let mut publisher = successor
+            .state_publisher(TOPIC, 2, Delivery::DropNewest)
+            .unwrap();
+        assert_eq!(subscriber.publishers(), 1);
+        send(&mut publisher, 0);
+        assert_eq!(receive(&mut subscriber), Some(0));
+        assert_eq!(subscriber.lost(), 0, "a new run is not a loss");
+    }
+    assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
+}
+
+#[test]
+fn a_killed_subscriber_costs_one_wait_and_is_cleaned_up() {
+    let patience = Duration::from_millis(200);
+    let root = World::new();
+    {
+        let node = node(root.path(), "a");
+        let mut publisher = node
+            .state_publisher(TOPIC, 2, Delivery::Lossless { patience })
+            .unwrap();
+        let mut child = spawn("subscribe", root.path());
+        assert_eq!(send(&mut publisher, 0).receivers, 1);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let start = Instant::now();
+        for sequence in 1..1000 {
+            send(&mut publisher, sequence);
+        }
+        assert!(start.elapsed() < 3 * patience, "{:?}", start.elapsed());
+        assert!(publisher.lost() > 0);
+        node.clean();
+        assert_eq!(publisher.subscribers(), 0);
+        assert_eq!(
+            send(&mut publisher, 1000),
+            Delivered {
+                receivers: 0,
+                refused: 0
+            }
+        );
+    }
+    assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
+}

@@ -1,0 +1,53 @@
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_msgs::shm::{BodySample, ControlInterval, Name};
+use lgvi_scene::Units;
+
+/// The sample of a body's state.
+pub fn body_sample(name: Name, state: &BodyState, units: &Units) -> BodySample {
+    let si = units.state_to_si(state);
+    let mut attitude = [0.0; 9];
+    for (element, value) in attitude.iter_mut().zip(si.attitude.transpose().iter()) {
+        *element = *value;
+    }
+    BodySample {
+        name,
+        position: si.position.into(),
+        linear_momentum: si.linear_momentum.into(),
+        attitude,
+        angular_momentum: si.angular_momentum.into(),
+    }
+}
+
+/// The sample of a control.
+pub fn control_interval(control: &Load, units: &Units) -> ControlInterval {
+    let si = units.load_to_si(control);
+    ControlInterval { force: si.force.into(), moment: si.moment.into() }
+}
+
+/// The load of a control's sample.
+pub fn load(interval: &ControlInterval, units: &Units) -> Load {
+    units.load_from_si(&Load { force: interval.force.into(), moment: interval.moment.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+
+    #[test]
+    fn attitude_goes_out_by_rows_and_in_si() {
+        let state = BodyState {
+            position: Vector3::new(1.0, 2.0, 3.0),
+            linear_momentum: Vector3::new(4.0, 5.0, 6.0),
+            attitude: Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+            angular_momentum: Vector3::new(7.0, 8.0, 9.0),
+        };
+        let units = Units { length: 10.0, mass: 2.0, time: 5.0 };
+        let sample = body_sample(Name::try_from("body").unwrap(), &state, &units);
+        assert_eq!(sample.attitude, [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(sample.position, [10.0, 20.0, 30.0]);
+        assert_eq!(sample.linear_momentum, [16.0, 20.0, 24.0]);
+        assert_eq!(sample.angular_momentum, [280.0, 320.0, 360.0]);
+    }
+}

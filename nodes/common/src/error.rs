@@ -1,0 +1,34 @@
+use std::process::ExitCode;
+
+use thiserror::Error;
+
+/// Why a node ends before its work is done.
+#[derive(Debug, Error)]
+pub enum NodeError {
+    /// What it was given cannot be used: exit code 2.
+    #[error("{0}")]
+    Input(String),
+    /// What it was doing failed: exit code 1.
+    #[error("{0}")]
+    Runtime(String),
+}
+
+impl NodeError {
+    /// Something wrong with what the node was given.
+    pub fn input(error: impl ToString) -> Self {
+        Self::Input(error.to_string())
+    }
+
+    /// Something that failed on the way.
+    pub fn runtime(error: impl ToString) -> Self {
+        Self::Runtime(error.to_string())
+    }
+
+    /// The code that the process exits with.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Runtime(_) => ExitCode::from(1),
+        }
+    }
+}

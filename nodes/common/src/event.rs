@@ -1,0 +1,117 @@
+//! What a node tells the process that started it. All quantities are SI unless said otherwise.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// One event of a node's life.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Event {
+    /// All ports are open.
+    Ready,
+    /// The planner has made an iteration.
+    Planning(PlanReport),
+    /// The planner has a plan and has published it.
+    Planned {
+        /// The last iteration.
+        plan: PlanReport,
+        /// Wall-clock time of the solution [s].
+        seconds: f64,
+        /// Messages published so far, by topic.
+        published: BTreeMap<String, u64>,
+    },
+    /// The propagator is on its way.
+    Flying {
+        /// Steps made.
+        step: u64,
+    },
+    /// The propagator has made all steps and everything is published.
+    Flown(FlightReport),
+    /// The recorder has written messages.
+    Recording {
+        /// Messages written, by topic.
+        messages: BTreeMap<String, u64>,
+        /// Messages known to be missing.
+        lost: u64,
+    },
+    /// The recorder has closed the bag.
+    Recorded {
+        /// The bag's directory.
+        bag: PathBuf,
+        /// Messages in it.
+        messages: u64,
+        /// Messages known to be missing.
+        lost: u64,
+    },
+    /// The player has played the whole bag.
+    Played {
+        /// Messages published.
+        messages: u64,
+    },
+    /// The node ends with an error.
+    Failed {
+        /// What went wrong.
+        message: String,
+    },
+}
+
+/// Where the planner's solver is; errors and cost in the scene's units.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct PlanReport {
+    /// Newton iterations so far.
+    pub iterations: u32,
+    /// Trajectories integrated so far.
+    pub trials: u32,
+    /// Norm of the terminal error.
+    pub violation: f64,
+    /// Objective.
+    pub cost: f64,
+}
+
+/// By how much the flown state misses the target.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Miss {
+    /// Distance [m].
+    pub position: f64,
+    /// Momentum [kg m/s].
+    pub linear_momentum: f64,
+    /// Angle [rad].
+    pub attitude: f64,
+    /// Angular momentum [kg m²/s].
+    pub angular_momentum: f64,
+    /// Norm of all four in the scene's units.
+    pub norm: f64,
+}
+
+/// What the propagator has flown.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct FlightReport {
+    /// Steps made.
+    pub steps: u64,
+    /// Step [s].
+    pub step_size: f64,
+    /// Wall-clock time of the loop, waiting for slower subscribers included [s].
+    pub seconds: f64,
+    /// How far from the manoeuvre's target the flight ended; none without a manoeuvre.
+    pub miss: Option<Miss>,
+    /// Cost of the controls as flown, in the scene's units; none without a manoeuvre.
+    pub cost: Option<f64>,
+    /// Energy at the start [J].
+    pub energy_start: f64,
+    /// Energy at the end [J].
+    pub energy_end: f64,
+    /// Change of total linear momentum from start to end [kg m/s].
+    pub linear_momentum_change: f64,
+    /// Change of total angular momentum about the origin from start to end [kg m²/s].
+    pub angular_momentum_change: f64,
+    /// `|RᵀR − I|` at the end.
+    pub orthogonality_error: f64,
+    /// Samples that subscribers on this host had no room for.
+    pub refused: u64,
+    /// Steps that came later than their time in real-time pace.
+    pub overruns: u64,
+    /// Messages published, by topic.
+    pub published: BTreeMap<String, u64>,
+}

@@ -1,0 +1,14 @@
+//! The planner node: solves a scene's manoeuvre and publishes the control sequence.
+//!
+//! It publishes each iteration of the solver while it works, and the plan when it has one, over shared memory and over
+//! DDS, both for late joiners too. Then it stays until it is told to stop.
+
+mod messages;
+mod run;
+
+use std::process::ExitCode;
+
+/// Runs the node with `args`, the command line without the program's name.
+pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
+    lgvi_node::main("lgvi_planner", args, run::run)
+}

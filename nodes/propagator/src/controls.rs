@@ -1,0 +1,99 @@
+use lgvi_dynamics::Load;
+use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError};
+use lgvi_node::load;
+use lgvi_scene::Scene;
+use thiserror::Error;
+
+/// A control sequence for one of a scene's bodies, checked and in the scene's units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Controls {
+    /// Which body.
+    pub body: usize,
+    /// The step at which the first interval starts.
+    pub first_step: u64,
+    /// One load an interval.
+    pub loads: Vec<Load>,
+}
+
+/// Why a control sequence is not flown.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ControlError {
+    /// Not a sequence at all: lengths that differ, or a body's name that no sample can hold.
+    #[error("{0}")]
+    Form(#[from] ConversionError),
+    /// No such body.
+    #[error("`body` is {found:?}, expected one of {}", known.join(", "))]
+    Body {
+        /// The name in the sequence.
+        found: String,
+        /// The scene's bodies.
+        known: Vec<String>,
+    },
+    /// Made for another step.
+    #[error("`step_size` is {found} s, expected the scene's step {expected} s")]
+    StepSize {
+        /// The step in the sequence [s].
+        found: f64,
+        /// The scene's step [s].
+        expected: f64,
+    },
+    /// Nothing in it.
+    #[error("`force` and `moment` are empty, expected at least one interval")]
+    Empty,
+    /// NaN or infinity.
+    #[error("`{field}[{interval}]` is {value:?}, expected three finite numbers")]
+    NotFinite {
+        /// `force` or `moment`.
+        field: &'static str,
+        /// Which interval, from 0.
+        interval: usize,
+        /// What it says.
+        value: [f64; 3],
+    },
+    /// It would have had to start in the past.
+    #[error("`first_step` is {first_step}, expected at least {step}, the step that the flight has reached")]
+    Late {
+        /// The sequence's first step.
+        first_step: u64,
+        /// The flight's step.
+        step: u64,
+    },
+}
+
+impl Controls {
+    /// Checks a received sequence against the scene.
+    pub fn check(
+        scene: &Scene,
+        header: &ControlHeader,
+        intervals: &[ControlInterval],
+    ) -> Result<Self, ControlError> {
+        let name = header.body.as_str();
+        let body = scene.body_index(name).ok_or_else(|| ControlError::Body {
+            found: name.into(),
+            known: scene.bodies.iter().map(|body| body.name.clone()).collect(),
+        })?;
+        let expected = scene.h() * scene.units.time;
+        let found = header.step_size;
+        if found.is_nan() || (found - expected).abs() > 1e-9 * expected {
+            return Err(ControlError::StepSize { found, expected });
+        }
+        if intervals.is_empty() {
+            return Err(ControlError::Empty);
+        }
+        for (interval, control) in intervals.iter().enumerate() {
+            for (field, value) in [("force", control.force), ("moment", control.moment)] {
+                if value.iter().any(|component| !component.is_finite()) {
+                    return Err(ControlError::NotFinite { field, interval, value });
+                }
+            }
+        }
+        let loads = intervals.iter().map(|interval| load(interval, &scene.units)).collect();
+        Ok(Self { body, first_step: header.first_step, loads })
+    }
+
+    /// The load during `step`; `None` before the first interval, zero after the last.
+    pub(crate) fn at(&self, step: u64) -> Option<Load> {
+        let interval = usize::try_from(step.checked_sub(self.first_step)?).ok()?;
+        Some(self.loads.get(interval).copied().unwrap_or_default())
+    }
+}

@@ -1,0 +1,177 @@
+use lgvi_dynamics::{BodyState, Invariants, Load, Simulation, StepError, StepReport};
+use lgvi_scene::Scene;
+
+use crate::{ControlError, Controls};
+
+/// A scene on its way under the control sequences accepted so far.
+///
+/// A sequence acts on its body from its first step on, in place of any accepted before it.
+pub struct Flight {
+    simulation: Simulation,
+    /// Accepted sequences by body, oldest first; those that can no longer act are dropped.
+    accepted: Vec<Vec<Controls>>,
+    loads: Vec<Load>,
+}
+
+impl Flight {
+    /// At step 0 of `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        let bodies = scene.bodies.len();
+        Self {
+            simulation: scene.simulation(),
+            // So that accepting a sequence on the way allocates nothing.
+            accepted: (0..bodies).map(|_| Vec::with_capacity(16)).collect(),
+            loads: vec![Load::default(); bodies],
+        }
+    }
+
+    /// Takes a sequence into account; refuses one that would have had to start in the past.
+    pub fn accept(&mut self, controls: Controls) -> Result<(), ControlError> {
+        let (first_step, step) = (controls.first_step, self.simulation.step());
+        if first_step < step {
+            return Err(ControlError::Late { first_step, step });
+        }
+        let accepted = &mut self.accepted[controls.body];
+        let acting = accepted.iter().rposition(|earlier| earlier.first_step <= step).unwrap_or(0);
+        accepted.drain(..acting);
+        accepted.retain(|earlier| earlier.first_step < first_step);
+        accepted.push(controls);
+        Ok(())
+    }
+
+    /// Whether a sequence acts on `body` at the present step.
+    pub fn controlled(&self, body: usize) -> bool {
+        let step = self.simulation.step();
+        self.accepted[body].iter().any(|controls| controls.first_step <= step)
+    }
+
+    /// Makes one step.
+    pub fn advance(&mut self) -> Result<StepReport, StepError> {
+        let step = self.simulation.step();
+        for (load, accepted) in self.loads.iter_mut().zip(&self.accepted) {
+            *load = accepted.iter().rev().find_map(|controls| controls.at(step)).unwrap_or_default();
+        }
+        self.simulation.advance(&self.loads)
+    }
+
+    /// What acted on the bodies in the last step, beside gravity.
+    pub fn loads(&self) -> &[Load] {
+        &self.loads
+    }
+
+    /// The bodies' states.
+    pub fn states(&self) -> &[BodyState] {
+        self.simulation.states()
+    }
+
+    /// Steps made.
+    pub fn step(&self) -> u64 {
+        self.simulation.step()
+    }
+
+    /// The invariants of the present states, in the scene's units.
+    pub fn invariants(&self) -> Invariants {
+        self.simulation.invariants()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lgvi_msgs::shm::{ControlHeader, ControlInterval, Name};
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    fn scene() -> Scene {
+        let text = r#"
+            title = "A ball"
+            [units]
+            length = "2 m"
+            [run]
+            duration = 1.0
+            steps = 10
+            integrator = "lie_euler"
+            [[bodies]]
+            name = "ball"
+            mass = 1.0
+            inertia = [1, 1, 1]
+            position = [0, 0, 0]
+            velocity = [0, 0, 0]
+            attitude = { w = 1, x = 0, y = 0, z = 0 }
+            angular_velocity = [0, 0, 0]
+        "#;
+        Scene::parse("test", text).unwrap()
+    }
+
+    fn header(body: &str, first_step: u64, step_size: f64) -> ControlHeader {
+        let body = Name::try_from(body).unwrap();
+        ControlHeader { body, first_step, step_size, stamp_nanoseconds: 0 }
+    }
+
+    fn push(force: f64, times: usize) -> Vec<ControlInterval> {
+        vec![ControlInterval { force: [force, 0.0, 0.0], moment: [0.0; 3] }; times]
+    }
+
+    fn controls(first_step: u64, force: f64, times: usize) -> Controls {
+        Controls::check(&scene(), &header("ball", first_step, 0.1), &push(force, times)).unwrap()
+    }
+
+    /// Momentum gained in each of ten steps, in units of h × scene force.
+    fn momentum_gains(flight: &mut Flight) -> Vec<f64> {
+        let momentum = |flight: &Flight| flight.states()[0].linear_momentum.x;
+        (flight.step()..10)
+            .map(|_| {
+                let before = momentum(flight);
+                flight.advance().unwrap();
+                ((momentum(flight) - before) / 0.1).round()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_sequence_acts_from_its_first_step_for_its_length_in_si() {
+        let mut flight = Flight::new(&scene());
+        flight.accept(controls(2, 6.0, 3)).unwrap();
+        assert!(!flight.controlled(0));
+        let expected = [0.0, 0.0, 3.0, 3.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(momentum_gains(&mut flight), expected);
+        assert!(flight.controlled(0));
+        assert_eq!(flight.loads()[0].force, Vector3::zeros());
+    }
+
+    #[test]
+    fn a_later_sequence_takes_over_at_its_first_step() {
+        let mut flight = Flight::new(&scene());
+        flight.accept(controls(0, 2.0, 10)).unwrap();
+        flight.accept(controls(8, 8.0, 10)).unwrap();
+        flight.accept(controls(4, 4.0, 3)).unwrap();
+        let expected = [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0];
+        assert_eq!(momentum_gains(&mut flight), expected);
+    }
+
+    #[test]
+    fn a_sequence_in_the_past_is_refused() {
+        let mut flight = Flight::new(&scene());
+        flight.advance().unwrap();
+        let refused = flight.accept(controls(0, 1.0, 10));
+        assert_eq!(refused, Err(ControlError::Late { first_step: 0, step: 1 }));
+        flight.accept(controls(1, 1.0, 1)).unwrap();
+    }
+
+    #[test]
+    fn wrong_sequences_are_refused_with_field_and_value() {
+        let check = |header, intervals: &[ControlInterval]| {
+            Controls::check(&scene(), &header, intervals).unwrap_err().to_string()
+        };
+        let text = check(header("moon", 0, 0.1), &push(1.0, 1));
+        assert_eq!(text, "`body` is \"moon\", expected one of ball");
+        let text = check(header("ball", 0, 0.2), &push(1.0, 1));
+        assert_eq!(text, "`step_size` is 0.2 s, expected the scene's step 0.1 s");
+        assert!(check(header("ball", 0, f64::NAN), &push(1.0, 1)).contains("NaN"));
+        assert!(check(header("ball", 0, 0.1), &[]).contains("empty"));
+        let mut intervals = push(1.0, 3);
+        intervals[2].moment[1] = f64::INFINITY;
+        let text = check(header("ball", 0, 0.1), &intervals);
+        assert_eq!(text, "`moment[2]` is [0.0, inf, 0.0], expected three finite numbers");
+    }
+}

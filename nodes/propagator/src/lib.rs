@@ -1,0 +1,24 @@
+//! The propagator node: integrates a scene, flies control sequences, publishes states.
+//!
+//! The main thread runs the flight and sends full-rate states over shared memory ([`run`]); a second thread owns the ROS
+//! side and the incoming controls ([`link`]). Between them go preallocated snapshots and controls, through lock-free
+//! queues. [`Flight`] is the flight itself, free of any middleware: what it does depends on the scene and the accepted
+//! controls only, so that a recorded flight can be repeated bit for bit.
+
+mod config;
+mod controls;
+mod flight;
+mod link;
+mod messages;
+mod pace;
+mod run;
+
+use std::process::ExitCode;
+
+pub use controls::{ControlError, Controls};
+pub use flight::Flight;
+
+/// Runs the node with `args`, the command line without the program's name.
+pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
+    lgvi_node::main("lgvi_propagator", args, run::run)
+}

@@ -1,0 +1,167 @@
+//! ROS messages of a state.
+
+use lgvi_dynamics::{BodyState, System};
+use lgvi_lie::to_quaternion;
+use lgvi_msgs::builtin_interfaces::Time;
+use lgvi_msgs::geometry_msgs::{
+    Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
+    TwistWithCovariance, Vector3,
+};
+use lgvi_msgs::msg::{self, SystemState};
+use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::shm::{ConversionError, Name, StateHeader};
+use lgvi_msgs::stamp::{self, StampError};
+use lgvi_msgs::std_msgs::Header;
+use lgvi_msgs::tf2_msgs::TFMessage;
+use lgvi_node::body_sample;
+use lgvi_scene::Scene;
+
+/// A state of all bodies, in the scene's units.
+pub(crate) struct Snapshot {
+    pub(crate) step: u64,
+    pub(crate) states: Vec<BodyState>,
+}
+
+pub(crate) fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
+    Ok(Header { stamp: stamp(scene, step)?, frame_id: scene.frame.clone() })
+}
+
+fn stamp(scene: &Scene, step: u64) -> Result<Time, StampError> {
+    stamp::to_message(scene.stamp(step))
+}
+
+/// The header of the `sequence`-th state sample, taken at `step`.
+pub(crate) fn state_header(scene: &Scene, step: u64, sequence: u64) -> StateHeader {
+    StateHeader {
+        sequence,
+        step,
+        time: scene.seconds(step),
+        stamp_nanoseconds: scene.stamp(step),
+    }
+}
+
+pub(crate) fn system_state(
+    scene: &Scene,
+    names: &[Name],
+    snapshot: &Snapshot,
+    sequence: u64,
+) -> Result<SystemState, ConversionError> {
+    let samples: Vec<_> = names
+        .iter()
+        .zip(&snapshot.states)
+        .map(|(&name, state)| body_sample(name, state, &scene.units))
+        .collect();
+    state_header(scene, snapshot.step, sequence).to_message(&samples, &scene.frame)
+}
+
+/// Pose in the inertial frame, twist in the body's (REP 105).
+pub(crate) fn odometry(
+    scene: &Scene,
+    body: usize,
+    snapshot: &Snapshot,
+) -> Result<Odometry, StampError> {
+    let state = &snapshot.states[body];
+    let named = &scene.bodies[body];
+    let units = &scene.units;
+    let velocity = state.attitude.tr_mul(&state.velocity(&named.body)) * (units.length / units.time);
+    let angular_velocity = state.angular_velocity(&named.body) / units.time;
+    let [x, y, z] = (state.position * units.length).into();
+    Ok(Odometry {
+        header: header(scene, snapshot.step)?,
+        child_frame_id: named.name.clone(),
+        pose: PoseWithCovariance {
+            pose: Pose { position: Point { x, y, z }, orientation: orientation(state) },
+            covariance: [0.0; 36],
+        },
+        twist: TwistWithCovariance {
+            twist: Twist { linear: vector(velocity.into()), angular: vector(angular_velocity.into()) },
+            covariance: [0.0; 36],
+        },
+    })
+}
+
+pub(crate) fn transforms(scene: &Scene, snapshot: &Snapshot) -> Result<TFMessage, StampError> {
+    let each = scene.bodies.iter().zip(&snapshot.states).map(|(named, state)| {
+        Ok(TransformStamped {
+            header: header(scene, snapshot.step)?,
+            child_frame_id: named.name.clone(),
+            transform: Transform {
+                translation: vector((state.position * scene.units.length).into()),
+                rotation: orientation(state),
+            },
+        })
+    });
+    Ok(TFMessage { transforms: each.collect::<Result<_, _>>()? })
+}
+
+pub(crate) fn invariants(
+    scene: &Scene,
+    system: &System,
+    snapshot: &Snapshot,
+) -> Result<msg::Invariants, StampError> {
+    let invariants = lgvi_dynamics::Invariants::of(system, &snapshot.states);
+    let units = &scene.units;
+    Ok(msg::Invariants {
+        header: header(scene, snapshot.step)?,
+        step: snapshot.step,
+        energy: invariants.energy * units.energy(),
+        linear_momentum: (invariants.linear_momentum * units.momentum()).into(),
+        angular_momentum: (invariants.angular_momentum * units.angular_momentum()).into(),
+        orthogonality_error: invariants.orthogonality_error,
+    })
+}
+
+fn orientation(state: &BodyState) -> Quaternion {
+    let (w, u) = to_quaternion(&state.attitude);
+    Quaternion { x: u.x, y: u.y, z: u.z, w }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+
+    #[test]
+    fn odometry_has_its_pose_in_the_inertial_and_its_twist_in_the_body_frame() {
+        let text = r#"
+            title = "A ball"
+            [units]
+            length = "2 m"
+            time = "4 s"
+            [run]
+            duration = 1.0
+            steps = 10
+            integrator = "lgvi"
+            [[bodies]]
+            name = "ball"
+            mass = 3.0
+            inertia = [1, 1, 1]
+            position = [1, 2, 3]
+            velocity = [0, 1, 0]
+            attitude = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+            angular_velocity = [0, 0, 8]
+        "#;
+        let scene = Scene::parse("test", text).unwrap();
+        let snapshot = Snapshot { step: 5, states: vec![scene.bodies[0].state] };
+        let odometry = odometry(&scene, 0, &snapshot).unwrap();
+        assert_eq!(odometry.header.frame_id, "inertial");
+        assert_eq!(odometry.child_frame_id, "ball");
+        assert_eq!(odometry.header.stamp.sec, 946_728_002);
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let Pose { position, orientation } = odometry.pose.pose;
+        assert_eq!(position, Point { x: 2.0, y: 4.0, z: 6.0 });
+        assert!((orientation.z - half).abs() < 1e-15 && (orientation.w - half).abs() < 1e-15);
+        let Twist { linear, angular } = odometry.twist.twist;
+        assert_eq!(linear, Vector3 { x: 0.5, y: 0.0, z: 0.0 });
+        assert_eq!(angular, Vector3 { x: 0.0, y: 0.0, z: 2.0 });
+
+        let transforms = transforms(&scene, &snapshot).unwrap().transforms;
+        assert_eq!(transforms.len(), 1);
+        assert_eq!(transforms[0].child_frame_id, "ball");
+        assert_eq!(transforms[0].transform.translation, Vector3 { x: 2.0, y: 4.0, z: 6.0 });
+    }
+}

@@ -1,0 +1,212 @@
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use lgvi_dynamics::{Invariants, StepError};
+use lgvi_middleware::Shutdown;
+use lgvi_middleware::shm::{Delivery, StatePublisher};
+use lgvi_msgs::shm::Name;
+use lgvi_node::{Event, FlightReport, Miss, Node, NodeError, body_sample};
+use lgvi_scene::Scene;
+use tracing::info;
+
+use crate::config::{Config, PATIENCE};
+use crate::flight::Flight;
+use crate::link::{self, LinkEnd};
+use crate::messages::state_header;
+use crate::pace::Pace;
+
+/// How often waiting looks whether it is over.
+const WAIT: Duration = Duration::from_millis(1);
+
+/// How often a supervisor hears of progress.
+const PROGRESS: Duration = Duration::from_millis(50);
+
+/// The node's work, from parameters to shutdown.
+pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
+    let config = Config::take(std::mem::take(&mut node.parameters))?;
+    let scene = Arc::new(config.scene.clone());
+    let names: Vec<Name> = scene
+        .bodies
+        .iter()
+        .map(|body| Name::try_from(body.name.as_str()))
+        .collect::<Result<_, _>>()
+        .map_err(NodeError::input)?;
+
+    let shm = node.shm()?;
+    let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
+    let delivery = if config.lossless() {
+        Delivery::Lossless { patience: PATIENCE }
+    } else {
+        Delivery::DropNewest
+    };
+    let states = shm
+        .state_publisher(&state_topic, names.len(), delivery)
+        .map_err(NodeError::runtime)?;
+    let (ros, _rosout) = node.ros()?;
+    let link = link::start(ros, &shm, &config, Arc::clone(&scene), names.clone(), &node.shutdown)?;
+    node.report(&Event::Ready);
+
+    let mut propagation = Propagation {
+        flight: Flight::new(&scene),
+        names,
+        states,
+        state_topic,
+        samples: 0,
+        cost: 0.0,
+        link,
+        shutdown: node.shutdown.clone(),
+        config,
+        scene,
+    };
+    let outcome = propagation.await_company().and_then(|()| propagation.fly(node));
+    let published = propagation.link.finish()?;
+    let ended = outcome.map(|flown| {
+        if let Some(mut report) = flown {
+            info!("flown {} steps in {:.3} s", report.steps, report.seconds);
+            report.published.extend(published);
+            node.report(&Event::Flown(report));
+        }
+    });
+    if ended.is_err() {
+        node.shutdown.request();
+    }
+    propagation.link.linger().and(ended)
+}
+
+struct Propagation {
+    scene: Arc<Scene>,
+    config: Config,
+    flight: Flight,
+    names: Vec<Name>,
+    states: StatePublisher,
+    state_topic: String,
+    /// Full-rate states sent.
+    samples: u64,
+    /// Cost of the manoeuvre's controls so far.
+    cost: f64,
+    link: LinkEnd,
+    shutdown: Shutdown,
+}
+
+impl Propagation {
+    /// Holds at step 0 until the subscribers and the control sequence that were asked for are there, or the shutdown.
+    fn await_company(&mut self) -> Result<(), NodeError> {
+        let wanted = self.config.await_subscribers;
+        while !self.shutdown.requested() && !self.link.attended() {
+            std::thread::sleep(WAIT);
+        }
+        while !self.shutdown.requested()
+            && !self.states.wait_for_subscribers(wanted, WAIT).map_err(NodeError::runtime)?
+        {}
+        let awaited = self.scene.maneuver.as_ref().filter(|_| self.config.await_control);
+        let Some(body) = awaited.map(|maneuver| maneuver.body) else { return Ok(()) };
+        while !self.shutdown.requested() && !self.flight.controlled(body) {
+            self.take_controls()?;
+            std::thread::sleep(WAIT);
+        }
+        Ok(())
+    }
+
+    /// Accepts or refuses the control sequences that have come in.
+    fn take_controls(&mut self) -> Result<(), NodeError> {
+        if let Some(error) = self.link.bad_control() {
+            return Err(NodeError::Input(format!("control sequence: {error}")));
+        }
+        while let Some(controls) = self.link.next_controls() {
+            let verdict = self.flight.accept(controls);
+            self.link.answer(verdict);
+        }
+        Ok(())
+    }
+
+    /// Makes all steps; `None` when a shutdown comes between.
+    fn fly(&mut self, node: &Node) -> Result<Option<FlightReport>, NodeError> {
+        let start = self.flight.invariants();
+        let mut pace = Pace::start(self.config.real_time_factor);
+        let mut told = Instant::now();
+        self.publish()?;
+        while self.flight.step() < self.scene.steps {
+            if self.shutdown.requested() {
+                return Ok(None);
+            }
+            self.take_controls()?;
+            self.advance()?;
+            pace.wait(self.scene.seconds(self.flight.step()));
+            self.publish()?;
+            if told.elapsed() >= PROGRESS {
+                told = Instant::now();
+                node.report(&Event::Flying { step: self.flight.step() });
+            }
+        }
+        Ok(Some(self.report(&start, &pace)))
+    }
+
+    fn advance(&mut self) -> Result<(), NodeError> {
+        let step = self.flight.step();
+        self.flight.advance().map_err(|error| {
+            let (StepError::Unsolvable { body, .. } | StepError::NotFinite { body }) = error;
+            let name = &self.scene.bodies[body].name;
+            NodeError::Runtime(format!("step {step} of {name}: {error}"))
+        })?;
+        if let Some(maneuver) = &self.scene.maneuver {
+            self.cost += maneuver.interval_cost(&self.flight.loads()[maneuver.body], self.scene.h());
+        }
+        Ok(())
+    }
+
+    /// Publishes the present state where its turn has come.
+    fn publish(&mut self) -> Result<(), NodeError> {
+        let step = self.flight.step();
+        let publishing = self.scene.publishing;
+        let last = step == self.scene.steps;
+        if last || step.is_multiple_of(publishing.state_every) {
+            let header = state_header(&self.scene, step, self.samples);
+            let (states, units) = (self.flight.states(), &self.scene.units);
+            self.states
+                .send_with(header, states.len(), |i| body_sample(self.names[i], &states[i], units))
+                .map_err(NodeError::runtime)?;
+            self.samples += 1;
+        }
+        if last || step.is_multiple_of(publishing.ros_every) {
+            self.link.publish(step, self.flight.states(), self.config.lossless());
+        }
+        Ok(())
+    }
+
+    fn report(&self, start: &Invariants, pace: &Pace) -> FlightReport {
+        let end = self.flight.invariants();
+        let units = &self.scene.units;
+        FlightReport {
+            steps: self.flight.step(),
+            step_size: self.scene.h() * units.time,
+            seconds: pace.elapsed(),
+            miss: self.miss(),
+            cost: self.scene.maneuver.as_ref().map(|_| self.cost),
+            energy_start: start.energy * units.energy(),
+            energy_end: end.energy * units.energy(),
+            linear_momentum_change: (end.linear_momentum - start.linear_momentum).norm()
+                * units.momentum(),
+            angular_momentum_change: (end.angular_momentum - start.angular_momentum).norm()
+                * units.angular_momentum(),
+            orthogonality_error: end.orthogonality_error,
+            refused: self.states.lost(),
+            overruns: pace.overruns(),
+            published: [(self.state_topic.clone(), self.samples)].into(),
+        }
+    }
+
+    /// How far the flight has ended from the manoeuvre's target.
+    fn miss(&self) -> Option<Miss> {
+        let maneuver = self.scene.maneuver.as_ref()?;
+        let miss = lgvi_control::miss(&maneuver.target, &self.flight.states()[maneuver.body]);
+        let part = |which: usize| miss.fixed_rows::<3>(3 * which).norm();
+        let units = &self.scene.units;
+        Some(Miss {
+            position: part(0) * units.length,
+            linear_momentum: part(1) * units.momentum(),
+            attitude: part(2),
+            angular_momentum: part(3) * units.angular_momentum(),
+            norm: miss.norm(),
+        })
+    }
+}

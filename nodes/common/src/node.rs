@@ -1,5 +1,6 @@
 use std::io::Read;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use lgvi_middleware::log::{Logging, Rosout};
 use lgvi_middleware::report::Reporter;
@@ -22,7 +23,7 @@ pub struct Node {
     /// Raised by SIGINT and SIGTERM, and by the end of a supervisor.
     pub shutdown: Shutdown,
     /// To the supervisor, if there is one.
-    pub events: Reporter<Event>,
+    pub events: Arc<Reporter<Event>>,
     environment: Environment,
     logging: Logging,
 }
@@ -48,9 +49,9 @@ impl Node {
                 let _ = std::io::stdin().read_to_end(&mut Vec::new());
                 shutdown.request();
             });
-            Reporter::stdout()
+            Arc::new(Reporter::stdout())
         } else {
-            Reporter::disabled()
+            Arc::new(Reporter::disabled())
         };
         let parameters = args.parameters();
         Ok(Self { args, parameters, shutdown, events, environment, logging })

@@ -4,6 +4,7 @@
 //! DDS, both for late joiners too. Then it stays until it is told to stop.
 
 mod messages;
+mod outlet;
 mod run;
 
 use std::process::ExitCode;

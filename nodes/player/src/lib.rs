@@ -1,0 +1,14 @@
+//! The player node: replays a rosbag2 directory over shared memory and DDS, and ends with it.
+//!
+//! Each message goes out as the bytes that were recorded. States go over shared memory too, as they came.
+
+mod channels;
+mod config;
+mod run;
+
+use std::process::ExitCode;
+
+/// Runs the node with `args`, the command line without the program's name.
+pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
+    lgvi_node::main("lgvi_player", args, run::run)
+}

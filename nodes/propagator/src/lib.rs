@@ -18,6 +18,9 @@ use std::process::ExitCode;
 pub use controls::{ControlError, Controls};
 pub use flight::Flight;
 
+/// Name and version, as a flight's scene message carries them.
+pub const SOFTWARE: &str = concat!("lgvi_propagator ", env!("CARGO_PKG_VERSION"));
+
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
     lgvi_node::main("lgvi_propagator", args, run::run)

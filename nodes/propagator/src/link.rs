@@ -284,7 +284,7 @@ impl Link {
             header: messages::header(scene, 0).map_err(NodeError::input)?,
             name: scene.name.clone(),
             text: scene.text.clone(),
-            software: concat!("lgvi_propagator ", env!("CARGO_PKG_VERSION")).into(),
+            software: crate::SOFTWARE.into(),
         };
         self.topics.scene.send(&message);
         Ok(())

@@ -1,0 +1,17 @@
+//! The recorder node: full-rate states from shared memory and all other topics from DDS, into a rosbag2 directory.
+//!
+//! Two threads receive ([`sources`]) and one writes ([`sink`]), so that a slow disk delays neither; the queue between
+//! them is bounded, and when it is full the receivers wait, and with them publishers that fly without loss.
+
+mod config;
+mod run;
+mod sink;
+mod sources;
+mod stamp;
+
+use std::process::ExitCode;
+
+/// Runs the node with `args`, the command line without the program's name.
+pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
+    lgvi_node::main("lgvi_recorder", args, run::run)
+}

@@ -1,0 +1,60 @@
+//! `lgvi run`: a flight from start to end, each node a process of its own.
+
+mod flight;
+mod process;
+mod progress;
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use lgvi_middleware::Shutdown;
+use lgvi_node::{NodeError, load_scene};
+
+/// The command line of `lgvi run`.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The scene file.
+    scene: PathBuf,
+    /// The bag's directory, which must not exist [default: flights/<scene>_<time>].
+    #[arg(long)]
+    bag: Option<PathBuf>,
+    /// Simulated seconds a second; 0 means as fast as possible, without loss.
+    #[arg(long, default_value_t = 0.0)]
+    real_time_factor: f64,
+    /// Do not start the planner: the control sequence of the scene's manoeuvre comes from elsewhere.
+    #[arg(long)]
+    no_planner: bool,
+    /// Print the summary as one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Flies the scene and says how it went.
+pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
+    let scene = load_scene(&options.scene)?;
+    let bag = options.bag.clone().unwrap_or_else(|| {
+        let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
+        PathBuf::from(format!("flights/{}_{time}", scene.name))
+    });
+    let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
+    let flown = flight::fly(options, &scene, &bag, &shutdown)?;
+    if options.json {
+        println!("{}", serde_json::to_string(&flown).map_err(NodeError::runtime)?);
+    } else {
+        summary::print(&scene, &flown);
+    }
+    Ok(flown.exit_code())
+}
+
+/// A path as a YAML string, as `-p name:=value` takes it.
+pub(crate) fn yaml(path: &Path) -> String {
+    format!("'{}'", path.display().to_string().replace('\'', "''"))
+}
+
+/// The command line that sets parameters, each as `name:=value`.
+pub(crate) fn ros_arguments(parameters: impl IntoIterator<Item = String>) -> Vec<String> {
+    let parameters = parameters.into_iter().flat_map(|parameter| ["-p".into(), parameter]);
+    std::iter::once("--ros-args".into()).chain(parameters).collect()
+}

@@ -1,0 +1,92 @@
+//! A node of the flight: its process, and what it reports.
+
+use std::io::BufReader;
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
+
+use lgvi_middleware::report::read_reports;
+use lgvi_node::{Event, NodeError};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+use crate::NodeKind;
+
+/// Something a node has reported; `None` when it has closed its output, which is when it ends.
+pub(crate) type Update = (NodeKind, Option<Event>);
+
+/// How long a node may take to end when it is told to.
+const PATIENCE: Duration = Duration::from_secs(15);
+
+/// How often an ending node is looked at.
+const WAIT: Duration = Duration::from_millis(5);
+
+/// A node's process. When this one dies, however, its end of the node's standard input closes, and the node ends too.
+pub(crate) struct NodeProcess {
+    child: Child,
+    _lifeline: Option<ChildStdin>,
+}
+
+impl NodeProcess {
+    /// Starts the node with ROS arguments; its reports go to `updates`.
+    pub(crate) fn start(
+        kind: NodeKind,
+        arguments: Vec<String>,
+        updates: Sender<Update>,
+    ) -> Result<Self, NodeError> {
+        let program = std::env::current_exe().map_err(NodeError::runtime)?;
+        let name = format!("{kind:?}").to_lowercase();
+        let mut command = Command::new(program);
+        command
+            .args(["node", &name, "--supervised"])
+            .args(arguments)
+            .args(["--log-level", "warn"])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped());
+        // A demonstration stays on its host unless the user has said how far it may reach.
+        let said = ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"];
+        if said.iter().all(|variable| std::env::var_os(variable).is_none()) {
+            command.env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+        }
+        // Ctrl-C reaches this process alone, which then ends the nodes in order.
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut child = command
+            .spawn()
+            .map_err(|error| NodeError::Runtime(format!("cannot start the {name}: {error}")))?;
+        let lifeline = child.stdin.take();
+        if let Some(output) = child.stdout.take() {
+            std::thread::spawn(move || {
+                for report in read_reports::<Event>(BufReader::new(output)) {
+                    match report {
+                        Ok(event) => {
+                            if updates.send((kind, Some(event))).is_err() {
+                                return;
+                            }
+                        }
+                        Err(error) => eprintln!("lgvi: {name}: {error}"),
+                    }
+                }
+                let _ = updates.send((kind, None));
+            });
+        }
+        Ok(Self { child, _lifeline: lifeline })
+    }
+
+    /// Asks the node to end, and makes it if it does not.
+    pub(crate) fn stop(&mut self) -> Option<ExitStatus> {
+        if let Ok(pid) = i32::try_from(self.child.id()) {
+            // One that has ended already needs no signal.
+            let _ = kill(Pid::from_raw(pid), Signal::SIGINT);
+        }
+        let start = Instant::now();
+        while start.elapsed() < PATIENCE {
+            match self.child.try_wait() {
+                Ok(None) => std::thread::sleep(WAIT),
+                Ok(Some(status)) => return Some(status),
+                Err(_) => break,
+            }
+        }
+        let _ = self.child.kill();
+        self.child.wait().ok()
+    }
+}

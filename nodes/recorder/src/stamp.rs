@@ -1,0 +1,85 @@
+//! The stamp of a message, read from its CDR without decoding the rest.
+
+use lgvi_msgs::builtin_interfaces::Time;
+use lgvi_msgs::{MessageType, RosMessage, tf2_msgs};
+
+/// The encapsulation header that precedes the message.
+const ENCAPSULATION: usize = 4;
+
+/// Where a message type keeps its first stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stamped {
+    /// In a header at the front.
+    Header,
+    /// In the header of its first transform.
+    FirstTransform,
+    /// Nowhere.
+    No,
+}
+
+impl Stamped {
+    pub(crate) fn of(message_type: &MessageType) -> Self {
+        let first_field = message_type
+            .definition
+            .lines()
+            .map(str::trim)
+            .find(|line| !line.is_empty() && !line.starts_with('#'));
+        if message_type.name == tf2_msgs::TFMessage::TYPE_NAME {
+            Self::FirstTransform
+        } else if first_field.is_some_and(|field| field.starts_with("std_msgs/Header ")) {
+            Self::Header
+        } else {
+            Self::No
+        }
+    }
+
+    /// The stamp [ns since the UNIX epoch] of a message in little-endian CDR; `None` where there is none.
+    pub(crate) fn read(self, cdr: &[u8]) -> Option<i64> {
+        let word = |at: usize| -> Option<[u8; 4]> {
+            cdr.get(ENCAPSULATION + at..ENCAPSULATION + at + 4)?.try_into().ok()
+        };
+        let at = match self {
+            Self::Header => 0,
+            Self::FirstTransform if u32::from_le_bytes(word(0)?) > 0 => 4,
+            _ => return None,
+        };
+        let little_endian = cdr.get(1) == Some(&1);
+        let sec = i32::from_le_bytes(word(at)?);
+        let nanosec = u32::from_le_bytes(word(at + 4)?);
+        if little_endian {
+            lgvi_msgs::stamp::from_message(&Time { sec, nanosec }).ok()
+        } else {
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lgvi_msgs::cdr::encode;
+    use lgvi_msgs::geometry_msgs::TransformStamped;
+    use lgvi_msgs::nav_msgs::Odometry;
+    use lgvi_msgs::rosgraph_msgs::Clock;
+    use lgvi_msgs::tf2_msgs::TFMessage;
+
+    use super::*;
+
+    #[test]
+    fn stamps_are_found_in_headers_and_first_transforms() {
+        let stamp = Time { sec: 12, nanosec: 345 };
+        let mut odometry = Odometry::default();
+        odometry.header.stamp = stamp.clone();
+        let stamped = Stamped::of(&MessageType::of::<Odometry>());
+        assert_eq!(stamped.read(&encode(&odometry).unwrap()), Some(12_000_000_345));
+        assert_eq!(stamped.read(&[0, 1, 0, 0, 1]), None);
+
+        let mut transform = TransformStamped::default();
+        transform.header.stamp = stamp;
+        let stamped = Stamped::of(&MessageType::of::<TFMessage>());
+        let tf = TFMessage { transforms: vec![transform] };
+        assert_eq!(stamped.read(&encode(&tf).unwrap()), Some(12_000_000_345));
+        assert_eq!(stamped.read(&encode(&TFMessage::default()).unwrap()), None);
+
+        assert_eq!(Stamped::of(&MessageType::of::<Clock>()), Stamped::No);
+    }
+}

@@ -44,15 +44,18 @@ impl BodyState {
 
     /// Whether all components are finite.
     pub fn is_finite(&self) -> bool {
+        // 0 × x is 0 for finite x and NaN otherwise.
+        let vectors = self.position + self.linear_momentum + self.angular_momentum;
+        let zero = 0.0 * (vectors.sum() + self.attitude.sum());
+        zero == 0.0 || self.components().all(f64::is_finite)
+    }
+
+    fn components(&self) -> impl Iterator<Item = f64> {
         let vectors = [
             &self.position,
             &self.linear_momentum,
             &self.angular_momentum,
         ];
-        vectors
-            .into_iter()
-            .flatten()
-            .chain(&self.attitude)
-            .all(|c| c.is_finite())
+        vectors.into_iter().flatten().chain(&self.attitude).copied()
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::hat;
 
 /// `2/(1 + |f|²)`, the factor that all Cayley formulas share.
+#[inline]
 fn factor(f: &Vector3<f64>) -> f64 {
     2.0 / (1.0 + f.norm_squared())
 }
@@ -23,19 +24,28 @@ pub fn rotate(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// `cay(f)ᵀ p`, which keeps `|p|` to rounding without bias.
+#[inline]
 pub fn rotate_back(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
+    rotate_back_by(factor(f), f, p)
+}
+
+#[inline]
+fn rotate_back_by(factor: f64, f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     let pf = p.cross(f);
-    p + factor(f) * (pf + pf.cross(f))
+    p + factor * (pf + pf.cross(f))
 }
 
 /// `R cay(f)`, orthogonal to rounding whatever the number of compositions.
 ///
 /// The rows of `R cay(f)` are `cay(f)ᵀ` applied to those of `R`. Two rows are rotated and relieved of their rounding
 /// error to first order, the third is their cross product; so errors of orthogonality do not accumulate.
+#[inline]
 pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
     let unit = |v: Vector3<f64>| v * (1.5 - 0.5 * v.norm_squared());
-    let first = unit(rotate_back(f, &r.row(0).transpose()));
-    let second = rotate_back(f, &r.row(1).transpose());
+    let factor = factor(f);
+    let row = |i: usize| Vector3::new(r[(i, 0)], r[(i, 1)], r[(i, 2)]);
+    let first = unit(rotate_back_by(factor, f, &row(0)));
+    let second = rotate_back_by(factor, f, &row(1));
     let second = unit(second - first * first.dot(&second));
     let third = first.cross(&second);
     Matrix3::new(

@@ -87,8 +87,15 @@ fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
 
 /// Whether a solution `f` of (2.6) for `g` lies on the branch: p rises all the way from 0 to `s = gᵀf`.
 pub(super) fn contains(inertia: &Inertia, g: &Vector3<f64>, f: &Vector3<f64>) -> bool {
-    let scaled = g / inertia.shape.trace;
+    let shape = &inertia.shape;
+    let scaled = g * shape.trace.recip();
     let s = scaled.dot(f);
+    // p' ≥ 8d + 2γ − (8e + 4γ) s up to s = 3/2: where that is positive, so is p' all the way.
+    let gamma = scaled.norm_squared();
+    let far = (8.0 * shape.second + 4.0 * gamma) * s;
+    if (0.0..1.5).contains(&s) && far < 8.0 * shape.determinant + 2.0 * gamma {
+        return true;
+    }
     let p = Quartic::of(inertia, &scaled);
     if !(s >= 0.0 && p.slope(s) >= 0.0) {
         return false;

@@ -93,9 +93,9 @@ impl Chart {
 fn solve_3x3(m: &Matrix3<f64>, v: &Vector3<f64>) -> Option<Vector3<f64>> {
     let (a, b, c) = (m.column(0), m.column(1), m.column(2));
     let bc = b.cross(&c);
-    let determinant = a.dot(&bc);
-    let solution = Vector3::new(v.dot(&bc), a.dot(&v.cross(&c)), a.dot(&b.cross(v))) / determinant;
-    solution.iter().all(|c| c.is_finite()).then_some(solution)
+    let reciprocal = a.dot(&bc).recip();
+    let solution = Vector3::new(v.dot(&bc), a.dot(&v.cross(&c)), a.dot(&b.cross(v))) * reciprocal;
+    solution.sum().is_finite().then_some(solution)
 }
 
 #[cfg(test)]
@@ -156,7 +156,10 @@ mod tests {
                 let solvable = Vector3::ith(axis, moment * (1.0 - 1e-9));
                 let f = chart.solve(&inertia, &solvable, None).unwrap().cayley;
                 let angle = 2.0 * f.norm().atan();
-                assert!((angle.sin() - (1.0 - 1e-9)).abs() < 1e-14 && angle < std::f64::consts::FRAC_PI_2);
+                assert!(
+                    (angle.sin() - (1.0 - 1e-9)).abs() < 1e-14
+                        && angle < std::f64::consts::FRAC_PI_2
+                );
 
                 let error = chart.solve(&inertia, &Vector3::ith(axis, moment * 1.0001), None);
                 let Unsolvable { turn, margin } = error.unwrap_err();

@@ -1,0 +1,31 @@
+# Recipes of the project; `just ci` is what continuous integration runs.
+
+default:
+    @just --list
+
+# Everything that must hold before a change lands.
+ci: fmt lint docs test demo
+
+# The sources are formatted.
+fmt:
+    cargo fmt --all --check
+
+# No warning of the compiler or of clippy.
+lint:
+    cargo clippy --workspace --all-targets --locked -- -D warnings
+
+# The documentation builds, all links resolve.
+docs:
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+
+# All tests: the README's second command.
+test:
+    tests/run
+
+# The README's first command, headless.
+demo:
+    cargo run --release --locked -- run scenes/inclination_change.toml --bag target/demo_$(date +%s)
+
+# Reference bags are made anew.
+bags:
+    bags/regenerate

@@ -1,6 +1,12 @@
 //! `lgvi`: the front door to the node suite.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "it talks to a person at a terminal")]
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "it talks to a person at a terminal"
+)]
 
+mod flight_bag;
+mod plot;
 mod run;
 mod verify;
 
@@ -29,6 +35,14 @@ enum Command {
         /// Print the result as one JSON object.
         #[arg(long)]
         json: bool,
+    },
+    /// Draws a recorded flight: its motion in space, controls, energy and momentum.
+    Plot {
+        /// The bag's directory, or its MCAP file.
+        bag: PathBuf,
+        /// The SVG file to write [default: flight.svg in the bag's directory].
+        #[arg(long)]
+        output: Option<PathBuf>,
     },
     /// Replays a bag over shared memory and DDS.
     Play {
@@ -76,6 +90,10 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
         Command::Verify { bag, json } => verify::verify(&bag, json),
+        Command::Plot { bag, output } => plot::plot(&bag, output.as_deref()).map(|picture| {
+            println!("{}", picture.display());
+            ExitCode::SUCCESS
+        }),
         Command::Play { bag, rate, clock } => {
             let parameters = [
                 format!("bag:={}", run::yaml(&bag)),

@@ -19,11 +19,13 @@ pub(crate) enum Stamped {
 
 impl Stamped {
     pub(crate) fn of(message_type: &MessageType) -> Self {
+        let uncommented = |line: &'static str| line.split('#').next().unwrap_or_default().trim();
+        // Constants, which have a '=', are no fields.
         let first_field = message_type
             .definition
             .lines()
-            .map(str::trim)
-            .find(|line| !line.is_empty() && !line.starts_with('#'));
+            .map(uncommented)
+            .find(|line| !line.is_empty() && !line.contains('='));
         if message_type.name == tf2_msgs::TFMessage::TYPE_NAME {
             Self::FirstTransform
         } else if first_field.is_some_and(|field| field.starts_with("std_msgs/Header ")) {
@@ -58,6 +60,7 @@ impl Stamped {
 mod tests {
     use lgvi_msgs::cdr::encode;
     use lgvi_msgs::geometry_msgs::TransformStamped;
+    use lgvi_msgs::msg::PlanProgress;
     use lgvi_msgs::nav_msgs::Odometry;
     use lgvi_msgs::rosgraph_msgs::Clock;
     use lgvi_msgs::tf2_msgs::TFMessage;
@@ -80,6 +83,8 @@ mod tests {
         assert_eq!(stamped.read(&encode(&tf).unwrap()), Some(12_000_000_345));
         assert_eq!(stamped.read(&encode(&TFMessage::default()).unwrap()), None);
 
+        let after_constants = Stamped::of(&MessageType::of::<PlanProgress>());
+        assert_eq!(after_constants, Stamped::Header);
         assert_eq!(Stamped::of(&MessageType::of::<Clock>()), Stamped::No);
     }
 }

@@ -36,6 +36,8 @@ pub(crate) struct Flown {
     pub(crate) lost: u64,
     /// The bag, once it is closed.
     pub(crate) bag: Option<PathBuf>,
+    /// The picture of the flight, once it is drawn.
+    pub(crate) picture: Option<PathBuf>,
     /// What went wrong, and the exit code that it calls for.
     pub(crate) failure: Option<Failure>,
 }
@@ -50,7 +52,11 @@ pub(crate) struct Failure {
 impl Flown {
     pub(crate) fn exit_code(&self) -> ExitCode {
         let lost = u8::from(self.lost > 0);
-        ExitCode::from(self.failure.as_ref().map_or(lost, |failure| failure.exit_code))
+        ExitCode::from(
+            self.failure
+                .as_ref()
+                .map_or(lost, |failure| failure.exit_code),
+        )
     }
 }
 
@@ -75,7 +81,10 @@ pub(crate) fn fly(
 ) -> Result<Flown, NodeError> {
     let (sender, updates) = channel();
     let mut course = Course {
-        flown: Flown { scene: scene.name.clone(), ..Flown::default() },
+        flown: Flown {
+            scene: scene.name.clone(),
+            ..Flown::default()
+        },
         nodes: BTreeMap::new(),
         ready: Vec::new(),
         published: BTreeMap::new(),
@@ -88,8 +97,13 @@ pub(crate) fn fly(
     let topics = topics(scene, planned);
     let scene_file = format!("scene:={}", yaml(&options.scene));
 
-    course.start(NodeKind::Recorder, ros_arguments(recorder(scene, bag, &topics)))?;
-    course.attend(shutdown, |course| course.ready.contains(&NodeKind::Recorder));
+    course.start(
+        NodeKind::Recorder,
+        ros_arguments(recorder(scene, bag, &topics)),
+    )?;
+    course.attend(shutdown, |course| {
+        course.ready.contains(&NodeKind::Recorder)
+    });
     if course.under_way(shutdown) {
         let mut propagator = ros_arguments([
             scene_file.clone(),
@@ -97,7 +111,9 @@ pub(crate) fn fly(
             "await_subscribers:=1".into(),
         ]);
         if planned {
-            propagator.extend(["-r", "~/control_sequence:=/lgvi_planner/control_sequence"].map(Into::into));
+            propagator.extend(
+                ["-r", "~/control_sequence:=/lgvi_planner/control_sequence"].map(Into::into),
+            );
             course.start(NodeKind::Planner, ros_arguments([scene_file]))?;
         }
         course.start(NodeKind::Propagator, propagator)?;
@@ -110,8 +126,10 @@ pub(crate) fn fly(
         });
     }
     if shutdown.requested() && course.flown.failure.is_none() {
-        course.flown.failure =
-            Some(Failure { message: "stopped before the end of the flight".into(), exit_code: 130 });
+        course.flown.failure = Some(Failure {
+            message: "stopped before the end of the flight".into(),
+            exit_code: 130,
+        });
     }
     Ok(course.end())
 }
@@ -120,17 +138,32 @@ pub(crate) fn fly(
 fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)> {
     let mut topics = vec![
         ("/lgvi_propagator/scene".into(), "lgvi_msgs/msg/Scene"),
-        ("/lgvi_propagator/flown_control".into(), "lgvi_msgs/msg/ControlSequence"),
-        ("/lgvi_propagator/invariants".into(), "lgvi_msgs/msg/Invariants"),
+        (
+            "/lgvi_propagator/flown_control".into(),
+            "lgvi_msgs/msg/ControlSequence",
+        ),
+        (
+            "/lgvi_propagator/invariants".into(),
+            "lgvi_msgs/msg/Invariants",
+        ),
         ("/tf".into(), "tf2_msgs/msg/TFMessage"),
     ];
     for body in &scene.bodies {
-        topics.push((format!("/lgvi_propagator/odometry/{}", body.name), "nav_msgs/msg/Odometry"));
+        topics.push((
+            format!("/lgvi_propagator/odometry/{}", body.name),
+            "nav_msgs/msg/Odometry",
+        ));
     }
     if planned {
         topics.extend([
-            ("/lgvi_planner/control_sequence".into(), "lgvi_msgs/msg/ControlSequence"),
-            ("/lgvi_planner/progress".into(), "lgvi_msgs/msg/PlanProgress"),
+            (
+                "/lgvi_planner/control_sequence".into(),
+                "lgvi_msgs/msg/ControlSequence",
+            ),
+            (
+                "/lgvi_planner/progress".into(),
+                "lgvi_msgs/msg/PlanProgress",
+            ),
             ("/lgvi_planner/planned_path".into(), "nav_msgs/msg/Path"),
         ]);
     }
@@ -138,7 +171,10 @@ fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)> {
 }
 
 fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> [String; 4] {
-    let topics: Vec<_> = topics.iter().map(|(name, kind)| format!("'{name}={kind}'")).collect();
+    let topics: Vec<_> = topics
+        .iter()
+        .map(|(name, kind)| format!("'{name}={kind}'"))
+        .collect();
     [
         format!("output:={}", yaml(bag)),
         format!("topics:=[{}]", topics.join(", ")),
@@ -172,7 +208,11 @@ impl Course {
         match event {
             Some(Event::Ready) => self.ready.push(kind),
             Some(Event::Planning(plan)) => self.progress.planning(&plan),
-            Some(Event::Planned { plan, seconds, published }) => {
+            Some(Event::Planned {
+                plan,
+                seconds,
+                published,
+            }) => {
                 self.progress.planned(&plan);
                 self.flown.plan = Some(plan);
                 self.flown.planning_seconds = Some(seconds);
@@ -208,10 +248,16 @@ impl Course {
     /// Takes note of the first failure, with the exit code of the node that it befell.
     fn fail(&mut self, kind: NodeKind, message: String) {
         let status = self.nodes.remove(&kind).and_then(|mut node| node.stop());
-        let code = status.as_ref().and_then(ExitStatus::code).and_then(|code| u8::try_from(code).ok());
+        let code = status
+            .as_ref()
+            .and_then(ExitStatus::code)
+            .and_then(|code| u8::try_from(code).ok());
         let exit_code = code.filter(|code| *code != 0).unwrap_or(1);
         let node = format!("{kind:?}").to_lowercase();
-        self.flown.failure.get_or_insert(Failure { message: format!("{node}: {message}"), exit_code });
+        self.flown.failure.get_or_insert(Failure {
+            message: format!("{node}: {message}"),
+            exit_code,
+        });
     }
 
     /// Messages that were published on recorded topics and have not reached the bag.

@@ -12,6 +12,9 @@ use clap::Args;
 use lgvi_middleware::Shutdown;
 use lgvi_node::{NodeError, load_scene};
 
+use self::flight::Flown;
+use crate::plot::plot;
+
 /// The command line of `lgvi run`.
 #[derive(Args)]
 pub(crate) struct Options {
@@ -26,6 +29,9 @@ pub(crate) struct Options {
     /// Do not start the planner: the control sequence of the scene's manoeuvre comes from elsewhere.
     #[arg(long)]
     no_planner: bool,
+    /// Do not draw the flight into the bag's directory at the end.
+    #[arg(long)]
+    no_plot: bool,
     /// Print the summary as one JSON object.
     #[arg(long)]
     json: bool,
@@ -39,13 +45,29 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         PathBuf::from(format!("flights/{}_{time}", scene.name))
     });
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
-    let flown = flight::fly(options, &scene, &bag, &shutdown)?;
+    let mut flown = flight::fly(options, &scene, &bag, &shutdown)?;
+    if !options.no_plot {
+        flown.picture = picture(&flown);
+    }
     if options.json {
-        println!("{}", serde_json::to_string(&flown).map_err(NodeError::runtime)?);
+        println!(
+            "{}",
+            serde_json::to_string(&flown).map_err(NodeError::runtime)?
+        );
     } else {
         summary::print(&scene, &flown);
     }
     Ok(flown.exit_code())
+}
+
+/// Draws a flight that has come to its end. The bag is what counts: without a picture there is a warning only.
+fn picture(flown: &Flown) -> Option<PathBuf> {
+    let bag = flown.bag.as_ref().filter(|_| flown.flight.is_some())?;
+    let picture = plot(bag, None);
+    if let Err(error) = &picture {
+        eprintln!("lgvi: warning: no picture: {error}");
+    }
+    picture.ok()
 }
 
 /// A path as a YAML string, as `-p name:=value` takes it.
@@ -55,6 +77,10 @@ pub(crate) fn yaml(path: &Path) -> String {
 
 /// The command line that sets parameters, each as `name:=value`.
 pub(crate) fn ros_arguments(parameters: impl IntoIterator<Item = String>) -> Vec<String> {
-    let parameters = parameters.into_iter().flat_map(|parameter| ["-p".into(), parameter]);
-    std::iter::once("--ros-args".into()).chain(parameters).collect()
+    let parameters = parameters
+        .into_iter()
+        .flat_map(|parameter| ["-p".into(), parameter]);
+    std::iter::once("--ros-args".into())
+        .chain(parameters)
+        .collect()
 }

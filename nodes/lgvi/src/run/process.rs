@@ -45,7 +45,10 @@ impl NodeProcess {
             .stdout(Stdio::piped());
         // A demonstration stays on its host unless the user has said how far it may reach.
         let said = ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"];
-        if said.iter().all(|variable| std::env::var_os(variable).is_none()) {
+        if said
+            .iter()
+            .all(|variable| std::env::var_os(variable).is_none())
+        {
             command.env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
         }
         // Ctrl-C reaches this process alone, which then ends the nodes in order.
@@ -69,7 +72,10 @@ impl NodeProcess {
                 let _ = updates.send((kind, None));
             });
         }
-        Ok(Self { child, _lifeline: lifeline })
+        Ok(Self {
+            child,
+            _lifeline: lifeline,
+        })
     }
 
     /// Asks the node to end, and makes it if it does not.

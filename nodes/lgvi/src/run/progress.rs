@@ -33,7 +33,12 @@ impl Progress {
         flight.set_style(style("{prefix:>10} [{bar:40}] {pos}/{len} steps"));
         flight.set_prefix("flying");
         let recording = spinner("recording");
-        Self { bars: bars.clone(), plan, flight, recording }
+        Self {
+            bars: bars.clone(),
+            plan,
+            flight,
+            recording,
+        }
     }
 
     pub(crate) fn planning(&self, plan: &PlanReport) {

@@ -21,7 +21,11 @@ pub(crate) fn print(scene: &Scene, flown: &Flown) {
         if let (Some(miss), Some(cost)) = (&flight.miss, flight.cost) {
             println!(
                 "  arrival   cost {cost:.9}, terminal error {:.1e}: {:.1e} m, {:.1e} kg m/s, {:.1e} rad, {:.1e} kg m²/s",
-                miss.norm, miss.position, miss.linear_momentum, miss.attitude, miss.angular_momentum
+                miss.norm,
+                miss.position,
+                miss.linear_momentum,
+                miss.attitude,
+                miss.angular_momentum
             );
         }
         println!(
@@ -31,10 +35,15 @@ pub(crate) fn print(scene: &Scene, flown: &Flown) {
         );
         println!(
             "  momentum  linear changed by {:.1e} kg m/s, angular by {:.1e} kg m²/s; |RᵀR − I| {:.1e}",
-            flight.linear_momentum_change, flight.angular_momentum_change, flight.orthogonality_error
+            flight.linear_momentum_change,
+            flight.angular_momentum_change,
+            flight.orthogonality_error
         );
         if flight.overruns > 0 {
-            println!("  overruns  {} steps came later than their time", flight.overruns);
+            println!(
+                "  overruns  {} steps came later than their time",
+                flight.overruns
+            );
         }
     }
     let messages: u64 = flown.recorded.values().sum();
@@ -45,6 +54,9 @@ pub(crate) fn print(scene: &Scene, flown: &Flown) {
     );
     if let Some(bag) = &flown.bag {
         println!("  bag       {}", bag.display());
+    }
+    if let Some(picture) = &flown.picture {
+        println!("  picture   {}", picture.display());
     }
     if let Some(failure) = &flown.failure {
         eprintln!("lgvi: {}", failure.message);

@@ -1,0 +1,109 @@
+//! Force and moment on the bodies, as they acted.
+
+use lgvi_dynamics::Load;
+use lgvi_propagator::Controls;
+
+/// What acted on one body: sequences one after the other, zero before, between and after them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Track {
+    /// First step and loads of each, in the order of their steps, without overlap.
+    sequences: Vec<(u64, Vec<Load>)>,
+}
+
+impl Track {
+    /// Takes the next accepted sequence: it acts from its first step on, in place of any before it.
+    pub(super) fn accept(&mut self, controls: Controls) {
+        let start = controls.first_step;
+        self.sequences.retain(|(first, _)| *first < start);
+        if let Some((first, loads)) = self.sequences.last_mut() {
+            loads.truncate(usize::try_from(start - *first).unwrap_or(usize::MAX));
+        }
+        self.sequences.push((start, controls.loads));
+    }
+
+    /// Whether nothing acted before `end`.
+    pub(super) fn is_empty(&self, end: u64) -> bool {
+        self.sequences.iter().all(|(first, _)| *first >= end)
+    }
+
+    /// What acts from `step` to the next.
+    pub(super) fn at(&self, step: u64) -> Load {
+        let acting = self.sequences.iter().rfind(|(first, _)| *first <= step);
+        acting
+            .and_then(|(first, loads)| loads.get(usize::try_from(step - first).ok()?))
+            .copied()
+            .unwrap_or_default()
+    }
+
+    /// The loads that acted from step 0 to `end`, as corners of a staircase: `(step, load)`.
+    pub(super) fn stairs(&self, end: u64) -> Vec<(u64, Load)> {
+        let mut stairs = Vec::new();
+        let mut reached = 0;
+        let sequences = self.sequences.iter().filter(|(first, _)| *first < end);
+        for (first, loads) in sequences {
+            if *first > reached {
+                stairs.extend([(reached, Load::default()), (*first, Load::default())]);
+            }
+            for (step, load) in (*first..end).zip(loads) {
+                stairs.extend([(step, *load), (step + 1, *load)]);
+                reached = step + 1;
+            }
+        }
+        if reached < end {
+            stairs.extend([(reached, Load::default()), (end, Load::default())]);
+        }
+        stairs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    fn controls(first_step: u64, force: f64, count: usize) -> Controls {
+        let load = Load {
+            force: Vector3::new(force, 0.0, 0.0),
+            moment: Vector3::zeros(),
+        };
+        Controls {
+            body: 0,
+            first_step,
+            loads: vec![load; count],
+        }
+    }
+
+    #[test]
+    fn a_later_sequence_takes_over_and_is_followed_by_nothing() {
+        let mut track = Track::default();
+        track.accept(controls(1, 1.0, 9));
+        track.accept(controls(8, 8.0, 9));
+        track.accept(controls(3, 3.0, 2));
+        let forces: Vec<_> = (0..8).map(|step| track.at(step).force.x).collect();
+        assert_eq!(forces, [0.0, 1.0, 1.0, 3.0, 3.0, 0.0, 0.0, 0.0]);
+
+        let stairs = track.stairs(7);
+        let corners: Vec<_> = stairs
+            .iter()
+            .map(|(step, load)| (*step, load.force.x))
+            .collect();
+        let expected = [
+            (0, 0.0),
+            (1, 0.0),
+            (1, 1.0),
+            (2, 1.0),
+            (2, 1.0),
+            (3, 1.0),
+            (3, 3.0),
+            (4, 3.0),
+            (4, 3.0),
+            (5, 3.0),
+            (5, 0.0),
+            (7, 0.0),
+        ];
+        assert_eq!(corners, expected);
+        assert_eq!(track.stairs(2).last().map(|(step, _)| *step), Some(2));
+        assert!(track.is_empty(1) && !track.is_empty(2));
+    }
+}

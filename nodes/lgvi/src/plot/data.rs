@@ -1,0 +1,351 @@
+//! What a picture shows, read from the bag.
+
+use std::path::Path;
+
+use lgvi_dynamics::{BodyState, Invariants, System};
+use lgvi_msgs::msg::{self, SystemState};
+use lgvi_node::NodeError;
+use lgvi_scene::{Scene, Units};
+use nalgebra::{Matrix3, Vector3};
+
+use super::controls::Track;
+use super::thin::Thinned;
+use crate::flight_bag::FlightBag;
+
+/// States that are kept at most; a longer flight is thinned out evenly.
+const SAMPLES: usize = 1 << 16;
+
+/// A flight in SI units.
+pub(super) struct FlightData {
+    pub(super) scene: Scene,
+    pub(super) samples: Vec<Sample>,
+    /// One a body.
+    pub(super) tracks: Vec<Track>,
+}
+
+/// A recorded state and what follows from it.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub(super) step: u64,
+    /// Since the epoch [s].
+    pub(super) time: f64,
+    pub(super) bodies: Vec<Pose>,
+    pub(super) energy: Energy,
+    /// Total about the origin, inertial frame [kg m²/s].
+    pub(super) angular_momentum: Vector3<f64>,
+}
+
+/// Where a body is and how it turns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose {
+    /// [m], inertial frame.
+    pub(super) position: Vector3<f64>,
+    /// Body to inertial.
+    pub(super) attitude: Matrix3<f64>,
+    /// About the centre of mass, body frame [kg m²/s].
+    pub(super) spin: Vector3<f64>,
+}
+
+/// Energy of all bodies [J].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Energy {
+    pub(super) translation: f64,
+    pub(super) rotation: f64,
+    pub(super) potential: f64,
+    pub(super) total: f64,
+}
+
+impl FlightData {
+    /// Reads the flight in the bag at `path`; every error is [`NodeError::Input`] and names bag and topic.
+    pub(super) fn read(path: &Path) -> Result<Self, NodeError> {
+        let bag = FlightBag::open(path)?;
+        let scene = bag.scene.clone();
+        let mut tracks = vec![Track::default(); scene.bodies.len()];
+        for controls in bag.controls() {
+            let controls = controls?;
+            tracks[controls.body].accept(controls);
+        }
+
+        let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
+        let simulation = scene.simulation();
+        let mut samples = Thinned::new(SAMPLES);
+        let mut reached = None;
+        for state in bag.states() {
+            let state = state?;
+            let step = state.step;
+            if let Some(before) = reached.filter(|before| *before >= step) {
+                return Err(refuse(format!("step {step} follows step {before}")));
+            }
+            reached = Some(step);
+            let sample = sample(&scene, simulation.system(), &state);
+            samples.push(sample.map_err(|error| refuse(format!("step {step}: {error}")))?);
+        }
+        let samples = samples.finish();
+        if samples.is_empty() {
+            return Err(refuse("no states, expected at least one".into()));
+        }
+        Ok(Self {
+            scene,
+            samples,
+            tracks,
+        })
+    }
+
+    /// The first recorded state; there is always one.
+    pub(super) fn first(&self) -> &Sample {
+        &self.samples[0]
+    }
+
+    /// The last recorded state.
+    pub(super) fn last(&self) -> &Sample {
+        &self.samples[self.samples.len() - 1]
+    }
+
+    /// Indices of the bodies on which controls acted.
+    pub(super) fn controlled(&self) -> Vec<usize> {
+        let end = self.last().step;
+        (0..self.tracks.len())
+            .filter(|body| !self.tracks[*body].is_empty(end))
+            .collect()
+    }
+
+    /// The cost of what was flown, in the scene's units; `None` without a manoeuvre or before its end.
+    pub(super) fn cost(&self) -> Option<f64> {
+        let maneuver = self.scene.maneuver.as_ref()?;
+        let track = &self.tracks[maneuver.body];
+        let end = self.last().step;
+        if end < self.scene.steps || track.is_empty(end) {
+            return None;
+        }
+        let h = self.scene.h();
+        // Every interval gives two corners.
+        let stairs = track.stairs(end);
+        let costs = stairs.chunks(2).map(|interval| {
+            let steps = interval[interval.len() - 1].0 - interval[0].0;
+            steps as f64 * maneuver.interval_cost(&interval[0].1, h)
+        });
+        Some(costs.sum())
+    }
+}
+
+fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample, String> {
+    let (found, expected) = (state.bodies.len(), scene.bodies.len());
+    if found != expected {
+        return Err(format!("{found} bodies, the scene has {expected}"));
+    }
+    let units = &scene.units;
+    let states: Vec<_> = state
+        .bodies
+        .iter()
+        .map(|body| from_si(body, units))
+        .collect();
+    for ((state, message), named) in states.iter().zip(&state.bodies).zip(&scene.bodies) {
+        if message.name != named.name {
+            return Err(format!(
+                "body {:?}, the scene has {:?}",
+                message.name, named.name
+            ));
+        }
+        if !state.is_finite() {
+            return Err(format!("the state of {} is not finite", named.name));
+        }
+    }
+    if !state.time.is_finite() {
+        return Err(format!(
+            "time is {} s, expected a finite number",
+            state.time
+        ));
+    }
+    let invariants = Invariants::of(system, &states);
+    if !invariants.energy.is_finite() || !invariants.angular_momentum.iter().all(|c| c.is_finite())
+    {
+        return Err("energy or angular momentum is not finite".into());
+    }
+    let mut energy = Energy {
+        translation: 0.0,
+        rotation: 0.0,
+        potential: system.potential(&states) * units.energy(),
+        total: invariants.energy * units.energy(),
+    };
+    for (body, state) in system.bodies().iter().zip(&states) {
+        energy.translation +=
+            0.5 * state.linear_momentum.dot(&state.velocity(body)) * units.energy();
+        energy.rotation +=
+            0.5 * state.angular_momentum.dot(&state.angular_velocity(body)) * units.energy();
+    }
+    let poses = states
+        .iter()
+        .zip(&state.bodies)
+        .map(|(state, message)| Pose {
+            position: message.position.into(),
+            attitude: state.attitude,
+            spin: message.angular_momentum.into(),
+        });
+    Ok(Sample {
+        step: state.step,
+        time: state.time,
+        bodies: poses.collect(),
+        energy,
+        angular_momentum: invariants.angular_momentum * units.angular_momentum(),
+    })
+}
+
+/// A recorded state in the scene's units, which the system's constants are in.
+fn from_si(body: &msg::BodyState, units: &Units) -> BodyState {
+    BodyState {
+        position: Vector3::from(body.position) / units.length,
+        linear_momentum: Vector3::from(body.linear_momentum) / units.momentum(),
+        attitude: Matrix3::from_row_slice(&body.attitude),
+        angular_momentum: Vector3::from(body.angular_momentum) / units.angular_momentum(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use lgvi_bag::{BagOptions, BagWriter, Qos, Topic};
+    use lgvi_msgs::{RosMessage, cdr};
+    use lgvi_scene::Scene;
+
+    use super::*;
+    use crate::plot::plot;
+
+    const TEXT: &str = r#"
+        title = "A <ball> & its units"
+        [units]
+        length = "10 m"
+        mass = "2 kg"
+        time = "5 s"
+        [run]
+        duration = 1.0
+        steps = 4
+        integrator = "lgvi"
+        [gravity.central]
+        gm = 1.0
+        [[bodies]]
+        name = "ball"
+        mass = 1.0
+        inertia = [1, 1, 1]
+        position = [1, 0, 0]
+        velocity = [0, 1, 0]
+        attitude = { w = 1, x = 0, y = 0, z = 0 }
+        angular_velocity = [0, 0, 1]
+    "#;
+
+    /// A state of the scene at `step` that has not moved.
+    fn state(step: u64) -> SystemState {
+        let scene = Scene::parse("test", TEXT).unwrap();
+        let si = scene.units.state_to_si(&scene.bodies[0].state);
+        let body = msg::BodyState {
+            name: "ball".into(),
+            position: si.position.into(),
+            linear_momentum: si.linear_momentum.into(),
+            attitude: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            angular_momentum: si.angular_momentum.into(),
+        };
+        SystemState {
+            sequence: step,
+            step,
+            time: scene.seconds(step),
+            bodies: vec![body],
+            ..SystemState::default()
+        }
+    }
+
+    /// A bag with the scene and these states.
+    fn bag(states: &[SystemState]) -> (tempfile::TempDir, std::path::PathBuf) {
+        fn topic<M: RosMessage>(name: &str) -> Topic {
+            Topic {
+                name: format!("/propagator/{name}"),
+                type_name: M::TYPE_NAME.into(),
+                type_hash: M::TYPE_HASH.into(),
+                definition: M::DEFINITION.into(),
+                qos: Qos::default(),
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bag");
+        let mut writer = BagWriter::create(&path, BagOptions::default()).unwrap();
+        let scene = msg::Scene {
+            name: "test".into(),
+            text: TEXT.into(),
+            ..msg::Scene::default()
+        };
+        let scene_topic = writer.add_topic(&topic::<msg::Scene>("scene")).unwrap();
+        writer
+            .write(scene_topic, 0, 0, 0, &cdr::encode(&scene).unwrap())
+            .unwrap();
+        let state_topic = writer.add_topic(&topic::<SystemState>("state")).unwrap();
+        for (time, state) in (1..).zip(states) {
+            let data = cdr::encode(state).unwrap();
+            writer.write(state_topic, time, time, 0, &data).unwrap();
+        }
+        writer.finish(BTreeMap::new()).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn a_bag_is_read_in_si_and_drawn_the_same_each_time() {
+        let (_folder, path) = bag(&[state(0), state(2), state(4)]);
+        let flight = FlightData::read(&path).unwrap();
+        assert_eq!(flight.last().step, 4);
+        assert_eq!(flight.last().time, 5.0);
+        assert_eq!(
+            flight.first().bodies[0].position,
+            Vector3::new(10.0, 0.0, 0.0)
+        );
+        // m = 2 kg at 2 m/s and J = 200 kg m² at 0.2 rad/s; GM = 10³/5² m³/s² at 10 m.
+        let energy = flight.first().energy;
+        assert!((energy.translation - 4.0).abs() < 1e-12, "{energy:?}");
+        assert!((energy.rotation - 4.0).abs() < 1e-12, "{energy:?}");
+        assert!((energy.potential + 8.0).abs() < 1e-12, "{energy:?}");
+        assert!(energy.total.abs() < 1e-12, "{energy:?}");
+        let momentum = flight.first().angular_momentum;
+        assert!(
+            (momentum - Vector3::new(0.0, 0.0, 80.0)).norm() < 1e-12,
+            "{momentum}"
+        );
+
+        let picture = std::fs::read(plot(&path, None).unwrap()).unwrap();
+        let again = path.with_file_name("again.svg");
+        plot(&path, Some(&again)).unwrap();
+        assert!(
+            std::fs::read(again).unwrap() == picture,
+            "pictures of one bag differ"
+        );
+        let text = String::from_utf8(picture).unwrap();
+        assert!(text.contains("<title>A &lt;ball> &amp; its units</title>"));
+        assert!(!text.contains("NaN"));
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_refused_with_bag_topic_and_step() {
+        let refused = |states: &[SystemState]| {
+            let (_folder, path) = bag(states);
+            match FlightData::read(&path) {
+                Err(NodeError::Input(text)) => {
+                    assert!(text.contains(&*path.to_string_lossy()), "{text}");
+                    assert!(text.contains("/propagator/state"), "{text}");
+                    text
+                }
+                Err(other) => panic!("{other:?}"),
+                Ok(_) => panic!("accepted"),
+            }
+        };
+        assert!(refused(&[]).contains("no states"));
+        assert!(refused(&[state(2), state(1)]).contains("step 1 follows step 2"));
+        let mut wrong = state(3);
+        wrong.bodies[0].angular_momentum[1] = f64::NAN;
+        let text = refused(&[state(0), wrong.clone()]);
+        assert!(
+            text.contains("step 3: the state of ball is not finite"),
+            "{text}"
+        );
+        wrong.bodies.clear();
+        assert!(refused(&[wrong]).contains("0 bodies, the scene has 1"));
+        let mut wrong = state(0);
+        wrong.bodies[0].name = "moon".into();
+        assert!(refused(&[wrong]).contains("body \"moon\", the scene has \"ball\""));
+    }
+}

@@ -1,0 +1,59 @@
+//! Where a manoeuvre comes from and goes to.
+
+use lgvi_dynamics::BodyState;
+use nalgebra::Vector3;
+
+use super::data::FlightData;
+use super::orbit::Orbit;
+
+/// How far orbits are drawn, in terms of the flight's greatest distance.
+const CLOSED: f64 = 2.5;
+const OPEN: f64 = 1.0;
+
+/// The orbits before and after a manoeuvre.
+pub(super) struct Orbits {
+    pub(super) initial: Orbit,
+    pub(super) target: Orbit,
+    /// Farthest that the flight gets from the attractor [m].
+    farthest: f64,
+}
+
+impl Orbits {
+    pub(super) fn of(flight: &FlightData) -> Option<Self> {
+        let scene = &flight.scene;
+        let units = &scene.units;
+        let gm = scene.central? * units.length.powi(3) / (units.time * units.time);
+        let maneuver = scene.maneuver.as_ref()?;
+        let named = &scene.bodies[maneuver.body];
+        let orbit = |state: &BodyState| {
+            let velocity = state.velocity(&named.body) * (units.length / units.time);
+            Orbit::osculating(&(state.position * units.length), &velocity, gm)
+        };
+        let positions = flight
+            .samples
+            .iter()
+            .map(|sample| sample.bodies[maneuver.body].position);
+        Some(Self {
+            initial: orbit(&named.state)?,
+            target: orbit(&maneuver.target)?,
+            farthest: positions
+                .map(|position| position.norm())
+                .fold(0.0, f64::max),
+        })
+    }
+
+    pub(super) fn points(&self, orbit: &Orbit) -> Vec<Vector3<f64>> {
+        orbit.points(self.farthest * if self.close(orbit) { CLOSED } else { OPEN })
+    }
+
+    /// Whether an orbit is drawn whole.
+    pub(super) fn close(&self, orbit: &Orbit) -> bool {
+        orbit.closes_within(CLOSED * self.farthest)
+    }
+
+    /// Angle between the planes [°].
+    pub(super) fn plane_change(&self) -> f64 {
+        let cos = self.initial.normal().dot(&self.target.normal());
+        libm::acos(cos.clamp(-1.0, 1.0)).to_degrees()
+    }
+}

@@ -1,0 +1,39 @@
+//! The harness of the integration tests: the programs of the suite as processes, each test in a [`World`] of its own.
+
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test stops at the first surprise and says why"
+)]
+
+mod binaries;
+mod controls;
+mod domain;
+mod flight;
+mod process;
+mod python;
+mod recording;
+mod scenes;
+mod truth;
+mod wait;
+mod world;
+
+use std::path::PathBuf;
+
+pub use binaries::binary;
+pub use controls::{coast, publish};
+pub use flight::{Difference, Failure, Summary, Verdict};
+pub use nix::sys::signal::Signal;
+pub use process::{Finished, Process};
+pub use python::python;
+pub use recording::{Record, Recording};
+pub use scenes::{edited, scene};
+pub use truth::{Deviation, Trajectory, optimal_cost};
+pub use wait::{PATIENCE, eventually, within};
+pub use world::World;
+
+/// The root of the repository.
+pub fn root() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}

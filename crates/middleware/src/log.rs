@@ -143,6 +143,8 @@ fn console_filter(settings: &LogSettings, node: &str) -> Targets {
     let filter = Targets::new()
         .with_default(external)
         .with_target("rustdds", external.min(LevelFilter::ERROR))
+        // It warns at every start that it has no configuration file.
+        .with_target("iceoryx2_bb_loggers", external.min(LevelFilter::ERROR))
         // It complains at every exit about a multicast group that loopback has not joined.
         .with_target("rustdds::network::udp_listener", LevelFilter::OFF);
     own_filter(filter, settings, node, LevelFilter::INFO)

@@ -21,12 +21,18 @@ pub fn body_sample(name: Name, state: &BodyState, units: &Units) -> BodySample {
 /// The sample of a control.
 pub fn control_interval(control: &Load, units: &Units) -> ControlInterval {
     let si = units.load_to_si(control);
-    ControlInterval { force: si.force.into(), moment: si.moment.into() }
+    ControlInterval {
+        force: si.force.into(),
+        moment: si.moment.into(),
+    }
 }
 
 /// The load of a control's sample.
 pub fn load(interval: &ControlInterval, units: &Units) -> Load {
-    units.load_from_si(&Load { force: interval.force.into(), moment: interval.moment.into() })
+    units.load_from_si(&Load {
+        force: interval.force.into(),
+        moment: interval.moment.into(),
+    })
 }
 
 #[cfg(test)]
@@ -43,9 +49,16 @@ mod tests {
             attitude: Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0),
             angular_momentum: Vector3::new(7.0, 8.0, 9.0),
         };
-        let units = Units { length: 10.0, mass: 2.0, time: 5.0 };
+        let units = Units {
+            length: 10.0,
+            mass: 2.0,
+            time: 5.0,
+        };
         let sample = body_sample(Name::try_from("body").unwrap(), &state, &units);
-        assert_eq!(sample.attitude, [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(
+            sample.attitude,
+            [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+        );
         assert_eq!(sample.position, [10.0, 20.0, 30.0]);
         assert_eq!(sample.linear_momentum, [16.0, 20.0, 24.0]);
         assert_eq!(sample.angular_momentum, [280.0, 320.0, 360.0]);

@@ -29,7 +29,10 @@ pub struct Node {
 }
 
 impl Node {
-    fn start(default_name: &str, args: impl IntoIterator<Item = String>) -> Result<Self, NodeError> {
+    fn start(
+        default_name: &str,
+        args: impl IntoIterator<Item = String>,
+    ) -> Result<Self, NodeError> {
         let (args, rest) = NodeArgs::parse(default_name, args).map_err(NodeError::input)?;
         let supervised = match rest.iter().find(|argument| *argument != SUPERVISED) {
             Some(unknown) => {
@@ -54,7 +57,14 @@ impl Node {
             Arc::new(Reporter::disabled())
         };
         let parameters = args.parameters();
-        Ok(Self { args, parameters, shutdown, events, environment, logging })
+        Ok(Self {
+            args,
+            parameters,
+            shutdown,
+            events,
+            environment,
+            logging,
+        })
     }
 
     /// Joins the ROS 2 graph; logs go to `/rosout` as long as the guard lives.
@@ -98,7 +108,9 @@ pub fn main(
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             error!("{error}");
-            node.report(&Event::Failed { message: error.to_string() });
+            node.report(&Event::Failed {
+                message: error.to_string(),
+            });
             error.exit_code()
         }
     }

@@ -10,6 +10,8 @@ pub fn load_scene(path: &Path) -> Result<Scene, NodeError> {
         NodeError::Input(format!("scene {}: {error}", path.display()))
     };
     let text = std::fs::read_to_string(path).map_err(|error| refuse(&error))?;
-    let name = path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
+    let name = path
+        .file_stem()
+        .map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
     Scene::parse(&name, &text).map_err(|error| refuse(&error))
 }

@@ -13,7 +13,10 @@ use lgvi_node::control_interval;
 use lgvi_scene::{Maneuver, Scene};
 
 fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
-    Ok(Header { stamp: stamp::to_message(scene.stamp(step))?, frame_id: scene.frame.clone() })
+    Ok(Header {
+        stamp: stamp::to_message(scene.stamp(step))?,
+        frame_id: scene.frame.clone(),
+    })
 }
 
 /// An iteration of the solver, or how it ended.
@@ -60,9 +63,9 @@ pub(crate) fn controls(
 /// The planned poses, as often as ROS messages are published.
 pub(crate) fn path(scene: &Scene, plan: &Extremal) -> Result<Path, StampError> {
     let every = scene.publishing.ros_every;
-    let chosen = (0..).zip(&plan.states).filter(|(step, _)| {
-        *step == scene.steps || u64::is_multiple_of(*step, every)
-    });
+    let chosen = (0..)
+        .zip(&plan.states)
+        .filter(|(step, _)| *step == scene.steps || u64::is_multiple_of(*step, every));
     let pose = |(step, state): (u64, &lgvi_dynamics::BodyState)| {
         let [x, y, z] = (state.position * scene.units.length).into();
         let (w, u) = to_quaternion(&state.attitude);
@@ -70,7 +73,12 @@ pub(crate) fn path(scene: &Scene, plan: &Extremal) -> Result<Path, StampError> {
             header: header(scene, step)?,
             pose: Pose {
                 position: Point { x, y, z },
-                orientation: Quaternion { x: u.x, y: u.y, z: u.z, w },
+                orientation: Quaternion {
+                    x: u.x,
+                    y: u.y,
+                    z: u.z,
+                    w,
+                },
             },
         })
     };

@@ -33,14 +33,26 @@ pub(crate) struct Outlet {
 impl Outlet {
     /// Opens the node's topics; late joiners get all of up to `iterations` iterations.
     pub(crate) fn open(node: &Node, iterations: u32) -> Result<Self, NodeError> {
-        let topic = node.args.resolve("~/control_sequence").map_err(NodeError::input)?;
+        let topic = node
+            .args
+            .resolve("~/control_sequence")
+            .map_err(NodeError::input)?;
         let (ros, rosout) = node.ros()?;
         let every_iteration = Qos::latched(iterations as usize + 2);
         Ok(Self {
-            shm: node.shm()?.control_publisher(&topic).map_err(NodeError::runtime)?,
-            controls: ros.publisher(&topic, &Qos::latched(1)).map_err(NodeError::runtime)?,
-            progress: ros.publisher("~/progress", &every_iteration).map_err(NodeError::runtime)?,
-            path: ros.publisher("~/planned_path", &Qos::latched(1)).map_err(NodeError::runtime)?,
+            shm: node
+                .shm()?
+                .control_publisher(&topic)
+                .map_err(NodeError::runtime)?,
+            controls: ros
+                .publisher(&topic, &Qos::latched(1))
+                .map_err(NodeError::runtime)?,
+            progress: ros
+                .publisher("~/progress", &every_iteration)
+                .map_err(NodeError::runtime)?,
+            path: ros
+                .publisher("~/planned_path", &Qos::latched(1))
+                .map_err(NodeError::runtime)?,
             sent: BTreeMap::new(),
             _rosout: rosout,
             _ros: ros,
@@ -64,9 +76,13 @@ impl Outlet {
     ) -> Result<(), NodeError> {
         let (header, intervals) =
             messages::controls(scene, maneuver, plan).map_err(NodeError::runtime)?;
-        let message = header.to_message(&intervals, &scene.frame).map_err(NodeError::runtime)?;
+        let message = header
+            .to_message(&intervals, &scene.frame)
+            .map_err(NodeError::runtime)?;
         send(&self.controls, &message, &mut self.sent);
-        self.shm.send(header, &intervals).map_err(NodeError::runtime)?;
+        self.shm
+            .send(header, &intervals)
+            .map_err(NodeError::runtime)?;
         let path = messages::path(scene, plan).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
         Ok(())

@@ -17,12 +17,15 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     let mut parameters = std::mem::take(&mut node.parameters);
     let path: Option<PathBuf> = parameters.take("scene").map_err(NodeError::input)?;
     parameters.finish().map_err(NodeError::input)?;
-    let path = path
-        .ok_or_else(|| NodeError::Input("parameter \"scene\" is missing, expected a path".into()))?;
+    let path = path.ok_or_else(|| {
+        NodeError::Input("parameter \"scene\" is missing, expected a path".into())
+    })?;
     let scene = load_scene(&path)?;
     let (Some(maneuver), Some(transfer)) = (&scene.maneuver, scene.transfer()) else {
         let path = path.display();
-        return Err(NodeError::Input(format!("scene {path}: `maneuver` is missing: nothing to plan")));
+        return Err(NodeError::Input(format!(
+            "scene {path}: `maneuver` is missing: nothing to plan"
+        )));
     };
     let transfer = transfer.map_err(NodeError::input)?;
 
@@ -50,12 +53,21 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         }
     };
     let seconds = start.elapsed().as_secs_f64();
-    let Iteration { iteration, cost, violation, .. } = solution.last;
+    let Iteration {
+        iteration,
+        cost,
+        violation,
+        ..
+    } = solution.last;
     info!("planned in {iteration} iterations: cost {cost}, terminal error {violation:.1e}");
 
     outlet.plan(&scene, maneuver, &solution.extremal)?;
     let published = outlet.settle();
-    node.report(&Event::Planned { plan: report(&solution.last), seconds, published });
+    node.report(&Event::Planned {
+        plan: report(&solution.last),
+        seconds,
+        published,
+    });
     while !node.shutdown.wait_timeout(IDLE) {}
     Ok(())
 }

@@ -72,7 +72,9 @@ impl Channels {
 
     /// Publishes a message to those who have subscribed to its topic.
     pub(crate) fn publish(&mut self, message: Message<'_>) -> Result<(), NodeError> {
-        let Some(channel) = self.by_topic.get_mut(&message.topic.name) else { return Ok(()) };
+        let Some(channel) = self.by_topic.get_mut(&message.topic.name) else {
+            return Ok(());
+        };
         if let Some(shm) = &mut channel.shm {
             let (header, bodies) = state(&message)?;
             shm.send(header, &bodies).map_err(NodeError::runtime)?;
@@ -107,7 +109,11 @@ impl Channels {
 /// How many bodies the states of each topic of states have, the most of any message.
 fn bodies(bag: &BagReader) -> Result<BTreeMap<String, usize>, NodeError> {
     let mut bodies = BTreeMap::new();
-    if bag.topics().iter().any(|topic| topic.type_name == SystemState::TYPE_NAME) {
+    if bag
+        .topics()
+        .iter()
+        .any(|topic| topic.type_name == SystemState::TYPE_NAME)
+    {
         for message in bag.messages() {
             let message = message.map_err(NodeError::input)?;
             if message.topic.type_name == SystemState::TYPE_NAME {
@@ -124,7 +130,10 @@ fn state(
     message: &Message<'_>,
 ) -> Result<(StateHeader, Vec<lgvi_msgs::shm::BodySample>), NodeError> {
     let refuse = |error: &dyn std::fmt::Display| {
-        NodeError::Input(format!("{} at {} ns: {error}", message.topic.name, message.log_time))
+        NodeError::Input(format!(
+            "{} at {} ns: {error}",
+            message.topic.name, message.log_time
+        ))
     };
     let state: SystemState = cdr::decode(&message.data).map_err(|error| refuse(&error))?;
     StateHeader::from_message(&state).map_err(|error| refuse(&error))

@@ -18,18 +18,32 @@ pub(crate) struct Config {
 impl Config {
     pub(crate) fn take(mut parameters: Parameters) -> Result<Self, NodeError> {
         let bag: Option<PathBuf> = parameters.take("bag").map_err(NodeError::input)?;
-        let rate = parameters.take("rate").map_err(NodeError::input)?.unwrap_or(1.0);
-        let clock = parameters.take("clock").map_err(NodeError::input)?.unwrap_or(false);
-        let await_subscribers =
-            parameters.take("await_subscribers").map_err(NodeError::input)?.unwrap_or(0);
+        let rate = parameters
+            .take("rate")
+            .map_err(NodeError::input)?
+            .unwrap_or(1.0);
+        let clock = parameters
+            .take("clock")
+            .map_err(NodeError::input)?
+            .unwrap_or(false);
+        let await_subscribers = parameters
+            .take("await_subscribers")
+            .map_err(NodeError::input)?
+            .unwrap_or(0);
         parameters.finish().map_err(NodeError::input)?;
-        let bag = bag
-            .ok_or_else(|| NodeError::Input("parameter \"bag\" is missing, expected a path".into()))?;
+        let bag = bag.ok_or_else(|| {
+            NodeError::Input("parameter \"bag\" is missing, expected a path".into())
+        })?;
         if !(rate >= 0.0 && f64::is_finite(rate)) {
             let message = format!("parameter \"rate\" is {rate}, expected a finite number ≥ 0");
             return Err(NodeError::Input(message));
         }
-        Ok(Self { bag, rate, clock, await_subscribers })
+        Ok(Self {
+            bag,
+            rate,
+            clock,
+            await_subscribers,
+        })
     }
 
     /// Whether nothing may be lost because nothing has to be on time.

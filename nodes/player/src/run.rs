@@ -45,7 +45,8 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
             let recorded = Duration::from_nanos(message.log_time.saturating_sub(first));
             let due = Duration::try_from_secs_f64(recorded.as_secs_f64() / config.rate)
                 .unwrap_or(Duration::MAX);
-            node.shutdown.wait_timeout(due.saturating_sub(start.elapsed()));
+            node.shutdown
+                .wait_timeout(due.saturating_sub(start.elapsed()));
         }
         if node.shutdown.requested() {
             break;

@@ -26,15 +26,22 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 impl Config {
     pub(crate) fn take(mut parameters: Parameters) -> Result<Self, NodeError> {
         let scene: Option<PathBuf> = parameters.take("scene").map_err(NodeError::input)?;
-        let real_time_factor =
-            parameters.take("real_time_factor").map_err(NodeError::input)?.unwrap_or(1.0);
+        let real_time_factor = parameters
+            .take("real_time_factor")
+            .map_err(NodeError::input)?
+            .unwrap_or(1.0);
         let await_control = parameters.take("await_control").map_err(NodeError::input)?;
-        let await_subscribers = parameters.take("await_subscribers").map_err(NodeError::input)?;
-        let stop_on_bad_control =
-            parameters.take("stop_on_bad_control").map_err(NodeError::input)?.unwrap_or(true);
+        let await_subscribers = parameters
+            .take("await_subscribers")
+            .map_err(NodeError::input)?;
+        let stop_on_bad_control = parameters
+            .take("stop_on_bad_control")
+            .map_err(NodeError::input)?
+            .unwrap_or(true);
         parameters.finish().map_err(NodeError::input)?;
-        let scene = scene
-            .ok_or_else(|| NodeError::Input("parameter \"scene\" is missing, expected a path".into()))?;
+        let scene = scene.ok_or_else(|| {
+            NodeError::Input("parameter \"scene\" is missing, expected a path".into())
+        })?;
         if !(real_time_factor >= 0.0 && f64::is_finite(real_time_factor)) {
             return Err(NodeError::Input(format!(
                 "parameter \"real_time_factor\" is {real_time_factor}, expected a finite number ≥ 0"
@@ -44,7 +51,8 @@ impl Config {
         let await_control = await_control.unwrap_or(scene.maneuver.is_some());
         if await_control && scene.maneuver.is_none() {
             return Err(NodeError::Input(
-                "parameter \"await_control\" is true, expected false: the scene has no manoeuvre".into(),
+                "parameter \"await_control\" is true, expected false: the scene has no manoeuvre"
+                    .into(),
             ));
         }
         Ok(Self {

@@ -51,7 +51,9 @@ pub enum ControlError {
         value: [f64; 3],
     },
     /// It would have had to start in the past.
-    #[error("`first_step` is {first_step}, expected at least {step}, the step that the flight has reached")]
+    #[error(
+        "`first_step` is {first_step}, expected at least {step}, the step that the flight has reached"
+    )]
     Late {
         /// The sequence's first step.
         first_step: u64,
@@ -83,12 +85,23 @@ impl Controls {
         for (interval, control) in intervals.iter().enumerate() {
             for (field, value) in [("force", control.force), ("moment", control.moment)] {
                 if value.iter().any(|component| !component.is_finite()) {
-                    return Err(ControlError::NotFinite { field, interval, value });
+                    return Err(ControlError::NotFinite {
+                        field,
+                        interval,
+                        value,
+                    });
                 }
             }
         }
-        let loads = intervals.iter().map(|interval| load(interval, &scene.units)).collect();
-        Ok(Self { body, first_step: header.first_step, loads })
+        let loads = intervals
+            .iter()
+            .map(|interval| load(interval, &scene.units))
+            .collect();
+        Ok(Self {
+            body,
+            first_step: header.first_step,
+            loads,
+        })
     }
 
     /// The load during `step`; `None` before the first interval, zero after the last.

@@ -32,7 +32,10 @@ impl Flight {
             return Err(ControlError::Late { first_step, step });
         }
         let accepted = &mut self.accepted[controls.body];
-        let acting = accepted.iter().rposition(|earlier| earlier.first_step <= step).unwrap_or(0);
+        let acting = accepted
+            .iter()
+            .rposition(|earlier| earlier.first_step <= step)
+            .unwrap_or(0);
         accepted.drain(..acting);
         accepted.retain(|earlier| earlier.first_step < first_step);
         accepted.push(controls);
@@ -42,14 +45,20 @@ impl Flight {
     /// Whether a sequence acts on `body` at the present step.
     pub fn controlled(&self, body: usize) -> bool {
         let step = self.simulation.step();
-        self.accepted[body].iter().any(|controls| controls.first_step <= step)
+        self.accepted[body]
+            .iter()
+            .any(|controls| controls.first_step <= step)
     }
 
     /// Makes one step.
     pub fn advance(&mut self) -> Result<StepReport, StepError> {
         let step = self.simulation.step();
         for (load, accepted) in self.loads.iter_mut().zip(&self.accepted) {
-            *load = accepted.iter().rev().find_map(|controls| controls.at(step)).unwrap_or_default();
+            *load = accepted
+                .iter()
+                .rev()
+                .find_map(|controls| controls.at(step))
+                .unwrap_or_default();
         }
         self.simulation.advance(&self.loads)
     }
@@ -105,15 +114,31 @@ mod tests {
 
     fn header(body: &str, first_step: u64, step_size: f64) -> ControlHeader {
         let body = Name::try_from(body).unwrap();
-        ControlHeader { body, first_step, step_size, stamp_nanoseconds: 0 }
+        ControlHeader {
+            body,
+            first_step,
+            step_size,
+            stamp_nanoseconds: 0,
+        }
     }
 
     fn push(force: f64, times: usize) -> Vec<ControlInterval> {
-        vec![ControlInterval { force: [force, 0.0, 0.0], moment: [0.0; 3] }; times]
+        vec![
+            ControlInterval {
+                force: [force, 0.0, 0.0],
+                moment: [0.0; 3]
+            };
+            times
+        ]
     }
 
     fn controls(first_step: u64, force: f64, times: usize) -> Controls {
-        Controls::check(&scene(), &header("ball", first_step, 0.1), &push(force, times)).unwrap()
+        Controls::check(
+            &scene(),
+            &header("ball", first_step, 0.1),
+            &push(force, times),
+        )
+        .unwrap()
     }
 
     /// Momentum gained in each of ten steps, in units of h × scene force.
@@ -154,24 +179,38 @@ mod tests {
         let mut flight = Flight::new(&scene());
         flight.advance().unwrap();
         let refused = flight.accept(controls(0, 1.0, 10));
-        assert_eq!(refused, Err(ControlError::Late { first_step: 0, step: 1 }));
+        assert_eq!(
+            refused,
+            Err(ControlError::Late {
+                first_step: 0,
+                step: 1
+            })
+        );
         flight.accept(controls(1, 1.0, 1)).unwrap();
     }
 
     #[test]
     fn wrong_sequences_are_refused_with_field_and_value() {
         let check = |header, intervals: &[ControlInterval]| {
-            Controls::check(&scene(), &header, intervals).unwrap_err().to_string()
+            Controls::check(&scene(), &header, intervals)
+                .unwrap_err()
+                .to_string()
         };
         let text = check(header("moon", 0, 0.1), &push(1.0, 1));
         assert_eq!(text, "`body` is \"moon\", expected one of ball");
         let text = check(header("ball", 0, 0.2), &push(1.0, 1));
-        assert_eq!(text, "`step_size` is 0.2 s, expected the scene's step 0.1 s");
+        assert_eq!(
+            text,
+            "`step_size` is 0.2 s, expected the scene's step 0.1 s"
+        );
         assert!(check(header("ball", 0, f64::NAN), &push(1.0, 1)).contains("NaN"));
         assert!(check(header("ball", 0, 0.1), &[]).contains("empty"));
         let mut intervals = push(1.0, 3);
         intervals[2].moment[1] = f64::INFINITY;
         let text = check(header("ball", 0, 0.1), &intervals);
-        assert_eq!(text, "`moment[2]` is [0.0, inf, 0.0], expected three finite numbers");
+        assert_eq!(
+            text,
+            "`moment[2]` is [0.0, inf, 0.0], expected three finite numbers"
+        );
     }
 }

@@ -100,12 +100,16 @@ impl LinkEnd {
     /// Waits until what was handed over is published and acknowledged, or given up; what was published, by topic.
     pub(crate) fn finish(&self) -> Result<Published, NodeError> {
         self.shared.finish.store(true, Ordering::Release);
-        self.published.recv().map_err(|_| NodeError::runtime("the ROS side has panicked"))
+        self.published
+            .recv()
+            .map_err(|_| NodeError::runtime("the ROS side has panicked"))
     }
 
     /// Keeps the topics for late joiners until the shutdown.
     pub(crate) fn linger(self) -> Result<(), NodeError> {
-        self.thread.join().map_err(|_| NodeError::runtime("the ROS side has panicked"))
+        self.thread
+            .join()
+            .map_err(|_| NodeError::runtime("the ROS side has panicked"))
     }
 }
 
@@ -119,7 +123,11 @@ struct Counted<M> {
 impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
     fn new(ros: &RosNode, topic: &str, qos: &Qos, lossless: bool) -> Result<Self, NodeError> {
         let publisher = ros.publisher(topic, qos).map_err(NodeError::runtime)?;
-        Ok(Self { publisher, lossless, sent: 0 })
+        Ok(Self {
+            publisher,
+            lossless,
+            sent: 0,
+        })
     }
 
     fn wanted(&self) -> bool {
@@ -160,9 +168,10 @@ struct Topics {
 impl Topics {
     fn new(ros: &RosNode, scene: &Scene, lossless: bool) -> Result<Self, NodeError> {
         let stream = Qos::reliable(STREAM_DEPTH);
-        let odometry = scene.bodies.iter().map(|body| {
-            Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless)
-        });
+        let odometry = scene
+            .bodies
+            .iter()
+            .map(|body| Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless));
         Ok(Self {
             state: Counted::new(ros, "~/state", &stream, lossless)?,
             odometry: odometry.collect::<Result<_, _>>()?,
@@ -175,7 +184,9 @@ impl Topics {
 
     /// Whether odometry, tf and invariants have `count` subscribers each.
     fn have_subscribers(&self, count: usize) -> bool {
-        self.odometry.iter().all(|topic| topic.publisher.matched_subscriptions() >= count)
+        self.odometry
+            .iter()
+            .all(|topic| topic.publisher.matched_subscriptions() >= count)
             && self.tf.publisher.matched_subscriptions() >= count
             && self.invariants.publisher.matched_subscriptions() >= count
     }
@@ -227,7 +238,9 @@ pub(crate) fn start(
     shutdown: &Shutdown,
 ) -> Result<LinkEnd, NodeError> {
     let topics = Topics::new(&ros, &scene, config.lossless())?;
-    let control_topic = ros.resolve("~/control_sequence").map_err(NodeError::input)?;
+    let control_topic = ros
+        .resolve("~/control_sequence")
+        .map_err(NodeError::input)?;
     let (filled_in, filled_out) = RingBuffer::new(SNAPSHOTS);
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
     let (controls_in, controls_out) = RingBuffer::new(SEQUENCES);
@@ -241,10 +254,14 @@ pub(crate) fn start(
         simulation: scene.simulation(),
         names,
         topics,
-        shm_controls: shm.control_subscriber(&control_topic).map_err(NodeError::runtime)?,
+        shm_controls: shm
+            .control_subscriber(&control_topic)
+            .map_err(NodeError::runtime)?,
         ros_controls: [
-            ros.subscription(&control_topic, &Qos::latched(SEQUENCES)).map_err(NodeError::runtime)?,
-            ros.subscription(&control_topic, &Qos::reliable(SEQUENCES)).map_err(NodeError::runtime)?,
+            ros.subscription(&control_topic, &Qos::latched(SEQUENCES))
+                .map_err(NodeError::runtime)?,
+            ros.subscription(&control_topic, &Qos::reliable(SEQUENCES))
+                .map_err(NodeError::runtime)?,
         ],
         filled: filled_out,
         empty: empty_in,
@@ -408,10 +425,15 @@ impl Link {
     /// Publishes the sequences that the loop has accepted: they are what is flown.
     fn answer_pending(&mut self) {
         while let Ok(verdict) = self.verdicts.pop() {
-            let Some((header, message)) = self.pending.pop_front() else { return };
+            let Some((header, message)) = self.pending.pop_front() else {
+                return;
+            };
             match verdict {
                 Ok(()) => {
-                    info!("flying a control sequence for {} from step {}", header.body, header.first_step);
+                    info!(
+                        "flying a control sequence for {} from step {}",
+                        header.body, header.first_step
+                    );
                     self.topics.flown.send(&message);
                 }
                 Err(error) => warn!("control sequence refused: {error}"),

@@ -23,7 +23,10 @@ pub(crate) struct Snapshot {
 }
 
 pub(crate) fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
-    Ok(Header { stamp: stamp(scene, step)?, frame_id: scene.frame.clone() })
+    Ok(Header {
+        stamp: stamp(scene, step)?,
+        frame_id: scene.frame.clone(),
+    })
 }
 
 fn stamp(scene: &Scene, step: u64) -> Result<Time, StampError> {
@@ -63,35 +66,48 @@ pub(crate) fn odometry(
     let state = &snapshot.states[body];
     let named = &scene.bodies[body];
     let units = &scene.units;
-    let velocity = state.attitude.tr_mul(&state.velocity(&named.body)) * (units.length / units.time);
+    let velocity =
+        state.attitude.tr_mul(&state.velocity(&named.body)) * (units.length / units.time);
     let angular_velocity = state.angular_velocity(&named.body) / units.time;
     let [x, y, z] = (state.position * units.length).into();
     Ok(Odometry {
         header: header(scene, snapshot.step)?,
         child_frame_id: named.name.clone(),
         pose: PoseWithCovariance {
-            pose: Pose { position: Point { x, y, z }, orientation: orientation(state) },
+            pose: Pose {
+                position: Point { x, y, z },
+                orientation: orientation(state),
+            },
             covariance: [0.0; 36],
         },
         twist: TwistWithCovariance {
-            twist: Twist { linear: vector(velocity.into()), angular: vector(angular_velocity.into()) },
+            twist: Twist {
+                linear: vector(velocity.into()),
+                angular: vector(angular_velocity.into()),
+            },
             covariance: [0.0; 36],
         },
     })
 }
 
 pub(crate) fn transforms(scene: &Scene, snapshot: &Snapshot) -> Result<TFMessage, StampError> {
-    let each = scene.bodies.iter().zip(&snapshot.states).map(|(named, state)| {
-        Ok(TransformStamped {
-            header: header(scene, snapshot.step)?,
-            child_frame_id: named.name.clone(),
-            transform: Transform {
-                translation: vector((state.position * scene.units.length).into()),
-                rotation: orientation(state),
-            },
-        })
-    });
-    Ok(TFMessage { transforms: each.collect::<Result<_, _>>()? })
+    let each = scene
+        .bodies
+        .iter()
+        .zip(&snapshot.states)
+        .map(|(named, state)| {
+            Ok(TransformStamped {
+                header: header(scene, snapshot.step)?,
+                child_frame_id: named.name.clone(),
+                transform: Transform {
+                    translation: vector((state.position * scene.units.length).into()),
+                    rotation: orientation(state),
+                },
+            })
+        });
+    Ok(TFMessage {
+        transforms: each.collect::<Result<_, _>>()?,
+    })
 }
 
 pub(crate) fn invariants(
@@ -113,7 +129,12 @@ pub(crate) fn invariants(
 
 fn orientation(state: &BodyState) -> Quaternion {
     let (w, u) = to_quaternion(&state.attitude);
-    Quaternion { x: u.x, y: u.y, z: u.z, w }
+    Quaternion {
+        x: u.x,
+        y: u.y,
+        z: u.z,
+        w,
+    }
 }
 
 fn vector([x, y, z]: [f64; 3]) -> Vector3 {
@@ -123,7 +144,6 @@ fn vector([x, y, z]: [f64; 3]) -> Vector3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
 
     #[test]
     fn odometry_has_its_pose_in_the_inertial_and_its_twist_in_the_body_frame() {
@@ -146,22 +166,56 @@ mod tests {
             angular_velocity = [0, 0, 8]
         "#;
         let scene = Scene::parse("test", text).unwrap();
-        let snapshot = Snapshot { step: 5, states: vec![scene.bodies[0].state] };
+        let snapshot = Snapshot {
+            step: 5,
+            states: vec![scene.bodies[0].state],
+        };
         let odometry = odometry(&scene, 0, &snapshot).unwrap();
         assert_eq!(odometry.header.frame_id, "inertial");
         assert_eq!(odometry.child_frame_id, "ball");
         assert_eq!(odometry.header.stamp.sec, 946_728_002);
         let half = std::f64::consts::FRAC_1_SQRT_2;
-        let Pose { position, orientation } = odometry.pose.pose;
-        assert_eq!(position, Point { x: 2.0, y: 4.0, z: 6.0 });
+        let Pose {
+            position,
+            orientation,
+        } = odometry.pose.pose;
+        assert_eq!(
+            position,
+            Point {
+                x: 2.0,
+                y: 4.0,
+                z: 6.0
+            }
+        );
         assert!((orientation.z - half).abs() < 1e-15 && (orientation.w - half).abs() < 1e-15);
         let Twist { linear, angular } = odometry.twist.twist;
-        assert_eq!(linear, Vector3 { x: 0.5, y: 0.0, z: 0.0 });
-        assert_eq!(angular, Vector3 { x: 0.0, y: 0.0, z: 2.0 });
+        assert_eq!(
+            linear,
+            Vector3 {
+                x: 0.5,
+                y: 0.0,
+                z: 0.0
+            }
+        );
+        assert_eq!(
+            angular,
+            Vector3 {
+                x: 0.0,
+                y: 0.0,
+                z: 2.0
+            }
+        );
 
         let transforms = transforms(&scene, &snapshot).unwrap().transforms;
         assert_eq!(transforms.len(), 1);
         assert_eq!(transforms[0].child_frame_id, "ball");
-        assert_eq!(transforms[0].transform.translation, Vector3 { x: 2.0, y: 4.0, z: 6.0 });
+        assert_eq!(
+            transforms[0].transform.translation,
+            Vector3 {
+                x: 2.0,
+                y: 4.0,
+                z: 6.0
+            }
+        );
     }
 }

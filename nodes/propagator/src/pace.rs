@@ -12,7 +12,11 @@ impl Pace {
     /// From now on, at `factor` simulated seconds a second; 0 means as fast as possible.
     pub(crate) fn start(factor: f64) -> Self {
         let seconds = (factor > 0.0).then(|| factor.recip());
-        Self { start: Instant::now(), seconds, overruns: 0 }
+        Self {
+            start: Instant::now(),
+            seconds,
+            overruns: 0,
+        }
     }
 
     /// Sleeps until it is time for what happens `simulated` seconds after the start, or counts that it is late.

@@ -43,7 +43,14 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         .state_publisher(&state_topic, names.len(), delivery)
         .map_err(NodeError::runtime)?;
     let (ros, _rosout) = node.ros()?;
-    let link = link::start(ros, &shm, &config, Arc::clone(&scene), names.clone(), &node.shutdown)?;
+    let link = link::start(
+        ros,
+        &shm,
+        &config,
+        Arc::clone(&scene),
+        names.clone(),
+        &node.shutdown,
+    )?;
     node.report(&Event::Ready);
 
     let mut propagation = Propagation {
@@ -58,7 +65,9 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         config,
         scene,
     };
-    let outcome = propagation.await_company().and_then(|()| propagation.fly(node));
+    let outcome = propagation
+        .await_company()
+        .and_then(|()| propagation.fly(node));
     let published = propagation.link.finish()?;
     let ended = outcome.map(|flown| {
         if let Some(mut report) = flown {
@@ -99,10 +108,19 @@ impl Propagation {
             std::thread::sleep(WAIT);
         }
         while !self.shutdown.requested()
-            && !self.states.wait_for_subscribers(wanted, WAIT).map_err(NodeError::runtime)?
+            && !self
+                .states
+                .wait_for_subscribers(wanted, WAIT)
+                .map_err(NodeError::runtime)?
         {}
-        let awaited = self.scene.maneuver.as_ref().filter(|_| self.config.await_control);
-        let Some(body) = awaited.map(|maneuver| maneuver.body) else { return Ok(()) };
+        let awaited = self
+            .scene
+            .maneuver
+            .as_ref()
+            .filter(|_| self.config.await_control);
+        let Some(body) = awaited.map(|maneuver| maneuver.body) else {
+            return Ok(());
+        };
         while !self.shutdown.requested() && !self.flight.controlled(body) {
             self.take_controls()?;
             std::thread::sleep(WAIT);
@@ -138,7 +156,9 @@ impl Propagation {
             self.publish()?;
             if told.elapsed() >= PROGRESS {
                 told = Instant::now();
-                node.report(&Event::Flying { step: self.flight.step() });
+                node.report(&Event::Flying {
+                    step: self.flight.step(),
+                });
             }
         }
         Ok(Some(self.report(&start, &pace)))
@@ -152,7 +172,8 @@ impl Propagation {
             NodeError::Runtime(format!("step {step} of {name}: {error}"))
         })?;
         if let Some(maneuver) = &self.scene.maneuver {
-            self.cost += maneuver.interval_cost(&self.flight.loads()[maneuver.body], self.scene.h());
+            self.cost +=
+                maneuver.interval_cost(&self.flight.loads()[maneuver.body], self.scene.h());
         }
         Ok(())
     }
@@ -166,12 +187,15 @@ impl Propagation {
             let header = state_header(&self.scene, step, self.samples);
             let (states, units) = (self.flight.states(), &self.scene.units);
             self.states
-                .send_with(header, states.len(), |i| body_sample(self.names[i], &states[i], units))
+                .send_with(header, states.len(), |i| {
+                    body_sample(self.names[i], &states[i], units)
+                })
                 .map_err(NodeError::runtime)?;
             self.samples += 1;
         }
         if last || step.is_multiple_of(publishing.ros_every) {
-            self.link.publish(step, self.flight.states(), self.config.lossless());
+            self.link
+                .publish(step, self.flight.states(), self.config.lossless());
         }
         Ok(())
     }

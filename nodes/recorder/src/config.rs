@@ -36,7 +36,10 @@ impl Config {
         let topics = topics.map(|topics| topics.iter().map(|topic| choose(topic)).collect());
         Ok(Self {
             output: output.unwrap_or_else(|| {
-                chrono::Local::now().format("rosbag2_%Y_%m_%d-%H_%M_%S").to_string().into()
+                chrono::Local::now()
+                    .format("rosbag2_%Y_%m_%d-%H_%M_%S")
+                    .to_string()
+                    .into()
             }),
             states: states.unwrap_or_else(|| vec!["/lgvi_propagator/state".into()]),
             topics: topics.transpose()?,
@@ -48,12 +51,18 @@ impl Config {
 
 fn choose(topic: &str) -> Result<Chosen, NodeError> {
     let refuse = |expected: &str| {
-        NodeError::Input(format!("parameter \"topics\" has {topic:?}, expected {expected}"))
+        NodeError::Input(format!(
+            "parameter \"topics\" has {topic:?}, expected {expected}"
+        ))
     };
-    let (name, type_name) =
-        topic.split_once('=').ok_or_else(|| refuse("name=package/msg/Type"))?;
+    let (name, type_name) = topic
+        .split_once('=')
+        .ok_or_else(|| refuse("name=package/msg/Type"))?;
     let message_type = lookup(type_name).ok_or_else(|| refuse("a message type that lgvi knows"))?;
-    Ok(Chosen { name: name.into(), message_type })
+    Ok(Chosen {
+        name: name.into(),
+        message_type,
+    })
 }
 
 #[cfg(test)]
@@ -63,8 +72,21 @@ mod tests {
     #[test]
     fn topics_are_names_with_known_types() {
         let chosen = choose("/tf=tf2_msgs/msg/TFMessage").unwrap();
-        assert_eq!((chosen.name.as_str(), chosen.message_type.name), ("/tf", "tf2_msgs/msg/TFMessage"));
-        assert!(choose("/tf").unwrap_err().to_string().contains("name=package/msg/Type"));
-        assert!(choose("/tf=tf2_msgs/msg/Nothing").unwrap_err().to_string().contains("knows"));
+        assert_eq!(
+            (chosen.name.as_str(), chosen.message_type.name),
+            ("/tf", "tf2_msgs/msg/TFMessage")
+        );
+        assert!(
+            choose("/tf")
+                .unwrap_err()
+                .to_string()
+                .contains("name=package/msg/Type")
+        );
+        assert!(
+            choose("/tf=tf2_msgs/msg/Nothing")
+                .unwrap_err()
+                .to_string()
+                .contains("knows")
+        );
     }
 }

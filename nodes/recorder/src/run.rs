@@ -13,7 +13,11 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     let config = Config::take(std::mem::take(&mut node.parameters))?;
     let writer = sink::create(&config).map_err(NodeError::input)?;
     let resolve = |topic: &str| node.args.resolve(topic).map_err(NodeError::input);
-    let elsewhere = config.states.iter().map(|topic| resolve(topic)).collect::<Result<_, _>>()?;
+    let elsewhere = config
+        .states
+        .iter()
+        .map(|topic| resolve(topic))
+        .collect::<Result<_, _>>()?;
     let shm = node.shm()?;
     let states = States::open(&config, &shm, resolve)?;
     let (ros, _rosout) = node.ros()?;
@@ -22,13 +26,20 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     let lost = [(); 2].map(|()| Arc::new(AtomicU64::new(0)));
     let missing = {
         let lost = lost.clone();
-        move || lost.iter().map(|lost| lost.load(Ordering::Relaxed)).sum::<u64>()
+        move || {
+            lost.iter()
+                .map(|lost| lost.load(Ordering::Relaxed))
+                .sum::<u64>()
+        }
     };
     let events = Arc::clone(&node.events);
     let tell = {
         let missing = missing.clone();
         move |counts: &sink::Counts| {
-            let _ = events.report(&Event::Recording { messages: counts.clone(), lost: missing() });
+            let _ = events.report(&Event::Recording {
+                messages: counts.clone(),
+                lost: missing(),
+            });
         }
     };
     let sink = Sink::start(writer, tell).map_err(NodeError::runtime)?;
@@ -47,15 +58,26 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
             }
         }
         let panicked = |_| NodeError::runtime("a receiving thread has panicked");
-        let outcomes = [from_dds.join().map_err(panicked), from_shm.join().map_err(panicked)];
-        outcomes.into_iter().try_for_each(|outcome| outcome.and_then(|received| received))
+        let outcomes = [
+            from_dds.join().map_err(panicked),
+            from_shm.join().map_err(panicked),
+        ];
+        outcomes
+            .into_iter()
+            .try_for_each(|outcome| outcome.and_then(|received| received))
     });
 
-    let written = sink.finish().ok_or_else(|| NodeError::runtime("the writing thread has panicked"))?;
+    let written = sink
+        .finish()
+        .ok_or_else(|| NodeError::runtime("the writing thread has panicked"))?;
     let summary = written.map_err(NodeError::runtime)?;
     let messages = summary.messages.values().sum();
     let bag = config.output;
     info!("recorded {messages} messages in {}", bag.display());
-    node.report(&Event::Recorded { bag, messages, lost: missing() });
+    node.report(&Event::Recorded {
+        bag,
+        messages,
+        lost: missing(),
+    });
     received
 }

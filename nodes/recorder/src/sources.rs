@@ -37,7 +37,10 @@ const SILENCE: Duration = Duration::from_millis(100);
 const INTERNAL: [&str; 2] = ["/parameter_events", "/ros_discovery_info"];
 
 /// Runs `poll` until the shutdown and after it until it has been silent for a while. It says whether it found something.
-fn drain(shutdown: &Shutdown, mut poll: impl FnMut() -> Result<bool, NodeError>) -> Result<(), NodeError> {
+fn drain(
+    shutdown: &Shutdown,
+    mut poll: impl FnMut() -> Result<bool, NodeError>,
+) -> Result<(), NodeError> {
     let mut heard = Instant::now();
     loop {
         if poll()? {
@@ -66,8 +69,9 @@ impl States {
     ) -> Result<Self, NodeError> {
         let open = |topic: &String| {
             let topic = resolve(topic)?;
-            let subscriber =
-                shm.state_subscriber(&topic, STATE_BUFFER).map_err(NodeError::runtime)?;
+            let subscriber = shm
+                .state_subscriber(&topic, STATE_BUFFER)
+                .map_err(NodeError::runtime)?;
             Ok((Arc::from(topic), subscriber))
         };
         Ok(Self {
@@ -110,7 +114,11 @@ impl States {
                     }
                 }
             }
-            let missing = self.subscribers.iter().map(|(_, subscriber)| subscriber.lost()).sum();
+            let missing = self
+                .subscribers
+                .iter()
+                .map(|(_, subscriber)| subscriber.lost())
+                .sum();
             lost.store(missing, Ordering::Relaxed);
             Ok(found)
         })
@@ -191,7 +199,13 @@ impl Topics {
             }
             if let Some(message_type) = lookup(&topic.type_name) {
                 let qos = request(&topic);
-                self.subscribe(&Chosen { name: topic.name, message_type }, &qos)?;
+                self.subscribe(
+                    &Chosen {
+                        name: topic.name,
+                        message_type,
+                    },
+                    &qos,
+                )?;
             }
         }
         Ok(())
@@ -240,7 +254,11 @@ impl Topics {
                     }
                 }
             }
-            let missing = self.subscriptions.values().map(|source| source.subscription.lost()).sum();
+            let missing = self
+                .subscriptions
+                .values()
+                .map(|source| source.subscription.lost())
+                .sum();
             lost.store(missing, Ordering::Relaxed);
             Ok(found)
         })

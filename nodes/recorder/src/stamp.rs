@@ -38,7 +38,9 @@ impl Stamped {
     /// The stamp [ns since the UNIX epoch] of a message in little-endian CDR; `None` where there is none.
     pub(crate) fn read(self, cdr: &[u8]) -> Option<i64> {
         let word = |at: usize| -> Option<[u8; 4]> {
-            cdr.get(ENCAPSULATION + at..ENCAPSULATION + at + 4)?.try_into().ok()
+            cdr.get(ENCAPSULATION + at..ENCAPSULATION + at + 4)?
+                .try_into()
+                .ok()
         };
         let at = match self {
             Self::Header => 0,
@@ -69,17 +71,25 @@ mod tests {
 
     #[test]
     fn stamps_are_found_in_headers_and_first_transforms() {
-        let stamp = Time { sec: 12, nanosec: 345 };
+        let stamp = Time {
+            sec: 12,
+            nanosec: 345,
+        };
         let mut odometry = Odometry::default();
         odometry.header.stamp = stamp.clone();
         let stamped = Stamped::of(&MessageType::of::<Odometry>());
-        assert_eq!(stamped.read(&encode(&odometry).unwrap()), Some(12_000_000_345));
+        assert_eq!(
+            stamped.read(&encode(&odometry).unwrap()),
+            Some(12_000_000_345)
+        );
         assert_eq!(stamped.read(&[0, 1, 0, 0, 1]), None);
 
         let mut transform = TransformStamped::default();
         transform.header.stamp = stamp;
         let stamped = Stamped::of(&MessageType::of::<TFMessage>());
-        let tf = TFMessage { transforms: vec![transform] };
+        let tf = TFMessage {
+            transforms: vec![transform],
+        };
         assert_eq!(stamped.read(&encode(&tf).unwrap()), Some(12_000_000_345));
         assert_eq!(stamped.read(&encode(&TFMessage::default()).unwrap()), None);
 

@@ -20,8 +20,8 @@ use crate::block::thread_waker;
 
 /// Keeps [`Matches`] up to date and fills the inboxes; ends when dropped.
 ///
-/// Both must be done at once. RustDDS discards events that its queue has no room for, and samples that have been
-/// received but not taken when their writer leaves.
+/// Both must be done at once: RustDDS discards events that its queue has no room for, and [`Inbox`] says why samples
+/// must not wait.
 #[derive(Debug)]
 pub(super) struct Background {
     shared: Arc<Shared>,

@@ -4,7 +4,7 @@ use std::{
     collections::{BTreeMap, VecDeque},
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError, Weak,
         atomic::{AtomicBool, Ordering},
     },
     task::{Context, Poll, Wake, Waker},
@@ -23,11 +23,17 @@ use super::{
 type Taken = Result<Sample<Vec<u8>>, TakeError>;
 
 /// A DDS reader and what has been taken from it.
+///
+/// RustDDS 0.15 acknowledges samples that nobody has taken, and forgets them when their writer leaves. So they are taken
+/// on its own thread as they arrive, before they are acknowledged; those that arrive before the waker is set again, by
+/// the background thread some microseconds later, are taken there.
 pub(super) struct Inbox {
     reader: SimpleDataReader<Vec<u8>, CdrBytes>,
     topic: String,
     depth: usize,
     arrival: Arc<Arrival>,
+    /// Held by the one thread that takes, so that samples stay in order.
+    turn: Mutex<()>,
     contents: Mutex<Contents>,
 }
 
@@ -39,17 +45,25 @@ struct Contents {
     lost: u64,
 }
 
-/// Whether something may have arrived since the last look.
+/// Called by RustDDS once something has arrived.
 struct Arrival {
+    inbox: Weak<Inbox>,
+    /// Whether the waker is to be set again.
     noticed: AtomicBool,
     background: Mutex<Option<Waker>>,
 }
 
 impl Wake for Arrival {
     fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        if let Some(inbox) = self.inbox.upgrade() {
+            inbox.empty_reader();
+        }
         self.noticed.store(true, Ordering::Release);
-        let background = self.background.lock();
-        if let Some(waker) = &*background.unwrap_or_else(PoisonError::into_inner) {
+        if let Some(waker) = &*lock(&self.background) {
             waker.wake_by_ref();
         }
     }
@@ -60,17 +74,19 @@ impl Inbox {
         reader: SimpleDataReader<Vec<u8>, CdrBytes>,
         topic: String,
         depth: usize,
-    ) -> Self {
-        Self {
+    ) -> Arc<Self> {
+        Arc::new_cyclic(|inbox| Self {
             reader,
             topic,
             depth,
             arrival: Arc::new(Arrival {
+                inbox: Weak::clone(inbox),
                 noticed: AtomicBool::new(true),
                 background: Mutex::new(None),
             }),
+            turn: Mutex::new(()),
             contents: Mutex::default(),
-        }
+        })
     }
 
     pub(super) fn guid(&self) -> GUID {
@@ -83,15 +99,15 @@ impl Inbox {
 
     /// Samples that were sent after the first one of their publisher and will never be taken.
     pub(super) fn lost(&self) -> u64 {
-        self.lock().lost
+        lock(&self.contents).lost
     }
 
     pub(super) fn take(&self) -> Option<Taken> {
-        self.lock().waiting.pop_front()
+        lock(&self.contents).waiting.pop_front()
     }
 
     pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Taken> {
-        let mut contents = self.lock();
+        let mut contents = lock(&self.contents);
         match contents.waiting.pop_front() {
             Some(taken) => Poll::Ready(taken),
             None => {
@@ -101,18 +117,19 @@ impl Inbox {
         }
     }
 
-    /// Takes what has arrived from DDS, and has `background` woken when there is more.
+    /// Takes what has arrived from DDS, and sets the waker again, which wakes `background` to do so the next time.
     pub(super) fn fill(&self, background: &Waker) {
         if !self.arrival.noticed.swap(false, Ordering::Acquire) {
             return;
         }
-        *self
-            .arrival
-            .background
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner) = Some(background.clone());
+        *lock(&self.arrival.background) = Some(background.clone());
         self.reader
             .set_waker(Some(Waker::from(Arc::clone(&self.arrival))));
+        self.empty_reader();
+    }
+
+    fn empty_reader(&self) {
+        let _turn = lock(&self.turn);
         while let Some(taken) = self.reader.try_take_one().transpose() {
             self.put(taken.map_err(|error| TakeError::Dds {
                 topic: self.topic.clone(),
@@ -122,7 +139,7 @@ impl Inbox {
     }
 
     fn put(&self, arrived: Result<DeserializedCacheChange<Vec<u8>>, TakeError>) {
-        let mut contents = self.lock();
+        let mut contents = lock(&self.contents);
         if let Ok(change) = &arrived {
             contents.count_gap(change.writer_guid(), i64::from(change.sequence_number));
         }
@@ -136,10 +153,10 @@ impl Inbox {
             taker.wake();
         }
     }
+}
 
-    fn lock(&self) -> MutexGuard<'_, Contents> {
-        self.contents.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Contents {

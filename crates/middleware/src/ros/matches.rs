@@ -3,7 +3,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Condvar, Mutex, MutexGuard, PoisonError},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use rustdds::{DomainParticipantStatusEvent as Event, GUID};
@@ -14,6 +14,7 @@ use tracing::{debug, warn};
 pub(super) struct Matches {
     remotes: Mutex<BTreeMap<GUID, BTreeSet<GUID>>>,
     changed: Condvar,
+    discovery: Mutex<Option<Instant>>,
 }
 
 impl Matches {
@@ -38,6 +39,14 @@ impl Matches {
         self.lock().remove(&local);
     }
 
+    /// When another participant was last discovered.
+    pub(super) fn last_discovery(&self) -> Option<Instant> {
+        *self
+            .discovery
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Takes note of what DDS reports.
     pub(super) fn apply(&self, event: Event) {
         match event {
@@ -51,6 +60,12 @@ impl Matches {
             } => {
                 debug!(?local, ?remote, "matched");
                 self.lock().entry(local).or_default().insert(remote);
+            }
+            Event::ParticipantDiscovered { .. } => {
+                *self
+                    .discovery
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
                 for remotes in self.lock().values_mut() {

@@ -8,6 +8,8 @@
 //! - A publisher and a subscription of the *same* [`RosNode`] do not reliably match: use two nodes.
 //! - Only plain CDR (XCDR1) is sent and received, which is what ROS 2 uses. Type hashes are not announced.
 //! - A peer that is killed is noticed when its lease ends: 10 s to 50 s.
+//! - A process that was stopped and continued (Ctrl-Z, `fg`) is deaf and mute: RustDDS 0.15 ends its threads when a
+//!   system call of theirs is interrupted. Restart it.
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
 
 mod background;

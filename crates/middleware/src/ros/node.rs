@@ -5,10 +5,13 @@ use std::{
     fmt,
     net::{IpAddr, Ipv4Addr},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
+    thread,
+    time::{Duration, Instant},
 };
 
 use lgvi_msgs::RosMessage;
 use ros2_client::NodeName;
+use rustdds::policy::{Durability, Reliability};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, Topic, TopicKind,
     dds::result::CreateResult,
@@ -27,6 +30,10 @@ use super::{
 };
 use crate::{Environment, NameError, NodeArgs, Reach};
 
+/// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
+const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
+const ANSWER: Duration = Duration::from_millis(10 + 20);
+
 /// A node of the ROS graph. Clones are handles to the same node; it leaves the graph when the last of them and the last
 /// of its endpoints are dropped.
 #[derive(Clone)]
@@ -40,6 +47,7 @@ pub(super) struct Inner {
     pub(super) matches: Arc<Matches>,
     publisher: rustdds::Publisher,
     subscriber: rustdds::Subscriber,
+    created: Instant,
     participant: DomainParticipant,
 }
 
@@ -52,8 +60,21 @@ pub struct TopicInfo {
     pub type_name: String,
     /// Publishers of other participants.
     pub publishers: usize,
+    /// Whether all of them are reliable.
+    pub reliable: bool,
+    /// Whether all of them keep samples for late joiners.
+    pub durable: bool,
     /// Subscriptions of other participants.
     pub subscriptions: usize,
+}
+
+/// What has been announced of one topic.
+#[derive(Default)]
+struct Announced {
+    publishers: usize,
+    unreliable: bool,
+    volatile: bool,
+    subscriptions: usize,
 }
 
 impl RosNode {
@@ -120,27 +141,29 @@ impl RosNode {
     /// The topics of other participants that have been discovered so far, ordered by name and type.
     pub fn topics(&self) -> Vec<TopicInfo> {
         let participant = &self.0.participant;
-        let mut counts = BTreeMap::<_, (usize, usize)>::new();
+        let mut topics = BTreeMap::<_, Announced>::new();
         for writer in participant.discovered_writers() {
             let data = writer.publication_topic_data;
-            counts
-                .entry((data.topic_name, data.type_name))
-                .or_default()
-                .0 += 1;
+            let topic = topics.entry((data.topic_name, data.type_name)).or_default();
+            topic.publishers += 1;
+            topic.unreliable |= !matches!(data.reliability, Some(Reliability::Reliable { .. }));
+            topic.volatile |= matches!(data.durability, None | Some(Durability::Volatile));
         }
         for reader in participant.discovered_readers() {
             let data = reader.subscription_topic_data;
             let key = (data.topic_name().clone(), data.type_name().clone());
-            counts.entry(key).or_default().1 += 1;
+            topics.entry(key).or_default().subscriptions += 1;
         }
-        counts
+        topics
             .into_iter()
-            .filter_map(|((topic, dds_type), (publishers, subscriptions))| {
+            .filter_map(|((topic, dds_type), announced)| {
                 Some(TopicInfo {
                     name: naming::ros_topic(&topic)?.into(),
                     type_name: naming::ros_type(&dds_type)?,
-                    publishers,
-                    subscriptions,
+                    publishers: announced.publishers,
+                    reliable: !announced.unreliable,
+                    durable: !announced.volatile,
+                    subscriptions: announced.subscriptions,
                 })
             })
             .collect()
@@ -210,6 +233,7 @@ impl Inner {
             graph: Mutex::new(Graph::new(&participant, &publisher, name).map_err(text)?),
             publisher,
             subscriber,
+            created: Instant::now(),
             participant,
         })
     }
@@ -227,6 +251,22 @@ impl Inner {
 
     fn graph(&self) -> MutexGuard<'_, Graph> {
         self.graph.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// RustDDS 0.15 holds the participant while it announces it. Were the last of our handles dropped then, RustDDS would
+/// drop the participant on its own thread, which cannot wait for its own end: it panics, and the node does not say
+/// goodbye. The announcements that can be foreseen are waited for; one in ten seconds, of a millisecond, cannot.
+impl Drop for Inner {
+    fn drop(&mut self) {
+        let young = FIRST_ANNOUNCEMENT.saturating_sub(self.created.elapsed());
+        let answering = self
+            .matches
+            .last_discovery()
+            .map_or(Duration::ZERO, |discovery| {
+                ANSWER.saturating_sub(discovery.elapsed())
+            });
+        thread::sleep(young.max(answering));
     }
 }
 

@@ -4,10 +4,11 @@ use std::{
     fmt,
     marker::PhantomData,
     sync::{
-        Arc,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
     },
-    time::Duration,
+    thread,
+    time::{Duration, Instant},
 };
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
@@ -65,19 +66,37 @@ pub enum PublishError {
     },
 }
 
-/// Publishes messages of one type. Dropping it does not wait: [`flush`](Self::flush) first.
+/// How long what was published last has before its publisher leaves.
+///
+/// A RustDDS 0.15 subscription acknowledges what it has received, and forgets what nobody has taken from it yet when
+/// the publisher leaves. Those of this crate take at once, which is after a few milliseconds at the end of a burst.
+const FAREWELL: Duration = Duration::from_millis(100);
+
+/// How long RustDDS has for the first heartbeat to a subscription that it has just reported as matched.
+///
+/// Cyclone DDS gives to a volatile reader only what follows the first heartbeat that the reader sees. RustDDS announces
+/// in a heartbeat all that has been written, so that what is not yet on its way by then would never be delivered.
+/// Hence the first message after a match comes after that heartbeat, and the others after its acknowledgement.
+const INTRODUCTION: Duration = Duration::from_millis(2);
+
+/// Publishes messages of one type. Dropping it takes up to 0.2 s if it has just published; see [`RawPublisher`].
 pub struct Publisher<M> {
     raw: RawPublisher,
     messages: PhantomData<fn(&M)>,
 }
 
-/// Publishes ready CDR bytes. Dropping it does not wait: [`flush`](Self::flush) first.
+/// Publishes ready CDR bytes.
+///
+/// Dropping it waits for acknowledgements up to 0.1 s, and until 0.1 s after the last message, unless nobody listens:
+/// [`flush`](Self::flush) before, if more time may be needed.
 pub struct RawPublisher {
     writer: DataWriter<Bytes, CdrBytes>,
     topic: String,
     limit: Duration,
+    introduced: AtomicUsize,
     stalled: AtomicBool,
     dropped: AtomicU64,
+    latest: Mutex<Option<Instant>>,
     node: Arc<Inner>,
 }
 
@@ -140,8 +159,10 @@ impl RawPublisher {
             writer,
             topic,
             limit: qos.publish_limit(),
+            introduced: AtomicUsize::new(0),
             stalled: AtomicBool::new(false),
             dropped: AtomicU64::new(0),
+            latest: Mutex::new(None),
             node,
         }
     }
@@ -149,7 +170,8 @@ impl RawPublisher {
     /// Publishes CDR bytes that start with the four-byte encapsulation header of little-endian plain CDR.
     ///
     /// Waits at most [`Qos::max_wait`] for room, and never with [`Qos::sensor`]. After a wait in vain it does not wait
-    /// again until a message has found room, so that a subscription that hangs costs one wait, not one a message.
+    /// again until a message has found room, so that a subscription that hangs costs one wait, not one a message. The
+    /// first message after a match waits for its acknowledgement, up to the same limit.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
         self.write(cdr, self.limit)
     }
@@ -206,6 +228,11 @@ impl RawPublisher {
         } else {
             limit
         };
+        let matched = self.matched_subscriptions();
+        let introduce = self.introduced.swap(matched, Ordering::Relaxed) < matched;
+        if introduce {
+            thread::sleep(INTRODUCTION.min(limit));
+        }
         let written = block_on_for(
             self.writer.async_write(payload, Some(Timestamp::now())),
             limit,
@@ -215,7 +242,14 @@ impl RawPublisher {
             Ordering::Relaxed,
         );
         match written {
-            Some(Ok(())) => Ok(()),
+            Some(Ok(())) => {
+                *self.latest() = Some(Instant::now());
+                if introduce {
+                    // Whether all have acknowledged: what follows is sent in any case.
+                    let _ = self.writer.wait_for_acknowledgments(limit);
+                }
+                Ok(())
+            }
             None | Some(Err(WriteError::WouldBlock { .. })) => Err(PublishError::Full {
                 topic: self.topic.clone(),
                 waited: limit,
@@ -223,6 +257,10 @@ impl RawPublisher {
             }),
             Some(Err(error)) => Err(self.dds_error(&error)),
         }
+    }
+
+    fn latest(&self) -> MutexGuard<'_, Option<Instant>> {
+        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn dds_error(&self, error: &impl fmt::Display) -> PublishError {
@@ -235,6 +273,15 @@ impl RawPublisher {
 
 impl Drop for RawPublisher {
     fn drop(&mut self) {
+        let latest = *self.latest();
+        if let Some(latest) = latest
+            && self.matched_subscriptions() > 0
+            && !self.stalled.load(Ordering::Relaxed)
+        {
+            // Whether all have acknowledged: it leaves in any case.
+            let _ = self.writer.wait_for_acknowledgments(FAREWELL);
+            thread::sleep(FAREWELL.saturating_sub(latest.elapsed()));
+        }
         self.node.remove(Side::Publisher, self.writer.guid());
     }
 }

@@ -13,6 +13,10 @@ const MAX_WAIT: Duration = Duration::from_millis(100);
 /// The fewest samples a reliable publisher may have unacknowledged before it waits, whatever its depth.
 const MIN_WINDOW: usize = 512;
 
+/// The same for a latched one. RustDDS retains as many while nobody listens, so that it is no larger than is needed
+/// for a subscription that was killed not to hold up the rare messages of such a topic until its lease ends.
+const MIN_LATCHED_WINDOW: usize = 16;
+
 /// The most: beyond it RustDDS forgets what it has to repair.
 const MAX_WINDOW: usize = 8192;
 
@@ -31,12 +35,18 @@ const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
 /// | [`sensor`](Self::sensor) | best effort, volatile | best effort, volatile | streams of which the latest matters |
 ///
 /// Publishers of the reliable presets are durable because a volatile writer loses what it sends between its own match
-/// and its reader's; a durable one repairs it. They match subscriptions of every kind. `latched` subscriptions match
-/// durable publishers only; the others match every reliable publisher, `sensor` subscriptions every publisher.
+/// and its reader's, while a durable one repairs it: subscriptions of this crate get everything from the publisher's
+/// match on, and so do durable ones of other makes. (A volatile one of another make gets what is sent after its own
+/// match, which no publisher can see.) Durable publishers match subscriptions of every kind; `latched` subscriptions
+/// match durable publishers only, `reliable` ones every reliable publisher, `sensor` ones every publisher.
 ///
 /// The depth of a publisher is how many samples a late joiner gets at least: RustDDS trims only every few seconds, so
 /// that it may get more, oldest first. The depth of a subscription is how many samples wait to be taken; further ones
 /// push out the oldest, which [`lost`](super::Subscription::lost) counts.
+///
+/// A subscription that hangs or was killed holds up the *reliable* publishers it is matched with, once they have 512
+/// samples (16 if latched) unacknowledged: they drop messages for everyone until its lease ends, for up to 50 s.
+/// Streams that must flow in real time are `sensor`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Qos {
     reliable: bool,
@@ -87,8 +97,11 @@ impl Qos {
     }
 
     pub(super) fn offered(&self) -> QosPolicies {
-        // The window is what RustDDS retains while nobody listens, so that a latched one is no larger than its depth.
-        let least = if self.latched { 1 } else { MIN_WINDOW };
+        let least = if self.latched {
+            MIN_LATCHED_WINDOW
+        } else {
+            MIN_WINDOW
+        };
         self.policies(self.reliable, self.depth.clamp(least, MAX_WINDOW))
     }
 

@@ -18,7 +18,7 @@ pub enum TakeError {
         /// Who sent the sample, and when.
         info: SampleInfo,
         /// What is wrong with it.
-        source: CdrError,
+        source: Box<CdrError>,
     },
     /// The sample is not in plain CDR, or the DDS stack has failed.
     #[error("{topic}: {reason}")]
@@ -110,7 +110,7 @@ impl<M: RosMessage> Subscription<M> {
             .map_err(|source| TakeError::Decode {
                 topic: self.raw.topic().into(),
                 info,
-                source,
+                source: Box::new(source),
             })
     }
 }
@@ -138,8 +138,7 @@ impl<M> Subscription<M> {
 }
 
 impl RawSubscription {
-    pub(super) fn new(node: Arc<Inner>, inbox: Inbox) -> Self {
-        let inbox = Arc::new(inbox);
+    pub(super) fn new(node: Arc<Inner>, inbox: Arc<Inbox>) -> Self {
         node.add(Side::Subscription, inbox.guid());
         node.background.add(Arc::clone(&inbox));
         Self { inbox, node }

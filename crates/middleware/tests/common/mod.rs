@@ -7,13 +7,14 @@ use std::{
 
 use lgvi_middleware::{Environment, NodeArgs, ros::RosNode};
 
-/// A domain of its own on the loopback interface.
+/// A domain of its own on the loopback interface; the ports of those above 101 are among those that Linux gives to
+/// any socket.
 pub fn isolated() -> Environment {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let serial = process::id()
         .wrapping_mul(16)
         .wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed));
-    Environment::localhost(30 + (serial % 200) as u16)
+    Environment::localhost(1 + (serial % 101) as u16)
 }
 
 pub fn node(name: &str, environment: &Environment) -> RosNode {

@@ -1,0 +1,91 @@
+//! The programs under test. They belong to other packages, so that Cargo does not say where they are.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+use std::time::SystemTime;
+
+const PROGRAMS: [&str; 5] = [
+    "lgvi",
+    "lgvi_propagator",
+    "lgvi_planner",
+    "lgvi_recorder",
+    "lgvi_player",
+];
+
+/// A program of the workspace. `--workspace` has built it; a run of this package alone builds all of them, unless they
+/// are newer than their sources.
+pub fn binary(name: &str) -> PathBuf {
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    assert!(
+        PROGRAMS.contains(&name),
+        "{name:?} is no program of the workspace"
+    );
+    DIRECTORY
+        .get_or_init(|| {
+            let directory = directory();
+            if PROGRAMS.iter().any(|name| outdated(&directory.join(name))) {
+                build(&directory);
+            }
+            directory
+        })
+        .join(name)
+}
+
+/// Where Cargo puts programs: this one is in `deps` there.
+fn directory() -> PathBuf {
+    let this = env::current_exe().expect("the path of the running test");
+    let directory = this
+        .ancestors()
+        .nth(2)
+        .expect("<target>/<profile>/deps/<test>");
+    directory.to_owned()
+}
+
+/// Whether a program is missing or older than one of the files that Cargo says it was made from.
+fn outdated(program: &Path) -> bool {
+    let modified = |file: &Path| fs::metadata(file).and_then(|metadata| metadata.modified());
+    let newer = |source: &Path, built: SystemTime| modified(source).is_ok_and(|time| time > built);
+    let (Ok(built), Ok(rule)) = (
+        modified(program),
+        fs::read_to_string(program.with_extension("d")),
+    ) else {
+        return true;
+    };
+    let sources = rule
+        .split_once(": ")
+        .map_or("", |(_, sources)| sources)
+        .replace("\\ ", "\0");
+    sources
+        .split_whitespace()
+        .any(|source| newer(Path::new(&source.replace('\0', " ")), built))
+}
+
+fn build(directory: &Path) {
+    let target = directory.parent().expect("<target>/<profile>");
+    let profile = match directory.file_name().and_then(|name| name.to_str()) {
+        Some("debug") | None => "test",
+        Some(profile) => profile,
+    };
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "build",
+            "--workspace",
+            "--bins",
+            "--profile",
+            profile,
+            "--target-dir",
+        ])
+        .arg(target)
+        .current_dir(crate::root())
+        .output()
+        .expect("cargo starts");
+    assert!(
+        output.status.success(),
+        "the programs under test are missing or outdated in {}, and cannot be built:\n{}",
+        directory.display(),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}

@@ -1,0 +1,18 @@
+//! Tests across processes: whole flights, replay, foreign DDS peers, bad input, sudden ends.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bad_arguments;
+mod bad_bags;
+mod bad_controls;
+mod bad_scenes;
+mod determinism;
+mod failures;
+mod inclination_change;
+mod names;
+mod outsider;
+mod pace;
+mod reference_bags;
+mod replay;
+mod scenes;
+mod shutdown;

@@ -1,0 +1,67 @@
+//! A bag that is played is recorded again as it was.
+
+use std::time::{Duration, Instant};
+
+use lgvi_middleware::ros::Qos;
+use lgvi_msgs::rosgraph_msgs::Clock;
+use lgvi_msgs::stamp;
+use lgvi_tests::{Recording, World, scene};
+
+#[test]
+fn a_replayed_bag_equals_its_origin_message_by_message() {
+    let world = World::new();
+    let (_, origin) = world.fly(&scene("inclination_change"), "origin");
+    let copy = world.path("copy");
+
+    // What it records it finds by itself.
+    let output = format!("output:={}", copy.display());
+    let recorder = world.node("recorder", &[&output, "use_sim_time:=true"]);
+    recorder.await_ready();
+    let bag = format!("bag:={}", origin.display());
+    let player = world.node("player", &[&bag, "rate:=0", "await_subscribers:=1"]);
+    player.finish().expect(0);
+    recorder.stop().expect(0);
+
+    let (played, recorded) = (
+        Recording::read(&origin),
+        Recording::read(&copy).without("/rosout"),
+    );
+    assert_eq!(played.counts(), recorded.counts());
+    assert!(
+        played.contents() == recorded.contents(),
+        "other payloads, log times or order"
+    );
+    world.verify_agrees(&copy, 1001);
+}
+
+#[test]
+fn a_paced_replay_takes_the_recorded_time_and_tells_it_as_clock() {
+    let world = World::new();
+    let (_, bag) = world.fly(&scene("inclination_change"), "flight");
+    let observer = world.ros_node("observer");
+    let clock = observer
+        .subscription::<Clock>("/clock", &Qos::latched(1000))
+        .unwrap();
+    let start = Instant::now();
+    let player = world.lgvi(["play".as_ref(), bag.as_os_str(), "--clock".as_ref()]);
+    player.finish().expect(0);
+    let elapsed = start.elapsed();
+    assert!(
+        elapsed >= Duration::from_millis(902),
+        "0.903 s were replayed in {elapsed:?}"
+    );
+
+    let epoch = 946_728_000_000_000_000;
+    let times: Vec<i64> = std::iter::from_fn(|| clock.take().unwrap())
+        .map(|sample| stamp::from_message(&sample.message.clock).unwrap() - epoch)
+        .collect();
+    assert_eq!(times[0], 0);
+    assert!(
+        times.windows(2).all(|pair| pair[1] - pair[0] >= 10_000_000),
+        "{times:?}"
+    );
+    assert!(
+        times.len() >= 80 && times[times.len() - 1] >= 890_000_000,
+        "{times:?}"
+    );
+}

@@ -51,7 +51,12 @@ def generate_launch_description():
             ),
             node(
                 "lgvi_propagator",
-                [("scene", ["'", scene, "'"]), ("real_time_factor", [factor])],
+                [
+                    ("scene", ["'", scene, "'"]),
+                    ("real_time_factor", [factor]),
+                    # A recorded flight begins when the recorder listens.
+                    ("await_subscribers", [PythonExpression(["1 if '", bag, "' != '' else 0"])]),
+                ],
                 remaps=["~/control_sequence:=/lgvi_planner/control_sequence"],
             ),
         ]

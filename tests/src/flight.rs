@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 
 use crate::{Finished, Process, World, eventually};
 
-/// Step of `scenes/inclination_change.toml` [s].
+/// Step of `scenes/inclination_change.toml` (s).
 pub const INCLINATION_CHANGE_STEP: f64 = 0.902_976 / 1000.0;
 
 /// The epoch of scenes that name none [s since the UNIX epoch].

@@ -20,9 +20,9 @@ pub struct Recording {
 pub struct Record {
     /// Name of its topic.
     pub topic: String,
-    /// When it was recorded [ns].
+    /// When it was recorded (ns).
     pub log_time: u64,
-    /// When it was published [ns].
+    /// When it was published (ns).
     pub publish_time: u64,
     /// The publisher's count.
     pub sequence: u32,

@@ -14,9 +14,9 @@ pub struct Trajectory(Value);
 /// How far a state is from the reference: norms of differences, the largest over the bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
-    /// Of positions [m].
+    /// Of positions (m).
     pub position: f64,
-    /// Of velocities [m/s].
+    /// Of velocities (m/s).
     pub velocity: f64,
     /// Of attitude matrices, Frobenius.
     pub attitude: f64,

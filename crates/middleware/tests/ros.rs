@@ -358,7 +358,7 @@ fn a_burst_reaches_another_process_though_its_publisher_leaves_at_once() {
 #[test]
 fn a_subscription_that_hangs_costs_one_wait() {
     let environment = isolated();
-    let listener = Listener::spawn(&environment, 1);
+    let listener = Listener::spawn(&environment, 1_000_000);
     let limit = Duration::from_millis(50);
     let publisher = node("sender", &environment)
         .publisher("/odometry", &Qos::reliable(1).max_wait(limit))

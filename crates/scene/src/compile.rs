@@ -11,7 +11,7 @@ use crate::file::{
 use crate::scene::{Maneuver, NamedBody, Publishing, Scene};
 use crate::{SceneError, Units, check};
 
-/// J2000, 2000-01-01T12:00:00Z [ns since the UNIX epoch].
+/// J2000, 2000-01-01T12:00:00Z (ns since the UNIX epoch).
 const J2000: i64 = 946_728_000_000_000_000;
 
 /// Steps of the longest manoeuvre: what the planner keeps in memory, and a sequence in one message.

@@ -18,7 +18,7 @@ pub struct Scene {
     pub frame: String,
     /// What its numbers measure.
     pub units: Units,
-    /// Simulation time of step 0 [ns since the UNIX epoch].
+    /// Simulation time of step 0 (ns since the UNIX epoch).
     pub epoch: i64,
     /// The integrator.
     pub method: Method,
@@ -86,12 +86,12 @@ impl Scene {
         self.duration / self.steps as f64
     }
 
-    /// Time at `step` since the epoch [s].
+    /// Time at `step` since the epoch (s).
     pub fn seconds(&self, step: u64) -> f64 {
         step as f64 * self.h() * self.units.time
     }
 
-    /// Simulation time at `step` [ns since the UNIX epoch], rounded.
+    /// Simulation time at `step` (ns since the UNIX epoch), rounded.
     pub fn stamp(&self, step: u64) -> i64 {
         self.epoch
             .saturating_add((self.seconds(step) * 1e9).round() as i64)

@@ -5,11 +5,11 @@ use crate::SceneError;
 /// The SI size of a scene's units, and the conversions of what crosses its border. A factor of 1 is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// Length unit [m].
+    /// Length unit (m).
     pub length: f64,
-    /// Mass unit [kg].
+    /// Mass unit (kg).
     pub mass: f64,
-    /// Time unit [s].
+    /// Time unit (s).
     pub time: f64,
 }
 
@@ -72,22 +72,22 @@ impl Units {
         })
     }
 
-    /// Momentum unit [kg m/s].
+    /// Momentum unit (kg m/s).
     pub fn momentum(&self) -> f64 {
         self.mass * self.length / self.time
     }
 
-    /// Angular momentum unit [kg m²/s].
+    /// Angular momentum unit (kg m²/s).
     pub fn angular_momentum(&self) -> f64 {
         self.momentum() * self.length
     }
 
-    /// Energy and moment unit [J], [N m].
+    /// Energy and moment unit (J), (N m).
     pub fn energy(&self) -> f64 {
         self.momentum() * self.length / self.time
     }
 
-    /// Force unit [N].
+    /// Force unit (N).
     pub fn force(&self) -> f64 {
         self.momentum() / self.time
     }

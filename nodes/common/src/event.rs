@@ -17,7 +17,7 @@ pub enum Event {
     Planned {
         /// The last iteration.
         plan: PlanReport,
-        /// Wall-clock time of the solution [s].
+        /// Wall-clock time of the solution (s).
         seconds: f64,
         /// Messages published so far, by topic.
         published: BTreeMap<String, u64>,
@@ -73,13 +73,13 @@ pub struct PlanReport {
 /// By how much the flown state misses the target.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Miss {
-    /// Distance [m].
+    /// Distance (m).
     pub position: f64,
-    /// Momentum [kg m/s].
+    /// Momentum (kg m/s).
     pub linear_momentum: f64,
-    /// Angle [rad].
+    /// Angle (rad).
     pub attitude: f64,
-    /// Angular momentum [kg m²/s].
+    /// Angular momentum (kg m²/s).
     pub angular_momentum: f64,
     /// Norm of all four in the scene's units.
     pub norm: f64,
@@ -90,21 +90,21 @@ pub struct Miss {
 pub struct FlightReport {
     /// Steps made.
     pub steps: u64,
-    /// Step [s].
+    /// Step (s).
     pub step_size: f64,
-    /// Wall-clock time of the loop, waiting for slower subscribers included [s].
+    /// Wall-clock time of the loop, waiting for slower subscribers included (s).
     pub seconds: f64,
     /// How far from the manoeuvre's target the flight ended; none without a manoeuvre.
     pub miss: Option<Miss>,
     /// Cost of the controls as flown, in the scene's units; none without a manoeuvre.
     pub cost: Option<f64>,
-    /// Energy at the start [J].
+    /// Energy at the start (J).
     pub energy_start: f64,
-    /// Energy at the end [J].
+    /// Energy at the end (J).
     pub energy_end: f64,
-    /// Change of total linear momentum from start to end [kg m/s].
+    /// Change of total linear momentum from start to end (kg m/s).
     pub linear_momentum_change: f64,
-    /// Change of total angular momentum about the origin from start to end [kg m²/s].
+    /// Change of total angular momentum about the origin from start to end (kg m²/s).
     pub angular_momentum_change: f64,
     /// `|RᵀR − I|` at the end.
     pub orthogonality_error: f64,

@@ -13,7 +13,7 @@ use crate::config::Config;
 /// How often waiting looks whether it is over.
 const WAIT: Duration = Duration::from_millis(1);
 
-/// Recorded time between two clock messages [ns].
+/// Recorded time between two clock messages (ns).
 const CLOCK_PERIOD: u64 = 10_000_000;
 
 /// The node's work, from parameters to the last message.

@@ -32,9 +32,9 @@ pub enum ControlError {
     /// Made for another step.
     #[error("`step_size` is {found} s, expected the scene's step {expected} s")]
     StepSize {
-        /// The step in the sequence [s].
+        /// The step in the sequence (s).
         found: f64,
-        /// The scene's step [s].
+        /// The scene's step (s).
         expected: f64,
     },
     /// Nothing in it.

@@ -1,7 +1,7 @@
 //! The propagator node: integrates a scene, flies control sequences, publishes states.
 //!
-//! The main thread runs the flight and sends full-rate states over shared memory ([`run`]); a second thread owns the ROS
-//! side and the incoming controls ([`link`]). Between them go preallocated snapshots and controls, through lock-free
+//! The main thread runs the flight and sends full-rate states over shared memory (`run`); a second thread owns the ROS
+//! side and the incoming controls (`link`). Between them go preallocated snapshots and controls, through lock-free
 //! queues. [`Flight`] is the flight itself, free of any middleware: what it does depends on the scene and the accepted
 //! controls only, so that a recorded flight can be repeated bit for bit.
 

@@ -36,7 +36,7 @@ impl Pace {
         self.overruns
     }
 
-    /// Since the start [s].
+    /// Since the start (s).
     pub(crate) fn elapsed(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }

@@ -23,9 +23,9 @@ pub(crate) struct Record {
     pub(crate) message_type: MessageType,
     /// Whether late joiners get only the last few messages of this topic, or as many as are kept.
     pub(crate) depth: u32,
-    /// When it is logged [ns since the UNIX epoch].
+    /// When it is logged (ns since the UNIX epoch).
     pub(crate) log_time: i64,
-    /// When it was published [ns since the UNIX epoch].
+    /// When it was published (ns since the UNIX epoch).
     pub(crate) publish_time: i64,
     pub(crate) sequence: u64,
     pub(crate) cdr: Vec<u8>,

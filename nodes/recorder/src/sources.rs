@@ -274,7 +274,7 @@ fn request(topic: &TopicInfo) -> Qos {
     }
 }
 
-/// Wall-clock time [ns since the UNIX epoch].
+/// Wall-clock time (ns since the UNIX epoch).
 fn now() -> i64 {
     chrono::Utc::now().timestamp_nanos_opt().unwrap_or(i64::MAX)
 }

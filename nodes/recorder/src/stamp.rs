@@ -35,7 +35,7 @@ impl Stamped {
         }
     }
 
-    /// The stamp [ns since the UNIX epoch] of a message in little-endian CDR; `None` where there is none.
+    /// The stamp (ns since the UNIX epoch) of a message in little-endian CDR; `None` where there is none.
     pub(crate) fn read(self, cdr: &[u8]) -> Option<i64> {
         let word = |at: usize| -> Option<[u8; 4]> {
             cdr.get(ENCAPSULATION + at..ENCAPSULATION + at + 4)?

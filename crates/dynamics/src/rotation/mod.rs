@@ -4,7 +4,7 @@
 //! Both charts end at the same `F`, which is returned as its Cayley vector. Several `F` satisfy the equation; the one
 //! wanted is the one that grows from `F = I` as `g` grows from 0. It exists up to a limit only (on a principal axis, 90°
 //! a step), and past that limit a Newton iteration may wander off to another solution or to none. So each solution is
-//! checked to lie on the wanted branch, and where it does not, the branch itself is asked ([`branch`]).
+//! checked to lie on the wanted branch, and where it does not, the branch itself is asked (`branch`).
 
 mod branch;
 mod cayley;

@@ -79,6 +79,9 @@ const FAREWELL: Duration = Duration::from_millis(100);
 /// Hence the first message after a match comes after that heartbeat, and the others after its acknowledgement.
 const INTRODUCTION: Duration = Duration::from_millis(2);
 
+/// How long that acknowledgement is waited for at most; some subscriptions never send one.
+const ACQUAINTANCE: Duration = Duration::from_secs(1);
+
 /// Publishes messages of one type. Dropping it takes up to 0.2 s if it has just published; see [`RawPublisher`].
 pub struct Publisher<M> {
     raw: RawPublisher,
@@ -171,7 +174,7 @@ impl RawPublisher {
     ///
     /// Waits at most [`Qos::max_wait`] for room, and never with [`Qos::sensor`]. After a wait in vain it does not wait
     /// again until a message has found room, so that a subscription that hangs costs one wait, not one a message. The
-    /// first message after a match waits for its acknowledgement, up to the same limit.
+    /// first message after a match waits for its acknowledgement too, up to the same limit and at most a second.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
         self.write(cdr, self.limit)
     }
@@ -246,7 +249,9 @@ impl RawPublisher {
                 *self.latest() = Some(Instant::now());
                 if introduce {
                     // Whether all have acknowledged: what follows is sent in any case.
-                    let _ = self.writer.wait_for_acknowledgments(limit);
+                    let _ = self
+                        .writer
+                        .wait_for_acknowledgments(limit.min(ACQUAINTANCE));
                 }
                 Ok(())
             }

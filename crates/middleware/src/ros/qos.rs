@@ -93,7 +93,11 @@ impl Qos {
     }
 
     pub(super) fn publish_limit(&self) -> Duration {
-        self.max_wait
+        if self.reliable {
+            self.max_wait
+        } else {
+            Duration::ZERO
+        }
     }
 
     pub(super) fn offered(&self) -> QosPolicies {

@@ -22,7 +22,7 @@ use super::{
     node::Open,
 };
 
-/// The most memory a publisher of large samples may take, unless that is less than two full buffers [byte].
+/// The most memory a publisher of large samples may take, unless that is less than two full buffers (byte).
 const MEMORY_LIMIT: usize = 256 << 20;
 
 /// The cycle at which counts are polled.

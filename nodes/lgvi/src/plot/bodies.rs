@@ -5,14 +5,14 @@ use nalgebra::Vector3;
 
 use super::data::Pose;
 
-/// What is drawn of a body, body frame [m].
+/// What is drawn of a body, body frame (m).
 pub(super) struct Shape {
     /// Points of mass, with their share of the mass; none where gravity acts at the centre alone.
     points: Vec<(Vector3<f64>, f64)>,
 }
 
 impl Shape {
-    /// `length` is the scene's unit [m].
+    /// `length` is the scene's unit (m).
     pub(super) fn of(body: &RigidBody, length: f64) -> Self {
         let points = body.points().iter();
         let points: Vec<_> = points
@@ -31,7 +31,7 @@ impl Shape {
         !self.points.is_empty()
     }
 
-    /// Farthest point from the centre of mass [m].
+    /// Farthest point from the centre of mass (m).
     pub(super) fn reach(&self) -> f64 {
         self.points
             .iter()
@@ -39,7 +39,7 @@ impl Shape {
             .fold(0.0, f64::max)
     }
 
-    /// The points of mass in the inertial frame [m], `enlarged` by a factor, with their share of the mass.
+    /// The points of mass in the inertial frame (m), `enlarged` by a factor, with their share of the mass.
     pub(super) fn at(&self, pose: &Pose, enlarged: f64) -> Vec<(Vector3<f64>, f64)> {
         let place = |arm: &Vector3<f64>| pose.position + enlarged * (pose.attitude * arm);
         self.points

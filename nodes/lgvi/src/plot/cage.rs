@@ -10,10 +10,10 @@ use super::style;
 use super::ticks::{Ticks, exponent, step, unit};
 use super::view::Camera;
 
-/// Room around the box for its numbers [px].
+/// Room around the box for its numbers (px).
 const MARGIN: [f64; 2] = [66.0, 42.0];
 
-/// Distance of numbers from the ends of their edge [px].
+/// Distance of numbers from the ends of their edge (px).
 const CORNER: f64 = 14.0;
 
 /// Least length of an edge, of the longest.
@@ -26,7 +26,7 @@ pub(super) struct Cage {
     high: Vector3<f64>,
     /// [px/m]
     pub(super) scale: f64,
-    /// Of the inertial origin [px].
+    /// Of the inertial origin (px).
     origin: Place,
 }
 
@@ -214,7 +214,7 @@ impl Cage {
         }
     }
 
-    /// What one unit of the numbers measures [m], and its name.
+    /// What one unit of the numbers measures (m), and its name.
     fn unit(&self) -> (f64, String) {
         let greatest = self.low.amax().max(self.high.amax());
         let (size, symbol) = if greatest < 1e4 {
@@ -230,7 +230,7 @@ impl Cage {
         (size * libm::exp10(f64::from(power)), unit(power, symbol))
     }
 
-    /// Multiples of one step on all axes [m].
+    /// Multiples of one step on all axes (m).
     fn ticks(&self) -> [Ticks; 3] {
         [0, 1, 2].map(|axis| Ticks::with_step(self.low[axis], self.high[axis], self.step()))
     }

@@ -17,10 +17,10 @@ use plotters::style::{
 /// Units of the sheet a pixel.
 const FINE: f64 = 10.0;
 
-/// A place in the picture [px], from the upper left.
+/// A place in the picture (px), from the upper left.
 pub(super) type Place = [f64; 2];
 
-/// Colour, opacity and width [px] of a line.
+/// Colour, opacity and width (px) of a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stroke {
     pub(super) color: RGBAColor,
@@ -49,7 +49,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// Size [px], colour and anchor of a text, which is centred vertically.
+/// Size (px), colour and anchor of a text, which is centred vertically.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Font {
     pub(super) size: f64,
@@ -57,7 +57,7 @@ pub(super) struct Font {
     pub(super) anchor: Anchor,
 }
 
-/// Width [px] that a text takes in wide sans-serif fonts, for the viewer's is not known.
+/// Width (px) that a text takes in wide sans-serif fonts, for the viewer's is not known.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     let em = |c: char| match c {
         ' ' | '.' | ',' | 'i' | 'j' | 'l' | '|' | '°' => 0.33,
@@ -75,7 +75,7 @@ pub(super) struct Canvas<'a> {
     error: Option<NodeError>,
 }
 
-/// The picture of `size` [px] that `paint` draws, as an SVG document.
+/// The picture of `size` (px) that `paint` draws, as an SVG document.
 pub(super) fn picture(
     size: [u32; 2],
     title: &str,
@@ -119,7 +119,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// A path of dashes and gaps [px].
+    /// A path of dashes and gaps (px).
     pub(super) fn dashed(&mut self, points: &[Place], stroke: Stroke, [dash, gap]: [f64; 2]) {
         let mut drawn = Vec::new();
         let (mut on, mut left) = (true, dash);

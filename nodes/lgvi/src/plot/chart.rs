@@ -5,19 +5,19 @@ use super::series::Panel;
 use super::style;
 use super::ticks::{Ticks, exponent, unit};
 
-/// Upper left and lower right corner [px].
+/// Upper left and lower right corner (px).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rectangle {
     pub(super) from: Place,
     pub(super) to: Place,
 }
 
-/// Room above the frame for the heading, below it for ticks and label of the time [px].
+/// Room above the frame for the heading, below it for ticks and label of the time (px).
 const ABOVE: f64 = 30.0;
 const BELOW: f64 = 24.0;
 const TIME_LABEL: f64 = 22.0;
 
-/// Room left of the frame for tick labels [px].
+/// Room left of the frame for tick labels (px).
 const LEFT: f64 = 58.0;
 
 /// Part of its range that stays free beyond a curve.

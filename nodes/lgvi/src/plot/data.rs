@@ -27,26 +27,26 @@ pub(super) struct FlightData {
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
     pub(super) step: u64,
-    /// Since the epoch [s].
+    /// Since the epoch (s).
     pub(super) time: f64,
     pub(super) bodies: Vec<Pose>,
     pub(super) energy: Energy,
-    /// Total about the origin, inertial frame [kg m²/s].
+    /// Total about the origin, inertial frame (kg m²/s).
     pub(super) angular_momentum: Vector3<f64>,
 }
 
 /// Where a body is and how it turns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
-    /// [m], inertial frame.
+    /// (m), inertial frame.
     pub(super) position: Vector3<f64>,
     /// Body to inertial.
     pub(super) attitude: Matrix3<f64>,
-    /// About the centre of mass, body frame [kg m²/s].
+    /// About the centre of mass, body frame (kg m²/s).
     pub(super) spin: Vector3<f64>,
 }
 
-/// Energy of all bodies [J].
+/// Energy of all bodies (J).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Energy {
     pub(super) translation: f64,

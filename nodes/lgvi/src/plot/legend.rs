@@ -24,12 +24,12 @@ pub(super) struct Entry {
     pub(super) text: String,
 }
 
-/// Height of a row, distance of entries [px].
+/// Height of a row, distance of entries (px).
 const ROW: f64 = 22.0;
 const GAP: f64 = 18.0;
 
 impl Mark {
-    /// Room that it takes [px], its distance from the text included.
+    /// Room that it takes (px), its distance from the text included.
     fn width(self) -> f64 {
         match self {
             Self::None => 0.0,
@@ -52,7 +52,7 @@ impl Mark {
     }
 }
 
-/// The entries' rows and distances from the left [px].
+/// The entries' rows and distances from the left (px).
 fn places(entries: &[Entry], width: f64) -> Vec<[f64; 2]> {
     let (mut x, mut row) = (0.0, 0.0);
     entries
@@ -69,7 +69,7 @@ fn places(entries: &[Entry], width: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Height that the legend takes in a space [px].
+/// Height that the legend takes in a space (px).
 pub(super) fn legend_height(entries: &[Entry], space: Rectangle) -> f64 {
     let places = places(entries, space.to[0] - space.from[0]);
     places.last().map_or(0.0, |[_, row]| (row + 1.0) * ROW)

@@ -14,7 +14,7 @@ const OPEN: f64 = 1.0;
 pub(super) struct Orbits {
     pub(super) initial: Orbit,
     pub(super) target: Orbit,
-    /// Farthest that the flight gets from the attractor [m].
+    /// Farthest that the flight gets from the attractor (m).
     farthest: f64,
 }
 

@@ -7,28 +7,28 @@ use nalgebra::Vector3;
 /// The osculating conic of a point about an attractor at the origin; SI.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Orbit {
-    /// Semi-latus rectum [m].
+    /// Semi-latus rectum (m).
     pub(super) parameter: f64,
     pub(super) eccentricity: f64,
     /// Towards the periapsis, unit; for a circle towards the state itself.
     periapsis: Vector3<f64>,
     /// In the plane, a quarter turn ahead of the periapsis, unit.
     ahead: Vector3<f64>,
-    /// True anomaly of the state [rad].
+    /// True anomaly of the state (rad).
     anomaly: f64,
 }
 
 /// Below this a direction of the periapsis is rounding.
 const CIRCULAR: f64 = 1e-9;
 
-/// How far beyond the periapsis an open orbit is shown [rad].
+/// How far beyond the periapsis an open orbit is shown (rad).
 const PAST: f64 = 0.5;
 
 /// Points of an orbit.
 const POINTS: u32 = 180;
 
 impl Orbit {
-    /// From position [m], velocity [m/s] and `GM` [m³/s²]; `None` on a straight line through the attractor.
+    /// From position (m), velocity (m/s) and `GM` [m³/s²]; `None` on a straight line through the attractor.
     pub(super) fn osculating(
         position: &Vector3<f64>,
         velocity: &Vector3<f64>,
@@ -66,12 +66,12 @@ impl Orbit {
         distance * (cos * self.periapsis + sin * self.ahead)
     }
 
-    /// Whether it is an ellipse that lies within `reach` [m] of the attractor.
+    /// Whether it is an ellipse that lies within `reach` (m) of the attractor.
     pub(super) fn closes_within(&self, reach: f64) -> bool {
         self.eccentricity < 1.0 && self.parameter <= reach * (1.0 - self.eccentricity)
     }
 
-    /// The orbit as far as it lies within `reach` [m] of the attractor: whole where it closes, else from the state on,
+    /// The orbit as far as it lies within `reach` (m) of the attractor: whole where it closes, else from the state on,
     /// to shortly after the periapsis or, from beyond that, until it leaves.
     pub(super) fn points(&self, reach: f64) -> Vec<Vector3<f64>> {
         let (from, to) = if self.closes_within(reach) {

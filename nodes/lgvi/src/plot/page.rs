@@ -9,7 +9,7 @@ use super::chart::{self, Rectangle};
 use super::data::FlightData;
 use super::{series, space, sphere, style};
 
-/// [px]
+/// (px)
 const SIZE: [u32; 2] = [1280, 800];
 const LEFT: Rectangle = Rectangle {
     from: [28.0, 88.0],

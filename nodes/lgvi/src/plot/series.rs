@@ -19,7 +19,7 @@ pub(super) struct Panel {
     pub(super) curves: Vec<Curve>,
 }
 
-/// A curve: time [s] and value.
+/// A curve: time (s) and value.
 pub(super) struct Curve {
     pub(super) label: String,
     pub(super) color: RGBColor,

@@ -25,7 +25,7 @@ const POINTS: usize = 12_000;
 /// Strokes of a trajectory that are ordered by depth among each other.
 const PIECES: usize = 320;
 
-/// Bodies that would be smaller than the first are enlarged to the second [px].
+/// Bodies that would be smaller than the first are enlarged to the second (px).
 const SMALLEST: [f64; 2] = [10.0, 15.0];
 
 /// Length of a body's axes and of the strongest force, of the picture's width.
@@ -236,7 +236,7 @@ impl Picture<'_> {
         }
     }
 
-    /// The strongest force at the instants [N].
+    /// The strongest force at the instants (N).
     fn strongest(&self, instants: &[usize]) -> f64 {
         let flight = self.flight;
         let forces = instants.iter().flat_map(|k| {

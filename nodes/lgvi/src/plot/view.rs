@@ -23,7 +23,7 @@ const ELEVATIONS: [f64; 5] = [20.0, 25.0, 30.0, 35.0, 40.0];
 const NEARNESS: f64 = 0.4;
 
 impl Camera {
-    /// Looks from this direction: azimuth from x towards y, elevation above the xy plane [rad].
+    /// Looks from this direction: azimuth from x towards y, elevation above the xy plane (rad).
     pub(super) fn new(azimuth: f64, elevation: f64) -> Self {
         let (sin_a, cos_a) = libm::sincos(azimuth);
         let (sin_e, cos_e) = libm::sincos(elevation);

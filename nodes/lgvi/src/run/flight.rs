@@ -27,7 +27,7 @@ const GRACE: Duration = Duration::from_secs(5);
 pub(crate) struct Flown {
     pub(crate) scene: String,
     pub(crate) plan: Option<PlanReport>,
-    /// Wall-clock time of the plan [s].
+    /// Wall-clock time of the plan (s).
     pub(crate) planning_seconds: Option<f64>,
     pub(crate) flight: Option<FlightReport>,
     /// Messages recorded, by topic.

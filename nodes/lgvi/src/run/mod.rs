@@ -20,7 +20,7 @@ use crate::plot::plot;
 pub(crate) struct Options {
     /// The scene file.
     scene: PathBuf,
-    /// The bag's directory, which must not exist [default: flights/<scene>_<time>].
+    /// The bag's directory, which must not exist (default: `flights/<scene>_<time>`).
     #[arg(long)]
     bag: Option<PathBuf>,
     /// Simulated seconds a second; 0 means as fast as possible, without loss.

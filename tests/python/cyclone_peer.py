@@ -209,8 +209,7 @@ def receive(participant, name, kind, qos, count, deadline):
     return None
 
 
-def send(participant, name, data, deadline):
-    qos = QOS["latched"]
+def send(participant, name, data, qos, deadline):
     kind = ControlSequence
     writer = DataWriter(participant, topic(participant, name, kind, qos), qos=qos)
     if not waited_for(deadline, writer.get_matched_subscriptions):
@@ -231,7 +230,7 @@ def main():
     what.add_argument("--tf", metavar="TOPIC", help="print tf2_msgs/TFMessage")
     what.add_argument("--control", metavar="TOPIC", help="print lgvi_msgs/ControlSequence")
     what.add_argument("--send-control", metavar="TOPIC", help="send one lgvi_msgs/ControlSequence")
-    parser.add_argument("--qos", choices=QOS, default="reliable", help="of the subscription")
+    parser.add_argument("--qos", choices=QOS, help="by default reliable to print, latched to send")
     parser.add_argument("--count", type=int, default=1, help="samples to print")
     parser.add_argument("--file", type=argparse.FileType(), default=sys.stdin, help="the control sequence as JSON")
     parser.add_argument("--timeout", type=float, default=30.0, metavar="S")
@@ -240,14 +239,14 @@ def main():
     deadline = time.monotonic() + args.timeout
     participant = DomainParticipant(args.domain)
     if args.send_control:
-        failure = send(participant, args.send_control, json.load(args.file), deadline)
+        failure = send(participant, args.send_control, json.load(args.file), QOS[args.qos or "latched"], deadline)
     else:
         name, kind = next(
             (name, kind)
             for name, kind in ((args.odometry, Odometry), (args.tf, TFMessage), (args.control, ControlSequence))
             if name
         )
-        failure = receive(participant, name, kind, QOS[args.qos], args.count, deadline)
+        failure = receive(participant, name, kind, QOS[args.qos or "reliable"], args.count, deadline)
     if failure:
         sys.exit(f"cyclone_peer: {failure}")
 

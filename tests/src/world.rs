@@ -148,6 +148,8 @@ impl World {
     pub fn shared_memory(&self) -> Vec<PathBuf> {
         let mut found = Vec::new();
         files(&self.shared_memory_root(), &mut found);
+        // `lgvi run` leaves its lock, to be taken again.
+        found.retain(|path| path.extension().is_none_or(|extension| extension != "lock"));
         // iceoryx2 never removes this one, of 16 bytes.
         found.extend(
             self.segments()

@@ -1,5 +1,10 @@
 //! Arguments, parameters and variables that a node does not understand.
 
+use std::ffi::OsStr;
+use std::fs::File;
+use std::os::unix::ffi::OsStrExt;
+use std::process::Stdio;
+
 use lgvi_tests::{Finished, World, binary, scene};
 
 const NODES: [&str; 4] = [
@@ -97,4 +102,76 @@ fn a_domain_that_is_none_is_refused() {
             "expected a number from 0 to 232",
         ]);
     }
+}
+
+#[test]
+fn a_command_line_that_is_no_unicode_is_refused() {
+    let world = World::new();
+    let alien = OsStr::from_bytes(b"b\xffd");
+    for node in NODES {
+        let mut command = world.command(&binary(node));
+        command.arg(alien);
+        let finished = world.start(node, command).finish().expect(2);
+        finished.says(&["argument \"b\\xFFd\"", "expected valid Unicode"]);
+    }
+    let free_body = scene("free_body");
+    let lines: [&[&OsStr]; 6] = [
+        &["run".as_ref(), alien],
+        &["run".as_ref(), free_body.as_ref(), "--bag".as_ref(), alien],
+        &["verify".as_ref(), alien],
+        &["plot".as_ref(), alien],
+        &["play".as_ref(), alien],
+        &["node".as_ref(), "planner".as_ref(), alien],
+    ];
+    for line in lines {
+        let finished = world.lgvi(line).finish().expect(2);
+        assert!(
+            finished.stderr.contains("Unicode") || finished.stderr.contains("UTF-8"),
+            "{line:?}: {}",
+            finished.stderr
+        );
+    }
+    assert!(!world.path("flights").exists());
+}
+
+#[test]
+fn a_pace_that_is_none_is_refused_before_there_is_a_bag() {
+    let world = World::new();
+    let free_body = scene("free_body");
+    for value in ["nan", "-1", "inf", "fast"] {
+        let finished = world
+            .start_flight(&free_body, "flight", &["--real-time-factor", value])
+            .finish()
+            .expect(2);
+        finished.says(&[value, "--real-time-factor", "expected a finite number ≥ 0"]);
+        let finished = world.lgvi(["play", "bag", "--rate", value]).finish();
+        finished
+            .expect(2)
+            .says(&[value, "--rate", "expected a finite number ≥ 0"]);
+    }
+    assert!(!world.path("flight").exists());
+}
+
+#[test]
+fn output_that_nobody_takes_is_no_panic() {
+    let world = World::new();
+    let (_, bag) = world.fly(&scene("free_body"), "flight");
+    let verify = |output: Stdio| {
+        let mut command = world.command(&binary("lgvi"));
+        command.arg("verify").arg(&bag);
+        let output = command.stdout(output).stderr(Stdio::piped()).output();
+        let output = output.expect("lgvi starts");
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), stderr)
+    };
+    let full = File::create("/dev/full").expect("/dev/full");
+    let (code, stderr) = verify(full.into());
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(
+        stderr.starts_with("lgvi: cannot write to standard output: "),
+        "{stderr}"
+    );
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    assert_eq!(verify(writer.into()), (Some(0), String::new()));
 }

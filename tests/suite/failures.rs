@@ -57,5 +57,7 @@ fn a_plan_that_does_not_converge_is_said() {
         "{message}"
     );
     assert!(summary.flight.is_none());
+    // The flight has failed, and all of it until then is in the bag.
+    assert_eq!(summary.lost, Some(0));
     assert_eq!(summary.bag, Some(world.path("flight")));
 }

@@ -20,6 +20,6 @@ fn a_real_time_flight_takes_its_time_and_loses_nothing() {
         start.elapsed()
     );
     assert!(summary.flight.unwrap().seconds >= 0.902);
-    assert_eq!(summary.lost, 0);
+    assert_eq!(summary.lost, Some(0));
     world.verify_agrees(&world.path("flight"), 1001);
 }

@@ -44,7 +44,8 @@ fn ctrl_c_ends_a_flight_in_order() {
     assert_eq!(world.shared_memory(), Vec::<PathBuf>::new());
     let summary: Summary = finished.json();
     let states = holds_part_of_a_flight(&world, &world.path("flight"));
-    assert_eq!((summary.recorded[STATE], summary.lost), (states, 0));
+    assert_eq!((summary.recorded[STATE], summary.lost), (states, Some(0)));
+    assert_eq!(summary.lost_unknown, None);
     assert_eq!(summary.bag, Some(world.path("flight")));
 }
 
@@ -78,12 +79,25 @@ fn kill_in_flight(world: &World, node: &str) -> Summary {
     summary
 }
 
+#[track_caller]
+fn does_not_know_what_was_lost(summary: &Summary, why: &str) {
+    assert_eq!(summary.lost, None);
+    assert_eq!(summary.lost_unknown.as_deref(), Some(why));
+}
+
 #[test]
 fn a_killed_propagator_or_planner_is_named_and_the_bag_is_closed() {
     for node in ["propagator", "planner"] {
         let world = World::new();
         let summary = kill_in_flight(&world, node);
         assert_eq!(summary.bag, Some(world.path("flight")));
+        if node == "propagator" {
+            let why = "the propagator has not said what it published";
+            does_not_know_what_was_lost(&summary, why);
+        } else {
+            // It had published its plan, and said so.
+            assert_eq!(summary.lost, Some(0));
+        }
         holds_part_of_a_flight(&world, &world.path("flight"));
     }
 }
@@ -93,6 +107,7 @@ fn a_killed_recorder_is_named_and_there_is_no_bag_to_be_taken_for_one() {
     let world = World::new();
     let summary = kill_in_flight(&world, "recorder");
     assert_eq!(summary.bag, None);
+    does_not_know_what_was_lost(&summary, "the recorder has not closed the bag");
     let bag = world.path("flight");
     let verdict = world.lgvi(["verify".as_ref(), bag.as_os_str()]).finish();
     verdict

@@ -8,6 +8,8 @@ pub struct Inertia {
     pub(crate) inverse: Matrix3<f64>,
     pub(crate) nonstandard: Matrix3<f64>,
     pub(crate) shape: Shape,
+    /// `J / tr J`
+    pub(crate) unit: Matrix3<f64>,
 }
 
 /// Coefficients of the characteristic polynomial of `J / tr J`, which no unit can over- or underflow.
@@ -45,8 +47,10 @@ pub enum InertiaError {
         /// The entry below the diagonal.
         lower: f64,
     },
-    /// A principal moment is zero or negative.
-    #[error("not positive: the principal moments are {0:?}, expected all > 0")]
+    /// A principal moment is zero or negative, or rounding beside the others.
+    #[error(
+        "not positive: the principal moments are {0:?}, expected all above 1e-14 of the greatest"
+    )]
     NotPositive([f64; 3]),
     /// One principal moment exceeds the sum of the others, which no mass distribution does.
     #[error(
@@ -100,6 +104,7 @@ impl Inertia {
         Ok(Self {
             inverse: adjugate / (determinant * trace),
             nonstandard: Matrix3::from_diagonal_element(0.5 * trace) - matrix,
+            unit,
             shape: Shape {
                 trace,
                 second: adjugate.trace(),

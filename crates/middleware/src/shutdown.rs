@@ -2,7 +2,10 @@
 
 use std::{
     io,
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::Duration,
 };
@@ -19,6 +22,8 @@ pub struct Shutdown(Arc<Flag>);
 
 #[derive(Debug, Default)]
 struct Flag {
+    /// The same as `raised`, for who must not lock.
+    seen: AtomicBool,
     raised: Mutex<bool>,
     blocking: Condvar,
     tasks: Notify,
@@ -50,13 +55,14 @@ impl Shutdown {
     /// Raises the flag.
     pub fn request(&self) {
         *self.lock() = true;
+        self.0.seen.store(true, Ordering::Release);
         self.0.blocking.notify_all();
         self.0.tasks.notify_waiters();
     }
 
-    /// Whether the flag is raised.
+    /// Whether the flag is raised. Does not lock.
     pub fn requested(&self) -> bool {
-        *self.lock()
+        self.0.seen.load(Ordering::Acquire)
     }
 
     /// Blocks until the flag is raised or the time has passed; returns whether it is raised.

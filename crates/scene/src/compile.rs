@@ -17,6 +17,9 @@ const J2000: i64 = 946_728_000_000_000_000;
 /// Steps of the longest manoeuvre: what the planner keeps in memory, and a sequence in one message.
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
 
+/// Bodies of the largest scene: each has a topic of its own.
+const MAX_BODIES: usize = 1024;
+
 /// The last second that a ROS time can say.
 const MAX_ROS_SECOND: i64 = i32::MAX as i64;
 
@@ -55,7 +58,11 @@ impl Scene {
             mutual,
             maneuver: None,
         };
-        check::positive("run.duration", scene.h())?;
+        if !scene.h().is_normal() {
+            let expected = format!("a duration that {} steps can divide", scene.steps);
+            return Err(SceneError::value("run.duration", scene.duration, expected));
+        }
+        check_si(&scene)?;
         let end = scene.epoch as f64 * 1e-9 + scene.seconds(scene.steps);
         if end > MAX_ROS_SECOND as f64 {
             let expected = "an end that a ROS time can say, before 2038-01-19T03:14:07Z";
@@ -73,6 +80,52 @@ impl Scene {
         }
         Ok(scene)
     }
+}
+
+/// Everything that leaves the nodes is finite in SI, at the start at least.
+fn check_si(scene: &Scene) -> Result<(), SceneError> {
+    let units = &scene.units;
+    let derived = [
+        units.momentum(),
+        units.angular_momentum(),
+        units.energy(),
+        units.force(),
+    ];
+    if !derived.iter().all(|unit| unit.is_normal()) {
+        let expected =
+            "units whose derived units (momentum, energy, force) are in the range of numbers";
+        return Err(SceneError::value(
+            "units",
+            [units.length, units.mass, units.time],
+            expected,
+        ));
+    }
+    for (index, body) in scene.bodies.iter().enumerate() {
+        if !units.state_to_si(&body.state).is_finite() {
+            let expected = "a state that is in the range of numbers in SI";
+            return Err(SceneError::value(
+                format!("bodies[{index}]"),
+                &body.name,
+                expected,
+            ));
+        }
+        if body.name == scene.frame {
+            let expected = "a name other than that of the inertial frame";
+            return Err(SceneError::value(
+                format!("bodies[{index}].name"),
+                &body.name,
+                expected,
+            ));
+        }
+    }
+    let invariants = scene.simulation().invariants();
+    let energy = invariants.energy * units.energy();
+    let momentum = invariants.angular_momentum * units.angular_momentum();
+    if !(energy.is_finite() && momentum.sum().is_finite()) {
+        let expected = "states of finite energy and momentum: no two points of mass at one place";
+        return Err(SceneError::value("bodies", energy, expected));
+    }
+    Ok(())
 }
 
 fn count(key: &str, value: u64) -> Result<u64, SceneError> {
@@ -111,8 +164,9 @@ fn method(run: &RunFile) -> Method {
 }
 
 fn bodies(files: &[BodyFile]) -> Result<Vec<NamedBody>, SceneError> {
-    if files.is_empty() {
-        return Err(SceneError::value("bodies", "[]", "at least one body"));
+    if !(1..=MAX_BODIES).contains(&files.len()) {
+        let expected = format!("1 to {MAX_BODIES} bodies");
+        return Err(SceneError::value("bodies", files.len(), expected));
     }
     let mut bodies: Vec<NamedBody> = Vec::with_capacity(files.len());
     for (index, file) in files.iter().enumerate() {

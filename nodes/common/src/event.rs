@@ -19,8 +19,11 @@ pub enum Event {
         plan: PlanReport,
         /// Wall-clock time of the solution (s).
         seconds: f64,
-        /// Messages published so far, by topic.
-        published: BTreeMap<String, u64>,
+    },
+    /// The planner or the propagator publishes no more.
+    Published {
+        /// Messages published, by topic.
+        messages: BTreeMap<String, u64>,
     },
     /// The propagator is on its way.
     Flying {
@@ -40,8 +43,8 @@ pub enum Event {
     Recorded {
         /// The bag's directory.
         bag: PathBuf,
-        /// Messages in it.
-        messages: u64,
+        /// Messages in it, by topic.
+        messages: BTreeMap<String, u64>,
         /// Messages known to be missing.
         lost: u64,
     },
@@ -112,6 +115,4 @@ pub struct FlightReport {
     pub refused: u64,
     /// Steps that came later than their time in real-time pace.
     pub overruns: u64,
-    /// Messages published, by topic.
-    pub published: BTreeMap<String, u64>,
 }

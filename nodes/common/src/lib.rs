@@ -1,12 +1,14 @@
 //! What the node binaries share: how they start and end, what they tell the process that started them, and the one
 //! conversion between the dynamics' states and loads and the samples that leave a process.
 
+mod command_line;
 mod convert;
 mod error;
 mod event;
 mod node;
 mod scene_file;
 
+pub use command_line::{complain, with_arguments};
 pub use convert::{body_sample, control_interval, load};
 pub use error::NodeError;
 pub use event::{Event, FlightReport, Miss, PlanReport};

@@ -9,7 +9,7 @@ use lgvi_middleware::shm::{ShmNode, ShmOptions};
 use lgvi_middleware::{Environment, NodeArgs, Parameters, Shutdown, log};
 use tracing::error;
 
-use crate::{Event, NodeError};
+use crate::{Event, NodeError, complain};
 
 /// The one argument of our own: report [`Event`]s on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";
@@ -97,10 +97,7 @@ pub fn main(
         Ok(node) => node,
         Err(error) => {
             // Logging needs the arguments that could not be understood.
-            #[allow(clippy::print_stderr)]
-            {
-                eprintln!("{default_name}: {error}");
-            }
+            complain(&format_args!("{default_name}: {error}"));
             return error.exit_code();
         }
     };

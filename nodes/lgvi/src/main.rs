@@ -1,20 +1,16 @@
 //! `lgvi`: the front door to the node suite.
-#![allow(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "it talks to a person at a terminal"
-)]
-
 mod flight_bag;
+mod output;
 mod plot;
 mod run;
+mod values;
 mod verify;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use lgvi_node::NodeError;
+use lgvi_node::{NodeError, complain};
 
 /// Fly rigid bodies in ROS 2: plan, propagate, record, replay, verify.
 #[derive(Parser)]
@@ -31,6 +27,7 @@ enum Command {
     /// Repeats a recorded flight from its scene and controls, and compares every state bit for bit.
     Verify {
         /// The bag's directory, or its MCAP file.
+        #[arg(value_parser = values::path())]
         bag: PathBuf,
         /// Print the result as one JSON object.
         #[arg(long)]
@@ -39,17 +36,19 @@ enum Command {
     /// Draws a recorded flight: its motion in space, controls, energy and momentum.
     Plot {
         /// The bag's directory, or its MCAP file.
+        #[arg(value_parser = values::path())]
         bag: PathBuf,
         /// The SVG file to write [default: flight.svg in the bag's directory].
-        #[arg(long)]
+        #[arg(long, value_parser = values::path())]
         output: Option<PathBuf>,
     },
     /// Replays a bag over shared memory and DDS.
     Play {
         /// The bag's directory, or its MCAP file.
+        #[arg(value_parser = values::path())]
         bag: PathBuf,
         /// Recorded seconds a second; 0 means as fast as possible, without loss.
-        #[arg(long, default_value_t = 1.0)]
+        #[arg(long, default_value_t = 1.0, value_parser = values::rate, allow_negative_numbers = true)]
         rate: f64,
         /// Publish `/clock` at the recorded times.
         #[arg(long)]
@@ -75,6 +74,16 @@ enum NodeKind {
 }
 
 impl NodeKind {
+    /// What it is called on the command line and in messages.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Propagator => "propagator",
+            Self::Planner => "planner",
+            Self::Recorder => "recorder",
+            Self::Player => "player",
+        }
+    }
+
     /// Runs the node in this process.
     fn run(self, arguments: Vec<String>) -> ExitCode {
         match self {
@@ -90,10 +99,9 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
         Command::Verify { bag, json } => verify::verify(&bag, json),
-        Command::Plot { bag, output } => plot::plot(&bag, output.as_deref()).map(|picture| {
-            println!("{}", picture.display());
-            ExitCode::SUCCESS
-        }),
+        Command::Plot { bag, output } => plot::plot(&bag, output.as_deref())
+            .and_then(|picture| output::say(&picture.display()))
+            .map(|()| ExitCode::SUCCESS),
         Command::Play { bag, rate, clock } => {
             let parameters = [
                 format!("bag:={}", run::yaml(&bag)),
@@ -105,7 +113,7 @@ fn main() -> ExitCode {
         Command::Node { node, arguments } => return node.run(arguments),
     };
     outcome.unwrap_or_else(|error: NodeError| {
-        eprintln!("lgvi: {error}");
+        complain(&format_args!("lgvi: {error}"));
         error.exit_code()
     })
 }

@@ -1,5 +1,6 @@
 //! Repeats a recorded flight.
 
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -11,6 +12,7 @@ use lgvi_scene::Scene;
 use serde::Serialize;
 
 use crate::flight_bag::FlightBag;
+use crate::output::say;
 
 /// What the comparison has found.
 #[derive(Debug, Serialize)]
@@ -83,39 +85,46 @@ pub(crate) fn verify(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
 
 fn report(verdict: &Verdict, json: bool) -> Result<ExitCode, NodeError> {
     if json {
-        println!(
-            "{}",
-            serde_json::to_string(verdict).map_err(NodeError::runtime)?
-        );
+        say(&serde_json::to_string(verdict).map_err(NodeError::runtime)?)?;
     } else {
-        let Verdict {
+        say(verdict)?;
+    }
+    Ok(ExitCode::from(u8::from(verdict.difference.is_some())))
+}
+
+impl Display for Verdict {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self {
             bag,
             scene,
             sequences,
             states,
             bodies,
             ..
-        } = verdict;
-        println!("{bag}: {scene}, {bodies} bodies, {sequences} control sequences");
-        let [flown_by, repeated_by] = &verdict.software;
+        } = self;
+        writeln!(
+            f,
+            "{bag}: {scene}, {bodies} bodies, {sequences} control sequences"
+        )?;
+        let [flown_by, repeated_by] = &self.software;
         if flown_by != repeated_by {
-            println!("flown by {flown_by}, repeated by {repeated_by}");
+            writeln!(f, "flown by {flown_by}, repeated by {repeated_by}")?;
         }
-        match &verdict.difference {
-            None => println!("all {states} recorded states agree bit for bit"),
+        match &self.difference {
+            None => write!(f, "all {states} recorded states agree bit for bit"),
             Some(Difference {
                 step,
                 body,
                 field,
                 recorded,
                 computed,
-            }) => println!(
+            }) => write!(
+                f,
                 "differs at step {step} (state {states}): {body} {field} is {recorded:e}, \
                  the repetition gives {computed:e}"
             ),
         }
     }
-    Ok(ExitCode::from(u8::from(verdict.difference.is_some())))
 }
 
 /// Flies on to the state's step and compares.

@@ -1,7 +1,8 @@
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lgvi_control::extremal::Extremal;
+use lgvi_middleware::Shutdown;
 use lgvi_middleware::log::Rosout;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
 use lgvi_middleware::shm::ControlPublisher;
@@ -17,6 +18,12 @@ use crate::messages;
 
 /// How long subscribers that do not keep up are waited for.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// How often the shutdown is looked for while waiting.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// How long somebody to be told of a failure is waited for: discovery takes up to 1.2 s.
+const DISCOVERY: Duration = Duration::from_secs(2);
 
 /// Where the node publishes.
 pub(crate) struct Outlet {
@@ -86,6 +93,17 @@ impl Outlet {
         let path = messages::path(scene, plan).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
         Ok(())
+    }
+
+    /// Waits for somebody who hears of the progress, unless somebody does, nobody comes, or the node is to end.
+    ///
+    /// A failure may be over before others have been discovered; its messages are kept for those who come meanwhile.
+    pub(crate) fn await_listener(&self, shutdown: &Shutdown) {
+        let start = Instant::now();
+        while !shutdown.requested()
+            && start.elapsed() < DISCOVERY
+            && !self.progress.wait_for_subscriptions(1, LOOK)
+        {}
     }
 
     /// Waits for the acknowledgements; the messages sent, by topic.

@@ -46,10 +46,14 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     }
     let solution = match outcome {
         Ok(solution) => solution,
-        Err(ShootingError::Stopped(_)) => return Ok(()),
         Err(error) => {
-            outlet.settle();
-            return Err(NodeError::Runtime(format!("no plan: {error}")));
+            outlet.await_listener(&node.shutdown);
+            let messages = outlet.settle();
+            node.report(&Event::Published { messages });
+            return match error {
+                ShootingError::Stopped(_) => Ok(()),
+                error => Err(NodeError::Runtime(format!("no plan: {error}"))),
+            };
         }
     };
     let seconds = start.elapsed().as_secs_f64();
@@ -61,12 +65,13 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     } = solution.last;
     info!("planned in {iteration} iterations: cost {cost}, terminal error {violation:.1e}");
 
-    outlet.plan(&scene, maneuver, &solution.extremal)?;
-    let published = outlet.settle();
+    let plan = outlet.plan(&scene, maneuver, &solution.extremal);
+    let messages = outlet.settle();
+    node.report(&Event::Published { messages });
+    plan?;
     node.report(&Event::Planned {
         plan: report(&solution.last),
         seconds,
-        published,
     });
     while !node.shutdown.wait_timeout(IDLE) {}
     Ok(())

@@ -18,6 +18,9 @@ pub struct Controls {
 /// Why a control sequence is not flown.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ControlError {
+    /// Bytes that are no message.
+    #[error("{0}")]
+    Undecodable(String),
     /// Not a sequence at all: lengths that differ, or a body's name that no sample can hold.
     #[error("{0}")]
     Form(#[from] ConversionError),

@@ -42,12 +42,9 @@ impl Flight {
         Ok(())
     }
 
-    /// Whether a sequence acts on `body` at the present step.
-    pub fn controlled(&self, body: usize) -> bool {
-        let step = self.simulation.step();
-        self.accepted[body]
-            .iter()
-            .any(|controls| controls.first_step <= step)
+    /// Whether a sequence has been accepted for `body`.
+    pub fn commanded(&self, body: usize) -> bool {
+        !self.accepted[body].is_empty()
     }
 
     /// Makes one step.
@@ -157,10 +154,9 @@ mod tests {
     fn a_sequence_acts_from_its_first_step_for_its_length_in_si() {
         let mut flight = Flight::new(&scene());
         flight.accept(controls(2, 6.0, 3)).unwrap();
-        assert!(!flight.controlled(0));
+        assert!(flight.commanded(0));
         let expected = [0.0, 0.0, 3.0, 3.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         assert_eq!(momentum_gains(&mut flight), expected);
-        assert!(flight.controlled(0));
         assert_eq!(flight.loads()[0].force, Vector3::zeros());
     }
 

@@ -59,6 +59,8 @@ struct Shared {
     finish: AtomicBool,
     /// A control sequence was malformed.
     bad_control: OnceLock<ControlError>,
+    /// Something that must not be published.
+    fault: OnceLock<String>,
 }
 
 impl LinkEnd {
@@ -76,6 +78,11 @@ impl LinkEnd {
     /// The malformed control sequence that ends the flight, if one came in.
     pub(crate) fn bad_control(&self) -> Option<&ControlError> {
         self.shared.bad_control.get()
+    }
+
+    /// What ends the flight because it must not be published.
+    pub(crate) fn fault(&self) -> Option<&str> {
+        self.shared.fault.get().map(String::as_str)
     }
 
     /// Hands a snapshot to the ROS side. When none is free, waits if `wait`, else returns `false`.
@@ -221,8 +228,8 @@ struct Link {
     controls: Producer<Controls>,
     verdicts: Consumer<Result<(), ControlError>>,
     pending: VecDeque<Pending>,
-    /// The last sequence that came in, so that the other of its two ways is not a second one.
-    last: Option<ControlSequence>,
+    /// The last sequences that came in, so that what comes by two ways counts once.
+    recent: VecDeque<ControlSequence>,
     stop_on_bad_control: bool,
     shared: Arc<Shared>,
     _ros: RosNode,
@@ -268,7 +275,7 @@ pub(crate) fn start(
         controls: controls_in,
         verdicts: verdicts_out,
         pending: VecDeque::new(),
-        last: None,
+        recent: VecDeque::new(),
         stop_on_bad_control: config.stop_on_bad_control,
         shared: Arc::clone(&shared),
         scene,
@@ -368,7 +375,12 @@ impl Link {
         if topics.invariants.wanted()
             && let Ok(message) = messages::invariants(scene, self.simulation.system(), snapshot)
         {
-            topics.invariants.send(&message);
+            if message.energy.is_finite() {
+                topics.invariants.send(&message);
+            } else {
+                let fault = format!("step {}: the energy is not finite", snapshot.step);
+                let _ = self.shared.fault.set(fault);
+            }
         }
     }
 
@@ -378,7 +390,7 @@ impl Link {
                 let (header, intervals) = (*sample.header(), sample.elements());
                 match header.to_message(intervals, &self.scene.frame) {
                     Ok(message) => self.consider(message),
-                    Err(error) => warn!("control sequence refused: {error}"),
+                    Err(error) => self.refuse(error.into()),
                 }
             }
             Ok(None) => {}
@@ -388,14 +400,14 @@ impl Link {
             match self.ros_controls[subscription].take() {
                 Ok(Some(sample)) => self.consider(sample.message),
                 Ok(None) => {}
-                Err(error) => warn!("control sequence refused: {error}"),
+                Err(error) => self.refuse(ControlError::Undecodable(error.to_string())),
             }
         }
     }
 
     /// Checks a sequence that came in and sends it to the loop.
     fn consider(&mut self, message: ControlSequence) {
-        if self.last.as_ref() == Some(&message) {
+        if self.recent.contains(&message) {
             return;
         }
         let checked = ControlHeader::from_message(&message)
@@ -403,22 +415,26 @@ impl Link {
             .and_then(|(header, intervals)| {
                 Ok((header, Controls::check(&self.scene, &header, &intervals)?))
             });
-        self.last = Some(message.clone());
+        self.recent.truncate(SEQUENCES - 1);
+        self.recent.push_front(message.clone());
         match checked {
             Ok((header, controls)) => {
                 if self.controls.push(controls).is_ok() {
                     self.pending.push_back((header, message));
                 } else {
                     warn!("control sequence refused: {SEQUENCES} others wait to be taken up");
-                    self.last = None;
+                    self.recent.pop_front();
                 }
             }
-            Err(error) => {
-                error!("control sequence refused: {error}");
-                if self.stop_on_bad_control {
-                    let _ = self.shared.bad_control.set(error);
-                }
-            }
+            Err(error) => self.refuse(error),
+        }
+    }
+
+    /// A malformed sequence ends the flight, or is refused with an error in the log.
+    fn refuse(&mut self, error: ControlError) {
+        error!("control sequence refused: {error}");
+        if self.stop_on_bad_control {
+            let _ = self.shared.bad_control.set(error);
         }
     }
 

@@ -19,16 +19,18 @@ impl Pace {
         }
     }
 
-    /// Sleeps until it is time for what happens `simulated` seconds after the start, or counts that it is late.
-    pub(crate) fn wait(&mut self, simulated: f64) {
-        let Some(seconds) = self.seconds else { return };
+    /// How long it is until what happens `simulated` seconds after the start; zero when it is time, or late.
+    pub(crate) fn left(&self, simulated: f64) -> Duration {
+        let Some(seconds) = self.seconds else {
+            return Duration::ZERO;
+        };
         let due = Duration::try_from_secs_f64(simulated * seconds).unwrap_or(Duration::MAX);
-        let elapsed = self.start.elapsed();
-        if elapsed < due {
-            std::thread::sleep(due - elapsed);
-        } else {
-            self.overruns += 1;
-        }
+        due.saturating_sub(self.start.elapsed())
+    }
+
+    /// Counts a step that comes later than its time.
+    pub(crate) fn overrun(&mut self) {
+        self.overruns += u64::from(self.seconds.is_some());
     }
 
     /// Steps that came later than their time.

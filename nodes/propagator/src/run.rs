@@ -1,7 +1,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lgvi_dynamics::{Invariants, StepError};
+use lgvi_dynamics::{BodyState, Invariants, StepError};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::shm::{Delivery, StatePublisher};
 use lgvi_msgs::shm::Name;
@@ -17,6 +17,9 @@ use crate::pace::Pace;
 
 /// How often waiting looks whether it is over.
 const WAIT: Duration = Duration::from_millis(1);
+
+/// How long a step may be waited for at a stretch.
+const SLICE: Duration = Duration::from_millis(10);
 
 /// How often a supervisor hears of progress.
 const PROGRESS: Duration = Duration::from_millis(50);
@@ -68,14 +71,17 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     let outcome = propagation
         .await_company()
         .and_then(|()| propagation.fly(node));
-    let published = propagation.link.finish()?;
+    let mut messages = propagation.link.finish()?;
+    // Of states, those that went over shared memory count: the ROS side sends fewer.
+    messages.insert(propagation.state_topic.clone(), propagation.samples);
+    node.report(&Event::Published { messages });
+    let outcome = match propagation.link.fault() {
+        Some(fault) => Err(NodeError::Runtime(fault.to_owned())),
+        None => outcome,
+    };
     let ended = outcome.map(|flown| {
-        if let Some(mut report) = flown {
+        if let Some(report) = flown {
             info!("flown {} steps in {:.3} s", report.steps, report.seconds);
-            for (topic, sent) in published {
-                // Of states, those that went over shared memory count: the ROS side sends fewer.
-                report.published.entry(topic).or_insert(sent);
-            }
             node.report(&Event::Flown(report));
         }
     });
@@ -121,7 +127,7 @@ impl Propagation {
         let Some(body) = awaited.map(|maneuver| maneuver.body) else {
             return Ok(());
         };
-        while !self.shutdown.requested() && !self.flight.controlled(body) {
+        while !self.shutdown.requested() && !self.flight.commanded(body) {
             self.take_controls()?;
             std::thread::sleep(WAIT);
         }
@@ -132,6 +138,9 @@ impl Propagation {
     fn take_controls(&mut self) -> Result<(), NodeError> {
         if let Some(error) = self.link.bad_control() {
             return Err(NodeError::Input(format!("control sequence: {error}")));
+        }
+        if let Some(fault) = self.link.fault() {
+            return Err(NodeError::Runtime(fault.to_owned()));
         }
         while let Some(controls) = self.link.next_controls() {
             let verdict = self.flight.accept(controls);
@@ -152,7 +161,7 @@ impl Propagation {
             }
             self.take_controls()?;
             self.advance()?;
-            pace.wait(self.scene.seconds(self.flight.step()));
+            self.keep_pace(&mut pace)?;
             self.publish()?;
             if told.elapsed() >= PROGRESS {
                 told = Instant::now();
@@ -162,6 +171,21 @@ impl Propagation {
             }
         }
         Ok(Some(self.report(&start, &pace)))
+    }
+
+    /// Waits until it is time for the present step; control sequences are taken meanwhile.
+    fn keep_pace(&mut self, pace: &mut Pace) -> Result<(), NodeError> {
+        let due = self.scene.seconds(self.flight.step());
+        let mut left = pace.left(due);
+        if left.is_zero() {
+            pace.overrun();
+        }
+        while !left.is_zero() && !self.shutdown.requested() {
+            self.shutdown.wait_timeout(left.min(SLICE));
+            self.take_controls()?;
+            left = pace.left(due);
+        }
+        Ok(())
     }
 
     fn advance(&mut self) -> Result<(), NodeError> {
@@ -186,6 +210,12 @@ impl Propagation {
         if last || step.is_multiple_of(publishing.state_every) {
             let header = state_header(&self.scene, step, self.samples);
             let (states, units) = (self.flight.states(), &self.scene.units);
+            let in_range = |state: &BodyState| units.state_to_si(state).is_finite();
+            if let Some(body) = states.iter().position(|state| !in_range(state)) {
+                let name = &self.scene.bodies[body].name;
+                let message = format!("step {step} of {name}: the state is not finite in SI");
+                return Err(NodeError::Runtime(message));
+            }
             self.states
                 .send_with(header, states.len(), |i| {
                     body_sample(self.names[i], &states[i], units)
@@ -218,7 +248,6 @@ impl Propagation {
             orthogonality_error: end.orthogonality_error,
             refused: self.states.lost(),
             overruns: pace.overruns(),
-            published: [(self.state_topic.clone(), self.samples)].into(),
         }
     }
 

@@ -1,13 +1,17 @@
 //! The recorder node: full-rate states from shared memory and all other topics from DDS, into a rosbag2 directory.
 //!
-//! Two threads receive (`sources`) and one writes (`sink`), so that a slow disk delays neither; the queue between
+//! Two threads receive (`states`, `topics`) and one writes (`sink`), so that a slow disk delays neither; the queue between
 //! them is bounded, and when it is full the receivers wait, and with them publishers that fly without loss.
 
 mod config;
+mod drain;
+mod log_time;
 mod run;
+mod seen;
 mod sink;
-mod sources;
 mod stamp;
+mod states;
+mod topics;
 
 use std::process::ExitCode;
 

@@ -5,8 +5,10 @@ use lgvi_node::{Event, Node, NodeError};
 use tracing::info;
 
 use crate::config::Config;
+use crate::log_time::StateTime;
 use crate::sink::{self, Sink};
-use crate::sources::{States, Topics};
+use crate::states::States;
+use crate::topics::Topics;
 
 /// The node's work, from parameters to the closed bag.
 pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
@@ -19,9 +21,10 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         .map(|topic| resolve(topic))
         .collect::<Result<_, _>>()?;
     let shm = node.shm()?;
-    let states = States::open(&config, &shm, resolve)?;
+    let time = Arc::<StateTime>::default();
+    let states = States::open(&config, &shm, Arc::clone(&time), resolve)?;
     let (ros, _rosout) = node.ros()?;
-    let topics = Topics::open(&config, ros, elsewhere)?;
+    let topics = Topics::open(&config, ros, elsewhere, time)?;
 
     let lost = [(); 2].map(|()| Arc::new(AtomicU64::new(0)));
     let missing = {
@@ -71,12 +74,12 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         .finish()
         .ok_or_else(|| NodeError::runtime("the writing thread has panicked"))?;
     let summary = written.map_err(NodeError::runtime)?;
-    let messages = summary.messages.values().sum();
+    let messages: u64 = summary.messages.values().sum();
     let bag = config.output;
     info!("recorded {messages} messages in {}", bag.display());
     node.report(&Event::Recorded {
         bag,
-        messages,
+        messages: summary.messages,
         lost: missing(),
     });
     received

@@ -32,7 +32,7 @@ fn cold_starts_reach_the_reference_costs_and_multipliers() {
                 found.extremal.cost
             );
             assert!(
-                multipliers <= 1e-9,
+                multipliers <= 1e-13,
                 "{set}, N = {}: {}",
                 reference.n,
                 found.multipliers

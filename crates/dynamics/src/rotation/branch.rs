@@ -4,16 +4,16 @@
 //! `f = [adj(A) g + |g|² g − g × A g] / (det A + gᵀA g)`, and `s = gᵀf` is a quartic in s alone:
 //! `p(s) = s (det A + gᵀA g) − gᵀadj(A) g − |g|⁴ = 0`, with `p(0) < 0`. The wanted solution is its smallest root `s ≥ 0`.
 //! It lies before the first maximum of p, where p still rises; where that maximum is below zero, the branch has folded
-//! and no solution is left. All quantities are taken relative to `tr J`.
+//! and no solution is left. All quantities, `g` too, are relative to `tr J` here.
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{MAX_ITERATIONS, RelativeRotation, Unsolvable, cayley};
+use super::{MAX_ITERATIONS, RelativeRotation, cayley};
 use crate::Inertia;
 use crate::inertia::adjugate;
 
 /// `p(s) = −s⁴ + 2 s³ − (4e + 2γ) s² + (8d + 2γ) s − c`, with e, d the second coefficient and determinant of
-/// `J / tr J` and `γ = |g / tr J|²`.
+/// `J / tr J` and `γ = |g|²`.
 struct Quartic {
     e: f64,
     d: f64,
@@ -85,18 +85,17 @@ fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     }
 }
 
-/// Whether a solution `f` of (2.6) for `g` lies on the branch: p rises all the way from 0 to `s = gᵀf`.
+/// Whether a solution `f` of (2.6) for `g / tr J` lies on the branch: p rises all the way from 0 to `s = gᵀf`.
 pub(super) fn contains(inertia: &Inertia, g: &Vector3<f64>, f: &Vector3<f64>) -> bool {
     let shape = &inertia.shape;
-    let scaled = g * shape.trace.recip();
-    let s = scaled.dot(f);
+    let s = g.dot(f);
     // p' ≥ 8d + 2γ − (8e + 4γ) s up to s = 3/2: where that is positive, so is p' all the way.
-    let gamma = scaled.norm_squared();
+    let gamma = g.norm_squared();
     let far = (8.0 * shape.second + 4.0 * gamma) * s;
     if (0.0..1.5).contains(&s) && far < 8.0 * shape.determinant + 2.0 * gamma {
         return true;
     }
-    let p = Quartic::of(inertia, &scaled);
+    let p = Quartic::of(inertia, g);
     if !(s >= 0.0 && p.slope(s) >= 0.0) {
         return false;
     }
@@ -106,25 +105,21 @@ pub(super) fn contains(inertia: &Inertia, g: &Vector3<f64>, f: &Vector3<f64>) ->
     }
 }
 
-/// The solution on the branch, or the proof that there is none.
-pub(super) fn solve(inertia: &Inertia, g: &Vector3<f64>) -> Result<RelativeRotation, Unsolvable> {
-    let scaled = g / inertia.shape.trace;
-    let p = Quartic::of(inertia, &scaled);
+/// The solution on the branch for `g / tr J`; where there is none, how far p's maximum stays below zero, relative to
+/// `|p(0)|`.
+pub(super) fn solve(inertia: &Inertia, g: &Vector3<f64>) -> Result<RelativeRotation, f64> {
+    let p = Quartic::of(inertia, g);
     let maximum = p.first_maximum();
     let margin = p.value(maximum) / p.c;
     if margin.is_nan() || margin < 0.0 {
-        return Err(Unsolvable {
-            turn: (inertia.inverse * g).norm(),
-            margin,
-        });
+        return Err(margin);
     }
     let s = bisect(0.0, maximum, |s| p.value(s) < 0.0);
-    let a = inertia.matrix * (2.0 / inertia.shape.trace) - Matrix3::from_diagonal_element(s);
-    let a_g = a * scaled;
+    let a = 2.0 * inertia.unit - Matrix3::from_diagonal_element(s);
+    let a_g = a * g;
     let adjugate = adjugate(&a);
     let determinant = a.column(0).dot(&adjugate.row(0).transpose());
-    let f = (adjugate * scaled + p.gamma * scaled - scaled.cross(&a_g))
-        / (determinant + scaled.dot(&a_g));
+    let f = (adjugate * g + p.gamma * g - g.cross(&a_g)) / (determinant + g.dot(&a_g));
     let polished = cayley::newton(inertia, g, f).filter(|found| {
         (found.cayley - f).norm() <= 1e-6 * f.norm() && contains(inertia, g, &found.cayley)
     });

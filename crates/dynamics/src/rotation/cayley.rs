@@ -1,4 +1,4 @@
-//! The implicit equation in Cayley form (2.6): `G_c(f) = g + g × f + (gᵀf) f − 2 J f = 0`.
+//! The implicit equation in Cayley form (2.6): `G_c(f) = g + g × f + (gᵀf) f − 2 J f = 0`, relative to `tr J`.
 
 use lgvi_lie::hat;
 use nalgebra::{Matrix3, Vector3};
@@ -9,14 +9,14 @@ use crate::Inertia;
 /// Residual, relative to the terms it is the sum of, that is rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Newton's method from `f`; `None` when it does not converge.
+/// Newton's method from `f` for `g / tr J`; `None` when it does not converge.
 pub(super) fn newton(
     inertia: &Inertia,
     g: &Vector3<f64>,
     mut f: Vector3<f64>,
 ) -> Option<RelativeRotation> {
     let magnitude = g.norm();
-    let two_j = 2.0 * inertia.matrix;
+    let two_j = 2.0 * inertia.unit;
     for iterations in 0..=MAX_ITERATIONS {
         let s = g.dot(&f);
         let two_j_f = two_j * f;

@@ -1,5 +1,5 @@
 //! The implicit equation in exponential form (2.3):
-//! `G(f) = (sin θ/θ) J f + ((1 − cos θ)/θ²) f × J f = g`, `θ = |f|`.
+//! `G(f) = (sin θ/θ) J f + ((1 − cos θ)/θ²) f × J f = g`, `θ = |f|`, relative to `tr J`.
 
 use lgvi_lie::hat;
 use nalgebra::{Matrix3, Vector3};
@@ -44,7 +44,7 @@ impl Coefficients {
     }
 }
 
-/// Newton's method from `f`: the rotation vector and the corrections made; `None` when it does not converge.
+/// Newton's method from `f` for `g / tr J`: the rotation vector and the corrections made; `None` when it does not converge.
 pub(super) fn newton(
     inertia: &Inertia,
     g: &Vector3<f64>,
@@ -53,16 +53,16 @@ pub(super) fn newton(
     let magnitude = g.norm();
     for iterations in 0..=MAX_ITERATIONS {
         let k = Coefficients::at(f.norm_squared());
-        let jf = inertia.matrix * f;
+        let jf = inertia.unit * f;
         let fjf = f.cross(&jf);
         let residual = k.sine * jf + k.cosine * fjf - g;
         if residual.norm() <= ROUNDING * (magnitude + jf.norm()) {
             return Some((f, iterations));
         }
         let jacobian: Matrix3<f64> = k.sine_slope * jf * f.transpose()
-            + k.sine * inertia.matrix
+            + k.sine * inertia.unit
             + k.cosine_slope * fjf * f.transpose()
-            + k.cosine * (hat(&f) * inertia.matrix - hat(&jf));
+            + k.cosine * (hat(&f) * inertia.unit - hat(&jf));
         f -= solve_3x3(&jacobian, &residual)?;
     }
     None

@@ -67,13 +67,16 @@ impl Chart {
         g: &Vector3<f64>,
         guess: Option<&Vector3<f64>>,
     ) -> Result<RelativeRotation, Unsolvable> {
+        let small = inertia.inverse * g;
+        // Relative to tr J, no unit can over- or underflow what the convergence test compares.
+        let g = &(g * inertia.shape.trace.recip());
         let newton = match self {
             Self::Cayley => {
-                let start = guess.copied().unwrap_or_else(|| 0.5 * inertia.inverse * g);
+                let start = guess.copied().unwrap_or_else(|| 0.5 * small);
                 cayley::newton(inertia, g, start)
             }
             Self::Exponential => {
-                let start = guess.map_or_else(|| inertia.inverse * g, to_rotation_vector);
+                let start = guess.map_or(small, to_rotation_vector);
                 exponential::newton(inertia, g, start).map(|(rotation_vector, iterations)| {
                     RelativeRotation {
                         cayley: to_cayley(&rotation_vector),
@@ -84,7 +87,10 @@ impl Chart {
         };
         match newton {
             Some(found) if branch::contains(inertia, g, &found.cayley) => Ok(found),
-            _ => branch::solve(inertia, g),
+            _ => branch::solve(inertia, g).map_err(|margin| Unsolvable {
+                turn: small.norm(),
+                margin,
+            }),
         }
     }
 }
@@ -148,6 +154,22 @@ mod tests {
         }
     }
 
+    /// The same rotation whatever the unit of inertia, near the ends of the range of numbers too.
+    #[test]
+    fn solutions_do_not_depend_on_the_unit() {
+        for chart in [Chart::Cayley, Chart::Exponential] {
+            let solve = |unit: f64| {
+                let inertia = Inertia::principal([unit, 2.0 * unit, 2.5 * unit]).unwrap();
+                let g = inertia.matrix() * Vector3::new(0.1, 0.2, -0.3);
+                chart.solve(&inertia, &g, None).unwrap().cayley
+            };
+            let expected = solve(1.0);
+            for unit in [1e-170, 1e-160, 1e160, 1e170, 1e250, 1e-290] {
+                assert!((solve(unit) - expected).norm() < 1e-15, "{unit:e}");
+            }
+        }
+    }
+
     #[test]
     fn on_a_principal_axis_the_limit_is_a_quarter_turn() {
         let inertia = Inertia::principal([1.0, 2.0, 2.5]).unwrap();
@@ -181,7 +203,12 @@ mod tests {
                     Chart::Cayley.solve(&inertia, &g, None),
                     Chart::Cayley.solve(&inertia, &g, Some(&wild)),
                     Chart::Exponential.solve(&inertia, &g, None),
-                    branch::solve(&inertia, &g),
+                    branch::solve(&inertia, &(g * inertia.shape.trace.recip())).map_err(|margin| {
+                        Unsolvable {
+                            turn: (inertia.inverse * g).norm(),
+                            margin,
+                        }
+                    }),
                 ];
                 unsolvable += usize::from(answers[0].is_err());
                 for answer in &answers {

@@ -1,6 +1,6 @@
 //! The course of a flight: which node starts when, what is waited for, and how it ends.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{ExitCode, ExitStatus};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -11,7 +11,7 @@ use lgvi_node::{Event, FlightReport, NodeError, PlanReport};
 use lgvi_scene::Scene;
 use serde::Serialize;
 
-use super::process::{NodeProcess, Update};
+use super::process::{Heard, NodeProcess, Update};
 use super::progress::Progress;
 use super::{Options, ros_arguments, yaml};
 use crate::NodeKind;
@@ -30,10 +30,14 @@ pub(crate) struct Flown {
     /// Wall-clock time of the plan (s).
     pub(crate) planning_seconds: Option<f64>,
     pub(crate) flight: Option<FlightReport>,
+    /// Messages that planner and propagator have published, as far as they have said so, by topic.
+    pub(crate) published: BTreeMap<String, u64>,
     /// Messages recorded, by topic.
     pub(crate) recorded: BTreeMap<String, u64>,
-    /// Messages that were published and are not in the bag.
-    pub(crate) lost: u64,
+    /// Messages that were published and are not in the bag; none where the two cannot be compared.
+    pub(crate) lost: Option<u64>,
+    /// Why they cannot.
+    pub(crate) lost_unknown: Option<String>,
     /// The bag, once it is closed.
     pub(crate) bag: Option<PathBuf>,
     /// The picture of the flight, once it is drawn.
@@ -51,7 +55,7 @@ pub(crate) struct Failure {
 
 impl Flown {
     pub(crate) fn exit_code(&self) -> ExitCode {
-        let lost = u8::from(self.lost > 0);
+        let lost = u8::from(self.lost != Some(0));
         ExitCode::from(
             self.failure
                 .as_ref()
@@ -64,9 +68,16 @@ impl Flown {
 struct Course {
     flown: Flown,
     nodes: BTreeMap<NodeKind, NodeProcess>,
-    ready: Vec<NodeKind>,
-    published: BTreeMap<String, u64>,
-    heard: Instant,
+    started: BTreeSet<NodeKind>,
+    ready: BTreeSet<NodeKind>,
+    /// Nodes that have nothing more to say.
+    ended: BTreeSet<NodeKind>,
+    /// Nodes that have said what they published in all.
+    accounted: BTreeSet<NodeKind>,
+    /// Gaps that the recorder has seen.
+    gaps: u64,
+    /// When the bag has grown last.
+    grown: Instant,
     sender: Sender<Update>,
     updates: Receiver<Update>,
     progress: Progress,
@@ -79,20 +90,7 @@ pub(crate) fn fly(
     bag: &Path,
     shutdown: &Shutdown,
 ) -> Result<Flown, NodeError> {
-    let (sender, updates) = channel();
-    let mut course = Course {
-        flown: Flown {
-            scene: scene.name.clone(),
-            ..Flown::default()
-        },
-        nodes: BTreeMap::new(),
-        ready: Vec::new(),
-        published: BTreeMap::new(),
-        heard: Instant::now(),
-        sender,
-        updates,
-        progress: Progress::new(scene),
-    };
+    let mut course = Course::new(scene);
     let planned = scene.maneuver.is_some() && !options.no_planner;
     let topics = topics(scene, planned);
     let scene_file = format!("scene:={}", yaml(&options.scene));
@@ -120,10 +118,8 @@ pub(crate) fn fly(
         course.attend(shutdown, |course| {
             course.flown.flight.is_some() && (course.flown.plan.is_some() || !planned)
         });
-        course.heard = Instant::now();
-        course.attend(shutdown, |course| {
-            course.missing() == 0 || course.heard.elapsed() >= GRACE
-        });
+        course.grown = Instant::now();
+        course.attend(shutdown, Course::caught_up);
     }
     if shutdown.requested() && course.flown.failure.is_none() {
         course.flown.failure = Some(Failure {
@@ -184,9 +180,30 @@ fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> [String; 4]
 }
 
 impl Course {
+    fn new(scene: &Scene) -> Self {
+        let (sender, updates) = channel();
+        Self {
+            flown: Flown {
+                scene: scene.name.clone(),
+                ..Flown::default()
+            },
+            nodes: BTreeMap::new(),
+            started: BTreeSet::new(),
+            ready: BTreeSet::new(),
+            ended: BTreeSet::new(),
+            accounted: BTreeSet::new(),
+            gaps: 0,
+            grown: Instant::now(),
+            sender,
+            updates,
+            progress: Progress::new(scene),
+        }
+    }
+
     fn start(&mut self, kind: NodeKind, arguments: Vec<String>) -> Result<(), NodeError> {
         let node = NodeProcess::start(kind, arguments, self.sender.clone())?;
         self.nodes.insert(kind, node);
+        self.started.insert(kind);
         Ok(())
     }
 
@@ -197,51 +214,74 @@ impl Course {
     /// Hears the nodes until `reached`, a failure or the shutdown.
     fn attend(&mut self, shutdown: &Shutdown, reached: impl Fn(&Self) -> bool) {
         while self.under_way(shutdown) && !reached(self) {
-            match self.updates.recv_timeout(WAIT) {
-                Ok(update) => self.hear(update),
-                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
-            }
+            self.hear_next();
         }
     }
 
-    fn hear(&mut self, (kind, event): Update) {
+    /// Hears the nodes until `reached`, whatever happens.
+    fn attend_to_the_end(&mut self, reached: impl Fn(&Self) -> bool) {
+        while !reached(self) {
+            self.hear_next();
+        }
+    }
+
+    fn hear_next(&mut self) {
+        match self.updates.recv_timeout(WAIT) {
+            Ok(update) => self.hear(update),
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
+        }
+    }
+
+    fn hear(&mut self, (kind, heard): Update) {
+        let event = match heard {
+            Heard::Event(event) => event,
+            Heard::Nonsense(error) => return self.fail(kind, error),
+            Heard::End => {
+                self.ended.insert(kind);
+                if self.nodes.contains_key(&kind) {
+                    self.fail(kind, "ended before the flight was over".into());
+                }
+                return;
+            }
+        };
         match event {
-            Some(Event::Ready) => self.ready.push(kind),
-            Some(Event::Planning(plan)) => self.progress.planning(&plan),
-            Some(Event::Planned {
-                plan,
-                seconds,
-                published,
-            }) => {
+            Event::Ready => {
+                self.ready.insert(kind);
+            }
+            Event::Planning(plan) => self.progress.planning(&plan),
+            Event::Planned { plan, seconds } => {
                 self.progress.planned(&plan);
                 self.flown.plan = Some(plan);
                 self.flown.planning_seconds = Some(seconds);
-                self.published.extend(published);
             }
-            Some(Event::Flying { step }) => self.progress.flying(step),
-            Some(Event::Flown(flight)) => {
+            Event::Flying { step } => self.progress.flying(step),
+            Event::Flown(flight) => {
                 self.progress.flown(flight.steps);
-                self.published.extend(flight.published.clone());
                 self.flown.flight = Some(flight);
             }
-            Some(Event::Recording { messages, lost }) => {
+            Event::Published { messages } => {
+                self.flown.published.extend(messages);
+                self.accounted.insert(kind);
+            }
+            Event::Recording { messages, lost } => {
                 if messages != self.flown.recorded {
-                    self.heard = Instant::now();
+                    self.grown = Instant::now();
                 }
                 self.progress.recording(messages.values().sum());
                 self.flown.recorded = messages;
-                self.flown.lost = lost;
+                self.gaps = lost;
             }
-            Some(Event::Recorded { bag, lost, .. }) => {
+            Event::Recorded {
+                bag,
+                messages,
+                lost,
+            } => {
                 self.flown.bag = Some(bag);
-                self.flown.lost = lost;
+                self.flown.recorded = messages;
+                self.gaps = lost;
             }
-            Some(Event::Played { .. }) => {}
-            Some(Event::Failed { message }) => self.fail(kind, message),
-            None if self.nodes.contains_key(&kind) => {
-                self.fail(kind, "ended before the flight was over".into());
-            }
-            None => {}
+            Event::Played { .. } => {}
+            Event::Failed { message } => self.fail(kind, message),
         }
     }
 
@@ -253,35 +293,157 @@ impl Course {
             .and_then(ExitStatus::code)
             .and_then(|code| u8::try_from(code).ok());
         let exit_code = code.filter(|code| *code != 0).unwrap_or(1);
-        let node = format!("{kind:?}").to_lowercase();
         self.flown.failure.get_or_insert(Failure {
-            message: format!("{node}: {message}"),
+            message: format!("{}: {message}", kind.name()),
             exit_code,
         });
     }
 
-    /// Messages that were published on recorded topics and have not reached the bag.
+    /// Messages that were published, as far as is known, and have not reached the bag.
     fn missing(&self) -> u64 {
         let recorded = &self.flown.recorded;
-        let each = self.published.iter().map(|(topic, published)| {
-            published.saturating_sub(recorded.get(topic).copied().unwrap_or(0))
-        });
-        each.sum()
+        let published = self.flown.published.iter();
+        published
+            .map(|(topic, published)| {
+                published.saturating_sub(recorded.get(topic).copied().unwrap_or(0))
+            })
+            .sum()
     }
 
-    /// Ends the nodes, the recorder last, and hears what they still have to say.
+    /// Whether the recorder has all that was published, or has had the time for it.
+    fn caught_up(&self) -> bool {
+        self.missing() == 0 || self.grown.elapsed() >= GRACE
+    }
+
+    /// Messages that are not in the bag: a comparison of what was published with what was recorded, or why there is none.
+    fn lost(&self) -> Result<u64, String> {
+        if !self.started.contains(&NodeKind::Propagator) {
+            return Err("the propagator was not started".into());
+        }
+        if self.flown.bag.is_none() {
+            return Err("the recorder has not closed the bag".into());
+        }
+        let publishers = [NodeKind::Planner, NodeKind::Propagator];
+        let silent = publishers
+            .into_iter()
+            .find(|kind| self.started.contains(kind) && !self.accounted.contains(kind));
+        if let Some(silent) = silent {
+            let silent = silent.name();
+            return Err(format!("the {silent} has not said what it published"));
+        }
+        Ok(self.gaps.max(self.missing()))
+    }
+
+    /// Ends the nodes, the recorder last and when it has had time to catch up, and hears what they still have to say.
     fn end(mut self) -> Flown {
-        for kind in [NodeKind::Planner, NodeKind::Propagator, NodeKind::Recorder] {
+        for kind in [NodeKind::Planner, NodeKind::Propagator] {
             if let Some(mut node) = self.nodes.remove(&kind) {
                 node.stop();
             }
+        }
+        let mut publishers = self.started.clone();
+        publishers.remove(&NodeKind::Recorder);
+        self.attend_to_the_end(|course| publishers.is_subset(&course.ended));
+        self.grown = Instant::now();
+        self.attend_to_the_end(|course| {
+            !course.nodes.contains_key(&NodeKind::Recorder) || course.caught_up()
+        });
+        if let Some(mut node) = self.nodes.remove(&NodeKind::Recorder) {
+            node.stop();
         }
         drop(std::mem::replace(&mut self.sender, channel().0));
         while let Ok(update) = self.updates.recv() {
             self.hear(update);
         }
         self.progress.clear();
-        self.flown.lost = self.flown.lost.max(self.missing());
+        match self.lost() {
+            Ok(lost) => self.flown.lost = Some(lost),
+            Err(why) => {
+                self.flown.failure.get_or_insert_with(|| Failure {
+                    message: why.clone(),
+                    exit_code: 1,
+                });
+                self.flown.lost_unknown = Some(why);
+            }
+        }
         self.flown
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lgvi_node::load_scene;
+
+    use super::super::process::listen;
+    use super::*;
+
+    fn course() -> Course {
+        let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+        let mut course = Course::new(&load_scene(&scenes.join("free_body.toml")).unwrap());
+        course
+            .started
+            .extend([NodeKind::Recorder, NodeKind::Propagator]);
+        course
+    }
+
+    fn says(course: &mut Course, kind: NodeKind, lines: &str) {
+        listen(kind, lines.as_bytes(), &course.sender);
+        while let Ok(update) = course.updates.try_recv() {
+            course.hear(update);
+        }
+    }
+
+    const PUBLISHED: &str = r#"{"event":"published","messages":{"/a":3,"/b":2}}"#;
+
+    fn recorded(a: u64, lost: u64) -> String {
+        format!(
+            r#"{{"event":"recorded","bag":"bag","messages":{{"/a":{a},"/b":2}},"lost":{lost}}}"#
+        )
+    }
+
+    #[test]
+    fn a_report_that_cannot_be_read_is_its_nodes_failure() {
+        let mut course = course();
+        // What serde_json makes of an infinite number.
+        let line = r#"{"event":"planning","iterations":1,"trials":1,"violation":null,"cost":0.0}"#;
+        says(&mut course, NodeKind::Planner, line);
+        let failure = course.flown.failure.as_ref().unwrap();
+        assert_eq!(failure.exit_code, 1);
+        assert!(
+            failure.message.starts_with("planner: not a report: ")
+                && failure.message.contains("null"),
+            "{}",
+            failure.message
+        );
+    }
+
+    #[test]
+    fn lost_is_what_was_published_and_is_not_in_the_bag() {
+        for (a, gaps, lost) in [(3, 0, 0), (1, 0, 2), (3, 4, 4), (9, 0, 0)] {
+            let mut course = course();
+            says(&mut course, NodeKind::Propagator, PUBLISHED);
+            says(&mut course, NodeKind::Recorder, &recorded(a, gaps));
+            assert_eq!(course.lost(), Ok(lost));
+        }
+    }
+
+    #[test]
+    fn lost_is_unknown_unless_both_sides_are_known() {
+        let mut unheard = course();
+        says(&mut unheard, NodeKind::Recorder, &recorded(3, 0));
+        let why = "the propagator has not said what it published";
+        assert_eq!(unheard.lost(), Err(why.into()));
+
+        let mut planned = course();
+        planned.started.insert(NodeKind::Planner);
+        says(&mut planned, NodeKind::Propagator, PUBLISHED);
+        says(&mut planned, NodeKind::Recorder, &recorded(3, 0));
+        let why = "the planner has not said what it published";
+        assert_eq!(planned.lost(), Err(why.into()));
+
+        let mut open = course();
+        says(&mut open, NodeKind::Propagator, PUBLISHED);
+        let why = "the recorder has not closed the bag";
+        assert_eq!(open.lost(), Err(why.into()));
     }
 }

@@ -1,5 +1,6 @@
 //! `lgvi run`: a flight from start to end, each node a process of its own.
 
+mod domain;
 mod flight;
 mod process;
 mod progress;
@@ -10,21 +11,25 @@ use std::process::ExitCode;
 
 use clap::Args;
 use lgvi_middleware::Shutdown;
-use lgvi_node::{NodeError, load_scene};
+use lgvi_node::{NodeError, complain, load_scene};
 
+use self::domain::DomainLock;
 use self::flight::Flown;
+use crate::output::say;
 use crate::plot::plot;
+use crate::values;
 
 /// The command line of `lgvi run`.
 #[derive(Args)]
 pub(crate) struct Options {
     /// The scene file.
+    #[arg(value_parser = values::path())]
     scene: PathBuf,
     /// The bag's directory, which must not exist (default: `flights/<scene>_<time>`).
-    #[arg(long)]
+    #[arg(long, value_parser = values::path())]
     bag: Option<PathBuf>,
     /// Simulated seconds a second; 0 means as fast as possible, without loss.
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_parser = values::rate, allow_negative_numbers = true)]
     real_time_factor: f64,
     /// Do not start the planner: the control sequence of the scene's manoeuvre comes from elsewhere.
     #[arg(long)]
@@ -44,18 +49,19 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
         PathBuf::from(format!("flights/{}_{time}", scene.name))
     });
+    let _alone = DomainLock::take(&options.scene, &bag)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
     let mut flown = flight::fly(options, &scene, &bag, &shutdown)?;
     if !options.no_plot {
         flown.picture = picture(&flown);
     }
     if options.json {
-        println!(
-            "{}",
-            serde_json::to_string(&flown).map_err(NodeError::runtime)?
-        );
+        say(&serde_json::to_string(&flown).map_err(NodeError::runtime)?)?;
     } else {
-        summary::print(&scene, &flown);
+        say(&summary::Summary(&scene, &flown))?;
+        if let Some(failure) = &flown.failure {
+            complain(&format_args!("lgvi: {}", failure.message));
+        }
     }
     Ok(flown.exit_code())
 }
@@ -65,7 +71,7 @@ fn picture(flown: &Flown) -> Option<PathBuf> {
     let bag = flown.bag.as_ref().filter(|_| flown.flight.is_some())?;
     let picture = plot(bag, None);
     if let Err(error) = &picture {
-        eprintln!("lgvi: warning: no picture: {error}");
+        complain(&format_args!("lgvi: warning: no picture: {error}"));
     }
     picture.ok()
 }

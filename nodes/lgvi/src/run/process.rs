@@ -1,19 +1,29 @@
 //! A node of the flight: its process, and what it reports.
 
-use std::io::BufReader;
+use std::io::{BufReader, Read};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use lgvi_middleware::report::read_reports;
+use lgvi_middleware::report::{ReportError, read_reports};
 use lgvi_node::{Event, NodeError};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 use crate::NodeKind;
 
-/// Something a node has reported; `None` when it has closed its output, which is when it ends.
-pub(crate) type Update = (NodeKind, Option<Event>);
+/// What was heard of a node.
+pub(crate) type Update = (NodeKind, Heard);
+
+/// Something on a node's standard output.
+#[derive(Debug)]
+pub(crate) enum Heard {
+    Event(Event),
+    /// Something that is no event, and why.
+    Nonsense(String),
+    /// The node has closed its output, which is when it ends.
+    End,
+}
 
 /// How long a node may take to end when it is told to.
 const PATIENCE: Duration = Duration::from_secs(15);
@@ -35,10 +45,10 @@ impl NodeProcess {
         updates: Sender<Update>,
     ) -> Result<Self, NodeError> {
         let program = std::env::current_exe().map_err(NodeError::runtime)?;
-        let name = format!("{kind:?}").to_lowercase();
+        let name = kind.name();
         let mut command = Command::new(program);
         command
-            .args(["node", &name, "--supervised"])
+            .args(["node", name, "--supervised"])
             .args(arguments)
             .args(["--log-level", "warn"])
             .stdin(Stdio::piped())
@@ -58,19 +68,7 @@ impl NodeProcess {
             .map_err(|error| NodeError::Runtime(format!("cannot start the {name}: {error}")))?;
         let lifeline = child.stdin.take();
         if let Some(output) = child.stdout.take() {
-            std::thread::spawn(move || {
-                for report in read_reports::<Event>(BufReader::new(output)) {
-                    match report {
-                        Ok(event) => {
-                            if updates.send((kind, Some(event))).is_err() {
-                                return;
-                            }
-                        }
-                        Err(error) => eprintln!("lgvi: {name}: {error}"),
-                    }
-                }
-                let _ = updates.send((kind, None));
-            });
+            std::thread::spawn(move || listen(kind, output, &updates));
         }
         Ok(Self {
             child,
@@ -95,4 +93,22 @@ impl NodeProcess {
         let _ = self.child.kill();
         self.child.wait().ok()
     }
+}
+
+/// Passes on what a node says until its end, or until nobody wants to know.
+pub(crate) fn listen(kind: NodeKind, output: impl Read, updates: &Sender<Update>) {
+    for report in read_reports(BufReader::new(output)) {
+        let (heard, more) = match report {
+            Ok(event) => (Heard::Event(event), true),
+            Err(error @ ReportError::Parse { .. }) => (Heard::Nonsense(error.to_string()), true),
+            Err(error @ ReportError::Read(_)) => (Heard::Nonsense(error.to_string()), false),
+        };
+        if updates.send((kind, heard)).is_err() {
+            return;
+        }
+        if !more {
+            break;
+        }
+    }
+    let _ = updates.send((kind, Heard::End));
 }

@@ -1,64 +1,81 @@
 //! What a person reads when a flight is over.
 
+use std::fmt::{Display, Formatter, Result};
+
 use lgvi_scene::Scene;
 
 use super::flight::Flown;
 
-pub(crate) fn print(scene: &Scene, flown: &Flown) {
-    println!("{}", scene.title);
-    if let (Some(plan), Some(seconds)) = (&flown.plan, flown.planning_seconds) {
-        println!(
-            "  planned   cost {:.9} in {} iterations ({} trajectories), terminal error {:.1e}, {seconds:.3} s",
-            plan.cost, plan.iterations, plan.trials, plan.violation
-        );
-    }
-    if let Some(flight) = &flown.flight {
-        let rate = flight.steps as f64 / flight.seconds;
-        println!(
-            "  flown     {} steps of {:.6e} s in {:.3} s, {rate:.0} steps/s",
-            flight.steps, flight.step_size, flight.seconds
-        );
-        if let (Some(miss), Some(cost)) = (&flight.miss, flight.cost) {
-            println!(
-                "  arrival   cost {cost:.9}, terminal error {:.1e}: {:.1e} m, {:.1e} kg m/s, {:.1e} rad, {:.1e} kg m²/s",
-                miss.norm,
-                miss.position,
-                miss.linear_momentum,
-                miss.attitude,
-                miss.angular_momentum
-            );
+/// A flight of a scene, in a few lines.
+pub(crate) struct Summary<'a>(pub(crate) &'a Scene, pub(crate) &'a Flown);
+
+impl Display for Summary<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        let Self(scene, flown) = self;
+        write!(f, "{}", scene.title)?;
+        if let (Some(plan), Some(seconds)) = (&flown.plan, flown.planning_seconds) {
+            write!(
+                f,
+                "\n  planned   cost {:.9} in {} iterations ({} trajectories), terminal error {:.1e}, {seconds:.3} s",
+                plan.cost, plan.iterations, plan.trials, plan.violation
+            )?;
         }
-        println!(
-            "  energy    {:.9e} J at the start, {:+.3e} J at the end",
-            flight.energy_start,
-            flight.energy_end - flight.energy_start
-        );
-        println!(
-            "  momentum  linear changed by {:.1e} kg m/s, angular by {:.1e} kg m²/s; |RᵀR − I| {:.1e}",
-            flight.linear_momentum_change,
-            flight.angular_momentum_change,
-            flight.orthogonality_error
-        );
-        if flight.overruns > 0 {
-            println!(
-                "  overruns  {} steps came later than their time",
-                flight.overruns
-            );
+        if let Some(flight) = &flown.flight {
+            let rate = flight.steps as f64 / flight.seconds;
+            write!(
+                f,
+                "\n  flown     {} steps of {:.6e} s in {:.3} s, {rate:.0} steps/s",
+                flight.steps, flight.step_size, flight.seconds
+            )?;
+            if let (Some(miss), Some(cost)) = (&flight.miss, flight.cost) {
+                write!(
+                    f,
+                    "\n  arrival   cost {cost:.9}, terminal error {:.1e}: {:.1e} m, {:.1e} kg m/s, {:.1e} rad, {:.1e} kg m²/s",
+                    miss.norm,
+                    miss.position,
+                    miss.linear_momentum,
+                    miss.attitude,
+                    miss.angular_momentum
+                )?;
+            }
+            write!(
+                f,
+                "\n  energy    {:.9e} J at the start, {:+.3e} J at the end",
+                flight.energy_start,
+                flight.energy_end - flight.energy_start
+            )?;
+            write!(
+                f,
+                "\n  momentum  linear changed by {:.1e} kg m/s, angular by {:.1e} kg m²/s; |RᵀR − I| {:.1e}",
+                flight.linear_momentum_change,
+                flight.angular_momentum_change,
+                flight.orthogonality_error
+            )?;
+            if flight.overruns > 0 {
+                write!(
+                    f,
+                    "\n  overruns  {} steps came later than their time",
+                    flight.overruns
+                )?;
+            }
         }
-    }
-    let messages: u64 = flown.recorded.values().sum();
-    println!(
-        "  recorded  {messages} messages on {} topics, messages lost = {}",
-        flown.recorded.len(),
-        flown.lost
-    );
-    if let Some(bag) = &flown.bag {
-        println!("  bag       {}", bag.display());
-    }
-    if let Some(picture) = &flown.picture {
-        println!("  picture   {}", picture.display());
-    }
-    if let Some(failure) = &flown.failure {
-        eprintln!("lgvi: {}", failure.message);
+        let messages: u64 = flown.recorded.values().sum();
+        write!(
+            f,
+            "\n  recorded  {messages} messages on {} topics, ",
+            flown.recorded.len()
+        )?;
+        match (flown.lost, &flown.lost_unknown) {
+            (Some(lost), _) => write!(f, "messages lost = {lost}")?,
+            (None, Some(why)) => write!(f, "messages lost: unknown ({why})")?,
+            (None, None) => write!(f, "messages lost: unknown")?,
+        }
+        if let Some(bag) = &flown.bag {
+            write!(f, "\n  bag       {}", bag.display())?;
+        }
+        if let Some(picture) = &flown.picture {
+            write!(f, "\n  picture   {}", picture.display())?;
+        }
+        Ok(())
     }
 }

@@ -1,18 +1,19 @@
 //! The course of a flight: which node starts when, what is waited for, and how it ends.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::process::{ExitCode, ExitStatus};
+use std::path::Path;
+use std::process::ExitStatus;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::Shutdown;
-use lgvi_node::{Event, FlightReport, NodeError, PlanReport};
+use lgvi_node::{Event, NodeError};
 use lgvi_scene::Scene;
-use serde::Serialize;
 
+use super::flown::{Failure, Flown};
 use super::process::{Heard, NodeProcess, Update};
 use super::progress::Progress;
+use super::recording::{recorder, topics};
 use super::{Options, ros_arguments, yaml};
 use crate::NodeKind;
 
@@ -21,48 +22,6 @@ const WAIT: Duration = Duration::from_millis(50);
 
 /// How long the recorder may go without a message while some are missing.
 const GRACE: Duration = Duration::from_secs(5);
-
-/// How a flight went.
-#[derive(Debug, Default, Serialize)]
-pub(crate) struct Flown {
-    pub(crate) scene: String,
-    pub(crate) plan: Option<PlanReport>,
-    /// Wall-clock time of the plan (s).
-    pub(crate) planning_seconds: Option<f64>,
-    pub(crate) flight: Option<FlightReport>,
-    /// Messages that planner and propagator have published, as far as they have said so, by topic.
-    pub(crate) published: BTreeMap<String, u64>,
-    /// Messages recorded, by topic.
-    pub(crate) recorded: BTreeMap<String, u64>,
-    /// Messages that were published and are not in the bag; none where the two cannot be compared.
-    pub(crate) lost: Option<u64>,
-    /// Why they cannot.
-    pub(crate) lost_unknown: Option<String>,
-    /// The bag, once it is closed.
-    pub(crate) bag: Option<PathBuf>,
-    /// The picture of the flight, once it is drawn.
-    pub(crate) picture: Option<PathBuf>,
-    /// What went wrong, and the exit code that it calls for.
-    pub(crate) failure: Option<Failure>,
-}
-
-/// The first thing that went wrong.
-#[derive(Debug, Serialize)]
-pub(crate) struct Failure {
-    pub(crate) message: String,
-    pub(crate) exit_code: u8,
-}
-
-impl Flown {
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        let lost = u8::from(self.lost != Some(0));
-        ExitCode::from(
-            self.failure
-                .as_ref()
-                .map_or(lost, |failure| failure.exit_code),
-        )
-    }
-}
 
 /// A flight under way.
 struct Course {
@@ -128,55 +87,6 @@ pub(crate) fn fly(
         });
     }
     Ok(course.end())
-}
-
-/// The topics that are recorded from DDS, with their types. Full-rate states come from shared memory.
-fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)> {
-    let mut topics = vec![
-        ("/lgvi_propagator/scene".into(), "lgvi_msgs/msg/Scene"),
-        (
-            "/lgvi_propagator/flown_control".into(),
-            "lgvi_msgs/msg/ControlSequence",
-        ),
-        (
-            "/lgvi_propagator/invariants".into(),
-            "lgvi_msgs/msg/Invariants",
-        ),
-        ("/tf".into(), "tf2_msgs/msg/TFMessage"),
-    ];
-    for body in &scene.bodies {
-        topics.push((
-            format!("/lgvi_propagator/odometry/{}", body.name),
-            "nav_msgs/msg/Odometry",
-        ));
-    }
-    if planned {
-        topics.extend([
-            (
-                "/lgvi_planner/control_sequence".into(),
-                "lgvi_msgs/msg/ControlSequence",
-            ),
-            (
-                "/lgvi_planner/progress".into(),
-                "lgvi_msgs/msg/PlanProgress",
-            ),
-            ("/lgvi_planner/planned_path".into(), "nav_msgs/msg/Path"),
-        ]);
-    }
-    topics
-}
-
-fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> [String; 4] {
-    let topics: Vec<_> = topics
-        .iter()
-        .map(|(name, kind)| format!("'{name}={kind}'"))
-        .collect();
-    [
-        format!("output:={}", yaml(bag)),
-        format!("topics:=[{}]", topics.join(", ")),
-        format!("frame:={}", scene.frame),
-        "use_sim_time:=true".into(),
-    ]
 }
 
 impl Course {

@@ -2,8 +2,10 @@
 
 mod domain;
 mod flight;
+mod flown;
 mod process;
 mod progress;
+mod recording;
 mod summary;
 
 use std::path::{Path, PathBuf};
@@ -14,7 +16,7 @@ use lgvi_middleware::Shutdown;
 use lgvi_node::{NodeError, complain, load_scene};
 
 use self::domain::DomainLock;
-use self::flight::Flown;
+use self::flown::Flown;
 use crate::output::say;
 use crate::plot::plot;
 use crate::values;

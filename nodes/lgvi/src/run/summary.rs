@@ -4,7 +4,7 @@ use std::fmt::{Display, Formatter, Result};
 
 use lgvi_scene::Scene;
 
-use super::flight::Flown;
+use super::flown::Flown;
 
 /// A flight of a scene, in a few lines.
 pub(crate) struct Summary<'a>(pub(crate) &'a Scene, pub(crate) &'a Flown);

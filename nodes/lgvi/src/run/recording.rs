@@ -1,0 +1,57 @@
+//! What the flight's recorder is told to record.
+
+use std::path::Path;
+
+use lgvi_scene::Scene;
+
+use super::yaml;
+
+/// The topics that are recorded from DDS, with their types. Full-rate states come from shared memory.
+pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)> {
+    let mut topics = vec![
+        ("/lgvi_propagator/scene".into(), "lgvi_msgs/msg/Scene"),
+        (
+            "/lgvi_propagator/flown_control".into(),
+            "lgvi_msgs/msg/ControlSequence",
+        ),
+        (
+            "/lgvi_propagator/invariants".into(),
+            "lgvi_msgs/msg/Invariants",
+        ),
+        ("/tf".into(), "tf2_msgs/msg/TFMessage"),
+    ];
+    for body in &scene.bodies {
+        topics.push((
+            format!("/lgvi_propagator/odometry/{}", body.name),
+            "nav_msgs/msg/Odometry",
+        ));
+    }
+    if planned {
+        topics.extend([
+            (
+                "/lgvi_planner/control_sequence".into(),
+                "lgvi_msgs/msg/ControlSequence",
+            ),
+            (
+                "/lgvi_planner/progress".into(),
+                "lgvi_msgs/msg/PlanProgress",
+            ),
+            ("/lgvi_planner/planned_path".into(), "nav_msgs/msg/Path"),
+        ]);
+    }
+    topics
+}
+
+/// The recorder's parameters.
+pub(super) fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> [String; 4] {
+    let topics: Vec<_> = topics
+        .iter()
+        .map(|(name, kind)| format!("'{name}={kind}'"))
+        .collect();
+    [
+        format!("output:={}", yaml(bag)),
+        format!("topics:=[{}]", topics.join(", ")),
+        format!("frame:={}", scene.frame),
+        "use_sim_time:=true".into(),
+    ]
+}

@@ -1,0 +1,206 @@
+use std::collections::VecDeque;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
+
+use lgvi_dynamics::Simulation;
+use lgvi_middleware::Shutdown;
+use lgvi_middleware::ros::{RosNode, Subscription};
+use lgvi_middleware::shm::ControlSubscriber;
+use lgvi_msgs::msg::{self, ControlSequence};
+use lgvi_msgs::shm::{ControlHeader, Name};
+use lgvi_node::NodeError;
+use lgvi_scene::Scene;
+use rtrb::{Consumer, Producer};
+use tracing::{error, info, warn};
+
+use super::topics::Topics;
+use super::{Published, SEQUENCES, Shared};
+use crate::messages::{self, Snapshot};
+use crate::{ControlError, Controls};
+
+/// How often the ROS side looks for work when there is none.
+const IDLE: Duration = Duration::from_millis(1);
+
+/// A sequence that the loop has yet to answer.
+type Pending = (ControlHeader, ControlSequence);
+
+/// The thread's end of the link.
+pub(super) struct Link {
+    pub(super) scene: Arc<Scene>,
+    /// For the potential in the invariants.
+    pub(super) simulation: Simulation,
+    pub(super) names: Vec<Name>,
+    pub(super) topics: Topics,
+    pub(super) shm_controls: ControlSubscriber,
+    /// One for publishers that keep their last sequence for late joiners, one for those that do not.
+    pub(super) ros_controls: [Subscription<ControlSequence>; 2],
+    pub(super) filled: Consumer<Snapshot>,
+    pub(super) empty: Producer<Snapshot>,
+    pub(super) controls: Producer<Controls>,
+    pub(super) verdicts: Consumer<Result<(), ControlError>>,
+    pub(super) pending: VecDeque<Pending>,
+    /// The last sequences that came in, so that what comes by two ways counts once.
+    pub(super) recent: VecDeque<ControlSequence>,
+    pub(super) stop_on_bad_control: bool,
+    pub(super) shared: Arc<Shared>,
+    pub(super) _ros: RosNode,
+}
+
+impl Link {
+    /// Publishes the scene for late joiners.
+    pub(super) fn announce_scene(&mut self) -> Result<(), NodeError> {
+        let scene = &self.scene;
+        let message = msg::Scene {
+            header: messages::header(scene, 0).map_err(NodeError::input)?,
+            name: scene.name.clone(),
+            text: scene.text.clone(),
+            software: crate::SOFTWARE.into(),
+        };
+        self.topics.scene.send(&message);
+        Ok(())
+    }
+
+    /// Serves the loop until it has ended, reports, and stays for late joiners until the shutdown.
+    pub(super) fn serve(
+        mut self,
+        await_subscribers: usize,
+        report: &mpsc::Sender<Published>,
+        shutdown: &Shutdown,
+    ) {
+        let mut sequence = 0;
+        let mut reported = false;
+        while !(reported && shutdown.requested()) {
+            if self.topics.have_subscribers(await_subscribers) {
+                self.shared.attended.store(true, Ordering::Release);
+            }
+            let finish = self.shared.finish.load(Ordering::Acquire);
+            self.answer_pending();
+            self.receive_controls();
+            let mut idle = true;
+            while let Ok(snapshot) = self.filled.pop() {
+                idle = false;
+                self.publish(&snapshot, &mut sequence);
+                // As many places as snapshots.
+                let _ = self.empty.push(snapshot);
+            }
+            if finish && !reported {
+                self.answer_pending();
+                reported = true;
+                if report.send(self.topics.settle()).is_err() {
+                    return;
+                }
+            }
+            if idle {
+                std::thread::sleep(IDLE);
+            }
+        }
+    }
+
+    /// Publishes what somebody has subscribed to.
+    fn publish(&mut self, snapshot: &Snapshot, sequence: &mut u64) {
+        let (scene, topics) = (&self.scene, &mut self.topics);
+        // A scene's stamps all fit ROS time: it was checked when it was compiled.
+        if topics.state.wanted()
+            && let Ok(message) = messages::system_state(scene, &self.names, snapshot, *sequence)
+        {
+            topics.state.send(&message);
+            *sequence += 1;
+        }
+        for (body, topic) in topics.odometry.iter_mut().enumerate() {
+            if topic.wanted()
+                && let Ok(message) = messages::odometry(scene, body, snapshot)
+            {
+                topic.send(&message);
+            }
+        }
+        if topics.tf.wanted()
+            && let Ok(message) = messages::transforms(scene, snapshot)
+        {
+            topics.tf.send(&message);
+        }
+        if topics.invariants.wanted()
+            && let Ok(message) = messages::invariants(scene, self.simulation.system(), snapshot)
+        {
+            if message.energy.is_finite() {
+                topics.invariants.send(&message);
+            } else {
+                let fault = format!("step {}: the energy is not finite", snapshot.step);
+                let _ = self.shared.fault.set(fault);
+            }
+        }
+    }
+
+    fn receive_controls(&mut self) {
+        match self.shm_controls.receive() {
+            Ok(Some(sample)) => {
+                let (header, intervals) = (*sample.header(), sample.elements());
+                match header.to_message(intervals, &self.scene.frame) {
+                    Ok(message) => self.consider(message),
+                    Err(error) => self.refuse(error.into()),
+                }
+            }
+            Ok(None) => {}
+            Err(error) => warn!("{error}"),
+        }
+        for subscription in 0..self.ros_controls.len() {
+            match self.ros_controls[subscription].take() {
+                Ok(Some(sample)) => self.consider(sample.message),
+                Ok(None) => {}
+                Err(error) => self.refuse(ControlError::Undecodable(error.to_string())),
+            }
+        }
+    }
+
+    /// Checks a sequence that came in and sends it to the loop.
+    fn consider(&mut self, message: ControlSequence) {
+        if self.recent.contains(&message) {
+            return;
+        }
+        let checked = ControlHeader::from_message(&message)
+            .map_err(ControlError::from)
+            .and_then(|(header, intervals)| {
+                Ok((header, Controls::check(&self.scene, &header, &intervals)?))
+            });
+        self.recent.truncate(SEQUENCES - 1);
+        self.recent.push_front(message.clone());
+        match checked {
+            Ok((header, controls)) => {
+                if self.controls.push(controls).is_ok() {
+                    self.pending.push_back((header, message));
+                } else {
+                    warn!("control sequence refused: {SEQUENCES} others wait to be taken up");
+                    self.recent.pop_front();
+                }
+            }
+            Err(error) => self.refuse(error),
+        }
+    }
+
+    /// A malformed sequence ends the flight, or is refused with an error in the log.
+    fn refuse(&mut self, error: ControlError) {
+        error!("control sequence refused: {error}");
+        if self.stop_on_bad_control {
+            let _ = self.shared.bad_control.set(error);
+        }
+    }
+
+    /// Publishes the sequences that the loop has accepted: they are what is flown.
+    fn answer_pending(&mut self) {
+        while let Ok(verdict) = self.verdicts.pop() {
+            let Some((header, message)) = self.pending.pop_front() else {
+                return;
+            };
+            match verdict {
+                Ok(()) => {
+                    info!(
+                        "flying a control sequence for {} from step {}",
+                        header.body, header.first_step
+                    );
+                    self.topics.flown.send(&message);
+                }
+                Err(error) => warn!("control sequence refused: {error}"),
+            }
+        }
+    }
+}

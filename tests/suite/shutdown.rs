@@ -67,6 +67,10 @@ fn nodes_whose_lgvi_run_was_killed_close_the_bag_and_end() {
 #[track_caller]
 fn kill_in_flight(world: &World, node: &str) -> Summary {
     let flight = flight_under_way(world);
+    if node == "planner" {
+        // By then the plan has been acknowledged, and the planner has said so, however busy the machine.
+        world.await_step(300);
+    }
     let pid = world.find_process(&format!("node {node}")).unwrap();
     kill(Pid::from_raw(pid), Signal::SIGKILL).unwrap();
     let summary: Summary = flight.finish().expect(1).json();

@@ -63,10 +63,8 @@ pub fn integrate_with_sensitivity<F: Field>(
 ) -> Result<(Extremal, SMatrix<f64, 12, 12>), ExtremalError> {
     let mut sensitivity = Sensitivity::initial();
     let extremal = sweep(transfer, lambda0, |stage, step, previous, lambda| {
-        if step > 0 {
-            stage.vary_multipliers(previous, lambda, &mut sensitivity);
-        }
-        stage.vary_state(&mut sensitivity);
+        let before = (step > 0).then_some(previous);
+        stage.vary(before, lambda, &mut sensitivity);
     })?;
     let mut end = SMatrix::<f64, 12, 12>::zeros();
     for (which, rows) in sensitivity.state.iter().enumerate() {

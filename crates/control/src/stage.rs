@@ -59,7 +59,8 @@ pub(crate) struct Stage<'t, F> {
     gradient: LoadGradient,
     /// `B`
     b: Matrix3<f64>,
-    b_inverse: Matrix3<f64>,
+    /// `(Bᵀ − h S(Π))⁻¹`, of the multiplier equation.
+    adjoint: Matrix3<f64>,
 }
 
 impl<'t, F: Field> Stage<'t, F> {
@@ -73,9 +74,7 @@ impl<'t, F: Field> Stage<'t, F> {
         let next_attitude = compose(&state.attitude, &turn.cayley);
         let f_jd = relative * body.inertia().nonstandard();
         let b = Matrix3::from_diagonal_element(f_jd.trace()) - f_jd;
-        let b_inverse = b
-            .try_inverse()
-            .unwrap_or_else(|| Matrix3::from_element(f64::NAN));
+        let adjoint = inverse(&(b.transpose() - transfer.h * hat(&state.angular_momentum)));
         Ok(Self {
             transfer,
             state,
@@ -88,7 +87,7 @@ impl<'t, F: Field> Stage<'t, F> {
                 .field
                 .gradient(body, &next_position, &next_attitude),
             b,
-            b_inverse,
+            adjoint,
         })
     }
 
@@ -105,23 +104,14 @@ impl<'t, F: Field> Stage<'t, F> {
         }
     }
 
-    /// `Bᵀ − h S(Π)`, the matrix of the multiplier equation.
-    fn adjoint_matrix(&self) -> Matrix3<f64> {
-        self.b.transpose() - self.transfer.h * hat(&self.state.angular_momentum)
-    }
-
     /// `A⁻ᵀ μ`: the multipliers of this step from those of the step before (4.26). Not finite where `A` is singular.
     pub(crate) fn multipliers(&self, previous: &Vector12) -> Vector12 {
         let h = self.transfer.h;
         let mu: [Vector3<f64>; 4] = std::array::from_fn(|which| block(previous, which));
-        let inverse = self
-            .adjoint_matrix()
-            .try_inverse()
-            .unwrap_or_else(|| Matrix3::from_element(f64::NAN));
         let second = mu[1] - (h / self.transfer.body.mass()) * mu[0];
         let fourth = self
             .relative
-            .tr_mul(&(inverse * (self.b.tr_mul(&mu[3]) - h * mu[2])));
+            .tr_mul(&(self.adjoint * (self.b.tr_mul(&mu[3]) - h * mu[2])));
         let g = &self.gradient;
         let p = g.force_by_position.tr_mul(&second) + g.moment_by_position.tr_mul(&fourth);
         let q = g.force_by_attitude.tr_mul(&second) + g.moment_by_attitude.tr_mul(&fourth);
@@ -137,25 +127,40 @@ impl<'t, F: Field> Stage<'t, F> {
     /// `δx⁺`, `ζ⁺` and `Ξ` of the state's sensitivity.
     fn kinematics(&self, z: &[Rows; 4]) -> (Rows, Rows, Rows) {
         let h = self.transfer.h;
-        let xi = self.relative.transpose() * (h * self.b_inverse) * z[3];
+        let xi = self.relative.transpose() * (h * inverse(&self.b)) * z[3];
         let position = z[0] + (h / self.transfer.body.mass()) * z[1];
         let attitude = self.relative.transpose() * z[2] + xi;
         (position, attitude, xi)
     }
 
+    /// Differentiates the stage: [`Stage::multipliers`], where there is a stage `before` it whose multipliers they come
+    /// from, and [`Stage::next`].
+    pub(crate) fn vary(
+        &self,
+        before: Option<&Vector12>,
+        lambda: &Vector12,
+        sensitivity: &mut Sensitivity,
+    ) {
+        let moved = self.kinematics(&sensitivity.state);
+        if let Some(previous) = before {
+            self.vary_multipliers(previous, lambda, &moved, sensitivity);
+        }
+        self.vary_state(moved, sensitivity);
+    }
+
     /// Differentiates [`Stage::multipliers`]: turns the sensitivity of `previous` into that of `lambda`, at the
     /// sensitivity of the state that the step starts from.
-    pub(crate) fn vary_multipliers(
+    fn vary_multipliers(
         &self,
         previous: &Vector12,
         lambda: &Vector12,
+        (position, attitude, xi): &(Rows, Rows, Rows),
         sensitivity: &mut Sensitivity,
     ) {
         let (h, transfer) = (self.transfer.h, self.transfer);
         let f_t = self.relative.transpose();
         let [mu, lambda]: [[Vector3<f64>; 4]; 2] =
             [previous, lambda].map(|v| std::array::from_fn(|which| block(v, which)));
-        let (position, attitude, xi) = self.kinematics(&sensitivity.state);
         let delta_mu = &sensitivity.multipliers;
 
         let second = delta_mu[1] - (h / transfer.body.mass()) * delta_mu[0];
@@ -173,11 +178,7 @@ impl<'t, F: Field> Stage<'t, F> {
         let b_varied = -(w * c.transpose() + j_d * hat(&(f_t * w)));
         let right = self.b.transpose() * delta_mu[3] - h * delta_mu[2] + b_varied * xi
             - h * hat(&y) * sensitivity.state[3];
-        let inverse = self
-            .adjoint_matrix()
-            .try_inverse()
-            .unwrap_or_else(|| Matrix3::from_element(f64::NAN));
-        let fourth = f_t * (inverse * right) + hat(&lambda[3]) * xi;
+        let fourth = f_t * (self.adjoint * right) + hat(&lambda[3]) * xi;
 
         let weights = Load {
             force: lambda[1],
@@ -204,10 +205,13 @@ impl<'t, F: Field> Stage<'t, F> {
     }
 
     /// Differentiates [`Stage::next`], the control being that of the sensitivity's multipliers.
-    pub(crate) fn vary_state(&self, sensitivity: &mut Sensitivity) {
+    fn vary_state(
+        &self,
+        (position, attitude, xi): (Rows, Rows, Rows),
+        sensitivity: &mut Sensitivity,
+    ) {
         let (h, transfer) = (self.transfer.h, self.transfer);
         let f_t = self.relative.transpose();
-        let (position, attitude, xi) = self.kinematics(&sensitivity.state);
         let [_, gamma, _, pi] = &sensitivity.state;
         let g = &self.gradient;
         let momentum = gamma
@@ -219,4 +223,10 @@ impl<'t, F: Field> Stage<'t, F> {
                 - transfer.moment_gain * sensitivity.multipliers[3]);
         sensitivity.state = [position, momentum, attitude, angular];
     }
+}
+
+/// The inverse of `m`; not finite where `m` is singular.
+fn inverse(m: &Matrix3<f64>) -> Matrix3<f64> {
+    m.try_inverse()
+        .unwrap_or_else(|| Matrix3::from_element(f64::NAN))
 }

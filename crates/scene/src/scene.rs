@@ -102,8 +102,8 @@ impl Scene {
         self.bodies.iter().position(|body| body.name == name)
     }
 
-    /// The simulation at step 0.
-    pub fn simulation(&self) -> Simulation {
+    /// The bodies and their gravity.
+    pub fn system(&self) -> System {
         let mut gravity: Vec<Box<dyn Gravity>> = Vec::new();
         if let Some(gm) = self.central {
             gravity.push(Box::new(Central { gm }));
@@ -112,8 +112,13 @@ impl Scene {
             gravity.push(Box::new(Mutual::new(constant)));
         }
         let bodies = self.bodies.iter().map(|body| body.body.clone()).collect();
+        System::new(bodies, gravity)
+    }
+
+    /// The simulation at step 0.
+    pub fn simulation(&self) -> Simulation {
         let states = self.bodies.iter().map(|body| body.state).collect();
-        Simulation::new(System::new(bodies, gravity), states, self.method, self.h())
+        Simulation::new(self.system(), states, self.method, self.h())
     }
 
     /// The optimal control problem of the scene's manoeuvre; `None` without one.

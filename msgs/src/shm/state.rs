@@ -39,6 +39,15 @@ pub struct BodySample {
     pub angular_momentum: [f64; 3],
 }
 
+impl BodySample {
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        let vectors = [self.position, self.linear_momentum, self.angular_momentum];
+        let mut numbers = vectors.as_flattened().iter().chain(&self.attitude);
+        numbers.all(|number| number.is_finite())
+    }
+}
+
 impl StateHeader {
     /// Makes the message of a state given in the inertial frame `frame_id`.
     ///

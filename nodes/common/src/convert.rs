@@ -1,6 +1,33 @@
 use lgvi_dynamics::{BodyState, Load};
+use lgvi_lie::to_quaternion;
+use lgvi_msgs::geometry_msgs::{Point, Pose, Quaternion};
 use lgvi_msgs::shm::{BodySample, ControlInterval, Name};
-use lgvi_scene::Units;
+use lgvi_msgs::stamp::{self, StampError};
+use lgvi_msgs::std_msgs::Header;
+use lgvi_scene::{Scene, Units};
+
+/// The header of what is true at `step`, in the inertial frame.
+pub fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
+    Ok(Header {
+        stamp: stamp::to_message(scene.stamp(step))?,
+        frame_id: scene.frame.clone(),
+    })
+}
+
+/// A body's pose in the inertial frame.
+pub fn pose(state: &BodyState, units: &Units) -> Pose {
+    let [x, y, z] = (state.position * units.length).into();
+    let (w, u) = to_quaternion(&state.attitude);
+    Pose {
+        position: Point { x, y, z },
+        orientation: Quaternion {
+            x: u.x,
+            y: u.y,
+            z: u.z,
+            w,
+        },
+    }
+}
 
 /// The sample of a body's state.
 pub fn body_sample(name: Name, state: &BodyState, units: &Units) -> BodySample {

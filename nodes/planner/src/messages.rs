@@ -2,22 +2,13 @@
 
 use lgvi_control::extremal::Extremal;
 use lgvi_control::{Iteration, ShootingError};
-use lgvi_lie::to_quaternion;
-use lgvi_msgs::geometry_msgs::{Point, Pose, PoseStamped, Quaternion};
+use lgvi_msgs::geometry_msgs::PoseStamped;
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::shm::{ControlHeader, ControlInterval, Name, NameError};
-use lgvi_msgs::stamp::{self, StampError};
-use lgvi_msgs::std_msgs::Header;
-use lgvi_node::control_interval;
+use lgvi_msgs::stamp::StampError;
+use lgvi_node::{control_interval, header, pose};
 use lgvi_scene::{Maneuver, Scene};
-
-fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
-    Ok(Header {
-        stamp: stamp::to_message(scene.stamp(step))?,
-        frame_id: scene.frame.clone(),
-    })
-}
 
 /// An iteration of the solver, or how it ended.
 pub(crate) fn progress(
@@ -66,24 +57,14 @@ pub(crate) fn path(scene: &Scene, plan: &Extremal) -> Result<Path, StampError> {
     let chosen = (0..)
         .zip(&plan.states)
         .filter(|(step, _)| *step == scene.steps || u64::is_multiple_of(*step, every));
-    let pose = |(step, state): (u64, &lgvi_dynamics::BodyState)| {
-        let [x, y, z] = (state.position * scene.units.length).into();
-        let (w, u) = to_quaternion(&state.attitude);
+    let stamped = |(step, state)| {
         Ok(PoseStamped {
             header: header(scene, step)?,
-            pose: Pose {
-                position: Point { x, y, z },
-                orientation: Quaternion {
-                    x: u.x,
-                    y: u.y,
-                    z: u.z,
-                    w,
-                },
-            },
+            pose: pose(state, &scene.units),
         })
     };
     Ok(Path {
         header: header(scene, 0)?,
-        poses: chosen.map(pose).collect::<Result<_, _>>()?,
+        poses: chosen.map(stamped).collect::<Result<_, _>>()?,
     })
 }

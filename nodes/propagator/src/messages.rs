@@ -1,36 +1,22 @@
 //! ROS messages of a state.
 
 use lgvi_dynamics::{BodyState, System};
-use lgvi_lie::to_quaternion;
-use lgvi_msgs::builtin_interfaces::Time;
 use lgvi_msgs::geometry_msgs::{
-    Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
-    TwistWithCovariance, Vector3,
+    Point, Pose, PoseWithCovariance, Transform, TransformStamped, Twist, TwistWithCovariance,
+    Vector3,
 };
 use lgvi_msgs::msg::{self, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::shm::{ConversionError, Name, StateHeader};
-use lgvi_msgs::stamp::{self, StampError};
-use lgvi_msgs::std_msgs::Header;
+use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::tf2_msgs::TFMessage;
-use lgvi_node::body_sample;
+use lgvi_node::{body_sample, header, pose};
 use lgvi_scene::Scene;
 
 /// A state of all bodies, in the scene's units.
 pub(crate) struct Snapshot {
     pub(crate) step: u64,
     pub(crate) states: Vec<BodyState>,
-}
-
-pub(crate) fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
-    Ok(Header {
-        stamp: stamp(scene, step)?,
-        frame_id: scene.frame.clone(),
-    })
-}
-
-fn stamp(scene: &Scene, step: u64) -> Result<Time, StampError> {
-    stamp::to_message(scene.stamp(step))
 }
 
 /// The header of the `sequence`-th state sample, taken at `step`.
@@ -69,15 +55,11 @@ pub(crate) fn odometry(
     let velocity =
         state.attitude.tr_mul(&state.velocity(&named.body)) * (units.length / units.time);
     let angular_velocity = state.angular_velocity(&named.body) / units.time;
-    let [x, y, z] = (state.position * units.length).into();
     Ok(Odometry {
         header: header(scene, snapshot.step)?,
         child_frame_id: named.name.clone(),
         pose: PoseWithCovariance {
-            pose: Pose {
-                position: Point { x, y, z },
-                orientation: orientation(state),
-            },
+            pose: pose(state, units),
             covariance: [0.0; 36],
         },
         twist: TwistWithCovariance {
@@ -96,12 +78,16 @@ pub(crate) fn transforms(scene: &Scene, snapshot: &Snapshot) -> Result<TFMessage
         .iter()
         .zip(&snapshot.states)
         .map(|(named, state)| {
+            let Pose {
+                position: Point { x, y, z },
+                orientation,
+            } = pose(state, &scene.units);
             Ok(TransformStamped {
                 header: header(scene, snapshot.step)?,
                 child_frame_id: named.name.clone(),
                 transform: Transform {
-                    translation: vector((state.position * scene.units.length).into()),
-                    rotation: orientation(state),
+                    translation: Vector3 { x, y, z },
+                    rotation: orientation,
                 },
             })
         });
@@ -125,16 +111,6 @@ pub(crate) fn invariants(
         angular_momentum: (invariants.angular_momentum * units.angular_momentum()).into(),
         orthogonality_error: invariants.orthogonality_error,
     })
-}
-
-fn orientation(state: &BodyState) -> Quaternion {
-    let (w, u) = to_quaternion(&state.attitude);
-    Quaternion {
-        x: u.x,
-        y: u.y,
-        z: u.z,
-        w,
-    }
 }
 
 fn vector([x, y, z]: [f64; 3]) -> Vector3 {

@@ -1,10 +1,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lgvi_dynamics::{BodyState, Invariants, StepError};
+use lgvi_dynamics::{Invariants, StepError};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::shm::{Delivery, StatePublisher};
-use lgvi_msgs::shm::Name;
+use lgvi_msgs::shm::{BodySample, Name};
 use lgvi_node::{Event, FlightReport, Miss, Node, NodeError, body_sample};
 use lgvi_scene::Scene;
 use tracing::info;
@@ -58,6 +58,7 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
 
     let mut propagation = Propagation {
         flight: Flight::new(&scene),
+        outgoing: Vec::with_capacity(names.len()),
         names,
         states,
         state_topic,
@@ -96,6 +97,8 @@ struct Propagation {
     config: Config,
     flight: Flight,
     names: Vec<Name>,
+    /// The state that is sent; kept so that sending allocates nothing.
+    outgoing: Vec<BodySample>,
     states: StatePublisher,
     state_topic: String,
     /// Full-rate states sent.
@@ -210,16 +213,17 @@ impl Propagation {
         if last || step.is_multiple_of(publishing.state_every) {
             let header = state_header(&self.scene, step, self.samples);
             let (states, units) = (self.flight.states(), &self.scene.units);
-            let in_range = |state: &BodyState| units.state_to_si(state).is_finite();
-            if let Some(body) = states.iter().position(|state| !in_range(state)) {
-                let name = &self.scene.bodies[body].name;
+            let bodies = self.names.iter().zip(states);
+            self.outgoing.clear();
+            self.outgoing
+                .extend(bodies.map(|(&name, state)| body_sample(name, state, units)));
+            if let Some(sample) = self.outgoing.iter().find(|sample| !sample.is_finite()) {
+                let name = sample.name;
                 let message = format!("step {step} of {name}: the state is not finite in SI");
                 return Err(NodeError::Runtime(message));
             }
             self.states
-                .send_with(header, states.len(), |i| {
-                    body_sample(self.names[i], &states[i], units)
-                })
+                .send(header, &self.outgoing)
                 .map_err(NodeError::runtime)?;
             self.samples += 1;
         }

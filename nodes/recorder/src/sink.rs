@@ -1,6 +1,8 @@
 //! The writing thread.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -19,9 +21,9 @@ const COUNTS: Duration = Duration::from_millis(50);
 
 /// A message to be written.
 pub(crate) struct Record {
-    pub(crate) topic: std::sync::Arc<str>,
+    pub(crate) topic: Arc<str>,
     pub(crate) message_type: MessageType,
-    /// Whether late joiners get only the last few messages of this topic, or as many as are kept.
+    /// How many messages of this topic its publisher keeps for late joiners.
     pub(crate) depth: u32,
     /// When it is logged (ns since the UNIX epoch).
     pub(crate) log_time: i64,
@@ -65,6 +67,7 @@ impl Sink {
     }
 }
 
+/// Creates the bag.
 pub(crate) fn create(config: &crate::config::Config) -> Result<BagWriter, WriteError> {
     BagWriter::create(&config.output, BagOptions::default())
 }
@@ -74,27 +77,22 @@ fn write(
     records: &Receiver<Record>,
     mut tell: impl FnMut(&Counts),
 ) -> Result<BagSummary, WriteError> {
-    let mut topics: BTreeMap<std::sync::Arc<str>, TopicId> = BTreeMap::new();
-    let mut counts = Counts::new();
+    let mut topics: BTreeMap<Arc<str>, (TopicId, u64)> = BTreeMap::new();
     let (mut flushed, mut told) = (Instant::now(), Instant::now());
     let (mut unflushed, mut untold) = (false, false);
     loop {
         match records.recv_timeout(COUNTS) {
             Ok(record) => {
-                let id = match topics.get(&record.topic) {
-                    Some(id) => *id,
-                    None => {
-                        let id = writer.add_topic(&topic(&record))?;
-                        topics.insert(record.topic.clone(), id);
-                        id
-                    }
+                let (id, count) = match topics.entry(Arc::clone(&record.topic)) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(new) => new.insert((writer.add_topic(&topic(&record))?, 0)),
                 };
                 let [log_time, publish_time] =
                     [record.log_time, record.publish_time].map(|time| time.max(0).cast_unsigned());
                 // The bag's field is narrower; what counts is that neighbours differ.
                 let sequence = record.sequence as u32;
-                writer.write(id, log_time, publish_time, sequence, &record.cdr)?;
-                *counts.entry(record.topic.to_string()).or_default() += 1;
+                writer.write(*id, log_time, publish_time, sequence, &record.cdr)?;
+                *count += 1;
                 (unflushed, untold) = (true, true);
             }
             Err(RecvTimeoutError::Timeout) => {}
@@ -105,12 +103,19 @@ fn write(
             (flushed, unflushed) = (Instant::now(), false);
         }
         if untold && told.elapsed() >= COUNTS {
-            tell(&counts);
+            tell(&counts(&topics));
             (told, untold) = (Instant::now(), false);
         }
     }
-    tell(&counts);
+    tell(&counts(&topics));
     writer.finish(BTreeMap::new())
+}
+
+fn counts(topics: &BTreeMap<Arc<str>, (TopicId, u64)>) -> Counts {
+    let each = topics
+        .iter()
+        .map(|(topic, (_, count))| (topic.to_string(), *count));
+    each.collect()
 }
 
 fn topic(record: &Record) -> Topic {

@@ -67,28 +67,28 @@ impl Chart {
         g: &Vector3<f64>,
         guess: Option<&Vector3<f64>>,
     ) -> Result<RelativeRotation, Unsolvable> {
-        let small = inertia.inverse * g;
+        let small = || inertia.inverse * g;
         // Relative to tr J, no unit can over- or underflow what the convergence test compares.
-        let g = &(g * inertia.shape.trace.recip());
+        let relative = &(g * inertia.shape.trace.recip());
         let newton = match self {
             Self::Cayley => {
-                let start = guess.copied().unwrap_or_else(|| 0.5 * small);
-                cayley::newton(inertia, g, start)
+                let start = guess.copied().unwrap_or_else(|| 0.5 * small());
+                cayley::newton(inertia, relative, start)
             }
             Self::Exponential => {
-                let start = guess.map_or(small, to_rotation_vector);
-                exponential::newton(inertia, g, start).map(|(rotation_vector, iterations)| {
-                    RelativeRotation {
+                let start = guess.map_or_else(small, to_rotation_vector);
+                exponential::newton(inertia, relative, start).map(
+                    |(rotation_vector, iterations)| RelativeRotation {
                         cayley: to_cayley(&rotation_vector),
                         iterations,
-                    }
-                })
+                    },
+                )
             }
         };
         match newton {
-            Some(found) if branch::contains(inertia, g, &found.cayley) => Ok(found),
-            _ => branch::solve(inertia, g).map_err(|margin| Unsolvable {
-                turn: small.norm(),
+            Some(found) if branch::contains(inertia, relative, &found.cayley) => Ok(found),
+            _ => branch::solve(inertia, relative).map_err(|margin| Unsolvable {
+                turn: small().norm(),
                 margin,
             }),
         }

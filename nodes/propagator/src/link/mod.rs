@@ -72,7 +72,7 @@ pub(crate) fn start(
     }
     let shared = Arc::new(Shared::default());
     let mut link = Link {
-        simulation: scene.simulation(),
+        system: scene.system(),
         names,
         topics,
         shm_controls: shm

@@ -3,7 +3,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use lgvi_dynamics::Simulation;
+use lgvi_dynamics::System;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::ros::{RosNode, Subscription};
 use lgvi_middleware::shm::ControlSubscriber;
@@ -29,7 +29,7 @@ type Pending = (ControlHeader, ControlSequence);
 pub(super) struct Link {
     pub(super) scene: Arc<Scene>,
     /// For the potential in the invariants.
-    pub(super) simulation: Simulation,
+    pub(super) system: System,
     pub(super) names: Vec<Name>,
     pub(super) topics: Topics,
     pub(super) shm_controls: ControlSubscriber,
@@ -52,7 +52,7 @@ impl Link {
     pub(super) fn announce_scene(&mut self) -> Result<(), NodeError> {
         let scene = &self.scene;
         let message = msg::Scene {
-            header: messages::header(scene, 0).map_err(NodeError::input)?,
+            header: lgvi_node::header(scene, 0).map_err(NodeError::input)?,
             name: scene.name.clone(),
             text: scene.text.clone(),
             software: crate::SOFTWARE.into(),
@@ -120,7 +120,7 @@ impl Link {
             topics.tf.send(&message);
         }
         if topics.invariants.wanted()
-            && let Ok(message) = messages::invariants(scene, self.simulation.system(), snapshot)
+            && let Ok(message) = messages::invariants(scene, &self.system, snapshot)
         {
             if message.energy.is_finite() {
                 topics.invariants.send(&message);

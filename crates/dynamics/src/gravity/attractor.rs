@@ -1,0 +1,19 @@
+use nalgebra::{Matrix3, Vector3};
+
+/// What attracts points: a scalar potential `φ` per unit mass, harmonic or linear, in the attractor's own frame.
+///
+/// `d` is the point's place in that frame. Every model is written once, here; how it acts on a rigid body's points, and
+/// how a body that is itself an attractor recoils, follows by the chain rule elsewhere.
+pub trait Attractor: Send + Sync {
+    /// `φ(d)`, a point of unit mass has this potential energy.
+    fn potential(&self, d: &Vector3<f64>) -> f64;
+
+    /// `a(d) = −∇φ`.
+    fn acceleration(&self, d: &Vector3<f64>) -> Vector3<f64>;
+
+    /// `G(d) = ∂a/∂d`, symmetric.
+    fn gradient(&self, d: &Vector3<f64>) -> Matrix3<f64>;
+
+    /// `T(d) = ∂(G b)/∂d` at fixed `b`, symmetric.
+    fn curvature(&self, d: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64>;
+}

@@ -3,11 +3,13 @@
 //! A [`Gravity`] acts on all bodies of a system; a [`Field`] has fixed sources, acts on each body by itself, and is
 //! differentiated twice for the planner.
 
+mod attractor;
 mod central;
 mod mutual;
 
 use nalgebra::{Matrix3, Vector3};
 
+pub use attractor::Attractor;
 pub use central::Central;
 pub use mutual::Mutual;
 

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::Inertia;
+use crate::{Inertia, Mobility};
 
 /// A point of mass fixed in a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub struct RigidBody {
     mass: f64,
     inertia: Inertia,
     points: Vec<PointMass>,
+    radius: f64,
+    mobility: Mobility,
 }
 
 /// Why mass and points are not those of a rigid body.
@@ -26,6 +28,9 @@ pub enum BodyError {
     /// The mass is not a positive number.
     #[error("mass is {0}, expected a finite number > 0")]
     Mass(f64),
+    /// The radius is negative or not a number.
+    #[error("radius is {0}, expected a finite number ≥ 0")]
+    Radius(f64),
     /// A point's mass is not a positive number.
     #[error("point {index} has mass {mass}, expected a finite number > 0")]
     PointMass {
@@ -65,6 +70,32 @@ impl RigidBody {
     /// `inertia` is independent of the points, which need not reproduce it: a dumbbell of two spheres attracts as two
     /// points but has the spheres' own inertia too.
     pub fn new(mass: f64, inertia: Inertia, points: Vec<PointMass>) -> Result<Self, BodyError> {
+        let body = Self::pivoted(mass, inertia, points)?;
+        let mut first_moment = Vector3::zeros();
+        let mut reach = 0.0_f64;
+        for point in &body.points {
+            first_moment += point.mass * point.position;
+            reach = reach.max(point.position.norm());
+        }
+        if first_moment.norm() > ROUNDING * mass * reach {
+            return Err(BodyError::CentreOfMass((first_moment / mass).into()));
+        }
+        Ok(Self {
+            mobility: Mobility::Free,
+            ..body
+        })
+    }
+
+    /// A body that turns about the origin of its frame, which is held in place; `inertia` and `points` are about that
+    /// pivot.
+    pub fn pivoted(mass: f64, inertia: Inertia, points: Vec<PointMass>) -> Result<Self, BodyError> {
+        let with = |points| Self {
+            mass,
+            inertia,
+            points,
+            radius: 0.0,
+            mobility: Mobility::Pivoted,
+        };
         if !(mass.is_finite() && mass > 0.0) {
             return Err(BodyError::Mass(mass));
         }
@@ -73,15 +104,9 @@ impl RigidBody {
                 mass,
                 position: Vector3::zeros(),
             };
-            return Ok(Self {
-                mass,
-                inertia,
-                points: vec![centre],
-            });
+            return Ok(with(vec![centre]));
         }
         let mut sum = 0.0;
-        let mut first_moment = Vector3::zeros();
-        let mut reach = 0.0_f64;
         for (index, point) in (1..).zip(&points) {
             if !(point.mass.is_finite() && point.mass > 0.0) {
                 return Err(BodyError::PointMass {
@@ -96,20 +121,35 @@ impl RigidBody {
                 });
             }
             sum += point.mass;
-            first_moment += point.mass * point.position;
-            reach = reach.max(point.position.norm());
         }
         if (sum - mass).abs() > ROUNDING * mass {
             return Err(BodyError::TotalMass { sum, mass });
         }
-        if first_moment.norm() > ROUNDING * mass * reach {
-            return Err(BodyError::CentreOfMass((first_moment / sum).into()));
+        Ok(with(points))
+    }
+
+    /// The same body, moving as told.
+    pub fn with_mobility(self, mobility: Mobility) -> Self {
+        Self { mobility, ..self }
+    }
+
+    /// The same body with a radius that nothing may enter.
+    pub fn with_radius(self, radius: f64) -> Result<Self, BodyError> {
+        if radius.is_finite() && radius >= 0.0 {
+            Ok(Self { radius, ..self })
+        } else {
+            Err(BodyError::Radius(radius))
         }
-        Ok(Self {
-            mass,
-            inertia,
-            points,
-        })
+    }
+
+    /// How it may move.
+    pub fn mobility(&self) -> &Mobility {
+        &self.mobility
+    }
+
+    /// Radius of the sphere about its origin that no other body's may enter; 0 when it has none.
+    pub fn radius(&self) -> f64 {
+        self.radius
     }
 
     /// Mass `m`.

@@ -1,4 +1,7 @@
-use crate::{BodyState, Integrator, Invariants, Load, Method, StepError, StepReport, System};
+use crate::integrator::Subdivision;
+use crate::{
+    BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
+};
 
 /// A system on its way: bodies, states, integrator and the number of steps made.
 pub struct Simulation {
@@ -6,28 +9,75 @@ pub struct Simulation {
     states: Vec<BodyState>,
     integrator: Box<dyn Integrator>,
     h: f64,
+    substeps: u32,
     step: u64,
+    /// Where a step of several substeps began.
+    begun: Vec<BodyState>,
 }
 
 impl Simulation {
     /// From `states` (one a body) at step 0, with step `h`.
-    pub fn new(mut system: System, states: Vec<BodyState>, method: Method, h: f64) -> Self {
-        let mut integrator = method.integrator(h, states.len());
+    pub fn new(
+        mut system: System,
+        mut states: Vec<BodyState>,
+        method: Method,
+        h: f64,
+    ) -> Result<Self, MethodError> {
+        system.constrain(&mut states);
+        let mut integrator = method.integrator(&system)?;
         integrator.start(&mut system, &states);
-        Self {
+        Ok(Self {
+            begun: states.clone(),
             system,
             states,
             integrator,
             h,
+            substeps: 1,
             step: 0,
+        })
+    }
+
+    /// The same, each step made as `substeps` steps of the method, 1 at least.
+    pub fn with_substeps(self, substeps: u32) -> Self {
+        Self {
+            substeps: substeps.max(1),
+            ..self
+        }
+    }
+
+    /// The same, each of the method's steps cut into `2^depth` at most where it cannot be made as one, see
+    /// [`Subdivision`].
+    pub fn with_subdivision(self, depth: u32) -> Self {
+        let bodies = self.states.len();
+        Self {
+            integrator: Box::new(Subdivision::new(self.integrator, depth, bodies)),
+            ..self
         }
     }
 
     /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
     pub fn advance(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
-        let report = self
-            .integrator
-            .step(&mut self.system, &mut self.states, controls)?;
+        if self.substeps > 1 {
+            self.begun.copy_from_slice(&self.states);
+        }
+        let h = self.h / f64::from(self.substeps);
+        let mut report = StepReport::default();
+        for substep in 0..self.substeps {
+            let made = self
+                .integrator
+                .step(&mut self.system, &mut self.states, controls, h);
+            match made {
+                Ok(next) if substep == 0 => report = next,
+                Ok(next) => report = report.then(next),
+                Err(error) => {
+                    if substep > 0 {
+                        self.states.copy_from_slice(&self.begun);
+                        self.integrator.start(&mut self.system, &self.states);
+                    }
+                    return Err(error);
+                }
+            }
+        }
         self.step += 1;
         Ok(report)
     }

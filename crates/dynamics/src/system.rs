@@ -1,5 +1,5 @@
-use crate::gravity::Gravity;
-use crate::{BodyState, Load, RigidBody};
+use crate::gravity::{CloseApproach, Gravity};
+use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Bodies and the gravity that acts on them.
 pub struct System {
@@ -32,5 +32,35 @@ impl System {
             .iter()
             .map(|gravity| gravity.potential(&self.bodies, states))
             .sum()
+    }
+
+    /// Whether the bodies are outside each other's radii.
+    pub fn check_clearance(&self, states: &[BodyState]) -> Result<(), CloseApproach> {
+        for gravity in &self.gravity {
+            gravity.check_clearance(&self.bodies, states)?;
+        }
+        Ok(())
+    }
+
+    /// Whether gravity acts at all.
+    pub fn is_free(&self) -> bool {
+        self.gravity.is_empty()
+    }
+
+    /// Puts the bodies that are held or driven on their way: their momenta in `states` are those of their motion.
+    pub fn constrain(&self, states: &mut [BodyState]) {
+        for (body, state) in self.bodies.iter().zip(states) {
+            match body.mobility() {
+                Mobility::Free => {}
+                Mobility::Pivoted => state.linear_momentum.fill(0.0),
+                Mobility::Fixed => {
+                    state.linear_momentum.fill(0.0);
+                    state.angular_momentum.fill(0.0);
+                }
+                Mobility::Driven(drive) => {
+                    *state = drive.state(body, state.position, state.attitude);
+                }
+            }
+        }
     }
 }

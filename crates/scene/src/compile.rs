@@ -1,6 +1,7 @@
 //! From the file's form to a scene that can be flown.
 
 use lgvi_control::Settings;
+use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::rotation::Chart;
 use lgvi_dynamics::{BodyState, Inertia, Method, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -118,7 +119,10 @@ fn check_si(scene: &Scene) -> Result<(), SceneError> {
             ));
         }
     }
-    let invariants = scene.simulation().invariants();
+    let simulation = scene
+        .simulation()
+        .map_err(|error| SceneError::value("run.integrator", "", error.to_string()))?;
+    let invariants = simulation.invariants();
     let energy = invariants.energy * units.energy();
     let momentum = invariants.angular_momentum * units.angular_momentum();
     if !(energy.is_finite() && momentum.sum().is_finite()) {
@@ -158,8 +162,8 @@ fn method(run: &RunFile) -> Method {
         ChartFile::Exponential => Chart::Exponential,
     };
     match run.integrator {
-        IntegratorFile::Lgvi => Method::Lgvi(chart),
-        IntegratorFile::LieEuler => Method::LieEuler(chart),
+        IntegratorFile::Lgvi => Method::Lgvi(Rotor::Discrete(chart)),
+        IntegratorFile::LieEuler => Method::LieEuler(Rotor::Discrete(chart)),
     }
 }
 

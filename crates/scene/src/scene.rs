@@ -1,6 +1,6 @@
 use lgvi_control::{Settings, Transfer, TransferError, interval_cost};
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
-use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation, System};
+use lgvi_dynamics::{BodyState, Load, Method, MethodError, RigidBody, Simulation, System};
 use nalgebra::Matrix3;
 
 use crate::Units;
@@ -116,7 +116,7 @@ impl Scene {
     }
 
     /// The simulation at step 0.
-    pub fn simulation(&self) -> Simulation {
+    pub fn simulation(&self) -> Result<Simulation, MethodError> {
         let states = self.bodies.iter().map(|body| body.state).collect();
         Simulation::new(self.system(), states, self.method, self.h())
     }

@@ -7,7 +7,10 @@ mod attractor;
 mod central;
 mod mutual;
 
+use std::fmt;
+
 use nalgebra::{Matrix3, Vector3};
+use thiserror::Error;
 
 pub use attractor::Attractor;
 pub use central::Central;
@@ -22,6 +25,47 @@ pub trait Gravity: Send {
 
     /// The potential `U` in `states`.
     fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64;
+
+    /// Whether all bodies are outside each other's radii and those of the sources.
+    fn check_clearance(
+        &self,
+        _bodies: &[RigidBody],
+        _states: &[BodyState],
+    ) -> Result<(), CloseApproach> {
+        Ok(())
+    }
+}
+
+/// A body is where another body or a source is.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub struct CloseApproach {
+    /// Which body, from 0.
+    pub body: usize,
+    /// The other body, from 0; none for a fixed source.
+    pub other: Option<usize>,
+    /// Distance of their origins.
+    pub distance: f64,
+    /// Sum of their radii.
+    pub limit: f64,
+}
+
+impl fmt::Display for CloseApproach {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            body,
+            distance,
+            limit,
+            ..
+        } = self;
+        match self.other {
+            Some(other) => write!(f, "bodies {body} and {other}")?,
+            None => write!(f, "body {body} and the attractor")?,
+        }
+        write!(
+            f,
+            " are {distance} apart, inside the sum {limit} of their radii"
+        )
+    }
 }
 
 /// Gravity of fixed sources on one body at `x` with attitude `R`.

@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use super::Gravity;
+use super::{CloseApproach, Gravity};
 use crate::{BodyState, Load, RigidBody};
 
 /// Newtonian attraction of all bodies on each other, point by point:
@@ -83,5 +83,27 @@ impl Gravity for Mutual {
             }
         }
         sum
+    }
+
+    fn check_clearance(
+        &self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+    ) -> Result<(), CloseApproach> {
+        for (body, (first, at)) in bodies.iter().zip(states).enumerate() {
+            for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
+                let limit = first.radius() + second.radius();
+                let distance = (at.position - there.position).norm();
+                if distance < limit {
+                    return Err(CloseApproach {
+                        body,
+                        other: Some(other),
+                        distance,
+                        limit,
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 }

@@ -1,16 +1,19 @@
 //! Integrators, one a file.
 
 mod drift;
-mod lgvi;
-mod lie_euler;
+mod error;
+mod method;
+mod processed;
+mod splitting;
+mod subdivision;
 mod turn;
 
-use thiserror::Error;
+pub use error::{MethodError, StepError};
+pub use method::{Method, Rotor};
+pub use processed::ProcessedLieEuler;
+pub use splitting::Splitting;
+pub use subdivision::Subdivision;
 
-pub use lgvi::Lgvi;
-pub use lie_euler::LieEuler;
-
-use crate::rotation::{Chart, Unsolvable};
 use crate::{BodyState, Load, System};
 
 /// A one-step method for the bodies of a [`System`].
@@ -21,68 +24,42 @@ pub trait Integrator: Send {
     /// Prepares for a trajectory from `states`.
     fn start(&mut self, system: &mut System, states: &[BodyState]);
 
-    /// Advances `states` by one step under gravity and `controls` (one a body), constant over the step. On an error
-    /// `states` are unchanged.
+    /// Advances `states` by `h` under gravity and `controls` (one a body), constant over the step. On an error
+    /// `states` are unchanged, and so is what the integrator knows.
     fn step(
         &mut self,
         system: &mut System,
         states: &mut [BodyState],
         controls: &[Load],
+        h: f64,
     ) -> Result<StepReport, StepError>;
 }
 
 /// What a step took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepReport {
-    /// Newton corrections of the implicit equations, most over the bodies.
+    /// Newton corrections of the implicit equations: the most that one of them took.
     pub iterations: u32,
+    /// Steps into which this one was cut, by an error control or a subdivision; 0 when it was made as one.
+    pub cuts: u32,
 }
 
-/// Why a step could not be made. Bodies count from 0.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum StepError {
-    /// The body turns too far in one step.
-    #[error("body {body}: {source}")]
-    Unsolvable {
-        /// Which body.
-        body: usize,
-        /// By how much.
-        source: Unsolvable,
-    },
-    /// The step would end in NaN or infinity, as where two points of mass meet.
-    #[error("body {body}: the state after the step is not finite")]
-    NotFinite {
-        /// Which body.
-        body: usize,
-    },
-}
-
-/// The integrators by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// [`Lgvi`]
-    Lgvi(Chart),
-    /// [`LieEuler`]
-    LieEuler(Chart),
-}
-
-impl Method {
-    /// The integrator with step `h` for `bodies` bodies.
-    pub fn integrator(self, h: f64, bodies: usize) -> Box<dyn Integrator> {
-        match self {
-            Self::Lgvi(chart) => Box::new(Lgvi::new(h, chart, bodies)),
-            Self::LieEuler(chart) => Box::new(LieEuler::new(h, chart, bodies)),
+impl StepReport {
+    /// The report of a step that is one step after the other.
+    pub fn then(self, next: Self) -> Self {
+        Self {
+            iterations: self.iterations.max(next.iterations),
+            cuts: self.cuts.max(1) + next.cuts.max(1),
         }
     }
 }
 
-/// Accepts `next` as the new `states` if all are finite.
-fn accept(next: &[BodyState], states: &mut [BodyState]) -> Result<(), StepError> {
-    match next.iter().position(|state| !state.is_finite()) {
-        Some(body) => Err(StepError::NotFinite { body }),
-        None => {
-            states.copy_from_slice(next);
-            Ok(())
-        }
+/// Accepts `next` as the new `states` if all are finite and outside each other.
+fn accept(system: &System, next: &[BodyState], states: &mut [BodyState]) -> Result<(), StepError> {
+    if let Some(body) = next.iter().position(|state| !state.is_finite()) {
+        return Err(StepError::NotFinite { body });
     }
+    system.check_clearance(next)?;
+    states.copy_from_slice(next);
+    Ok(())
 }

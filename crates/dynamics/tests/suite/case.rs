@@ -73,7 +73,7 @@ impl Case {
 
     pub fn simulation(&self, method: Method, h: f64) -> Simulation {
         let (system, states) = self.system();
-        Simulation::new(system, states, method, h)
+        Simulation::new(system, states, method, h).expect("a method for the case")
     }
 
     /// Flies to the reference state at time `t` in `steps` steps.

@@ -2,6 +2,7 @@
 
 use crate::case::Case;
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
+use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::rotation::Chart;
 use lgvi_dynamics::{
     BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, StepError, System,
@@ -9,10 +10,10 @@ use lgvi_dynamics::{
 use nalgebra::{Matrix3, Vector3};
 
 const METHODS: [Method; 4] = [
-    Method::Lgvi(Chart::Cayley),
-    Method::Lgvi(Chart::Exponential),
-    Method::LieEuler(Chart::Cayley),
-    Method::LieEuler(Chart::Exponential),
+    Method::Lgvi(Rotor::Discrete(Chart::Cayley)),
+    Method::Lgvi(Rotor::Discrete(Chart::Exponential)),
+    Method::LieEuler(Rotor::Discrete(Chart::Cayley)),
+    Method::LieEuler(Rotor::Discrete(Chart::Exponential)),
 ];
 
 fn free_body(omega: Vector3<f64>) -> (System, Vec<BodyState>) {
@@ -28,12 +29,12 @@ fn free_body(omega: Vector3<f64>) -> (System, Vec<BodyState>) {
 #[test]
 fn rounding_does_not_accumulate_over_ten_million_steps() {
     for method in [
-        Method::Lgvi(Chart::Cayley),
-        Method::Lgvi(Chart::Exponential),
+        Method::Lgvi(Rotor::Discrete(Chart::Cayley)),
+        Method::Lgvi(Rotor::Discrete(Chart::Exponential)),
     ] {
         let (system, states) = free_body(Vector3::new(1.0, 0.5, -0.75));
         let momentum = states[0].angular_momentum.norm_squared();
-        let mut simulation = Simulation::new(system, states, method, 0.01);
+        let mut simulation = Simulation::new(system, states, method, 0.01).expect("a method");
         let inertial = simulation.invariants().angular_momentum;
         let mut orthogonality = 0.0_f64;
         for step in 0..10_000_000 {
@@ -88,7 +89,7 @@ fn mutual_gravity_keeps_total_momenta_to_rounding_and_energy_bounded() {
 #[test]
 fn the_lgvi_retraces_its_path_when_the_momenta_are_reversed() {
     let case = Case::load("d_dumbbell_central");
-    let method = Method::Lgvi(Chart::Cayley);
+    let method = Method::Lgvi(Rotor::Discrete(Chart::Cayley));
     let reverse = |states: &[BodyState]| -> Vec<BodyState> {
         let reversed = |s: &BodyState| BodyState {
             linear_momentum: -s.linear_momentum,
@@ -104,7 +105,8 @@ fn the_lgvi_retraces_its_path_when_the_momenta_are_reversed() {
     }
     let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Central { gm: 1.0 })];
     let system = System::new(there.system().bodies().to_vec(), gravity);
-    let mut back = Simulation::new(system, reverse(there.states()), method, 0.01);
+    let mut back =
+        Simulation::new(system, reverse(there.states()), method, 0.01).expect("a method");
     for _ in 0..1000 {
         back.advance(&[Load::default()]).expect("a step");
     }
@@ -129,7 +131,7 @@ fn controls_act_as_constant_force_and_moment() {
     let (h, steps) = (0.01, 100);
     for (method, lag) in [(METHODS[0], 0.0), (METHODS[2], 0.5 * h)] {
         let system = System::new(vec![body.clone()], vec![]);
-        let mut simulation = Simulation::new(system, vec![state], method, h);
+        let mut simulation = Simulation::new(system, vec![state], method, h).expect("a method");
         for _ in 0..steps {
             simulation.advance(&[control]).expect("a step");
         }
@@ -148,7 +150,8 @@ fn controls_act_as_constant_force_and_moment() {
 fn a_step_that_turns_too_far_is_an_error_and_leaves_the_state() {
     for method in METHODS {
         let (system, states) = free_body(Vector3::new(0.0, 0.0, 1.0));
-        let mut simulation = Simulation::new(system, states.clone(), method, 1.001);
+        let mut simulation =
+            Simulation::new(system, states.clone(), method, 1.001).expect("a method");
         match simulation.advance(&[Load::default()]) {
             Err(StepError::Unsolvable { body: 0, source }) => {
                 assert!((source.turn - 1.001).abs() < 1e-12);
@@ -160,7 +163,7 @@ fn a_step_that_turns_too_far_is_an_error_and_leaves_the_state() {
         assert_eq!(simulation.step(), 0);
 
         let (system, states) = free_body(Vector3::new(0.0, 0.0, 1.0));
-        let mut simulation = Simulation::new(system, states, method, 0.999);
+        let mut simulation = Simulation::new(system, states, method, 0.999).expect("a method");
         simulation
             .advance(&[Load::default()])
             .expect("just below the limit");
@@ -183,7 +186,13 @@ fn meeting_points_of_mass_are_an_error() {
     let states = vec![at(0.0, 0.0), at(1.0, -1.0)];
     let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Mutual::new(1e-300))];
     let system = System::new(vec![body.clone(), body.clone()], gravity);
-    let mut simulation = Simulation::new(system, states, Method::LieEuler(Chart::Cayley), 1.0);
+    let mut simulation = Simulation::new(
+        system,
+        states,
+        Method::LieEuler(Rotor::Discrete(Chart::Cayley)),
+        1.0,
+    )
+    .expect("a method");
     let error = simulation
         .advance(&[Load::default(); 2])
         .expect_err("a collision");

@@ -1,0 +1,90 @@
+use thiserror::Error;
+
+use crate::gravity::CloseApproach;
+use crate::rotation::Unsolvable;
+
+/// Why a step could not be made. Bodies count from 0.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum StepError {
+    /// The body turns too far in one step.
+    #[error("body {body}: {source}")]
+    Unsolvable {
+        /// Which body.
+        body: usize,
+        /// By how much.
+        source: Unsolvable,
+    },
+    /// The step would end in NaN or infinity, as where two points of mass meet.
+    #[error("body {body}: the state after the step is not finite")]
+    NotFinite {
+        /// Which body.
+        body: usize,
+    },
+    /// The step would end inside a body.
+    #[error(transparent)]
+    CloseApproach(#[from] CloseApproach),
+    /// The step is too long for how fast the loads change.
+    #[error(
+        "body {body}: the step does not resolve the motion, its loads change by {excess:.1} times what they may"
+    )]
+    Unresolved {
+        /// Which body.
+        body: usize,
+        /// Change over the step in multiples of the limits of [`Subdivision`](super::Subdivision), > 1.
+        excess: f64,
+    },
+    /// The iteration for the implicit equations of a step did not converge.
+    #[error(
+        "the implicit equations of the step were not solved: residual {residual:.1e} after {iterations} iterations, expected \
+         at most {tolerance:.1e}"
+    )]
+    NotConverged {
+        /// Iterations made.
+        iterations: u32,
+        /// Residual left, relative.
+        residual: f64,
+        /// What was asked.
+        tolerance: f64,
+    },
+    /// The error control asks for steps too small to advance time.
+    #[error("the error control needs steps of {step:.1e}, at least {least:.1e} is possible")]
+    StepSizeUnderflow {
+        /// The step that the error control asks for.
+        step: f64,
+        /// The least step that changes time.
+        least: f64,
+    },
+}
+
+/// Why a method cannot integrate a system. Bodies count from 0.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum MethodError {
+    /// The method knows no bodies of this mobility.
+    #[error("{method} cannot integrate body {body}: {expected}")]
+    Body {
+        /// Name of the method.
+        method: &'static str,
+        /// Which body.
+        body: usize,
+        /// What the method can.
+        expected: &'static str,
+    },
+    /// The method knows no gravity.
+    #[error("{method} integrates free bodies only, but gravity acts here")]
+    Gravity {
+        /// Name of the method.
+        method: &'static str,
+    },
+    /// A parameter of the method is out of range.
+    #[error("{method}: {parameter} is {value}, expected {expected}")]
+    Parameter {
+        /// Name of the method.
+        method: &'static str,
+        /// Name of the parameter.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+}

@@ -1,0 +1,132 @@
+use super::{Integrator, StepError, StepReport};
+use crate::{BodyState, Load, Mobility, System};
+
+/// Relative change of the force over a step that is still resolved.
+const FORCE: f64 = 0.5;
+
+/// Part of a body's momentum that a change of force must be able to alter within a step in order to matter.
+const MATTERS: f64 = 1e-3;
+
+/// Turn (rad) by which a change of moment over a step may alter the body's turn within it.
+const TURN: f64 = 0.05;
+
+/// Cuts a step in two where another integrator cannot make it or where it does not resolve the motion, and the halves
+/// again, as often as needed up to a limit. What it cut is in [`StepReport::cuts`]; what it cannot mend is the error of
+/// the shortest step tried.
+///
+/// A step from loads `f, M` to loads `f', M'` resolves the motion of a body when `|f' − f|` is at most half of the greater
+/// of both (or could not alter the momentum by a thousandth within the step), and `h² |J⁻¹ (M' − M)|` at most 0.05 rad.
+///
+/// # Assumptions and limitations
+/// While the length of the steps varies, a symplectic method's energy error need not stay bounded. Costs two more
+/// evaluations of gravity a step. A close approach inside a body's radius is not cut but reported.
+pub struct Subdivision {
+    inner: Box<dyn Integrator>,
+    /// Where the step began that is being cut, one a level.
+    begun: Vec<Vec<BodyState>>,
+    loads: Vec<Load>,
+    next_loads: Vec<Load>,
+}
+
+impl Subdivision {
+    /// Steps of `inner`, each cut into `2^depth` at most.
+    pub fn new(inner: Box<dyn Integrator>, depth: u32, bodies: usize) -> Self {
+        let levels = depth as usize + 1;
+        Self {
+            inner,
+            begun: (0..levels).map(|_| Vec::with_capacity(bodies)).collect(),
+            loads: vec![Load::default(); bodies],
+            next_loads: vec![Load::default(); bodies],
+        }
+    }
+
+    /// One step at a level, level 0 being the shortest.
+    fn attempt(
+        &mut self,
+        system: &mut System,
+        states: &mut [BodyState],
+        controls: &[Load],
+        h: f64,
+        level: usize,
+    ) -> Result<StepReport, StepError> {
+        self.begun[level].clear();
+        self.begun[level].extend_from_slice(states);
+        let whole = self
+            .inner
+            .step(system, states, controls, h)
+            .and_then(|report| self.resolved(system, states, h, level).map(|()| report));
+        let error = match whole {
+            Ok(report) => return Ok(report),
+            Err(error) => error,
+        };
+        states.copy_from_slice(&self.begun[level]);
+        self.inner.start(system, states);
+        if level == 0 || matches!(error, StepError::CloseApproach(_)) {
+            return Err(error);
+        }
+        let half = 0.5 * h;
+        let first = self.attempt(system, states, controls, half, level - 1)?;
+        let second = self.attempt(system, states, controls, half, level - 1)?;
+        Ok(first.then(second))
+    }
+
+    fn resolved(
+        &mut self,
+        system: &mut System,
+        states: &[BodyState],
+        h: f64,
+        level: usize,
+    ) -> Result<(), StepError> {
+        system.loads(&self.begun[level], &mut self.loads);
+        system.loads(states, &mut self.next_loads);
+        for (index, body) in system.bodies().iter().enumerate() {
+            let (before, after) = (&self.loads[index], &self.next_loads[index]);
+            let free = *body.mobility() == Mobility::Free;
+            if !free && *body.mobility() != Mobility::Pivoted {
+                continue;
+            }
+            let change = (after.force - before.force).norm();
+            let force = before.force.norm().max(after.force.norm());
+            let momentum = states[index].linear_momentum.norm();
+            let moment = body.inertia().inverse() * (after.moment - before.moment);
+            let excess = [
+                (h * change / (MATTERS * momentum)).min(change / (FORCE * force)),
+                h * h * moment.norm() / TURN,
+            ];
+            let excess = if free {
+                excess[0].max(excess[1])
+            } else {
+                excess[1]
+            };
+            if excess > 1.0 {
+                return Err(StepError::Unresolved {
+                    body: index,
+                    excess,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Integrator for Subdivision {
+    fn start(&mut self, system: &mut System, states: &[BodyState]) {
+        self.inner.start(system, states);
+    }
+
+    fn step(
+        &mut self,
+        system: &mut System,
+        states: &mut [BodyState],
+        controls: &[Load],
+        h: f64,
+    ) -> Result<StepReport, StepError> {
+        let top = self.begun.len() - 1;
+        let report = self.attempt(system, states, controls, h, top);
+        if report.is_err() {
+            states.copy_from_slice(&self.begun[top]);
+            self.inner.start(system, states);
+        }
+        report
+    }
+}

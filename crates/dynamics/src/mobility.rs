@@ -1,0 +1,151 @@
+use lgvi_lie::{compose, exp, hat, to_cayley};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{BodyState, RigidBody};
+
+/// How a body may move.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Mobility {
+    /// Moves and turns as forces and moments tell.
+    #[default]
+    Free,
+    /// Turns about the origin of its frame, which is held: a pendulum or a top. Inertia and points are about that pivot.
+    Pivoted,
+    /// Does not move, whatever acts on it.
+    Fixed,
+    /// Moves on a given path, whatever acts on it.
+    Driven(Drive),
+}
+
+/// A given motion: a constant twist of the inertial frame and a constant spin in the body,
+/// `ẋ = v + ω × x`, `Ω = Rᵀω + s`. It covers uniform motion, circular orbits and any uniform spin.
+///
+/// The twist moves body and orbit together, the spin turns the body in itself; both are one-parameter groups that
+/// commute, so that the motion is known in closed form over any time and needs no clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drive {
+    /// `v`: velocity of the twist at the inertial origin, inertial frame.
+    pub velocity: Vector3<f64>,
+    /// `ω`: angular velocity of the twist, inertial frame.
+    pub rate: Vector3<f64>,
+    /// `s`: further angular velocity, body frame.
+    pub spin: Vector3<f64>,
+}
+
+impl Drive {
+    /// Uniform motion with velocity `v` (inertial frame) and angular velocity `s` (body frame).
+    pub fn uniform(velocity: Vector3<f64>, spin: Vector3<f64>) -> Self {
+        Self {
+            velocity,
+            rate: Vector3::zeros(),
+            spin,
+        }
+    }
+
+    /// A circle about `centre` with angular velocity `ω` (inertial frame), the body turning along with it and by `s`
+    /// (body frame) besides.
+    pub fn circle(centre: Vector3<f64>, rate: Vector3<f64>, spin: Vector3<f64>) -> Self {
+        Self {
+            velocity: centre.cross(&rate),
+            rate,
+            spin,
+        }
+    }
+
+    /// The state after time `t` from pose and path alone; its momenta are those of the path.
+    pub fn advance(&self, body: &RigidBody, state: &BodyState, t: f64) -> BodyState {
+        let turn = self.rate * t;
+        let attitude = exp(&turn) * state.attitude;
+        let spin = self.spin * t;
+        let position = exp(&turn) * state.position + left_jacobian(&turn) * (self.velocity * t);
+        let attitude = if spin.norm() < 3.0 {
+            compose(&attitude, &to_cayley(&spin))
+        } else {
+            lgvi_lie::polish(&(attitude * exp(&spin)))
+        };
+        self.state(body, position, attitude)
+    }
+
+    /// The state at a pose on the path.
+    pub fn state(
+        &self,
+        body: &RigidBody,
+        position: Vector3<f64>,
+        attitude: Matrix3<f64>,
+    ) -> BodyState {
+        let velocity = self.velocity + self.rate.cross(&position);
+        let angular_velocity = attitude.tr_mul(&self.rate) + self.spin;
+        BodyState::from_velocities(body, position, velocity, attitude, angular_velocity)
+    }
+}
+
+/// `∫₀¹ exp(S(τ v)) dτ`.
+fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
+    let squared = v.norm_squared();
+    let (first, second) = if squared < 1e-4 {
+        (
+            0.5 - squared / 24.0 * (1.0 - squared / 30.0),
+            1.0 / 6.0 - squared / 120.0 * (1.0 - squared / 42.0),
+        )
+    } else {
+        let angle = squared.sqrt();
+        let (sin, cos) = libm::sincos(angle);
+        ((1.0 - cos) / squared, (angle - sin) / (squared * angle))
+    };
+    let s = hat(v);
+    Matrix3::identity() + first * s + second * s * s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Inertia;
+
+    /// The path's derivative is its velocity, and two flights in a row are one.
+    #[test]
+    fn a_driven_body_follows_its_twist() {
+        let inertia = Inertia::principal([1.0, 2.0, 2.5]).unwrap();
+        let body = RigidBody::new(2.0, inertia, vec![]).unwrap();
+        let drive = Drive {
+            velocity: Vector3::new(0.3, -0.2, 0.5),
+            rate: Vector3::new(0.4, 0.1, -0.7),
+            spin: Vector3::new(-1.0, 2.0, 0.3),
+        };
+        let start = drive.state(
+            &body,
+            Vector3::new(1.0, 2.0, -0.5),
+            exp(&Vector3::new(0.3, 1.0, -0.4)),
+        );
+        for t in [1e-3, 0.7, 5.0] {
+            let now = drive.advance(&body, &start, t);
+            let e = 1e-5;
+            let ahead = drive.advance(&body, &start, t + e);
+            let behind = drive.advance(&body, &start, t - e);
+            let velocity = (ahead.position - behind.position) / (2.0 * e);
+            assert!((velocity - now.velocity(&body)).norm() < 1e-9);
+            let rate = now.attitude.tr_mul(&(ahead.attitude - behind.attitude)) / (2.0 * e);
+            let omega = now.angular_velocity(&body);
+            assert!((rate - hat(&omega)).norm() < 1e-8);
+            let twice = drive.advance(&body, &drive.advance(&body, &start, 0.5 * t), 0.5 * t);
+            assert!((twice.position - now.position).norm() < 1e-14);
+            assert!((twice.attitude - now.attitude).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn a_circle_keeps_its_distance_from_its_centre() {
+        let inertia = Inertia::principal([1.0; 3]).unwrap();
+        let body = RigidBody::new(1.0, inertia, vec![]).unwrap();
+        let centre = Vector3::new(5.0, -1.0, 2.0);
+        let rate = Vector3::new(0.0, 0.0, 0.5);
+        let drive = Drive::circle(centre, rate, Vector3::zeros());
+        let start = drive.state(
+            &body,
+            centre + Vector3::new(2.0, 0.0, 0.0),
+            Matrix3::identity(),
+        );
+        let quarter = drive.advance(&body, &start, std::f64::consts::PI);
+        assert!((quarter.position - centre - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-14);
+        assert!((quarter.velocity(&body) - Vector3::new(-1.0, 0.0, 0.0)).norm() < 1e-14);
+    }
+}

@@ -1,12 +1,12 @@
 //! The Cayley chart (2.5): `cay(f) = (I + S(f))(I − S(f))⁻¹`, `f = tan(θ/2) n` for the rotation by θ about the unit
 //! vector n. It covers all rotations of less than 180°.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::hat;
 
 /// `2/(1 + |f|²)`, the factor that all Cayley formulas share.
-#[inline]
+#[inline(always)]
 fn factor(f: &Vector3<f64>) -> f64 {
     2.0 / (1.0 + f.norm_squared())
 }
@@ -24,12 +24,12 @@ pub fn rotate(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// `cay(f)ᵀ p`, which keeps `|p|` to rounding without bias.
-#[inline]
+#[inline(always)]
 pub fn rotate_back(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     rotate_back_by(factor(f), f, p)
 }
 
-#[inline]
+#[inline(always)]
 fn rotate_back_by(factor: f64, f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     let pf = p.cross(f);
     p + factor * (pf + pf.cross(f))
@@ -39,17 +39,33 @@ fn rotate_back_by(factor: f64, f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f6
 ///
 /// The rows of `R cay(f)` are `cay(f)ᵀ` applied to those of `R`. Two rows are rotated and relieved of their rounding
 /// error to first order, the third is their cross product; so errors of orthogonality do not accumulate.
-#[inline]
+#[inline(always)]
 pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
-    let unit = |v: Vector3<f64>| v * (1.5 - 0.5 * v.norm_squared());
-    let factor = factor(f);
-    let row = |i: usize| Vector3::new(r[(i, 0)], r[(i, 1)], r[(i, 2)]);
-    let first = unit(rotate_back_by(factor, f, &row(0)));
-    let second = rotate_back_by(factor, f, &row(1));
-    let second = unit(second - first * first.dot(&second));
-    let third = first.cross(&second);
+    let k = factor(f);
+    let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
+    // Both rows at once: x, y and z hold their components.
+    let (x, y, z) = (column(0), column(1), column(2));
+    let cross = |x: &Vector2<f64>, y: &Vector2<f64>, z: &Vector2<f64>| {
+        (y * f.z - z * f.y, z * f.x - x * f.z, x * f.y - y * f.x)
+    };
+    let (u, v, w) = cross(&x, &y, &z);
+    let (a, b, c) = cross(&u, &v, &w);
+    let (x, y, z) = (x + (u + a) * k, y + (v + b) * k, z + (w + c) * k);
+    let lengths = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
+    let skew = 0.5 * (x.x * x.y + y.x * y.y + z.x * z.y);
+    let scale = Vector2::repeat(1.5) - 0.5 * lengths;
+    let relieved = |x: Vector2<f64>| x.component_mul(&scale) - skew * x.yx();
+    let (x, y, z) = (relieved(x), relieved(y), relieved(z));
     Matrix3::new(
-        first.x, first.y, first.z, second.x, second.y, second.z, third.x, third.y, third.z,
+        x.x,
+        y.x,
+        z.x, //
+        x.y,
+        y.y,
+        z.y, //
+        y.x * z.y - z.x * y.y,
+        z.x * x.y - x.x * z.y,
+        x.x * y.y - y.x * x.y,
     )
 }
 

@@ -54,12 +54,20 @@ impl StepReport {
     }
 }
 
-/// Accepts `next` as the new `states` if all are finite and outside each other.
-fn accept(system: &System, next: &[BodyState], states: &mut [BodyState]) -> Result<(), StepError> {
-    if let Some(body) = next.iter().position(|state| !state.is_finite()) {
-        return Err(StepError::NotFinite { body });
+/// Whether all of `states` are finite and outside each other.
+#[inline]
+fn check(system: &System, states: &[BodyState]) -> Result<(), StepError> {
+    for (body, state) in states.iter().enumerate() {
+        if !state.is_finite() {
+            return Err(StepError::NotFinite { body });
+        }
     }
-    system.check_clearance(next)?;
+    Ok(system.check_clearance(states)?)
+}
+
+/// Accepts `next` as the new `states` if they are what a step may end with.
+fn accept(system: &System, next: &[BodyState], states: &mut [BodyState]) -> Result<(), StepError> {
+    check(system, next)?;
     states.copy_from_slice(next);
     Ok(())
 }

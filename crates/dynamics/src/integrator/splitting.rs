@@ -1,5 +1,5 @@
-use super::drift::{Drift, kick};
-use super::{Integrator, Rotor, StepError, StepReport, accept};
+use super::drift::{Drift, Kick, Memory, kick};
+use super::{Integrator, Rotor, StepError, StepReport, check};
 use crate::{BodyState, Load, RigidBody, System};
 
 /// Kicks and drifts in turn: `K(b₀h) D(a₀h) K(b₁h) … D(a_{s−1}h) K(b_s h)`.
@@ -12,27 +12,45 @@ use crate::{BodyState, Load, RigidBody, System};
 /// The discrete rotor solves an implicit equation that has a solution only up to about 90° a drift, else
 /// [`StepError::Unsolvable`].
 pub struct Splitting {
-    kicks: Vec<f64>,
-    drifts: Vec<f64>,
+    /// Coefficients of kicks and drifts, each drift after its kick.
+    stages: Vec<Stage>,
+    /// Coefficient of the kick after all drifts.
+    last_kick: f64,
     drift: Drift,
     loads: Vec<Load>,
     next_loads: Vec<Load>,
     /// Whether `loads` belong to the present states.
     current: bool,
-    next: Vec<BodyState>,
+    /// Whether no step of the trajectory has been made.
+    fresh: bool,
+    /// Where the present step began.
+    begun: Vec<BodyState>,
+}
+
+/// A kick `K(bh)`, then a drift `D(ah)`.
+struct Stage {
+    b: f64,
+    a: f64,
+    memory: Memory,
 }
 
 impl Splitting {
     /// With coefficients `b` of kicks, one more than `a` of drifts.
     fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
+        let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage {
+            b,
+            a,
+            memory: Memory::new(bodies.len()),
+        });
         Self {
-            kicks: kicks.to_vec(),
-            drifts: drifts.to_vec(),
-            drift: Drift::new(rotor, bodies, drifts.len()),
+            stages: stages.collect(),
+            last_kick: kicks[drifts.len()],
+            drift: Drift::new(rotor, bodies),
             loads: vec![Load::default(); bodies.len()],
             next_loads: vec![Load::default(); bodies.len()],
             current: false,
-            next: Vec::with_capacity(bodies.len()),
+            fresh: true,
+            begun: Vec::with_capacity(bodies.len()),
         }
     }
 
@@ -57,9 +75,63 @@ impl Splitting {
     }
 }
 
+impl Splitting {
+    /// Moves `states` by a step, all of it or, on an error, a part.
+    #[inline]
+    fn make(
+        &mut self,
+        system: &mut System,
+        states: &mut [BodyState],
+        controls: &[Load],
+        h: f64,
+    ) -> Result<StepReport, StepError> {
+        let mut report = StepReport::default();
+        let mut gravity = &mut self.loads;
+        let mut current = self.current || system.is_free();
+        for stage in &mut self.stages {
+            if stage.b != 0.0 && !current {
+                system.loads(states, gravity);
+            }
+            let kick = Kick {
+                gravity: &*gravity,
+                controls,
+                dt: stage.b * h,
+            };
+            let iterations = self.drift.apply(
+                system.bodies(),
+                states,
+                &kick,
+                &mut stage.memory,
+                stage.a * h,
+            )?;
+            report.iterations = report.iterations.max(iterations);
+            gravity = &mut self.next_loads;
+            current = system.is_free();
+        }
+        if self.last_kick != 0.0 {
+            if !current {
+                system.loads(states, gravity);
+            }
+            kick(
+                system.bodies(),
+                states,
+                gravity,
+                controls,
+                self.last_kick * h,
+            );
+        }
+        check(system, states)?;
+        Ok(report)
+    }
+}
+
 impl Integrator for Splitting {
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
-        self.drift.start();
+        self.stages
+            .iter_mut()
+            .for_each(|stage| stage.memory.forget());
+        self.fresh = true;
+        self.begun.resize(states.len(), states[0]);
         system.loads(states, &mut self.loads);
         self.current = true;
     }
@@ -71,38 +143,27 @@ impl Integrator for Splitting {
         controls: &[Load],
         h: f64,
     ) -> Result<StepReport, StepError> {
-        self.next.clear();
-        self.next.extend_from_slice(states);
-        let mut report = StepReport::default();
-        if self.kicks[0] != 0.0 {
-            if !self.current {
-                system.loads(states, &mut self.loads);
-                self.current = true;
-            }
-            let dt = self.kicks[0] * h;
-            kick(system.bodies(), &mut self.next, &self.loads, controls, dt);
+        for (begun, state) in self.begun.iter_mut().zip(&*states) {
+            begun.position = state.position;
+            begun.linear_momentum = state.linear_momentum;
+            begun.attitude = state.attitude;
+            begun.angular_momentum = state.angular_momentum;
         }
-        for (stage, (a, b)) in self.drifts.iter().zip(&self.kicks[1..]).enumerate() {
-            let iterations = self
-                .drift
-                .apply(system.bodies(), &mut self.next, stage, a * h)?;
-            report.iterations = report.iterations.max(iterations);
-            if *b != 0.0 {
-                system.loads(&self.next, &mut self.next_loads);
-                let dt = b * h;
-                kick(
-                    system.bodies(),
-                    &mut self.next,
-                    &self.next_loads,
-                    controls,
-                    dt,
-                );
+        let made = self.make(system, states, controls, h);
+        if made.is_err() {
+            states.copy_from_slice(&self.begun);
+            return made;
+        }
+        for stage in &mut self.stages {
+            if self.fresh {
+                stage.memory.begin();
+            } else {
+                stage.memory.accept();
             }
         }
-        accept(system, &self.next, states)?;
-        self.drift.accept();
-        self.current = self.kicks.last().is_some_and(|&b| b != 0.0);
+        self.fresh = false;
+        self.current = self.last_kick != 0.0;
         std::mem::swap(&mut self.loads, &mut self.next_loads);
-        Ok(report)
+        made
     }
 }

@@ -37,35 +37,32 @@ fn rotate_back_by(factor: f64, f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f6
 
 /// `R cay(f)`, orthogonal to rounding whatever the number of compositions.
 ///
-/// The rows of `R cay(f)` are `cay(f)ᵀ` applied to those of `R`. Two rows are rotated and relieved of their rounding
-/// error to first order, the third is their cross product; so errors of orthogonality do not accumulate.
+/// Two rows of R are turned, by adding what they change by, and relieved of their rounding error to first order; the
+/// third is their cross product. So errors of orthogonality do not accumulate.
 #[inline(always)]
 pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
-    let k = factor(f);
+    // cay(f) − I = k (S(f) + S(f)²)
+    let kf = factor(f) * f;
+    let (xx, yy, zz) = (kf.x * f.x, kf.y * f.y, kf.z * f.z);
+    let (xy, yz, zx) = (kf.x * f.y, kf.y * f.z, kf.z * f.x);
+    // Columns of both rows at once.
     let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
-    // Both rows at once: x, y and z hold their components.
-    let (x, y, z) = (column(0), column(1), column(2));
-    let cross = |x: &Vector2<f64>, y: &Vector2<f64>, z: &Vector2<f64>| {
-        (y * f.z - z * f.y, z * f.x - x * f.z, x * f.y - y * f.x)
-    };
-    let (u, v, w) = cross(&x, &y, &z);
-    let (a, b, c) = cross(&u, &v, &w);
-    let (x, y, z) = (x + (u + a) * k, y + (v + b) * k, z + (w + c) * k);
+    let (a, b, c) = (column(0), column(1), column(2));
+    let x = a + (a * -(yy + zz) + b * (xy + kf.z) + c * (zx - kf.y));
+    let y = b + (a * (xy - kf.z) + b * -(zz + xx) + c * (yz + kf.x));
+    let z = c + (a * (zx + kf.y) + b * (yz - kf.x) + c * -(xx + yy));
     let lengths = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
     let skew = 0.5 * (x.x * x.y + y.x * y.y + z.x * z.y);
-    let scale = Vector2::repeat(1.5) - 0.5 * lengths;
-    let relieved = |x: Vector2<f64>| x.component_mul(&scale) - skew * x.yx();
+    let scale = Vector2::new(1.5 - 0.5 * lengths.x, 1.5 - 0.5 * lengths.y);
+    let relieved = |v: Vector2<f64>| v.component_mul(&scale) - skew * v.yx();
     let (x, y, z) = (relieved(x), relieved(y), relieved(z));
-    Matrix3::new(
-        x.x,
-        y.x,
-        z.x, //
-        x.y,
-        y.y,
-        z.y, //
+    let third = [
         y.x * z.y - z.x * y.y,
         z.x * x.y - x.x * z.y,
         x.x * y.y - y.x * x.y,
+    ];
+    Matrix3::new(
+        x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2],
     )
 }
 

@@ -1,21 +1,14 @@
 use lgvi_lie::{compose, rotate_back};
 use nalgebra::Vector3;
 
-use super::turn::Turn;
+use super::turn::{Strip, Turns};
 use super::{Rotor, StepError};
-use crate::rotation::{Chart, FromGuess, General, Principal, Unsolvable};
+use crate::rotation::{Chart, FromGuess, General, Principal, RelativeRotation, Unsolvable};
 use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
 
 /// Free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
 pub(super) struct Drift {
     movers: Vec<Mover>,
-}
-
-/// What one of the drifts in a step knows of its last times: starting guesses, one a body.
-pub(super) struct Memory {
-    turns: Vec<Turn>,
-    /// The same with the solutions of the present step.
-    next: Vec<Turn>,
 }
 
 /// A body as its drifts see it.
@@ -49,63 +42,30 @@ impl BodyRotor {
         }
     }
 
-    /// Turns a body with angular momentum `p` by `h`; returns the Newton corrections it took.
+    /// The Cayley vector of a turn by `h` from angular momentum `p`, if it is found without iteration.
     #[inline(always)]
-    fn turn(
-        &self,
-        body: &RigidBody,
-        p: &Vector3<f64>,
-        state: &mut BodyState,
-        turns: (&Turn, &mut Turn),
-        h: f64,
-    ) -> Result<u32, Unsolvable> {
-        let guess = turns.0.guess();
-        let at_once = match self {
-            Self::Principal(equation) => equation.at_once(h, p, &guess),
-            Self::General(equation) => equation.at_once(h, p, &guess),
+    fn at_once(&self, h: f64, p: &Vector3<f64>, guess: &Vector3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::Principal(equation) => equation.at_once(h, p, guess),
+            Self::General(equation) => equation.at_once(h, p, guess),
             Self::Chart(_) => None,
-        };
-        match at_once {
-            Some(f) => {
-                rotate(&f, p, state, turns);
-                Ok(1)
-            }
-            None => self.solve_and_turn(body.inertia(), p, &guess, state, turns, h),
         }
     }
 
-    #[cold]
-    #[inline(never)]
-    fn solve_and_turn(
+    /// The same with all that it may take.
+    fn solve(
         &self,
         inertia: &Inertia,
+        h: f64,
         p: &Vector3<f64>,
         guess: &Vector3<f64>,
-        state: &mut BodyState,
-        turns: (&Turn, &mut Turn),
-        h: f64,
-    ) -> Result<u32, Unsolvable> {
-        let relative = match self {
+    ) -> Result<RelativeRotation, Unsolvable> {
+        match self {
             Self::Principal(equation) => equation.solve(inertia, h, p, *guess),
             Self::General(equation) => equation.solve(inertia, h, p, *guess),
             Self::Chart(chart) => chart.solve(inertia, &(h * p), Some(guess)),
-        }?;
-        rotate(&relative.cayley, p, state, turns);
-        Ok(relative.iterations)
+        }
     }
-}
-
-/// Turns a body with angular momentum `p` by `cay(f)`.
-#[inline(always)]
-fn rotate(
-    f: &Vector3<f64>,
-    p: &Vector3<f64>,
-    state: &mut BodyState,
-    (turn, next): (&Turn, &mut Turn),
-) {
-    state.angular_momentum = rotate_back(f, p);
-    state.attitude = compose(&state.attitude, f);
-    *next = turn.then(*f);
 }
 
 impl Mover {
@@ -115,6 +75,68 @@ impl Mover {
             per_mass: body.mass().recip(),
             rotor: BodyRotor::of(rotor, body),
         }
+    }
+
+    /// Kicks a body and moves it by `h` if it is free and turns by what is found at once; else leaves it as it is.
+    #[inline(always)]
+    fn advance(
+        &self,
+        state: &mut BodyState,
+        (gravity, control, dt): (&Load, &Load, f64),
+        (strip, present): (&mut Strip, usize),
+        h: f64,
+    ) -> bool {
+        if !matches!(self.mobility, Mobility::Free) {
+            return false;
+        }
+        let mut momentum = state.linear_momentum;
+        let mut p = state.angular_momentum;
+        if dt != 0.0 {
+            momentum += dt * (gravity.force + control.force);
+            p += dt * (gravity.moment + control.moment);
+        }
+        let Some(f) = self.rotor.at_once(h, &p, &strip.guess(present)) else {
+            return false;
+        };
+        strip.note(present, &f);
+        state.linear_momentum = momentum;
+        state.position += (h * self.per_mass) * momentum;
+        state.angular_momentum = rotate_back(&f, &p);
+        state.attitude = compose(&state.attitude, &f);
+        true
+    }
+
+    /// Kicks any body and moves it by `h`; returns the Newton corrections it took.
+    #[cold]
+    #[inline(never)]
+    fn advance_any(
+        &self,
+        body: &RigidBody,
+        state: &mut BodyState,
+        (gravity, control, dt): (&Load, &Load, f64),
+        (strip, present): (&mut Strip, usize),
+        h: f64,
+    ) -> Result<u32, Unsolvable> {
+        if dt != 0.0 {
+            kick_body(body.mobility(), state, gravity, control, dt);
+        }
+        match body.mobility() {
+            Mobility::Free => state.position += (h * self.per_mass) * state.linear_momentum,
+            Mobility::Pivoted => {}
+            Mobility::Fixed => return Ok(0),
+            Mobility::Driven(drive) => {
+                *state = drive.advance(body, state, h);
+                return Ok(0);
+            }
+        }
+        let p = &state.angular_momentum;
+        let guess = strip.guess(present);
+        let RelativeRotation { cayley, iterations } =
+            self.rotor.solve(body.inertia(), h, p, &guess)?;
+        strip.note(present, &cayley);
+        state.angular_momentum = rotate_back(&cayley, p);
+        state.attitude = compose(&state.attitude, &cayley);
+        Ok(iterations)
     }
 }
 
@@ -135,82 +157,50 @@ impl Drift {
     }
 
     /// Kicks `states`, then moves them by `h`; returns the most Newton corrections a body took.
-    #[inline(never)]
+    #[inline]
     pub(super) fn apply(
         &self,
         bodies: &[RigidBody],
         states: &mut [BodyState],
         kick: &Kick,
-        memory: &mut Memory,
+        turns: &mut Turns,
         h: f64,
     ) -> Result<u32, StepError> {
         let mut most = 0;
-        let Kick {
-            gravity,
-            controls,
-            dt,
-        } = *kick;
-        let loads = gravity.iter().zip(controls);
-        let turns = memory.turns.iter().zip(&mut memory.next);
-        let each = self.movers.iter().zip(states).zip(loads).zip(turns);
-        for (index, (((mover, state), (gravity, control)), turns)) in each.enumerate() {
-            match &mover.mobility {
-                Mobility::Free => {
-                    if dt != 0.0 {
-                        state.linear_momentum += dt * (gravity.force + control.force);
-                    }
-                    state.position += (h * mover.per_mass) * state.linear_momentum;
-                }
-                Mobility::Pivoted => {}
-                Mobility::Fixed => continue,
-                Mobility::Driven(drive) => {
-                    *state = drive.advance(&bodies[index], state, h);
-                    continue;
-                }
-            }
-            let mut p = state.angular_momentum;
-            if dt != 0.0 {
-                p += dt * (gravity.moment + control.moment);
-            }
-            match mover.rotor.turn(&bodies[index], &p, state, turns, h) {
-                Ok(iterations) => most = most.max(iterations),
-                Err(source) => {
-                    return Err(StepError::Unsolvable {
+        let (strips, present) = turns.strips();
+        let loads = kick.gravity.iter().zip(kick.controls);
+        let each = self.movers.iter().zip(states).zip(loads).zip(strips);
+        for (index, (((mover, state), (gravity, control)), strip)) in each.enumerate() {
+            let load = (gravity, control, kick.dt);
+            let iterations = if mover.advance(state, load, (strip, present), h) {
+                1
+            } else {
+                mover
+                    .advance_any(&bodies[index], state, load, (strip, present), h)
+                    .map_err(|source| StepError::Unsolvable {
                         body: index,
                         source,
-                    });
-                }
-            }
+                    })?
+            };
+            most = most.max(iterations);
         }
         Ok(most)
     }
-}
 
-impl Memory {
-    /// Of nothing, for a number of bodies.
-    pub(super) fn new(bodies: usize) -> Self {
-        Self {
-            turns: vec![Turn::default(); bodies],
-            next: vec![Turn::default(); bodies],
+    /// Kicks `states`; returns whether they are finite to all appearances: sums may overflow where terms do not.
+    #[inline(always)]
+    pub(super) fn end(&self, states: &mut [BodyState], kick: &Kick) -> bool {
+        let mut zero = 0.0;
+        let loads = kick.gravity.iter().zip(kick.controls);
+        for ((mover, state), (gravity, control)) in self.movers.iter().zip(states).zip(loads) {
+            if kick.dt != 0.0 {
+                kick_body(&mover.mobility, state, gravity, control, kick.dt);
+            }
+            let sum = state.position + state.linear_momentum + state.angular_momentum;
+            // The third row is made of all of the others.
+            zero += 0.0 * (sum.x + sum.y + sum.z + state.attitude[(2, 2)]);
         }
-    }
-
-    /// Forgets the trajectory so far.
-    pub(super) fn forget(&mut self) {
-        self.turns.fill(Turn::default());
-    }
-
-    /// Takes the last drift as part of an accepted step: later starting guesses build on it.
-    #[inline]
-    pub(super) fn accept(&mut self) {
-        std::mem::swap(&mut self.turns, &mut self.next);
-    }
-
-    /// Takes the last drift as the first of a trajectory.
-    pub(super) fn begin(&mut self) {
-        for (turn, next) in self.turns.iter_mut().zip(&self.next) {
-            *turn = next.steady();
-        }
+        zero == 0.0
     }
 }
 
@@ -224,14 +214,25 @@ pub(super) fn kick(
     dt: f64,
 ) {
     let loads = gravity.iter().zip(controls);
-    for ((body, state), (load, control)) in bodies.iter().zip(states).zip(loads) {
-        match body.mobility() {
-            Mobility::Free => {
-                state.linear_momentum += dt * (load.force + control.force);
-                state.angular_momentum += dt * (load.moment + control.moment);
-            }
-            Mobility::Pivoted => state.angular_momentum += dt * (load.moment + control.moment),
-            Mobility::Fixed | Mobility::Driven(_) => {}
+    for ((body, state), (gravity, control)) in bodies.iter().zip(states).zip(loads) {
+        kick_body(body.mobility(), state, gravity, control, dt);
+    }
+}
+
+#[inline(always)]
+fn kick_body(
+    mobility: &Mobility,
+    state: &mut BodyState,
+    gravity: &Load,
+    control: &Load,
+    dt: f64,
+) {
+    match mobility {
+        Mobility::Free => {
+            state.linear_momentum += dt * (gravity.force + control.force);
+            state.angular_momentum += dt * (gravity.moment + control.moment);
         }
+        Mobility::Pivoted => state.angular_momentum += dt * (gravity.moment + control.moment),
+        Mobility::Fixed | Mobility::Driven(_) => {}
     }
 }

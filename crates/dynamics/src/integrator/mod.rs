@@ -1,5 +1,6 @@
 //! Integrators, one a file.
 
+mod backup;
 mod drift;
 mod error;
 mod method;
@@ -54,20 +55,18 @@ impl StepReport {
     }
 }
 
-/// Whether all of `states` are finite and outside each other.
-#[inline]
-fn check(system: &System, states: &[BodyState]) -> Result<(), StepError> {
-    for (body, state) in states.iter().enumerate() {
-        if !state.is_finite() {
-            return Err(StepError::NotFinite { body });
-        }
+/// Whether all of `states` are finite.
+fn check_finite(states: &[BodyState]) -> Result<(), StepError> {
+    match states.iter().position(|state| !state.is_finite()) {
+        Some(body) => Err(StepError::NotFinite { body }),
+        None => Ok(()),
     }
-    Ok(system.check_clearance(states)?)
 }
 
-/// Accepts `next` as the new `states` if they are what a step may end with.
+/// Accepts `next` as the new `states` if all are finite and outside each other.
 fn accept(system: &System, next: &[BodyState], states: &mut [BodyState]) -> Result<(), StepError> {
-    check(system, next)?;
+    check_finite(next)?;
+    system.check_clearance(next)?;
     states.copy_from_slice(next);
     Ok(())
 }

@@ -1,5 +1,7 @@
-use super::drift::{Drift, Kick, Memory, kick};
-use super::{Integrator, Rotor, StepError, StepReport, check};
+use super::backup::Backup;
+use super::drift::{Drift, Kick};
+use super::turn::Turns;
+use super::{Integrator, Rotor, StepError, StepReport, check_finite};
 use crate::{BodyState, Load, RigidBody, System};
 
 /// Kicks and drifts in turn: `K(b₀h) D(a₀h) K(b₁h) … D(a_{s−1}h) K(b_s h)`.
@@ -21,17 +23,15 @@ pub struct Splitting {
     next_loads: Vec<Load>,
     /// Whether `loads` belong to the present states.
     current: bool,
-    /// Whether no step of the trajectory has been made.
-    fresh: bool,
     /// Where the present step began.
-    begun: Vec<BodyState>,
+    begun: Backup,
 }
 
 /// A kick `K(bh)`, then a drift `D(ah)`.
 struct Stage {
     b: f64,
     a: f64,
-    memory: Memory,
+    turns: Turns,
 }
 
 impl Splitting {
@@ -40,7 +40,7 @@ impl Splitting {
         let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage {
             b,
             a,
-            memory: Memory::new(bodies.len()),
+            turns: Turns::new(bodies.len()),
         });
         Self {
             stages: stages.collect(),
@@ -49,8 +49,7 @@ impl Splitting {
             loads: vec![Load::default(); bodies.len()],
             next_loads: vec![Load::default(); bodies.len()],
             current: false,
-            fresh: true,
-            begun: Vec::with_capacity(bodies.len()),
+            begun: Backup::of(&[]),
         }
     }
 
@@ -101,26 +100,25 @@ impl Splitting {
                 system.bodies(),
                 states,
                 &kick,
-                &mut stage.memory,
+                &mut stage.turns,
                 stage.a * h,
             )?;
             report.iterations = report.iterations.max(iterations);
             gravity = &mut self.next_loads;
             current = system.is_free();
         }
-        if self.last_kick != 0.0 {
-            if !current {
-                system.loads(states, gravity);
-            }
-            kick(
-                system.bodies(),
-                states,
-                gravity,
-                controls,
-                self.last_kick * h,
-            );
+        if self.last_kick != 0.0 && !current {
+            system.loads(states, gravity);
         }
-        check(system, states)?;
+        let kick = Kick {
+            gravity: &*gravity,
+            controls,
+            dt: self.last_kick * h,
+        };
+        if !self.drift.end(states, &kick) {
+            check_finite(states)?;
+        }
+        system.check_clearance(states)?;
         Ok(report)
     }
 }
@@ -129,9 +127,8 @@ impl Integrator for Splitting {
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
         self.stages
             .iter_mut()
-            .for_each(|stage| stage.memory.forget());
-        self.fresh = true;
-        self.begun.resize(states.len(), states[0]);
+            .for_each(|stage| stage.turns.forget());
+        self.begun = Backup::of(states);
         system.loads(states, &mut self.loads);
         self.current = true;
     }
@@ -143,25 +140,15 @@ impl Integrator for Splitting {
         controls: &[Load],
         h: f64,
     ) -> Result<StepReport, StepError> {
-        for (begun, state) in self.begun.iter_mut().zip(&*states) {
-            begun.position = state.position;
-            begun.linear_momentum = state.linear_momentum;
-            begun.attitude = state.attitude;
-            begun.angular_momentum = state.angular_momentum;
-        }
+        self.begun.copy(states);
         let made = self.make(system, states, controls, h);
         if made.is_err() {
-            states.copy_from_slice(&self.begun);
+            self.begun.restore(states);
             return made;
         }
         for stage in &mut self.stages {
-            if self.fresh {
-                stage.memory.begin();
-            } else {
-                stage.memory.accept();
-            }
+            stage.turns.accept();
         }
-        self.fresh = false;
         self.current = self.last_kick != 0.0;
         std::mem::swap(&mut self.loads, &mut self.next_loads);
         made

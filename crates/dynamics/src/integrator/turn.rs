@@ -1,26 +1,91 @@
 use nalgebra::Vector3;
 
-/// The last six solutions of a body's implicit equation, newest first, from which the next is extrapolated.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Turn([Vector3<f64>; 6]);
+/// Solutions that a guess is extrapolated from.
+const KNOWN: usize = 6;
 
-impl Turn {
-    /// The quintic through the solutions, one step on.
-    #[inline]
-    pub(super) fn guess(&self) -> Vector3<f64> {
-        let [a, b, c, d, e, f] = &self.0;
-        6.0 * (a + e) - 15.0 * (b + d) + 20.0 * c - f
+/// Length of the strip that solutions are written to; the longer, the more rarely they are moved.
+const STRIP: usize = 32;
+
+/// The last solutions of the bodies' implicit equations, from which the next are extrapolated.
+///
+/// Each body has a strip that is written to from end to front: what is in it never moves, but for every 26th step.
+pub(super) struct Turns {
+    strips: Vec<Strip>,
+    /// Where in each strip the solution of the present step goes; before those of the last steps, newest first.
+    present: usize,
+    /// Whether there has been no step yet.
+    fresh: bool,
+}
+
+/// One body's solutions.
+pub(super) struct Strip([Vector3<f64>; STRIP]);
+
+impl Strip {
+    /// The quintic through the last solutions, one step on.
+    #[inline(always)]
+    pub(super) fn guess(&self, present: usize) -> Vector3<f64> {
+        match &self.0[present + 1..] {
+            [a, b, c, d, e, f, ..] => 6.0 * (a + e) - 15.0 * (b + d) + 20.0 * c - f,
+            _ => Vector3::zeros(),
+        }
     }
 
-    /// With one solution more.
-    #[inline]
-    pub(super) fn then(&self, cayley: Vector3<f64>) -> Self {
-        let [a, b, c, d, e, _] = self.0;
-        Self([cayley, a, b, c, d, e])
+    /// Notes the solution of the present step.
+    #[inline(always)]
+    pub(super) fn note(&mut self, present: usize, cayley: &Vector3<f64>) {
+        self.0[present] = *cayley;
+    }
+}
+
+impl Turns {
+    /// Of nothing, for a number of bodies.
+    pub(super) fn new(bodies: usize) -> Self {
+        Self {
+            strips: (0..bodies)
+                .map(|_| Strip([Vector3::zeros(); STRIP]))
+                .collect(),
+            present: STRIP - 1 - KNOWN,
+            fresh: true,
+        }
     }
 
-    /// As if all had been like the newest.
-    pub(super) fn steady(&self) -> Self {
-        Self([self.0[0]; 6])
+    /// Forgets the trajectory so far.
+    pub(super) fn forget(&mut self) {
+        self.strips
+            .iter_mut()
+            .for_each(|strip| strip.0.fill(Vector3::zeros()));
+        self.fresh = true;
+    }
+
+    /// The strips and where in them the present step is.
+    #[inline(always)]
+    pub(super) fn strips(&mut self) -> (&mut [Strip], usize) {
+        (&mut self.strips, self.present)
+    }
+
+    /// Takes the present step as made.
+    #[inline(always)]
+    pub(super) fn accept(&mut self) {
+        if self.fresh || self.present == 0 {
+            self.wind();
+        } else {
+            self.present -= 1;
+        }
+    }
+
+    /// Moves the last solutions to the strips' ends; a trajectory's first stands for those before it too.
+    #[cold]
+    fn wind(&mut self) {
+        let end = STRIP - KNOWN;
+        for Strip(strip) in &mut self.strips {
+            if self.fresh {
+                let first = strip[self.present];
+                strip.fill(first);
+            } else {
+                strip.copy_within(self.present..self.present + KNOWN, end);
+            }
+        }
+        self.present = end - 1;
+        self.fresh = false;
     }
 }

@@ -61,9 +61,7 @@ pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
         z.x * x.y - x.x * z.y,
         x.x * y.y - y.x * x.y,
     ];
-    Matrix3::new(
-        x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2],
-    )
+    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2])
 }
 
 /// The rotation vector `θ n` of `cay(f)`.

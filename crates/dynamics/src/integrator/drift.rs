@@ -1,9 +1,9 @@
 use lgvi_lie::{compose, rotate_back};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::turn::{Strip, Turns};
 use super::{Rotor, StepError};
-use crate::rotation::{Chart, FromGuess, General, Principal, RelativeRotation, Unsolvable};
+use crate::rotation::{Chart, Direct, Principal, RelativeRotation, Unsolvable};
 use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
 
 /// Free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
@@ -23,32 +23,30 @@ struct Mover {
 /// the body, and an arm in [`BodyRotor::of`] and in [`BodyRotor::turn`]: a jump that the processor foresees.
 enum BodyRotor {
     /// The implicit equation in the Cayley chart, body axes being principal axes.
-    Principal(FromGuess<Principal>),
+    Principal(Direct<Principal>),
     /// The same for any body axes.
-    General(FromGuess<General>),
+    General(Direct<Matrix3<f64>>),
     /// The implicit equation in another chart.
-    Chart(Chart),
+    Chart(Chart, Direct<Matrix3<f64>>),
 }
 
 impl BodyRotor {
     fn of(rotor: Rotor, body: &RigidBody) -> Self {
         let inertia = body.inertia();
         match rotor {
-            Rotor::Discrete(Chart::Cayley) => FromGuess::principal(inertia).map_or_else(
-                || Self::General(FromGuess::general(inertia)),
-                Self::Principal,
-            ),
-            Rotor::Discrete(chart) => Self::Chart(chart),
+            Rotor::Discrete(Chart::Cayley) => Direct::principal(inertia)
+                .map_or_else(|| Self::General(Direct::general(inertia)), Self::Principal),
+            Rotor::Discrete(chart) => Self::Chart(chart, Direct::general(inertia)),
         }
     }
 
-    /// The Cayley vector of a turn by `h` from angular momentum `p`, if it is found without iteration.
+    /// The Cayley vector of a turn by `h` from angular momentum `p`, if a guess of s is good, and what s is.
     #[inline(always)]
-    fn at_once(&self, h: f64, p: &Vector3<f64>, guess: &Vector3<f64>) -> Option<Vector3<f64>> {
+    fn at_once(&self, h: f64, p: &Vector3<f64>, guess: f64) -> Option<(Vector3<f64>, f64)> {
         match self {
-            Self::Principal(equation) => equation.at_once(h, p, guess),
-            Self::General(equation) => equation.at_once(h, p, guess),
-            Self::Chart(_) => None,
+            Self::Principal(equation) => equation.solve(h, p, guess),
+            Self::General(equation) => equation.solve(h, p, guess),
+            Self::Chart(..) => None,
         }
     }
 
@@ -58,12 +56,12 @@ impl BodyRotor {
         inertia: &Inertia,
         h: f64,
         p: &Vector3<f64>,
-        guess: &Vector3<f64>,
-    ) -> Result<RelativeRotation, Unsolvable> {
+        guess: f64,
+    ) -> Result<(RelativeRotation, f64), Unsolvable> {
         match self {
-            Self::Principal(equation) => equation.solve(inertia, h, p, *guess),
-            Self::General(equation) => equation.solve(inertia, h, p, *guess),
-            Self::Chart(chart) => chart.solve(inertia, &(h * p), Some(guess)),
+            Self::Principal(equation) => equation.solve_on(inertia, h, p, guess),
+            Self::General(equation) => equation.solve_on(inertia, h, p, guess),
+            Self::Chart(chart, equation) => equation.solve_in(*chart, inertia, h, p, guess),
         }
     }
 }
@@ -95,10 +93,10 @@ impl Mover {
             momentum += dt * (gravity.force + control.force);
             p += dt * (gravity.moment + control.moment);
         }
-        let Some(f) = self.rotor.at_once(h, &p, &strip.guess(present)) else {
+        let Some((f, s)) = self.rotor.at_once(h, &p, strip.guess(present)) else {
             return false;
         };
-        strip.note(present, &f);
+        strip.note(present, s);
         state.linear_momentum = momentum;
         state.position += (h * self.per_mass) * momentum;
         state.angular_momentum = rotate_back(&f, &p);
@@ -131,9 +129,9 @@ impl Mover {
         }
         let p = &state.angular_momentum;
         let guess = strip.guess(present);
-        let RelativeRotation { cayley, iterations } =
-            self.rotor.solve(body.inertia(), h, p, &guess)?;
-        strip.note(present, &cayley);
+        let (RelativeRotation { cayley, iterations }, s) =
+            self.rotor.solve(body.inertia(), h, p, guess)?;
+        strip.note(present, s);
         state.angular_momentum = rotate_back(&cayley, p);
         state.attitude = compose(&state.attitude, &cayley);
         Ok(iterations)
@@ -220,13 +218,7 @@ pub(super) fn kick(
 }
 
 #[inline(always)]
-fn kick_body(
-    mobility: &Mobility,
-    state: &mut BodyState,
-    gravity: &Load,
-    control: &Load,
-    dt: f64,
-) {
+fn kick_body(mobility: &Mobility, state: &mut BodyState, gravity: &Load, control: &Load, dt: f64) {
     match mobility {
         Mobility::Free => {
             state.linear_momentum += dt * (gravity.force + control.force);

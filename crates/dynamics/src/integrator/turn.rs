@@ -1,12 +1,11 @@
-use nalgebra::Vector3;
-
 /// Solutions that a guess is extrapolated from.
 const KNOWN: usize = 6;
 
 /// Length of the strip that solutions are written to; the longer, the more rarely they are moved.
 const STRIP: usize = 32;
 
-/// The last solutions of the bodies' implicit equations, from which the next are extrapolated.
+/// What tells the last solutions of the bodies' implicit equations, a number `s` each, from which the next are
+/// extrapolated.
 ///
 /// Each body has a strip that is written to from end to front: what is in it never moves, but for every 26th step.
 pub(super) struct Turns {
@@ -18,22 +17,22 @@ pub(super) struct Turns {
 }
 
 /// One body's solutions.
-pub(super) struct Strip([Vector3<f64>; STRIP]);
+pub(super) struct Strip([f64; STRIP]);
 
 impl Strip {
     /// The quintic through the last solutions, one step on.
     #[inline(always)]
-    pub(super) fn guess(&self, present: usize) -> Vector3<f64> {
+    pub(super) fn guess(&self, present: usize) -> f64 {
         match &self.0[present + 1..] {
             [a, b, c, d, e, f, ..] => 6.0 * (a + e) - 15.0 * (b + d) + 20.0 * c - f,
-            _ => Vector3::zeros(),
+            _ => 0.0,
         }
     }
 
     /// Notes the solution of the present step.
     #[inline(always)]
-    pub(super) fn note(&mut self, present: usize, cayley: &Vector3<f64>) {
-        self.0[present] = *cayley;
+    pub(super) fn note(&mut self, present: usize, s: f64) {
+        self.0[present] = s;
     }
 }
 
@@ -41,9 +40,7 @@ impl Turns {
     /// Of nothing, for a number of bodies.
     pub(super) fn new(bodies: usize) -> Self {
         Self {
-            strips: (0..bodies)
-                .map(|_| Strip([Vector3::zeros(); STRIP]))
-                .collect(),
+            strips: (0..bodies).map(|_| Strip([0.0; STRIP])).collect(),
             present: STRIP - 1 - KNOWN,
             fresh: true,
         }
@@ -51,9 +48,7 @@ impl Turns {
 
     /// Forgets the trajectory so far.
     pub(super) fn forget(&mut self) {
-        self.strips
-            .iter_mut()
-            .for_each(|strip| strip.0.fill(Vector3::zeros()));
+        self.strips.iter_mut().for_each(|strip| strip.0.fill(0.0));
         self.fresh = true;
     }
 

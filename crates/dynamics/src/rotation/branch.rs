@@ -85,38 +85,14 @@ fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     }
 }
 
-/// What suffices for a solution `f` of (2.6) to lie on the branch, at the cost of a comparison.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sufficient {
-    /// `8e`
-    curvature: f64,
-    /// `8d`
-    slope: f64,
-}
-
-impl Sufficient {
-    pub(super) fn of(inertia: &Inertia) -> Self {
-        Self {
-            curvature: 8.0 * inertia.shape.second,
-            slope: 8.0 * inertia.shape.determinant,
-        }
-    }
-
-    /// Whether it holds of a solution `f` for `g / tr J`; not if either is NaN or infinite.
-    ///
-    /// `p' ≥ 8d + 2γ − (8e + 4γ) s` up to `s = 3/2`: where that is positive, so is p' all the way. It is negative at
-    /// `s = 3/2`, for `e ≥ 9d`; and a solution has `s = gᵀf ≥ 0`.
-    #[inline]
-    pub(super) fn holds(&self, g: &Vector3<f64>, f: &Vector3<f64>) -> bool {
-        let gamma = g.norm_squared();
-        (self.curvature + 4.0 * gamma) * g.dot(f) < self.slope + 2.0 * gamma
-    }
-}
-
 /// Whether a solution `f` of (2.6) for `g / tr J` lies on the branch: p rises all the way from 0 to `s = gᵀf`.
 pub(super) fn contains(inertia: &Inertia, g: &Vector3<f64>, f: &Vector3<f64>) -> bool {
+    let shape = &inertia.shape;
     let s = g.dot(f);
-    if s >= 0.0 && Sufficient::of(inertia).holds(g, f) {
+    // p' ≥ 8d + 2γ − (8e + 4γ) s up to s = 3/2: where that is positive, so is p' all the way.
+    let gamma = g.norm_squared();
+    let far = (8.0 * shape.second + 4.0 * gamma) * s;
+    if (0.0..1.5).contains(&s) && far < 8.0 * shape.determinant + 2.0 * gamma {
         return true;
     }
     let p = Quartic::of(inertia, g);

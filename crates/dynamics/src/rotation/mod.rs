@@ -8,16 +8,15 @@
 
 mod branch;
 mod cayley;
+mod direct;
 mod exponential;
-mod guess;
 
 use lgvi_lie::{cay, to_cayley, to_rotation_vector};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::Inertia;
-pub(crate) use cayley::{General, Principal};
-pub(crate) use guess::FromGuess;
+pub(crate) use direct::{Direct, Principal};
 
 /// The chart in which the implicit equation is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -56,6 +56,19 @@ pub enum StepError {
     },
 }
 
+impl StepError {
+    /// The body that the error is about; the first of two.
+    pub fn body(&self) -> Option<usize> {
+        match self {
+            Self::Unsolvable { body, .. }
+            | Self::NotFinite { body }
+            | Self::CloseApproach(CloseApproach { body, .. })
+            | Self::Unresolved { body, .. } => Some(*body),
+            Self::NotConverged { .. } | Self::StepSizeUnderflow { .. } => None,
+        }
+    }
+}
+
 /// Why a method cannot integrate a system. Bodies count from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum MethodError {

@@ -1,4 +1,6 @@
-use super::{Integrator, MethodError, ProcessedLieEuler, Splitting};
+use std::fmt;
+
+use super::{Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Splitting};
 use crate::System;
 use crate::rotation::Chart;
 
@@ -14,6 +16,8 @@ pub enum Rotor {
 pub enum Method {
     /// The Lie group variational integrator in Hamiltonian form (3.22)–(3.26), [`Splitting::lgvi`].
     Lgvi(Rotor),
+    /// The same in Lagrangian form (3.18)–(3.21), [`LagrangianLgvi`].
+    LagrangianLgvi(Chart),
     /// [`Splitting::lie_euler`].
     LieEuler(Rotor),
     /// [`ProcessedLieEuler`].
@@ -26,11 +30,23 @@ impl Default for Rotor {
     }
 }
 
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Lgvi(_) => "LGVI",
+            Self::LagrangianLgvi(_) => "LGVI in Lagrangian form",
+            Self::LieEuler(_) => "Lie–Euler",
+            Self::ProcessedLieEuler(_) => "processed Lie–Euler",
+        })
+    }
+}
+
 impl Method {
     /// The integrator for `system`.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),
+            Self::LagrangianLgvi(chart) => Box::new(LagrangianLgvi::new(chart, system)?),
             Self::LieEuler(rotor) => Box::new(Splitting::lie_euler(rotor, system.bodies())),
             Self::ProcessedLieEuler(rotor) => {
                 Box::new(ProcessedLieEuler::new(rotor, system.bodies()))

@@ -4,5 +4,6 @@
 
 mod case;
 mod derivatives;
+mod equivalence;
 mod laws;
 mod truth;

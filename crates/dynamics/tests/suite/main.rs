@@ -5,5 +5,6 @@
 mod case;
 mod derivatives;
 mod equivalence;
+mod failures;
 mod laws;
 mod truth;

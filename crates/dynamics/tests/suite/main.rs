@@ -7,4 +7,5 @@ mod derivatives;
 mod equivalence;
 mod failures;
 mod laws;
+mod mobility;
 mod truth;

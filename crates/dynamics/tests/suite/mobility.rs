@@ -50,7 +50,7 @@ fn a_driven_body_attracts_from_where_its_path_has_it() {
     let exact = lgvi_lie::exp(&(rate * 10.0)) * far;
     let (own, led) = (free[1].position - exact, led[1].position - exact);
     assert!(own.norm() < 5e-5, "{own}");
-    assert!(led.norm() < 5e-5, "{led}");
+    assert!(led.norm() < 8e-5, "{led}");
 }
 
 /// A frame moving uniformly changes nothing: round a driven body as round a held one.

@@ -20,8 +20,31 @@ pub enum Method {
     LagrangianLgvi(Chart),
     /// [`Splitting::lie_euler`].
     LieEuler(Rotor),
+    /// [`Splitting::composition`] of this order.
+    Composition {
+        /// 4, 6, 8 or 10.
+        order: u32,
+        /// How bodies turn in a drift.
+        rotor: Rotor,
+    },
+    /// [`Splitting::nystrom`] of this order.
+    Nystrom {
+        /// 4, 6 or 8.
+        order: u32,
+        /// How bodies turn in a drift.
+        rotor: Rotor,
+    },
     /// [`ProcessedLieEuler`].
     ProcessedLieEuler(Rotor),
+}
+
+impl Rotor {
+    /// Order of the rotation in the drift's length; `u32::MAX` where it is exact.
+    pub fn order(self) -> u32 {
+        match self {
+            Self::Discrete(_) => 2,
+        }
+    }
 }
 
 impl Default for Rotor {
@@ -32,12 +55,14 @@ impl Default for Rotor {
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Lgvi(_) => "LGVI",
-            Self::LagrangianLgvi(_) => "LGVI in Lagrangian form",
-            Self::LieEuler(_) => "Lie–Euler",
-            Self::ProcessedLieEuler(_) => "processed Lie–Euler",
-        })
+        match self {
+            Self::Lgvi(_) => write!(f, "LGVI"),
+            Self::LagrangianLgvi(_) => write!(f, "LGVI in Lagrangian form"),
+            Self::LieEuler(_) => write!(f, "Lie–Euler"),
+            Self::ProcessedLieEuler(_) => write!(f, "processed Lie–Euler"),
+            Self::Composition { order, .. } => write!(f, "composition of order {order}"),
+            Self::Nystrom { order, .. } => write!(f, "Nyström splitting of order {order}"),
+        }
     }
 }
 
@@ -48,6 +73,12 @@ impl Method {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),
             Self::LagrangianLgvi(chart) => Box::new(LagrangianLgvi::new(chart, system)?),
             Self::LieEuler(rotor) => Box::new(Splitting::lie_euler(rotor, system.bodies())),
+            Self::Composition { order, rotor } => {
+                Box::new(Splitting::composition(order, rotor, system.bodies())?)
+            }
+            Self::Nystrom { order, rotor } => {
+                Box::new(Splitting::nystrom(order, rotor, system.bodies())?)
+            }
             Self::ProcessedLieEuler(rotor) => {
                 Box::new(ProcessedLieEuler::new(rotor, system.bodies()))
             }

@@ -5,10 +5,12 @@
     expect(dead_code, unused_imports, reason = "no integrator takes them yet")
 )]
 mod coefficients;
+mod composition;
 mod drift;
 mod error;
 mod lagrangian;
 mod method;
+mod nystrom;
 mod processed;
 mod splitting;
 mod subdivision;

@@ -24,7 +24,7 @@ pub struct Splitting {
 
 impl Splitting {
     /// With coefficients `b` of kicks, one more than `a` of drifts.
-    fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
+    pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
         Self {
             kicks: kicks.to_vec(),
             drifts: drifts.to_vec(),

@@ -72,7 +72,13 @@ impl Case {
     }
 
     pub fn simulation(&self, method: Method, h: f64) -> Simulation {
-        let (system, states) = self.system();
+        let (_, states) = self.system();
+        self.simulation_from(states, method, h)
+    }
+
+    /// The case's bodies from other states.
+    pub fn simulation_from(&self, states: Vec<BodyState>, method: Method, h: f64) -> Simulation {
+        let (system, _) = self.system();
         Simulation::new(system, states, method, h).expect("a method for the case")
     }
 
@@ -86,7 +92,7 @@ impl Case {
         self.compare(t, &simulation)
     }
 
-    fn compare(&self, t: f64, simulation: &Simulation) -> Errors {
+    pub fn compare(&self, t: f64, simulation: &Simulation) -> Errors {
         let states = self.json["states"].as_array().expect("states");
         let reference = states
             .iter()

@@ -5,4 +5,5 @@
 mod case;
 mod derivatives;
 mod laws;
+mod preprocessed;
 mod truth;

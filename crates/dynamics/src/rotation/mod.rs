@@ -8,11 +8,16 @@
 
 mod branch;
 mod cayley;
+mod diagonal;
 mod exponential;
+mod preprocessed;
+mod principal;
 
 use lgvi_lie::{cay, to_cayley, to_rotation_vector};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
+
+pub use preprocessed::{PreprocessedDmv, PreprocessedError, PreprocessedOrder};
 
 use crate::Inertia;
 

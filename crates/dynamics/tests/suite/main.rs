@@ -9,4 +9,5 @@ mod equivalence;
 mod failures;
 mod laws;
 mod mobility;
+mod preprocessed;
 mod truth;

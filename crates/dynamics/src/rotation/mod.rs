@@ -9,7 +9,9 @@
 mod branch;
 mod cayley;
 mod exponential;
+mod free;
 
+pub use free::FreeRotation;
 use lgvi_lie::{cay, to_cayley, to_rotation_vector};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;

@@ -4,5 +4,6 @@
 
 mod case;
 mod derivatives;
+mod free_rotation;
 mod laws;
 mod truth;

@@ -6,12 +6,14 @@
 mod attractor;
 mod central;
 mod mutual;
+mod polyhedron;
 
 use nalgebra::{Matrix3, Vector3};
 
 pub use attractor::Attractor;
 pub use central::Central;
 pub use mutual::Mutual;
+pub use polyhedron::{Moments, ObjError, Polyhedron, PolyhedronError, PolyhedronField};
 
 use crate::{BodyState, Load, RigidBody};
 

@@ -1,0 +1,102 @@
+use nalgebra::{Matrix3, Vector3};
+
+use super::Polyhedron;
+
+/// What an edge contributes with: Werner & Scheeres' `E_e`, and what else does not depend on the place.
+#[derive(Clone, Debug)]
+pub(super) struct EdgeDyad {
+    ends: [Vector3<f64>; 2],
+    length: f64,
+    /// `E = n_A m_Aᵀ + n_B m_Bᵀ`; n the normals of the faces that meet here, m those of the edge in their planes.
+    pub(super) dyad: Matrix3<f64>,
+    /// `F_A − F_B`.
+    pub(super) jump: Matrix3<f64>,
+}
+
+/// An edge seen from a place: its ends from there, their distances, and `q = a b + r_a·r_b`, zero on the edge only.
+pub(super) struct EdgeSight {
+    pub(super) r: [Vector3<f64>; 2],
+    pub(super) distance: [f64; 2],
+    pub(super) q: f64,
+}
+
+impl EdgeDyad {
+    pub(super) fn seen_from(&self, d: &Vector3<f64>) -> EdgeSight {
+        let r = self.ends.map(|end| end - d);
+        let distance = r.map(|r| r.norm());
+        let product = distance[0] * distance[1];
+        let dot = r[0].dot(&r[1]);
+        // (a b + r_a·r_b)(a b − r_a·r_b) = |r_a × r_b|², without cancellation near the edge
+        let q = if dot < 0.0 {
+            r[0].cross(&r[1]).norm_squared() / (product - dot)
+        } else {
+            product + dot
+        };
+        EdgeSight { r, distance, q }
+    }
+
+    /// `L = ∫ ds/r = ln[(a + b + e)/(a + b − e)]`, infinite on the edge; `(a + b)² − e² = 2 q`.
+    pub(super) fn logarithm(&self, sight: &EdgeSight) -> f64 {
+        let e = self.length;
+        libm::log1p(e * (sight.distance[0] + sight.distance[1] + e) / sight.q)
+    }
+
+    /// `∂L/∂d = e (r_a/a + r_b/b)/q` and `∂ω/∂d = ∫ r × ds/r³ = (r_a × r_b)(a + b)/(a b q)`, this edge's part for face A.
+    pub(super) fn slopes(&self, sight: &EdgeSight) -> [Vector3<f64>; 2] {
+        let [a, b] = sight.distance;
+        let scale = 1.0 / (a * b * sight.q);
+        let along = self.length * scale * (b * sight.r[0] + a * sight.r[1]);
+        [along, (a + b) * scale * sight.r[0].cross(&sight.r[1])]
+    }
+}
+
+/// What a face contributes with: its normal n, of which `F_f = n nᵀ` is made.
+#[derive(Clone, Debug)]
+pub(super) struct FaceDyad {
+    corners: [Vector3<f64>; 3],
+    pub(super) normal: Vector3<f64>,
+    doubled_area: f64,
+}
+
+impl FaceDyad {
+    /// The height `n·r` of the face's plane over `d`, and the face's solid angle ω seen from there (A. van Oosterom &
+    /// J. Strackee, IEEE Trans. BME 30, 1983), positive from behind. In the face's plane ω is zero, the mean of both sides.
+    pub(super) fn height_and_angle(&self, d: &Vector3<f64>) -> (f64, f64) {
+        let [ra, rb, rc] = self.corners.map(|corner| corner - d);
+        let height = self.normal.dot(&ra);
+        if height == 0.0 {
+            return (0.0, 0.0);
+        }
+        let [a, b, c] = [ra, rb, rc].map(|r| r.norm());
+        let real = a * (b * c + rb.dot(&rc)) + b * rc.dot(&ra) + c * ra.dot(&rb);
+        (height, 2.0 * libm::atan2(self.doubled_area * height, real))
+    }
+}
+
+pub(super) fn of(polyhedron: &Polyhedron) -> (Vec<EdgeDyad>, Vec<FaceDyad>) {
+    let face = |face: &[usize; 3]| {
+        let corners = face.map(|corner| polyhedron.vertices[corner]);
+        let doubled = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let doubled_area = doubled.norm();
+        FaceDyad {
+            corners,
+            normal: doubled / doubled_area,
+            doubled_area,
+        }
+    };
+    let faces: Vec<_> = polyhedron.faces.iter().map(face).collect();
+    let edge = |edge: &super::Edge| {
+        let ends = edge.ends.map(|end| polyhedron.vertices[end]);
+        let along = ends[1] - ends[0];
+        let length = along.norm();
+        let [a, b] = edge.faces.map(|face| faces[face].normal);
+        let dyad = (a * along.cross(&a).transpose() - b * along.cross(&b).transpose()) / length;
+        EdgeDyad {
+            ends,
+            length,
+            dyad: 0.5 * (dyad + dyad.transpose()),
+            jump: a * a.transpose() - b * b.transpose(),
+        }
+    };
+    (polyhedron.edges.iter().map(edge).collect(), faces)
+}

@@ -1,18 +1,32 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::Polyhedron;
+use super::{Polyhedron, PolyhedronError};
 use crate::PointMass;
 
+/// Degree up to which clouds take little memory and time.
+const MOST_DEGREE: usize = 10;
+
 impl Polyhedron {
-    /// Points of mass, from the centre of mass, with all moments of the body up to this degree: Gauss points of the
-    /// tetrahedra between centre and faces, `⌈(degree + 1)/2⌉³` each.
+    /// Points of mass, from the centre of mass, with all moments of the body up to this degree (at most 10): Gauss points
+    /// of the tetrahedra between centre and faces, `⌈(degree + 1)/2⌉³` each.
     ///
     /// The potential of another attractor on this body is the sum over the points, with an error that falls as the
     /// power `degree + 1` of the tetrahedra's size over the distance.
     ///
     /// # Assumptions and limitations
     /// Where the centre sees a face from behind (a body that is not star-shaped), its points have negative mass.
-    pub fn cloud(&self, degree: usize) -> Vec<PointMass> {
+    pub fn cloud(&self, degree: usize) -> Result<Vec<PointMass>, PolyhedronError> {
+        if degree > MOST_DEGREE {
+            return Err(PolyhedronError::Degree {
+                found: degree,
+                limit: MOST_DEGREE,
+            });
+        }
+        Ok(self.gauss_points(degree))
+    }
+
+    /// The cloud of any degree.
+    pub(super) fn gauss_points(&self, degree: usize) -> Vec<PointMass> {
         let count = degree / 2 + 1;
         let [radial, across, along] = [2, 1, 0].map(|power| gauss(count, power));
         let mut points = Vec::with_capacity(self.faces.len() * count * count * count);

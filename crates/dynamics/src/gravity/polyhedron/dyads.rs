@@ -13,38 +13,52 @@ pub(super) struct EdgeDyad {
     pub(super) jump: Matrix3<f64>,
 }
 
-/// An edge seen from a place: its ends from there, their distances, and `q = a b + r_a·r_b`, zero on the edge only.
+/// An edge seen from a place: its ends from there, and their distances.
 pub(super) struct EdgeSight {
     pub(super) r: [Vector3<f64>; 2],
-    pub(super) distance: [f64; 2],
-    pub(super) q: f64,
+    distance: [f64; 2],
+}
+
+impl EdgeSight {
+    /// `q = a b + r_a·r_b`, zero on the edge only.
+    #[inline(always)]
+    fn q(&self) -> f64 {
+        let [ra, rb] = &self.r;
+        let product = self.distance[0] * self.distance[1];
+        let dot = ra.dot(rb);
+        if dot < 0.0 {
+            // (a b + r_a·r_b)(a b − r_a·r_b) = |r_a × r_b|², without cancellation near the edge
+            ra.cross(rb).norm_squared() / (product - dot)
+        } else {
+            product + dot
+        }
+    }
 }
 
 impl EdgeDyad {
     pub(super) fn seen_from(&self, d: &Vector3<f64>) -> EdgeSight {
         let r = self.ends.map(|end| end - d);
-        let distance = r.map(|r| r.norm());
-        let product = distance[0] * distance[1];
-        let dot = r[0].dot(&r[1]);
-        // (a b + r_a·r_b)(a b − r_a·r_b) = |r_a × r_b|², without cancellation near the edge
-        let q = if dot < 0.0 {
-            r[0].cross(&r[1]).norm_squared() / (product - dot)
-        } else {
-            product + dot
-        };
-        EdgeSight { r, distance, q }
+        let distance = r.map(|r| r.norm_squared().sqrt());
+        EdgeSight { r, distance }
     }
 
-    /// `L = ∫ ds/r = ln[(a + b + e)/(a + b − e)]`, infinite on the edge; `(a + b)² − e² = 2 q`.
+    /// `L = ∫ ds/r = ln[(a + b + e)/(a + b − e)] = 2 artanh[e/(a + b)]`, infinite on the edge; `(a + b)² − e² = 2 q`.
+    #[inline(always)]
     pub(super) fn logarithm(&self, sight: &EdgeSight) -> f64 {
         let e = self.length;
-        libm::log1p(e * (sight.distance[0] + sight.distance[1] + e) / sight.q)
+        let around = sight.distance[0] + sight.distance[1];
+        if e < SMALL * around {
+            let z = e / around;
+            2.0 * z * inverse_tangent_series(z * z)
+        } else {
+            libm::log1p(e * (around + e) / sight.q())
+        }
     }
 
     /// `∂L/∂d = e (r_a/a + r_b/b)/q` and `∂ω/∂d = ∫ r × ds/r³ = (r_a × r_b)(a + b)/(a b q)`, this edge's part for face A.
     pub(super) fn slopes(&self, sight: &EdgeSight) -> [Vector3<f64>; 2] {
         let [a, b] = sight.distance;
-        let scale = 1.0 / (a * b * sight.q);
+        let scale = 1.0 / (a * b * sight.q());
         let along = self.length * scale * (b * sight.r[0] + a * sight.r[1]);
         [along, (a + b) * scale * sight.r[0].cross(&sight.r[1])]
     }
@@ -61,16 +75,34 @@ pub(super) struct FaceDyad {
 impl FaceDyad {
     /// The height `n·r` of the face's plane over `d`, and the face's solid angle ω seen from there (A. van Oosterom &
     /// J. Strackee, IEEE Trans. BME 30, 1983), positive from behind. In the face's plane ω is zero, the mean of both sides.
+    #[inline(always)]
     pub(super) fn height_and_angle(&self, d: &Vector3<f64>) -> (f64, f64) {
         let [ra, rb, rc] = self.corners.map(|corner| corner - d);
         let height = self.normal.dot(&ra);
         if height == 0.0 {
             return (0.0, 0.0);
         }
-        let [a, b, c] = [ra, rb, rc].map(|r| r.norm());
+        let [a, b, c] = [ra, rb, rc].map(|r| r.norm_squared().sqrt());
         let real = a * (b * c + rb.dot(&rc)) + b * rc.dot(&ra) + c * ra.dot(&rb);
-        (height, 2.0 * libm::atan2(self.doubled_area * height, real))
+        let imaginary = self.doubled_area * height;
+        let half = if imaginary.abs() < SMALL * real {
+            let t = imaginary / real;
+            t * inverse_tangent_series(-t * t)
+        } else {
+            libm::atan2(imaginary, real)
+        };
+        (height, 2.0 * half)
     }
+}
+
+/// Arguments below which [`inverse_tangent_series`] is exact to rounding; most are, of a fine mesh or far away.
+const SMALL: f64 = 0.125;
+
+/// `artanh(z)/z` of `w = z²` and `arctan(t)/t` of `w = −t²`: `1 + w/3 + w²/5 + …`, to `w⁸ ≤ 64⁻⁸`.
+fn inverse_tangent_series(w: f64) -> f64 {
+    let coefficients = [15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0, 1.0].map(|n: f64| n.recip());
+    let horner = |sum, coefficient| sum * w + coefficient;
+    coefficients.into_iter().fold(1.0 / 17.0, horner)
 }
 
 pub(super) fn of(polyhedron: &Polyhedron) -> (Vec<EdgeDyad>, Vec<FaceDyad>) {

@@ -78,6 +78,14 @@ pub enum PolyhedronError {
         /// How many are allowed.
         limit: u32,
     },
+    /// A cloud of too many points is asked for.
+    #[error("a cloud of degree {found}, expected at most {limit}")]
+    Degree {
+        /// The degree asked for.
+        found: usize,
+        /// The highest allowed.
+        limit: usize,
+    },
 }
 
 /// Why a text is not a polyhedron in the Wavefront OBJ format. Lines count from 1.

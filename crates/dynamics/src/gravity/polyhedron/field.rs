@@ -62,10 +62,11 @@ impl Attractor for PolyhedronField {
         let mut sum = 0.0;
         for edge in &self.edges {
             let sight = edge.seen_from(d);
+            let logarithm = edge.logarithm(&sight);
             // towards the edge L grows as a logarithm and E r falls linearly
-            if sight.q > 0.0 {
+            if logarithm.is_finite() {
                 let r = &sight.r[0];
-                sum += edge.logarithm(&sight) * r.dot(&(edge.dyad * r));
+                sum += logarithm * r.dot(&(edge.dyad * r));
             }
         }
         for face in &self.faces {
@@ -79,8 +80,9 @@ impl Attractor for PolyhedronField {
         let mut sum = Vector3::zeros();
         for edge in &self.edges {
             let sight = edge.seen_from(d);
-            if sight.q > 0.0 {
-                sum -= edge.dyad * (edge.logarithm(&sight) * sight.r[0]);
+            let logarithm = edge.logarithm(&sight);
+            if logarithm.is_finite() {
+                sum -= edge.dyad * (logarithm * sight.r[0]);
             }
         }
         for face in &self.faces {

@@ -6,6 +6,7 @@ mod error;
 mod field;
 mod mass;
 mod obj;
+mod recombination;
 mod shapes;
 mod surface;
 #[cfg(test)]

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::{Polyhedron, PolyhedronError};
 
-/// Subdivisions of an ellipsoid's mesh that still fit in memory with ease: 1 310 720 faces.
-const MOST_SUBDIVISIONS: u32 = 8;
+/// Subdivisions of an ellipsoid's mesh that still fit in memory with ease: 81 920 faces.
+const MOST_SUBDIVISIONS: u32 = 6;
 
 impl Polyhedron {
     /// A cuboid about the origin, its faces normal to the axes, its edges twice `semi_axes` long.

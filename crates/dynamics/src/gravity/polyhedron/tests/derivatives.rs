@@ -38,7 +38,7 @@ fn cuboid<T: DualNum<f64> + Copy>(d: Triple<T>) -> T {
 /// `−G Σ m/r` over Gauss points, at a distance where their error is rounding.
 fn points<T: DualNum<f64> + Copy>(polyhedron: &Polyhedron, d: Triple<T>) -> T {
     let mut sum = T::from(0.0);
-    for point in polyhedron.cloud(20) {
+    for point in polyhedron.gauss_points(20) {
         let place = point.position + polyhedron.centre();
         let r: Triple<T> = std::array::from_fn(|i| -d[i] + place[i]);
         let distance = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).sqrt();

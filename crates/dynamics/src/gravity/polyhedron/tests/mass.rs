@@ -6,7 +6,7 @@ use super::{rock, vectors};
 use crate::PointMass;
 
 /// Sums of `m x^i y^j z^k` over points.
-fn monomials<const N: usize>(points: &[PointMass], shift: &Vector3<f64>) -> Powers<N> {
+pub(super) fn monomials<const N: usize>(points: &[PointMass], shift: &Vector3<f64>) -> Powers<N> {
     let mut sum = [[[0.0; N]; N]; N];
     for point in points {
         let rho = point.position + shift;
@@ -57,7 +57,7 @@ fn a_cuboid_has_its_textbook_moments() {
 #[test]
 fn moments_of_a_rock_are_those_of_its_gauss_points() {
     let body = rock();
-    let points = body.cloud(8);
+    let points = body.gauss_points(8);
     let (found, expected) = (
         body.monomials::<9>(),
         monomials::<9>(&points, &body.centre()),

@@ -89,8 +89,8 @@ fn unphysical_figures_are_refused() {
         Err(PolyhedronError::Density(0.0))
     );
     assert_eq!(
-        Polyhedron::ellipsoid([1.0; 3], 9, 1.0),
-        Err(PolyhedronError::Subdivisions { found: 9, limit: 8 })
+        Polyhedron::ellipsoid([1.0; 3], 7, 1.0),
+        Err(PolyhedronError::Subdivisions { found: 7, limit: 6 })
     );
     let cube = Polyhedron::cuboid([1.0; 3], 1.0).unwrap();
     assert_eq!(cube.with_mass(-1.0), Err(PolyhedronError::Mass(-1.0)));

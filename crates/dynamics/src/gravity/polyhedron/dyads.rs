@@ -1,11 +1,13 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Polyhedron;
+use super::surface::Edge;
 
 /// What an edge contributes with: Werner & Scheeres' `E_e`, and what else does not depend on the place.
 #[derive(Clone, Debug)]
 pub(super) struct EdgeDyad {
     ends: [Vector3<f64>; 2],
+    along: Vector3<f64>,
     length: f64,
     /// `E = n_A m_Aᵀ + n_B m_Bᵀ`; n the normals of the faces that meet here, m those of the edge in their planes.
     pub(super) dyad: Matrix3<f64>,
@@ -19,22 +21,6 @@ pub(super) struct EdgeSight {
     distance: [f64; 2],
 }
 
-impl EdgeSight {
-    /// `q = a b + r_a·r_b`, zero on the edge only.
-    #[inline(always)]
-    fn q(&self) -> f64 {
-        let [ra, rb] = &self.r;
-        let product = self.distance[0] * self.distance[1];
-        let dot = ra.dot(rb);
-        if dot < 0.0 {
-            // (a b + r_a·r_b)(a b − r_a·r_b) = |r_a × r_b|², without cancellation near the edge
-            ra.cross(rb).norm_squared() / (product - dot)
-        } else {
-            product + dot
-        }
-    }
-}
-
 impl EdgeDyad {
     pub(super) fn seen_from(&self, d: &Vector3<f64>) -> EdgeSight {
         let r = self.ends.map(|end| end - d);
@@ -43,6 +29,7 @@ impl EdgeDyad {
     }
 
     /// `L = ∫ ds/r = ln[(a + b + e)/(a + b − e)] = 2 artanh[e/(a + b)]`, infinite on the edge; `(a + b)² − e² = 2 q`.
+    // inlined, for a call would pass the sight through memory
     #[inline(always)]
     pub(super) fn logarithm(&self, sight: &EdgeSight) -> f64 {
         let e = self.length;
@@ -51,16 +38,36 @@ impl EdgeDyad {
             let z = e / around;
             2.0 * z * inverse_tangent_series(z * z)
         } else {
-            libm::log1p(e * (around + e) / sight.q())
+            libm::log1p(e * (around + e) / self.q(sight))
         }
     }
 
     /// `∂L/∂d = e (r_a/a + r_b/b)/q` and `∂ω/∂d = ∫ r × ds/r³ = (r_a × r_b)(a + b)/(a b q)`, this edge's part for face A.
+    #[inline(always)]
     pub(super) fn slopes(&self, sight: &EdgeSight) -> [Vector3<f64>; 2] {
         let [a, b] = sight.distance;
-        let scale = 1.0 / (a * b * sight.q());
+        let scale = 1.0 / (a * b * self.q(sight));
         let along = self.length * scale * (b * sight.r[0] + a * sight.r[1]);
-        [along, (a + b) * scale * sight.r[0].cross(&sight.r[1])]
+        [along, (a + b) * scale * self.cross(sight)]
+    }
+
+    /// `q = a b + r_a·r_b`, zero on the edge only.
+    #[inline(always)]
+    fn q(&self, sight: &EdgeSight) -> f64 {
+        let product = sight.distance[0] * sight.distance[1];
+        let dot = sight.r[0].dot(&sight.r[1]);
+        if dot < 0.0 {
+            // (a b + r_a·r_b)(a b − r_a·r_b) = |r_a × r_b|², without cancellation near the edge
+            self.cross(sight).norm_squared() / (product - dot)
+        } else {
+            product + dot
+        }
+    }
+
+    /// `r_a × r_b = r_a × (r_b − r_a)`, without cancellation far away.
+    #[inline(always)]
+    fn cross(&self, sight: &EdgeSight) -> Vector3<f64> {
+        sight.r[0].cross(&self.along)
     }
 }
 
@@ -105,6 +112,9 @@ fn inverse_tangent_series(w: f64) -> f64 {
     coefficients.into_iter().fold(1.0 / 17.0, horner)
 }
 
+/// Difference of two faces' normals that is rounding: the faces lie in one plane, their edge contributes nothing.
+const FLAT: f64 = 1e-15;
+
 pub(super) fn of(polyhedron: &Polyhedron) -> (Vec<EdgeDyad>, Vec<FaceDyad>) {
     let face = |face: &[usize; 3]| {
         let corners = face.map(|corner| polyhedron.vertices[corner]);
@@ -117,18 +127,19 @@ pub(super) fn of(polyhedron: &Polyhedron) -> (Vec<EdgeDyad>, Vec<FaceDyad>) {
         }
     };
     let faces: Vec<_> = polyhedron.faces.iter().map(face).collect();
-    let edge = |edge: &super::Edge| {
+    let edge = |edge: &Edge| {
         let ends = edge.ends.map(|end| polyhedron.vertices[end]);
         let along = ends[1] - ends[0];
         let length = along.norm();
         let [a, b] = edge.faces.map(|face| faces[face].normal);
         let dyad = (a * along.cross(&a).transpose() - b * along.cross(&b).transpose()) / length;
-        EdgeDyad {
+        ((a - b).amax() > FLAT).then(|| EdgeDyad {
             ends,
+            along,
             length,
             dyad: 0.5 * (dyad + dyad.transpose()),
             jump: a * a.transpose() - b * b.transpose(),
-        }
+        })
     };
-    (polyhedron.edges.iter().map(edge).collect(), faces)
+    (polyhedron.edges.iter().filter_map(edge).collect(), faces)
 }

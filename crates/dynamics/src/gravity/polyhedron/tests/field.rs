@@ -138,20 +138,36 @@ fn far_field_is_that_of_mass_and_moments() {
     }
 }
 
-/// Rounding far away grows as the square of the distance, as documented.
+/// Where points with the body's moments to degree ten are as good as exact, rounding grows as the square of the distance.
 #[test]
 fn rounding_far_away_stays_below_its_bound() {
-    let body = rock().recentred();
+    let body = Polyhedron::ellipsoid([1.0, 0.7, 0.4], 2, 1.3).unwrap();
     let field = field(&body);
+    let cloud = body.sparse_cloud(10).unwrap();
     let direction = Vector3::new(0.5, -0.6, 0.4).normalize();
-    let gm = G * body.mass();
-    for r in [1e2_f64, 1e3, 1e4] {
-        let d = r * direction;
-        // the quadrupole itself is below r⁻²
-        let bound = (r * r).recip() + 1e-14 * r * r;
-        assert!((field.potential(&d) * r / gm + 1.0).abs() < bound);
-        let a = field.acceleration(&d) * (r * r / gm);
-        assert!((a + direction).norm() < 3.0 * bound);
+    let b = Vector3::new(0.3, -0.4, 0.5);
+    for distance in [1e2_f64, 1e3, 1e4] {
+        let d = distance * direction;
+        let (mut u, mut a) = (0.0, Vector3::zeros());
+        let (mut g, mut t) = (Matrix3::zeros(), Matrix3::zeros());
+        for point in cloud
+            .iter()
+            .map(|point| (G * point.mass, d - point.position))
+        {
+            let (gm, s) = point;
+            let r = s.norm();
+            let (outer, mixed) = (s * s.transpose(), b * s.transpose());
+            let even = mixed + mixed.transpose() + Matrix3::from_diagonal_element(b.dot(&s));
+            u -= gm / r;
+            a -= gm / r.powi(3) * s;
+            g += gm * (3.0 * outer / r.powi(5) - Matrix3::identity() / r.powi(3));
+            t += gm * (3.0 * even / r.powi(5) - 15.0 * b.dot(&s) * outer / r.powi(7));
+        }
+        let bound = 3e-15 * distance * distance;
+        assert!((field.potential(&d) / u - 1.0).abs() < bound);
+        assert!((field.acceleration(&d) - a).norm() < bound * a.norm());
+        assert!((field.gradient(&d) - g).norm() < bound * g.norm());
+        assert!((field.curvature(&d, &b) - t).norm() < bound * t.norm());
     }
 }
 
@@ -204,18 +220,19 @@ fn potential_and_acceleration_are_continuous_onto_the_surface() {
     }
 }
 
-/// Across a face the gradient jumps by `4πGσ n nᵀ`; on it it is the mean.
+/// Across a face the gradient jumps by `4πGσ n nᵀ`; on it, its diagonal included, it is the mean.
 #[test]
 fn gradient_jumps_across_a_face_by_the_density() {
     let body = Polyhedron::cuboid([1.0, 0.7, 0.4], 1.3).unwrap();
     let field = field(&body);
-    let on = Vector3::new(1.0, 0.2, -0.3);
-    let step = 1e-9 * Vector3::x();
-    let [inside, mean, outside] = [on - step, on, on + step].map(|d| field.gradient(&d));
-    let jump = 4.0 * PI * G * body.density() * Matrix3::from_diagonal(&Vector3::x());
-    assert!((outside - inside - jump).norm() < 1e-7);
-    assert!((mean - 0.5 * (inside + outside)).norm() < 1e-7);
-    assert!(field.contains(&(on - step)) && !field.contains(&(on + step)));
+    let step = 1e-6 * Vector3::x();
+    for on in [Vector3::new(1.0, 0.2, -0.3), Vector3::x()] {
+        let [inside, mean, outside] = [on - step, on, on + step].map(|d| field.gradient(&d));
+        let jump = 4.0 * PI * G * body.density() * Matrix3::from_diagonal(&Vector3::x());
+        assert!((outside - inside - jump).norm() < 1e-4);
+        assert!((mean - 0.5 * (inside + outside)).norm() < 1e-4);
+        assert!(field.contains(&(on - step)) && !field.contains(&(on + step)));
+    }
     let edge = field.gradient(&Vector3::new(1.0, 0.7, 0.1));
     assert!(edge.iter().any(|entry| !entry.is_finite()));
 }

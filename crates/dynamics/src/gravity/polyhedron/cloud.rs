@@ -6,6 +6,9 @@ use crate::PointMass;
 /// Degree up to which clouds take little memory and time.
 const MOST_DEGREE: usize = 10;
 
+/// Share of the body's mass that is rounding: of a face whose plane holds the centre, of either sign.
+const LEAST_SHARE: f64 = 1e-16;
+
 impl Polyhedron {
     /// Points of mass, from the centre of mass, with all moments of the body up to this degree (at most 10): Gauss points
     /// of the tetrahedra between centre and faces, `⌈(degree + 1)/2⌉³` each.
@@ -33,6 +36,9 @@ impl Polyhedron {
         for [a, b, c] in self.tetrahedra(&self.centre) {
             // ρ = t [a + u (b − a + v (c − b))] with dV = 6 V t² u dt du dv
             let scale = self.density * a.dot(&b.cross(&c));
+            if scale.abs() <= LEAST_SHARE * self.mass() {
+                continue;
+            }
             for &(t, by_t) in &radial {
                 for &(u, by_u) in &across {
                     for &(v, by_v) in &along {

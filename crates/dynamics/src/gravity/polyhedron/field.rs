@@ -17,8 +17,9 @@ use crate::gravity::Attractor;
 /// # Assumptions and limitations
 /// - Inside the body φ is not harmonic: `tr G = −4πGσ`.
 /// - Potential and acceleration are continuous, and finite everywhere. The gradient jumps by `4πGσ n nᵀ` across a face,
-///   in whose plane it is the mean of both sides to rounding, and is infinite at an edge, where the result is not finite;
-///   so is the curvature, which besides says nothing of a face's jump.
+///   on which it is the mean of both sides unless rounding puts the place on one; the curvature leaves out the jump.
+///   Near an edge the gradient grows as the logarithm and the curvature as the inverse of the distance; on it they are
+///   not finite. Edges between faces in one plane are none.
 /// - The sums cancel far away: the relative rounding of all four is about `10⁻¹⁵ (d/size)²`.
 /// - The cost is proportional to the number of faces.
 #[derive(Clone, Debug)]

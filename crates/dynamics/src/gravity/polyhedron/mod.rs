@@ -73,7 +73,10 @@ impl Polyhedron {
         polyhedron.volume = volume;
         polyhedron.centre = apex + first / volume;
         let mass = polyhedron.mass();
-        polyhedron.with_mass(mass)
+        if !(mass.is_finite() && mass > 0.0) {
+            return Err(PolyhedronError::Mass(mass));
+        }
+        Ok(polyhedron)
     }
 
     /// The same shape with the density that gives it this mass.

@@ -14,43 +14,72 @@ impl Polyhedron {
     /// # Assumptions and limitations
     /// As of [`Polyhedron::cloud`]. Which points are kept follows no symmetry of the body.
     pub fn sparse_cloud(&self, degree: usize) -> Result<Vec<PointMass>, PolyhedronError> {
-        let mut points = self.cloud(degree)?;
+        let points = self.cloud(degree)?;
         let reach = points
             .iter()
             .fold(0.0, |reach: f64, point| reach.max(point.position.norm()));
-        let most = (degree + 1) * (degree + 2) * (degree + 3) / 6;
-        while points.len() > most {
-            points = recombined(&points, degree, reach, most);
-        }
-        Ok(points)
+        let recombination = Recombination {
+            degree,
+            most: (degree + 1) * (degree + 2) * (degree + 3) / 6,
+            reach,
+            mass: self.mass(),
+        };
+        Ok(recombination.of(points))
     }
 }
 
-/// Drops half of `2 most` groups of points and gives the others other masses, with the same moments in sum
-/// (M. Tchernychova & T. Lyons: recombination after Carathéodory's theorem).
-fn recombined(points: &[PointMass], degree: usize, reach: f64, most: usize) -> Vec<PointMass> {
-    let count = points.len().min(2 * most);
-    let bounds = |group: usize| group * points.len() / count..(group + 1) * points.len() / count;
-    let mut moments = DMatrix::zeros(count, count);
-    for group in 0..count {
-        for point in &points[bounds(group)] {
-            let values = legendre_products(point.position / reach, degree);
-            for (column, value) in values.enumerate() {
-                moments[(group, column)] += point.mass * value;
+/// What points are thinned out for, after Carathéodory's theorem (M. Tchernychova & T. Lyons).
+struct Recombination {
+    degree: usize,
+    /// How many moments there are up to the degree.
+    most: usize,
+    /// Units of length and mass, for nothing to over- or underflow.
+    reach: f64,
+    mass: f64,
+}
+
+impl Recombination {
+    /// Of `2 most` groups of points drops half and gives the others other masses, with the same moments in sum; again
+    /// until no more points than moments are left.
+    fn of(&self, mut points: Vec<PointMass>) -> Vec<PointMass> {
+        while points.len() > self.most {
+            let count = points.len().min(2 * self.most);
+            let bound = |group: usize| group * points.len() / count;
+            let groups: Vec<_> = (0..count)
+                .map(|group| &points[bound(group)..bound(group + 1)])
+                .collect();
+            let factors = nonnegative_factors(self.moments(&groups), self.most);
+            let mut kept = Vec::with_capacity(points.len());
+            for (group, &factor) in groups.iter().zip(&factors) {
+                if factor > 0.0 {
+                    kept.extend(group.iter().map(|point| PointMass {
+                        mass: factor * point.mass,
+                        ..*point
+                    }));
+                }
+            }
+            if kept.len() == points.len() {
+                break;
+            }
+            points = kept;
+        }
+        points
+    }
+
+    /// The moments of each group, a row each, in a square matrix.
+    fn moments(&self, groups: &[&[PointMass]]) -> DMatrix<f64> {
+        let mut moments = DMatrix::zeros(groups.len(), groups.len());
+        for (row, group) in groups.iter().enumerate() {
+            for point in *group {
+                let mass = point.mass / self.mass;
+                let values = legendre_products(point.position / self.reach, self.degree);
+                for (column, value) in values.enumerate() {
+                    moments[(row, column)] += mass * value;
+                }
             }
         }
+        moments
     }
-    let factors = nonnegative_factors(moments, most);
-    let mut kept = Vec::with_capacity(points.len());
-    for (group, &factor) in factors.iter().enumerate() {
-        if factor > 0.0 {
-            kept.extend(points[bounds(group)].iter().map(|point| PointMass {
-                mass: factor * point.mass,
-                ..*point
-            }));
-        }
-    }
-    kept
 }
 
 /// Factors `λ ≥ 0`, at most `most` of them positive, under which the rows of `moments` (nonzero in the first `most`

@@ -104,6 +104,23 @@ fn clouds_of_bent_bodies_have_all_moments() {
     }
 }
 
+/// In units that are powers of two apart the points are the same to the last bit.
+#[test]
+fn sparse_clouds_do_not_depend_on_the_unit() {
+    let (length, mass) = (2.0_f64.powi(100), 2.0_f64.powi(1000));
+    let body = rock();
+    let vertices = body.vertices().iter().map(|v| v * length).collect();
+    let density = body.density() * mass / length.powi(3);
+    let other = Polyhedron::new(vertices, body.faces().to_vec(), density).unwrap();
+    let points = body.sparse_cloud(4).unwrap();
+    let others = other.sparse_cloud(4).unwrap();
+    assert_eq!(points.len(), others.len());
+    for (point, other) in points.iter().zip(&others) {
+        assert_eq!(point.mass * mass, other.mass);
+        assert_eq!(point.position * length, other.position);
+    }
+}
+
 #[test]
 fn degrees_beyond_reason_are_refused() {
     let refusal = PolyhedronError::Degree {

@@ -19,7 +19,8 @@ use crate::gravity::Attractor;
 /// - Potential and acceleration are continuous, and finite everywhere. The gradient jumps by `4πGσ n nᵀ` across a face,
 ///   on which it is the mean of both sides unless rounding puts the place on one; the curvature leaves out the jump.
 ///   Near an edge the gradient grows as the logarithm and the curvature as the inverse of the distance; on it they are
-///   not finite. Edges between faces in one plane are none.
+///   not finite, at a distance δ they round to `10⁻¹⁶ size/δ` of their greatest part. Edges between faces in one plane
+///   are none.
 /// - The sums cancel far away: the relative rounding of all four is about `10⁻¹⁵ (d/size)²`.
 /// - The cost is proportional to the number of faces.
 #[derive(Clone, Debug)]

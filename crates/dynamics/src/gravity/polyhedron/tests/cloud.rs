@@ -104,6 +104,29 @@ fn clouds_of_bent_bodies_have_all_moments() {
     }
 }
 
+/// An L whose centre lies in the plane of a face, to rounding: that face has no points, least of all of negative mass.
+#[test]
+fn faces_seen_edge_on_have_no_points() {
+    let top = 1.0 + 2.0_f64.sqrt();
+    let outline = [(0., 0.), (2., 0.), (2., 1.), (1., 1.), (1., top), (0., top)];
+    let mut text = String::new();
+    for z in [0, 1] {
+        for (x, y) in outline {
+            text += &format!("v {x} {y} {z}\n");
+        }
+    }
+    text += "f 4 3 2 1 6 5\nf 10 11 12 7 8 9\n";
+    for (a, b) in (1..=6).zip([2, 3, 4, 5, 6, 1]) {
+        text += &format!("f {a} {b} {} {}\n", b + 6, a + 6);
+    }
+    let body = Polyhedron::from_obj(&text, 1.0).unwrap();
+    assert!((body.centre().y - 1.0).abs() < 1e-15);
+    let points = body.cloud(2).unwrap();
+    assert_eq!(points.len(), 8 * (body.faces().len() - 2));
+    assert!(lack_of_moments(&body, &points, 2) < 1e-15);
+    RigidBody::new(body.mass(), body.inertia().unwrap(), points).unwrap();
+}
+
 /// In units that are powers of two apart the points are the same to the last bit.
 #[test]
 fn sparse_clouds_do_not_depend_on_the_unit() {

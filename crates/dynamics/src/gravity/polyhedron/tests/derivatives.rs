@@ -94,6 +94,20 @@ fn cuboid_has_inside_and_outside_the_derivatives_of_its_closed_potential() {
     }
 }
 
+/// At a distance δ the solid angles and the edges' slopes round to `ε size/δ`, here 2e-7, which potential and acceleration
+/// do not see.
+#[test]
+fn cuboid_has_the_derivatives_of_its_closed_potential_near_an_edge() {
+    let body = Polyhedron::cuboid(AXES, 1.0).unwrap();
+    let field = PolyhedronField::new(&body, STRENGTH);
+    let edge = Vector3::new(AXES[0], AXES[1], 0.125);
+    let b = Vector3::new(0.3, -0.4, 0.5);
+    for (x, y) in [(1.0, 1.0), (1.0, -0.5), (-1.0, 0.5), (-0.5, -1.0)] {
+        let d = edge + 2.0_f64.powi(-30) * Vector3::new(x, y, 0.0);
+        assert_derivatives(&field, &d, &b, [1e-13, 1e-13, 1e-8, 1e-8], cuboid);
+    }
+}
+
 #[test]
 fn rock_has_the_derivatives_of_its_points() {
     let body = rock();

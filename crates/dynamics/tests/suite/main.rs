@@ -5,4 +5,6 @@
 mod case;
 mod derivatives;
 mod laws;
+mod mutual;
+mod potentials;
 mod truth;

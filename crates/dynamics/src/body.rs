@@ -244,4 +244,17 @@ mod tests {
             Err(BodyError::PointPosition { index: 1, .. })
         ));
     }
+
+    #[test]
+    fn a_multipole_must_be_a_mass() {
+        let inertia = || Inertia::principal([1.0, 1.2, 1.5]).unwrap();
+        let with = |multipole| RigidBody::with_multipole(inertia(), multipole);
+        let body = with(Multipole::of_inertia(2.0, &inertia())).unwrap();
+        assert_eq!(body.mass(), 2.0);
+        assert!(body.points().is_empty());
+        let massless = Multipole::of_inertia(0.0, &inertia());
+        assert_eq!(with(massless), Err(BodyError::Mass(0.0)));
+        let endless = Multipole::oblate(1.0, f64::INFINITY, 1.0);
+        assert_eq!(with(endless), Err(BodyError::Moments));
+    }
 }

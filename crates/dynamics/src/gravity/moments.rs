@@ -55,3 +55,47 @@ impl Moments {
         moments
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gravity::{Attractor, Multipole};
+
+    /// A ball attracts as a point, `∫ρ² dm = 3/5 m a²` and `∫ρ⁴ dm = 3/7 m a⁴`; an ellipsoid is a stretched ball.
+    #[test]
+    fn an_ellipsoid_is_a_stretched_ball() {
+        let ball = Moments::of_ellipsoid(2.0, [1.5; 3]);
+        assert!((ball.second.trace() - 0.6 * 2.0 * 1.5_f64.powi(2)).abs() < 1e-15);
+        let fourth: f64 = (0..3).map(|i| ball.fourth[i][i].trace()).sum();
+        assert!((fourth - 3.0 / 7.0 * 2.0 * 1.5_f64.powi(4)).abs() < 1e-14);
+        let d = Vector3::new(1.0, -2.0, 0.5);
+        let potential = Multipole::of_moments(2.0, &ball).potential(&d);
+        assert!((potential + 2.0 / d.norm()).abs() < 1e-15);
+
+        let unit = Moments::of_ellipsoid(2.0, [1.0; 3]);
+        let axes = [1.5, 0.7, 2.2];
+        let ellipsoid = Moments::of_ellipsoid(2.0, axes);
+        for (i, j, k, l) in (0..81).map(|n| (n / 27, n / 9 % 3, n / 3 % 3, n % 3)) {
+            let stretch = axes[i] * axes[j] * axes[k] * axes[l];
+            let expected = stretch * unit.fourth[i][j][(k, l)];
+            assert!((ellipsoid.fourth[i][j][(k, l)] - expected).abs() < 1e-14);
+        }
+    }
+
+    /// Known closed form on the axis of a prolate spheroid, `c > a`, `k² = c² − a²`:
+    /// `φ = −3m/(4k³) [2 k z + (k² − z²) ln((z + k)/(z − k))]`. The series' error falls as the inverse seventh power.
+    #[test]
+    fn the_fourth_order_of_a_spheroid_meets_its_closed_form() {
+        let (m, a, c) = (1.3, 1.0, 1.2);
+        let k = f64::sqrt(c * c - a * a);
+        let multipole = Multipole::of_moments(m, &Moments::of_ellipsoid(m, [a, a, c]));
+        let error = |z: f64| {
+            let logarithm = libm::log((z + k) / (z - k));
+            let exact = -0.75 * m / (k * k * k) * (2.0 * k * z + (k * k - z * z) * logarithm);
+            (multipole.potential(&Vector3::new(0.0, 0.0, z)) - exact).abs()
+        };
+        let slope = libm::log2(error(3.0) / error(6.0));
+        assert!(error(3.0) < 1e-5, "{:e}", error(3.0));
+        assert!((slope - 7.0).abs() < 0.2, "slope {slope}");
+    }
+}

@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod case;
+mod conservation;
 mod derivatives;
 mod laws;
 mod mutual;

@@ -13,11 +13,11 @@ pub struct Central {
 }
 
 impl Central {
-    /// `GM/r³` and `r²`.
+    /// `GM/r³` and `1/r²`.
     #[inline]
     fn pull(&self, d: &Vector3<f64>) -> (f64, f64) {
-        let squared = d.norm_squared();
-        (self.gm / (squared * squared.sqrt()), squared)
+        let by_r2 = 1.0 / d.norm_squared();
+        (self.gm * by_r2 * by_r2.sqrt(), by_r2)
     }
 }
 
@@ -35,19 +35,19 @@ impl Attractor for Central {
     /// `G = −GM (I/r³ − 3 d dᵀ/r⁵)`
     #[inline]
     fn gradient(&self, d: &Vector3<f64>) -> Matrix3<f64> {
-        let (pull, squared) = self.pull(d);
-        (3.0 * pull / squared) * d * d.transpose() - Matrix3::from_diagonal_element(pull)
+        let (pull, by_r2) = self.pull(d);
+        (3.0 * pull * by_r2) * d * d.transpose() - Matrix3::from_diagonal_element(pull)
     }
 
     /// `T = GM [3 (b dᵀ + d bᵀ + (b·d) I)/r⁵ − 15 (b·d) d dᵀ/r⁷]`
     #[inline]
     fn curvature(&self, d: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
-        let (pull, squared) = self.pull(d);
-        let by_r5 = 3.0 * pull / squared;
+        let (pull, by_r2) = self.pull(d);
+        let by_r5 = 3.0 * pull * by_r2;
         let bd = b.dot(d);
         let mixed = b * d.transpose();
         by_r5 * (mixed + mixed.transpose() + Matrix3::from_diagonal_element(bd))
-            - (5.0 * by_r5 * bd / squared) * d * d.transpose()
+            - (5.0 * by_r5 * bd * by_r2) * d * d.transpose()
     }
 
     fn monopole(&self) -> Option<Monopole> {

@@ -41,9 +41,9 @@ impl Gravity for Mutual {
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
         self.arms.clear();
         for (body, state) in bodies.iter().zip(states) {
-            let points = body.points().iter();
-            self.arms
-                .extend(points.map(|point| state.attitude * point.position));
+            for point in body.points() {
+                self.arms.push(state.attitude * point.position);
+            }
         }
         let mut rest = self.arms.as_slice();
         for (i, (body, state)) in bodies.iter().zip(states).enumerate() {

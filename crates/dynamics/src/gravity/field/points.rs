@@ -12,13 +12,18 @@ pub(super) fn load<A: Attractor>(
     x: &Vector3<f64>,
     r: &Matrix3<f64>,
 ) -> Load {
-    let mut load = Load::default();
+    let mut force = Vector3::zeros();
+    let mut torque = Vector3::zeros();
     for PointMass { mass, position } in points {
-        let force = *mass * source.acceleration(&(x + r * position));
-        load.force += force;
-        load.moment += position.cross(&r.tr_mul(&force));
+        let arm = r * position;
+        let pull = *mass * source.acceleration(&(x + arm));
+        force += pull;
+        torque += arm.cross(&pull);
     }
-    load
+    Load {
+        force,
+        moment: r.tr_mul(&torque),
+    }
 }
 
 pub(super) fn potential<A: Attractor>(

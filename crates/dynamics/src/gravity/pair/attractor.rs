@@ -16,17 +16,18 @@ pub(super) fn exchange<A: Attractor>(
     let separation = at.attitude.tr_mul(&(there.position - at.position));
     let turn = at.attitude.tr_mul(&there.attitude);
     let mut recoil = Vector3::zeros();
-    let mut moments = [Vector3::zeros(); 2];
+    let mut torques = [Vector3::zeros(); 2];
     for PointMass { mass, position } in points {
-        let d = separation + turn * position;
+        let arm = turn * position;
+        let d = separation + arm;
         let force = *mass * attractor.acceleration(&d);
         recoil -= force;
-        moments[0] += force.cross(&d);
-        moments[1] += position.cross(&turn.tr_mul(&force));
+        torques[0] += force.cross(&d);
+        torques[1] += arm.cross(&force);
     }
     Exchange {
         force: at.attitude * recoil,
-        moments,
+        moments: [torques[0], turn.tr_mul(&torques[1])],
     }
 }
 

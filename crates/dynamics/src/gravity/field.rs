@@ -3,6 +3,8 @@
 mod multipole;
 mod points;
 
+use std::ops::AddAssign;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Attractor, CloseApproach, Gravity, Monopole};
@@ -73,6 +75,23 @@ pub struct LoadCurvature {
     pub position_attitude: Matrix3<f64>,
     /// `H_RR`; not symmetric where `q ≠ 0`, for ζ is a variation in a moving frame.
     pub attitude_attitude: Matrix3<f64>,
+}
+
+impl AddAssign for LoadGradient {
+    fn add_assign(&mut self, other: Self) {
+        self.force_by_position += other.force_by_position;
+        self.force_by_attitude += other.force_by_attitude;
+        self.moment_by_position += other.moment_by_position;
+        self.moment_by_attitude += other.moment_by_attitude;
+    }
+}
+
+impl AddAssign for LoadCurvature {
+    fn add_assign(&mut self, other: Self) {
+        self.position_position += other.position_position;
+        self.position_attitude += other.position_attitude;
+        self.attitude_attitude += other.attitude_attitude;
+    }
 }
 
 impl<A: Attractor> Field for A {

@@ -1,6 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Attractor, Monopole};
+use crate::BodyError;
 
 /// An attractor `A` fixed in the inertial frame with a place and an attitude, itself an attractor in that frame.
 ///
@@ -26,7 +27,16 @@ impl<A: Attractor> Fixed<A> {
     }
 
     /// The same with a radius about its centre of mass that no body's may enter.
-    pub fn with_radius(self, radius: f64) -> Self {
+    pub fn with_radius(self, radius: f64) -> Result<Self, BodyError> {
+        if radius.is_finite() && radius >= 0.0 {
+            Ok(self.within(radius))
+        } else {
+            Err(BodyError::Radius(radius))
+        }
+    }
+
+    /// With a radius known to be one.
+    pub(super) fn within(self, radius: f64) -> Self {
         Self { radius, ..self }
     }
 

@@ -12,6 +12,7 @@ mod moments;
 mod multipole;
 mod mutual;
 mod pair;
+mod sources;
 mod uniform;
 
 use std::fmt;
@@ -25,6 +26,7 @@ pub use fixed::Fixed;
 pub use moments::Moments;
 pub use multipole::Multipole;
 pub use mutual::Mutual;
+pub use sources::Sources;
 pub use uniform::Uniform;
 
 use crate::{BodyState, Load, RigidBody};

@@ -4,7 +4,8 @@ use lgvi_dynamics::gravity::{Central, CloseApproach, Fixed, Gravity, Multipole, 
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::rotation::Chart;
 use lgvi_dynamics::{
-    BodyState, Inertia, Invariants, Load, Method, RigidBody, Simulation, StepError, System,
+    BodyError, BodyState, Inertia, Invariants, Load, Method, RigidBody, Simulation, StepError,
+    System,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -130,14 +131,17 @@ fn a_body_in_a_sources_radius_is_refused() {
     let body = RigidBody::new(1.0, inertia, vec![]).expect("body");
     let body = body.with_radius(0.25).expect("a radius");
     let centre = Vector3::new(1.0, 2.0, 3.0);
-    let source = || Fixed::new(Central { gm: 1.0 }, centre, Matrix3::identity()).with_radius(0.5);
+    let source =
+        |radius| Fixed::new(Central { gm: 1.0 }, centre, Matrix3::identity()).with_radius(radius);
+    assert_eq!(source(-0.5), Err(BodyError::Radius(-0.5)));
     let fly = |distance: f64| {
         let offset = Vector3::new(distance, 0.0, 0.0);
         let zero = Vector3::zeros();
         let (x, r) = (centre + offset, Matrix3::identity());
         let state = BodyState::from_velocities(&body, x, zero, r, zero);
         let uniform = Uniform { acceleration: zero };
-        let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(uniform), Box::new(source())];
+        let gravity: Vec<Box<dyn Gravity>> =
+            vec![Box::new(uniform), Box::new(source(0.5).expect("a radius"))];
         let system = System::new(vec![body.clone()], gravity);
         let mut simulation = Simulation::new(system, vec![state], LGVI, 1e-9).expect("a method");
         simulation.advance(&[Load::default()])

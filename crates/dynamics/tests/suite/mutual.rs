@@ -1,6 +1,6 @@
 //! Mutual attraction of every pair of kinds of bodies.
 
-use lgvi_dynamics::gravity::{Field, Fixed, Gravity, Multipole, Mutual};
+use lgvi_dynamics::gravity::{Field, Gravity, Mutual, Sources};
 use lgvi_dynamics::{BodyState, Load, Mobility};
 use nalgebra::Vector3;
 use num_dual::Dual64;
@@ -144,30 +144,111 @@ fn total_force_and_moment_vanish_to_rounding() {
     assert!(worst < 2e-15, "total moment {worst:e}");
 }
 
-/// A body that is held attracts another as a fixed source does, and two such bodies do nothing to each other.
-#[test]
-fn a_held_body_is_a_fixed_source() {
-    for pair in pairs(1) {
-        let [Kind::Series(_), Kind::Sphere | Kind::Points] = pair.kinds() else {
-            continue;
-        };
-        let [held, free] = [0, 1].map(|own| pair.clouds[own].body());
-        let source: Multipole = pair.clouds[0].multipole().scaled(G);
-        let field = Fixed::new(source, pair.states[0].position, pair.states[0].attitude);
-        let state = &pair.states[1];
-        let expected = field.load(&free, &state.position, &state.attitude);
-        let bodies = [held.with_mobility(Mobility::Fixed), free];
-        let mut loads = [Load::default(); 2];
-        Mutual::new(G).add_loads(&bodies, &pair.states, &mut loads);
-        assert!((loads[1].force - expected.force).norm() < 1e-14);
-        assert!((loads[1].moment - expected.moment).norm() < 1e-14);
+/// The load on the second body with its pose moved by δ and ζ, the first being held.
+fn mutual_load(pair: &Pair, delta: Vector3<f64>, zeta: Vector3<f64>) -> Load {
+    let [held, free] = [0, 1].map(|own| pair.clouds[own].body());
+    let [at, there] = pair.states;
+    let there = BodyState {
+        position: there.position + delta,
+        attitude: there.attitude * lgvi_lie::exp(&zeta),
+        ..there
+    };
+    let mut loads = [Load::default(); 2];
+    let bodies = [held.with_mobility(Mobility::Fixed), free];
+    Mutual::new(G).add_loads(&bodies, &[at, there], &mut loads);
+    loads[1]
+}
 
-        let bodies = bodies.map(|body| body.with_mobility(Mobility::Fixed));
+/// A held body attracts another as a field does, whose derivatives are those of the mutual attraction by the pose of
+/// the other. Only quadrupole on quadrupole is the mutual attraction's alone.
+#[test]
+fn a_held_body_is_a_field() {
+    for pair in pairs(2) {
+        if matches!(pair.kinds(), [Kind::Series(n), Kind::Series(m)] if n.max(m) == 4) {
+            continue;
+        }
+        let [held, free] = [0, 1].map(|own| pair.clouds[own].body());
+        let [at, there] = pair.states;
+        let field = Sources::of_bodies(G, &[held], &[at]);
+        let zero = Vector3::zeros();
+        let expected = mutual_load(&pair, zero, zero);
+        let load = field.load(&free, &there.position, &there.attitude);
+        assert!((load.force - expected.force).norm() < 1e-14);
+        assert!((load.moment - expected.moment).norm() < 1e-14);
+
+        let gradient = field.gradient(&free, &there.position, &there.attitude);
+        let e = 1e-5;
+        for axis in 0..3 {
+            let along = Vector3::ith(axis, e);
+            let slope = |ahead: Load, behind: Load| {
+                [
+                    (ahead.force - behind.force) / (2.0 * e),
+                    (ahead.moment - behind.moment) / (2.0 * e),
+                ]
+            };
+            let by_position = slope(
+                mutual_load(&pair, along, zero),
+                mutual_load(&pair, -along, zero),
+            );
+            let by_attitude = slope(
+                mutual_load(&pair, zero, along),
+                mutual_load(&pair, zero, -along),
+            );
+            for (found, expected) in [
+                (gradient.force_by_position, by_position[0]),
+                (gradient.moment_by_position, by_position[1]),
+                (gradient.force_by_attitude, by_attitude[0]),
+                (gradient.moment_by_attitude, by_attitude[1]),
+            ] {
+                let error = (found.column(axis) - expected).norm();
+                assert!(error < 1e-8, "{:?}: {error:e}", pair.kinds());
+            }
+        }
+    }
+}
+
+#[test]
+fn held_bodies_leave_each_other_alone() {
+    for pair in pairs(1) {
+        let bodies = [0, 1].map(|own| pair.clouds[own].body().with_mobility(Mobility::Fixed));
         let mut loads = [Load::default(); 2];
         Mutual::new(G).add_loads(&bodies, &pair.states, &mut loads);
         assert_eq!(loads, [Load::default(); 2]);
         assert_eq!(Mutual::new(G).potential(&bodies, &pair.states), 0.0);
     }
+}
+
+/// Total force and moment of three bodies of three kinds, and the sum of their pairs.
+#[test]
+fn three_bodies_attract_as_their_pairs() {
+    let mut rng = fastrand::Rng::with_seed(12);
+    let kinds = [Kind::Points, Kind::Series(2), Kind::Sphere];
+    let bodies = kinds.map(|kind| Cloud::random(kind, &mut rng, 0.3).body());
+    let states = [0.0, 2.0, 4.0].map(|x| BodyState {
+        position: Vector3::new(x, 0.0, 0.0) + vector(&mut rng, 0.5),
+        linear_momentum: Vector3::zeros(),
+        attitude: lgvi_lie::exp(&vector(&mut rng, 1.8)),
+        angular_momentum: Vector3::zeros(),
+    });
+    let mut gravity = Mutual::new(G);
+    let mut loads = [Load::default(); 3];
+    gravity.add_loads(&bodies, &states, &mut loads);
+    let mut expected = [Load::default(); 3];
+    let mut energy = 0.0;
+    for [i, j] in [[0, 1], [0, 2], [1, 2]] {
+        let pair = [bodies[i].clone(), bodies[j].clone()];
+        let at = [states[i], states[j]];
+        let mut of_pair = [Load::default(); 2];
+        gravity.add_loads(&pair, &at, &mut of_pair);
+        expected[i] += of_pair[0];
+        expected[j] += of_pair[1];
+        energy += gravity.potential(&pair, &at);
+    }
+    for (found, expected) in loads.iter().zip(&expected) {
+        assert!((found.force - expected.force).norm() < 1e-15);
+        assert!((found.moment - expected.moment).norm() < 1e-15);
+    }
+    assert!((gravity.potential(&bodies, &states) - energy).abs() < 1e-15);
 }
 
 /// The force between two series and the points they stand for differs, relative to the force, as the power 3 of the

@@ -14,7 +14,7 @@ pub(super) trait Harmonic {
     /// `H[e, …, e, ·, ·]`, from which follow `P = e·He`, `∇P = n He` and `∂²P = n(n − 1) H`.
     fn contraction(&self, e: &Vector3<f64>) -> Matrix3<f64>;
 
-    /// `H[e, …, e, b, ·, ·]`, one e fewer.
+    /// `H[e, …, e, b, ·, ·]`, one e fewer; zero for n = 2. The derivative of `∂²P b` is n(n − 1)(n − 2) times this.
     fn contraction_along(&self, e: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64>;
 
     #[inline]
@@ -47,7 +47,7 @@ pub(super) trait Harmonic {
         by_rk * ((n * (n - 1.0)) * c - (k * by_r2) * flat)
     }
 
-    /// The derivative of `G b`.
+    /// The derivative of `G b` by the product rule, its terms named by how often `1/r²` multiplies them.
     #[inline]
     fn curvature(&self, e: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
         let n = f64::from(Self::DEGREE);

@@ -8,4 +8,5 @@ mod derivatives;
 mod laws;
 mod mutual;
 mod potentials;
+mod truncation;
 mod truth;

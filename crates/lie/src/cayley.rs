@@ -1,9 +1,9 @@
 //! The Cayley chart (2.5): `cay(f) = (I + S(f))(I − S(f))⁻¹`, `f = tan(θ/2) n` for the rotation by θ about the unit
 //! vector n. It covers all rotations of less than 180°.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-use crate::hat;
+use crate::{Quaternion, hat};
 
 /// `2/(1 + |f|²)`, the factor that all Cayley formulas share.
 #[inline(always)]
@@ -26,42 +26,13 @@ pub fn rotate(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
 /// `cay(f)ᵀ p`, which keeps `|p|` to rounding without bias.
 #[inline(always)]
 pub fn rotate_back(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
-    rotate_back_by(factor(f), f, p)
+    Quaternion::from_cayley(f).rotate_back(p)
 }
 
-#[inline(always)]
-fn rotate_back_by(factor: f64, f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
-    let pf = p.cross(f);
-    p + factor * (pf + pf.cross(f))
-}
-
-/// `R cay(f)`, orthogonal to rounding whatever the number of compositions.
-///
-/// Two rows of R are turned, by adding what they change by, and relieved of their rounding error to first order; the
-/// third is their cross product. So errors of orthogonality do not accumulate.
+/// `R cay(f)`, orthogonal to rounding whatever the number of compositions ([`Quaternion::compose`]).
 #[inline(always)]
 pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
-    // cay(f) − I = k (S(f) + S(f)²)
-    let kf = factor(f) * f;
-    let (xx, yy, zz) = (kf.x * f.x, kf.y * f.y, kf.z * f.z);
-    let (xy, yz, zx) = (kf.x * f.y, kf.y * f.z, kf.z * f.x);
-    // Columns of both rows at once.
-    let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
-    let (a, b, c) = (column(0), column(1), column(2));
-    let x = a + (a * -(yy + zz) + b * (xy + kf.z) + c * (zx - kf.y));
-    let y = b + (a * (xy - kf.z) + b * -(zz + xx) + c * (yz + kf.x));
-    let z = c + (a * (zx + kf.y) + b * (yz - kf.x) + c * -(xx + yy));
-    let lengths = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
-    let skew = 0.5 * (x.x * x.y + y.x * y.y + z.x * z.y);
-    let scale = Vector2::new(1.5 - 0.5 * lengths.x, 1.5 - 0.5 * lengths.y);
-    let relieved = |v: Vector2<f64>| v.component_mul(&scale) - skew * v.yx();
-    let (x, y, z) = (relieved(x), relieved(y), relieved(z));
-    let third = [
-        y.x * z.y - z.x * y.y,
-        z.x * x.y - x.x * z.y,
-        x.x * y.y - y.x * x.y,
-    ];
-    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2])
+    Quaternion::from_cayley(f).compose(r)
 }
 
 /// The rotation vector `θ n` of `cay(f)`.

@@ -42,7 +42,7 @@ struct Difference {
 pub(crate) fn verify(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
     let bag = FlightBag::open(path)?;
     let scene = &bag.scene;
-    let mut flight = Flight::new(scene);
+    let mut flight = Flight::new(scene).map_err(NodeError::input)?;
     let mut sequences = 0;
     for controls in bag.controls() {
         flight

@@ -1,4 +1,4 @@
-use lgvi_dynamics::{BodyState, Invariants, Load, Simulation, StepError, StepReport};
+use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
 use lgvi_scene::Scene;
 
 use crate::{ControlError, Controls};
@@ -15,14 +15,14 @@ pub struct Flight {
 
 impl Flight {
     /// At step 0 of `scene`.
-    pub fn new(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Result<Self, MethodError> {
         let bodies = scene.bodies.len();
-        Self {
-            simulation: scene.simulation(),
+        Ok(Self {
+            simulation: scene.simulation()?,
             // So that accepting a sequence on the way allocates nothing.
             accepted: (0..bodies).map(|_| Vec::with_capacity(16)).collect(),
             loads: vec![Load::default(); bodies],
-        }
+        })
     }
 
     /// Takes a sequence into account; refuses one that would have had to start in the past.
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_sequence_acts_from_its_first_step_for_its_length_in_si() {
-        let mut flight = Flight::new(&scene());
+        let mut flight = Flight::new(&scene()).unwrap();
         flight.accept(controls(2, 6.0, 3)).unwrap();
         assert!(flight.commanded(0));
         let expected = [0.0, 0.0, 3.0, 3.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_later_sequence_takes_over_at_its_first_step() {
-        let mut flight = Flight::new(&scene());
+        let mut flight = Flight::new(&scene()).unwrap();
         flight.accept(controls(0, 2.0, 10)).unwrap();
         flight.accept(controls(8, 8.0, 10)).unwrap();
         flight.accept(controls(4, 4.0, 3)).unwrap();
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_sequence_in_the_past_is_refused() {
-        let mut flight = Flight::new(&scene());
+        let mut flight = Flight::new(&scene()).unwrap();
         flight.advance().unwrap();
         let refused = flight.accept(controls(0, 1.0, 10));
         assert_eq!(

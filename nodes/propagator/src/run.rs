@@ -1,7 +1,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lgvi_dynamics::{Invariants, StepError};
+use lgvi_dynamics::Invariants;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::shm::{Delivery, StatePublisher};
 use lgvi_msgs::shm::{BodySample, Name};
@@ -57,7 +57,7 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     node.report(&Event::Ready);
 
     let mut propagation = Propagation {
-        flight: Flight::new(&scene),
+        flight: Flight::new(&scene).map_err(NodeError::input)?,
         outgoing: Vec::with_capacity(names.len()),
         names,
         states,
@@ -194,9 +194,9 @@ impl Propagation {
     fn advance(&mut self) -> Result<(), NodeError> {
         let step = self.flight.step();
         self.flight.advance().map_err(|error| {
-            let (StepError::Unsolvable { body, .. } | StepError::NotFinite { body }) = error;
-            let name = &self.scene.bodies[body].name;
-            NodeError::Runtime(format!("step {step} of {name}: {error}"))
+            let name = error.body().map(|body| &self.scene.bodies[body].name);
+            let of = name.map(|name| format!(" of {name}")).unwrap_or_default();
+            NodeError::Runtime(format!("step {step}{of}: {error}"))
         })?;
         if let Some(maneuver) = &self.scene.maneuver {
             self.cost +=

@@ -1,9 +1,9 @@
-use lgvi_lie::{compose, rotate_back};
+use lgvi_lie::{Quaternion, compose, rotate_back};
 use nalgebra::{Matrix3, Vector3};
 
 use super::turn::{Strip, Turns};
 use super::{Rotor, StepError};
-use crate::rotation::{Chart, Direct, Principal, RelativeRotation, Unsolvable};
+use crate::rotation::{Chart, Direct, FreeRotation, PreprocessedDmv, PreprocessedError, Principal};
 use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
 
 /// Free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
@@ -28,6 +28,10 @@ enum BodyRotor {
     General(Direct<Matrix3<f64>>),
     /// The implicit equation in another chart.
     Chart(Chart, Direct<Matrix3<f64>>),
+    /// The implicit equation with preprocessed moments.
+    Preprocessed(PreprocessedDmv),
+    /// The exact solution.
+    Exact(FreeRotation),
 }
 
 impl BodyRotor {
@@ -37,6 +41,8 @@ impl BodyRotor {
             Rotor::Discrete(Chart::Cayley) => Direct::principal(inertia)
                 .map_or_else(|| Self::General(Direct::general(inertia)), Self::Principal),
             Rotor::Discrete(chart) => Self::Chart(chart, Direct::general(inertia)),
+            Rotor::Preprocessed(order) => Self::Preprocessed(PreprocessedDmv::new(inertia, order)),
+            Rotor::Exact => Self::Exact(FreeRotation::new(inertia)),
         }
     }
 
@@ -46,7 +52,7 @@ impl BodyRotor {
         match self {
             Self::Principal(equation) => equation.solve(h, p, guess),
             Self::General(equation) => equation.solve(h, p, guess),
-            Self::Chart(..) => None,
+            Self::Chart(..) | Self::Preprocessed(_) | Self::Exact(_) => None,
         }
     }
 
@@ -57,13 +63,39 @@ impl BodyRotor {
         h: f64,
         p: &Vector3<f64>,
         guess: f64,
-    ) -> Result<(RelativeRotation, f64), Unsolvable> {
-        match self {
-            Self::Principal(equation) => equation.solve_on(inertia, h, p, guess),
-            Self::General(equation) => equation.solve_on(inertia, h, p, guess),
-            Self::Chart(chart, equation) => equation.solve_in(*chart, inertia, h, p, guess),
-        }
+    ) -> Result<Turned, PreprocessedError> {
+        let (relative, s) = match self {
+            Self::Principal(equation) => equation.solve_on(inertia, h, p, guess)?,
+            Self::General(equation) => equation.solve_on(inertia, h, p, guess)?,
+            Self::Chart(chart, equation) => equation.solve_in(*chart, inertia, h, p, guess)?,
+            Self::Preprocessed(dmv) => (dmv.step(p, h)?, 0.0),
+            Self::Exact(rotation) => {
+                let (turn, angular_momentum) = rotation.flow(p, h);
+                return Ok(Turned {
+                    turn,
+                    angular_momentum,
+                    iterations: 0,
+                    s: 0.0,
+                });
+            }
+        };
+        Ok(Turned {
+            turn: Quaternion::from_cayley(&relative.cayley),
+            angular_momentum: rotate_back(&relative.cayley, p),
+            iterations: relative.iterations,
+            s,
+        })
     }
+}
+
+/// The outcome of a body's rotation over a drift.
+struct Turned {
+    turn: Quaternion,
+    angular_momentum: Vector3<f64>,
+    /// Newton corrections.
+    iterations: u32,
+    /// What the next guess builds on.
+    s: f64,
 }
 
 impl Mover {
@@ -93,6 +125,14 @@ impl Mover {
             momentum += dt * (gravity.force + control.force);
             p += dt * (gravity.moment + control.moment);
         }
+        if let BodyRotor::Exact(rotation) = &self.rotor {
+            state.linear_momentum = momentum;
+            state.position += (h * self.per_mass) * momentum;
+            let (turn, angular_momentum) = rotation.flow(&p, h);
+            state.angular_momentum = angular_momentum;
+            state.attitude = turn.compose(&state.attitude);
+            return true;
+        }
         let Some((f, s)) = self.rotor.at_once(h, &p, strip.guess(present)) else {
             return false;
         };
@@ -114,7 +154,7 @@ impl Mover {
         (gravity, control, dt): (&Load, &Load, f64),
         (strip, present): (&mut Strip, usize),
         h: f64,
-    ) -> Result<u32, Unsolvable> {
+    ) -> Result<u32, PreprocessedError> {
         if dt != 0.0 {
             kick_body(body.mobility(), state, gravity, control, dt);
         }
@@ -129,12 +169,11 @@ impl Mover {
         }
         let p = &state.angular_momentum;
         let guess = strip.guess(present);
-        let (RelativeRotation { cayley, iterations }, s) =
-            self.rotor.solve(body.inertia(), h, p, guess)?;
-        strip.note(present, s);
-        state.angular_momentum = rotate_back(&cayley, p);
-        state.attitude = compose(&state.attitude, &cayley);
-        Ok(iterations)
+        let turned = self.rotor.solve(body.inertia(), h, p, guess)?;
+        strip.note(present, turned.s);
+        state.angular_momentum = turned.angular_momentum;
+        state.attitude = turned.turn.compose(&state.attitude);
+        Ok(turned.iterations)
     }
 }
 
@@ -175,10 +214,7 @@ impl Drift {
             } else {
                 mover
                     .advance_any(&bodies[index], state, load, (strip, present), h)
-                    .map_err(|source| StepError::Unsolvable {
-                        body: index,
-                        source,
-                    })?
+                    .map_err(|source| StepError::of_turn(index, source))?
             };
             most = most.max(iterations);
         }

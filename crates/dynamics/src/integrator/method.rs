@@ -1,12 +1,18 @@
-use super::{Integrator, MethodError, ProcessedLieEuler, Splitting};
+use std::fmt;
+
+use super::{ClosedForm, Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Splitting};
 use crate::System;
-use crate::rotation::Chart;
+use crate::rotation::{Chart, PreprocessedOrder};
 
 /// How the free rotation within a step is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rotor {
     /// The discrete rigid body (3.24), (3.26): second order, the implicit equation solved in a chart.
     Discrete(Chart),
+    /// The discrete rigid body with preprocessed moments of inertia, [`PreprocessedDmv`](crate::rotation::PreprocessedDmv).
+    Preprocessed(PreprocessedOrder),
+    /// The exact rotation in closed form, [`FreeRotation`](crate::rotation::FreeRotation).
+    Exact,
 }
 
 /// The integrators by name.
@@ -14,10 +20,39 @@ pub enum Rotor {
 pub enum Method {
     /// The Lie group variational integrator in Hamiltonian form (3.22)–(3.26), [`Splitting::lgvi`].
     Lgvi(Rotor),
+    /// The same in Lagrangian form (3.18)–(3.21), [`LagrangianLgvi`].
+    LagrangianLgvi(Chart),
     /// [`Splitting::lie_euler`].
     LieEuler(Rotor),
+    /// [`Splitting::composition`] of this order.
+    Composition {
+        /// 4, 6, 8 or 10.
+        order: u32,
+        /// How bodies turn in a drift.
+        rotor: Rotor,
+    },
+    /// [`Splitting::nystrom`] of this order.
+    Nystrom {
+        /// 4, 6 or 8.
+        order: u32,
+        /// How bodies turn in a drift.
+        rotor: Rotor,
+    },
+    /// [`ClosedForm`].
+    ClosedForm,
     /// [`ProcessedLieEuler`].
     ProcessedLieEuler(Rotor),
+}
+
+impl Rotor {
+    /// Order of the rotation in the drift's length; `u32::MAX` where it is exact.
+    pub fn order(self) -> u32 {
+        match self {
+            Self::Discrete(_) => 2,
+            Self::Preprocessed(order) => order.number(),
+            Self::Exact => u32::MAX,
+        }
+    }
 }
 
 impl Default for Rotor {
@@ -26,12 +61,34 @@ impl Default for Rotor {
     }
 }
 
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Lgvi(_) => write!(f, "LGVI"),
+            Self::LagrangianLgvi(_) => write!(f, "LGVI in Lagrangian form"),
+            Self::LieEuler(_) => write!(f, "Lie–Euler"),
+            Self::ProcessedLieEuler(_) => write!(f, "processed Lie–Euler"),
+            Self::ClosedForm => write!(f, "closed form"),
+            Self::Composition { order, .. } => write!(f, "composition of order {order}"),
+            Self::Nystrom { order, .. } => write!(f, "Nyström splitting of order {order}"),
+        }
+    }
+}
+
 impl Method {
     /// The integrator for `system`.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),
+            Self::LagrangianLgvi(chart) => Box::new(LagrangianLgvi::new(chart, system)?),
             Self::LieEuler(rotor) => Box::new(Splitting::lie_euler(rotor, system.bodies())),
+            Self::ClosedForm => Box::new(ClosedForm::new(system)?),
+            Self::Composition { order, rotor } => {
+                Box::new(Splitting::composition(order, rotor, system.bodies())?)
+            }
+            Self::Nystrom { order, rotor } => {
+                Box::new(Splitting::nystrom(order, rotor, system.bodies())?)
+            }
             Self::ProcessedLieEuler(rotor) => {
                 Box::new(ProcessedLieEuler::new(rotor, system.bodies()))
             }

@@ -1,15 +1,22 @@
 //! Integrators, one a file.
 
 mod backup;
+mod closed_form;
+mod coefficients;
+mod composition;
 mod drift;
 mod error;
+mod lagrangian;
 mod method;
+mod nystrom;
 mod processed;
 mod splitting;
 mod subdivision;
 mod turn;
 
+pub use closed_form::ClosedForm;
 pub use error::{MethodError, StepError};
+pub use lagrangian::LagrangianLgvi;
 pub use method::{Method, Rotor};
 pub use processed::ProcessedLieEuler;
 pub use splitting::Splitting;

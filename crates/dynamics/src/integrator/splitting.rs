@@ -36,7 +36,7 @@ struct Stage {
 
 impl Splitting {
     /// With coefficients `b` of kicks, one more than `a` of drifts.
-    fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
+    pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
         let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage {
             b,
             a,

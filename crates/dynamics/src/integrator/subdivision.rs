@@ -2,7 +2,7 @@ use super::{Integrator, StepError, StepReport};
 use crate::{BodyState, Load, Mobility, System};
 
 /// Relative change of the force over a step that is still resolved.
-const FORCE: f64 = 0.5;
+const FORCE: f64 = 0.1;
 
 /// Part of a body's momentum that a change of force must be able to alter within a step in order to matter.
 const MATTERS: f64 = 1e-3;
@@ -14,8 +14,8 @@ const TURN: f64 = 0.05;
 /// again, as often as needed up to a limit. What it cut is in [`StepReport::cuts`]; what it cannot mend is the error of
 /// the shortest step tried.
 ///
-/// A step from loads `f, M` to loads `f', M'` resolves the motion of a body when `|f' − f|` is at most half of the greater
-/// of both (or could not alter the momentum by a thousandth within the step), and `h² |J⁻¹ (M' − M)|` at most 0.05 rad.
+/// A step from loads `f, M` to loads `f', M'` resolves the motion of a body when `|f' − f|` is at most a tenth of the
+/// greater of both (or could not alter the momentum by a thousandth within the step), and `h² |J⁻¹ (M' − M)|` at most 0.05 rad.
 ///
 /// # Assumptions and limitations
 /// While the length of the steps varies, a symplectic method's energy error need not stay bounded. Costs two more

@@ -14,11 +14,11 @@ use crate::inertia::adjugate;
 
 /// `p(s) = −s⁴ + 2 s³ − (4e + 2γ) s² + (8d + 2γ) s − c`, with e, d the second coefficient and determinant of
 /// `J / tr J` and `γ = |g|²`.
-struct Quartic {
-    e: f64,
-    d: f64,
-    gamma: f64,
-    c: f64,
+pub(super) struct Quartic {
+    pub(super) e: f64,
+    pub(super) d: f64,
+    pub(super) gamma: f64,
+    pub(super) c: f64,
 }
 
 impl Quartic {
@@ -35,13 +35,13 @@ impl Quartic {
         }
     }
 
-    fn value(&self, s: f64) -> f64 {
+    pub(super) fn value(&self, s: f64) -> f64 {
         (((2.0 - s) * s - (4.0 * self.e + 2.0 * self.gamma)) * s + 8.0 * self.d + 2.0 * self.gamma)
             * s
             - self.c
     }
 
-    fn slope(&self, s: f64) -> f64 {
+    pub(super) fn slope(&self, s: f64) -> f64 {
         ((6.0 - 4.0 * s) * s - 2.0 * (4.0 * self.e + 2.0 * self.gamma)) * s
             + 8.0 * self.d
             + 2.0 * self.gamma
@@ -68,6 +68,30 @@ impl Quartic {
         }
         bisect(low, high, |s| self.slope(s) > 0.0)
     }
+
+    /// Whether p rises all the way from 0 to `s`.
+    pub(super) fn rises_to(&self, s: f64) -> bool {
+        if surely_rises_to(self.e, self.d, self.gamma, s) {
+            return true;
+        }
+        if !(s >= 0.0 && self.slope(s) >= 0.0) {
+            return false;
+        }
+        match self.inflections() {
+            Some((first, _)) if s > first => self.slope(first) >= 0.0,
+            _ => true,
+        }
+    }
+
+    /// The smallest root `s ≥ 0`; where there is none, how far p's maximum stays below zero, relative to `|p(0)|`.
+    pub(super) fn root(&self) -> Result<f64, f64> {
+        let maximum = self.first_maximum();
+        let margin = self.value(maximum) / self.c;
+        if margin.is_nan() || margin < 0.0 {
+            return Err(margin);
+        }
+        Ok(bisect(0.0, maximum, |s| self.value(s) < 0.0))
+    }
 }
 
 /// The end of the interval on which `below` holds from `low`, to rounding.
@@ -85,36 +109,26 @@ fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     }
 }
 
+/// Whether p rises all the way from 0 to `s`, by a bound: `p' ≥ 8d + 2γ − (8e + 4γ) s` up to `s = 3/2`, so where that is
+/// positive, p' is all the way.
+#[inline]
+fn surely_rises_to(e: f64, d: f64, gamma: f64, s: f64) -> bool {
+    (0.0..1.5).contains(&s) && (8.0 * e + 4.0 * gamma) * s < 8.0 * d + 2.0 * gamma
+}
+
 /// Whether a solution `f` of (2.6) for `g / tr J` lies on the branch: p rises all the way from 0 to `s = gᵀf`.
 pub(super) fn contains(inertia: &Inertia, g: &Vector3<f64>, f: &Vector3<f64>) -> bool {
     let shape = &inertia.shape;
     let s = g.dot(f);
-    // p' ≥ 8d + 2γ − (8e + 4γ) s up to s = 3/2: where that is positive, so is p' all the way.
-    let gamma = g.norm_squared();
-    let far = (8.0 * shape.second + 4.0 * gamma) * s;
-    if (0.0..1.5).contains(&s) && far < 8.0 * shape.determinant + 2.0 * gamma {
-        return true;
-    }
-    let p = Quartic::of(inertia, g);
-    if !(s >= 0.0 && p.slope(s) >= 0.0) {
-        return false;
-    }
-    match p.inflections() {
-        Some((first, _)) if s > first => p.slope(first) >= 0.0,
-        _ => true,
-    }
+    surely_rises_to(shape.second, shape.determinant, g.norm_squared(), s)
+        || Quartic::of(inertia, g).rises_to(s)
 }
 
 /// The solution on the branch for `g / tr J`; where there is none, how far p's maximum stays below zero, relative to
 /// `|p(0)|`.
 pub(super) fn solve(inertia: &Inertia, g: &Vector3<f64>) -> Result<RelativeRotation, f64> {
     let p = Quartic::of(inertia, g);
-    let maximum = p.first_maximum();
-    let margin = p.value(maximum) / p.c;
-    if margin.is_nan() || margin < 0.0 {
-        return Err(margin);
-    }
-    let s = bisect(0.0, maximum, |s| p.value(s) < 0.0);
+    let s = p.root()?;
     let a = 2.0 * inertia.unit - Matrix3::from_diagonal_element(s);
     let a_g = a * g;
     let adjugate = adjugate(&a);

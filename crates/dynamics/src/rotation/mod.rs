@@ -8,12 +8,19 @@
 
 mod branch;
 mod cayley;
+mod diagonal;
 mod direct;
 mod exponential;
+mod free;
+mod preprocessed;
+mod principal;
 
 use lgvi_lie::{cay, to_cayley, to_rotation_vector};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
+
+pub use free::FreeRotation;
+pub use preprocessed::{PreprocessedDmv, PreprocessedError, PreprocessedOrder};
 
 use crate::Inertia;
 pub(crate) use direct::{Direct, Principal};

@@ -3,6 +3,16 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod case;
+mod conformance;
+mod conservation;
 mod derivatives;
+mod equivalence;
+mod failures;
+mod free_rotation;
 mod laws;
+mod mobility;
+mod mutual;
+mod potentials;
+mod preprocessed;
+mod truncation;
 mod truth;

@@ -67,7 +67,7 @@ impl FlightData {
         }
 
         let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
-        let simulation = scene.simulation();
+        let simulation = scene.simulation().map_err(NodeError::input)?;
         let mut samples = Thinned::new(SAMPLES);
         let mut reached = None;
         for state in bag.states() {

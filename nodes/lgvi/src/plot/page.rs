@@ -1,6 +1,5 @@
 //! The whole picture: title, motion on the left, curves over time on the right.
 
-use lgvi_dynamics::Method;
 use lgvi_node::NodeError;
 use plotters::style::Color;
 
@@ -50,10 +49,7 @@ pub(super) fn draw(flight: &FlightData) -> Result<String, NodeError> {
 /// Integrator, steps, duration; and the cost of a manoeuvre.
 fn subtitle(flight: &FlightData) -> String {
     let scene = &flight.scene;
-    let integrator = match scene.method {
-        Method::Lgvi(_) => "LGVI",
-        Method::LieEuler(_) => "Lie–Euler",
-    };
+    let integrator = scene.method;
     let last = flight.last();
     let mut text = format!("{integrator}, {} steps, {} s", last.step, short(last.time));
     if let Some(cost) = flight.cost() {

@@ -1,0 +1,168 @@
+//! The paper's two-dumbbell figure (§3.4): energy over time, and mean energy error, orthogonality error and CPU time
+//! against the step, for LGVI, explicit midpoint (RK), implicit midpoint (SRK) and Crouch–Grossman (LGM).
+
+use std::path::Path;
+use std::time::Instant;
+
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{Load, Method, Simulation};
+use lgvi_truth::Case;
+
+use crate::error::BenchError;
+use crate::picture::{Axis, Curve, Picture};
+
+const METHODS: [(&str, Method); 4] = [
+    (
+        "LGVI",
+        Method::Lgvi(Rotor::Discrete(lgvi_dynamics::rotation::Chart::Cayley)),
+    ),
+    ("RK (explicit midpoint)", Method::ExplicitMidpoint),
+    ("SRK (implicit midpoint)", Method::ImplicitMidpoint),
+    ("LGM (Crouch–Grossman)", Method::CrouchGrossman),
+];
+
+const CASE: &str = "a1_two_dumbbells_regular";
+
+/// The paper's step and duration.
+const H: f64 = 0.002;
+const DURATION: f64 = 30.0;
+
+/// A hundred times as long: where a drift shows.
+const LONG: f64 = 3000.0;
+
+/// Steps of the sweep, as parts of `DURATION`.
+const STEPS: [u64; 7] = [3_750, 7_500, 15_000, 30_000, 60_000, 120_000, 240_000];
+
+/// Points of a curve over time.
+const SAMPLES: u64 = 600;
+
+/// What a flight showed.
+struct Measured {
+    /// `[t, E(t) − E(0)]`
+    energy: Vec<[f64; 2]>,
+    mean_energy_error: f64,
+    orthogonality_error: f64,
+    seconds: f64,
+}
+
+pub(crate) fn run(repeats: u32, images: &Path) -> Result<(), BenchError> {
+    let case = Case::load(CASE)?;
+    over_time(&case, images)?;
+    against_step(&case, repeats, images)
+}
+
+fn over_time(case: &Case, images: &Path) -> Result<(), BenchError> {
+    for (duration, name) in [(DURATION, "energy"), (LONG, "energy_long")] {
+        let steps = (duration / H).round() as u64;
+        println!("\nmean |ΔE| at h = {H}, t = {duration}");
+        let mut curves = Vec::new();
+        for (label, method) in METHODS {
+            let measured = measure(case, method, duration, steps, 1)?;
+            println!("{label:28}{:12.3e}", measured.mean_energy_error);
+            curves.push(Curve {
+                label: label.into(),
+                points: measured.energy,
+            });
+        }
+        let picture = Picture {
+            title: format!("Two dumbbells, energy error, h = {H}"),
+            horizontal: Axis::linear("time"),
+            vertical: Axis::linear("E − E(0)"),
+        };
+        picture.draw(&images.join(format!("dumbbells_{name}.svg")), &curves)?;
+    }
+    Ok(())
+}
+
+fn against_step(case: &Case, repeats: u32, images: &Path) -> Result<(), BenchError> {
+    let mut pictures: [(&str, &str, Vec<Curve>); 3] = [
+        ("energy_step", "mean |ΔE|", vec![]),
+        ("orthogonality_step", "mean |RᵀR − I|", vec![]),
+        ("time_step", "CPU time (s)", vec![]),
+    ];
+    println!(
+        "\n{:28}{:>12}{:>14}{:>16}{:>14}",
+        "t = 30", "h", "mean |ΔE|", "mean |RᵀR − I|", "CPU time (ms)"
+    );
+    for (label, method) in METHODS {
+        let mut points = [vec![], vec![], vec![]];
+        for steps in STEPS {
+            let measured = measure(case, method, DURATION, steps, repeats)?;
+            let h = DURATION / steps as f64;
+            let values = [
+                measured.mean_energy_error,
+                measured.orthogonality_error,
+                measured.seconds,
+            ];
+            for (points, value) in points.iter_mut().zip(values) {
+                points.push([h, value]);
+            }
+            println!(
+                "{label:28}{h:12.2e}{:14.2e}{:16.2e}{:14.3}",
+                values[0],
+                values[1],
+                1e3 * values[2]
+            );
+        }
+        for ((_, _, curves), points) in pictures.iter_mut().zip(points) {
+            curves.push(Curve {
+                label: label.into(),
+                points,
+            });
+        }
+    }
+    for (name, label, curves) in &pictures {
+        let picture = Picture {
+            title: format!("Two dumbbells to t = {DURATION}"),
+            horizontal: Axis::logarithmic("step h"),
+            vertical: Axis::logarithmic(label),
+        };
+        picture.draw(&images.join(format!("dumbbells_{name}.svg")), curves)?;
+    }
+    Ok(())
+}
+
+/// Flies once with a look at the invariants after each step, and as often as told for time.
+fn measure(
+    case: &Case,
+    method: Method,
+    duration: f64,
+    steps: u64,
+    repeats: u32,
+) -> Result<Measured, BenchError> {
+    let h = duration / steps as f64;
+    let simulation = || -> Result<Simulation, BenchError> {
+        let (system, states) = case.system()?;
+        Ok(Simulation::new(system, states, method, h)?)
+    };
+    let mut seconds = f64::INFINITY;
+    for _ in 0..repeats {
+        let mut flight = simulation()?;
+        let controls = vec![Load::default(); flight.states().len()];
+        let start = Instant::now();
+        for _ in 0..steps {
+            flight.advance(&controls)?;
+        }
+        seconds = seconds.min(start.elapsed().as_secs_f64());
+    }
+    let mut flight = simulation()?;
+    let controls = vec![Load::default(); flight.states().len()];
+    let start = flight.invariants().energy;
+    let (mut energy, mut energy_sum, mut orthogonality_sum) = (Vec::new(), 0.0, 0.0);
+    for step in 0..steps {
+        flight.advance(&controls)?;
+        let invariants = flight.invariants();
+        let error = invariants.energy - start;
+        energy_sum += error.abs();
+        orthogonality_sum += invariants.orthogonality_error;
+        if step % (steps / SAMPLES).max(1) == 0 {
+            energy.push([flight.time(), error]);
+        }
+    }
+    Ok(Measured {
+        energy,
+        mean_energy_error: energy_sum / steps as f64,
+        orthogonality_error: orthogonality_sum / steps as f64,
+        seconds,
+    })
+}

@@ -1,0 +1,77 @@
+//! Benchmarks: run time against error, beside outside peers when they are installed.
+//!
+//! Times are the best of several repetitions in one run, and only their ratios mean anything.
+
+#![allow(clippy::print_stdout)]
+
+mod cost;
+mod dumbbells;
+mod error;
+mod flight;
+mod free;
+mod methods;
+mod peer;
+mod picture;
+mod precision;
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+use error::BenchError;
+use peer::Peer;
+
+/// Benchmarks of lgvi: run time against error.
+#[derive(Parser)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    /// Repetitions of each measurement, of which the fastest counts.
+    #[arg(long, default_value_t = 5, global = true)]
+    repeats: u32,
+    /// The Python that has heyoka (`pip install heyoka`); without it there is no peer.
+    #[arg(long, global = true)]
+    python: Option<PathBuf>,
+    /// Directory for pictures.
+    #[arg(long, default_value = "target/bench", global = true)]
+    images: PathBuf,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Every integrator on a reference case: run time against error, and the ratios to heyoka.
+    Precision {
+        /// The case, such as `a1_two_dumbbells_regular`; all of them without one.
+        case: Option<String>,
+    },
+    /// The free body in closed form, at any time.
+    Free,
+    /// Time and instructions of one step through the public API.
+    Step {
+        /// Only fly this many steps of a free body (0) or of two dumbbells (1): what callgrind counts.
+        #[arg(long, num_args = 2, hide = true)]
+        fly: Option<Vec<u64>>,
+    },
+    /// The two-dumbbell figure of the paper's §3.4, as pictures.
+    Dumbbells,
+}
+
+fn main() -> Result<(), BenchError> {
+    let arguments = Arguments::parse();
+    let peer = arguments.python.map(Peer::new);
+    let repeats = arguments.repeats.max(1);
+    match arguments.command {
+        Command::Precision { case } => {
+            let known = || precision::CASES.iter().map(|case| case.name.to_string());
+            let cases: Vec<_> = case.map_or_else(|| known().collect(), |case| vec![case]);
+            for case in cases {
+                precision::run(&case, peer.as_ref(), repeats, &arguments.images)?;
+            }
+            Ok(())
+        }
+        Command::Free => free::run(peer.as_ref(), repeats),
+        Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
+        Command::Step { fly: None } => cost::run(repeats),
+        Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
+    }
+}

@@ -1,0 +1,94 @@
+//! Coefficients of splitting methods, each checked against its order conditions.
+//!
+//! A step of length h is split into kicks `K` (momenta change, configuration stays) and drifts `D` (free motion). Two
+//! families, of different reach:
+//!
+//! - [`Composition`]: weights for *any* symmetric step of second order, split or not.
+//! - [`Nystrom`]: fewer forces for the same error, but `D` must be the exact flow of a kinetic energy quadratic in the
+//!   momenta, and kicks must depend on the configuration alone. Then `[B, [B, [B, A]]] = 0` (A free motion, B kicks)
+//!   and the conditions that hold it are dropped. A rotating free rigid body qualifies (½ Π·J⁻¹Π) if its drift is exact;
+//!   under a drift that is itself a second-order approximation the order falls to 2.
+
+mod composition;
+#[cfg(test)]
+mod convergence;
+mod nystrom;
+#[cfg(test)]
+mod order_conditions;
+
+pub(crate) use composition::{
+    Composition, SOFRONIOU_SPALETTA_6, SOFRONIOU_SPALETTA_8, SOFRONIOU_SPALETTA_10, SUZUKI_4,
+};
+pub(crate) use nystrom::{Nystrom, RKN_A19, SRKN_6B, SRKN_11B, SRKN_14A};
+
+/// Stages of a step of length h, `K(b₀h) D(a₀h) K(b₁h) … D(aₛ₋₁h) K(bₛh)`, read the same from either end.
+///
+/// The first and the last kick may be 0: a scheme that begins with a drift needs no force there.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Scheme {
+    /// `b`, one more than drifts.
+    pub(crate) kicks: Vec<f64>,
+    /// `a`.
+    pub(crate) drifts: Vec<f64>,
+}
+
+impl Scheme {
+    /// Steps `K(γ/2) D(γ) K(γ/2)` for the `weights` γ one after another, kicks that meet made one.
+    pub(crate) fn composed(weights: &[f64]) -> Self {
+        let halves = || weights.iter().map(|weight| weight / 2.0);
+        let ends = std::iter::once(0.0);
+        let kicks = halves()
+            .chain(ends.clone())
+            .zip(ends.chain(halves()))
+            .map(|(next, last)| last + next)
+            .collect();
+        Self {
+            kicks,
+            drifts: weights.to_vec(),
+        }
+    }
+
+    /// Kicks and drifts by turns, beginning with a kick.
+    fn alternating(stages: &[f64]) -> Self {
+        Self {
+            kicks: stages.iter().copied().step_by(2).collect(),
+            drifts: stages.iter().copied().skip(1).step_by(2).collect(),
+        }
+    }
+
+    /// Forces evaluated per step; a kick at the end shares its force with the start of the next step.
+    pub(crate) fn forces(&self) -> usize {
+        let inner = self.kicks.len().saturating_sub(2);
+        let ends = self.kicks.first().is_some_and(|&kick| kick != 0.0);
+        inner + usize::from(ends)
+    }
+}
+
+/// The palindrome whose first half, with its middle, is `half`.
+fn mirrored(half: &[f64]) -> Vec<f64> {
+    half.iter()
+        .chain(half.iter().rev().skip(1))
+        .copied()
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kicks_that_meet_are_made_one() {
+        let scheme = Scheme::composed(&[0.5, -0.25, 0.75]);
+        assert_eq!(scheme.kicks, [0.25, 0.125, 0.25, 0.375]);
+        assert_eq!(scheme.drifts, [0.5, -0.25, 0.75]);
+        assert_eq!(scheme.forces(), 3);
+    }
+
+    #[test]
+    fn a_scheme_that_drifts_first_saves_a_force() {
+        let scheme = Scheme::alternating(&mirrored(&[0.0, 0.5, 1.0]));
+        assert_eq!(scheme.kicks, [0.0, 1.0, 0.0]);
+        assert_eq!(scheme.drifts, [0.5, 0.5]);
+        assert_eq!(scheme.forces(), 1);
+    }
+}

@@ -1,0 +1,72 @@
+//! Principal axes of inertia.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Sweeps after which Jacobi's method has long converged.
+const MAX_SWEEPS: u32 = 30;
+
+/// The principal moments of a symmetric positive `matrix` and, as columns, the principal axes (right-handed), by Jacobi's
+/// rotations, which keep small moments' relative accuracy. A diagonal matrix has exactly the coordinate axes.
+pub(super) fn axes(matrix: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    let mut a = *matrix;
+    let mut axes = Matrix3::identity();
+    for _ in 0..MAX_SWEEPS {
+        let mut turned = false;
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            let off = a[(i, j)];
+            if off.abs() <= f64::EPSILON * 0.5 * (a[(i, i)] * a[(j, j)]).sqrt() {
+                continue;
+            }
+            turned = true;
+            let ratio = 0.5 * (a[(j, j)] - a[(i, i)]) / off;
+            let tangent = (ratio.abs() + (1.0 + ratio * ratio).sqrt())
+                .recip()
+                .copysign(ratio);
+            let cosine = (1.0 + tangent * tangent).sqrt().recip();
+            let sine = tangent * cosine;
+            let mut rotation = Matrix3::identity();
+            rotation[(i, i)] = cosine;
+            rotation[(j, j)] = cosine;
+            rotation[(i, j)] = sine;
+            rotation[(j, i)] = -sine;
+            let (lower, upper) = (a[(i, i)] - tangent * off, a[(j, j)] + tangent * off);
+            a = rotation.transpose() * a * rotation;
+            (a[(i, i)], a[(j, j)]) = (lower, upper);
+            (a[(i, j)], a[(j, i)]) = (0.0, 0.0);
+            axes *= rotation;
+        }
+        if !turned {
+            break;
+        }
+    }
+    (a.diagonal(), axes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_axes_are_right_handed_and_diagonalise() {
+        let mut rng = fastrand::Rng::with_seed(5);
+        for smallest in [1.0, 0.3, 1e-3, 1e-9] {
+            for _ in 0..50 {
+                let turn = Vector3::from_fn(|_, _| 6.0 * rng.f64() - 3.0);
+                let r = lgvi_lie::exp(&turn);
+                let moments = Vector3::new(smallest, 1.0, 1.0 + 0.5 * smallest);
+                let matrix = r * Matrix3::from_diagonal(&moments) * r.transpose();
+                let matrix = 0.5 * (matrix + matrix.transpose());
+                let (found, axes) = axes(&matrix);
+                let rebuilt = axes * Matrix3::from_diagonal(&found) * axes.transpose();
+                assert!((rebuilt - matrix).norm() < 3e-15);
+                assert!((axes.transpose() * axes - Matrix3::identity()).norm() < 3e-15);
+                assert!((axes.determinant() - 1.0).abs() < 3e-15);
+                let mut sorted: [f64; 3] = found.into();
+                sorted.sort_by(f64::total_cmp);
+                assert!((Vector3::from(sorted) - moments).norm() < 3e-15);
+            }
+        }
+        let diagonal = Matrix3::from_diagonal(&Vector3::new(2.0, 1.0, 2.0));
+        assert_eq!(axes(&diagonal), (diagonal.diagonal(), Matrix3::identity()));
+    }
+}

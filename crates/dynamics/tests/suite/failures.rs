@@ -1,0 +1,149 @@
+//! Steps that cannot be made or must not be trusted: typed errors, and what subdivision mends.
+
+use crate::case::Case;
+use lgvi_dynamics::gravity::{CloseApproach, Gravity, Mutual};
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{
+    BodyState, Inertia, Load, Method, Mobility, RigidBody, Simulation, StepError, System,
+};
+use nalgebra::{Matrix3, Vector3};
+
+const LGVI: Method = Method::Lgvi(Rotor::Discrete(lgvi_dynamics::rotation::Chart::Cayley));
+
+fn sphere(mass: f64, radius: f64) -> RigidBody {
+    let inertia = Inertia::principal([0.4 * mass; 3]).expect("inertia");
+    RigidBody::new(mass, inertia, vec![])
+        .and_then(|body| body.with_radius(radius))
+        .expect("body")
+}
+
+fn at(body: &RigidBody, position: [f64; 3], velocity: [f64; 3]) -> BodyState {
+    BodyState::from_velocities(
+        body,
+        position.into(),
+        velocity.into(),
+        Matrix3::identity(),
+        Vector3::zeros(),
+    )
+}
+
+fn attracting(bodies: Vec<RigidBody>, states: Vec<BodyState>, h: f64) -> Simulation {
+    let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Mutual::new(1.0))];
+    Simulation::new(System::new(bodies, gravity), states, LGVI, h).expect("a method")
+}
+
+/// A light body on an eccentric orbit about a heavy one that is held: pericentre 0.02, apocentre 2.
+fn eccentric(h: f64) -> Simulation {
+    let heavy = sphere(1.0, 0.0).with_mobility(Mobility::Fixed);
+    let light = sphere(1e-3, 0.0);
+    let (apocentre, pericentre): (f64, f64) = (2.0, 0.02);
+    let axis = 0.5 * (apocentre + pericentre);
+    let speed = (2.0 / apocentre - 1.0 / axis).sqrt();
+    let states = vec![
+        at(&heavy, [0.0; 3], [0.0; 3]),
+        at(&light, [apocentre, 0.0, 0.0], [0.0, speed, 0.0]),
+    ];
+    attracting(vec![heavy, light], states, h)
+}
+
+/// The greatest relative energy error, and the cuts, over one revolution.
+fn revolution(mut simulation: Simulation, h: f64) -> Result<(f64, u32), StepError> {
+    let period = std::f64::consts::TAU * 1.01_f64.powf(1.5);
+    let energy = simulation.invariants().energy;
+    let (mut worst, mut cuts) = (0.0_f64, 0);
+    for _ in 0..(period / h) as u32 {
+        cuts += simulation.advance(&[Load::default(); 2])?.cuts;
+        worst = worst.max((simulation.invariants().energy / energy - 1.0).abs());
+    }
+    Ok((worst, cuts))
+}
+
+#[test]
+fn a_close_passage_is_cut_into_resolved_steps_and_reported() {
+    let h = 0.02;
+    let (whole, none) = revolution(eccentric(h), h).expect("unresolved but finite");
+    assert_eq!(none, 0);
+    assert!(whole > 0.5, "the passage must need cutting: {whole:e}");
+    let (cut, cuts) = revolution(eccentric(h).with_subdivision(12), h).expect("resolved");
+    println!("energy error {whole:.1e} whole, {cut:.1e} with {cuts} cuts");
+    assert!(cut < 0.1, "{cut:e}");
+    assert!((20..10_000).contains(&cuts), "{cuts} cuts");
+}
+
+#[test]
+fn what_subdivision_cannot_resolve_is_an_error() {
+    let h = 0.02;
+    let error = revolution(eccentric(h).with_subdivision(2), h).expect_err("too few cuts");
+    assert!(
+        matches!(error, StepError::Unresolved { body: 1, excess } if excess > 1.0),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn a_turn_past_the_limit_is_cut_until_it_can_be_made() {
+    let inertia = Inertia::principal([1.0, 2.0, 2.5]).expect("inertia");
+    let body = RigidBody::new(1.0, inertia, vec![]).expect("body");
+    let zero = Vector3::zeros();
+    let omega = Vector3::new(0.0, 0.0, 1.0);
+    let state = BodyState::from_velocities(&body, zero, zero, Matrix3::identity(), omega);
+    let h = 3.0;
+    let whole = || {
+        let system = System::new(vec![body.clone()], vec![]);
+        Simulation::new(system, vec![state], LGVI, h).expect("a method")
+    };
+    let error = whole().advance(&[Load::default()]);
+    assert!(matches!(error, Err(StepError::Unsolvable { .. })));
+    let mut cut = whole().with_subdivision(6);
+    let report = cut.advance(&[Load::default()]).expect("cut");
+    assert_eq!(report.cuts, 4);
+    // On a principal axis the discrete rigid body turns by θ with sin θ = h Ω.
+    let turn = 4.0 * libm::asin(0.25 * h);
+    let attitude = lgvi_lie::exp(&Vector3::new(0.0, 0.0, turn));
+    let error = (cut.states()[0].attitude - attitude).norm();
+    assert!(error < 1e-14, "{error:e}");
+}
+
+#[test]
+fn a_resolved_step_is_not_cut() {
+    let case = Case::load("a1_two_dumbbells_regular");
+    let mut plain = case.simulation(LGVI, 0.002);
+    let mut cutting = case.simulation(LGVI, 0.002).with_subdivision(4);
+    for _ in 0..1000 {
+        plain.advance(&[Load::default(); 2]).expect("a step");
+        let report = cutting.advance(&[Load::default(); 2]).expect("a step");
+        assert_eq!(report.cuts, 0);
+    }
+    assert_eq!(plain.states(), cutting.states());
+}
+
+#[test]
+fn entering_a_body_is_a_close_approach_with_its_figures() {
+    let bodies = vec![sphere(1.0, 0.3), sphere(1.0, 0.2)];
+    let states = vec![
+        at(&bodies[0], [0.0; 3], [0.0; 3]),
+        at(&bodies[1], [2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]),
+    ];
+    for depth in [0, 5] {
+        let mut simulation =
+            attracting(bodies.clone(), states.clone(), 0.01).with_subdivision(depth);
+        let error = loop {
+            let before = simulation.states().to_vec();
+            if let Err(error) = simulation.advance(&[Load::default(); 2]) {
+                assert_eq!(simulation.states(), before);
+                break error;
+            }
+        };
+        let StepError::CloseApproach(approach) = error else {
+            panic!("{error:?}");
+        };
+        let CloseApproach {
+            body,
+            other,
+            distance,
+            limit,
+        } = approach;
+        assert_eq!((body, other, limit), (0, Some(1), 0.5));
+        assert!((0.4..0.5).contains(&distance));
+    }
+}

@@ -1,0 +1,197 @@
+//! Rotations as quaternions of any length: products and rotations without square roots or transcendental functions.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use crate::hat;
+
+/// The rotation of the quaternion `(w, u)` of any length > 0: by `2 atan2(|u|, w)` about `u`.
+///
+/// The rotation depends on the direction of `(w, u)` alone, so errors of length do no harm. A product of thousands of
+/// quaternions may over- or underflow; a few never do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quaternion {
+    /// Scalar part.
+    pub w: f64,
+    /// Vector part.
+    pub u: Vector3<f64>,
+}
+
+/// `cos x` and `sin x / x` as functions of `x²`; by their series up to x = 1/2, where the next terms are below rounding.
+#[inline]
+pub fn cos_sinc(squared: f64) -> (f64, f64) {
+    if squared > 0.25 {
+        // The square root of a rounded square is the number squared, so no accuracy is lost.
+        let angle = squared.sqrt();
+        let (sin, cos) = libm::sincos(angle);
+        return (cos, sin / angle);
+    }
+    let q = squared;
+    let (q2, q4) = (q * q, (q * q) * (q * q));
+    let cos = 1.0
+        + q * ((-1.0 / 2.0 + q * (1.0 / 24.0))
+            + q2 * (-1.0 / 720.0 + q * (1.0 / 40_320.0))
+            + q4 * ((-1.0 / 3_628_800.0 + q * (1.0 / 479_001_600.0))
+                + q2 * (-1.0 / 87_178_291_200.0)));
+    let sinc = 1.0
+        + q * ((-1.0 / 6.0 + q * (1.0 / 120.0))
+            + q2 * (-1.0 / 5_040.0 + q * (1.0 / 362_880.0))
+            + q4 * (-1.0 / 39_916_800.0 + q * (1.0 / 6_227_020_800.0)));
+    (cos, sinc)
+}
+
+impl Quaternion {
+    /// No rotation.
+    pub const IDENTITY: Self = Self {
+        w: 1.0,
+        u: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// That of `cay(f)`: `(1, f)`.
+    #[inline(always)]
+    pub fn from_cayley(f: &Vector3<f64>) -> Self {
+        Self { w: 1.0, u: *f }
+    }
+
+    /// That of `exp(v)`, the rotation by `|v|` about `v`: `(cos ½|v|, sin ½|v| v/|v|)`.
+    #[inline(always)]
+    pub fn from_rotation_vector(v: &Vector3<f64>) -> Self {
+        let (cos, sinc) = cos_sinc(0.25 * v.norm_squared());
+        Self {
+            w: cos,
+            u: (0.5 * sinc) * v,
+        }
+    }
+
+    /// That of the matrix product: first `other`, then `self`.
+    #[inline(always)]
+    pub fn product(&self, other: &Self) -> Self {
+        Self {
+            w: self.w * other.w - self.u.dot(&other.u),
+            u: self.w * other.u + other.w * self.u + self.u.cross(&other.u),
+        }
+    }
+
+    /// `2/(w² + |u|²)`, the factor that all formulas share.
+    #[inline(always)]
+    fn factor(&self) -> f64 {
+        2.0 / (self.w * self.w + self.u.norm_squared())
+    }
+
+    /// The matrix `F = I + s (w S(u) + S(u)²)`, `s = 2/(w² + |u|²)`.
+    #[inline(always)]
+    pub fn matrix(&self) -> Matrix3<f64> {
+        let s = hat(&self.u);
+        Matrix3::identity() + self.factor() * (self.w * s + s * s)
+    }
+
+    /// `Fᵀ p`, which keeps `|p|` to rounding without bias.
+    #[inline(always)]
+    pub fn rotate_back(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        self.rotate_back_by(self.factor(), p)
+    }
+
+    #[inline(always)]
+    fn rotate_back_by(&self, factor: f64, p: &Vector3<f64>) -> Vector3<f64> {
+        let pu = p.cross(&self.u);
+        p + factor * (self.w * pu + pu.cross(&self.u))
+    }
+
+    /// `R F`, orthogonal to rounding whatever the number of compositions.
+    ///
+    /// Two rows of R are turned, by adding what they change by, and relieved of their rounding error to first order; the
+    /// third is their cross product. So errors of orthogonality do not accumulate.
+    #[inline(always)]
+    pub fn compose(&self, r: &Matrix3<f64>) -> Matrix3<f64> {
+        // F − I = k (w S(u) + S(u)²)
+        let u = &self.u;
+        let ku = self.factor() * u;
+        let kwu = self.w * ku;
+        let (xx, yy, zz) = (ku.x * u.x, ku.y * u.y, ku.z * u.z);
+        let (xy, yz, zx) = (ku.x * u.y, ku.y * u.z, ku.z * u.x);
+        // Columns of both rows at once.
+        let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
+        let (a, b, c) = (column(0), column(1), column(2));
+        let x = a + (a * -(yy + zz) + b * (xy + kwu.z) + c * (zx - kwu.y));
+        let y = b + (a * (xy - kwu.z) + b * -(zz + xx) + c * (yz + kwu.x));
+        let z = c + (a * (zx + kwu.y) + b * (yz - kwu.x) + c * -(xx + yy));
+        let lengths = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
+        let skew = 0.5 * (x.x * x.y + y.x * y.y + z.x * z.y);
+        let scale = Vector2::new(1.5 - 0.5 * lengths.x, 1.5 - 0.5 * lengths.y);
+        let relieved = |v: Vector2<f64>| v.component_mul(&scale) - skew * v.yx();
+        let (x, y, z) = (relieved(x), relieved(y), relieved(z));
+        let third = [
+            y.x * z.y - z.x * y.y,
+            z.x * x.y - x.x * z.y,
+            x.x * y.y - y.x * x.y,
+        ];
+        Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{cay, exp, orthogonality_error};
+
+    fn random(rng: &mut fastrand::Rng, scale: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0))
+    }
+
+    #[test]
+    fn both_charts_give_their_rotations() {
+        let mut rng = fastrand::Rng::with_seed(11);
+        for scale in [0.0, 1e-200, 1e-9, 0.1, 0.57, 0.59, 1.0, 3.0, 50.0] {
+            for _ in 0..100 {
+                let v = random(&mut rng, scale);
+                let turned = Quaternion::from_rotation_vector(&v).matrix();
+                assert!((turned - exp(&v)).norm() < 2e-15, "{v}");
+                assert!((Quaternion::from_cayley(&v).matrix() - cay(&v)).norm() < 2e-15);
+            }
+        }
+    }
+
+    /// The series and `libm` agree to rounding on both sides of the change from one to the other.
+    #[test]
+    fn small_angles_are_accurate() {
+        for n in 0..=2000 {
+            let x = 0.55 * f64::from(n) / 2000.0;
+            let (cos, sinc) = cos_sinc(x * x);
+            assert!((cos - libm::cos(x)).abs() < 2.3e-16, "{x}");
+            assert!((x * sinc - libm::sin(x)).abs() <= 2.3e-16 * x, "{x}");
+        }
+    }
+
+    #[test]
+    fn products_are_products_of_matrices_and_length_does_not_matter() {
+        let mut rng = fastrand::Rng::with_seed(12);
+        for _ in 0..100 {
+            let [a, b] = [(); 2].map(|()| Quaternion {
+                w: 2.0 * rng.f64() - 1.0,
+                u: random(&mut rng, 1.0),
+            });
+            let product = a.product(&b).matrix();
+            assert!((product - a.matrix() * b.matrix()).norm() < 4e-15);
+            let longer = Quaternion {
+                w: 7e80 * a.w,
+                u: 7e80 * a.u,
+            };
+            assert!((longer.matrix() - a.matrix()).norm() < 2e-15);
+            let p = random(&mut rng, 5.0);
+            let back = a.matrix().transpose() * p;
+            assert!((longer.rotate_back(&p) - back).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn composition_multiplies_and_stays_orthogonal() {
+        let mut rng = fastrand::Rng::with_seed(13);
+        let mut r = Matrix3::identity();
+        for _ in 0..100_000 {
+            let f = Quaternion::from_rotation_vector(&random(&mut rng, 2.0));
+            let product = r * f.matrix();
+            r = f.compose(&r);
+            assert!((r - product).norm() < 4e-15);
+        }
+        assert!(orthogonality_error(&r) < 2e-15);
+    }
+}

@@ -1,0 +1,219 @@
+//! Reference trajectories from independent methods in extended precision, for tests and benchmarks.
+//!
+//! The files lie in `tests/truth` at the workspace's root, with a README that says where they come from.
+
+use std::path::PathBuf;
+
+use lgvi_dynamics::gravity::{Central, Gravity, Multipole, Mutual, Uniform};
+use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody, System};
+use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
+use thiserror::Error;
+
+/// A reference trajectory.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Case {
+    /// Name of the file, without its ending.
+    pub case: String,
+    potential: String,
+    parameters: Parameters,
+    bodies: Vec<Body>,
+    states: Vec<Reference>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct Parameters {
+    #[serde(rename = "G")]
+    constant: f64,
+    #[serde(rename = "GM")]
+    gm: f64,
+    g: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Body {
+    mass: f64,
+    #[serde(rename = "J")]
+    inertia: [f64; 3],
+    #[serde(default)]
+    points: Vec<[f64; 4]>,
+    #[serde(rename = "rho_c")]
+    centre: Option<[f64; 3]>,
+    x: [f64; 3],
+    v: [f64; 3],
+    #[serde(rename = "R")]
+    attitude: [[f64; 3]; 3],
+    #[serde(rename = "Omega")]
+    omega: [f64; 3],
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Reference {
+    t: f64,
+    y: Vec<f64>,
+}
+
+/// Why a case cannot be had.
+#[derive(Debug, Error)]
+pub enum TruthError {
+    /// The file cannot be read.
+    #[error("{path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not a case.
+    #[error("{path}: {reason}")]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The case has no state at that time.
+    #[error("{case} has no state at t = {t}, but at {times:?}")]
+    Time {
+        /// The case.
+        case: String,
+        /// The time asked for.
+        t: f64,
+        /// The times there are.
+        times: Vec<f64>,
+    },
+}
+
+/// Largest deviations over the bodies.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Errors {
+    /// Of `x`.
+    pub position: f64,
+    /// Of `ẋ`.
+    pub velocity: f64,
+    /// Of `R`, Frobenius norm.
+    pub attitude: f64,
+    /// Of `Ω`.
+    pub angular_velocity: f64,
+}
+
+impl Errors {
+    /// The largest of the four.
+    pub fn largest(&self) -> f64 {
+        self.position
+            .max(self.velocity)
+            .max(self.attitude)
+            .max(self.angular_velocity)
+    }
+}
+
+impl Case {
+    /// The case in the file called `name`.
+    pub fn load(name: &str) -> Result<Self, TruthError> {
+        let path = Self::path(name);
+        let text = std::fs::read_to_string(&path).map_err(|source| TruthError::Read {
+            path: path.clone(),
+            source,
+        })?;
+        serde_json::from_str(&text).map_err(|error| TruthError::Form {
+            path,
+            reason: error.to_string(),
+        })
+    }
+
+    /// Where the case called `name` lies.
+    pub fn path(name: &str) -> PathBuf {
+        let truth = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/truth");
+        PathBuf::from(truth).join(name).with_extension("json")
+    }
+
+    /// The times of the reference states.
+    pub fn times(&self) -> Vec<f64> {
+        self.states.iter().map(|state| state.t).collect()
+    }
+
+    /// The bodies, what acts on them, and their states at the start.
+    pub fn system(&self) -> Result<(System, Vec<BodyState>), TruthError> {
+        let form = |reason: String| TruthError::Form {
+            path: Self::path(&self.case),
+            reason,
+        };
+        let mut bodies = Vec::new();
+        let mut states = Vec::new();
+        for data in &self.bodies {
+            let body = data.body(&self.potential).map_err(&form)?;
+            states.push(BodyState::from_velocities(
+                &body,
+                data.x.into(),
+                data.v.into(),
+                Matrix3::from_fn(|i, j| data.attitude[i][j]),
+                data.omega.into(),
+            ));
+            bodies.push(body);
+        }
+        let gravity: Vec<Box<dyn Gravity>> = match self.potential.as_str() {
+            "none" => vec![],
+            "points" | "macc2" => vec![Box::new(Mutual::new(self.parameters.constant))],
+            "central" => vec![Box::new(Central {
+                gm: self.parameters.gm,
+            })],
+            "uniform" => vec![Box::new(Uniform {
+                acceleration: Vector3::new(0.0, 0.0, self.parameters.g),
+            })],
+            other => return Err(form(format!("unknown potential {other:?}"))),
+        };
+        Ok((System::new(bodies, gravity), states))
+    }
+
+    /// How far `states` are from the reference at `t`.
+    pub fn errors(
+        &self,
+        t: f64,
+        system: &System,
+        states: &[BodyState],
+    ) -> Result<Errors, TruthError> {
+        let reference = self.states.iter().find(|state| state.t == t);
+        let reference = reference.ok_or_else(|| TruthError::Time {
+            case: self.case.clone(),
+            t,
+            times: self.times(),
+        })?;
+        let mut worst = Errors::default();
+        let bodies = system.bodies().iter().zip(states);
+        for ((body, state), y) in bodies.zip(reference.y.chunks(18)) {
+            let at = |from: usize| Vector3::from_column_slice(&y[from..from + 3]);
+            let attitude = Matrix3::from_row_slice(&y[6..15]);
+            let keep = |worst: &mut f64, error: f64| *worst = worst.max(error);
+            keep(&mut worst.position, (state.position - at(0)).norm());
+            keep(&mut worst.velocity, (state.velocity(body) - at(3)).norm());
+            keep(&mut worst.attitude, (state.attitude - attitude).norm());
+            let omega = state.angular_velocity(body);
+            keep(&mut worst.angular_velocity, (omega - at(15)).norm());
+        }
+        Ok(worst)
+    }
+}
+
+impl Body {
+    fn body(&self, potential: &str) -> Result<RigidBody, String> {
+        let inertia = Inertia::principal(self.inertia).map_err(|error| error.to_string())?;
+        let point = |mass: f64, position: [f64; 3]| PointMass {
+            mass,
+            position: position.into(),
+        };
+        let points = self.points.iter().map(|&[m, x, y, z]| point(m, [x, y, z]));
+        let body = match (self.centre, potential) {
+            (Some(centre), _) => {
+                RigidBody::pivoted(self.mass, inertia, vec![point(self.mass, centre)])
+            }
+            (None, "macc2") => {
+                let multipole = Multipole::of_inertia(self.mass, &inertia);
+                RigidBody::with_multipole(inertia, multipole)
+            }
+            (None, _) => RigidBody::new(self.mass, inertia, points.collect()),
+        };
+        body.map_err(|error| error.to_string())
+    }
+}

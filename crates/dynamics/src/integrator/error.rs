@@ -54,6 +54,12 @@ pub enum StepError {
         /// The least step that changes time.
         least: f64,
     },
+    /// The error control needs too many internal steps.
+    #[error("the error control needs more than {limit} steps for one output")]
+    TooManySteps {
+        /// How many are possible.
+        limit: u32,
+    },
 }
 
 /// Why a method cannot integrate a system. Bodies count from 0.

@@ -1,4 +1,7 @@
-use super::{Integrator, MethodError, ProcessedLieEuler, Splitting};
+use super::{
+    Adaptive, CrouchGrossman, ImplicitMidpoint, Integrator, MethodError, ProcessedLieEuler,
+    RungeKutta, Splitting,
+};
 use crate::System;
 use crate::rotation::Chart;
 
@@ -18,6 +21,24 @@ pub enum Method {
     LieEuler(Rotor),
     /// [`ProcessedLieEuler`].
     ProcessedLieEuler(Rotor),
+    /// [`RungeKutta::explicit_midpoint`].
+    ExplicitMidpoint,
+    /// [`ImplicitMidpoint`].
+    ImplicitMidpoint,
+    /// [`CrouchGrossman`].
+    CrouchGrossman,
+    /// [`RungeKutta::classical`].
+    RungeKutta4,
+    /// [`Adaptive::fehlberg78`].
+    Fehlberg78 {
+        /// Error allowed in a step.
+        tolerance: f64,
+    },
+    /// [`Adaptive::dormand_prince853`].
+    DormandPrince853 {
+        /// Error allowed in a step.
+        tolerance: f64,
+    },
 }
 
 impl Default for Rotor {
@@ -34,6 +55,16 @@ impl Method {
             Self::LieEuler(rotor) => Box::new(Splitting::lie_euler(rotor, system.bodies())),
             Self::ProcessedLieEuler(rotor) => {
                 Box::new(ProcessedLieEuler::new(rotor, system.bodies()))
+            }
+            Self::ExplicitMidpoint => Box::new(RungeKutta::explicit_midpoint(system.bodies())),
+            Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(system.bodies())),
+            Self::CrouchGrossman => Box::new(CrouchGrossman::new(system.bodies())),
+            Self::RungeKutta4 => Box::new(RungeKutta::classical(system.bodies())),
+            Self::Fehlberg78 { tolerance } => {
+                Box::new(Adaptive::fehlberg78(tolerance, system.bodies())?)
+            }
+            Self::DormandPrince853 { tolerance } => {
+                Box::new(Adaptive::dormand_prince853(tolerance, system.bodies())?)
             }
         })
     }

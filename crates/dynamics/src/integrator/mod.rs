@@ -1,16 +1,29 @@
 //! Integrators, one a file.
 
+mod adaptive;
+mod anderson;
+mod crouch_grossman;
 mod drift;
 mod error;
+mod flow;
+mod implicit_midpoint;
 mod method;
 mod processed;
+mod runge_kutta;
+mod scale;
 mod splitting;
+mod stages;
 mod subdivision;
+mod tableau;
 mod turn;
 
+pub use adaptive::{Adaptive, Work};
+pub use crouch_grossman::CrouchGrossman;
 pub use error::{MethodError, StepError};
+pub use implicit_midpoint::ImplicitMidpoint;
 pub use method::{Method, Rotor};
 pub use processed::ProcessedLieEuler;
+pub use runge_kutta::RungeKutta;
 pub use splitting::Splitting;
 pub use subdivision::Subdivision;
 

@@ -16,19 +16,31 @@ pub(super) fn pack(state: &BodyState) -> Components {
     y
 }
 
-/// The state of the numbers.
+/// Sets `state` to that of the numbers.
 #[inline]
+pub(super) fn unpack_to(y: &Components, state: &mut BodyState) {
+    state.position.as_mut_slice().copy_from_slice(&y[0..3]);
+    state
+        .linear_momentum
+        .as_mut_slice()
+        .copy_from_slice(&y[3..6]);
+    state.attitude.as_mut_slice().copy_from_slice(&y[6..15]);
+    state
+        .angular_momentum
+        .as_mut_slice()
+        .copy_from_slice(&y[15..18]);
+}
+
+/// The state of the numbers.
 pub(super) fn unpack(y: &Components) -> BodyState {
-    BodyState {
-        position: Vector3::new(y[0], y[1], y[2]),
-        linear_momentum: Vector3::new(y[3], y[4], y[5]),
-        attitude: Matrix3::from_columns(&[
-            Vector3::new(y[6], y[7], y[8]),
-            Vector3::new(y[9], y[10], y[11]),
-            Vector3::new(y[12], y[13], y[14]),
-        ]),
-        angular_momentum: Vector3::new(y[15], y[16], y[17]),
-    }
+    let mut state = BodyState {
+        position: Vector3::zeros(),
+        linear_momentum: Vector3::zeros(),
+        attitude: Matrix3::zeros(),
+        angular_momentum: Vector3::zeros(),
+    };
+    unpack_to(y, &mut state);
+    state
 }
 
 /// The equations of motion as a vector field on R¹⁸ for each body:
@@ -46,7 +58,7 @@ pub(super) struct Flow {
 impl Flow {
     pub(super) fn new(bodies: usize) -> Self {
         Self {
-            states: Vec::with_capacity(bodies),
+            states: vec![unpack(&[0.0; 18]); bodies],
             loads: vec![Load::default(); bodies],
             controls: vec![Load::default(); bodies],
         }
@@ -61,73 +73,82 @@ impl Flow {
         &self.controls
     }
 
-    /// Sets `derivative` to the field at time `t` after the state `begun`, where `place` gives the numbers of a body,
-    /// by its index.
+    /// Sets `derivative` to the field at time `t` after the state `begun`, where `place` sets the numbers of the body with
+    /// the given index.
     #[inline]
     pub(super) fn evaluate(
         &mut self,
         system: &mut System,
         begun: &[Components],
         t: f64,
-        place: impl Fn(usize) -> Components,
+        place: impl Fn(usize, &mut Components),
         derivative: &mut [Components],
     ) {
-        self.states.clear();
-        for (index, (body, begun)) in system.bodies().iter().zip(begun).enumerate() {
-            self.states.push(match body.mobility() {
-                Mobility::Driven(drive) => drive.advance(body, &unpack(begun), t),
-                _ => unpack(&place(index)),
-            });
+        let mut y = [0.0; 18];
+        for (index, (body, state)) in system.bodies().iter().zip(&mut self.states).enumerate() {
+            if let Mobility::Driven(drive) = body.mobility() {
+                *state = drive.advance(body, &unpack(&begun[index]), t);
+            } else {
+                place(index, &mut y);
+                unpack_to(&y, state);
+            }
         }
         system.loads(&self.states, &mut self.loads);
         let loads = self.loads.iter().zip(&self.controls);
         let states = self.states.iter().zip(loads);
-        for ((body, (state, (&load, &control))), derivative) in
+        for ((body, (state, (load, control))), derivative) in
             system.bodies().iter().zip(states).zip(derivative)
         {
-            *derivative = field(body, state, &(load + control));
+            field(body, state, load, control, derivative);
         }
     }
 }
 
-/// Where a body is at time `t` after `begun`: on its path if it is driven, else where `free` says.
+/// Sets `end` to where a body is at time `t` after `begun`: on its path if it is driven, else where `free` sets it.
 #[inline]
 pub(super) fn place(
     body: &RigidBody,
     begun: &Components,
     t: f64,
-    free: impl FnOnce() -> Components,
-) -> Components {
+    end: &mut Components,
+    free: impl FnOnce(&mut Components),
+) {
     match body.mobility() {
-        Mobility::Driven(drive) => pack(&drive.advance(body, &unpack(begun), t)),
-        _ => free(),
+        Mobility::Driven(drive) => *end = pack(&drive.advance(body, &unpack(begun), t)),
+        _ => free(end),
     }
 }
 
 #[inline]
-fn field(body: &RigidBody, state: &BodyState, load: &Load) -> Components {
-    let moves = *body.mobility() == Mobility::Free;
-    if !moves && *body.mobility() != Mobility::Pivoted {
-        return [0.0; 18];
+fn field(
+    body: &RigidBody,
+    state: &BodyState,
+    load: &Load,
+    control: &Load,
+    derivative: &mut Components,
+) {
+    match body.mobility() {
+        Mobility::Free => {
+            let velocity = state.linear_momentum / body.mass();
+            let force = load.force + control.force;
+            derivative[0..3].copy_from_slice(velocity.as_slice());
+            derivative[3..6].copy_from_slice(force.as_slice());
+        }
+        Mobility::Pivoted => derivative[0..6].fill(0.0),
+        Mobility::Fixed | Mobility::Driven(_) => {
+            derivative.fill(0.0);
+            return;
+        }
     }
-    let (velocity, force) = if moves {
-        (state.linear_momentum / body.mass(), load.force)
-    } else {
-        (Vector3::zeros(), Vector3::zeros())
-    };
     let omega = body.inertia().inverse() * state.angular_momentum;
     let r = &state.attitude;
-    let (first, second, third) = (r.column(0), r.column(1), r.column(2));
-    pack(&BodyState {
-        position: velocity,
-        linear_momentum: force,
-        attitude: Matrix3::from_columns(&[
-            omega.z * second - omega.y * third,
-            omega.x * third - omega.z * first,
-            omega.y * first - omega.x * second,
-        ]),
-        angular_momentum: state.angular_momentum.cross(&omega) + load.moment,
-    })
+    for i in 0..3 {
+        derivative[6 + i] = omega.z * r[(i, 1)] - omega.y * r[(i, 2)];
+        derivative[9 + i] = omega.x * r[(i, 2)] - omega.z * r[(i, 0)];
+        derivative[12 + i] = omega.y * r[(i, 0)] - omega.x * r[(i, 1)];
+    }
+    let moment = state.angular_momentum.cross(&omega) + (load.moment + control.moment);
+    derivative[15..18].copy_from_slice(moment.as_slice());
 }
 
 #[cfg(test)]
@@ -151,7 +172,9 @@ mod tests {
             force: Vector3::new(1.0, -1.0, 2.0),
             moment: Vector3::new(0.1, 0.2, 0.3),
         };
-        let derivative = unpack(&field(&body, &state, &load));
+        let mut derivative = [0.0; 18];
+        field(&body, &state, &load, &Load::default(), &mut derivative);
+        let derivative = unpack(&derivative);
         let omega = state.angular_velocity(&body);
         let close = |a: Vector3<f64>, b: Vector3<f64>| (a - b).norm() < 1e-15;
         assert!(close(derivative.position, Vector3::new(0.1, -0.2, 0.4)));

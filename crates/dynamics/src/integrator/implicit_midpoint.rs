@@ -68,7 +68,7 @@ impl ImplicitMidpoint {
             flow, y, k, last, ..
         } = self;
         match self.known {
-            0 => flow.evaluate(system, y, 0.0, |body| y[body], k),
+            0 => flow.evaluate(system, y, 0.0, |body, at| *at = y[body], k),
             known => {
                 let [a, b, c] = match known {
                     1 => [1.0, 0.0, 0.0],
@@ -83,7 +83,8 @@ impl ImplicitMidpoint {
             }
         }
         for (body, middle) in self.middle.iter_mut().enumerate() {
-            *middle = advance(&self.y[body], 0.5 * h, &self.k[body]);
+            *middle = self.k[body];
+            advance(&self.y[body], 0.5 * h, middle);
         }
         for (body, scale) in self.scales.iter().enumerate() {
             self.weights[body] = scale.inverse(&self.y[body], &self.middle[body], h);
@@ -95,10 +96,11 @@ impl ImplicitMidpoint {
         let Self {
             flow, y, middle, k, ..
         } = self;
-        flow.evaluate(system, y, 0.5 * h, |body| middle[body], k);
+        flow.evaluate(system, y, 0.5 * h, |body, at| *at = middle[body], k);
         let mut greatest = 0.0_f64;
         for (body, value) in self.value.iter_mut().enumerate() {
-            *value = advance(&y[body], 0.5 * h, &k[body]);
+            *value = k[body];
+            advance(&y[body], 0.5 * h, value);
             let weights = value.iter().zip(&middle[body]).zip(&self.weights[body]);
             for ((value, middle), weight) in weights {
                 let change = (value - middle).abs() * weight;
@@ -161,8 +163,12 @@ impl Integrator for ImplicitMidpoint {
         self.guess(system, h);
         let iterations = self.solve(system, h)?;
         self.next.clear();
+        let mut end = [0.0; 18];
         for (index, (body, y)) in system.bodies().iter().zip(&self.y).enumerate() {
-            let end = place(body, y, h, || advance(y, h, &self.k[index]));
+            place(body, y, h, &mut end, |end| {
+                *end = self.k[index];
+                advance(y, h, end);
+            });
             self.next.push(unpack(&end));
         }
         accept(system, &self.next, states)?;

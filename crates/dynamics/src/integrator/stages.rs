@@ -51,7 +51,10 @@ impl Stages {
     ) {
         let (bodies, row) = (self.bodies, stage.row);
         let (known, rest) = self.k.split_at_mut(index * bodies);
-        let at = |body: usize| advance(&y[body], h, &sum(known, bodies, body, row));
+        let at = |body: usize, at: &mut Components| {
+            sum_to(known, bodies, body, row, at);
+            advance(&y[body], h, at);
+        };
         self.flow
             .evaluate(system, y, stage.node * h, at, &mut rest[..bodies]);
     }
@@ -60,7 +63,7 @@ impl Stages {
     pub(super) fn evaluate_at(&mut self, system: &mut System, y: &[Components], index: usize) {
         let derivative = &mut self.k[index * self.bodies..][..self.bodies];
         self.flow
-            .evaluate(system, y, 0.0, |body| y[body], derivative);
+            .evaluate(system, y, 0.0, |body, at| *at = y[body], derivative);
     }
 
     /// Sets `end` to where a step `h` from `y` with these weights ends.
@@ -73,37 +76,35 @@ impl Stages {
         end: &mut [Components],
     ) {
         for (index, (body, end)) in system.bodies().iter().zip(end).enumerate() {
-            *end = place(body, &y[index], h, || {
-                advance(&y[index], h, &self.sum(index, weights))
+            place(body, &y[index], h, end, |end| {
+                self.sum(index, weights, end);
+                advance(&y[index], h, end);
             });
         }
     }
 
-    /// `Σ_j b_j k_j` of a body.
+    /// Sets `total` to `Σ_j b_j k_j` of a body.
     #[inline]
-    pub(super) fn sum(&self, body: usize, row: Row) -> Components {
-        sum(&self.k, self.bodies, body, row)
+    pub(super) fn sum(&self, body: usize, row: Row, total: &mut Components) {
+        sum_to(&self.k, self.bodies, body, row, total);
     }
 }
 
 #[inline]
-fn sum(k: &[Components], bodies: usize, body: usize, row: Row) -> Components {
-    let mut total = [0.0; 18];
+fn sum_to(k: &[Components], bodies: usize, body: usize, row: Row, total: &mut Components) {
+    total.fill(0.0);
     for &(stage, weight) in row {
         let k = &k[stage * bodies + body];
         for (total, k) in total.iter_mut().zip(k) {
             *total += weight * k;
         }
     }
-    total
 }
 
-/// `y + h k`.
+/// Turns a derivative `k` into `y + h k`.
 #[inline]
-pub(super) fn advance(y: &Components, h: f64, k: &Components) -> Components {
-    let mut end = *y;
-    for (end, k) in end.iter_mut().zip(k) {
-        *end += h * k;
+pub(super) fn advance(y: &Components, h: f64, k: &mut Components) {
+    for (k, y) in k.iter_mut().zip(y) {
+        *k = y + h * *k;
     }
-    end
 }

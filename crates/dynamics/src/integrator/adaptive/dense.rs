@@ -1,5 +1,5 @@
 use super::super::flow::Components;
-use super::super::stages::Stages;
+use super::super::stages::{Stages, advance};
 use super::super::tableau::Pair;
 
 /// The continuous extension of a step, a polynomial of seventh degree in `θ`, at both ends continuous with its derivative:
@@ -45,22 +45,21 @@ impl Dense {
                 r[2][i] = r[0][i] - h * last[body][i] - r[1][i];
             }
             for (r, row) in r[3..].iter_mut().zip(pair.dense) {
-                *r = stages.sum(body, row).map(|sum| h * sum);
+                stages.sum(body, row, r);
+                r.iter_mut().for_each(|r| *r *= h);
             }
         }
         self.known = true;
     }
 
-    /// Where a body is at `θ`, the step having begun at `y`.
-    pub(super) fn at(&self, body: usize, y: &Components, theta: f64) -> Components {
+    /// Sets `at` to where a body is at `θ`, the step having begun at `y`.
+    pub(super) fn evaluate(&self, body: usize, y: &Components, theta: f64, at: &mut Components) {
         let r = &self.coefficients[body];
-        let mut sum = r[6];
+        *at = r[6];
         for (index, r) in r[..6].iter().enumerate().rev() {
             let factor = if index % 2 == 0 { 1.0 - theta } else { theta };
-            for (sum, r) in sum.iter_mut().zip(r) {
-                *sum = r + factor * *sum;
-            }
+            advance(r, factor, at);
         }
-        std::array::from_fn(|i| y[i] + theta * sum[i])
+        advance(y, theta, at);
     }
 }

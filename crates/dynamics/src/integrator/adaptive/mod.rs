@@ -250,9 +250,12 @@ impl Adaptive {
                 .set(self.pair, &self.stages, [&self.y, &self.end], h);
         }
         let t = target - self.begin;
+        let mut shown = [0.0; 18];
         for (index, (body, y)) in system.bodies().iter().zip(&self.y).enumerate() {
             let dense = &self.dense;
-            let shown = place(body, y, t, || dense.at(index, y, t / h));
+            place(body, y, t, &mut shown, |shown| {
+                dense.evaluate(index, y, t / h, shown);
+            });
             self.next.push(unpack(&shown));
         }
     }
@@ -296,15 +299,12 @@ fn error(
     h: f64,
 ) -> f64 {
     let (mut fine, mut coarse) = (0.0, 0.0);
+    let mut sum = [0.0; 18];
     for (index, scale) in scales.iter().enumerate() {
         let inverse = scale.inverse(&y[index], &end[index], h);
-        let squares = |row| {
-            let sum = stages.sum(index, row);
-            let mut squares = 0.0;
-            for (sum, inverse) in sum.iter().zip(&inverse) {
-                squares += (sum * inverse) * (sum * inverse);
-            }
-            squares
+        let mut squares = |row| {
+            stages.sum(index, row, &mut sum);
+            sum_of_squares(&sum, &inverse)
         };
         fine += squares(pair.error);
         coarse += squares(pair.damping);
@@ -313,6 +313,18 @@ fn error(
         return 0.0;
     }
     h.abs() * fine / (moving * (fine + 0.01 * coarse)).sqrt()
+}
+
+/// `Σ (a_i b_i)²`, in six sums side by side.
+#[inline]
+fn sum_of_squares(a: &Components, b: &Components) -> f64 {
+    let mut sums = [0.0; 6];
+    for (a, b) in a.chunks_exact(6).zip(b.chunks_exact(6)) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += (a * b) * (a * b);
+        }
+    }
+    (sums[0] + sums[3]) + (sums[1] + sums[4]) + (sums[2] + sums[5])
 }
 
 impl Integrator for Adaptive {

@@ -87,7 +87,7 @@ impl ImplicitMidpoint {
             advance(&self.y[body], 0.5 * h, middle);
         }
         for (body, scale) in self.scales.iter().enumerate() {
-            self.weights[body] = scale.inverse(&self.y[body], &self.middle[body], h);
+            self.weights[body] = scale.inverse(&self.y[body], &self.middle[body], h.abs());
         }
     }
 
@@ -118,9 +118,7 @@ impl ImplicitMidpoint {
         for iterations in 1..=LIMIT {
             let change = self.evaluate(system, h);
             if !change.is_finite() {
-                let finite = |y: &Components| unpack(y).is_finite();
-                let body = self.value.iter().position(|y| !finite(y)).unwrap_or(0);
-                return Err(StepError::NotFinite { body });
+                return Err(self.failure(iterations, last));
             }
             if change <= ENOUGH || (change <= ROUNDING && change > 0.5 * last) {
                 return Ok(iterations);
@@ -137,11 +135,20 @@ impl ImplicitMidpoint {
             }
             last = change;
         }
-        Err(StepError::NotConverged {
-            iterations: LIMIT,
-            residual: last,
-            tolerance: ROUNDING,
-        })
+        Err(self.failure(LIMIT, last))
+    }
+
+    /// Why there is no solution: the guess is not finite, or iteration from it diverges.
+    fn failure(&self, iterations: u32, residual: f64) -> StepError {
+        let finite = |y: &Components| unpack(y).is_finite();
+        match self.value.iter().position(|y| !finite(y)) {
+            Some(body) if iterations == 1 => StepError::NotFinite { body },
+            _ => StepError::NotConverged {
+                iterations,
+                residual,
+                tolerance: ROUNDING,
+            },
+        }
     }
 }
 

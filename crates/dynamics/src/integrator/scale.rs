@@ -1,15 +1,15 @@
 use super::flow::Components;
 use crate::{Mobility, RigidBody};
 
-/// Turn (rad), and displacement in radii of gyration, within a step that a momentum is always allowed to be measured by.
+/// Turn (rad), and displacement in radii of gyration, by which a momentum is always allowed to be measured.
 const MOTION: f64 = 0.1;
 
-/// Magnitudes against which errors of a body's components over a step `h` are measured.
+/// Magnitudes against which errors of a body's components over a step are measured.
 ///
 /// Position: `|x| + ℓ` with the radius of gyration `ℓ = √(tr J / 2m)`. Attitude: 1. Linear momentum: `|γ|` plus that by which
-/// the body moves by 0.1 ℓ in the step; angular momentum: `|Π|` plus that by which it turns by 0.1 rad. The norms are the
-/// greater of both ends of the step, and of vectors, so that what a component is does not depend on the axes. What is
-/// added keeps the rounding of a momentum that is nearly zero from being taken for an error.
+/// the body moves by 0.1 ℓ in a given time; angular momentum: `|Π|` plus that by which it turns by 0.1 rad. The norms are
+/// the greater of both ends of the step, and of vectors, so that what a component is does not depend on the axes. What
+/// is added keeps the rounding of a momentum that is nearly zero from being taken for an error.
 pub(super) struct Scale {
     length: f64,
     linear: f64,
@@ -45,17 +45,17 @@ impl Scale {
         self.mobility.iter().sum()
     }
 
-    /// The inverse of each component's magnitude over a step `h` from `y` to `end`; 0 where the body does not move.
+    /// The inverse of each component's magnitude over a step from `y` to `end`, momenta measured by the motion in `time`; 0
+    /// where the body does not move.
     #[inline]
-    pub(super) fn inverse(&self, y: &Components, end: &Components, h: f64) -> Components {
+    pub(super) fn inverse(&self, y: &Components, end: &Components, time: f64) -> Components {
         let norm = |from: usize| {
             let squared = |y: &Components| (0..3).map(|i| y[from + i] * y[from + i]).sum::<f64>();
             squared(y).max(squared(end)).sqrt()
         };
-        let h = h.abs();
         let position = 1.0 / (norm(0) + self.length);
-        let linear = 1.0 / (norm(3) + self.linear / h);
-        let angular = 1.0 / (norm(15) + self.angular / h);
+        let linear = 1.0 / (norm(3) + self.linear / time);
+        let angular = 1.0 / (norm(15) + self.angular / time);
         let mut inverse = self.mobility;
         for i in 0..3 {
             inverse[i] *= position;

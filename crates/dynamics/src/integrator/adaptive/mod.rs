@@ -21,8 +21,9 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-15..=0.1;
 /// An explicit Runge–Kutta pair of eighth order with error control, on x, γ, the nine numbers of R, and Π.
 ///
 /// It has its own steps, chosen so that the estimated error of each is at most the tolerance: the root mean square over all
-/// moving components, of an angle (rad) for attitudes, relative for the rest (of position, relative to the distance
-/// from the origin plus the body's radius of gyration). The solution so found runs ahead of the states shown, which come from
+/// moving components, absolute for attitudes, relative for the rest. Positions are relative to the distance from the origin
+/// plus the radius of gyration, momenta to their length plus what moves the body by a tenth of that radius, or turns it by
+/// a tenth of a radian, in the longest step so far. The solution so found runs ahead of the states shown, which come from
 /// a continuous extension of seventh order: how often the states are shown makes no difference to it, and little to its cost.
 ///
 /// Where the controls change or a new trajectory starts, the internal solution starts anew from the states shown.
@@ -197,15 +198,15 @@ impl Adaptive {
             }
             self.work.evaluations += last as u64 - 1;
             stages.finish(system, &self.y, h, pair.tableau.weights, &mut self.end);
-            let error = error(
+            let rate = error_rate(
                 pair,
                 stages,
                 &self.scales,
                 self.moving,
                 [&self.y, &self.end],
-                h,
+                self.step_size.longest(),
             );
-            if self.step_size.judge(error / self.tolerance) {
+            if self.step_size.judge(h.abs() * rate / self.tolerance) {
                 break;
             }
             self.work.rejected += 1;
@@ -288,20 +289,20 @@ impl Adaptive {
     }
 }
 
-/// The estimated error of a step, by the norm of [`Adaptive`]:
-/// `|h| e₅² / √(n (e₅² + e₃²/100))` with the sums of squares of both estimates (Hairer, Nørsett, Wanner, §II.10).
-fn error(
+/// The estimated error of a step by its length, in the norm of [`Adaptive`] with momenta measured by the motion in `time`:
+/// `e₅² / √(n (e₅² + e₃²/100))` with the sums of squares of both estimates (Hairer, Nørsett, Wanner, §II.10).
+fn error_rate(
     pair: &Pair,
     stages: &Stages,
     scales: &[Scale],
     moving: f64,
     [y, end]: [&[Components]; 2],
-    h: f64,
+    time: f64,
 ) -> f64 {
     let (mut fine, mut coarse) = (0.0, 0.0);
     let mut sum = [0.0; 18];
     for (index, scale) in scales.iter().enumerate() {
-        let inverse = scale.inverse(&y[index], &end[index], h);
+        let inverse = scale.inverse(&y[index], &end[index], time);
         let mut squares = |row| {
             stages.sum(index, row, &mut sum);
             sum_of_squares(&sum, &inverse)
@@ -312,7 +313,7 @@ fn error(
     if fine == 0.0 {
         return 0.0;
     }
-    h.abs() * fine / (moving * (fine + 0.01 * coarse)).sqrt()
+    fine / (moving * (fine + 0.01 * coarse)).sqrt()
 }
 
 /// `Σ (a_i b_i)²`, in six sums side by side.

@@ -12,6 +12,8 @@ const FACTORS: [f64; 2] = [1.0 / 3.0, 6.0];
 #[derive(Default)]
 pub(super) struct StepSize {
     step: f64,
+    /// The longest step that was good enough.
+    longest: f64,
     failed: bool,
 }
 
@@ -19,6 +21,15 @@ impl StepSize {
     /// Whether there has been a guess.
     pub(super) fn is_known(&self) -> bool {
         self.step > 0.0
+    }
+
+    /// The longest step so far, or the first: a time over which errors of momenta are measured.
+    pub(super) fn longest(&self) -> f64 {
+        if self.longest > 0.0 {
+            self.longest
+        } else {
+            self.step
+        }
     }
 
     /// The next step's length; `otherwise` where nothing moves.
@@ -56,6 +67,9 @@ impl StepSize {
         let greatest = if !good || self.failed { 1.0 } else { greatest };
         // An error that is not a number gives the least factor.
         let factor = (SAFETY / eighth_root(error)).min(greatest).max(least);
+        if good {
+            self.longest = self.longest.max(self.step);
+        }
         self.step *= if error.is_nan() { least } else { factor };
         self.failed = !good;
         good

@@ -119,3 +119,35 @@ fn subtract(from: &mut [Components], factor: f64, what: &[Components]) {
         *from -= factor * what;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `g(z) = A z + b` with eigenvalues of A up to 4: the plain iteration diverges, the accelerated one ends after five.
+    #[test]
+    fn a_linear_problem_of_four_unknowns_takes_five_iterations() {
+        let g = |z: &Components| {
+            let mut value = [0.0; 18];
+            for i in 0..4 {
+                let neighbour = if i > 0 { z[i - 1] } else { 0.0 };
+                value[i] = (i as f64 - 2.5) * 1.5 * z[i] + 0.5 * neighbour + 1.0;
+            }
+            value
+        };
+        let mut anderson = Anderson::new(1);
+        let mut z = [[0.0; 18]];
+        let residual = |z: &Components| {
+            let differences = g(z).into_iter().zip(z).map(|(g, z)| (g - z).abs());
+            differences.fold(0.0, f64::max)
+        };
+        for _ in 0..4 {
+            let value = [g(&z[0])];
+            anderson.next(&mut z, &value, &[[1.0; 18]]);
+            assert!(residual(&z[0]) > 1e-3);
+        }
+        let value = [g(&z[0])];
+        anderson.next(&mut z, &value, &[[1.0; 18]]);
+        assert!(residual(&z[0]) < 1e-13, "{:e}", residual(&z[0]));
+    }
+}

@@ -2,7 +2,7 @@
 //! they keep.
 
 use crate::case::Case;
-use lgvi_dynamics::gravity::{Gravity, Mutual};
+use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
 use lgvi_dynamics::integrator::{Adaptive, RungeKutta};
 use lgvi_dynamics::{
     BodyState, Drive, Inertia, Integrator, Load, Method, MethodError, Mobility, PointMass,
@@ -68,7 +68,7 @@ fn fixed_step_methods_have_their_order() {
 
 #[test]
 fn embedded_methods_are_of_eighth_order_with_fixed_steps() {
-    for (case, t, steps) in [(A1, 1.0, 10), (B1, 10.0, 12), (D, 5.0, 20)] {
+    for (case, t, steps) in [(A1, 1.0, 10), (B1, 10.0, 12), (D, 1.0, 4)] {
         let reference = Case::load(case);
         for make in [RungeKutta::fehlberg8, RungeKutta::dormand_prince8] {
             let errors = [0, 1, 2].map(|halving| {
@@ -97,22 +97,19 @@ fn pairs(tolerance: f64) -> [Method; 2] {
 }
 
 /// The sum of the local errors, each at most the tolerance, grows as the number of steps times how the motion amplifies
-/// it; at one tolerance after the other the ratio of error and tolerance stays within a factor.
+/// it; over eight
+/// decades the ratio of error and tolerance stays within a factor.
 #[test]
 fn errors_are_proportional_to_the_tolerance() {
-    for (case, t, ratio) in [
-        (A1, 10.0, [20.0, 120.0]),
-        (B1, 100.0, [20.0, 120.0]),
-        (D, 30.0, [100.0, 4000.0]),
-    ] {
+    for (case, t) in [(A1, 10.0), (B1, 100.0), (D, 10.0)] {
         let reference = Case::load(case);
-        for exponent in 5..=13 {
+        for exponent in 5..=12 {
             let tolerance = 10f64.powi(-exponent);
             for method in pairs(tolerance) {
                 let error = reference.errors_at(t, 1, method).greatest();
                 println!("{case} {method:?}: {error:.2e}");
                 assert!(
-                    (ratio[0] * tolerance..ratio[1] * tolerance).contains(&error),
+                    (10.0 * tolerance..120.0 * tolerance).contains(&error),
                     "{case}, {method:?}: {error:e}"
                 );
             }
@@ -228,7 +225,13 @@ fn controls_act_as_constant_force_and_moment_and_may_change_between_steps() {
         assert!((end.position.x - 2.0).abs() < 1e-13, "{method:?}: {end:?}");
         // The turn t²/4 up to t = 1 and as much again: half a radian.
         let turned = lgvi_lie::log(&end.attitude).z;
-        println!("{method:?}: turned by 0.5 rad and {:.1e}", turned - 0.5);
+        let miss = (turned - 0.5).abs();
+        let allowed = match method {
+            Method::ExplicitMidpoint | Method::ImplicitMidpoint => 2e-6,
+            Method::CrouchGrossman => 1e-14,
+            _ => 2e-12,
+        };
+        assert!(miss < allowed, "{method:?}: {miss:e}");
     }
 }
 
@@ -469,4 +472,40 @@ fn the_work_does_not_depend_on_how_often_states_are_shown() {
     // The start, 11 stages an attempt and the derivative at the end of each step; three for dense output.
     assert_eq!(once.evaluations, 1 + 11 * steps + once.accepted + 3);
     assert_eq!(often.evaluations, 1 + 11 * steps + 4 * often.accepted);
+}
+
+/// A spacecraft at rest in its orbit, 7000 km and 1 m in size: the gradient of gravity is 1e-7 of it, and rounding of the
+/// moments 1e-9 of them; they must not be taken for an error of a momentum that is next to nothing.
+#[test]
+fn rounding_of_a_small_moment_does_not_stop_the_error_control() {
+    let points = [1.0, -1.0].map(|x| PointMass {
+        mass: 250.0,
+        position: Vector3::new(x, 0.0, 0.0),
+    });
+    let inertia = Inertia::principal([100.0, 550.0, 550.0]).expect("inertia");
+    let body = RigidBody::new(500.0, inertia, points.to_vec()).expect("body");
+    let (gm, radius) = (3.986e14, 7.0e6_f64);
+    let state = BodyState::from_velocities(
+        &body,
+        Vector3::new(radius, 0.0, 0.0),
+        Vector3::new(0.0, (gm / radius).sqrt(), 0.0),
+        lgvi_lie::exp(&Vector3::new(0.1, 0.2, 0.3)),
+        Vector3::zeros(),
+    );
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        for make in [Adaptive::fehlberg78, Adaptive::dormand_prince853] {
+            let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Central { gm })];
+            let mut system = System::new(vec![body.clone()], gravity);
+            let mut states = [state];
+            let mut method = make(tolerance, system.bodies()).expect("a method");
+            let period = 2.0 * std::f64::consts::PI * (radius.powi(3) / gm).sqrt();
+            method
+                .step(&mut system, &mut states, &[Load::default()], period)
+                .expect("an orbit");
+            let missed = (states[0].position - state.position).norm() / radius;
+            println!("{tolerance:e}: {:?}, missed by {missed:e}", method.work());
+            assert!(missed < 100.0 * tolerance, "{missed:e}");
+            assert!(method.work().accepted < 1000, "{:?}", method.work());
+        }
+    }
 }

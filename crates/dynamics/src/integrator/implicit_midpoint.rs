@@ -22,9 +22,9 @@ const LIMIT: u32 = 200;
 /// invariants (R stays on SO(3), `|R Π|` of a free body) to rounding.
 ///
 /// # Assumptions and limitations
-/// Symplectic in canonical coordinates, which (R, Π) are not: on the Lie–Poisson part it is not symplectic to all orders,
-/// energy is conserved over long times all the same. A step of more than about a radian finds no solution and is
-/// [`StepError::NotConverged`].
+/// Symmetric, but (R, Π) are not canonical coordinates: the rule keeps their Poisson structure to second order only
+/// (M. A. Austin, P. S. Krishnaprasad and L.-S. Wang, *Almost Poisson integration of rigid body systems*, J. Comp. Phys. 107
+/// (1993) 105–117). Where the iteration finds no solution the step fails with [`StepError::NotConverged`].
 pub struct ImplicitMidpoint {
     flow: Flow,
     anderson: Anderson,

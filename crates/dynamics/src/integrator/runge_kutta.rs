@@ -8,7 +8,7 @@ use crate::{BodyState, Load, RigidBody, System};
 ///
 /// # Assumptions and limitations
 /// R leaves SO(3) by the method's error, nothing brings it back. Neither symplectic nor time-reversible: energy and
-/// angular momentum drift. Stable only where a step turns a body by less than about a radian.
+/// angular momentum drift.
 pub struct RungeKutta {
     tableau: &'static Tableau,
     stages: Stages,

@@ -2,7 +2,7 @@
 
 use super::{ALL, B1, B2, D, assert_order, sphere};
 use crate::case::Case;
-use lgvi_dynamics::integrator::ImplicitMidpoint;
+use lgvi_dynamics::integrator::{Adaptive, ImplicitMidpoint};
 use lgvi_dynamics::{Integrator, Load, Method, Simulation, System};
 use nalgebra::Vector3;
 
@@ -78,6 +78,28 @@ fn orthogonality_is_kept_by_the_implicit_midpoint_rule_and_drifts_as_the_order_o
     for (method, order) in [(Method::ExplicitMidpoint, 2.0), (Method::RungeKutta4, 4.0)] {
         let errors = [0.02, 0.01].map(|h| reach(&case, method, h));
         assert_order(&format!("{method:?}"), &errors, order + 2.0, 0.1);
+    }
+}
+
+/// Backwards is a change of direction within an internal step: the solution starts anew.
+#[test]
+fn adaptive_methods_find_their_way_back() {
+    let tolerance = 1e-10;
+    for make in [Adaptive::fehlberg78, Adaptive::dormand_prince853] {
+        let (mut system, mut states) = Case::load(D).system();
+        let start = states.clone();
+        let mut method = make(tolerance, system.bodies()).expect("a method");
+        for h in [0.01, -0.01] {
+            for _ in 0..500 {
+                method
+                    .step(&mut system, &mut states, &[Load::default()], h)
+                    .expect("a step");
+            }
+        }
+        let missed = (states[0].position - start[0].position)
+            .norm()
+            .max((states[0].attitude - start[0].attitude).norm());
+        assert!(missed > 0.0 && missed < 100.0 * tolerance, "{missed:e}");
     }
 }
 

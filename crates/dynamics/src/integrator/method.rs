@@ -1,4 +1,7 @@
-use super::{Integrator, MethodError, ProcessedLieEuler, Splitting};
+use super::{
+    ChartOrigin, EulerPoincare, Galerkin, Integrator, MethodError, ProcessedLieEuler, Quadrature,
+    Splitting,
+};
 use crate::System;
 use crate::rotation::Chart;
 
@@ -18,6 +21,24 @@ pub enum Method {
     LieEuler(Rotor),
     /// [`ProcessedLieEuler`].
     ProcessedLieEuler(Rotor),
+    /// [`Galerkin`].
+    Galerkin {
+        /// Degree `s` of the polynomials.
+        degree: u32,
+        /// Quadrature of the action.
+        quadrature: Quadrature,
+        /// Centre of the chart.
+        origin: ChartOrigin,
+    },
+    /// [`EulerPoincare`].
+    EulerPoincare {
+        /// Degree `s` of the polynomials.
+        degree: u32,
+        /// Quadrature of the action.
+        quadrature: Quadrature,
+        /// Centre of the chart.
+        origin: ChartOrigin,
+    },
 }
 
 impl Default for Rotor {
@@ -35,6 +56,16 @@ impl Method {
             Self::ProcessedLieEuler(rotor) => {
                 Box::new(ProcessedLieEuler::new(rotor, system.bodies()))
             }
+            Self::Galerkin {
+                degree,
+                quadrature,
+                origin,
+            } => Box::new(Galerkin::new(system, degree, quadrature, origin)?),
+            Self::EulerPoincare {
+                degree,
+                quadrature,
+                origin,
+            } => Box::new(EulerPoincare::new(system, degree, quadrature, origin)?),
         })
     }
 }

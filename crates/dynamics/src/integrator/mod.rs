@@ -2,6 +2,7 @@
 
 mod drift;
 mod error;
+mod galerkin;
 mod method;
 mod processed;
 mod splitting;
@@ -9,6 +10,7 @@ mod subdivision;
 mod turn;
 
 pub use error::{MethodError, StepError};
+pub use galerkin::{ChartOrigin, EulerPoincare, Galerkin, Quadrature};
 pub use method::{Method, Rotor};
 pub use processed::ProcessedLieEuler;
 pub use splitting::Splitting;

@@ -4,5 +4,6 @@
 
 mod case;
 mod derivatives;
+mod galerkin;
 mod laws;
 mod truth;

@@ -10,6 +10,9 @@ const ROUNDING: f64 = f64::EPSILON;
 /// Correction, relative to what the unknowns are added to (a whole angle, a position), that may be rounding of the loads.
 const NOISE: f64 = 1e-13;
 
+/// Relative change of the unknowns since it was made that makes a Jacobian worth renewing.
+const STALE: f64 = 1e-3;
+
 /// Passes that may fail to shrink the correction by a tenth.
 const PATIENCE: u32 = 3;
 
@@ -93,7 +96,7 @@ pub(super) fn iterate(limit: u32, mut pass: impl FnMut(bool) -> Progress) -> Res
                 residual: absolute,
             });
         }
-        linearise = rate > 0.1;
+        linearise = relative > STALE;
         before = relative;
     }
 }

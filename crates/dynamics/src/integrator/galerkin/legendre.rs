@@ -3,7 +3,7 @@
 
 use lgvi_lie::{exp, log, vee};
 use nalgebra::{Matrix3, Vector3};
-use num_dual::{Dual64, DualNum};
+use num_dual::Dual64;
 
 use super::{ChartOrigin, Galerkin, Quadrature};
 use crate::gravity::Mutual;
@@ -65,7 +65,7 @@ fn exponential(xi: &[Dual64; 3]) -> (Matrix3<f64>, Matrix3<f64>) {
         }
     }
     (
-        Matrix3::from_fn(|i, j| sum[i][j].re()),
+        Matrix3::from_fn(|i, j| sum[i][j].re),
         Matrix3::from_fn(|i, j| sum[i][j].eps),
     )
 }

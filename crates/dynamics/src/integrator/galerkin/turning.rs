@@ -115,6 +115,7 @@ impl Turning {
         }
         self.curve.correction.fill(Vector3::zeros());
         self.impulse.fill(0.0);
+        let end = Tangent::at(self.curve.points[s - 1]).jacobian();
         for point in 0..basis.points {
             let Sample { tangent, slope } = self.samples[point];
             let weight = basis.weights[point];
@@ -139,7 +140,9 @@ impl Turning {
                 let value_slope = slope_value.transpose();
                 let value_value = weight
                     * (derivative.tr_mul(&(inertia.matrix * derivative))
-                        + tangent.second_derivative(&slope, &pi));
+                        + tangent.second_derivative(&slope, &pi)
+                        - (h * h) * tangent.reversed().derivative(&moment));
+                let impulse = weight * (tangent.rotation() * hat(&moment) * jacobian);
                 for kappa in 0..s {
                     let row_slope = slopes[kappa] * slope_slope + values[kappa] * value_slope;
                     let row_value = slopes[kappa] * slope_value + values[kappa] * value_value;
@@ -147,6 +150,10 @@ impl Turning {
                         let block = slopes[lambda] * row_slope + values[lambda] * row_value;
                         self.add_block(kappa, lambda, &block);
                     }
+                }
+                for lambda in 0..s {
+                    let block = (h * h * values[lambda]) * (end * impulse);
+                    self.add_block(s - 1, lambda, &block);
                 }
             }
         }

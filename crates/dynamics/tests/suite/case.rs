@@ -86,7 +86,7 @@ impl Case {
         self.compare(t, &simulation)
     }
 
-    fn compare(&self, t: f64, simulation: &Simulation) -> Errors {
+    pub fn compare(&self, t: f64, simulation: &Simulation) -> Errors {
         let states = self.json["states"].as_array().expect("states");
         let reference = states
             .iter()

@@ -24,10 +24,19 @@ pub(super) struct Basis {
     pub(super) chart_slope: Vec<f64>,
     /// `a_κi` of `x^κ = x_0 + d_κ h ẋ_0 + (h²/m) Σ_i a_κi f_i`.
     pub(super) response: Vec<f64>,
-    /// `l_κ(1 + d_λ)` by λ, of positions.
-    pub(super) extrapolation: Vec<f64>,
-    /// The same of rotation vectors.
-    pub(super) chart_extrapolation: Vec<f64>,
+    /// The next step as far as this one tells, at `1 + d_λ`.
+    pub(super) onward: Extrapolation,
+    /// A step of twice the length, at `2 d_λ`.
+    pub(super) stretched: Extrapolation,
+}
+
+/// Polynomials outside the step, by the λ of the points looked for, in each by the κ of the points given.
+#[derive(Default)]
+pub(super) struct Extrapolation {
+    /// `l_κ`
+    pub(super) value: Vec<f64>,
+    /// `l_κ` of rotation vectors.
+    pub(super) chart_value: Vec<f64>,
 }
 
 impl Basis {
@@ -62,8 +71,8 @@ impl Basis {
             chart_value: vec![],
             chart_slope: vec![],
             response: vec![],
-            extrapolation: vec![],
-            chart_extrapolation: vec![],
+            onward: Extrapolation::default(),
+            stretched: Extrapolation::default(),
             controls: controls[1..].to_vec(),
             nodes,
             weights,
@@ -77,9 +86,14 @@ impl Basis {
             basis.chart_slope.extend(in_chart(origin, &slopes));
         }
         for &control in &controls[1..] {
-            let (values, _) = lagrange(&controls, 1.0 + control);
-            basis.extrapolation.extend(&values[1..]);
-            basis.chart_extrapolation.extend(in_chart(origin, &values));
+            for (to, tau) in [
+                (&mut basis.onward, 1.0 + control),
+                (&mut basis.stretched, 2.0 * control),
+            ] {
+                let (values, _) = lagrange(&controls, tau);
+                to.value.extend(&values[1..]);
+                to.chart_value.extend(in_chart(origin, &values));
+            }
         }
         basis.response = basis.responses(&slope);
         basis

@@ -7,8 +7,8 @@ pub(super) struct Curve {
     pub(super) points: Vec<Vector3<f64>>,
     /// What to subtract from the points next.
     pub(super) correction: Vec<Vector3<f64>>,
-    /// Points of the last accepted step.
-    pub(super) last: Last,
+    /// Points that a guess may build on.
+    pub(super) before: Vec<Vector3<f64>>,
     /// Size of what the points are added to, whose rounding they need not undercut.
     pub(super) base: f64,
 }
@@ -19,23 +19,14 @@ impl Curve {
         Self {
             points: zeros.clone(),
             correction: zeros.clone(),
-            last: Last {
-                points: zeros,
-                known: false,
-            },
+            before: zeros,
             base: 1.0,
         }
     }
 
-    /// Forgets the trajectory so far.
-    pub(super) fn forget(&mut self) {
-        self.last.known = false;
-    }
-
-    /// Takes the present points as those of an accepted step.
+    /// Lets later guesses build on the present points.
     pub(super) fn remember(&mut self) {
-        self.last.points.copy_from_slice(&self.points);
-        self.last.known = true;
+        self.before.copy_from_slice(&self.points);
     }
 
     /// Subtracts the correction.
@@ -54,15 +45,25 @@ impl Curve {
     }
 }
 
-/// The points of the last accepted step, if there was one since the start.
-pub(super) struct Last {
-    points: Vec<Vector3<f64>>,
-    known: bool,
+/// What a first guess of a step's unknowns is made from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Guess {
+    /// Constant velocities.
+    Uniform,
+    /// The polynomials of the step before, of the same length.
+    Onward,
+    /// Those of a step half as long.
+    Stretched,
 }
 
-impl Last {
-    pub(super) fn get(&self) -> Option<&[Vector3<f64>]> {
-        self.known.then_some(&self.points)
+impl Guess {
+    /// For a step `h` after one of length `last`, if there was one since the start.
+    pub(super) fn after(last: Option<f64>, h: f64) -> Self {
+        if last == Some(h) {
+            Self::Onward
+        } else {
+            Self::Uniform
+        }
     }
 }
 

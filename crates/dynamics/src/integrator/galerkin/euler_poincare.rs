@@ -1,5 +1,6 @@
 use super::basis::Basis;
-use super::iteration::iterate;
+use super::curve::Guess;
+use super::iteration::{Stall, iterate};
 use super::turning::Turning;
 use super::{ChartOrigin, Quadrature};
 use crate::integrator::{Integrator, MethodError, StepError, StepReport, accept};
@@ -55,9 +56,6 @@ impl EulerPoincare {
 
 impl Integrator for EulerPoincare {
     fn start(&mut self, _system: &mut System, _states: &[BodyState]) {
-        self.turning
-            .iter_mut()
-            .for_each(|turning| turning.curve.forget());
         self.h = None;
     }
 
@@ -93,8 +91,9 @@ impl Integrator for EulerPoincare {
             let momentum = &state.angular_momentum;
             let turning = &mut self.turning[index];
             let turn = h * state.angular_velocity(body);
-            turning.predict(basis, &turn, self.h == Some(h));
-            let iterations = iterate(MAX_ITERATIONS, |linearise| {
+            turning.guess(basis, &turn, Guess::after(self.h, h));
+            let mut iterations = 0;
+            iterate(MAX_ITERATIONS, &mut iterations, |linearise| {
                 turning.sample(basis);
                 turning.correct(
                     basis,
@@ -106,7 +105,13 @@ impl Integrator for EulerPoincare {
                 );
                 turning.curve.advance()
             })
-            .map_err(|stall| stall.explain(bodies, states, h))?;
+            .map_err(|residual| {
+                Stall {
+                    iterations,
+                    residual,
+                }
+                .explain(bodies, states, h)
+            })?;
             turning.check(basis, index)?;
             (next.attitude, next.angular_momentum) =
                 turning.end(basis, &state.attitude, momentum, h);

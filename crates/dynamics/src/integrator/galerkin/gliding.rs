@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::basis::Basis;
-use super::curve::{Curve, combine};
+use super::curve::{Curve, Guess, combine};
 
 /// One body's centre of mass within a step: the displacements `x^κ − x_0` of its control points, which stationarity of
 /// the action gives explicitly in the forces, see [`Basis::response`].
@@ -17,16 +17,22 @@ impl Gliding {
         }
     }
 
-    /// Guesses the displacements by the last step's polynomial carried on, or by constant velocity `way/h`.
-    pub(super) fn predict(&mut self, basis: &Basis, way: &Vector3<f64>, carry_on: bool) {
-        let last = self.curve.last.get().filter(|_| carry_on);
-        for (kappa, point) in self.curve.points.iter_mut().enumerate() {
-            *point = match last {
-                Some(last) => {
-                    combine(basis.at(&basis.extrapolation, kappa), last) - last[basis.degree - 1]
+    /// Guesses the displacements; `way = h ẋ_0`.
+    pub(super) fn guess(&mut self, basis: &Basis, way: &Vector3<f64>, guess: Guess) {
+        let Curve { points, before, .. } = &mut self.curve;
+        let zero = Vector3::zeros();
+        let (table, from) = match guess {
+            Guess::Uniform => {
+                for (point, control) in points.iter_mut().zip(&basis.controls) {
+                    *point = *control * way;
                 }
-                None => basis.controls[kappa] * way,
-            };
+                return;
+            }
+            Guess::Onward => (&basis.onward.value, before.last().unwrap_or(&zero)),
+            Guess::Stretched => (&basis.stretched.value, &zero),
+        };
+        for (kappa, point) in points.iter_mut().enumerate() {
+            *point = combine(basis.at(table, kappa), before) - from;
         }
     }
 

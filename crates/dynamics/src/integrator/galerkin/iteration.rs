@@ -71,32 +71,34 @@ impl Stall {
     }
 }
 
-/// Repeats `pass` until its corrections are rounding; it is told whether to renew its Jacobian. Returns the passes made.
-pub(super) fn iterate(limit: u32, mut pass: impl FnMut(bool) -> Progress) -> Result<u32, Stall> {
-    let mut before = f64::INFINITY;
+/// Repeats `pass` until its corrections are rounding, or returns the last of them, relative; it is told whether to renew its
+/// Jacobian. Adds the passes made to `iterations`.
+pub(super) fn iterate(
+    limit: u32,
+    iterations: &mut u32,
+    mut pass: impl FnMut(bool) -> Progress,
+) -> Result<(), f64> {
+    let mut before = f64::NAN;
     let mut linearise = true;
     let mut failures = 0;
-    let mut iterations = 0;
-    loop {
+    for _ in 0..limit {
         let Progress { relative, absolute } = pass(linearise);
-        iterations += 1;
+        *iterations += 1;
         // As the corrections shrink by a constant rate, those to come sum to less than rate/(1 − rate) of this one.
         let rate = relative / before;
         let left = relative * rate / (1.0 - rate);
-        if relative <= ROUNDING || (iterations > 1 && rate < 0.5 && left <= ROUNDING) {
-            return Ok(iterations);
+        if relative <= ROUNDING || (rate < 0.5 && left <= ROUNDING) {
+            return Ok(());
         }
         if rate > 0.5 && absolute <= NOISE {
-            return Ok(iterations);
+            return Ok(());
         }
         failures += u32::from(rate > 0.9);
-        if failures >= PATIENCE || iterations >= limit || !relative.is_finite() {
-            return Err(Stall {
-                iterations,
-                residual: absolute,
-            });
+        if failures >= PATIENCE || !relative.is_finite() {
+            return Err(absolute);
         }
         linearise = relative > STALE;
         before = relative;
     }
+    Err(before)
 }

@@ -17,6 +17,7 @@ pub use euler_poincare::EulerPoincare;
 pub use quadrature::Quadrature;
 
 use self::basis::Basis;
+use self::curve::Guess;
 use self::motion::{Motion, Step};
 use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::{BodyState, Load, Mobility, System};
@@ -105,7 +106,6 @@ impl Galerkin {
 
 impl Integrator for Galerkin {
     fn start(&mut self, _system: &mut System, _states: &[BodyState]) {
-        self.motion.forget();
         self.h = None;
     }
 
@@ -123,7 +123,7 @@ impl Integrator for Galerkin {
         };
         let iterations = self
             .motion
-            .solve(system, step, self.h == Some(h))
+            .solve(system, step, Guess::after(self.h.take(), h))
             .map_err(|stall| stall.explain(system.bodies(), states, h))?;
         self.finish(system, step)?;
         accept(system, &self.next, states)?;

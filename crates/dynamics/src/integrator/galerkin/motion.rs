@@ -1,5 +1,5 @@
 use super::basis::Basis;
-use super::curve::{Curve, greater};
+use super::curve::{Curve, Guess, greater};
 use super::elimination::Elimination;
 use super::gliding::Gliding;
 use super::iteration::{Progress, Stall, iterate};
@@ -12,6 +12,9 @@ const MAX_SIMPLE: u32 = 40;
 /// Passes with the whole Jacobian.
 const MAX_NEWTON: u32 = 20;
 
+/// Halvings of a step in search of one that the simplest guess leads to.
+const MAX_HALVINGS: u32 = 5;
+
 /// Relative disturbance of an unknown for a difference quotient.
 const DIFFERENCE: f64 = 1e-7;
 
@@ -21,6 +24,15 @@ pub(super) struct Step<'a> {
     pub(super) states: &'a [BodyState],
     pub(super) controls: &'a [Load],
     pub(super) h: f64,
+}
+
+impl Step<'_> {
+    fn halved(self, times: u32) -> Self {
+        Self {
+            h: self.h / f64::from(1_u32 << times),
+            ..self
+        }
+    }
 }
 
 /// The motion of all bodies within a step: their unknowns, and the equations that couple them through the loads.
@@ -64,7 +76,7 @@ impl Motion {
     }
 
     /// Guesses the unknowns and puts the driven bodies where they will be.
-    pub(super) fn begin(&mut self, bodies: &[RigidBody], step: Step<'_>, carry_on: bool) {
+    pub(super) fn begin(&mut self, bodies: &[RigidBody], step: Step<'_>, guess: Guess) {
         let Step { states, h, .. } = step;
         self.poses.clear();
         for node in &self.basis.nodes {
@@ -77,36 +89,64 @@ impl Motion {
         }
         for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
             if let Some(turning) = &mut self.turning[index] {
-                turning.predict(&self.basis, &(h * state.angular_velocity(body)), carry_on);
+                turning.guess(&self.basis, &(h * state.angular_velocity(body)), guess);
             }
             if let Some(gliding) = &mut self.gliding[index] {
                 gliding.curve.base = state.position.norm();
-                gliding.predict(&self.basis, &(h * state.velocity(body)), carry_on);
+                gliding.guess(&self.basis, &(h * state.velocity(body)), guess);
             }
         }
     }
 
-    /// Solves the equations, at first without the loads' derivatives in the Jacobian; where that fails, from the start
-    /// with them, by differences.
+    /// Solves the equations. Where the first guess does not lead to a solution, shorter steps from the same states are
+    /// solved, each a guess for one twice as long: so the solution is followed as it grows from that of no step at all.
     pub(super) fn solve(
         &mut self,
         system: &mut System,
         step: Step<'_>,
-        carry_on: bool,
+        guess: Guess,
     ) -> Result<u32, Stall> {
-        self.begin(system.bodies(), step, carry_on);
-        let simple = iterate(MAX_SIMPLE, |linearise| {
+        let mut iterations = 0;
+        let mut made = self.attempt(system, step, guess, &mut iterations);
+        let mut halvings = 0;
+        while made.is_err() && halvings < MAX_HALVINGS {
+            halvings += 1;
+            let shorter = step.halved(halvings);
+            if self
+                .attempt(system, shorter, Guess::Uniform, &mut iterations)
+                .is_ok()
+            {
+                made = (0..halvings).rev().try_for_each(|halvings| {
+                    self.remember();
+                    let longer = step.halved(halvings);
+                    self.attempt(system, longer, Guess::Stretched, &mut iterations)
+                });
+            }
+        }
+        made.map(|()| iterations).map_err(|residual| Stall {
+            iterations,
+            residual,
+        })
+    }
+
+    /// Solves the equations from a guess, at first without the loads' derivatives in the Jacobian, then with them.
+    fn attempt(
+        &mut self,
+        system: &mut System,
+        step: Step<'_>,
+        guess: Guess,
+        iterations: &mut u32,
+    ) -> Result<(), f64> {
+        self.begin(system.bodies(), step, guess);
+        let simple = iterate(MAX_SIMPLE, iterations, |linearise| {
             self.correct(system, step, linearise);
             self.apply()
         });
-        simple.or_else(|first| {
-            self.begin(system.bodies(), step, false);
-            iterate(MAX_NEWTON, |linearise| self.newton(system, step, linearise))
-                .map(|iterations| first.iterations + iterations)
-                .map_err(|second| Stall {
-                    iterations: first.iterations + second.iterations,
-                    ..second
-                })
+        simple.or_else(|_| {
+            self.begin(system.bodies(), step, guess);
+            iterate(MAX_NEWTON, iterations, |linearise| {
+                self.newton(system, step, linearise)
+            })
         })
     }
 
@@ -164,14 +204,9 @@ impl Motion {
         self.loads.iter().skip(body).step_by(self.turning.len())
     }
 
-    /// Remembers the motion of an accepted step.
+    /// Lets later guesses build on the present motion.
     pub(super) fn remember(&mut self) {
         curves(&mut self.turning, &mut self.gliding).for_each(Curve::remember);
-    }
-
-    /// Forgets the trajectory so far.
-    pub(super) fn forget(&mut self) {
-        curves(&mut self.turning, &mut self.gliding).for_each(Curve::forget);
     }
 
     /// Subtracts all corrections.

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::ChartOrigin;
 use super::basis::Basis;
-use super::curve::{Curve, combine};
+use super::curve::{Curve, Guess, combine};
 use super::elimination::Elimination;
 use super::tangent::Tangent;
 use crate::Inertia;
@@ -49,28 +49,34 @@ impl Turning {
         }
     }
 
-    /// Guesses `ξ^κ` by the last step's polynomial carried on, or by constant angular velocity `turn/h`.
-    pub(super) fn predict(&mut self, basis: &Basis, turn: &Vector3<f64>, carry_on: bool) {
-        let xi = &mut self.curve.points;
-        let end = xi.len() - 1;
-        let Some(last) = self.curve.last.get().filter(|_| carry_on) else {
-            let offset = match basis.origin {
-                ChartOrigin::Start => 0.0,
-                ChartOrigin::Middle => 0.5,
-            };
-            for (xi, control) in xi.iter_mut().zip(&basis.controls) {
-                *xi = (control - offset) * turn;
+    /// Guesses `ξ^κ`; `turn = h Ω_0`.
+    pub(super) fn guess(&mut self, basis: &Basis, turn: &Vector3<f64>, guess: Guess) {
+        let Curve { points, before, .. } = &mut self.curve;
+        let last = points.len() - 1;
+        let in_middle = basis.origin == ChartOrigin::Middle;
+        // Where the guessed step starts, in the chart of the polynomials given.
+        let (table, start) = match guess {
+            Guess::Uniform => {
+                let centre = if in_middle { 0.5 } else { 0.0 };
+                for (xi, control) in points.iter_mut().zip(&basis.controls) {
+                    *xi = (control - centre) * turn;
+                }
+                return;
             }
-            return;
+            Guess::Onward => (&basis.onward.chart_value, before[last]),
+            Guess::Stretched if in_middle => (&basis.stretched.chart_value, -before[last]),
+            Guess::Stretched => (&basis.stretched.chart_value, Vector3::zeros()),
         };
-        let mut from = Tangent::at(last[end]).rotation();
-        for lambda in (0..=end).rev() {
-            let ahead = combine(basis.at(&basis.chart_extrapolation, lambda), last);
-            xi[lambda] = log(&from.tr_mul(&Tangent::at(ahead).rotation()));
-            if basis.origin == ChartOrigin::Middle && lambda == end {
-                xi[lambda] *= 0.5;
-                from *= Tangent::at(xi[lambda]).rotation();
-            }
+        let mut centre = Tangent::at(start).rotation();
+        for lambda in (0..=last).rev() {
+            let ahead = combine(basis.at(table, lambda), before);
+            let xi = log(&centre.tr_mul(&Tangent::at(ahead).rotation()));
+            points[lambda] = if in_middle && lambda == last {
+                centre *= Tangent::at(0.5 * xi).rotation();
+                0.5 * xi
+            } else {
+                xi
+            };
         }
     }
 

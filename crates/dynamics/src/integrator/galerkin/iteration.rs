@@ -13,6 +13,9 @@ const NOISE: f64 = 1e-13;
 /// Relative change of the unknowns since it was made that makes a Jacobian worth renewing.
 const STALE: f64 = 1e-3;
 
+/// Rate at which the last corrections may shrink where those before shrank faster.
+const SLOWEST: f64 = 0.1;
+
 /// Passes that may fail to shrink the correction by a tenth.
 const PATIENCE: u32 = 3;
 
@@ -84,10 +87,8 @@ pub(super) fn iterate(
     for _ in 0..limit {
         let Progress { relative, absolute } = pass(linearise);
         *iterations += 1;
-        // As the corrections shrink by a constant rate, those to come sum to less than rate/(1 − rate) of this one.
         let rate = relative / before;
-        let left = relative * rate / (1.0 - rate);
-        if relative <= ROUNDING || (rate < 0.5 && left <= ROUNDING) {
+        if relative <= ROUNDING || (rate < 0.5 && relative * rate.max(SLOWEST) <= ROUNDING) {
             return Ok(());
         }
         if rate > 0.5 && absolute <= NOISE {

@@ -71,7 +71,7 @@ impl Integrator for EulerPoincare {
         let mut report = StepReport::default();
         self.next.clear();
         for (index, (body, state)) in bodies.iter().zip(&*states).enumerate() {
-            let control = &controls[index];
+            let control = controls.get(index).copied().unwrap_or_default();
             let mut next = *state;
             match body.mobility() {
                 Mobility::Free => {

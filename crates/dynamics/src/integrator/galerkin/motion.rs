@@ -10,7 +10,7 @@ use crate::{BodyState, Load, Mobility, RigidBody, System};
 const MAX_SIMPLE: u32 = 40;
 
 /// Passes with the whole Jacobian.
-const MAX_NEWTON: u32 = 20;
+const MAX_NEWTON: u32 = 12;
 
 /// Halvings of a step in search of one that the simplest guess leads to.
 const MAX_HALVINGS: u32 = 5;
@@ -108,19 +108,19 @@ impl Motion {
     ) -> Result<u32, Stall> {
         let mut iterations = 0;
         let mut made = self.attempt(system, step, guess, &mut iterations);
-        let mut halvings = 0;
-        while made.is_err() && halvings < MAX_HALVINGS {
-            halvings += 1;
-            let shorter = step.halved(halvings);
-            if self
-                .attempt(system, shorter, Guess::Uniform, &mut iterations)
-                .is_ok()
-            {
-                made = (0..halvings).rev().try_for_each(|halvings| {
-                    self.remember();
-                    let longer = step.halved(halvings);
-                    self.attempt(system, longer, Guess::Stretched, &mut iterations)
-                });
+        if made.is_err() {
+            let started = (1..=MAX_HALVINGS).find(|&halvings| {
+                let shorter = step.halved(halvings);
+                let made = self.attempt(system, shorter, Guess::Uniform, &mut iterations);
+                made.is_ok()
+            });
+            for halvings in (0..started.unwrap_or(0)).rev() {
+                self.remember();
+                let longer = step.halved(halvings);
+                made = self.attempt(system, longer, Guess::Stretched, &mut iterations);
+                if made.is_err() {
+                    break;
+                }
             }
         }
         made.map(|()| iterations).map_err(|residual| Stall {
@@ -157,7 +157,7 @@ impl Motion {
             controls,
             h,
         } = step;
-        let count = states.len();
+        let count = states.len().max(1);
         let basis = &self.basis;
         for (body, state) in states.iter().enumerate() {
             let poses = self.poses[body..].iter_mut().step_by(count);
@@ -165,7 +165,7 @@ impl Motion {
                 turning.sample(basis);
                 let centre = state.attitude * turning.centre(basis);
                 for (point, pose) in poses.enumerate() {
-                    pose.attitude = centre * turning.from_centre(point);
+                    pose.attitude = centre * turning.relative(point);
                     if let Some(gliding) = &self.gliding[body] {
                         pose.position = state.position + gliding.at(basis, point);
                     }

@@ -100,7 +100,7 @@ impl Turning {
     }
 
     /// `Cᵀ R` at a quadrature node.
-    pub(super) fn from_centre(&self, point: usize) -> Matrix3<f64> {
+    pub(super) fn relative(&self, point: usize) -> Matrix3<f64> {
         self.samples[point].tangent.rotation()
     }
 
@@ -157,8 +157,8 @@ impl Turning {
                         self.add_block(kappa, lambda, &block);
                     }
                 }
-                for lambda in 0..s {
-                    let block = (h * h * values[lambda]) * (end * impulse);
+                for (lambda, value) in values.iter().enumerate() {
+                    let block = (h * h * value) * (end * impulse);
                     self.add_block(s - 1, lambda, &block);
                 }
             }

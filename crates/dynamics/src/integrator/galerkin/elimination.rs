@@ -1,3 +1,5 @@
+use nalgebra::Matrix3;
+
 /// A square matrix and, once factored, its triangular factors: Gaussian elimination with partial pivoting, in place.
 pub(super) struct Elimination {
     size: usize,
@@ -18,6 +20,26 @@ impl Elimination {
     /// The entries of the matrix to be factored, by rows.
     pub(super) fn entries(&mut self) -> &mut [f64] {
         &mut self.entries
+    }
+
+    /// In a matrix of blocks of 3×3, adds `c_λ B` to row κ from a `first` column onwards.
+    pub(super) fn add_blocks(
+        &mut self,
+        kappa: usize,
+        first: usize,
+        coefficients: &[f64],
+        block: &Matrix3<f64>,
+    ) {
+        let width = self.size;
+        let rows = &mut self.entries[3 * kappa * width..3 * (kappa + 1) * width];
+        for (row, entries) in rows.chunks_exact_mut(width).enumerate() {
+            let [x, y, z] = [block[(row, 0)], block[(row, 1)], block[(row, 2)]];
+            for (entries, c) in entries.chunks_exact_mut(3).skip(first).zip(coefficients) {
+                entries[0] += c * x;
+                entries[1] += c * y;
+                entries[2] += c * z;
+            }
+        }
     }
 
     /// Replaces the matrix by its factors. A singular matrix has factors that are not finite.

@@ -94,7 +94,7 @@ impl Integrator for EulerPoincare {
             turning.guess(basis, &turn, Guess::after(self.h, h));
             let mut iterations = 0;
             iterate(MAX_ITERATIONS, &mut iterations, |linearise| {
-                turning.sample(basis);
+                turning.sample(basis, body.inertia());
                 turning.correct(
                     basis,
                     body.inertia(),
@@ -113,8 +113,7 @@ impl Integrator for EulerPoincare {
                 .explain(bodies, states, h)
             })?;
             turning.check(basis, index)?;
-            (next.attitude, next.angular_momentum) =
-                turning.end(basis, &state.attitude, momentum, h);
+            (next.attitude, next.angular_momentum) = turning.end(basis, &state.attitude, momentum);
             report.iterations = report.iterations.max(iterations);
             self.next.push(next);
         }

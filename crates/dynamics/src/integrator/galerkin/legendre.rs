@@ -108,7 +108,8 @@ impl Path {
     }
 }
 
-fn bodies() -> (System, Vec<BodyState>) {
+/// Two bodies close to each other, no axis of theirs special.
+pub(super) fn bodies() -> (System, Vec<BodyState>) {
     let mut rng = fastrand::Rng::with_seed(13);
     let mut random = move |scale: f64| Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0));
     let mut bodies = vec![];

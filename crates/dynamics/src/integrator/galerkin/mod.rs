@@ -90,7 +90,7 @@ impl Galerkin {
             if let Some(turning) = &motion.turning[index] {
                 turning.check(basis, index)?;
                 (next.attitude, next.angular_momentum) =
-                    turning.end(basis, &state.attitude, &state.angular_momentum, h);
+                    turning.end(basis, &state.attitude, &state.angular_momentum);
             }
             if let Some(gliding) = &motion.gliding[index] {
                 next.position += gliding.curve.points[basis.degree - 1];

@@ -159,14 +159,14 @@ impl Motion {
         } = step;
         let count = states.len().max(1);
         let basis = &self.basis;
-        for (body, state) in states.iter().enumerate() {
-            let poses = self.poses[body..].iter_mut().step_by(count);
-            if let Some(turning) = &mut self.turning[body] {
-                turning.sample(basis);
+        for (index, (body, state)) in system.bodies().iter().zip(states).enumerate() {
+            let poses = self.poses[index..].iter_mut().step_by(count);
+            if let Some(turning) = &mut self.turning[index] {
+                turning.sample(basis, body.inertia());
                 let centre = state.attitude * turning.centre(basis);
                 for (point, pose) in poses.enumerate() {
                     pose.attitude = centre * turning.relative(point);
-                    if let Some(gliding) = &self.gliding[body] {
+                    if let Some(gliding) = &self.gliding[index] {
                         pose.position = state.position + gliding.at(basis, point);
                     }
                 }
@@ -292,4 +292,42 @@ fn curves<'a>(
         .flatten()
         .map(|gliding| &mut gliding.curve);
     turning.chain(gliding)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::legendre::bodies;
+    use super::super::{ChartOrigin, Quadrature};
+    use super::*;
+
+    /// Both iterations end at one solution, Newton's with the whole Jacobian in fewer passes.
+    #[test]
+    fn both_iterations_find_the_same() {
+        for origin in [ChartOrigin::Start, ChartOrigin::Middle] {
+            let (mut system, states) = bodies();
+            let controls = [Load::default(); 2];
+            let step = Step {
+                states: &states,
+                controls: &controls,
+                h: 0.8,
+            };
+            let basis = || Basis::checked("test", 4, Quadrature::Gauss(4), origin).unwrap();
+            let mut simple = Motion::new(basis(), system.bodies());
+            let mut newton = Motion::new(basis(), system.bodies());
+            let passes = simple.solve(&mut system, step, Guess::Uniform).ok();
+            newton.begin(system.bodies(), step, Guess::Uniform);
+            let mut newton_passes = 0;
+            let made = iterate(MAX_NEWTON, &mut newton_passes, |linearise| {
+                newton.newton(&mut system, step, linearise)
+            });
+            assert!(made.is_ok());
+            assert!(passes.is_some_and(|passes| newton_passes < passes && passes < MAX_SIMPLE));
+            let all = curves(&mut simple.turning, &mut simple.gliding);
+            for (a, b) in all.zip(curves(&mut newton.turning, &mut newton.gliding)) {
+                for (a, b) in a.points.iter().zip(&b.points) {
+                    assert!((a - b).norm() < 1e-14, "{:e}", (a - b).norm());
+                }
+            }
+        }
+    }
 }

@@ -14,17 +14,20 @@ use crate::integrator::StepError;
 /// One turning body within a step: the rotation vectors `ξ^1 … ξ^s` of its control points and the discrete
 /// Euler–Lagrange equations for them.
 ///
-/// With the chart's centre `C` (`R_0`, or `R_0 exp ξ^s` half-way), `R(τ) = C exp S(ξ(τ))`. In the unit of time h, `Ω` is
-/// `J_r(ξ) ξ'` and the action `Σ b_i (½ ΩᵀJΩ − h² U)`. Its derivative by `ξ^κ` at fixed C is
-/// `T_κ = Σ_i b_i [l̇_κ J_rᵀΠ_i + l_κ (D(ξ, ξ')ᵀΠ_i + h² J_rᵀM_i)]`, `D(ξ, y) = ∂(J_r y)/∂ξ`; inner ones vanish. Turning C
-/// and all that hangs on it changes U only: with `E = exp S(ξ^s)` and the impulse `I = h² Σ b_i exp(ξ_i) M_i`, that gives
-/// `E Π_1 = h Π_0 + I` (centre at the start) or `E Π_1 = Eᵀ h Π_0 + I` (in the middle), the discrete Noether theorem. It
-/// turns `T_s = J_rᵀ(ξ^s) Π_1 [+ J_r(ξ^s) h Π_0]` into `T_s = J_r(ξ^s) y`, `y = E Π_1 [+ h Π_0]`.
+/// With the chart's centre `C` (`R_0`, or `R_0 exp S(ξ^s)` half-way), `R(τ) = C exp S(ξ(τ))`. In a unit of time h, which
+/// multiplies momenta by h and moments by h², `Ω = J_r(ξ) ξ'` and the action is `Σ b_i (½ ΩᵀJΩ − U)`. Its derivative by
+/// `ξ^κ` at fixed C, with `D(ξ, y) = ∂(J_r(ξ) y)/∂ξ`, is
+/// `T_κ = Σ_i b_i [l̇_κ J_rᵀΠ_i + l_κ (D(ξ_i, ξ_i')ᵀΠ_i + J_rᵀM_i)]`; it vanishes for inner points.
+///
+/// Turning C and all that hangs on it alters U only. With `E = exp S(ξ^s)` and `I = Σ b_i exp S(ξ_i) M_i`, this gives
+/// `E Π_1 − Π_0 = I` for a centre at the start and `E Π_1 − Eᵀ Π_0 = I` for one half-way, the discrete Noether theorem.
+/// The last point moves the end, and one half-way the start as well: `T_s = J_rᵀ(ξ^s) Π_1 [+ J_r(ξ^s) Π_0]`, by
+/// `J_rᵀ = J_r E` the same as `T_s = J_r(ξ^s) y` with `y = Π_0 + I [+ Eᵀ Π_0]`, in which `Π_1` does not occur.
 pub(super) struct Turning {
     /// `ξ^κ`
     pub(super) curve: Curve,
     samples: Vec<Sample>,
-    /// `Σ b_i exp(ξ_i) M_i`
+    /// `h Σ b_i exp(ξ_i) M_i`, so that `I` is h times it.
     impulse: Vector3<f64>,
     jacobian: Elimination,
     flat: Vec<f64>,
@@ -34,8 +37,16 @@ pub(super) struct Turning {
 #[derive(Clone, Copy, Default)]
 struct Sample {
     tangent: Tangent,
+    /// `exp S(ξ) = CᵀR`
+    rotation: Matrix3<f64>,
+    /// `J_r(ξ)`
+    jacobian: Matrix3<f64>,
     /// `ξ'`
     slope: Vector3<f64>,
+    /// `J J_r(ξ) ξ' = h Π`
+    momentum: Vector3<f64>,
+    /// `h² M`
+    moment: Vector3<f64>,
 }
 
 impl Turning {
@@ -81,12 +92,19 @@ impl Turning {
     }
 
     /// Computes the motion at the quadrature nodes.
-    pub(super) fn sample(&mut self, basis: &Basis) {
+    pub(super) fn sample(&mut self, basis: &Basis, inertia: &Inertia) {
+        let points = &self.curve.points;
         for (point, sample) in self.samples.iter_mut().enumerate() {
-            let xi = combine(basis.at(&basis.chart_value, point), &self.curve.points);
+            let tangent = Tangent::at(combine(basis.at(&basis.chart_value, point), points));
+            let slope = combine(basis.at(&basis.chart_slope, point), points);
+            let jacobian = tangent.jacobian();
             *sample = Sample {
-                tangent: Tangent::at(xi),
-                slope: combine(basis.at(&basis.chart_slope, point), &self.curve.points),
+                tangent,
+                rotation: tangent.rotation(),
+                jacobian,
+                slope,
+                momentum: inertia.matrix * (jacobian * slope),
+                moment: Vector3::zeros(),
             };
         }
     }
@@ -100,12 +118,12 @@ impl Turning {
     }
 
     /// `Cᵀ R` at a quadrature node.
-    pub(super) fn relative(&self, point: usize) -> Matrix3<f64> {
-        self.samples[point].tangent.rotation()
+    pub(super) fn relative(&self, point: usize) -> &Matrix3<f64> {
+        &self.samples[point].rotation
     }
 
     /// Sets `correction` from the equations' residual for a step `h` from `Π_0` under moments `M_i`; `linearise` renews
-    /// the Jacobian, which leaves out the moments' dependence on the attitude.
+    /// the Jacobian, which leaves out how the moments depend on the attitude.
     pub(super) fn correct(
         &mut self,
         basis: &Basis,
@@ -115,62 +133,45 @@ impl Turning {
         moment: impl Fn(usize) -> Vector3<f64>,
         linearise: bool,
     ) {
-        let s = basis.degree;
-        if linearise {
-            self.jacobian.entries().fill(0.0);
-        }
-        self.curve.correction.fill(Vector3::zeros());
+        let residual = &mut self.curve.correction;
+        residual.fill(Vector3::zeros());
         self.impulse.fill(0.0);
-        let end = Tangent::at(self.curve.points[s - 1]).jacobian();
-        for point in 0..basis.points {
-            let Sample { tangent, slope } = self.samples[point];
+        for (point, sample) in self.samples.iter_mut().enumerate() {
             let weight = basis.weights[point];
-            let values = basis.at(&basis.chart_value, point);
-            let slopes = basis.at(&basis.chart_slope, point);
-            let jacobian = tangent.jacobian();
-            let pi = inertia.matrix * (jacobian * slope);
             let moment = moment(point);
-            self.impulse += weight * (tangent.rotation() * moment);
-            let by_slope = weight * jacobian.tr_mul(&pi);
+            sample.moment = h * h * moment;
+            self.impulse += (h * weight) * (sample.rotation * moment);
+            let Sample {
+                tangent,
+                slope,
+                momentum,
+                ..
+            } = sample;
+            let by_slope = weight * sample.jacobian.tr_mul(momentum);
             let by_value = weight
-                * (tangent.derivative_transposed(&slope, &pi) + (h * h) * jacobian.tr_mul(&moment));
-            for kappa in 0..s {
-                self.curve.correction[kappa] += slopes[kappa] * by_slope + values[kappa] * by_value;
-            }
-            if linearise {
-                let turned = inertia.matrix * jacobian;
-                let derivative = tangent.derivative(&slope);
-                let slope_slope = weight * jacobian.tr_mul(&turned);
-                let slope_value =
-                    weight * (turned.tr_mul(&derivative) - tangent.reversed().derivative(&pi));
-                let value_slope = slope_value.transpose();
-                let value_value = weight
-                    * (derivative.tr_mul(&(inertia.matrix * derivative))
-                        + tangent.second_derivative(&slope, &pi)
-                        - (h * h) * tangent.reversed().derivative(&moment));
-                let impulse = weight * (tangent.rotation() * hat(&moment) * jacobian);
-                for kappa in 0..s {
-                    let row_slope = slopes[kappa] * slope_slope + values[kappa] * value_slope;
-                    let row_value = slopes[kappa] * slope_value + values[kappa] * value_value;
-                    for lambda in 0..s {
-                        let block = slopes[lambda] * row_slope + values[lambda] * row_value;
-                        self.add_block(kappa, lambda, &block);
-                    }
-                }
-                for (lambda, value) in values.iter().enumerate() {
-                    let block = (h * h * value) * (end * impulse);
-                    self.add_block(s - 1, lambda, &block);
-                }
+                * (tangent.derivative_transposed(slope, momentum)
+                    + sample.jacobian.tr_mul(&sample.moment));
+            let slopes = basis.at(&basis.chart_slope, point);
+            let values = basis.at(&basis.chart_value, point);
+            for ((residual, l_slope), l) in residual.iter_mut().zip(slopes).zip(values) {
+                *residual += *l_slope * by_slope + *l * by_value;
             }
         }
-        self.close(
-            basis,
-            &(h * (momentum + h * self.impulse)),
-            &(h * momentum),
-            linearise,
-        );
-        for (part, correction) in self.flat.chunks_exact_mut(3).zip(&self.curve.correction) {
-            part.copy_from_slice(correction.as_slice());
+
+        let last = basis.degree - 1;
+        let end = Tangent::at(self.curve.points[last]);
+        let returned = match basis.origin {
+            ChartOrigin::Start => Vector3::zeros(),
+            ChartOrigin::Middle => end.rotation().tr_mul(&(h * momentum)),
+        };
+        let y = h * (momentum + self.impulse) + returned;
+        self.curve.correction[last] -= end.jacobian() * y;
+        if linearise {
+            self.linearise(basis, inertia, &end, &y, &returned);
+        }
+
+        for (part, residual) in self.flat.chunks_exact_mut(3).zip(&self.curve.correction) {
+            part.copy_from_slice(residual.as_slice());
         }
         self.jacobian.solve(&mut self.flat);
         for (part, correction) in self.flat.chunks_exact(3).zip(&mut self.curve.correction) {
@@ -178,39 +179,56 @@ impl Turning {
         }
     }
 
-    /// The right-hand side `J_r(ξ^s) y` of the last equation, from `h Π_0 + I` and `h Π_0`.
-    fn close(
+    /// Renews the Jacobian of the residual at the samples, with `y` of the last equation and what in it is
+    /// `exp S(−ξ^s) h Π_0`.
+    fn linearise(
         &mut self,
         basis: &Basis,
-        kicked: &Vector3<f64>,
-        momentum: &Vector3<f64>,
-        linearise: bool,
+        inertia: &Inertia,
+        end: &Tangent,
+        y: &Vector3<f64>,
+        returned: &Vector3<f64>,
     ) {
+        let end_jacobian = end.jacobian();
         let last = basis.degree - 1;
-        let end = Tangent::at(self.curve.points[last]);
-        let mut y = *kicked;
-        let mut returned = Vector3::zeros();
-        if basis.origin == ChartOrigin::Middle {
-            returned = end.rotation().tr_mul(momentum);
-            y += returned;
-        }
-        let jacobian = end.jacobian();
-        self.curve.correction[last] -= jacobian * y;
-        if linearise {
-            let block = end.derivative(&y) + jacobian * hat(&returned) * jacobian;
-            self.add_block(last, last, &-block);
-            self.jacobian.factor();
-        }
-    }
-
-    fn add_block(&mut self, kappa: usize, lambda: usize, block: &Matrix3<f64>) {
-        let width = 3 * self.curve.points.len();
-        let entries = self.jacobian.entries();
-        for row in 0..3 {
-            for column in 0..3 {
-                entries[(3 * kappa + row) * width + 3 * lambda + column] += block[(row, column)];
+        self.jacobian.entries().fill(0.0);
+        for (point, sample) in self.samples.iter().enumerate() {
+            let Sample {
+                tangent,
+                jacobian,
+                slope,
+                momentum,
+                moment,
+                ..
+            } = sample;
+            let weight = basis.weights[point];
+            let slopes = basis.at(&basis.chart_slope, point);
+            let values = basis.at(&basis.chart_value, point);
+            let derivative = tangent.derivative(slope);
+            let j_jacobian = inertia.matrix * jacobian;
+            // Second derivatives of ½ |J_r(ξ) ξ'|² in the metric J, and of the moment's work.
+            let slope_slope = weight * jacobian.tr_mul(&j_jacobian);
+            let slope_value =
+                weight * (j_jacobian.tr_mul(&derivative) - tangent.reversed().derivative(momentum));
+            let value_slope = slope_value.transpose();
+            let value_value = weight
+                * (derivative.tr_mul(&(inertia.matrix * derivative))
+                    + tangent.second_derivative(slope, momentum)
+                    - tangent.reversed().derivative(moment));
+            for (kappa, (l_slope, l)) in slopes.iter().zip(values).enumerate() {
+                let by_slope = *l_slope * slope_slope + *l * value_slope;
+                let by_value = *l_slope * slope_value + *l * value_value;
+                self.jacobian.add_blocks(kappa, 0, slopes, &by_slope);
+                self.jacobian.add_blocks(kappa, 0, values, &by_value);
             }
+            // The impulse in y turns along: δ(exp S(ξ) M) = −exp S(ξ) S(M) J_r δξ.
+            let impulse = weight * (sample.rotation * hat(moment) * jacobian);
+            self.jacobian
+                .add_blocks(last, 0, values, &(end_jacobian * impulse));
         }
+        let block = end.derivative(y) + end_jacobian * hat(returned) * end_jacobian;
+        self.jacobian.add_blocks(last, last, &[1.0], &-block);
+        self.jacobian.factor();
     }
 
     /// Whether the body turns by less than π, as far as the chart reaches.
@@ -233,17 +251,15 @@ impl Turning {
         basis: &Basis,
         attitude: &Matrix3<f64>,
         momentum: &Vector3<f64>,
-        h: f64,
     ) -> (Matrix3<f64>, Vector3<f64>) {
         let f = to_cayley(&self.curve.points[basis.degree - 1]);
-        let impulse = h * self.impulse;
         match basis.origin {
             ChartOrigin::Start => (
                 compose(attitude, &f),
-                rotate_back(&f, &(momentum + impulse)),
+                rotate_back(&f, &(momentum + self.impulse)),
             ),
             ChartOrigin::Middle => {
-                let middle = rotate_back(&f, momentum) + impulse;
+                let middle = rotate_back(&f, momentum) + self.impulse;
                 (
                     compose(&compose(attitude, &f), &f),
                     rotate_back(&f, &middle),

@@ -3,7 +3,7 @@ use nalgebra::Matrix3;
 /// A square matrix and, once factored, its triangular factors: Gaussian elimination with partial pivoting, in place.
 pub(super) struct Elimination {
     size: usize,
-    /// By rows.
+    /// By columns.
     entries: Vec<f64>,
     pivots: Vec<usize>,
 }
@@ -17,27 +17,18 @@ impl Elimination {
         }
     }
 
-    /// The entries of the matrix to be factored, by rows.
+    /// The entries of the matrix to be factored, by columns.
     pub(super) fn entries(&mut self) -> &mut [f64] {
         &mut self.entries
     }
 
-    /// In a matrix of blocks of 3×3, adds `c_λ B` to row κ from a `first` column onwards.
-    pub(super) fn add_blocks(
-        &mut self,
-        kappa: usize,
-        first: usize,
-        coefficients: &[f64],
-        block: &Matrix3<f64>,
-    ) {
-        let width = self.size;
-        let rows = &mut self.entries[3 * kappa * width..3 * (kappa + 1) * width];
-        for (row, entries) in rows.chunks_exact_mut(width).enumerate() {
-            let [x, y, z] = [block[(row, 0)], block[(row, 1)], block[(row, 2)]];
-            for (entries, c) in entries.chunks_exact_mut(3).skip(first).zip(coefficients) {
-                entries[0] += c * x;
-                entries[1] += c * y;
-                entries[2] += c * z;
+    /// Adds a block to the matrix, which is one of blocks of 3×3.
+    #[inline]
+    pub(super) fn add_block(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
+        for (index, part) in block.as_slice().chunks_exact(3).enumerate() {
+            let first = (3 * column + index) * self.size + 3 * row;
+            for (entry, part) in self.entries[first..first + 3].iter_mut().zip(part) {
+                *entry += part;
             }
         }
     }
@@ -45,52 +36,55 @@ impl Elimination {
     /// Replaces the matrix by its factors. A singular matrix has factors that are not finite.
     pub(super) fn factor(&mut self) {
         let n = self.size;
-        for column in 0..n {
-            let mut pivot = column;
-            for row in column + 1..n {
-                if self.entries[row * n + column].abs() > self.entries[pivot * n + column].abs() {
+        for k in 0..n {
+            let column = &self.entries[k * n..(k + 1) * n];
+            let mut pivot = k;
+            for row in k + 1..n {
+                if column[row].abs() > column[pivot].abs() {
                     pivot = row;
                 }
             }
-            self.pivots[column] = pivot;
-            if pivot != column {
-                for k in 0..n {
-                    self.entries.swap(column * n + k, pivot * n + k);
+            self.pivots[k] = pivot;
+            if pivot != k {
+                for column in self.entries.chunks_exact_mut(n) {
+                    column.swap(k, pivot);
                 }
             }
-            let (upper, lower) = self.entries.split_at_mut((column + 1) * n);
-            let above = &upper[column * n..];
-            let reciprocal = above[column].recip();
-            for row in lower.chunks_exact_mut(n) {
-                let factor = row[column] * reciprocal;
-                row[column] = factor;
-                for (entry, top) in row[column + 1..].iter_mut().zip(&above[column + 1..]) {
-                    *entry -= factor * top;
-                }
+            let (left, right) = self.entries.split_at_mut((k + 1) * n);
+            let (upper, lower) = left[k * n..].split_at_mut(k + 1);
+            let reciprocal = upper[k].recip();
+            lower.iter_mut().for_each(|entry| *entry *= reciprocal);
+            for column in right.chunks_exact_mut(n) {
+                let (above, below) = column.split_at_mut(k + 1);
+                subtract(below, above[k], lower);
             }
         }
     }
 
     /// Replaces `b` by the solution of `A x = b`, after [`Elimination::factor`].
     pub(super) fn solve(&self, b: &mut [f64]) {
-        let n = self.size;
         for (row, &pivot) in self.pivots.iter().enumerate() {
             b.swap(row, pivot);
         }
-        for row in 0..n {
-            let known: f64 = dot(&self.entries[row * n..row * n + row], &b[..row]);
-            b[row] -= known;
+        let columns = || self.entries.chunks_exact(self.size.max(1)).enumerate();
+        for (k, column) in columns() {
+            let (above, below) = b.split_at_mut(k + 1);
+            subtract(below, above[k], &column[k + 1..]);
         }
-        for row in (0..n).rev() {
-            let line = &self.entries[row * n..(row + 1) * n];
-            let known = dot(&line[row + 1..], &b[row + 1..]);
-            b[row] = (b[row] - known) / line[row];
+        for (k, column) in columns().rev() {
+            b[k] /= column[k];
+            let (above, below) = b.split_at_mut(k);
+            subtract(above, below[0], &column[..k]);
         }
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// `a ← a − factor × b`
+#[inline]
+fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a -= factor * b;
+    }
 }
 
 #[cfg(test)]
@@ -103,7 +97,10 @@ mod tests {
         for size in [1, 2, 7, 30] {
             let matrix: Vec<f64> = (0..size * size).map(|_| rng.f64() - 0.5).collect();
             let expected: Vec<f64> = (0..size).map(|_| rng.f64() - 0.5).collect();
-            let mut b: Vec<f64> = matrix.chunks(size).map(|row| dot(row, &expected)).collect();
+            let mut b = vec![0.0; size];
+            for (column, x) in matrix.chunks(size).zip(&expected) {
+                subtract(&mut b, -x, column);
+            }
             let mut elimination = Elimination::new(size);
             elimination.entries().copy_from_slice(&matrix);
             elimination.factor();

@@ -235,8 +235,9 @@ impl Motion {
                 self.correct(system, step, false);
                 let all = curves(&mut self.turning, &mut self.gliding);
                 let disturbed = all.flat_map(|curve| curve.correction.iter().flatten().copied());
-                for (row, (disturbed, c)) in disturbed.zip(&self.flat).enumerate() {
-                    self.whole.entries()[row * size + column] = (disturbed - c) / difference;
+                let entries = &mut self.whole.entries()[column * size..(column + 1) * size];
+                for (entry, (disturbed, c)) in entries.iter_mut().zip(disturbed.zip(&self.flat)) {
+                    *entry = (disturbed - c) / difference;
                 }
                 self.set(column, undisturbed);
             }

@@ -21,15 +21,20 @@ pub(super) struct Tangent {
 /// Terms of the series in `θ²`, whose next is below rounding for `θ ≤ 1`.
 const TERMS: usize = 9;
 
-/// `a` and `b` are `Σ (−θ²)ⁿ/(2n + 2)!` and `Σ (−θ²)ⁿ/(2n + 3)!`.
-const SERIES: [[f64; 2]; TERMS] = {
-    let mut series = [[0.5, 1.0 / 6.0]; TERMS];
-    let mut n = 1;
+/// Coefficients of `a = Σ (−θ²)ⁿ/(2n + 2)!`, `b = Σ (−θ²)ⁿ/(2n + 3)!` and of their derivatives divided by θ.
+const SERIES: [[f64; 4]; TERMS] = {
+    let mut series = [[0.0; 4]; TERMS];
+    let (mut a, mut b) = (0.5, 1.0 / 6.0);
+    let mut n = 0;
     while n < TERMS {
-        let k = 2.0 * n as f64;
-        series[n][0] = -series[n - 1][0] / ((k + 1.0) * (k + 2.0));
-        series[n][1] = -series[n - 1][1] / ((k + 2.0) * (k + 3.0));
+        series[n][0] = a;
+        series[n][1] = b;
         n += 1;
+        let k = 2.0 * n as f64;
+        a /= -(k + 1.0) * (k + 2.0);
+        b /= -(k + 2.0) * (k + 3.0);
+        series[n - 1][2] = k * a;
+        series[n - 1][3] = k * b;
     }
     series
 };
@@ -38,19 +43,18 @@ impl Tangent {
     pub(super) fn at(xi: Vector3<f64>) -> Self {
         let squared = xi.norm_squared();
         if squared <= 1.0 {
-            let [mut a, mut b, mut a_slope, mut b_slope] = [0.0; 4];
-            for n in (1..TERMS).rev() {
-                let twice = 2.0 * n as f64;
-                a = a * squared + SERIES[n][0];
-                b = b * squared + SERIES[n][1];
-                a_slope = a_slope * squared + twice * SERIES[n][0];
-                b_slope = b_slope * squared + twice * SERIES[n][1];
+            let mut sums = [0.0; 4];
+            for terms in SERIES.iter().rev() {
+                for (sum, term) in sums.iter_mut().zip(terms) {
+                    *sum = *sum * squared + term;
+                }
             }
+            let [a, b, a_slope, b_slope] = sums;
             return Self {
                 xi,
                 squared,
-                a: a * squared + SERIES[0][0],
-                b: b * squared + SERIES[0][1],
+                a,
+                b,
                 a_slope,
                 b_slope,
             };

@@ -218,16 +218,20 @@ impl Turning {
             for (kappa, (l_slope, l)) in slopes.iter().zip(values).enumerate() {
                 let by_slope = *l_slope * slope_slope + *l * value_slope;
                 let by_value = *l_slope * slope_value + *l * value_value;
-                self.jacobian.add_blocks(kappa, 0, slopes, &by_slope);
-                self.jacobian.add_blocks(kappa, 0, values, &by_value);
+                for (lambda, (l_slope, l)) in slopes.iter().zip(values).enumerate() {
+                    let block = *l_slope * by_slope + *l * by_value;
+                    self.jacobian.add_block(kappa, lambda, &block);
+                }
             }
             // The impulse in y turns along: δ(exp S(ξ) M) = −exp S(ξ) S(M) J_r δξ.
             let impulse = weight * (sample.rotation * hat(moment) * jacobian);
-            self.jacobian
-                .add_blocks(last, 0, values, &(end_jacobian * impulse));
+            let impulse = end_jacobian * impulse;
+            for (lambda, l) in values.iter().enumerate() {
+                self.jacobian.add_block(last, lambda, &(*l * impulse));
+            }
         }
         let block = end.derivative(y) + end_jacobian * hat(returned) * end_jacobian;
-        self.jacobian.add_blocks(last, last, &[1.0], &-block);
+        self.jacobian.add_block(last, last, &-block);
         self.jacobian.factor();
     }
 

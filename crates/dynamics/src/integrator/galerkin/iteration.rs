@@ -82,24 +82,25 @@ pub(super) fn iterate(
     mut pass: impl FnMut(bool) -> Progress,
 ) -> Result<(), f64> {
     let mut before = f64::NAN;
+    let mut residual = f64::NAN;
     let mut linearise = true;
     let mut failures = 0;
     for _ in 0..limit {
         let Progress { relative, absolute } = pass(linearise);
         *iterations += 1;
+        residual = absolute;
         let rate = relative / before;
-        if relative <= ROUNDING || (rate < 0.5 && relative * rate.max(SLOWEST) <= ROUNDING) {
-            return Ok(());
-        }
-        if rate > 0.5 && absolute <= NOISE {
+        let done = relative <= ROUNDING || rate < 0.5 && relative * rate.max(SLOWEST) <= ROUNDING;
+        let at_noise = rate > 0.5 && absolute <= NOISE;
+        if done || at_noise {
             return Ok(());
         }
         failures += u32::from(rate > 0.9);
         if failures >= PATIENCE || !relative.is_finite() {
-            return Err(absolute);
+            break;
         }
         linearise = relative > STALE;
         before = relative;
     }
-    Err(before)
+    Err(residual)
 }

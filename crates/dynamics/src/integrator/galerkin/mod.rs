@@ -46,13 +46,16 @@ const MAX_DEGREE: u32 = 10;
 /// 2.2), so total momenta are kept as by the exact flow; the method is symplectic.
 ///
 /// The equations of each body's rotation are solved by Newton's method with the kinetic energy's Jacobian, the loads
-/// following by iteration; where that stalls, by Newton's method for all bodies at once.
+/// following by iteration, down to rounding. Where that stalls, Newton's method takes all bodies at once; where that fails
+/// too, the solution is followed from those of shorter steps. Degree 4 reaches an error of 2e-7 on two dumbbells (reference
+/// a1 at time 1) in 12 steps, each as costly as some 40 of the [LGVI](super::Splitting::lgvi), which needs 40 000 for it.
 ///
 /// # Assumptions and limitations
 /// A body may turn by less than π in one step, else [`StepError::TurnsTooFar`]. With [`ChartOrigin::Start`] and `s > 1` the
-/// method is not time-reversible: a polynomial in the chart at one end is none in the chart at the other. Gravity is
-/// evaluated at every quadrature point and pass. Where two solutions of the equations are near each other, as in steps that do
-/// not resolve the motion, either may be found.
+/// method is not time-reversible: a polynomial in the chart at one end is none in the chart at the other. Degree 1 suits
+/// slender bodies badly, the LGVI does better there. Gravity is evaluated at every quadrature point in every pass. Where two
+/// solutions of the equations are near each other, as in steps that do not resolve the motion, either may be found. Memory
+/// grows as the square of degree times bodies.
 pub struct Galerkin {
     motion: Motion,
     next: Vec<BodyState>,

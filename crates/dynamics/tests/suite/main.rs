@@ -10,6 +10,7 @@ mod derivatives;
 mod equivalence;
 mod failures;
 mod free_rotation;
+mod galerkin;
 mod laws;
 mod mobility;
 mod mutual;

@@ -1,9 +1,9 @@
 use lgvi_lie::{compose, rotate_back};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::turn::{Strip, Turns};
 use super::{Rotor, StepError};
-use crate::rotation::{Chart, Direct, Principal, RelativeRotation, Unsolvable};
+use crate::rotation::{Chart, Direct, General, Principal, RelativeRotation, Unsolvable};
 use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
 
 /// Free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
@@ -25,9 +25,9 @@ enum BodyRotor {
     /// The implicit equation in the Cayley chart, body axes being principal axes.
     Principal(Direct<Principal>),
     /// The same for any body axes.
-    General(Direct<Matrix3<f64>>),
+    General(Direct<General>),
     /// The implicit equation in another chart.
-    Chart(Chart, Direct<Matrix3<f64>>),
+    Chart(Chart, Direct<General>),
 }
 
 impl BodyRotor {

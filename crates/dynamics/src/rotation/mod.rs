@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::Inertia;
-pub(crate) use direct::{Direct, Principal};
+pub(crate) use direct::{Direct, General, Principal};
 
 /// The chart in which the implicit equation is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -194,9 +194,12 @@ impl Drift {
             if kick.dt != 0.0 {
                 kick_body(&mover.mobility, state, gravity, control, kick.dt);
             }
-            let sum = state.position + state.linear_momentum + state.angular_momentum;
-            // The third row is made of all of the others.
-            zero += 0.0 * (sum.x + sum.y + sum.z + state.attitude[(2, 2)]);
+            let [x, y, z] = state.position.into();
+            let [u, v, w] = state.linear_momentum.into();
+            let [p, q, r] = state.angular_momentum.into();
+            // One after the other: two at a time they would be loaded across what has just been stored. The third row
+            // of the attitude is made of all of the others.
+            zero += 0.0 * (x + y + z + u + v + w + p + q + r + state.attitude[(2, 2)]);
         }
         zero == 0.0
     }

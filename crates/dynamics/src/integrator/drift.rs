@@ -20,7 +20,7 @@ struct Mover {
 }
 
 /// How a body's rotation over a drift is found, chosen once. A new [`Rotor`] is a variant here, with what it derives from
-/// the body, and an arm in [`BodyRotor::of`] and in [`BodyRotor::turn`]: a jump that the processor foresees.
+/// the body, and an arm in [`BodyRotor::of`], `at_once` and `solve`: a jump that the processor foresees.
 enum BodyRotor {
     /// The implicit equation in the Cayley chart, body axes being principal axes.
     Principal(Direct<Principal>),

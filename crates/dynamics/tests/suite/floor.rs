@@ -12,7 +12,7 @@ const FLOORS: [(&str, f64, f64, f64); 8] = [
     ("a2_two_dumbbells_coupled", 0.02, 1e-11, 5e-11),
     ("b1_free_asymmetric", 0.5, 0.0, 1e-10),
     ("b2_dzhanibekov", 0.5, 0.0, 1e-8),
-    ("c1_3d_pendulum", 0.00625, 0.0, 1e-8),
+    ("c1_3d_pendulum", 0.00625, 0.0, 5e-8),
     ("c3_3d_pendulum_regular_small", 0.025, 0.0, 1e-11),
     ("d_dumbbell_central", 0.025, 5e-11, 3e-10),
     ("e_kw4_like", 900.0, 1e-7, 3e-10),

@@ -95,6 +95,7 @@ impl AddAssign for LoadCurvature {
 }
 
 impl<A: Attractor> Field for A {
+    #[inline]
     fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load {
         match body.distribution() {
             MassDistribution::Points(points) => points::load(self, points, x, r),

@@ -1,6 +1,4 @@
-use nalgebra::Vector3;
-
-use super::pair::{self, Member};
+use super::pair::{self, Couple};
 use super::{CloseApproach, Gravity};
 use crate::{BodyState, Load, RigidBody};
 
@@ -18,8 +16,8 @@ use crate::{BodyState, Load, RigidBody};
 pub struct Mutual {
     /// Gravitational constant `G`.
     constant: f64,
-    /// Arms `R ρ` of all bodies' points, body after body.
-    arms: Vec<Vector3<f64>>,
+    /// Room for the points of two bodies.
+    couples: Vec<Couple>,
 }
 
 impl Mutual {
@@ -27,39 +25,26 @@ impl Mutual {
     pub fn new(constant: f64) -> Self {
         Self {
             constant,
-            arms: Vec::new(),
+            couples: Vec::new(),
         }
     }
 }
 
 /// Whether gravity between the two can move any of them.
-fn matters(first: &RigidBody, second: &RigidBody) -> bool {
-    !(first.mobility().is_given() && second.mobility().is_given())
+fn matters(pair: [&RigidBody; 2]) -> bool {
+    !pair.iter().all(|body| body.mobility().is_given())
 }
 
 impl Gravity for Mutual {
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
-        self.arms.clear();
-        for (body, state) in bodies.iter().zip(states) {
-            for point in body.points() {
-                self.arms.push(state.attitude * point.position);
-            }
-        }
-        let mut rest = self.arms.as_slice();
-        for (i, (body, state)) in bodies.iter().zip(states).enumerate() {
-            let (arms, others) = rest.split_at(body.points().len());
-            rest = others;
-            let first = Member { body, state, arms };
-            let mut others = others;
-            let (before, after) = loads.split_at_mut(i + 1);
-            for (j, load) in (i + 1..).zip(after) {
-                let body = &bodies[j];
-                let (arms, further) = others.split_at(body.points().len());
-                others = further;
-                if matters(first.body, body) {
-                    let state = &states[j];
-                    let second = Member { body, state, arms };
-                    pair::exchange(first, second).add_to([&mut before[i], load], self.constant);
+        let count = bodies.len().min(states.len()).min(loads.len());
+        for i in 0..count {
+            for j in i + 1..count {
+                let pair = [&bodies[i], &bodies[j]];
+                if matters(pair) {
+                    let at = [&states[i], &states[j]];
+                    let exchange = pair::exchange(pair, at, &mut self.couples);
+                    exchange.add_to(loads, [i, j], self.constant);
                 }
             }
         }
@@ -69,7 +54,7 @@ impl Gravity for Mutual {
         let mut sum = 0.0;
         for i in 0..bodies.len() {
             for j in i + 1..bodies.len() {
-                if matters(&bodies[i], &bodies[j]) {
+                if matters([&bodies[i], &bodies[j]]) {
                     sum += pair::potential([&bodies[i], &bodies[j]], [&states[i], &states[j]]);
                 }
             }
@@ -86,7 +71,7 @@ impl Gravity for Mutual {
             for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
                 let limit = first.radius() + second.radius();
                 let distance = (at.position - there.position).norm();
-                if distance < limit && matters(first, second) {
+                if distance < limit && matters([first, second]) {
                     return Err(CloseApproach {
                         body,
                         other: Some(other),

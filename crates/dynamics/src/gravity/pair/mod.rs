@@ -1,10 +1,13 @@
 //! What two bodies exert on each other, one kind of pair a file.
 
 mod attractor;
+mod couple;
 mod multipoles;
 mod points;
 
 use nalgebra::Vector3;
+
+pub(super) use couple::Couple;
 
 use crate::{BodyState, Load, MassDistribution, PointMass, RigidBody};
 
@@ -28,35 +31,30 @@ impl Exchange {
     }
 
     /// Adds `constant` times this to the loads of the two.
-    pub(super) fn add_to(&self, loads: [&mut Load; 2], constant: f64) {
-        let [first, second] = loads;
+    #[inline]
+    pub(super) fn add_to(&self, loads: &mut [Load], pair: [usize; 2], constant: f64) {
+        let [first, second] = pair;
         let force = constant * self.force;
-        first.force += force;
-        second.force -= force;
-        first.moment += constant * self.moments[0];
-        second.moment += constant * self.moments[1];
+        loads[first].force += force;
+        loads[second].force -= force;
+        loads[first].moment += constant * self.moments[0];
+        loads[second].moment += constant * self.moments[1];
     }
-}
-
-/// One of a pair: its mass, where it is, and the arms `R ρ` of its points.
-#[derive(Clone, Copy)]
-pub(super) struct Member<'a> {
-    pub(super) body: &'a RigidBody,
-    pub(super) state: &'a BodyState,
-    pub(super) arms: &'a [Vector3<f64>],
 }
 
 /// The exchange of two bodies, with gravitational constant 1.
 #[inline]
-pub(super) fn exchange(first: Member, second: Member) -> Exchange {
+pub(super) fn exchange(
+    [first, second]: [&RigidBody; 2],
+    [at, there]: [&BodyState; 2],
+    couples: &mut Vec<Couple>,
+) -> Exchange {
     use MassDistribution::{Multipole, Points};
-    match (first.body.distribution(), second.body.distribution()) {
-        (Points(_), Points(_)) => points::exchange(first, second),
-        (Multipole(a), Multipole(b)) => multipoles::exchange([a, b], [first.state, second.state]),
-        (Multipole(a), Points(points)) => attractor::exchange(a, first.state, points, second.state),
-        (Points(points), Multipole(b)) => {
-            attractor::exchange(b, second.state, points, first.state).swapped()
-        }
+    match (first.distribution(), second.distribution()) {
+        (Points(a), Points(b)) => points::exchange([a, b], [at, there], couples),
+        (Multipole(a), Multipole(b)) => multipoles::exchange([a, b], [at, there]),
+        (Multipole(a), Points(points)) => attractor::exchange(a, at, points, there),
+        (Points(points), Multipole(b)) => attractor::exchange(b, there, points, at).swapped(),
     }
 }
 

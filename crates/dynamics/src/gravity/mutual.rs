@@ -3,7 +3,8 @@ use super::{CloseApproach, Gravity};
 use crate::{BodyState, Load, RigidBody};
 
 /// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
-/// exactly, a multipole's field with points, and two multipoles to the order of the greater.
+/// exactly, a polyhedron's or multipole's field with points, and two multipoles to the order of the greater. A polyhedron
+/// attracts points exactly; a multipole, or another polyhedron that is not smaller, attracts its cloud.
 ///
 /// Each pair enters both bodies with the same force and opposite sign and with moments that balance it, so that total
 /// linear and angular momentum are kept to rounding. Fixed and driven bodies attract the others; among themselves they are
@@ -11,7 +12,9 @@ use crate::{BodyState, Load, RigidBody};
 ///
 /// # Assumptions and limitations
 /// Two points at one place have no finite load. The cost grows with the square of the number of bodies and, for bodies of
-/// points, with the product of their numbers of points. The truncation is that of [`Multipole`](super::Multipole).
+/// points, with the product of their numbers of points, or of one's faces and the other's points. The truncation is that of
+/// [`Multipole`](super::Multipole) and of [`PolyhedronMass`](super::PolyhedronMass). That a point of mass, or a
+/// multipole's centre, is inside a polyhedron is a close approach; that their surfaces meet is not told.
 #[derive(Clone, Debug)]
 pub struct Mutual {
     /// Gravitational constant `G`.
@@ -69,9 +72,17 @@ impl Gravity for Mutual {
     ) -> Result<(), CloseApproach> {
         for (body, (first, at)) in bodies.iter().zip(states).enumerate() {
             for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
-                let limit = first.radius() + second.radius();
+                if !matters([first, second]) {
+                    continue;
+                }
                 let distance = (at.position - there.position).norm();
-                if distance < limit && matters([first, second]) {
+                let radii = first.radius() + second.radius();
+                let limit = if distance < radii {
+                    Some(radii)
+                } else {
+                    pair::reach_of_overlap([first, second], [at, there])
+                };
+                if let Some(limit) = limit {
                     return Err(CloseApproach {
                         body,
                         other: Some(other),

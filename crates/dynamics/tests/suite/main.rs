@@ -12,6 +12,7 @@ mod free_rotation;
 mod laws;
 mod mobility;
 mod mutual;
+mod polyhedra;
 mod potentials;
 mod preprocessed;
 mod truncation;

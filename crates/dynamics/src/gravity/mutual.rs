@@ -46,8 +46,9 @@ impl Gravity for Mutual {
                 let pair = [&bodies[i], &bodies[j]];
                 if matters(pair) {
                     let at = [&states[i], &states[j]];
-                    let exchange = pair::exchange(pair, at, &mut self.couples);
-                    exchange.add_to(loads, [i, j], self.constant);
+                    pair::exchange(pair, at, &mut self.couples, |exchange| {
+                        exchange.add_to(loads, [i, j], self.constant);
+                    });
                 }
             }
         }

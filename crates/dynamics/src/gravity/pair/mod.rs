@@ -34,7 +34,7 @@ impl Exchange {
     }
 
     /// Adds `constant` times this to the loads of the two.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add_to(&self, loads: &mut [Load], pair: [usize; 2], constant: f64) {
         let [first, second] = pair;
         let force = constant * self.force;
@@ -85,18 +85,20 @@ impl<'a> Meeting<'a> {
     }
 }
 
-/// The exchange of two bodies, with gravitational constant 1.
+/// Gives `to` the exchange of two bodies, with gravitational constant 1.
+// a closure, for an exchange that is returned from several branches passes through memory
 #[inline]
 pub(super) fn exchange(
     bodies: [&RigidBody; 2],
     states: [&BodyState; 2],
     couples: &mut Vec<Couple>,
-) -> Exchange {
+    to: impl FnOnce(Exchange),
+) {
     match Meeting::of(bodies) {
-        Meeting::Points(points) => points::exchange(points, states, couples),
-        Meeting::Multipoles(multipoles) => multipoles::exchange(multipoles, states),
-        Meeting::Multipole(field, points, order) => attracted(field, points, states, order),
-        Meeting::Polyhedron(field, points, order) => attracted(field, points, states, order),
+        Meeting::Points(points) => to(points::exchange(points, states, couples)),
+        Meeting::Multipoles(multipoles) => to(multipoles::exchange(multipoles, states)),
+        Meeting::Multipole(field, points, order) => to(attracted(field, points, states, order)),
+        Meeting::Polyhedron(field, points, order) => to(attracted(field, points, states, order)),
     }
 }
 

@@ -48,11 +48,11 @@ fn second_order(multipoles: [&Multipole; 2], states: [&BodyState; 2]) -> Exchang
             slope.cross(&e),
         )
     };
-    let (force, along, moment) = aspherical(0);
-    let (other_force, other_along, other_moment) = aspherical(1);
+    let (across, along, moment) = aspherical(0);
+    let (other_across, other_along, other_moment) = aspherical(1);
     let straight = strengths[0] * strengths[1] * by_r3 + along + other_along;
     Exchange {
-        force: force + other_force - straight * d,
+        force: across + other_across - straight * d,
         moments: [moment, other_moment],
     }
 }

@@ -100,8 +100,10 @@ impl Integrator for ClosedForm {
             );
             self.follow(system, h);
             kick(system.bodies(), &mut self.next, &self.none, controls, half);
-            accept(system, &self.next, states)?;
+            let made = accept(system, &self.next, states);
+            // Also where it failed: the origin has been kicked.
             self.depart(states);
+            made?;
         } else {
             self.follow(system, (self.steps + 1) as f64 * h);
             accept(system, &self.next, states)?;

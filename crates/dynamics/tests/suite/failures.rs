@@ -147,3 +147,39 @@ fn entering_a_body_is_a_close_approach_with_its_figures() {
         assert!((0.4..0.5).contains(&distance));
     }
 }
+
+/// Backwards a step is as unresolved as forwards.
+#[test]
+fn a_step_back_is_cut_too() {
+    let heavy = sphere(1.0, 0.0).with_mobility(Mobility::Fixed);
+    let light = sphere(1e-3, 0.0);
+    // A step goes a seventh round the orbit.
+    let cuts = |h: f64| {
+        let states = vec![
+            at(&heavy, [0.0; 3], [0.0; 3]),
+            at(&light, [0.1, 0.0, 0.0], [0.0, 4.4, 0.0]),
+        ];
+        let bodies = vec![heavy.clone(), light.clone()];
+        let mut simulation = attracting(bodies, states, h).with_subdivision(12);
+        simulation.advance(&[Load::default(); 2]).expect("cut").cuts
+    };
+    assert!(cuts(0.02) > 1);
+    assert_eq!(cuts(-0.02), cuts(0.02));
+}
+
+#[test]
+fn the_closed_form_goes_on_after_a_control_that_fails() {
+    let body = sphere(1.0, 0.0);
+    let state = at(&body, [1.0, 2.0, 3.0], [0.1, 0.2, 0.3]);
+    let system = System::new(vec![body], vec![]);
+    let mut simulation =
+        Simulation::new(system, vec![state], Method::ClosedForm, 0.5).expect("a method");
+    let [none, mut bad] = [Load::default(); 2];
+    bad.force.x = f64::NAN;
+    simulation.advance(&[none]).expect("a step");
+    let error = simulation.advance(&[bad]).expect_err("not a number");
+    assert_eq!(error, StepError::NotFinite { body: 0 });
+    simulation.advance(&[none]).expect("a step");
+    let reached = simulation.states()[0].position;
+    assert!((reached - Vector3::new(1.1, 2.2, 3.3)).norm() < 1e-15);
+}

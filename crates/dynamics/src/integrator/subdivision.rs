@@ -90,7 +90,7 @@ impl Subdivision {
             let momentum = states[index].linear_momentum.norm();
             let moment = body.inertia().inverse() * (after.moment - before.moment);
             let excess = [
-                (h * change / (MATTERS * momentum)).min(change / (FORCE * force)),
+                (h.abs() * change / (MATTERS * momentum)).min(change / (FORCE * force)),
                 h * h * moment.norm() / TURN,
             ];
             let excess = if free {

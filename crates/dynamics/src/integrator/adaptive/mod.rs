@@ -131,7 +131,8 @@ impl Adaptive {
         controls: &[Load],
         h: f64,
     ) -> Result<StepReport, StepError> {
-        if !self.started || controls != self.solution.controls() || h * self.h < 0.0 {
+        let turns = (h > 0.0) != (self.h > 0.0);
+        if !self.started || turns || controls != self.solution.controls() {
             self.solution.start(system, states, controls)?;
             self.started = true;
             (self.origin, self.shown, self.h) = (0.0, 0, h);

@@ -117,8 +117,8 @@ impl Solution {
         let mut attempts = 0;
         loop {
             let proposed = self.step_size.get(target.abs());
-            // Smaller than `least` and NaN.
-            if !(proposed >= least && proposed > 0.0) {
+            // Smaller than `least`, infinite or NaN.
+            if !(proposed >= least && proposed > 0.0 && proposed.is_finite()) {
                 return Err(StepError::StepSizeUnderflow {
                     step: proposed,
                     least,

@@ -93,3 +93,36 @@ fn a_system_in_which_nothing_moves_stays_as_it_is() {
         assert_eq!(simulation.states(), states, "{method:?}");
     }
 }
+
+#[test]
+fn a_step_without_an_end_is_refused_where_nothing_moves() {
+    for method in pairs(1e-10) {
+        let mut simulation =
+            Simulation::new(System::new(vec![], vec![]), vec![], method, f64::INFINITY)
+                .expect("a method");
+        let error = simulation.advance(&[]);
+        assert!(
+            matches!(error, Err(StepError::StepSizeUnderflow { .. })),
+            "{error:?}"
+        );
+    }
+}
+
+/// A step of no length on the way back must not have the way back extrapolated from the way there.
+#[test]
+fn error_control_turns_back_over_a_step_of_no_length() {
+    let case = Case::load(B1);
+    for method in pairs(1e-12) {
+        let (mut system, begun) = case.system();
+        let mut states = begun.clone();
+        let mut integrator = method.integrator(&system).expect("a method");
+        integrator.start(&mut system, &states);
+        for h in [10.0, 0.0, -10.0] {
+            integrator
+                .step(&mut system, &mut states, &[Load::default()], h)
+                .expect("a step");
+        }
+        let error = (states[0].attitude - begun[0].attitude).norm();
+        assert!(error < 1e-9, "{method:?}: {error:e}");
+    }
+}

@@ -79,9 +79,15 @@ pub enum StepError {
 }
 
 impl StepError {
-    /// That a body cannot turn as it would.
+    /// That a body cannot turn as it would; that its momentum is not a number where that is why.
     pub(super) fn of_turn(body: usize, source: PreprocessedError) -> Self {
         match source {
+            PreprocessedError::Unsolvable(Unsolvable { turn, .. })
+            | PreprocessedError::BeyondSeries { turn, .. }
+                if turn.is_nan() =>
+            {
+                Self::NotFinite { body }
+            }
             PreprocessedError::Unsolvable(source) => Self::Unsolvable { body, source },
             source => Self::Preprocessed { body, source },
         }

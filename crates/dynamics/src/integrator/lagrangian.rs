@@ -92,10 +92,7 @@ impl Integrator for LagrangianLgvi {
             let relative = self
                 .chart
                 .solve(body.inertia(), &g, guess)
-                .map_err(|source| StepError::Unsolvable {
-                    body: index,
-                    source,
-                })?;
+                .map_err(|source| StepError::of_turn(index, source.into()))?;
             state.attitude = compose(&state.attitude, &relative.cayley);
             let mut change = Change {
                 position: Vector3::zeros(),

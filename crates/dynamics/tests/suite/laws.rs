@@ -3,7 +3,7 @@
 use crate::case::Case;
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::Chart;
+use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
 use lgvi_dynamics::{
     BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, StepError, System,
 };
@@ -183,18 +183,22 @@ fn meeting_points_of_mass_are_an_error() {
         let (x, v) = (Vector3::new(x, 0.0, 0.0), Vector3::new(v, 0.0, 0.0));
         BodyState::from_velocities(&body, x, v, Matrix3::identity(), zero)
     };
-    let states = vec![at(0.0, 0.0), at(1.0, -1.0)];
-    let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Mutual::new(1e-300))];
-    let system = System::new(vec![body.clone(), body.clone()], gravity);
-    let mut simulation = Simulation::new(
-        system,
-        states,
-        Method::LieEuler(Rotor::Discrete(Chart::Cayley)),
-        1.0,
-    )
-    .expect("a method");
-    let error = simulation
-        .advance(&[Load::default(); 2])
-        .expect_err("a collision");
-    assert_eq!(error, StepError::NotFinite { body: 0 });
+    let cayley = Rotor::Discrete(Chart::Cayley);
+    let preprocessed = Rotor::Preprocessed(PreprocessedOrder::Four);
+    // The first meets at the end of its step, the others have met before it.
+    for (method, distance) in [
+        (Method::LieEuler(cayley), 1.0),
+        (Method::Lgvi(cayley), 0.0),
+        (Method::Lgvi(preprocessed), 0.0),
+        (Method::LagrangianLgvi(Chart::Cayley), 0.0),
+    ] {
+        let states = vec![at(0.0, 0.0), at(distance, -1.0)];
+        let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Mutual::new(1e-300))];
+        let system = System::new(vec![body.clone(), body.clone()], gravity);
+        let mut simulation = Simulation::new(system, states, method, 1.0).expect("a method");
+        let error = simulation
+            .advance(&[Load::default(); 2])
+            .expect_err("a collision");
+        assert_eq!(error, StepError::NotFinite { body: 0 }, "{method}");
+    }
 }

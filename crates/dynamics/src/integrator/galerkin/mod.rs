@@ -48,7 +48,7 @@ const MAX_DEGREE: u32 = 10;
 /// The equations of each body's rotation are solved by Newton's method with the kinetic energy's Jacobian, the loads
 /// following by iteration, down to rounding. Where that stalls, Newton's method takes all bodies at once; where that fails
 /// too, the solution is followed from those of shorter steps. Degree 4 reaches an error of 2e-7 on two dumbbells (reference
-/// a1 at time 1) in 12 steps, each as costly as some 40 of the [LGVI](super::Splitting::lgvi), which needs 40 000 for it.
+/// a1 at time 1) in 12 steps, each as costly as some 80 of the [LGVI](super::Splitting::lgvi), which needs 40 000 for it.
 ///
 /// # Assumptions and limitations
 /// A body may turn by less than π in one step, else [`StepError::TurnsTooFar`]. With [`ChartOrigin::Start`] and `s > 1` the

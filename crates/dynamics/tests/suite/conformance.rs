@@ -8,15 +8,15 @@ use lgvi_dynamics::{BodyState, Invariants, Load, Method, RigidBody, Simulation};
 use nalgebra::Vector3;
 
 /// A method and what it promises.
-struct Promise {
-    method: Method,
-    order: u32,
+pub struct Promise {
+    pub method: Method,
+    pub order: u32,
     /// Exact linear and angular momentum, bounded energy error, rotations without projection.
     geometric: bool,
     /// Reversed momenta lead back to the start.
     reversible: bool,
     /// Free bodies only.
-    free: bool,
+    pub free: bool,
 }
 
 impl Promise {
@@ -65,7 +65,7 @@ fn is_free(case: &str) -> bool {
     case.starts_with('b')
 }
 
-fn promises() -> Vec<Promise> {
+pub fn promises() -> Vec<Promise> {
     let cayley = Rotor::Discrete(Chart::Cayley);
     let exponential = Rotor::Discrete(Chart::Exponential);
     let geometric = Promise::geometric;

@@ -4,6 +4,7 @@
 
 mod baselines;
 mod case;
+mod company;
 mod conformance;
 mod conservation;
 mod derivatives;

@@ -1,0 +1,153 @@
+use lgvi_dynamics::Method;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::rotation::Chart;
+use lgvi_scene::{Integration, Scene};
+
+use crate::{BODY, RUN, assert_refused, with};
+
+fn text(integrator: &str) -> String {
+    let run = with(RUN, "integrator = \"lgvi\"", integrator);
+    format!("{run}\n[[bodies]]\nname = \"body\"{BODY}")
+}
+
+fn method(integrator: &str) -> Method {
+    let scene = Scene::parse("test", &text(integrator)).unwrap();
+    match scene.integration {
+        Integration::Method(method) => method,
+    }
+}
+
+#[test]
+fn integrators_are_named_by_a_word_or_a_table() {
+    let cayley = Rotor::Discrete(Chart::Cayley);
+    let exponential = Rotor::Discrete(Chart::Exponential);
+    for (integrator, expected) in [
+        (r#"integrator = "lgvi""#, Method::Lgvi(cayley)),
+        (r#"integrator = "lie_euler""#, Method::LieEuler(cayley)),
+        (
+            "integrator = \"lgvi\"\nchart = \"exponential\"",
+            Method::Lgvi(exponential),
+        ),
+        (r#"integrator = { name = "lgvi" }"#, Method::Lgvi(cayley)),
+        (
+            r#"integrator = { name = "lgvi", rotor = "discrete" }"#,
+            Method::Lgvi(cayley),
+        ),
+        (
+            "integrator = \"lgvi_lagrangian\"\nchart = \"exponential\"",
+            Method::LagrangianLgvi(Chart::Exponential),
+        ),
+        (
+            r#"integrator = "processed_lie_euler""#,
+            Method::ProcessedLieEuler(cayley),
+        ),
+        (
+            r#"integrator = { name = "composition", order = 8 }"#,
+            Method::Composition {
+                order: 8,
+                rotor: cayley,
+            },
+        ),
+    ] {
+        assert_eq!(method(integrator), expected, "{integrator}");
+    }
+}
+
+#[test]
+fn unknown_integrators_and_keys_are_named() {
+    for (integrator, parts) in [
+        (
+            r#"integrator = "rk4""#,
+            &["unknown variant `rk4`", "`lgvi`", "`nystrom`"][..],
+        ),
+        (
+            r#"integrator = { name = "rk4" }"#,
+            &["unknown variant `rk4`", "`lgvi`"],
+        ),
+        (r#"integrator = { order = 4 }"#, &["missing field `name`"]),
+        (
+            r#"integrator = 4"#,
+            &["integer `4`", "name of an integrator"],
+        ),
+        (
+            r#"integrator = { name = "lgvi", order = 4 }"#,
+            &["unknown field `order`", "`rotor`"],
+        ),
+        (r#"integrator = "composition""#, &["missing field `order`"]),
+        (
+            r#"integrator = { name = "composition", order = -4 }"#,
+            &["`-4`"],
+        ),
+        (
+            r#"integrator = { name = "composition", order = 5 }"#,
+            &["`run.integrator.order` is 5", "4, 6, 8 or 10"],
+        ),
+        (
+            r#"integrator = { name = "lgvi", rotor = "round" }"#,
+            &["unknown variant `round`", "`discrete`"],
+        ),
+        (
+            "integrator = \"lgvi\"\nsubsteps = 0",
+            &["`run.substeps` is 0", "> 0"],
+        ),
+        (
+            "integrator = \"lgvi\"\nsubdivide = 21",
+            &["`run.subdivide` is 21", "0 to 20"],
+        ),
+        (
+            "integrator = \"lgvi\"\nsubstep = 2",
+            &["unknown field `substep`", "`substeps`"],
+        ),
+    ] {
+        assert_refused(&text(integrator), parts);
+    }
+}
+
+#[test]
+fn a_method_that_cannot_fly_a_body_says_which() {
+    let body = with(
+        BODY,
+        "velocity = [0.0, 0.5, 0.0]\n",
+        "mobility = \"fixed\"\n",
+    );
+    let body = with(&body, "angular_velocity = [0.1, 0.2, 0.3]\n", "");
+    let run = with(RUN, "\"lgvi\"", "\"lgvi_lagrangian\"");
+    assert_refused(
+        &format!("{run}\n[[bodies]]\nname = \"rock\"{body}"),
+        &["`run.integrator`", "Lagrangian", "rock", "free or pivoted"],
+    );
+}
+
+/// Ten substeps are ten steps, and end in the same state.
+#[test]
+fn substeps_are_steps_of_the_method() {
+    let flown = |text: &str| {
+        let scene = Scene::parse("test", text).unwrap();
+        let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+        for _ in 0..scene.steps {
+            simulation.advance(&[Default::default()]).unwrap();
+        }
+        simulation.states()[0]
+    };
+    let fine = flown(&text(r#"integrator = "lgvi""#));
+    let coarse = text("integrator = \"lgvi\"\nsubsteps = 10");
+    let coarse = with(&coarse, "steps = 100\n", "steps = 10\n");
+    let coarse = flown(&coarse);
+    assert_eq!(coarse.angular_momentum, fine.angular_momentum);
+    assert!((coarse.position - fine.position).norm() < 1e-14);
+}
+
+/// A body that turns too far in one step is flown when the step may be cut, and the cuts are reported.
+#[test]
+fn steps_are_cut_as_deep_as_the_scene_allows() {
+    let fast = |run: &str| {
+        let text = with(&text(run), "[0.1, 0.2, 0.3]", "[0.0, 0.0, 300.0]");
+        let scene = Scene::parse("test", &text).unwrap();
+        let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+        simulation.advance(&[Default::default()])
+    };
+    assert!(fast(r#"integrator = "lgvi""#).is_err());
+    assert!(fast("integrator = \"lgvi\"\nsubdivide = 1").is_err());
+    let report = fast("integrator = \"lgvi\"\nsubdivide = 2").unwrap();
+    assert_eq!(report.cuts, 4);
+}

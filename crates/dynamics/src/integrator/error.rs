@@ -1,7 +1,7 @@
 use thiserror::Error;
 
 use crate::gravity::CloseApproach;
-use crate::rotation::Unsolvable;
+use crate::rotation::{PreprocessedError, Unsolvable};
 
 /// Why a step could not be made. Bodies count from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -13,6 +13,14 @@ pub enum StepError {
         body: usize,
         /// By how much.
         source: Unsolvable,
+    },
+    /// The body turns too far in one step for its preprocessed moments.
+    #[error("body {body}: {source}")]
+    Preprocessed {
+        /// Which body.
+        body: usize,
+        /// By how much.
+        source: PreprocessedError,
     },
     /// The step would end in NaN or infinity, as where two points of mass meet.
     #[error("body {body}: the state after the step is not finite")]
@@ -32,6 +40,14 @@ pub enum StepError {
         body: usize,
         /// Change over the step in multiples of the limits of [`Subdivision`](super::Subdivision), > 1.
         excess: f64,
+    },
+    /// The body turns further in one step than the method's chart of attitudes reaches.
+    #[error("body {body} turns by {turn:.3} rad in one step, expected less than π")]
+    TurnsTooFar {
+        /// Which body.
+        body: usize,
+        /// The angle of its turn.
+        turn: f64,
     },
     /// The iteration for the implicit equations of a step did not converge.
     #[error(
@@ -54,17 +70,35 @@ pub enum StepError {
         /// The least step that changes time.
         least: f64,
     },
+    /// The error control needs too many internal steps.
+    #[error("the error control needs more than {limit} steps for one output")]
+    TooManySteps {
+        /// How many are possible.
+        limit: u32,
+    },
 }
 
 impl StepError {
+    /// That a body cannot turn as it would.
+    pub(super) fn of_turn(body: usize, source: PreprocessedError) -> Self {
+        match source {
+            PreprocessedError::Unsolvable(source) => Self::Unsolvable { body, source },
+            source => Self::Preprocessed { body, source },
+        }
+    }
+
     /// The body that the error is about; the first of two.
     pub fn body(&self) -> Option<usize> {
         match self {
             Self::Unsolvable { body, .. }
+            | Self::Preprocessed { body, .. }
+            | Self::TurnsTooFar { body, .. }
             | Self::NotFinite { body }
             | Self::CloseApproach(CloseApproach { body, .. })
             | Self::Unresolved { body, .. } => Some(*body),
-            Self::NotConverged { .. } | Self::StepSizeUnderflow { .. } => None,
+            Self::NotConverged { .. }
+            | Self::TooManySteps { .. }
+            | Self::StepSizeUnderflow { .. } => None,
         }
     }
 }

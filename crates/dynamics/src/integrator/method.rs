@@ -1,14 +1,21 @@
 use std::fmt;
 
-use super::{Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Splitting};
+use super::{
+    Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, EulerPoincare, Galerkin, ImplicitMidpoint,
+    Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Quadrature, RungeKutta, Splitting,
+};
 use crate::System;
-use crate::rotation::Chart;
+use crate::rotation::{Chart, PreprocessedOrder};
 
 /// How the free rotation within a step is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rotor {
     /// The discrete rigid body (3.24), (3.26): second order, the implicit equation solved in a chart.
     Discrete(Chart),
+    /// The discrete rigid body with preprocessed moments of inertia, [`PreprocessedDmv`](crate::rotation::PreprocessedDmv).
+    Preprocessed(PreprocessedOrder),
+    /// The exact rotation in closed form, [`FreeRotation`](crate::rotation::FreeRotation).
+    Exact,
 }
 
 /// The integrators by name.
@@ -34,8 +41,46 @@ pub enum Method {
         /// How bodies turn in a drift.
         rotor: Rotor,
     },
+    /// [`ClosedForm`].
+    ClosedForm,
     /// [`ProcessedLieEuler`].
     ProcessedLieEuler(Rotor),
+    /// [`RungeKutta::explicit_midpoint`].
+    ExplicitMidpoint,
+    /// [`ImplicitMidpoint`].
+    ImplicitMidpoint,
+    /// [`CrouchGrossman`].
+    CrouchGrossman,
+    /// [`RungeKutta::classical`].
+    RungeKutta4,
+    /// [`Adaptive::fehlberg78`].
+    Fehlberg78 {
+        /// Error allowed in a step.
+        tolerance: f64,
+    },
+    /// [`Adaptive::dormand_prince853`].
+    DormandPrince853 {
+        /// Error allowed in a step.
+        tolerance: f64,
+    },
+    /// [`Galerkin`].
+    Galerkin {
+        /// Degree `s` of the polynomials.
+        degree: u32,
+        /// Quadrature of the action.
+        quadrature: Quadrature,
+        /// Centre of the chart.
+        origin: ChartOrigin,
+    },
+    /// [`EulerPoincare`].
+    EulerPoincare {
+        /// Degree `s` of the polynomials.
+        degree: u32,
+        /// Quadrature of the action.
+        quadrature: Quadrature,
+        /// Centre of the chart.
+        origin: ChartOrigin,
+    },
 }
 
 impl Rotor {
@@ -43,6 +88,8 @@ impl Rotor {
     pub fn order(self) -> u32 {
         match self {
             Self::Discrete(_) => 2,
+            Self::Preprocessed(order) => order.number(),
+            Self::Exact => u32::MAX,
         }
     }
 }
@@ -60,8 +107,17 @@ impl fmt::Display for Method {
             Self::LagrangianLgvi(_) => write!(f, "LGVI in Lagrangian form"),
             Self::LieEuler(_) => write!(f, "Lie–Euler"),
             Self::ProcessedLieEuler(_) => write!(f, "processed Lie–Euler"),
+            Self::ClosedForm => write!(f, "closed form"),
             Self::Composition { order, .. } => write!(f, "composition of order {order}"),
             Self::Nystrom { order, .. } => write!(f, "Nyström splitting of order {order}"),
+            Self::Galerkin { degree, .. } => write!(f, "Galerkin of degree {degree}"),
+            Self::EulerPoincare { degree, .. } => write!(f, "Euler–Poincaré of degree {degree}"),
+            Self::ExplicitMidpoint => write!(f, "explicit midpoint"),
+            Self::ImplicitMidpoint => write!(f, "implicit midpoint"),
+            Self::CrouchGrossman => write!(f, "Crouch–Grossman 2"),
+            Self::RungeKutta4 => write!(f, "Runge–Kutta 4"),
+            Self::Fehlberg78 { .. } => write!(f, "Fehlberg 7(8)"),
+            Self::DormandPrince853 { .. } => write!(f, "Dormand–Prince 8(5,3)"),
         }
     }
 }
@@ -73,6 +129,7 @@ impl Method {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),
             Self::LagrangianLgvi(chart) => Box::new(LagrangianLgvi::new(chart, system)?),
             Self::LieEuler(rotor) => Box::new(Splitting::lie_euler(rotor, system.bodies())),
+            Self::ClosedForm => Box::new(ClosedForm::new(system)?),
             Self::Composition { order, rotor } => {
                 Box::new(Splitting::composition(order, rotor, system.bodies())?)
             }
@@ -82,6 +139,26 @@ impl Method {
             Self::ProcessedLieEuler(rotor) => {
                 Box::new(ProcessedLieEuler::new(rotor, system.bodies()))
             }
+            Self::ExplicitMidpoint => Box::new(RungeKutta::explicit_midpoint(system.bodies())),
+            Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(system.bodies())),
+            Self::CrouchGrossman => Box::new(CrouchGrossman::new(system.bodies())),
+            Self::RungeKutta4 => Box::new(RungeKutta::classical(system.bodies())),
+            Self::Fehlberg78 { tolerance } => {
+                Box::new(Adaptive::fehlberg78(tolerance, system.bodies())?)
+            }
+            Self::DormandPrince853 { tolerance } => {
+                Box::new(Adaptive::dormand_prince853(tolerance, system.bodies())?)
+            }
+            Self::Galerkin {
+                degree,
+                quadrature,
+                origin,
+            } => Box::new(Galerkin::new(system, degree, quadrature, origin)?),
+            Self::EulerPoincare {
+                degree,
+                quadrature,
+                origin,
+            } => Box::new(EulerPoincare::new(system, degree, quadrature, origin)?),
         })
     }
 }

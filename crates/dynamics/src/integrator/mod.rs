@@ -1,25 +1,39 @@
 //! Integrators, one a file.
 
-#[cfg_attr(
-    not(test),
-    expect(dead_code, unused_imports, reason = "no integrator takes them yet")
-)]
+mod adaptive;
+mod anderson;
+mod backup;
+mod closed_form;
 mod coefficients;
 mod composition;
+mod crouch_grossman;
 mod drift;
 mod error;
+mod flow;
+mod galerkin;
+mod implicit_midpoint;
 mod lagrangian;
 mod method;
 mod nystrom;
 mod processed;
+mod runge_kutta;
+mod scale;
 mod splitting;
+mod stages;
 mod subdivision;
+mod tableau;
 mod turn;
 
+pub use adaptive::{Adaptive, Work};
+pub use closed_form::ClosedForm;
+pub use crouch_grossman::CrouchGrossman;
 pub use error::{MethodError, StepError};
+pub use galerkin::{ChartOrigin, EulerPoincare, Galerkin, Quadrature};
+pub use implicit_midpoint::ImplicitMidpoint;
 pub use lagrangian::LagrangianLgvi;
 pub use method::{Method, Rotor};
 pub use processed::ProcessedLieEuler;
+pub use runge_kutta::RungeKutta;
 pub use splitting::Splitting;
 pub use subdivision::Subdivision;
 
@@ -63,11 +77,17 @@ impl StepReport {
     }
 }
 
+/// Whether all of `states` are finite.
+fn check_finite(states: &[BodyState]) -> Result<(), StepError> {
+    match states.iter().position(|state| !state.is_finite()) {
+        Some(body) => Err(StepError::NotFinite { body }),
+        None => Ok(()),
+    }
+}
+
 /// Accepts `next` as the new `states` if all are finite and outside each other.
 fn accept(system: &System, next: &[BodyState], states: &mut [BodyState]) -> Result<(), StepError> {
-    if let Some(body) = next.iter().position(|state| !state.is_finite()) {
-        return Err(StepError::NotFinite { body });
-    }
+    check_finite(next)?;
     system.check_clearance(next)?;
     states.copy_from_slice(next);
     Ok(())

@@ -2,6 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
+mod baselines;
 mod case;
 mod conformance;
 mod conservation;
@@ -9,6 +10,7 @@ mod derivatives;
 mod equivalence;
 mod failures;
 mod free_rotation;
+mod galerkin;
 mod laws;
 mod mobility;
 mod mutual;

@@ -1,0 +1,244 @@
+//! The implicit equation solved without a Newton iteration, for steps that follow each other closely.
+//!
+//! Were `s = gᵀf` known, the Cayley form `A f = g + g × f` with `A = 2J − s I` would be linear, with the solution that
+//! [`super::branch`] states. And s is all but known from the last steps: an error δ of it leaves the residual δ f, and
+//! `gᵀf` misses s by δ times about `s/(2J)` only, so that repeating with `gᵀf` converges fast. All is relative to `tr J`.
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+
+use super::{Chart, RelativeRotation, Unsolvable};
+use crate::Inertia;
+
+/// Residual, relative to `|g|`, that is rounding.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Repetitions after which [`Chart::solve`] takes over.
+const MAX_PASSES: u32 = 4;
+
+/// `J / tr J` of a body as the equation needs it.
+pub(crate) trait Moments {
+    /// The solution of `(2J − s I) f = g + g × f`, given `|g|²` too.
+    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64>;
+}
+
+/// Moments about principal axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Principal {
+    /// `2J`
+    moments: Vector3<f64>,
+    /// `2 (J₃ − J₂), 2 (J₁ − J₃), 2 (J₂ − J₁)`
+    differences: Vector3<f64>,
+}
+
+impl Principal {
+    fn of(moments: &Vector3<f64>) -> Self {
+        let j = 2.0 * moments;
+        Self {
+            moments: j,
+            differences: Vector3::new(j.z - j.y, j.x - j.z, j.y - j.x),
+        }
+    }
+}
+
+impl Moments for Principal {
+    #[inline(always)]
+    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64> {
+        let (j, k) = (&self.moments, &self.differences);
+        let (a, b, c) = (j.x - s, j.y - s, j.z - s);
+        let (bc, ca, ab) = (b * c, c * a, a * b);
+        let form = a * (g.x * g.x) + b * (g.y * g.y) + c * (g.z * g.z);
+        let reciprocal = 1.0 / (a * bc + form);
+        Vector3::new(
+            reciprocal * ((bc + gamma) * g.x - k.x * (g.y * g.z)),
+            reciprocal * ((ca + gamma) * g.y - k.y * (g.z * g.x)),
+            reciprocal * ((ab + gamma) * g.z - k.z * (g.x * g.y)),
+        )
+    }
+}
+
+/// Moments about any axes: by the principal ones, for the adjugate of an ill-conditioned matrix loses digits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct General {
+    principal: Principal,
+    /// Principal axes, in columns.
+    axes: Matrix3<f64>,
+}
+
+impl Moments for General {
+    #[inline(always)]
+    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64> {
+        let axes = &self.axes;
+        axes * self.principal.solution(&axes.tr_mul(g), gamma, s)
+    }
+}
+
+/// One body's implicit equation in the Cayley chart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Direct<M> {
+    moments: M,
+    /// `d/e`, second coefficient and determinant of `J / tr J`: up to there `p' ≥ 8 (d − e s) + 2γ (1 − 2s)` is positive,
+    /// so that a solution lies on the branch, and `A > J` is positive definite.
+    limit: f64,
+    /// `1 / tr J`
+    scale: f64,
+}
+
+impl Direct<Principal> {
+    /// For an inertia whose axes are principal axes.
+    pub(crate) fn principal(inertia: &Inertia) -> Option<Self> {
+        let moments = inertia.unit.diagonal();
+        (inertia.unit == Matrix3::from_diagonal(&moments))
+            .then(|| Self::of(inertia, Principal::of(&moments)))
+    }
+}
+
+impl Direct<General> {
+    /// For any inertia.
+    pub(crate) fn general(inertia: &Inertia) -> Self {
+        let eigen = SymmetricEigen::new(inertia.unit);
+        let mut axes = eigen.eigenvectors;
+        // The equation has a handedness.
+        if axes.determinant() < 0.0 {
+            axes = -axes;
+        }
+        let principal = Principal::of(&eigen.eigenvalues);
+        let axes = lgvi_lie::polish(&axes);
+        Self::of(inertia, General { principal, axes })
+    }
+}
+
+impl<M: Moments> Direct<M> {
+    fn of(inertia: &Inertia, moments: M) -> Self {
+        Self {
+            moments,
+            limit: inertia.shape.determinant / inertia.shape.second,
+            scale: inertia.shape.trace.recip(),
+        }
+    }
+
+    /// The Cayley vector that solves `F J_d − J_d Fᵀ = S(h p)`, and s, from a guess of s; `None` where s is not found at
+    /// once or may not be on the branch.
+    #[inline(always)]
+    pub(crate) fn solve(
+        &self,
+        h: f64,
+        p: &Vector3<f64>,
+        guess: f64,
+    ) -> Option<(Vector3<f64>, f64)> {
+        let g = (h * self.scale) * p;
+        let gamma = g.norm_squared();
+        let f = self.moments.solution(&g, gamma, guess);
+        let s = g.dot(&f);
+        let residual = (s - guess) * (s - guess) * f.norm_squared();
+        let solved = residual <= (ROUNDING * ROUNDING) * gamma;
+        (solved & (s < self.limit)).then_some((f, s))
+    }
+
+    /// The same whatever it takes, and the number of repetitions and Newton corrections.
+    pub(crate) fn solve_on(
+        &self,
+        inertia: &Inertia,
+        h: f64,
+        p: &Vector3<f64>,
+        guess: f64,
+    ) -> Result<(RelativeRotation, f64), Unsolvable> {
+        let g = (h * self.scale) * p;
+        let mut s = guess;
+        for iterations in 1..=MAX_PASSES {
+            s = g.dot(&self.moments.solution(&g, g.norm_squared(), s));
+            if let Some((cayley, s)) = self.solve(h, p, s) {
+                return Ok((RelativeRotation { cayley, iterations }, s));
+            }
+        }
+        self.solve_in(Chart::Cayley, inertia, h, p, s)
+    }
+
+    /// The same by Newton's method in a chart.
+    pub(crate) fn solve_in(
+        &self,
+        chart: Chart,
+        inertia: &Inertia,
+        h: f64,
+        p: &Vector3<f64>,
+        guess: f64,
+    ) -> Result<(RelativeRotation, f64), Unsolvable> {
+        let g = (h * self.scale) * p;
+        let near = self.moments.solution(&g, g.norm_squared(), guess);
+        let found = chart.solve(inertia, &(h * p), Some(&near))?;
+        Ok((found, g.dot(&found.cayley)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bodies() -> impl Iterator<Item = Inertia> {
+        let turned = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));
+        let moments = [
+            [1.0, 1.0, 1.0],
+            [1.0, 2.0, 3.0],
+            [1e-3, 0.7, 0.7],
+            [2.0, 1.5, 0.8],
+        ];
+        moments.into_iter().flat_map(move |moments| {
+            let j = Matrix3::from_diagonal(&Vector3::from(moments));
+            [j, turned * j * turned.transpose()].map(|j| Inertia::new(j).unwrap())
+        })
+    }
+
+    fn found(inertia: &Inertia, p: &Vector3<f64>, guess: f64) -> Option<(Vector3<f64>, f64)> {
+        match Direct::principal(inertia) {
+            Some(direct) => direct.solve(0.01, p, guess),
+            None => Direct::general(inertia).solve(0.01, p, guess),
+        }
+    }
+
+    /// Given the right s it is what Newton's method finds, and with s wrong by more than rounding it is not found at once
+    /// but later.
+    #[test]
+    fn a_good_guess_is_solved_at_once_and_a_bad_one_not() {
+        let mut rng = fastrand::Rng::with_seed(9);
+        let mut solved = 0;
+        for inertia in bodies() {
+            for _ in 0..300 {
+                let rate = Vector3::from_fn(|_, _| 10.0 * (2.0 * rng.f64() - 1.0));
+                let p = inertia.matrix() * rate;
+                let newton = Chart::Cayley
+                    .solve(&inertia, &(0.01 * p), None)
+                    .unwrap()
+                    .cayley;
+                let s = 0.01 * inertia.shape.trace.recip() * p.dot(&newton);
+                // Relative to what the equation tells apart: J may be ill-conditioned, and more so near the limit.
+                let miss =
+                    |f: &Vector3<f64>| (inertia.matrix() * (f - newton)).norm() / (0.01 * p).norm();
+                let direct = Direct::general(&inertia);
+                if s < 0.9 * direct.limit {
+                    solved += 1;
+                    assert!(miss(&found(&inertia, &p, s).unwrap().0) < 1e-14);
+                    assert_eq!(found(&inertia, &p, s + 1e-12), None);
+                }
+                assert_eq!(found(&inertia, &p, f64::NAN), None);
+                for guess in [0.0, 1.1 * s, 0.3] {
+                    let (relative, _) = direct.solve_on(&inertia, 0.01, &p, guess).unwrap();
+                    let bound = if s < 0.9 * direct.limit { 1e-13 } else { 1e-12 };
+                    assert!(miss(&relative.cayley) < bound, "{guess} for {s}");
+                }
+            }
+        }
+        assert!(
+            solved > 1200,
+            "half of the sweep must be below the limit, {solved} was"
+        );
+    }
+
+    #[test]
+    fn what_is_past_the_limit_of_solvability_is_not_found_at_once() {
+        for inertia in bodies() {
+            for n in 0..2000 {
+                let p = inertia.matrix() * Vector3::new(0.0, 0.0, 101.0);
+                assert_eq!(found(&inertia, &p, 1e-3 * f64::from(n)), None);
+            }
+        }
+    }
+}

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use lgvi_dynamics::Method;
-use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::Chart;
+use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -25,6 +25,20 @@ pub struct Scheme {
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
+}
+
+impl Scheme {
+    /// Whether the method cuts its steps itself, to control the error.
+    pub fn is_adaptive(&self) -> bool {
+        is_adaptive(self.method)
+    }
+}
+
+pub(crate) fn is_adaptive(method: Method) -> bool {
+    matches!(
+        method,
+        Method::Fehlberg78 { .. } | Method::DormandPrince853 { .. }
+    )
 }
 
 impl fmt::Display for Integration {
@@ -59,6 +73,33 @@ enum Table {
         order: u32,
         rotor: Option<RotorFile>,
     },
+    Galerkin {
+        degree: u32,
+        #[serde(default)]
+        quadrature: QuadratureFile,
+        points: Option<u32>,
+        #[serde(default)]
+        origin: OriginFile,
+    },
+    EulerPoincare {
+        degree: u32,
+        #[serde(default)]
+        quadrature: QuadratureFile,
+        points: Option<u32>,
+        #[serde(default)]
+        origin: OriginFile,
+    },
+    ClosedForm {},
+    ExplicitMidpoint {},
+    ImplicitMidpoint {},
+    CrouchGrossman {},
+    RungeKutta4 {},
+    Fehlberg78 {
+        tolerance: f64,
+    },
+    DormandPrince853 {
+        tolerance: f64,
+    },
 }
 
 /// `"discrete"`, `"exact"`, or `{ preprocessed = 6 }`.
@@ -66,6 +107,62 @@ enum Table {
 #[serde(rename_all = "snake_case")]
 enum RotorFile {
     Discrete,
+    Preprocessed(OrderFile),
+    Exact,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "u32")]
+struct OrderFile(PreprocessedOrder);
+
+impl TryFrom<u32> for OrderFile {
+    type Error = String;
+
+    fn try_from(number: u32) -> Result<Self, String> {
+        use PreprocessedOrder::{Eight, Four, Six, Ten};
+        let known = [Four, Six, Eight, Ten].into_iter();
+        known
+            .map(Self)
+            .find(|order| order.0.number() == number)
+            .ok_or_else(|| {
+                format!("a preprocessed rotor of order {number}, expected 4, 6, 8 or 10")
+            })
+    }
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum QuadratureFile {
+    #[default]
+    Gauss,
+    Lobatto,
+}
+
+impl QuadratureFile {
+    /// With as many points as make the order twice the degree, if not told.
+    fn rule(self, degree: u32, points: Option<u32>) -> Quadrature {
+        match self {
+            Self::Gauss => Quadrature::Gauss(points.unwrap_or(degree)),
+            Self::Lobatto => Quadrature::Lobatto(points.unwrap_or(degree.saturating_add(1))),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum OriginFile {
+    Start,
+    #[default]
+    Middle,
+}
+
+impl From<OriginFile> for ChartOrigin {
+    fn from(file: OriginFile) -> Self {
+        match file {
+            OriginFile::Start => Self::Start,
+            OriginFile::Middle => Self::Middle,
+        }
+    }
 }
 
 impl IntegratorFile {
@@ -78,6 +175,8 @@ impl IntegratorFile {
         let rotor = |file: Option<RotorFile>, default: Rotor| match file {
             None => default,
             Some(RotorFile::Discrete) => Rotor::Discrete(chart),
+            Some(RotorFile::Preprocessed(OrderFile(order))) => Rotor::Preprocessed(order),
+            Some(RotorFile::Exact) => Rotor::Exact,
         };
         let discrete = |file| rotor(file, Rotor::Discrete(chart));
         Integration::Method(match self.0 {
@@ -91,8 +190,35 @@ impl IntegratorFile {
             },
             Table::Nystrom { order, rotor: file } => Method::Nystrom {
                 order,
-                rotor: rotor(file, Rotor::Discrete(chart)),
+                rotor: rotor(file, Rotor::Exact),
             },
+            Table::Galerkin {
+                degree,
+                quadrature,
+                points,
+                origin,
+            } => Method::Galerkin {
+                degree,
+                quadrature: quadrature.rule(degree, points),
+                origin: origin.into(),
+            },
+            Table::EulerPoincare {
+                degree,
+                quadrature,
+                points,
+                origin,
+            } => Method::EulerPoincare {
+                degree,
+                quadrature: quadrature.rule(degree, points),
+                origin: origin.into(),
+            },
+            Table::ClosedForm {} => Method::ClosedForm,
+            Table::ExplicitMidpoint {} => Method::ExplicitMidpoint,
+            Table::ImplicitMidpoint {} => Method::ImplicitMidpoint,
+            Table::CrouchGrossman {} => Method::CrouchGrossman,
+            Table::RungeKutta4 {} => Method::RungeKutta4,
+            Table::Fehlberg78 { tolerance } => Method::Fehlberg78 { tolerance },
+            Table::DormandPrince853 { tolerance } => Method::DormandPrince853 { tolerance },
         })
     }
 }

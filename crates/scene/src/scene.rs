@@ -125,10 +125,16 @@ impl Scene {
         let states = self.bodies.iter().map(|body| body.state).collect();
         let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
             .with_substeps(scheme.substeps);
-        Ok(match self.subdivide {
-            0 => simulation,
-            depth => simulation.with_subdivision(depth),
+        Ok(if self.subdivides(scheme) {
+            simulation.with_subdivision(self.subdivide)
+        } else {
+            simulation
         })
+    }
+
+    /// Whether steps by this scheme are cut where they cannot be made as one.
+    pub fn subdivides(&self, scheme: Scheme) -> bool {
+        self.subdivide > 0 && !scheme.is_adaptive()
     }
 
     /// The optimal control problem of the scene's manoeuvre; `None` without one.

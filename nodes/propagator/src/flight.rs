@@ -22,7 +22,7 @@ impl Flight {
         let scheme = scene.scheme()?;
         Ok(Self {
             simulation: scene.simulation(scheme)?,
-            whole: (scene.subdivide > 0).then_some(scheme.substeps),
+            whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
             accepted: (0..bodies).map(|_| Vec::with_capacity(16)).collect(),
             loads: vec![Load::default(); bodies],

@@ -1,6 +1,7 @@
 use lgvi_dynamics::{MethodError, System};
 
 use crate::file::RunFile;
+use crate::integrator::is_adaptive;
 use crate::{Integration, Scene, SceneError};
 
 /// J2000, 2000-01-01T12:00:00Z (ns since the UNIX epoch).
@@ -43,6 +44,13 @@ pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
 }
 
 pub(super) fn subdivide(run: &RunFile) -> Result<u32, SceneError> {
+    if run.subdivide > 0
+        && let Integration::Method(method) = integration(run)
+        && is_adaptive(method)
+    {
+        let expected = format!("0 beside {method}, which cuts its steps itself");
+        return Err(SceneError::value("run.subdivide", run.subdivide, expected));
+    }
     if run.subdivide <= MAX_SUBDIVIDE {
         Ok(run.subdivide)
     } else {
@@ -93,8 +101,16 @@ fn refused(scene: &Scene, error: MethodError) -> SceneError {
             value,
             expected,
         } => {
-            let key = format!("run.integrator.{parameter}");
-            SceneError::value(key, value, format!("{expected}, for {method}"))
+            let (key, value) = match parameter {
+                "order of the rotor" => ("rotor", format!("of order {value}")),
+                "number of quadrature points" => ("points", value.to_string()),
+                other => (other, value.to_string()),
+            };
+            SceneError::Value {
+                key: format!("run.integrator.{key}"),
+                value,
+                expected: format!("{expected}, for {method}"),
+            }
         }
         MethodError::Body {
             method,

@@ -1,6 +1,6 @@
 use lgvi_dynamics::Method;
-use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::Chart;
+use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
 use lgvi_scene::{Integration, Scene};
 
 use crate::{BODY, RUN, assert_refused, with};
@@ -48,6 +48,63 @@ fn integrators_are_named_by_a_word_or_a_table() {
                 rotor: cayley,
             },
         ),
+        (
+            r#"integrator = { name = "nystrom", order = 6 }"#,
+            Method::Nystrom {
+                order: 6,
+                rotor: Rotor::Exact,
+            },
+        ),
+        (
+            r#"integrator = { name = "nystrom", order = 6, rotor = { preprocessed = 8 } }"#,
+            Method::Nystrom {
+                order: 6,
+                rotor: Rotor::Preprocessed(PreprocessedOrder::Eight),
+            },
+        ),
+        (
+            r#"integrator = { name = "galerkin", degree = 3 }"#,
+            Method::Galerkin {
+                degree: 3,
+                quadrature: Quadrature::Gauss(3),
+                origin: ChartOrigin::Middle,
+            },
+        ),
+        (
+            r#"integrator = { name = "euler_poincare", degree = 2, quadrature = "lobatto", origin = "start" }"#,
+            Method::EulerPoincare {
+                degree: 2,
+                quadrature: Quadrature::Lobatto(3),
+                origin: ChartOrigin::Start,
+            },
+        ),
+        (
+            r#"integrator = { name = "galerkin", degree = 2, points = 5 }"#,
+            Method::Galerkin {
+                degree: 2,
+                quadrature: Quadrature::Gauss(5),
+                origin: ChartOrigin::Middle,
+            },
+        ),
+        (r#"integrator = "closed_form""#, Method::ClosedForm),
+        (
+            r#"integrator = "explicit_midpoint""#,
+            Method::ExplicitMidpoint,
+        ),
+        (
+            r#"integrator = "implicit_midpoint""#,
+            Method::ImplicitMidpoint,
+        ),
+        (r#"integrator = "crouch_grossman""#, Method::CrouchGrossman),
+        (r#"integrator = "runge_kutta4""#, Method::RungeKutta4),
+        (
+            r#"integrator = { name = "fehlberg78", tolerance = 1e-9 }"#,
+            Method::Fehlberg78 { tolerance: 1e-9 },
+        ),
+        (
+            r#"integrator = { name = "dormand_prince853", tolerance = 1e-9 }"#,
+            Method::DormandPrince853 { tolerance: 1e-9 },
+        ),
     ] {
         assert_eq!(method(integrator), expected, "{integrator}");
     }
@@ -87,6 +144,30 @@ fn unknown_integrators_and_keys_are_named() {
             &["unknown variant `round`", "`discrete`"],
         ),
         (
+            r#"integrator = { name = "lgvi", rotor = { preprocessed = 5 } }"#,
+            &["order 5", "4, 6, 8 or 10"],
+        ),
+        (
+            r#"integrator = { name = "nystrom", order = 6, rotor = "discrete" }"#,
+            &["`run.integrator.rotor` is of order 2", "exact"],
+        ),
+        (
+            r#"integrator = { name = "galerkin", degree = 11 }"#,
+            &["`run.integrator.degree` is 11", "1 to 10"],
+        ),
+        (
+            r#"integrator = { name = "galerkin", degree = 4, points = 3 }"#,
+            &["`run.integrator.points` is 3", "at least the degree"],
+        ),
+        (
+            r#"integrator = { name = "fehlberg78", tolerance = 0.5 }"#,
+            &["`run.integrator.tolerance` is 0.5", "1e-15 to 0.1"],
+        ),
+        (
+            "integrator = { name = \"fehlberg78\", tolerance = 1e-9 }\nsubdivide = 3",
+            &["`run.subdivide` is 3", "0 beside Fehlberg"],
+        ),
+        (
             "integrator = \"lgvi\"\nsubsteps = 0",
             &["`run.substeps` is 0", "> 0"],
         ),
@@ -100,6 +181,22 @@ fn unknown_integrators_and_keys_are_named() {
         ),
     ] {
         assert_refused(&text(integrator), parts);
+    }
+}
+
+#[test]
+fn integrators_of_free_bodies_refuse_gravity() {
+    for integrator in [
+        r#""closed_form""#,
+        r#"{ name = "euler_poincare", degree = 2 }"#,
+    ] {
+        let text = text(&format!("integrator = {integrator}"));
+        let text = with(
+            &text,
+            "[[bodies]]",
+            "[gravity.central]\ngm = 1.0\n[[bodies]]",
+        );
+        assert_refused(&text, &["`run.integrator`", "free bodies only"]);
     }
 }
 

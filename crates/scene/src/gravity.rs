@@ -74,7 +74,7 @@ impl SceneGravity {
     }
 
     /// What acts on all bodies.
-    pub(crate) fn of_system(&self) -> Vec<Box<dyn Gravity>> {
+    pub fn of_system(&self) -> Vec<Box<dyn Gravity>> {
         let mut all: Vec<Box<dyn Gravity>> = Vec::new();
         self.add_fixed(&mut all);
         if let Some(constant) = self.mutual {

@@ -9,6 +9,7 @@ mod conservation;
 mod derivatives;
 mod equivalence;
 mod failures;
+mod floor;
 mod free_rotation;
 mod galerkin;
 mod laws;

@@ -3,6 +3,7 @@
 mod body;
 mod gravity;
 mod maneuver;
+mod polyhedron;
 mod run;
 
 use lgvi_dynamics::Invariants;

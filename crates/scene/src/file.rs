@@ -7,7 +7,7 @@ mod maneuver;
 use serde::Deserialize;
 
 pub(crate) use body::{
-    AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile,
+    AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
 };
 pub(crate) use gravity::{CentralFile, GravityFile};
 pub(crate) use maneuver::{ManeuverFile, WeightFile};

@@ -1,8 +1,9 @@
 use lgvi_dynamics::gravity::{Moments, Multipole};
-use lgvi_dynamics::{BodyState, Drive, Inertia, Mobility, PointMass, RigidBody};
+use lgvi_dynamics::{BodyError, BodyState, Drive, Inertia, Mobility, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile};
+use super::polyhedron::{DEGREE, polyhedron};
+use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile};
 use crate::scene::NamedBody;
 use crate::{SceneError, check};
 
@@ -42,23 +43,58 @@ fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {
 }
 
 fn rigid_body(key: &str, file: &BodyFile, mobility: &Mobility) -> Result<RigidBody, SceneError> {
-    let refuse = |error: lgvi_dynamics::BodyError| {
+    let refuse = |error: BodyError| {
         let expected = format!("the masses of a rigid body: {error}");
         SceneError::value(key, &file.name, expected)
     };
     check::positive(&format!("{key}.mass"), file.mass)?;
     let points: Vec<_> = file.points.iter().map(point).collect();
-    let Some(multipole) = &file.multipole else {
-        let inertia = given_inertia(key, file)?;
-        return if *mobility == Mobility::Pivoted {
-            RigidBody::pivoted(file.mass, inertia, points)
-        } else {
-            RigidBody::new(file.mass, inertia, points)
+    match (&file.multipole, &file.polyhedron) {
+        (Some(_), Some(_)) => {
+            let expected = "a `multipole` or a `polyhedron`, not both";
+            Err(SceneError::value(key, &file.name, expected))
         }
-        .map_err(refuse);
+        (Some(multipole), None) => {
+            let (inertia, multipole) = expansion(key, file, multipole, points)?;
+            RigidBody::with_multipole(inertia, multipole).map_err(refuse)
+        }
+        (None, Some(_)) if !points.is_empty() => {
+            let key = format!("{key}.points");
+            let expected = "none beside a `polyhedron`";
+            Err(SceneError::value(key, points.len(), expected))
+        }
+        (None, Some(shape)) => solid(key, file, shape),
+        (None, None) => {
+            let inertia = given_inertia(key, file)?;
+            if *mobility == Mobility::Pivoted {
+                RigidBody::pivoted(file.mass, inertia, points)
+            } else {
+                RigidBody::new(file.mass, inertia, points)
+            }
+            .map_err(refuse)
+        }
+    }
+}
+
+/// A body that is given by its `polyhedron`.
+fn solid(key: &str, file: &BodyFile, shape: &PolyhedronFile) -> Result<RigidBody, SceneError> {
+    let key_of_shape = format!("{key}.polyhedron");
+    let polyhedron = polyhedron(&key_of_shape, shape, file.mass)?;
+    let inertia = match &file.inertia {
+        Some(_) => Some(given_inertia(key, file)?),
+        None => None,
     };
-    let (inertia, multipole) = expansion(key, file, multipole, points)?;
-    RigidBody::with_multipole(inertia, multipole).map_err(refuse)
+    let degree = shape.degree.unwrap_or(DEGREE);
+    RigidBody::with_polyhedron(inertia, &polyhedron, degree).map_err(|error| match error {
+        BodyError::CloudDegree(_) | BodyError::Polyhedron(_) => {
+            let expected = format!("2 to 10: {error}");
+            SceneError::value(format!("{key_of_shape}.degree"), degree, expected)
+        }
+        _ => {
+            let expected = format!("the shape of a rigid body: {error}");
+            SceneError::value(key_of_shape, &file.name, expected)
+        }
+    })
 }
 
 /// The inertia and the series of a body that is given by its `multipole`.

@@ -9,6 +9,7 @@ pub(crate) struct BodyFile {
     #[serde(default)]
     pub points: Vec<PointFile>,
     pub multipole: Option<MultipoleFile>,
+    pub polyhedron: Option<PolyhedronFile>,
     #[serde(default)]
     pub radius: f64,
     #[serde(default)]
@@ -41,6 +42,18 @@ pub(crate) struct PointFile {
 pub(crate) struct MultipoleFile {
     pub order: u32,
     pub ellipsoid: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PolyhedronFile {
+    pub cuboid: Option<[f64; 3]>,
+    pub ellipsoid: Option<[f64; 3]>,
+    pub subdivisions: Option<u32>,
+    pub vertices: Option<Vec<[f64; 3]>>,
+    pub faces: Option<Vec<[usize; 3]>>,
+    pub obj: Option<String>,
+    pub degree: Option<usize>,
 }
 
 #[derive(Default, Deserialize)]

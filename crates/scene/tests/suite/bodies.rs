@@ -55,6 +55,109 @@ fn multipoles_come_from_inertia_ellipsoid_or_points() {
     assert_eq!(multipole(&dumbbell).order(), 4);
 }
 
+const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+    f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// A tetrahedron whose centre of mass is at the quarter of its axes.
+const CORNER: &str = "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], \
+    faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]";
+
+/// A body with this shape and no inertia but the shape's.
+fn solid(shape: &str) -> String {
+    let text = with(BODY, "inertia = [1.0, 2.0, 2.5]\n", "");
+    with(
+        &text,
+        "mass = 2.0\n",
+        &format!("mass = 2.0\npolyhedron = {{ {shape} }}\n"),
+    )
+}
+
+#[test]
+fn polyhedra_come_from_shapes_meshes_and_obj_texts() {
+    // J of a cuboid is m/3 (b² + c², …), of a cube m/3 · 2 a²
+    let cuboid = body(&solid("cuboid = [1.0, 0.5, 0.5]")).body;
+    let expected = Vector3::new(0.5, 1.25, 1.25) * (2.0 / 3.0);
+    assert!((cuboid.inertia().matrix().diagonal() - expected).norm() < 1e-14);
+    assert!((cuboid.mass() - 2.0).abs() < 1e-15);
+    let cube = body(&solid(&format!("obj = \"\"\"\n{CUBE}\"\"\", degree = 8"))).body;
+    let third = Vector3::from_element(4.0 / 3.0);
+    assert!((cube.inertia().matrix().diagonal() - third).norm() < 1e-14);
+    assert_eq!(cube.points().len(), 165);
+    // about its centre of mass, ∫x² is m (1/10 − 1/16) along each axis
+    let corner = body(&solid(CORNER)).body;
+    let moment = corner.inertia().matrix()[(0, 0)];
+    assert!(
+        (moment - 2.0 * 2.0 * (0.1 - 0.0625)).abs() < 1e-14,
+        "{moment}"
+    );
+    let own = with(
+        &solid("ellipsoid = [3, 2, 1]"),
+        "mass = 2.0\n",
+        "mass = 2.0\ninertia = [1, 1, 1]\n",
+    );
+    assert_eq!(body(&own).body.inertia().matrix()[(2, 2)], 1.0);
+}
+
+#[test]
+fn mistakes_in_polyhedra_are_named() {
+    let key = "`bodies[0].polyhedron";
+    for (shape, parts) in [
+        ("", &["ellipsoid` is missing", "one of `cuboid`"][..]),
+        (
+            "cuboid = [1, 1, 1], ellipsoid = [1, 1, 1]",
+            &["[\"cuboid\", \"ellipsoid\"]", "one of"],
+        ),
+        (
+            "cuboid = [1, 0, 1]",
+            &["cuboid` is [1.0, 0.0, 1.0]", "semi-axis 1 is 0"],
+        ),
+        (
+            "ellipsoid = [1, 1, 1], subdivisions = 9",
+            &["ellipsoid`", "9 subdivisions", "at most"],
+        ),
+        (
+            "cuboid = [1, 1, 1], subdivisions = 2",
+            &["subdivisions` is 2", "`ellipsoid`"],
+        ),
+        ("vertices = [[0, 0, 0]]", &["faces` is missing"]),
+        (
+            "cuboid = [1, 1, 1], faces = [[0, 1, 2]]",
+            &["faces`", "`vertices`"],
+        ),
+        (
+            "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], faces = [[0, 1, 2]]",
+            &["vertices`", "3 with 1 faces", "not closed"],
+        ),
+        ("obj = \"v 1 2\"", &["obj`", "line 1", "`v 1 2`"]),
+        (
+            "cuboid = [1, 1, 1], degree = 1",
+            &["degree` is 1", "2 to 10"],
+        ),
+        (
+            "cuboid = [1, 1, 1], degree = 11",
+            &["degree` is 11", "2 to 10"],
+        ),
+    ] {
+        let text = text(&solid(shape));
+        assert_refused(&text, parts);
+        assert_refused(&text, &[key]);
+    }
+    let parts = ["unknown field `cube`", "`cuboid`"];
+    assert_refused(&text(&solid("cube = 1")), &parts);
+    let points = with(
+        &solid("cuboid = [1, 1, 1]"),
+        "mass = 2.0\n",
+        "mass = 2.0\npoints = [{ mass = 2.0, position = [0, 0, 0] }]\n",
+    );
+    assert_refused(&text(&points), &["`bodies[0].points` is 1", "`polyhedron`"]);
+    let both = with(
+        &solid("cuboid = [1, 1, 1]"),
+        "mass = 2.0\n",
+        "mass = 2.0\nmultipole = { order = 2 }\n",
+    );
+    assert_refused(&text(&both), &["`bodies[0]`", "not both"]);
+}
+
 #[test]
 fn mobility_says_how_a_body_moves() {
     assert_eq!(*body(BODY).body.mobility(), Mobility::Free);

@@ -72,8 +72,8 @@ fn scenes_of_the_references_follow_them() {
         }
         let mut simulation = start(&scene);
         fly(&mut simulation, (until / scene.h()).round() as u64);
-        let errors = case.errors(until, simulation.system(), simulation.states());
-        let largest = errors.unwrap().largest();
+        let errors = case.errors(until, simulation.system().bodies(), simulation.states());
+        let largest = errors.unwrap().greatest();
         assert!(largest < bound, "{name}: {largest:e}");
     }
 }

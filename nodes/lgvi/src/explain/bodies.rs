@@ -50,6 +50,9 @@ fn distribution(body: &RigidBody) -> String {
         MassDistribution::Multipole(multipole) => {
             format!("multipole of order {}", multipole.order())
         }
+        MassDistribution::Polyhedron(mass) => {
+            format!("polyhedron, cloud of {} points", mass.cloud().len())
+        }
     }
 }
 

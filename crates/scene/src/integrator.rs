@@ -41,6 +41,15 @@ pub(crate) fn is_adaptive(method: Method) -> bool {
     )
 }
 
+impl fmt::Display for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.substeps {
+            1 => write!(f, "{}", self.method),
+            substeps => write!(f, "{}, {substeps} substeps", self.method),
+        }
+    }
+}
+
 impl fmt::Display for Integration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,5 +1,5 @@
 use lgvi_dynamics::{BodyState, Invariants, Load, Simulation, StepError, StepReport};
-use lgvi_scene::{Scene, SchemeError};
+use lgvi_scene::{Scene, Scheme, SchemeError};
 
 use crate::{ControlError, Controls};
 
@@ -8,6 +8,7 @@ use crate::{ControlError, Controls};
 /// A sequence acts on its body from its first step on, in place of any accepted before it.
 pub struct Flight {
     simulation: Simulation,
+    scheme: Scheme,
     /// Substeps above which a step was cut; none where steps are never cut.
     whole: Option<u32>,
     /// Accepted sequences by body, oldest first; those that can no longer act are dropped.
@@ -22,11 +23,17 @@ impl Flight {
         let scheme = scene.scheme()?;
         Ok(Self {
             simulation: scene.simulation(scheme)?,
+            scheme,
             whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
             accepted: (0..bodies).map(|_| Vec::with_capacity(16)).collect(),
             loads: vec![Load::default(); bodies],
         })
+    }
+
+    /// What flies it.
+    pub fn scheme(&self) -> Scheme {
+        self.scheme
     }
 
     /// Takes a sequence into account; refuses one that would have had to start in the past.

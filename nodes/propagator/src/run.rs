@@ -35,6 +35,8 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         .map(|body| Name::try_from(body.name.as_str()))
         .collect::<Result<_, _>>()
         .map_err(NodeError::input)?;
+    let flight = Flight::new(&scene).map_err(NodeError::input)?;
+    info!("flown by {}", flight.scheme());
 
     let shm = node.shm()?;
     let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
@@ -58,7 +60,7 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     node.report(&Event::Ready);
 
     let mut propagation = Propagation {
-        flight: Flight::new(&scene).map_err(NodeError::input)?,
+        flight,
         outgoing: Vec::with_capacity(names.len()),
         names,
         states,

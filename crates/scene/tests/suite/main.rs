@@ -1,5 +1,7 @@
 //! Scenes as their users write them: what they compile to, how they fly, and what is said of mistakes.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod bodies;
 mod gravity;
 mod integrators;

@@ -45,6 +45,7 @@ fn distribution(body: &RigidBody) -> String {
     match body.distribution() {
         MassDistribution::Points(points) => match points.as_slice() {
             [point] if point.position.norm() == 0.0 => "a point".into(),
+            [_] => "a point away from the origin".into(),
             points => format!("{} points", points.len()),
         },
         MassDistribution::Multipole(multipole) => {

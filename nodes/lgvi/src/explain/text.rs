@@ -10,7 +10,7 @@ impl Display for Explanation {
         write!(f, "{}", self.title)?;
         write!(
             f,
-            "\n  run         {} s in {} steps of {:.6e} s",
+            "\n  run         {} s in {} steps of {} s",
             self.duration, self.steps, self.step_size
         )?;
         for body in &self.bodies {
@@ -44,7 +44,7 @@ impl Display for Integrator {
         }
         write!(
             f,
-            "\n  steps       {} a step of the run, of {:.6e} s, {:.1} evaluations of gravity each",
+            "\n  steps       {} a step of the run, of {} s, {:.1} evaluations of gravity each",
             self.substeps, self.step_size, self.evaluations
         )?;
         if self.subdivide > 0 {

@@ -1,0 +1,88 @@
+use super::flight::SAMPLES;
+use crate::integrator::Rotor;
+use crate::{Method, System};
+
+/// A method whose steps may be of any length: what the race knows of it beforehand.
+///
+/// Its resolution `n` is such that cost grows as `n` and the error falls as `n^−order`: the number of steps in the run, or
+/// for a method that chooses its steps a power of the tolerance that it is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Family {
+    pub(super) kind: Kind,
+    pub(super) order: u32,
+    /// Evaluations of gravity in a step.
+    pub(super) stages: u32,
+}
+
+/// How the resolution enters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    /// Steps of equal length.
+    Equal(Method),
+}
+
+/// Radians of the fastest motion in a step, a stage: where the race begins.
+const RADIANS: f64 = 0.06;
+
+impl Family {
+    const fn equal(method: Method, order: u32, stages: u32) -> Self {
+        Self {
+            kind: Kind::Equal(method),
+            order,
+            stages,
+        }
+    }
+
+    /// All methods that may suit `system`.
+    pub(super) fn all(_system: &System) -> Vec<Self> {
+        let rotor = Rotor::default();
+        let composition = |order| Method::Composition { order, rotor };
+        vec![
+            Self::equal(Method::Lgvi(rotor), 2, 1),
+            Self::equal(composition(4), 4, 5),
+            Self::equal(composition(6), 6, 13),
+            Self::equal(composition(8), 8, 21),
+            Self::equal(composition(10), 10, 35),
+        ]
+    }
+
+    /// The method that references are flown with.
+    pub(super) fn reference(_system: &System) -> Self {
+        let rotor = Rotor::default();
+        Self::equal(Method::Composition { order: 10, rotor }, 10, 35)
+    }
+
+    /// A coarse resolution for a run through `radians` of the fastest motion.
+    pub(super) fn coarse(&self, radians: f64) -> f64 {
+        let stages = f64::from(self.stages);
+        (radians / (RADIANS * stages)).max(1.0)
+    }
+
+    /// The method at resolution `n`.
+    pub(super) fn method(&self, _n: f64) -> Method {
+        match self.kind {
+            Kind::Equal(method) => method,
+        }
+    }
+
+    /// Steps in each interval of a pilot that is this part of the run, at a resolution of at least `n`; and that resolution.
+    pub(super) fn steps(&self, n: f64, part: f64) -> (u64, f64) {
+        match self.kind {
+            Kind::Equal(_) => {
+                let intervals = SAMPLES as f64;
+                let steps = (n * part / intervals - 1e-9).ceil().max(1.0);
+                (steps as u64, steps * intervals / part)
+            }
+        }
+    }
+
+    /// Substeps in each of a run's steps, and the resolution that they make, at least `n`.
+    pub(super) fn substeps(&self, n: f64, steps: f64) -> (u32, f64) {
+        match self.kind {
+            Kind::Equal(_) => {
+                let substeps = (n / steps - 1e-9).ceil().clamp(1.0, f64::from(u32::MAX));
+                (substeps as u32, substeps * steps)
+            }
+        }
+    }
+}

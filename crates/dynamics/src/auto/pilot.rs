@@ -1,0 +1,197 @@
+use super::family::Family;
+use super::flight::{Failure, Flight, Flights, Plan, SAMPLES};
+use super::growth::Growth;
+use super::{ChoiceError, Outlook, Task};
+
+/// Error beyond which nothing is learnt from a state.
+pub(super) const RESOLVED: f64 = 0.03;
+
+/// What the reference's own error may be, in multiples of the error to be measured.
+const REFERENCE: f64 = 0.03;
+
+/// Factors between resolutions of the reference, the least and the greatest.
+const FINER: [f64; 2] = [1.3, 2.0];
+
+/// Resolutions of the reference that are tried.
+const TRIALS: u32 = 32;
+
+/// Change of a state at which two references agree as well as numbers can: thousands of roundings.
+const ROUNDING: f64 = 1e-11;
+
+/// Rounding of a state, and the exponent of time with which it grows in regular motion (Brouwer's law).
+const UNIT: [f64; 2] = [1e-15, 1.5];
+
+/// A reference flight over the first part of a run, and what it tells about the run.
+pub(super) struct Pilot {
+    family: Family,
+    reference: Flight,
+    /// Resolution of the reference.
+    pub(super) resolution: f64,
+    /// Number of samples that are known.
+    known: usize,
+    /// Time of the last of them.
+    horizon: f64,
+    duration: f64,
+    /// Whether errors are taken to grow as they did in this pilot.
+    fitted: bool,
+    /// What to reach at the end of the run.
+    pub(super) target: f64,
+    pub(super) outlook: Outlook,
+}
+
+impl Pilot {
+    /// Flies references for `horizon`, finer and finer, until they agree to a part of the tolerance, or no better. The
+    /// first has the given resolution, if any; then errors are taken to grow as they do in this pilot, else linearly.
+    pub(super) fn new(
+        flights: &mut Flights<'_>,
+        task: &Task,
+        horizon: f64,
+        resolution: Option<f64>,
+    ) -> Result<Self, ChoiceError> {
+        let fitted = resolution.is_some();
+        let family = task.reference;
+        let duration = task.run.duration;
+        let part = horizon / duration;
+        let aim = REFERENCE * task.tolerance * part;
+        let mut wanted = resolution.unwrap_or_else(|| family.coarse(task.rate * duration));
+        let mut failed = None;
+        let mut last: Option<(Flight, f64)> = None;
+        let mut floor: Option<[f64; SAMPLES]> = None;
+        for _ in 0..TRIALS {
+            let (steps, resolution) = family.steps(wanted, part);
+            wanted = FINER[1] * resolution;
+            let plan = Plan {
+                method: family.method(resolution),
+                horizon,
+                steps,
+                evaluations: family.stages.into(),
+            };
+            let flight = match flights.fly(plan) {
+                Ok(flight) => flight,
+                Err(Failure::Step(error)) => {
+                    failed = Some(error);
+                    continue;
+                }
+                Err(Failure::Method(error)) => return Err(error.into()),
+                Err(Failure::Allowance) => break,
+            };
+            if let Some((coarser, _)) = &last {
+                let change = coarser.errors(&flight, &task.accuracy);
+                let greatest = change.iter().copied().fold(0.0, f64::max);
+                let stagnates = floor.is_some_and(|before: [f64; SAMPLES]| {
+                    change[0] < aim.max(ROUNDING)
+                        && before
+                            .iter()
+                            .zip(&change)
+                            .all(|(b, c)| *c <= aim || 3.0 * c > *b)
+                });
+                floor = Some(match floor {
+                    Some(before) if stagnates => std::array::from_fn(|i| before[i].max(change[i])),
+                    _ => change,
+                });
+                let order = f64::from(family.order);
+                let factor = libm::pow(greatest / aim, order.recip()).clamp(FINER[0], FINER[1]);
+                wanted = factor * resolution;
+                last = Some((flight, resolution));
+                if greatest <= aim || stagnates {
+                    break;
+                }
+            } else {
+                last = Some((flight, resolution));
+            }
+        }
+        match (last, floor, failed) {
+            (Some((reference, resolution)), Some(floor), _) => {
+                let mut pilot = Self {
+                    family,
+                    reference,
+                    resolution,
+                    known: SAMPLES,
+                    horizon,
+                    duration,
+                    fitted,
+                    target: task.tolerance,
+                    outlook: Outlook::Met,
+                };
+                pilot.look(&floor, aim, task.tolerance);
+                Ok(pilot)
+            }
+            (_, _, Some(error)) => Err(ChoiceError::Flight(error)),
+            _ => Err(ChoiceError::Costly {
+                horizon,
+                evaluations: flights.allowed(),
+            }),
+        }
+    }
+
+    /// What the errors of the reference tell about the end of the run.
+    fn look(&mut self, floor: &[f64; SAMPLES], aim: f64, tolerance: f64) {
+        let growth = Growth::fit(floor, self.horizon);
+        let [unit, exponent] = UNIT;
+        let end = floor[SAMPLES - 1];
+        let (rounding, factor) = match growth {
+            Growth::Power(_) => {
+                let factor = Growth::Power(exponent).factor(self.horizon, self.duration);
+                (if end > aim { end } else { unit }, factor)
+            }
+            Growth::Exponential(_) => {
+                let factor = growth.factor(self.horizon, self.duration);
+                (end.max(unit), factor)
+            }
+        };
+        let limit = rounding * factor;
+        if 3.0 * limit <= tolerance {
+            return;
+        }
+        if limit <= RESOLVED {
+            self.target = 3.0 * limit;
+            self.outlook = Outlook::Limited { floor: limit };
+            return;
+        }
+        let interval = self.horizon / SAMPLES as f64;
+        let known = |&sample: &usize| {
+            let part = sample as f64 * interval / self.duration;
+            floor[sample - 1] <= REFERENCE.sqrt() * tolerance * part
+        };
+        self.known = (1..=SAMPLES).rev().find(known).unwrap_or(1);
+        self.horizon = self.known as f64 * interval;
+        self.fitted = false;
+        self.outlook = Outlook::Chaotic {
+            known: self.horizon,
+        };
+    }
+
+    /// The part of the run that a flight of this pilot makes.
+    pub(super) fn part(&self) -> f64 {
+        self.flown() / self.duration
+    }
+
+    /// Duration of the flights to be compared with the reference.
+    pub(super) fn flown(&self) -> f64 {
+        self.horizon * (SAMPLES as f64 / self.known as f64)
+    }
+
+    /// The error of a flight, now and as expected at the end of the run.
+    pub(super) fn error(&self, flight: &Flight, task: &Task) -> [f64; 2] {
+        let errors = flight.errors(&self.reference, &task.accuracy);
+        let errors = &errors[..self.known];
+        let greatest = errors.iter().copied().fold(0.0, f64::max);
+        let last = errors[self.known - 1];
+        let now = if self.horizon >= self.duration {
+            last
+        } else {
+            greatest
+        };
+        let growth = if self.fitted {
+            Growth::fit(errors, self.horizon)
+        } else {
+            Growth::Power(1.0)
+        };
+        [now, now * growth.factor(self.horizon, self.duration)]
+    }
+
+    /// Evaluations of gravity that the reference would take for the whole run.
+    pub(super) fn evaluations(&self) -> f64 {
+        self.resolution * f64::from(self.family.stages)
+    }
+}

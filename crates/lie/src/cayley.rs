@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::hat;
+use crate::{Quaternion, hat};
 
 /// `2/(1 + |f|²)`, the factor that all Cayley formulas share.
 #[inline]
@@ -26,31 +26,13 @@ pub fn rotate(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
 /// `cay(f)ᵀ p`, which keeps `|p|` to rounding without bias.
 #[inline]
 pub fn rotate_back(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
-    rotate_back_by(factor(f), f, p)
+    Quaternion::from_cayley(f).rotate_back(p)
 }
 
-#[inline]
-fn rotate_back_by(factor: f64, f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
-    let pf = p.cross(f);
-    p + factor * (pf + pf.cross(f))
-}
-
-/// `R cay(f)`, orthogonal to rounding whatever the number of compositions.
-///
-/// The rows of `R cay(f)` are `cay(f)ᵀ` applied to those of `R`. Two rows are rotated and relieved of their rounding
-/// error to first order, the third is their cross product; so errors of orthogonality do not accumulate.
+/// `R cay(f)`, orthogonal to rounding whatever the number of compositions ([`Quaternion::compose`]).
 #[inline]
 pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
-    let unit = |v: Vector3<f64>| v * (1.5 - 0.5 * v.norm_squared());
-    let factor = factor(f);
-    let row = |i: usize| Vector3::new(r[(i, 0)], r[(i, 1)], r[(i, 2)]);
-    let first = unit(rotate_back_by(factor, f, &row(0)));
-    let second = rotate_back_by(factor, f, &row(1));
-    let second = unit(second - first * first.dot(&second));
-    let third = first.cross(&second);
-    Matrix3::new(
-        first.x, first.y, first.z, second.x, second.y, second.z, third.x, third.y, third.z,
-    )
+    Quaternion::from_cayley(f).compose(r)
 }
 
 /// The rotation vector `θ n` of `cay(f)`.

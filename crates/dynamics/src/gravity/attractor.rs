@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// What attracts points: a scalar potential `φ` per unit mass, harmonic or linear, in the attractor's own frame.
+/// What attracts points: a scalar potential `φ` per unit mass, in the attractor's own frame.
 ///
 /// `d` is the point's place in that frame. Every model is written once, here; how it acts on a rigid body's points, and
 /// how a body that is itself an attractor recoils, follows by the chain rule elsewhere.

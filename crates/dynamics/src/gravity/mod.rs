@@ -6,6 +6,7 @@
 mod attractor;
 mod central;
 mod mutual;
+mod polyhedron;
 
 use std::fmt;
 
@@ -15,6 +16,7 @@ use thiserror::Error;
 pub use attractor::Attractor;
 pub use central::Central;
 pub use mutual::Mutual;
+pub use polyhedron::{Moments, ObjError, Polyhedron, PolyhedronError, PolyhedronField};
 
 use crate::{BodyState, Load, RigidBody};
 

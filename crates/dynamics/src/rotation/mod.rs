@@ -10,6 +10,7 @@ mod branch;
 mod cayley;
 mod diagonal;
 mod exponential;
+mod free;
 mod preprocessed;
 mod principal;
 
@@ -17,6 +18,7 @@ use lgvi_lie::{cay, to_cayley, to_rotation_vector};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
+pub use free::FreeRotation;
 pub use preprocessed::{PreprocessedDmv, PreprocessedError, PreprocessedOrder};
 
 use crate::Inertia;

@@ -7,6 +7,7 @@ mod conformance;
 mod derivatives;
 mod equivalence;
 mod failures;
+mod free_rotation;
 mod laws;
 mod mobility;
 mod preprocessed;

@@ -1,0 +1,129 @@
+//! Homogeneous polyhedra: shape, mass properties, gravity and clouds of points that stand for them.
+
+mod cloud;
+mod dyads;
+mod error;
+mod field;
+mod mass;
+mod obj;
+mod recombination;
+mod shapes;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Vector3;
+
+pub use error::{ObjError, PolyhedronError};
+pub use field::PolyhedronField;
+pub use mass::Moments;
+
+use surface::Edge;
+
+/// A body of constant density bounded by triangles.
+///
+/// # Assumptions and limitations
+/// The surface is closed and consistently oriented, which is checked; it may have handles, cavities (whose faces point
+/// into them) and several parts. That it does not cut itself is not checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyhedron {
+    vertices: Vec<Vector3<f64>>,
+    faces: Vec<[usize; 3]>,
+    edges: Vec<Edge>,
+    density: f64,
+    volume: f64,
+    centre: Vector3<f64>,
+}
+
+/// Volume below which, in units of the greatest extent cubed, it is rounding.
+const LEAST_VOLUME: f64 = 1e-14;
+
+impl Polyhedron {
+    /// A polyhedron of this density with these vertices (any frame fixed in the body) and faces: each three indices
+    /// into `vertices` from 0, anticlockwise seen from outside.
+    pub fn new(
+        vertices: Vec<Vector3<f64>>,
+        faces: Vec<[usize; 3]>,
+        density: f64,
+    ) -> Result<Self, PolyhedronError> {
+        if !(density.is_finite() && density > 0.0) {
+            return Err(PolyhedronError::Density(density));
+        }
+        let edges = surface::edges(&vertices, &faces)?;
+        let mut polyhedron = Self {
+            vertices,
+            faces,
+            edges,
+            density,
+            volume: 0.0,
+            centre: Vector3::zeros(),
+        };
+        let first_corner = polyhedron.corners().next();
+        let Some(apex) = first_corner else {
+            return Err(PolyhedronError::Volume(0.0));
+        };
+        let reach = polyhedron
+            .corners()
+            .fold(0.0, |reach: f64, corner| reach.max((corner - apex).norm()));
+        let (volume, first) = polyhedron.volume_moments(&apex);
+        let bound = LEAST_VOLUME * reach * reach * reach;
+        if !(volume.is_finite() && volume > bound) {
+            return Err(PolyhedronError::Volume(volume));
+        }
+        polyhedron.volume = volume;
+        polyhedron.centre = apex + first / volume;
+        let mass = polyhedron.mass();
+        if !(mass.is_finite() && mass > 0.0) {
+            return Err(PolyhedronError::Mass(mass));
+        }
+        Ok(polyhedron)
+    }
+
+    /// The same shape with the density that gives it this mass.
+    pub fn with_mass(self, mass: f64) -> Result<Self, PolyhedronError> {
+        let density = mass / self.volume;
+        if mass.is_finite() && mass > 0.0 && density.is_finite() && density > 0.0 {
+            Ok(Self { density, ..self })
+        } else {
+            Err(PolyhedronError::Mass(mass))
+        }
+    }
+
+    /// The same body in the parallel frame whose origin is its centre of mass.
+    pub fn recentred(mut self) -> Self {
+        for vertex in &mut self.vertices {
+            *vertex -= self.centre;
+        }
+        self.centre = Vector3::zeros();
+        self
+    }
+
+    /// The vertices.
+    pub fn vertices(&self) -> &[Vector3<f64>] {
+        &self.vertices
+    }
+
+    /// The faces: indices of vertices from 0, anticlockwise seen from outside.
+    pub fn faces(&self) -> &[[usize; 3]] {
+        &self.faces
+    }
+
+    /// The density `σ`.
+    pub fn density(&self) -> f64 {
+        self.density
+    }
+
+    /// The radius of the least sphere about the frame's origin that holds the body.
+    pub fn bounding_radius(&self) -> f64 {
+        self.corners()
+            .fold(0.0, |radius: f64, corner| radius.max(corner.norm()))
+    }
+
+    /// Corners of all faces.
+    fn corners(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        self.faces
+            .iter()
+            .flatten()
+            .map(|&corner| self.vertices[corner])
+    }
+}

@@ -1,0 +1,27 @@
+mod cloud;
+mod derivatives;
+mod field;
+mod mass;
+mod surface;
+
+use nalgebra::Vector3;
+
+use super::Polyhedron;
+
+fn vectors(seed: u64) -> impl FnMut(f64) -> Vector3<f64> {
+    let mut rng = fastrand::Rng::with_seed(seed);
+    move |scale| Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0))
+}
+
+/// An irregular body of 80 faces, not convex, its centre of mass off the origin, of extent about 1.
+fn rock() -> Polyhedron {
+    let smooth = Polyhedron::ellipsoid([1.0, 0.8, 0.6], 1, 1.0).unwrap();
+    let mut vector = vectors(3);
+    let shift = Vector3::new(0.1, -0.2, 0.05);
+    let vertices = smooth
+        .vertices()
+        .iter()
+        .map(|vertex| vertex + vector(0.12) + shift)
+        .collect();
+    Polyhedron::new(vertices, smooth.faces().to_vec(), 1.3).unwrap()
+}

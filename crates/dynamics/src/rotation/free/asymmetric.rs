@@ -1,0 +1,152 @@
+//! The free rotation of a body with three different moments.
+//!
+//! # Body axes
+//!
+//! With reciprocal moments a, b, c of the axes 1, 2, 3, `κ = a − c`, `p = (a − b)/κ`, `p′ = (b − c)/κ = 1 − p`, Euler's
+//! equations are `Π̇₁ = −p′κ Π₂Π₃`, `Π̇₂ = κ Π₃Π₁`, `Π̇₃ = −pκ Π₁Π₂`. Axis 2 is that of the middle moment, and axis 3, the
+//! *pole*, the extreme one for which `p ≤ ½`: the axis about which the body is nearly symmetric if it is so at all.
+//!
+//! # Momentum
+//!
+//! `A₁² = Π₁² + p′Π₂²` and `A₃² = Π₃² + pΠ₂²` are constant. Π runs round axis 3 if `p′Π₃² ≥ pΠ₁²`, else round axis 1
+//! (E. T. Whittaker, *Analytical Dynamics*, §69); [`Polhode`] has the motion along that curve, in `u = κ √r A t`.
+//!
+//! # Attitude
+//!
+//! With unit vectors `a = Π(0)/L`, `b = Π(t)/L`, `F b = a` leaves one angle open. Euler angles with the pole as body axis
+//! and Π as space axis have the precession `ψ̇ = L (1/J₁ − κ p Π₂²/(Π₁² + Π₂²))`, so by the addition theorem of the
+//! integral of the third kind (P. F. Byrd and M. D. Friedman, *Handbook of Elliptic Integrals*, 116)
+//!
+//! `ψ = θ − χ`, `θ = L t/J₁ − ν L/(√r A) T(u)`, `T(u) = ∫₀ᵘ sn²/(1 + ν sn²) du′`, `ν = p/p′` or `A₃²/A₁²`,
+//!
+//! where θ depends on the time alone, not on the phase at the start, and χ is algebraic:
+//!
+//! `χ = arg(1 + ν − ν cn cn₀ cn_t + i ν L/(√r A) sn sn₀ sn_t)`.
+//!
+//! By the choice of the pole `0 ≤ ν ≤ 1`, and no angle is singular and no sum cancels, near symmetry, near the axes and
+//! near the separatrix alike. (With theta functions in place of T: R. van Zon and J. Schofield, *Numerical implementation
+//! of the exact dynamics of free rigid bodies*, J. Comput. Phys. 225 (2007) 145–164.)
+//!
+//! F is then the least rotation that takes b to a, followed by the rotation about a by `θ − χ − ε`, where
+//! `tan ½ε = (a₃ + b₃)/(1 + a₃b₃ + ρ_aρ_b) tan ½(φ_b − φ_a)`, ρ and φ polar coordinates about the pole, relates the least
+//! rotation to the longitudes. All angles but θ are known by their complex numbers, whose halves need square roots only.
+
+use lgvi_lie::{Quaternion, cos_sinc};
+use nalgebra::{Complex, Matrix3, Vector3};
+
+use super::attitude::{half_chi, half_epsilon, least_then_about};
+use super::polhode::{Polhode, Ratio};
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Asymmetric {
+    /// Columns: the principal axes in body axes.
+    axes: Matrix3<f64>,
+    /// `(1/J₁, 1/J₂, 1/J₃)`
+    reciprocal: Vector3<f64>,
+    /// κ
+    rate: f64,
+    /// p
+    near: Ratio,
+    /// p′
+    far: Ratio,
+}
+
+impl Asymmetric {
+    /// For ascending moments and a right-handed triad of their axes.
+    pub(super) fn new(moments: [f64; 3], axes: Matrix3<f64>) -> Self {
+        let ratio =
+            |[first, middle, pole]: [f64; 3]| (middle - first) / (pole - first) * (pole / middle);
+        let [least, middle, greatest] = moments;
+        let reversed = [greatest, middle, least];
+        let (mut order, mut axes) = (moments, axes);
+        if ratio(moments) > ratio(reversed) {
+            let column = |i: usize| axes.column(i).into_owned();
+            axes = Matrix3::from_columns(&[column(2), -column(1), column(0)]);
+            order = reversed;
+        }
+        let [first, _, pole] = order;
+        let from_other_end = [pole, middle, first];
+        Self {
+            axes,
+            reciprocal: Vector3::from(order).map(f64::recip),
+            rate: (pole - first) / pole / first,
+            near: Ratio::new(ratio(order)),
+            far: Ratio::new(ratio(from_other_end)),
+        }
+    }
+
+    #[inline]
+    pub(super) fn flow(&self, pi: &Vector3<f64>, t: f64) -> (Quaternion, Vector3<f64>) {
+        let magnitude = magnitude(pi);
+        if magnitude == 0.0 {
+            return (Quaternion::IDENTITY, *pi);
+        }
+        let a = self.axes.tr_mul(&(pi / magnitude));
+        let Some(polhode) = Polhode::through(&a, self.near, self.far) else {
+            let angular_velocity = magnitude * a.component_mul(&self.reciprocal);
+            let turn = self.axes * (angular_velocity * t);
+            return (Quaternion::from_rotation_vector(&turn), *pi);
+        };
+        let phase = polhode.phase(magnitude * self.rate * polhode.rate(), t);
+        let theta = magnitude * self.reciprocal.x * t - polhode.nu / polhode.rate() * phase.third;
+
+        let mut change = polhode.change(&phase.functions);
+        let mut half_turns = phase.half_turns;
+        let half_chi = half_chi(
+            &polhode,
+            (&self.near, &self.far),
+            &a,
+            &change,
+            &phase.functions,
+        );
+        if let Some(turned) = polhode.turned(&a, &(a + change)) {
+            change = turned - a;
+            half_turns += 1.0;
+        }
+        let half_epsilon = half_epsilon(polhode.first_squared, &a, &change);
+        let (cos, sinc) = cos_sinc(0.25 * theta * theta);
+        let half_theta = Complex::new(cos, 0.5 * theta * sinc);
+        let half_angle = half_theta * (half_chi * half_epsilon).conj();
+
+        if half_turns % 2.0 == 0.0 {
+            let relative = least_then_about(half_angle, &a, &change);
+            return (
+                self.in_body(&relative),
+                pi + self.axes * (magnitude * change),
+            );
+        }
+        // A half turn about axis 1 turns the pole over, which shifts the precession by a half turn.
+        let (major, half_angle) = if polhode.round_pole {
+            (Vector3::z(), half_angle)
+        } else {
+            (Vector3::x(), Complex::new(half_angle.im, -half_angle.re))
+        };
+        let half_turn = Quaternion { w: 0.0, u: major };
+        let relative = least_then_about(half_angle, &a, &change).product(&half_turn);
+        let b = half_turn.rotate_back(&(a + change));
+        (self.in_body(&relative), self.axes * (magnitude * b))
+    }
+
+    #[inline]
+    fn in_body(&self, relative: &Quaternion) -> Quaternion {
+        Quaternion {
+            w: relative.w,
+            u: self.axes * relative.u,
+        }
+    }
+}
+
+/// `|v|` without over- or underflow.
+#[inline]
+fn magnitude(v: &Vector3<f64>) -> f64 {
+    let squared = v.norm_squared();
+    if (1e-280..1e280).contains(&squared) {
+        return squared.sqrt();
+    }
+    let scale = v.amax();
+    if scale == 0.0 {
+        0.0
+    } else {
+        scale * (v / scale).norm()
+    }
+}

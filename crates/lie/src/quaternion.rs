@@ -1,0 +1,184 @@
+//! Rotations as quaternions of any length: products and rotations without square roots or transcendental functions.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::hat;
+
+/// The rotation of the quaternion `(w, u)` of any length > 0: by `2 atan2(|u|, w)` about `u`.
+///
+/// The rotation depends on the direction of `(w, u)` alone, so errors of length do no harm. A product of thousands of
+/// quaternions may over- or underflow; a few never do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quaternion {
+    /// Scalar part.
+    pub w: f64,
+    /// Vector part.
+    pub u: Vector3<f64>,
+}
+
+/// `cos x` and `sin x / x` as functions of `x²`; by their series up to x = 1/2, where the next terms are below rounding.
+#[inline]
+pub fn cos_sinc(squared: f64) -> (f64, f64) {
+    if squared > 0.25 {
+        // The square root of a rounded square is the number squared, so no accuracy is lost.
+        let angle = squared.sqrt();
+        let (sin, cos) = libm::sincos(angle);
+        return (cos, sin / angle);
+    }
+    let q = squared;
+    let (q2, q4) = (q * q, (q * q) * (q * q));
+    let cos = 1.0
+        + q * ((-1.0 / 2.0 + q * (1.0 / 24.0))
+            + q2 * (-1.0 / 720.0 + q * (1.0 / 40_320.0))
+            + q4 * ((-1.0 / 3_628_800.0 + q * (1.0 / 479_001_600.0))
+                + q2 * (-1.0 / 87_178_291_200.0)));
+    let sinc = 1.0
+        + q * ((-1.0 / 6.0 + q * (1.0 / 120.0))
+            + q2 * (-1.0 / 5_040.0 + q * (1.0 / 362_880.0))
+            + q4 * (-1.0 / 39_916_800.0 + q * (1.0 / 6_227_020_800.0)));
+    (cos, sinc)
+}
+
+impl Quaternion {
+    /// No rotation.
+    pub const IDENTITY: Self = Self {
+        w: 1.0,
+        u: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// That of `cay(f)`: `(1, f)`.
+    #[inline]
+    pub fn from_cayley(f: &Vector3<f64>) -> Self {
+        Self { w: 1.0, u: *f }
+    }
+
+    /// That of `exp(v)`, the rotation by `|v|` about `v`: `(cos ½|v|, sin ½|v| v/|v|)`.
+    #[inline]
+    pub fn from_rotation_vector(v: &Vector3<f64>) -> Self {
+        let (cos, sinc) = cos_sinc(0.25 * v.norm_squared());
+        Self {
+            w: cos,
+            u: (0.5 * sinc) * v,
+        }
+    }
+
+    /// That of the matrix product: first `other`, then `self`.
+    #[inline]
+    pub fn product(&self, other: &Self) -> Self {
+        Self {
+            w: self.w * other.w - self.u.dot(&other.u),
+            u: self.w * other.u + other.w * self.u + self.u.cross(&other.u),
+        }
+    }
+
+    /// `2/(w² + |u|²)`, the factor that all formulas share.
+    #[inline]
+    fn factor(&self) -> f64 {
+        2.0 / (self.w * self.w + self.u.norm_squared())
+    }
+
+    /// The matrix `F = I + s (w S(u) + S(u)²)`, `s = 2/(w² + |u|²)`.
+    #[inline]
+    pub fn matrix(&self) -> Matrix3<f64> {
+        let s = hat(&self.u);
+        Matrix3::identity() + self.factor() * (self.w * s + s * s)
+    }
+
+    /// `Fᵀ p`, which keeps `|p|` to rounding without bias.
+    #[inline]
+    pub fn rotate_back(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        self.rotate_back_by(self.factor(), p)
+    }
+
+    #[inline]
+    fn rotate_back_by(&self, factor: f64, p: &Vector3<f64>) -> Vector3<f64> {
+        let pu = p.cross(&self.u);
+        p + factor * (self.w * pu + pu.cross(&self.u))
+    }
+
+    /// `R F`, orthogonal to rounding whatever the number of compositions.
+    ///
+    /// The rows of `R F` are `Fᵀ` applied to those of `R`. Two rows are rotated and relieved of their rounding error to
+    /// first order, the third is their cross product; so errors of orthogonality do not accumulate.
+    #[inline]
+    pub fn compose(&self, r: &Matrix3<f64>) -> Matrix3<f64> {
+        let unit = |v: Vector3<f64>| v * (1.5 - 0.5 * v.norm_squared());
+        let factor = self.factor();
+        let row = |i: usize| Vector3::new(r[(i, 0)], r[(i, 1)], r[(i, 2)]);
+        let first = unit(self.rotate_back_by(factor, &row(0)));
+        let second = self.rotate_back_by(factor, &row(1));
+        let second = unit(second - first * first.dot(&second));
+        let third = first.cross(&second);
+        Matrix3::new(
+            first.x, first.y, first.z, second.x, second.y, second.z, third.x, third.y, third.z,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{cay, exp, orthogonality_error};
+
+    fn random(rng: &mut fastrand::Rng, scale: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0))
+    }
+
+    #[test]
+    fn both_charts_give_their_rotations() {
+        let mut rng = fastrand::Rng::with_seed(11);
+        for scale in [0.0, 1e-200, 1e-9, 0.1, 0.57, 0.59, 1.0, 3.0, 50.0] {
+            for _ in 0..100 {
+                let v = random(&mut rng, scale);
+                let turned = Quaternion::from_rotation_vector(&v).matrix();
+                assert!((turned - exp(&v)).norm() < 2e-15, "{v}");
+                assert!((Quaternion::from_cayley(&v).matrix() - cay(&v)).norm() < 2e-15);
+            }
+        }
+    }
+
+    /// The series and `libm` agree to rounding on both sides of the change from one to the other.
+    #[test]
+    fn small_angles_are_accurate() {
+        for n in 0..=2000 {
+            let x = 0.55 * f64::from(n) / 2000.0;
+            let (cos, sinc) = cos_sinc(x * x);
+            assert!((cos - libm::cos(x)).abs() < 2.3e-16, "{x}");
+            assert!((x * sinc - libm::sin(x)).abs() <= 2.3e-16 * x, "{x}");
+        }
+    }
+
+    #[test]
+    fn products_are_products_of_matrices_and_length_does_not_matter() {
+        let mut rng = fastrand::Rng::with_seed(12);
+        for _ in 0..100 {
+            let [a, b] = [(); 2].map(|()| Quaternion {
+                w: 2.0 * rng.f64() - 1.0,
+                u: random(&mut rng, 1.0),
+            });
+            let product = a.product(&b).matrix();
+            assert!((product - a.matrix() * b.matrix()).norm() < 4e-15);
+            let longer = Quaternion {
+                w: 7e80 * a.w,
+                u: 7e80 * a.u,
+            };
+            assert!((longer.matrix() - a.matrix()).norm() < 2e-15);
+            let p = random(&mut rng, 5.0);
+            let back = a.matrix().transpose() * p;
+            assert!((longer.rotate_back(&p) - back).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn composition_multiplies_and_stays_orthogonal() {
+        let mut rng = fastrand::Rng::with_seed(13);
+        let mut r = Matrix3::identity();
+        for _ in 0..100_000 {
+            let f = Quaternion::from_rotation_vector(&random(&mut rng, 2.0));
+            let product = r * f.matrix();
+            r = f.compose(&r);
+            assert!((r - product).norm() < 4e-15);
+        }
+        assert!(orthogonality_error(&r) < 2e-15);
+    }
+}

@@ -42,6 +42,14 @@ pub(super) struct Plan {
     pub(super) evaluations: u64,
 }
 
+impl Plan {
+    /// Evaluations of gravity that it takes.
+    pub(super) fn evaluations(&self) -> u64 {
+        let steps = self.steps.saturating_mul(SAMPLES as u64);
+        steps.saturating_mul(self.evaluations)
+    }
+}
+
 impl<'a> Flights<'a> {
     pub(super) fn new(system: &'a mut System, start: &'a [BodyState], allowed: u64) -> Self {
         Self {
@@ -75,6 +83,9 @@ impl<'a> Flights<'a> {
 
     /// Flies a plan from the start.
     pub(super) fn fly(&mut self, plan: Plan) -> Result<Flight, Failure> {
+        if plan.evaluations() > self.left() {
+            return Err(Failure::Allowance);
+        }
         let interval = plan.horizon / SAMPLES as f64;
         let h = interval / plan.steps as f64;
         let mut integrator = plan
@@ -89,9 +100,6 @@ impl<'a> Flights<'a> {
         integrator.start(self.system, &states);
         self.spent += 1;
         for _ in 0..SAMPLES {
-            if plan.steps.saturating_mul(plan.evaluations) > self.left() {
-                return Err(Failure::Allowance);
-            }
             for _ in 0..plan.steps {
                 let report = integrator
                     .step(self.system, &mut states, &self.controls, h)

@@ -51,6 +51,13 @@ pub const PART: f64 = 0.05;
 /// Radians of the fastest motion that the first pilot flies.
 const SHORT: f64 = 64.0;
 
+/// Where that is too much, it is made shorter by this factor as long as it is longer than these radians.
+const SHORTER: f64 = 0.5;
+const LEAST: f64 = 1.0;
+
+/// The second pilot is this much longer at least.
+const LONGER: f64 = 1.5;
+
 /// Flights' worth of evaluations that the second pilot is expected to take, of the reference and of the chosen method.
 const REPEATS: [f64; 2] = [3.0, 4.0];
 
@@ -94,7 +101,12 @@ pub fn choose(
 
     let mut horizon = run.duration.min(SHORT / task.rate);
     let mut race = Race::new(&task, cost);
-    let mut pilot = Pilot::new(&mut flights, &task, horizon, None)?;
+    let mut pilot = loop {
+        match Pilot::new(&mut flights, &task, horizon, None) {
+            Err(ChoiceError::Costly { .. }) if horizon * task.rate > LEAST => horizon *= SHORTER,
+            pilot => break pilot?,
+        }
+    };
     race.run(&mut flights, &task, &pilot);
 
     if horizon < run.duration
@@ -102,14 +114,15 @@ pub fn choose(
     {
         flights.allow(((PART * flight) as u64).max(ALLOWANCE));
         let needed = REPEATS[0] * pilot.evaluations() + REPEATS[1] * flight;
-        let longer = run.duration * (flights.left() as f64 / needed).min(1.0);
-        if longer > 2.0 * horizon {
-            let resolution = Some(pilot.resolution);
-            if let Ok(long) = Pilot::new(&mut flights, &task, longer, resolution) {
+        let mut longer = run.duration * (flights.left() as f64 / needed).min(1.0);
+        while longer > LONGER * horizon {
+            if let Ok(long) = Pilot::new(&mut flights, &task, longer, Some(pilot.resolution)) {
                 race.expect(pilot.target);
                 pilot = long;
-                horizon = longer;
                 race.run(&mut flights, &task, &pilot);
+                horizon = longer;
+            } else {
+                longer *= SHORTER;
             }
         }
     }

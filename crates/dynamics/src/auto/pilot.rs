@@ -15,6 +15,12 @@ const FINER: [f64; 2] = [1.3, 2.0];
 /// Resolutions of the reference that are tried.
 const TRIALS: u32 = 32;
 
+/// What the reference may take of the evaluations that are left: one in so many.
+const SHARE: u64 = 2;
+
+/// By how much less than its order a method is taken to converge.
+const CAUTION: f64 = 4.0;
+
 /// Change of a state at which two references agree as well as numbers can: thousands of roundings.
 const ROUNDING: f64 = 1e-11;
 
@@ -32,7 +38,7 @@ pub(super) struct Pilot {
     /// Time of the last of them.
     horizon: f64,
     duration: f64,
-    /// Whether errors are taken to grow as they did in this pilot.
+    /// Whether errors are taken to grow as they did in this pilot, linearly otherwise.
     fitted: bool,
     /// What to reach at the end of the run.
     pub(super) target: f64,
@@ -41,22 +47,22 @@ pub(super) struct Pilot {
 
 impl Pilot {
     /// Flies references for `horizon`, finer and finer, until they agree to a part of the tolerance, or no better. The
-    /// first has the given resolution, if any; then errors are taken to grow as they do in this pilot, else linearly.
+    /// first has the given resolution, if any.
     pub(super) fn new(
         flights: &mut Flights<'_>,
         task: &Task,
         horizon: f64,
         resolution: Option<f64>,
     ) -> Result<Self, ChoiceError> {
-        let fitted = resolution.is_some();
         let family = task.reference;
         let duration = task.run.duration;
         let part = horizon / duration;
         let aim = REFERENCE * task.tolerance * part;
+        let most = flights.left() / SHARE;
         let mut wanted = resolution.unwrap_or_else(|| family.coarse(task.rate * duration));
         let mut failed = None;
-        let mut last: Option<(Flight, f64)> = None;
-        let mut floor: Option<[f64; SAMPLES]> = None;
+        let mut coarser: Option<(Flight, f64)> = None;
+        let mut before: Option<[f64; SAMPLES]> = None;
         for _ in 0..TRIALS {
             let (steps, resolution) = family.steps(wanted, part);
             wanted = FINER[1] * resolution;
@@ -66,6 +72,9 @@ impl Pilot {
                 steps,
                 evaluations: family.stages.into(),
             };
+            if plan.evaluations() > most {
+                break;
+            }
             let flight = match flights.fly(plan) {
                 Ok(flight) => flight,
                 Err(Failure::Step(error)) => {
@@ -75,53 +84,47 @@ impl Pilot {
                 Err(Failure::Method(error)) => return Err(error.into()),
                 Err(Failure::Allowance) => break,
             };
-            if let Some((coarser, _)) = &last {
+            if let Some((coarser, before_resolution)) = &coarser {
                 let change = coarser.errors(&flight, &task.accuracy);
-                let greatest = change.iter().copied().fold(0.0, f64::max);
-                let stagnates = floor.is_some_and(|before: [f64; SAMPLES]| {
-                    change[0] < aim.max(ROUNDING)
-                        && before
-                            .iter()
-                            .zip(&change)
-                            .all(|(b, c)| *c <= aim || 3.0 * c > *b)
-                });
-                floor = Some(match floor {
-                    Some(before) if stagnates => std::array::from_fn(|i| before[i].max(change[i])),
-                    _ => change,
-                });
-                let order = f64::from(family.order);
-                let factor = libm::pow(greatest / aim, order.recip()).clamp(FINER[0], FINER[1]);
-                wanted = factor * resolution;
-                last = Some((flight, resolution));
-                if greatest <= aim || stagnates {
-                    break;
+                let ratio = resolution / before_resolution;
+                let order = f64::from(family.order) - CAUTION;
+                let converged = change.map(|change| change * libm::pow(ratio, -order));
+                let rounding = change[0] <= ROUNDING
+                    && before.is_some_and(|before| 3.0 * greatest(&change) > greatest(&before));
+                let known = greatest(&converged) <= aim && greatest(&change) <= RESOLVED;
+                if known || rounding {
+                    let floor = before
+                        .filter(|_| rounding && !known)
+                        .map_or(converged, |before| {
+                            std::array::from_fn(|i| before[i].max(change[i]))
+                        });
+                    let mut pilot = Self {
+                        family,
+                        reference: flight,
+                        resolution,
+                        known: SAMPLES,
+                        horizon,
+                        duration,
+                        fitted: true,
+                        target: task.tolerance,
+                        outlook: Outlook::Met,
+                    };
+                    pilot.look(&floor, aim, task.tolerance);
+                    return Ok(pilot);
                 }
-            } else {
-                last = Some((flight, resolution));
+                let lacking = libm::pow(greatest(&converged) / aim, order.recip());
+                wanted = resolution * lacking.clamp(FINER[0], FINER[1]);
+                before = Some(change);
             }
+            coarser = Some((flight, resolution));
         }
-        match (last, floor, failed) {
-            (Some((reference, resolution)), Some(floor), _) => {
-                let mut pilot = Self {
-                    family,
-                    reference,
-                    resolution,
-                    known: SAMPLES,
-                    horizon,
-                    duration,
-                    fitted,
-                    target: task.tolerance,
-                    outlook: Outlook::Met,
-                };
-                pilot.look(&floor, aim, task.tolerance);
-                Ok(pilot)
-            }
-            (_, _, Some(error)) => Err(ChoiceError::Flight(error)),
-            _ => Err(ChoiceError::Costly {
+        Err(match failed {
+            Some(error) if coarser.is_none() => ChoiceError::Flight(error),
+            _ => ChoiceError::Costly {
                 horizon,
                 evaluations: flights.allowed(),
-            }),
-        }
+            },
+        })
     }
 
     /// What the errors of the reference tell about the end of the run.
@@ -175,7 +178,7 @@ impl Pilot {
     pub(super) fn error(&self, flight: &Flight, task: &Task) -> [f64; 2] {
         let errors = flight.errors(&self.reference, &task.accuracy);
         let errors = &errors[..self.known];
-        let greatest = errors.iter().copied().fold(0.0, f64::max);
+        let greatest = greatest(errors);
         let last = errors[self.known - 1];
         let now = if self.horizon >= self.duration {
             last
@@ -194,4 +197,8 @@ impl Pilot {
     pub(super) fn evaluations(&self) -> f64 {
         self.resolution * f64::from(self.family.stages)
     }
+}
+
+fn greatest(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(0.0, f64::max)
 }

@@ -13,6 +13,9 @@ const CONTENDING: f64 = 1.3;
 /// Factor by which resolutions grow at most from one flight to the next.
 const FINER: f64 = 3.0;
 
+/// Error at the end of a pilot that can be told from rounding.
+const TOLD: f64 = 1e-12;
+
 /// Flights of one method in a race.
 const FLIGHTS: u32 = 10;
 
@@ -93,7 +96,7 @@ impl Race {
 
     /// Evaluations of gravity in the flight that looks cheapest.
     pub(super) fn evaluations(&self, pilot: &Pilot) -> Option<f64> {
-        let measured = self.contenders.iter().filter(|c| !c.points.is_empty());
+        let measured = self.contenders.iter().filter(|c| c.is_known());
         let cheapest = measured.min_by(|a, b| {
             self.predicted(a, pilot)
                 .total_cmp(&self.predicted(b, pilot))
@@ -105,18 +108,18 @@ impl Race {
 
     /// All that were measured, the cheapest first.
     pub(super) fn candidates(&self, pilot: &Pilot) -> Vec<Candidate> {
-        let measured = self.contenders.iter().filter(|c| !c.points.is_empty());
+        let measured = self.contenders.iter().filter(|c| c.is_known());
         let mut candidates: Vec<_> = measured
-            .map(|contender| {
+            .filter_map(|contender| {
                 let needed = contender.needed(pilot.target, self.correction.unwrap_or(1.0));
                 let (substeps, resolution) = contender.family.substeps(needed, self.steps);
-                Candidate {
+                Some(Candidate {
                     method: contender.family.method(resolution),
                     substeps,
                     error: contender.error(resolution),
                     cost: self.cost.flight(&contender.family, resolution, self.steps),
                     measured: contender.is_settled(pilot, self.steps),
-                }
+                })
             })
             .collect();
         candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -155,7 +158,7 @@ impl Contender {
             .points
             .last()
             .map_or(f64::INFINITY, |point| FINER * point.resolution);
-        let wanted = self.needed(pilot.target, correction).min(finest);
+        let wanted = self.wanted(pilot.target, correction).min(finest);
         let (steps, resolution) = self.family.steps(wanted, pilot.part());
         let again = self
             .points
@@ -188,6 +191,11 @@ impl Contender {
         }
     }
 
+    /// Whether a flight has told anything.
+    fn is_known(&self) -> bool {
+        self.points.iter().any(|point| point.now < RESOLVED)
+    }
+
     /// The resolution that `target` seems to need.
     fn needed(&self, target: f64, correction: f64) -> f64 {
         let order = f64::from(self.family.order);
@@ -217,6 +225,19 @@ impl Contender {
         needed.max(self.least)
     }
 
+    /// The resolution to be flown: the one that is needed, as far as its error can be told.
+    fn wanted(&self, target: f64, correction: f64) -> f64 {
+        let order = f64::from(self.family.order);
+        let told = self
+            .points
+            .iter()
+            .rfind(|point| point.now < RESOLVED && point.now > TOLD);
+        let finest = told.map_or(f64::INFINITY, |point| {
+            point.resolution * libm::pow(point.now / TOLD, order.recip())
+        });
+        self.needed(target, correction).min(finest)
+    }
+
     /// The error at the end of the run to be expected with a resolution.
     fn error(&self, resolution: f64) -> f64 {
         let distance = |point: &&Point| libm::fabs(libm::log(point.resolution / resolution));
@@ -232,13 +253,13 @@ impl Contender {
     /// Whether more flights would tell nothing more of the cost.
     fn is_settled(&self, pilot: &Pilot, steps: f64) -> bool {
         let target = pilot.target;
-        let needed = self.needed(target, 1.0);
+        let wanted = self.wanted(target, 1.0);
         let (_, coarsest) = self.family.steps(0.0, pilot.part());
         self.points
             .iter()
             .filter(|point| point.now < RESOLVED)
             .any(|point| {
-                let ratio = point.resolution / needed;
+                let ratio = point.resolution / wanted;
                 let enough = point.end <= target;
                 let cheapest = enough && point.resolution <= coarsest.max(steps * NEAR);
                 cheapest || (ratio < NEAR && ratio > NEAR.recip())

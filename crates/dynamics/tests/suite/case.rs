@@ -38,7 +38,7 @@ impl Case {
         }
     }
 
-    fn system(&self) -> (System, Vec<BodyState>) {
+    pub fn system(&self) -> (System, Vec<BodyState>) {
         let mut bodies = Vec::new();
         let mut states = Vec::new();
         for json in self.json["bodies"].as_array().expect("bodies") {

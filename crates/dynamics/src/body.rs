@@ -1,6 +1,7 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use crate::gravity::Multipole;
 use crate::{Inertia, Mobility};
 
 /// A point of mass fixed in a body.
@@ -12,12 +13,21 @@ pub struct PointMass {
     pub position: Vector3<f64>,
 }
 
-/// A rigid body: its mass and inertia, and the points of mass that gravity acts on.
+/// What a body attracts with and is attracted by.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MassDistribution {
+    /// Points of mass, one at least; a single one at the centre of mass is a sphere.
+    Points(Vec<PointMass>),
+    /// The series of its potential, whose strength is the mass.
+    Multipole(Multipole),
+}
+
+/// A rigid body: its mass and inertia, and how gravity acts on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     mass: f64,
     inertia: Inertia,
-    points: Vec<PointMass>,
+    distribution: MassDistribution,
     radius: f64,
     mobility: Mobility,
 }
@@ -58,6 +68,9 @@ pub enum BodyError {
     /// The points' centre of mass is not the body's.
     #[error("the points' centre of mass is {0:?}, expected the origin of the body frame")]
     CentreOfMass([f64; 3]),
+    /// A moment of the mass is NaN or infinite.
+    #[error("the moments of the mass are not all finite")]
+    Moments,
 }
 
 /// Relative rounding that a user's decimal numbers may carry.
@@ -73,7 +86,7 @@ impl RigidBody {
         let body = Self::pivoted(mass, inertia, points)?;
         let mut first_moment = Vector3::zeros();
         let mut reach = 0.0_f64;
-        for point in &body.points {
+        for point in body.points() {
             first_moment += point.mass * point.position;
             reach = reach.max(point.position.norm());
         }
@@ -92,7 +105,7 @@ impl RigidBody {
         let with = |points| Self {
             mass,
             inertia,
-            points,
+            distribution: MassDistribution::Points(points),
             radius: 0.0,
             mobility: Mobility::Pivoted,
         };
@@ -126,6 +139,19 @@ impl RigidBody {
             return Err(BodyError::TotalMass { sum, mass });
         }
         Ok(with(points))
+    }
+
+    /// A body on which gravity acts by its multipole; the mass is the multipole's strength. `inertia` is independent of
+    /// the multipole, as of points.
+    pub fn with_multipole(inertia: Inertia, multipole: Multipole) -> Result<Self, BodyError> {
+        let body = Self::new(multipole.strength(), inertia, vec![])?;
+        if !multipole.is_finite() {
+            return Err(BodyError::Moments);
+        }
+        Ok(Self {
+            distribution: MassDistribution::Multipole(multipole),
+            ..body
+        })
     }
 
     /// The same body, moving as told.
@@ -162,9 +188,17 @@ impl RigidBody {
         &self.inertia
     }
 
-    /// The points that gravity acts on; never empty.
+    /// How gravity acts on it.
+    pub fn distribution(&self) -> &MassDistribution {
+        &self.distribution
+    }
+
+    /// The points that gravity acts on; none where it acts by a multipole.
     pub fn points(&self) -> &[PointMass] {
-        &self.points
+        match &self.distribution {
+            MassDistribution::Points(points) => points,
+            MassDistribution::Multipole(_) => &[],
+        }
     }
 }
 
@@ -209,5 +243,18 @@ mod tests {
             dumbbell([0.5, 0.5], [f64::INFINITY, -0.1]),
             Err(BodyError::PointPosition { index: 1, .. })
         ));
+    }
+
+    #[test]
+    fn a_multipole_must_be_a_mass() {
+        let inertia = || Inertia::principal([1.0, 1.2, 1.5]).unwrap();
+        let with = |multipole| RigidBody::with_multipole(inertia(), multipole);
+        let body = with(Multipole::of_inertia(2.0, &inertia())).unwrap();
+        assert_eq!(body.mass(), 2.0);
+        assert!(body.points().is_empty());
+        let massless = Multipole::of_inertia(0.0, &inertia());
+        assert_eq!(with(massless), Err(BodyError::Mass(0.0)));
+        let endless = Multipole::oblate(1.0, f64::INFINITY, 1.0);
+        assert_eq!(with(endless), Err(BodyError::Moments));
     }
 }

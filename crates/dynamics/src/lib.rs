@@ -20,7 +20,7 @@ mod simulation;
 mod state;
 mod system;
 
-pub use body::{BodyError, PointMass, RigidBody};
+pub use body::{BodyError, MassDistribution, PointMass, RigidBody};
 pub use inertia::{Inertia, InertiaError};
 pub use integrator::{Integrator, Method, MethodError, StepError, StepReport};
 pub use invariants::Invariants;

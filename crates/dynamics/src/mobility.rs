@@ -17,6 +17,13 @@ pub enum Mobility {
     Driven(Drive),
 }
 
+impl Mobility {
+    /// Whether its motion is given, whatever acts on it.
+    pub fn is_given(&self) -> bool {
+        matches!(self, Self::Fixed | Self::Driven(_))
+    }
+}
+
 /// A given motion: a constant twist of the inertial frame and a constant spin in the body,
 /// `ẋ = v + ω × x`, `Ω = Rᵀω + s`. It covers uniform motion, circular orbits and any uniform spin.
 ///

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use lgvi_dynamics::gravity::{Central, Gravity, Mutual, Uniform};
+use lgvi_dynamics::gravity::{Central, Gravity, Multipole, Mutual, Uniform};
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody, System};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
@@ -208,7 +208,10 @@ impl Body {
             (Some(centre), _) => {
                 RigidBody::pivoted(self.mass, inertia, vec![point(self.mass, centre)])
             }
-            (None, "macc2") => RigidBody::with_moments(self.mass, inertia),
+            (None, "macc2") => {
+                let multipole = Multipole::of_inertia(self.mass, &inertia);
+                RigidBody::with_multipole(inertia, multipole)
+            }
             (None, _) => RigidBody::new(self.mass, inertia, points.collect()),
         };
         body.map_err(|error| error.to_string())

@@ -2,8 +2,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// What attracts points: a scalar potential `φ` per unit mass, in the attractor's own frame.
 ///
-/// `d` is the point's place in that frame. Every model is written once, here; how it acts on a rigid body's points, and
-/// how a body that is itself an attractor recoils, follows by the chain rule elsewhere.
+/// `d` is the point's place in that frame. Every model is written once, here; how it acts on a rigid body, and how a
+/// body that is itself an attractor recoils, follows by the chain rule elsewhere.
 pub trait Attractor: Send + Sync {
     /// `φ(d)`, a point of unit mass has this potential energy.
     fn potential(&self, d: &Vector3<f64>) -> f64;
@@ -16,4 +16,18 @@ pub trait Attractor: Send + Sync {
 
     /// `T(d) = ∂(G b)/∂d` at fixed `b`, symmetric.
     fn curvature(&self, d: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64>;
+
+    /// What it is from afar; none where it has no place, as a uniform field.
+    fn monopole(&self) -> Option<Monopole>;
+}
+
+/// The place and the strength of an attractor, in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monopole {
+    /// Gravitational parameter `GM`.
+    pub gm: f64,
+    /// Centre of mass.
+    pub position: Vector3<f64>,
+    /// Radius of the sphere about it that no body's may enter; 0 when it has none.
+    pub radius: f64,
 }

@@ -5,18 +5,31 @@
 
 mod attractor;
 mod central;
+mod field;
+mod fixed;
+mod harmonic;
+mod moments;
+mod multipole;
 mod mutual;
+mod pair;
 mod polyhedron;
+mod sources;
+mod uniform;
 
 use std::fmt;
 
-use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
-pub use attractor::Attractor;
+pub use attractor::{Attractor, Monopole};
 pub use central::Central;
+pub use field::{Field, Intrusion, LoadCurvature, LoadGradient};
+pub use fixed::Fixed;
+pub use moments::Moments;
+pub use multipole::Multipole;
 pub use mutual::Mutual;
-pub use polyhedron::{Moments, ObjError, Polyhedron, PolyhedronError, PolyhedronField};
+pub use polyhedron::{ObjError, Polyhedron, PolyhedronError, PolyhedronField};
+pub use sources::Sources;
+pub use uniform::Uniform;
 
 use crate::{BodyState, Load, RigidBody};
 
@@ -67,68 +80,5 @@ impl fmt::Display for CloseApproach {
             f,
             " are {distance} apart, inside the sum {limit} of their radii"
         )
-    }
-}
-
-/// Gravity of fixed sources on one body at `x` with attitude `R`.
-///
-/// Derivatives are in the variations `δx` (inertial frame) and `ζ`, `δR = R S(ζ)`.
-pub trait Field: Send + Sync {
-    /// Force and moment.
-    fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load;
-
-    /// The potential `U`.
-    fn potential(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> f64;
-
-    /// First derivatives of force and moment.
-    fn gradient(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> LoadGradient;
-
-    /// Second derivatives of `b·force + c·moment` for fixed `weights` (b as their force, c as their moment).
-    fn curvature(
-        &self,
-        body: &RigidBody,
-        x: &Vector3<f64>,
-        r: &Matrix3<f64>,
-        weights: &Load,
-    ) -> LoadCurvature;
-}
-
-/// First derivatives of a load: `δforce = F_x δx + F_R ζ`, `δmoment = M_x δx + M_R ζ`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LoadGradient {
-    /// `F_x`.
-    pub force_by_position: Matrix3<f64>,
-    /// `F_R`.
-    pub force_by_attitude: Matrix3<f64>,
-    /// `M_x`.
-    pub moment_by_position: Matrix3<f64>,
-    /// `M_R`.
-    pub moment_by_attitude: Matrix3<f64>,
-}
-
-/// Derivatives of `p = F_xᵀ b + M_xᵀ c` and `q = F_Rᵀ b + M_Rᵀ c` at fixed b and c:
-/// `δp = H_xx δx + H_xR ζ`, `δq = H_Rx δx + H_RR ζ`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LoadCurvature {
-    /// `H_xx`, symmetric.
-    pub position_position: Matrix3<f64>,
-    /// `H_xR = H_Rxᵀ`.
-    pub position_attitude: Matrix3<f64>,
-    /// `H_RR`; not symmetric where `q ≠ 0`, for ζ is a variation in a moving frame.
-    pub attitude_attitude: Matrix3<f64>,
-}
-
-impl<F: Field> Gravity for F {
-    fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
-        for ((body, state), load) in bodies.iter().zip(states).zip(loads) {
-            *load += self.load(body, &state.position, &state.attitude);
-        }
-    }
-
-    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
-        let each = |(body, state): (&RigidBody, &BodyState)| {
-            Field::potential(self, body, &state.position, &state.attitude)
-        };
-        bodies.iter().zip(states).map(each).sum()
     }
 }

@@ -1,16 +1,19 @@
 use nalgebra::Vector3;
 
+use super::pair::{self, Member};
 use super::{CloseApproach, Gravity};
 use crate::{BodyState, Load, RigidBody};
 
-/// Newtonian attraction of all bodies on each other, point by point:
-/// `U = −Σ_{i<j} Σ_{p,q} G m_p m_q / |x_i + R_i ρ_p − x_j − R_j ρ_q|` (§3.4).
+/// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
+/// exactly, a multipole's field with points, and two multipoles to the order of the greater.
 ///
-/// Each pair of points enters both bodies with the same force and opposite sign, so that total linear and angular
-/// momentum are kept to rounding.
+/// Each pair enters both bodies with the same force and opposite sign and with moments that balance it, so that total
+/// linear and angular momentum are kept to rounding. Fixed and driven bodies attract the others; among themselves they are
+/// left out.
 ///
 /// # Assumptions and limitations
-/// Two points at one place have no finite load. The cost grows with the product of the bodies' numbers of points.
+/// Two points at one place have no finite load. The cost grows with the square of the number of bodies and, for bodies of
+/// points, with the product of their numbers of points. The truncation is that of [`Multipole`](super::Multipole).
 #[derive(Clone, Debug)]
 pub struct Mutual {
     /// Gravitational constant `G`.
@@ -29,42 +32,35 @@ impl Mutual {
     }
 }
 
+/// Whether gravity between the two can move any of them.
+fn matters(first: &RigidBody, second: &RigidBody) -> bool {
+    !(first.mobility().is_given() && second.mobility().is_given())
+}
+
 impl Gravity for Mutual {
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
         self.arms.clear();
         for (body, state) in bodies.iter().zip(states) {
-            self.arms.extend(
-                body.points()
-                    .iter()
-                    .map(|point| state.attitude * point.position),
-            );
+            for point in body.points() {
+                self.arms.push(state.attitude * point.position);
+            }
         }
         let mut rest = self.arms.as_slice();
-        for (i, body) in bodies.iter().enumerate() {
+        for (i, (body, state)) in bodies.iter().zip(states).enumerate() {
             let (arms, others) = rest.split_at(body.points().len());
             rest = others;
+            let first = Member { body, state, arms };
             let mut others = others;
-            for j in i + 1..bodies.len() {
-                let (other_arms, further) = others.split_at(bodies[j].points().len());
+            let (before, after) = loads.split_at_mut(i + 1);
+            for (j, load) in (i + 1..).zip(after) {
+                let body = &bodies[j];
+                let (arms, further) = others.split_at(body.points().len());
                 others = further;
-                let separation = states[i].position - states[j].position;
-                let mut force = Vector3::zeros();
-                let mut torque = [Vector3::zeros(); 2];
-                for (p, arm) in body.points().iter().zip(arms) {
-                    for (q, other_arm) in bodies[j].points().iter().zip(other_arms) {
-                        let d = separation + arm - other_arm;
-                        let squared = d.norm_squared();
-                        let pull = self.constant * p.mass * q.mass / (squared * squared.sqrt());
-                        let pair = -pull * d;
-                        force += pair;
-                        torque[0] += arm.cross(&pair);
-                        torque[1] -= other_arm.cross(&pair);
-                    }
+                if matters(first.body, body) {
+                    let state = &states[j];
+                    let second = Member { body, state, arms };
+                    pair::exchange(first, second).add_to([&mut before[i], load], self.constant);
                 }
-                loads[i].force += force;
-                loads[j].force -= force;
-                loads[i].moment += states[i].attitude.tr_mul(&torque[0]);
-                loads[j].moment += states[j].attitude.tr_mul(&torque[1]);
             }
         }
     }
@@ -73,16 +69,12 @@ impl Gravity for Mutual {
         let mut sum = 0.0;
         for i in 0..bodies.len() {
             for j in i + 1..bodies.len() {
-                for p in bodies[i].points() {
-                    let from = states[i].position + states[i].attitude * p.position;
-                    for q in bodies[j].points() {
-                        let to = states[j].position + states[j].attitude * q.position;
-                        sum -= self.constant * p.mass * q.mass / (from - to).norm();
-                    }
+                if matters(&bodies[i], &bodies[j]) {
+                    sum += pair::potential([&bodies[i], &bodies[j]], [&states[i], &states[j]]);
                 }
             }
         }
-        sum
+        self.constant * sum
     }
 
     fn check_clearance(
@@ -94,7 +86,7 @@ impl Gravity for Mutual {
             for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
                 let limit = first.radius() + second.radius();
                 let distance = (at.position - there.position).norm();
-                if distance < limit {
+                if distance < limit && matters(first, second) {
                     return Err(CloseApproach {
                         body,
                         other: Some(other),

@@ -1,6 +1,6 @@
 //! Reference trajectories of `tests/truth` at the workspace's root.
 
-use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
+use lgvi_dynamics::gravity::{Central, Gravity, Multipole, Mutual, Uniform};
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, System};
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
@@ -51,21 +51,32 @@ impl Case {
                     position: Vector3::new(number(&p[1]), number(&p[2]), number(&p[3])),
                 });
             let inertia = Inertia::principal(vector(&json["J"]).into()).expect("inertia");
-            let body =
-                RigidBody::new(number(&json["mass"]), inertia, points.collect()).expect("body");
+            let mass = number(&json["mass"]);
+            let body = if json["rho_c"].is_array() {
+                let position = vector(&json["rho_c"]);
+                RigidBody::pivoted(mass, inertia, vec![PointMass { mass, position }])
+            } else if self.json["potential"] == "macc2" {
+                let multipole = Multipole::of_inertia(mass, &inertia);
+                RigidBody::with_multipole(inertia, multipole)
+            } else {
+                RigidBody::new(mass, inertia, points.collect())
+            }
+            .expect("body");
             let attitude = Matrix3::from_fn(|i, j| number(&json["R"][i][j]));
             let [x, v, omega] = ["x", "v", "Omega"].map(|key| vector(&json[key]));
             states.push(BodyState::from_velocities(&body, x, v, attitude, omega));
             bodies.push(body);
         }
+        let parameter = |name: &str| number(&self.json["parameters"][name]);
         let gravity: Vec<Box<dyn Gravity>> = match self.json["potential"].as_str() {
             Some("none") => vec![],
-            Some("points") => vec![Box::new(Mutual::new(number(&self.json["parameters"]["G"])))],
-            Some("central") => {
-                vec![Box::new(Central {
-                    gm: number(&self.json["parameters"]["GM"]),
-                })]
-            }
+            Some("points" | "macc2") => vec![Box::new(Mutual::new(parameter("G")))],
+            Some("central") => vec![Box::new(Central {
+                gm: parameter("GM"),
+            })],
+            Some("uniform") => vec![Box::new(Uniform {
+                acceleration: Vector3::new(0.0, 0.0, parameter("g")),
+            })],
             other => panic!("unknown potential {other:?}"),
         };
         (System::new(bodies, gravity), states)

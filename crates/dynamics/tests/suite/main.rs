@@ -5,11 +5,15 @@
 mod auto;
 mod case;
 mod conformance;
+mod conservation;
 mod derivatives;
 mod equivalence;
 mod failures;
 mod free_rotation;
 mod laws;
 mod mobility;
+mod mutual;
+mod potentials;
 mod preprocessed;
+mod truncation;
 mod truth;

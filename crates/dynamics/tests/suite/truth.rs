@@ -37,7 +37,7 @@ fn assert_order(case: &str, t: f64, steps: u32, method: Method, order: f64) -> E
 
 /// Case, time, coarsest number of steps, and the errors of position, attitude and angular velocity at eight times as
 /// many.
-const CASES: [(&str, f64, u32, [f64; 3]); 4] = [
+const CASES: [(&str, f64, u32, [f64; 3]); 7] = [
     (
         "a1_two_dumbbells_regular",
         10.0,
@@ -51,6 +51,19 @@ const CASES: [(&str, f64, u32, [f64; 3]); 4] = [
         10.0,
         2_000,
         [1.975e-6, 9.449e-6, 9.636e-6],
+    ),
+    ("c1_3d_pendulum", 2.0, 2_000, [0.0, 9.195e-7, 2.261e-6]),
+    (
+        "c3_3d_pendulum_regular_small",
+        10.0,
+        4_000,
+        [0.0, 2.132e-7, 2.181e-6],
+    ),
+    (
+        "e_kw4_like",
+        86_400.0,
+        2_000,
+        [2.017e-3, 1.494e-4, 3.694e-11],
     ),
 ];
 

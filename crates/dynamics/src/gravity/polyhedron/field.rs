@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Polyhedron;
 use super::dyads::{self, EdgeDyad, FaceDyad};
-use crate::gravity::Attractor;
+use crate::gravity::{Attractor, Monopole};
 
 /// Gravity of a homogeneous polyhedron in closed form, outside and inside (R. A. Werner & D. J. Scheeres, *Exterior
 /// gravitation of a polyhedron…*, Celest. Mech. Dyn. Astron. 65, 1996):
@@ -30,6 +30,7 @@ pub struct PolyhedronField {
     edges: Vec<EdgeDyad>,
     faces: Vec<FaceDyad>,
     radius: f64,
+    monopole: Monopole,
 }
 
 impl PolyhedronField {
@@ -41,6 +42,11 @@ impl PolyhedronField {
             edges,
             faces,
             radius: polyhedron.bounding_radius(),
+            monopole: Monopole {
+                gm: constant * polyhedron.mass(),
+                position: polyhedron.centre(),
+                radius: 0.0,
+            },
         }
     }
 
@@ -113,5 +119,9 @@ impl Attractor for PolyhedronField {
             sum += edge.dyad * b * logarithm.transpose() - edge.jump * b * angle.transpose();
         }
         0.5 * self.strength * (sum + sum.transpose())
+    }
+
+    fn monopole(&self) -> Option<Monopole> {
+        Some(self.monopole)
     }
 }

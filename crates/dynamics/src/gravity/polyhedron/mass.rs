@@ -1,18 +1,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Polyhedron;
+use crate::gravity::Moments;
 use crate::{Inertia, InertiaError};
-
-/// Full symmetric moments of a body's mass about the origin of its frame, as its potential's expansion needs them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
-    /// `second[(i, j)] = ∫ ρ_i ρ_j dm`; `J_d` where the origin is the centre of mass.
-    pub second: Matrix3<f64>,
-    /// `third[i][(j, k)] = ∫ ρ_i ρ_j ρ_k dm`.
-    pub third: [Matrix3<f64>; 3],
-    /// `fourth[i][j][(k, l)] = ∫ ρ_i ρ_j ρ_k ρ_l dm`.
-    pub fourth: [[Matrix3<f64>; 3]; 3],
-}
 
 impl Polyhedron {
     /// The volume.

@@ -16,7 +16,6 @@ use nalgebra::Vector3;
 
 pub use error::{ObjError, PolyhedronError};
 pub use field::PolyhedronField;
-pub use mass::Moments;
 
 use surface::Edge;
 

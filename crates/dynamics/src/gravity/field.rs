@@ -1,0 +1,182 @@
+//! Fixed sources acting on one body, differentiated twice for the planner.
+
+mod multipole;
+mod points;
+
+use std::ops::AddAssign;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Attractor, CloseApproach, Gravity, Monopole};
+use crate::{BodyState, Load, MassDistribution, RigidBody};
+
+/// Gravity of fixed sources on one body at `x` with attitude `R`.
+///
+/// Derivatives are in the variations `δx` (inertial frame) and `ζ`, `δR = R S(ζ)`.
+///
+/// Every [`Attractor`] whose frame is the inertial one is a field. On points of mass it acts exactly. On a body given by
+/// its multipole, the source's monopole meets the body's multipole, and all else of the source acts at the centre of mass.
+///
+/// # Assumptions and limitations
+/// What is left out of the second, such as the moment by which a planet's oblateness turns the body, is smaller than the
+/// moment kept by the order `J₂ (a/r)²`. Give the body points where it matters.
+pub trait Field: Send + Sync {
+    /// Force and moment.
+    fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load;
+
+    /// The potential `U`.
+    fn potential(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> f64;
+
+    /// First derivatives of force and moment.
+    fn gradient(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> LoadGradient;
+
+    /// Second derivatives of `b·force + c·moment` for fixed `weights` (b as their force, c as their moment).
+    fn curvature(
+        &self,
+        body: &RigidBody,
+        x: &Vector3<f64>,
+        r: &Matrix3<f64>,
+        weights: &Load,
+    ) -> LoadCurvature;
+
+    /// Whether a body at `x` is outside the sources.
+    fn check_clearance(&self, body: &RigidBody, x: &Vector3<f64>) -> Result<(), Intrusion>;
+}
+
+/// A body is inside a source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrusion {
+    /// Distance of its origin from the source's.
+    pub distance: f64,
+    /// Sum of their radii.
+    pub limit: f64,
+}
+
+/// First derivatives of a load: `δforce = F_x δx + F_R ζ`, `δmoment = M_x δx + M_R ζ`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadGradient {
+    /// `F_x`.
+    pub force_by_position: Matrix3<f64>,
+    /// `F_R`.
+    pub force_by_attitude: Matrix3<f64>,
+    /// `M_x`.
+    pub moment_by_position: Matrix3<f64>,
+    /// `M_R`.
+    pub moment_by_attitude: Matrix3<f64>,
+}
+
+/// Derivatives of `p = F_xᵀ b + M_xᵀ c` and `q = F_Rᵀ b + M_Rᵀ c` at fixed b and c:
+/// `δp = H_xx δx + H_xR ζ`, `δq = H_Rx δx + H_RR ζ`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadCurvature {
+    /// `H_xx`, symmetric.
+    pub position_position: Matrix3<f64>,
+    /// `H_xR = H_Rxᵀ`.
+    pub position_attitude: Matrix3<f64>,
+    /// `H_RR`; not symmetric where `q ≠ 0`, for ζ is a variation in a moving frame.
+    pub attitude_attitude: Matrix3<f64>,
+}
+
+impl AddAssign for LoadGradient {
+    fn add_assign(&mut self, other: Self) {
+        self.force_by_position += other.force_by_position;
+        self.force_by_attitude += other.force_by_attitude;
+        self.moment_by_position += other.moment_by_position;
+        self.moment_by_attitude += other.moment_by_attitude;
+    }
+}
+
+impl AddAssign for LoadCurvature {
+    fn add_assign(&mut self, other: Self) {
+        self.position_position += other.position_position;
+        self.position_attitude += other.position_attitude;
+        self.attitude_attitude += other.attitude_attitude;
+    }
+}
+
+impl<A: Attractor> Field for A {
+    fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load {
+        match body.distribution() {
+            MassDistribution::Points(points) => points::load(self, points, x, r),
+            MassDistribution::Multipole(own) => multipole::load(self, own, x, r),
+        }
+    }
+
+    fn potential(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> f64 {
+        match body.distribution() {
+            MassDistribution::Points(points) => points::potential(self, points, x, r),
+            MassDistribution::Multipole(own) => multipole::potential(self, own, x, r),
+        }
+    }
+
+    fn gradient(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> LoadGradient {
+        match body.distribution() {
+            MassDistribution::Points(points) => points::gradient(self, points, x, r),
+            MassDistribution::Multipole(own) => multipole::gradient(self, own, x, r),
+        }
+    }
+
+    fn curvature(
+        &self,
+        body: &RigidBody,
+        x: &Vector3<f64>,
+        r: &Matrix3<f64>,
+        weights: &Load,
+    ) -> LoadCurvature {
+        match body.distribution() {
+            MassDistribution::Points(points) => points::curvature(self, points, x, r, weights),
+            MassDistribution::Multipole(own) => multipole::curvature(self, own, x, r, weights),
+        }
+    }
+
+    fn check_clearance(&self, body: &RigidBody, x: &Vector3<f64>) -> Result<(), Intrusion> {
+        let Some(Monopole {
+            position, radius, ..
+        }) = self.monopole()
+        else {
+            return Ok(());
+        };
+        let limit = radius + body.radius();
+        let distance = (x - position).norm();
+        if distance < limit {
+            return Err(Intrusion { distance, limit });
+        }
+        Ok(())
+    }
+}
+
+impl<F: Field> Gravity for F {
+    fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
+        for ((body, state), load) in bodies.iter().zip(states).zip(loads) {
+            *load += self.load(body, &state.position, &state.attitude);
+        }
+    }
+
+    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
+        let each = |(body, state): (&RigidBody, &BodyState)| {
+            Field::potential(self, body, &state.position, &state.attitude)
+        };
+        bodies.iter().zip(states).map(each).sum()
+    }
+
+    fn check_clearance(
+        &self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+    ) -> Result<(), CloseApproach> {
+        for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
+            if body.mobility().is_given() {
+                continue;
+            }
+            Field::check_clearance(self, body, &state.position).map_err(|intrusion| {
+                CloseApproach {
+                    body: index,
+                    other: None,
+                    distance: intrusion.distance,
+                    limit: intrusion.limit,
+                }
+            })?;
+        }
+        Ok(())
+    }
+}

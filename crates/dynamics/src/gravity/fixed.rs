@@ -1,0 +1,83 @@
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Attractor, Monopole};
+use crate::BodyError;
+
+/// An attractor `A` fixed in the inertial frame with a place and an attitude, itself an attractor in that frame.
+///
+/// # Assumptions and limitations
+/// The attractor does not move or turn, whatever the bodies' mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fixed<A> {
+    attractor: A,
+    position: Vector3<f64>,
+    attitude: Matrix3<f64>,
+    radius: f64,
+}
+
+impl<A: Attractor> Fixed<A> {
+    /// With the origin of its frame at `position`, and `attitude` from its frame to the inertial one.
+    pub fn new(attractor: A, position: Vector3<f64>, attitude: Matrix3<f64>) -> Self {
+        Self {
+            attractor,
+            position,
+            attitude,
+            radius: 0.0,
+        }
+    }
+
+    /// The same with a radius about its centre of mass that no body's may enter.
+    pub fn with_radius(self, radius: f64) -> Result<Self, BodyError> {
+        if radius.is_finite() && radius >= 0.0 {
+            Ok(self.within(radius))
+        } else {
+            Err(BodyError::Radius(radius))
+        }
+    }
+
+    /// With a radius known to be one.
+    pub(super) fn within(self, radius: f64) -> Self {
+        Self { radius, ..self }
+    }
+
+    #[inline]
+    fn seen(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        self.attitude.tr_mul(&(x - self.position))
+    }
+
+    #[inline]
+    fn turned(&self, m: &Matrix3<f64>) -> Matrix3<f64> {
+        self.attitude * m * self.attitude.transpose()
+    }
+}
+
+impl<A: Attractor> Attractor for Fixed<A> {
+    #[inline]
+    fn potential(&self, d: &Vector3<f64>) -> f64 {
+        self.attractor.potential(&self.seen(d))
+    }
+
+    #[inline]
+    fn acceleration(&self, d: &Vector3<f64>) -> Vector3<f64> {
+        self.attitude * self.attractor.acceleration(&self.seen(d))
+    }
+
+    #[inline]
+    fn gradient(&self, d: &Vector3<f64>) -> Matrix3<f64> {
+        self.turned(&self.attractor.gradient(&self.seen(d)))
+    }
+
+    #[inline]
+    fn curvature(&self, d: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+        let b = self.attitude.tr_mul(b);
+        self.turned(&self.attractor.curvature(&self.seen(d), &b))
+    }
+
+    fn monopole(&self) -> Option<Monopole> {
+        self.attractor.monopole().map(|own| Monopole {
+            gm: own.gm,
+            position: self.position + self.attitude * own.position,
+            radius: own.radius.max(self.radius),
+        })
+    }
+}

@@ -1,0 +1,178 @@
+use nalgebra::{Matrix3, Vector3};
+
+use super::harmonic::{Fourth, Harmonic, Second, Third};
+use super::{Attractor, Central, Moments, Monopole};
+use crate::Inertia;
+
+/// The gravity of a body expanded about its centre of mass in moments of its mass ("inertia integrals"), to second or
+/// fourth order in size over distance: `φ = −Σ_n P_n(d)/r^{2n+1}` with harmonic polynomials, `P_0 = m`,
+/// `P_2 = ½ (tr[J] r² − 3 d·Jd)` (D. J. Scheeres, *Orbital Motion in Strongly Perturbed Environments*, 2012, ch. 2).
+///
+/// Its strength is a mass where the gravitational constant is given elsewhere, as by [`Mutual`](super::Mutual), and a
+/// gravitational parameter `GM` where it attracts by itself.
+///
+/// # Assumptions and limitations
+/// The origin is the centre of mass. The series is cut after its order: beside what is kept, the error is of the order
+/// `(ρ/r)³` resp. `(ρ/r)⁵`, ρ the body's size. Inside the smallest sphere round the body it need not converge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Multipole {
+    central: Central,
+    asphericity: Asphericity,
+}
+
+impl Multipole {
+    /// To second order, from mass and inertia: `∫ρρᵀ dm = J_d`.
+    pub fn of_inertia(mass: f64, inertia: &Inertia) -> Self {
+        Self {
+            central: Central { gm: mass },
+            asphericity: Asphericity {
+                second: Second::of(inertia.nonstandard()),
+                higher: None,
+            },
+        }
+    }
+
+    /// To fourth order, from mass and moments about the centre of mass.
+    pub fn of_moments(mass: f64, moments: &Moments) -> Self {
+        Self {
+            central: Central { gm: mass },
+            asphericity: Asphericity {
+                second: Second::of(&moments.second),
+                higher: Some(Box::new((Third::of(moments), Fourth::of(moments)))),
+            },
+        }
+    }
+
+    /// An oblate planet, its pole the third axis: `φ = −GM/r [1 − J₂ (a/r)² (3 sin²ϕ − 1)/2]`, a the reference radius
+    /// that belongs to J₂ and ϕ the latitude.
+    pub fn oblate(gm: f64, j2: f64, radius: f64) -> Self {
+        let half = 0.5 * gm * j2 * radius * radius;
+        let diagonal = Vector3::new(half, half, -2.0 * half);
+        Self {
+            central: Central { gm },
+            asphericity: Asphericity {
+                second: Second(Matrix3::from_diagonal(&diagonal)),
+                higher: None,
+            },
+        }
+    }
+
+    /// The same `factor` times as strong: with the gravitational constant, a mass becomes `GM`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            central: Central {
+                gm: factor * self.central.gm,
+            },
+            asphericity: self.asphericity.scaled(factor),
+        }
+    }
+
+    /// Mass or gravitational parameter.
+    pub fn strength(&self) -> f64 {
+        self.central.gm
+    }
+
+    /// 2 or 4.
+    pub fn order(&self) -> u32 {
+        if self.asphericity.higher.is_some() {
+            4
+        } else {
+            2
+        }
+    }
+
+    /// All but the monopole.
+    pub(super) fn asphericity(&self) -> &Asphericity {
+        &self.asphericity
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.central.gm.is_finite() && self.asphericity.is_finite()
+    }
+}
+
+/// The terms of a multipole beyond its monopole.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Asphericity {
+    pub(super) second: Second,
+    higher: Option<Box<(Third, Fourth)>>,
+}
+
+impl Asphericity {
+    fn scaled(&self, factor: f64) -> Self {
+        let higher = self.higher.as_deref();
+        Self {
+            second: Second(factor * self.second.0),
+            higher: higher
+                .map(|(third, fourth)| Box::new((third.scaled(factor), fourth.scaled(factor)))),
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        let higher = self.higher.as_deref();
+        self.second.0.iter().all(|c| c.is_finite())
+            && higher.is_none_or(|(third, fourth)| third.is_finite() && fourth.is_finite())
+    }
+
+    #[inline]
+    pub(super) fn potential(&self, d: &Vector3<f64>) -> f64 {
+        let mut sum = self.second.potential(d);
+        if let Some((third, fourth)) = self.higher.as_deref() {
+            sum += third.potential(d) + fourth.potential(d);
+        }
+        sum
+    }
+
+    #[inline]
+    pub(super) fn acceleration(&self, d: &Vector3<f64>) -> Vector3<f64> {
+        let mut sum = self.second.acceleration(d);
+        if let Some((third, fourth)) = self.higher.as_deref() {
+            sum += third.acceleration(d) + fourth.acceleration(d);
+        }
+        sum
+    }
+
+    #[inline]
+    pub(super) fn gradient(&self, d: &Vector3<f64>) -> Matrix3<f64> {
+        let mut sum = self.second.gradient(d);
+        if let Some((third, fourth)) = self.higher.as_deref() {
+            sum += third.gradient(d) + fourth.gradient(d);
+        }
+        sum
+    }
+
+    #[inline]
+    pub(super) fn curvature(&self, d: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+        let mut sum = self.second.curvature(d, b);
+        if let Some((third, fourth)) = self.higher.as_deref() {
+            sum += third.curvature(d, b) + fourth.curvature(d, b);
+        }
+        sum
+    }
+}
+
+impl Attractor for Multipole {
+    #[inline]
+    fn potential(&self, d: &Vector3<f64>) -> f64 {
+        self.central.potential(d) + self.asphericity.potential(d)
+    }
+
+    #[inline]
+    fn acceleration(&self, d: &Vector3<f64>) -> Vector3<f64> {
+        self.central.acceleration(d) + self.asphericity.acceleration(d)
+    }
+
+    #[inline]
+    fn gradient(&self, d: &Vector3<f64>) -> Matrix3<f64> {
+        self.central.gradient(d) + self.asphericity.gradient(d)
+    }
+
+    #[inline]
+    fn curvature(&self, d: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+        self.central.curvature(d, b) + self.asphericity.curvature(d, b)
+    }
+
+    fn monopole(&self) -> Option<Monopole> {
+        self.central.monopole()
+    }
+}

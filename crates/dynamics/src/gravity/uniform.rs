@@ -1,0 +1,36 @@
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Attractor, Monopole};
+
+/// A uniform field, `φ = −g·d`: gravity of the 3D pendulum and the heavy top.
+///
+/// # Assumptions and limitations
+/// The field is the same everywhere: the ground is flat and the motion small beside its distance from the attractor's
+/// centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uniform {
+    /// Acceleration `g` of anything that falls.
+    pub acceleration: Vector3<f64>,
+}
+
+impl Attractor for Uniform {
+    fn potential(&self, d: &Vector3<f64>) -> f64 {
+        -self.acceleration.dot(d)
+    }
+
+    fn acceleration(&self, _d: &Vector3<f64>) -> Vector3<f64> {
+        self.acceleration
+    }
+
+    fn gradient(&self, _d: &Vector3<f64>) -> Matrix3<f64> {
+        Matrix3::zeros()
+    }
+
+    fn curvature(&self, _d: &Vector3<f64>, _b: &Vector3<f64>) -> Matrix3<f64> {
+        Matrix3::zeros()
+    }
+
+    fn monopole(&self) -> Option<Monopole> {
+        None
+    }
+}

@@ -30,7 +30,7 @@ pub struct Candidate {
     pub error: f64,
     /// Predicted cost of the run, about nanoseconds.
     pub cost: f64,
-    /// Whether it was measured near that many substeps; others were seen to cost more before.
+    /// Whether it was flown in the last pilot; others were seen to cost more before.
     pub measured: bool,
 }
 

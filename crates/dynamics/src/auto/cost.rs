@@ -14,6 +14,15 @@ const BODY: f64 = 15.0;
 /// Per body and stage: free motion by the discrete rotor, and a kick.
 const DISCRETE: f64 = 60.0;
 
+/// Per body and stage of an adaptive method.
+const ADAPTIVE: f64 = 80.0;
+
+/// Stages that an adaptive method adds to a step within which states are wanted.
+const DENSE: f64 = 4.0;
+
+/// Per body and state that an adaptive method shows.
+const SHOWN: f64 = 80.0;
+
 /// An evaluation of gravity, per pair of points.
 const PAIR: f64 = 8.0;
 
@@ -52,15 +61,23 @@ impl Cost {
         }
     }
 
-    /// Of a flight at a resolution, in this many steps.
-    pub(super) fn flight(&self, family: &Family, resolution: f64, _steps: f64) -> f64 {
-        let Kind::Equal(method) = family.kind;
-        let drift = match rotor(method) {
-            Rotor::Discrete(_) => DISCRETE,
-        };
-        let stage = self.gravity + drift * self.moving;
-        let step = STEP + BODY * self.moving + f64::from(family.stages) * stage;
-        resolution * step
+    /// Of a flight in which the method makes `made` steps, with states wanted at `shown` of them or between.
+    pub(super) fn flight(&self, family: &Family, made: f64, shown: f64) -> f64 {
+        let stages = f64::from(family.stages);
+        match family.kind {
+            Kind::Equal(method) => {
+                let drift = match rotor(method) {
+                    Rotor::Discrete(_) => DISCRETE,
+                };
+                let stage = self.gravity + drift * self.moving;
+                made * (STEP + BODY * self.moving + stages * stage)
+            }
+            Kind::Adaptive(_) => {
+                let stage = self.gravity + ADAPTIVE * self.moving;
+                let dense = (DENSE * stage * made).min(DENSE * stage * shown);
+                made * stages * stage + dense + shown * (STEP + SHOWN * self.moving)
+            }
+        }
     }
 }
 

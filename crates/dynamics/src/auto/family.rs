@@ -6,7 +6,7 @@ use crate::{Method, System};
 ///
 /// Its resolution `n` is such that cost grows as `n` and the error falls as `n^−order`: the number of steps in the run, or
 /// for a method that chooses its steps a power of the tolerance that it is given.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Family {
     pub(super) kind: Kind,
     pub(super) order: u32,
@@ -15,14 +15,22 @@ pub(super) struct Family {
 }
 
 /// How the resolution enters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
-    /// Steps of equal length.
+    /// Steps of equal length: the resolution is their number in the run.
     Equal(Method),
+    /// The method chooses its steps, given a tolerance: `n^−order`.
+    Adaptive(fn(f64) -> Method),
 }
 
 /// Radians of the fastest motion in a step, a stage: where the race begins.
 const RADIANS: f64 = 0.06;
+
+/// Tolerance of an adaptive method where the race begins.
+const COARSE: f64 = 1e-5;
+
+/// The loosest and the tightest that adaptive methods take.
+const TOLERANCES: [f64; 2] = [0.1, 1e-15];
 
 impl Family {
     const fn equal(method: Method, order: u32, stages: u32) -> Self {
@@ -54,14 +62,33 @@ impl Family {
 
     /// A coarse resolution for a run through `radians` of the fastest motion.
     pub(super) fn coarse(&self, radians: f64) -> f64 {
-        let stages = f64::from(self.stages);
-        (radians / (RADIANS * stages)).max(1.0)
+        match self.kind {
+            Kind::Equal(_) => (radians / (RADIANS * f64::from(self.stages))).max(1.0),
+            Kind::Adaptive(_) => libm::pow(COARSE, -f64::from(self.order).recip()),
+        }
     }
 
     /// The method at resolution `n`.
-    pub(super) fn method(&self, _n: f64) -> Method {
+    pub(super) fn method(&self, n: f64) -> Method {
         match self.kind {
             Kind::Equal(method) => method,
+            Kind::Adaptive(method) => method(libm::pow(n, -f64::from(self.order))),
+        }
+    }
+
+    /// A resolution within what the method takes.
+    fn allowed(&self, n: f64) -> f64 {
+        let [loose, tight] =
+            TOLERANCES.map(|tolerance| libm::pow(tolerance, -f64::from(self.order).recip()));
+        n.clamp(loose, tight)
+    }
+
+    /// The greatest resolution that costs no more than coarser ones, in a run of so many steps and a pilot of a part of it.
+    pub(super) fn cheapest(&self, steps: f64, part: f64) -> f64 {
+        let (_, coarsest) = self.steps(0.0, part);
+        match self.kind {
+            Kind::Equal(_) => coarsest.max(steps),
+            Kind::Adaptive(_) => coarsest,
         }
     }
 
@@ -73,6 +100,15 @@ impl Family {
                 let steps = (n * part / intervals - 1e-9).ceil().max(1.0);
                 (steps as u64, steps * intervals / part)
             }
+            Kind::Adaptive(_) => (1, self.allowed(n)),
+        }
+    }
+
+    /// Whether there can be as many substeps as `n` needs.
+    pub(super) fn is_feasible(&self, n: f64, steps: f64) -> bool {
+        match self.kind {
+            Kind::Equal(_) => n <= steps * f64::from(u32::MAX),
+            Kind::Adaptive(_) => self.allowed(n) == n,
         }
     }
 
@@ -83,6 +119,7 @@ impl Family {
                 let substeps = (n / steps - 1e-9).ceil().clamp(1.0, f64::from(u32::MAX));
                 (substeps as u32, substeps * steps)
             }
+            Kind::Adaptive(_) => (1, self.allowed(n)),
         }
     }
 }

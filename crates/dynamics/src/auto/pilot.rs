@@ -21,8 +21,8 @@ const SHARE: u64 = 2;
 /// By how much less than its order a method is taken to converge.
 const CAUTION: f64 = 4.0;
 
-/// Change of a state at which two references agree as well as numbers can: thousands of roundings.
-const ROUNDING: f64 = 1e-11;
+/// Change from one resolution to the next that, at a method of high order, can only be rounding if it stays as it is.
+const SMALL: f64 = 1e-6;
 
 /// Rounding of a state, and the exponent of time with which it grows in regular motion (Brouwer's law).
 const UNIT: [f64; 2] = [1e-15, 1.5];
@@ -89,8 +89,7 @@ impl Pilot {
                 let ratio = resolution / before_resolution;
                 let order = f64::from(family.order) - CAUTION;
                 let converged = change.map(|change| change * libm::pow(ratio, -order));
-                let rounding = change[0] <= ROUNDING
-                    && before.is_some_and(|before| 3.0 * greatest(&change) > greatest(&before));
+                let rounding = before.is_some_and(|before| is_rounding(&change, &before));
                 let known = greatest(&converged) <= aim && greatest(&change) <= RESOLVED;
                 if known || rounding {
                     let floor = before
@@ -201,4 +200,17 @@ impl Pilot {
 
 fn greatest(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
+}
+
+/// Whether references do not come nearer to each other where they are near.
+fn is_rounding(change: &[f64; SAMPLES], before: &[f64; SAMPLES]) -> bool {
+    let resolved = change
+        .iter()
+        .zip(before)
+        .filter(|(change, _)| **change <= RESOLVED);
+    let most = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
+    let [now, before] = resolved
+        .map(|(now, before)| [*now, *before])
+        .fold([0.0; 2], most);
+    change[0] <= SMALL && 3.0 * now > before
 }

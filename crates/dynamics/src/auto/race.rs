@@ -1,5 +1,5 @@
 use super::cost::Cost;
-use super::family::Family;
+use super::family::{Family, Kind};
 use super::flight::{Failure, Flights, Plan};
 use super::pilot::{Pilot, RESOLVED};
 use super::{Candidate, Task};
@@ -15,6 +15,9 @@ const FINER: f64 = 3.0;
 
 /// Error at the end of a pilot that can be told from rounding.
 const TOLD: f64 = 1e-12;
+
+/// Steps of an adaptive method in a radian of the fastest motion for each unit of resolution: a guess that is low.
+const ADAPTIVE: f64 = 0.05;
 
 /// Flights of one method in a race.
 const FLIGHTS: u32 = 10;
@@ -35,6 +38,8 @@ struct Contender {
     points: Vec<Point>,
     /// Resolution that an earlier pilot let expect.
     expected: f64,
+    /// Steps of an adaptive method for each unit of resolution, as an earlier pilot let expect.
+    rate: f64,
     /// Resolutions below cannot be flown.
     least: f64,
     flights: u32,
@@ -49,6 +54,8 @@ struct Point {
     now: f64,
     /// Expected at the end of the run.
     end: f64,
+    /// Steps that the method would make in the run.
+    steps: f64,
 }
 
 impl Race {
@@ -58,6 +65,7 @@ impl Race {
             family: *family,
             points: Vec::new(),
             expected: family.coarse(radians),
+            rate: ADAPTIVE * radians,
             least: 0.0,
             flights: 0,
             closed: false,
@@ -88,6 +96,7 @@ impl Race {
         self.correction = Some(1.0);
         for contender in &mut self.contenders {
             contender.expected = contender.needed(target, 1.0);
+            contender.rate = contender.steps(contender.expected) / contender.expected;
             contender.closed = contender.points.is_empty();
             contender.points.clear();
             contender.flights = 0;
@@ -96,40 +105,53 @@ impl Race {
 
     /// Evaluations of gravity in the flight that looks cheapest.
     pub(super) fn evaluations(&self, pilot: &Pilot) -> Option<f64> {
-        let measured = self.contenders.iter().filter(|c| c.is_known());
-        let cheapest = measured.min_by(|a, b| {
-            self.predicted(a, pilot)
-                .total_cmp(&self.predicted(b, pilot))
-        })?;
-        let needed = cheapest.needed(pilot.target, 1.0);
-        let evaluations = needed.max(self.steps) * f64::from(cheapest.family.stages);
-        Some(evaluations)
+        let known = self.contenders.iter().filter(|c| c.is_known());
+        let predicted = known.map(|contender| {
+            let needed = self.needed(contender, pilot);
+            let (_, resolution) = contender.family.substeps(needed, self.steps);
+            let evaluations = contender.steps(resolution) * f64::from(contender.family.stages);
+            (self.predicted(contender, pilot), evaluations)
+        });
+        predicted
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, evaluations)| evaluations)
     }
 
     /// All that were measured, the cheapest first.
     pub(super) fn candidates(&self, pilot: &Pilot) -> Vec<Candidate> {
-        let measured = self.contenders.iter().filter(|c| c.is_known());
-        let mut candidates: Vec<_> = measured
-            .filter_map(|contender| {
-                let needed = contender.needed(pilot.target, self.correction.unwrap_or(1.0));
+        let told = |c: &&Contender| c.is_known() || self.correction.is_some() && !c.closed;
+        let feasible =
+            |(c, resolution): &(&Contender, f64)| c.family.is_feasible(*resolution, self.steps);
+        let candidates = self.contenders.iter().filter(told);
+        let candidates = candidates.map(|contender| (contender, self.needed(contender, pilot)));
+        let mut candidates: Vec<_> = candidates
+            .filter(feasible)
+            .map(|(contender, needed)| {
                 let (substeps, resolution) = contender.family.substeps(needed, self.steps);
-                Some(Candidate {
+                let order = f64::from(contender.family.order);
+                let expected = || pilot.target * libm::pow(needed / resolution, order);
+                Candidate {
                     method: contender.family.method(resolution),
                     substeps,
-                    error: contender.error(resolution),
-                    cost: self.cost.flight(&contender.family, resolution, self.steps),
-                    measured: contender.is_settled(pilot, self.steps),
-                })
+                    error: contender.error(resolution).unwrap_or_else(expected),
+                    cost: self.predicted(contender, pilot),
+                    measured: contender.is_known(),
+                }
             })
             .collect();
         candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         candidates
     }
 
+    fn needed(&self, contender: &Contender, pilot: &Pilot) -> f64 {
+        contender.needed(pilot.target, self.correction.unwrap_or(1.0))
+    }
+
     fn predicted(&self, contender: &Contender, pilot: &Pilot) -> f64 {
-        let needed = contender.needed(pilot.target, self.correction.unwrap_or(1.0));
+        let needed = self.needed(contender, pilot);
         let (_, resolution) = contender.family.substeps(needed, self.steps);
-        self.cost.flight(&contender.family, resolution, self.steps)
+        self.cost
+            .flight(&contender.family, contender.steps(resolution), self.steps)
     }
 
     /// The cheapest of those that are to be measured yet.
@@ -182,6 +204,7 @@ impl Contender {
                     resolution,
                     now,
                     end: end.max(f64::MIN_POSITIVE),
+                    steps: flight.steps as f64 / pilot.part(),
                 };
                 let at = self.points.partition_point(|p| p.resolution < resolution);
                 self.points.insert(at, point);
@@ -189,6 +212,26 @@ impl Contender {
             Err(Failure::Step(_)) => self.least = self.least.max(1.5 * resolution),
             Err(Failure::Method(_) | Failure::Allowance) => self.closed = true,
         }
+    }
+
+    /// Steps that the method makes in the run at a resolution.
+    fn steps(&self, resolution: f64) -> f64 {
+        match self.family.kind {
+            Kind::Equal(_) => resolution,
+            Kind::Adaptive(_) => {
+                let per = self
+                    .nearest(resolution)
+                    .map(|point| point.steps / point.resolution);
+                resolution * per.unwrap_or(self.rate)
+            }
+        }
+    }
+
+    fn nearest(&self, resolution: f64) -> Option<&Point> {
+        let distance = |point: &&Point| libm::fabs(libm::log(point.resolution / resolution));
+        self.points
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
     /// Whether a flight has told anything.
@@ -239,13 +282,8 @@ impl Contender {
     }
 
     /// The error at the end of the run to be expected with a resolution.
-    fn error(&self, resolution: f64) -> f64 {
-        let distance = |point: &&Point| libm::fabs(libm::log(point.resolution / resolution));
-        let nearest = self
-            .points
-            .iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        nearest.map_or(f64::INFINITY, |point| {
+    fn error(&self, resolution: f64) -> Option<f64> {
+        self.nearest(resolution).map(|point| {
             point.end * libm::pow(point.resolution / resolution, self.family.order.into())
         })
     }
@@ -254,14 +292,14 @@ impl Contender {
     fn is_settled(&self, pilot: &Pilot, steps: f64) -> bool {
         let target = pilot.target;
         let wanted = self.wanted(target, 1.0);
-        let (_, coarsest) = self.family.steps(0.0, pilot.part());
+        let cheapest = NEAR * self.family.cheapest(steps, pilot.part());
         self.points
             .iter()
             .filter(|point| point.now < RESOLVED)
             .any(|point| {
                 let ratio = point.resolution / wanted;
                 let enough = point.end <= target;
-                let cheapest = enough && point.resolution <= coarsest.max(steps * NEAR);
+                let cheapest = enough && point.resolution <= cheapest;
                 cheapest || (ratio < NEAR && ratio > NEAR.recip())
             })
     }

@@ -12,7 +12,7 @@ use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation, System};
 use crate::case::Case;
 
 /// Cases of `tests/truth`, durations and steps of the runs.
-const RUNS: [(&str, f64, u64); 8] = [
+const RUNS: [(&str, f64, u64); 12] = [
     ("a1_two_dumbbells_regular", 10.0, 100),
     ("a1_two_dumbbells_regular", 30.0, 300),
     ("a1_two_dumbbells_regular", 30.0, 15_000),
@@ -21,6 +21,10 @@ const RUNS: [(&str, f64, u64); 8] = [
     ("d_dumbbell_central", 100.0, 100),
     ("b1_free_asymmetric", 10.0, 10),
     ("b1_free_asymmetric", 100.0, 10_000),
+    ("c1_3d_pendulum", 2.0, 200),
+    ("c3_3d_pendulum_regular_small", 20.0, 100),
+    ("c3_3d_pendulum_regular_small", 100.0, 1_000),
+    ("e_kw4_like", 432_000.0, 120),
 ];
 
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
@@ -104,7 +108,7 @@ impl<G: Gravity> Gravity for Counted<G> {
 #[test]
 fn pilot_flights_take_at_most_what_is_stated() {
     let (_, states) = Case::load("d_dumbbell_central").system();
-    for (duration, steps) in [(10.0, 1), (1e3, 1_000), (1e5, 1_000), (1e6, 10_000_000)] {
+    for (duration, steps) in [(10.0, 1), (1e3, 1_000), (1e5, 1_000)] {
         let (system, _) = Case::load("d_dumbbell_central").system();
         let evaluations = Arc::new(AtomicU64::new(0));
         let gravity = Counted {

@@ -57,9 +57,18 @@ impl Simulation {
 
     /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
     pub fn advance(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
-        if self.substeps > 1 {
-            self.begun.copy_from_slice(&self.states);
-        }
+        let made = if self.substeps == 1 {
+            self.integrator
+                .step(&mut self.system, &mut self.states, controls, self.h)
+        } else {
+            self.substeps(controls)
+        };
+        self.step += u64::from(made.is_ok());
+        made
+    }
+
+    fn substeps(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
+        self.begun.copy_from_slice(&self.states);
         let h = self.h / f64::from(self.substeps);
         let mut report = StepReport::default();
         for substep in 0..self.substeps {
@@ -78,7 +87,6 @@ impl Simulation {
                 }
             }
         }
-        self.step += 1;
         Ok(report)
     }
 

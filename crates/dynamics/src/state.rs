@@ -43,19 +43,25 @@ impl BodyState {
     }
 
     /// Whether all components are finite.
+    #[inline]
     pub fn is_finite(&self) -> bool {
         // 0 × x is 0 for finite x and NaN otherwise.
-        let vectors = self.position + self.linear_momentum + self.angular_momentum;
-        let zero = 0.0 * (vectors.sum() + self.attitude.sum());
-        zero == 0.0 || self.components().all(f64::is_finite)
+        let sum = |v: &Vector3<f64>| v.x + v.y + v.z;
+        let vectors =
+            sum(&self.position) + sum(&self.linear_momentum) + sum(&self.angular_momentum);
+        let zero = 0.0 * (vectors + self.attitude.sum());
+        zero == 0.0 || self.all_finite()
     }
 
-    fn components(&self) -> impl Iterator<Item = f64> {
+    /// The same by looking at each, as a sum of finite numbers may overflow.
+    #[cold]
+    fn all_finite(&self) -> bool {
         let vectors = [
             &self.position,
             &self.linear_momentum,
             &self.angular_momentum,
         ];
-        vectors.into_iter().flatten().chain(&self.attitude).copied()
+        let mut components = vectors.into_iter().flatten().chain(&self.attitude);
+        components.all(|component| component.is_finite())
     }
 }

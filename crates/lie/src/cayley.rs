@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::{Quaternion, hat};
 
 /// `2/(1 + |f|²)`, the factor that all Cayley formulas share.
-#[inline]
+#[inline(always)]
 fn factor(f: &Vector3<f64>) -> f64 {
     2.0 / (1.0 + f.norm_squared())
 }
@@ -24,13 +24,13 @@ pub fn rotate(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// `cay(f)ᵀ p`, which keeps `|p|` to rounding without bias.
-#[inline]
+#[inline(always)]
 pub fn rotate_back(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     Quaternion::from_cayley(f).rotate_back(p)
 }
 
 /// `R cay(f)`, orthogonal to rounding whatever the number of compositions ([`Quaternion::compose`]).
-#[inline]
+#[inline(always)]
 pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
     Quaternion::from_cayley(f).compose(r)
 }

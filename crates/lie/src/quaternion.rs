@@ -1,6 +1,6 @@
 //! Rotations as quaternions of any length: products and rotations without square roots or transcendental functions.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::hat;
 
@@ -47,13 +47,13 @@ impl Quaternion {
     };
 
     /// That of `cay(f)`: `(1, f)`.
-    #[inline]
+    #[inline(always)]
     pub fn from_cayley(f: &Vector3<f64>) -> Self {
         Self { w: 1.0, u: *f }
     }
 
     /// That of `exp(v)`, the rotation by `|v|` about `v`: `(cos ½|v|, sin ½|v| v/|v|)`.
-    #[inline]
+    #[inline(always)]
     pub fn from_rotation_vector(v: &Vector3<f64>) -> Self {
         let (cos, sinc) = cos_sinc(0.25 * v.norm_squared());
         Self {
@@ -63,7 +63,7 @@ impl Quaternion {
     }
 
     /// That of the matrix product: first `other`, then `self`.
-    #[inline]
+    #[inline(always)]
     pub fn product(&self, other: &Self) -> Self {
         Self {
             w: self.w * other.w - self.u.dot(&other.u),
@@ -72,25 +72,25 @@ impl Quaternion {
     }
 
     /// `2/(w² + |u|²)`, the factor that all formulas share.
-    #[inline]
+    #[inline(always)]
     fn factor(&self) -> f64 {
         2.0 / (self.w * self.w + self.u.norm_squared())
     }
 
     /// The matrix `F = I + s (w S(u) + S(u)²)`, `s = 2/(w² + |u|²)`.
-    #[inline]
+    #[inline(always)]
     pub fn matrix(&self) -> Matrix3<f64> {
         let s = hat(&self.u);
         Matrix3::identity() + self.factor() * (self.w * s + s * s)
     }
 
     /// `Fᵀ p`, which keeps `|p|` to rounding without bias.
-    #[inline]
+    #[inline(always)]
     pub fn rotate_back(&self, p: &Vector3<f64>) -> Vector3<f64> {
         self.rotate_back_by(self.factor(), p)
     }
 
-    #[inline]
+    #[inline(always)]
     fn rotate_back_by(&self, factor: f64, p: &Vector3<f64>) -> Vector3<f64> {
         let pu = p.cross(&self.u);
         p + factor * (self.w * pu + pu.cross(&self.u))
@@ -98,20 +98,33 @@ impl Quaternion {
 
     /// `R F`, orthogonal to rounding whatever the number of compositions.
     ///
-    /// The rows of `R F` are `Fᵀ` applied to those of `R`. Two rows are rotated and relieved of their rounding error to
-    /// first order, the third is their cross product; so errors of orthogonality do not accumulate.
-    #[inline]
+    /// Two rows of R are turned, by adding what they change by, and relieved of their rounding error to first order; the
+    /// third is their cross product. So errors of orthogonality do not accumulate.
+    #[inline(always)]
     pub fn compose(&self, r: &Matrix3<f64>) -> Matrix3<f64> {
-        let unit = |v: Vector3<f64>| v * (1.5 - 0.5 * v.norm_squared());
-        let factor = self.factor();
-        let row = |i: usize| Vector3::new(r[(i, 0)], r[(i, 1)], r[(i, 2)]);
-        let first = unit(self.rotate_back_by(factor, &row(0)));
-        let second = self.rotate_back_by(factor, &row(1));
-        let second = unit(second - first * first.dot(&second));
-        let third = first.cross(&second);
-        Matrix3::new(
-            first.x, first.y, first.z, second.x, second.y, second.z, third.x, third.y, third.z,
-        )
+        // F − I = k (w S(u) + S(u)²)
+        let u = &self.u;
+        let ku = self.factor() * u;
+        let kwu = self.w * ku;
+        let (xx, yy, zz) = (ku.x * u.x, ku.y * u.y, ku.z * u.z);
+        let (xy, yz, zx) = (ku.x * u.y, ku.y * u.z, ku.z * u.x);
+        // Columns of both rows at once.
+        let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
+        let (a, b, c) = (column(0), column(1), column(2));
+        let x = a + (a * -(yy + zz) + b * (xy + kwu.z) + c * (zx - kwu.y));
+        let y = b + (a * (xy - kwu.z) + b * -(zz + xx) + c * (yz + kwu.x));
+        let z = c + (a * (zx + kwu.y) + b * (yz - kwu.x) + c * -(xx + yy));
+        let lengths = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
+        let skew = 0.5 * (x.x * x.y + y.x * y.y + z.x * z.y);
+        let scale = Vector2::new(1.5 - 0.5 * lengths.x, 1.5 - 0.5 * lengths.y);
+        let relieved = |v: Vector2<f64>| v.component_mul(&scale) - skew * v.yx();
+        let (x, y, z) = (relieved(x), relieved(y), relieved(z));
+        let third = [
+            y.x * z.y - z.x * y.y,
+            z.x * x.y - x.x * z.y,
+            x.x * y.y - y.x * x.y,
+        ];
+        Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2])
     }
 }
 

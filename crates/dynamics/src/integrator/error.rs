@@ -1,7 +1,7 @@
 use thiserror::Error;
 
 use crate::gravity::CloseApproach;
-use crate::rotation::Unsolvable;
+use crate::rotation::{PreprocessedError, Unsolvable};
 
 /// Why a step could not be made. Bodies count from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -13,6 +13,14 @@ pub enum StepError {
         body: usize,
         /// By how much.
         source: Unsolvable,
+    },
+    /// The body turns too far in one step for its preprocessed moments.
+    #[error("body {body}: {source}")]
+    Preprocessed {
+        /// Which body.
+        body: usize,
+        /// By how much.
+        source: PreprocessedError,
     },
     /// The step would end in NaN or infinity, as where two points of mass meet.
     #[error("body {body}: the state after the step is not finite")]
@@ -57,10 +65,19 @@ pub enum StepError {
 }
 
 impl StepError {
+    /// That a body cannot turn as it would.
+    pub(super) fn of_turn(body: usize, source: PreprocessedError) -> Self {
+        match source {
+            PreprocessedError::Unsolvable(source) => Self::Unsolvable { body, source },
+            source => Self::Preprocessed { body, source },
+        }
+    }
+
     /// The body that the error is about; the first of two.
     pub fn body(&self) -> Option<usize> {
         match self {
             Self::Unsolvable { body, .. }
+            | Self::Preprocessed { body, .. }
             | Self::NotFinite { body }
             | Self::CloseApproach(CloseApproach { body, .. })
             | Self::Unresolved { body, .. } => Some(*body),

@@ -1,7 +1,6 @@
 use lgvi_lie::{compose, rotate_back};
 use nalgebra::Vector3;
 
-use super::turn::Turn;
 use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::rotation::Chart;
 use crate::{BodyState, Load, Mobility, System};
@@ -20,7 +19,6 @@ use crate::{BodyState, Load, Mobility, System};
 /// length begins anew from the momenta. A control is constant over the step and acts in halves at both of its ends.
 pub struct LagrangianLgvi {
     chart: Chart,
-    turns: Vec<Turn>,
     /// Change of pose of the last step, before the impulse at its end.
     changes: Vec<Change>,
     next_changes: Vec<Change>,
@@ -54,7 +52,6 @@ impl LagrangianLgvi {
         let count = bodies.len();
         Ok(Self {
             chart,
-            turns: vec![Turn::default(); count],
             changes: vec![Change::default(); count],
             next_changes: vec![Change::default(); count],
             loads: vec![Load::default(); count],
@@ -67,7 +64,6 @@ impl LagrangianLgvi {
 
 impl Integrator for LagrangianLgvi {
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
-        self.turns.iter_mut().for_each(Turn::forget);
         system.loads(states, &mut self.loads);
         self.h = None;
     }
@@ -92,8 +88,10 @@ impl Integrator for LagrangianLgvi {
             } else {
                 last.turn + h * (0.5 * h * load.moment + impulse)
             };
-            let relative = self.turns[index]
-                .solve(self.chart, body.inertia(), &g)
+            let guess = (!begins).then_some(&last.cayley);
+            let relative = self
+                .chart
+                .solve(body.inertia(), &g, guess)
                 .map_err(|source| StepError::Unsolvable {
                     body: index,
                     source,
@@ -132,9 +130,6 @@ impl Integrator for LagrangianLgvi {
             }
         }
         accept(system, &self.next, states)?;
-        for (turn, change) in self.turns.iter_mut().zip(&self.next_changes) {
-            turn.remember(change.cayley);
-        }
         std::mem::swap(&mut self.changes, &mut self.next_changes);
         std::mem::swap(&mut self.loads, &mut self.next_loads);
         self.h = Some(h);

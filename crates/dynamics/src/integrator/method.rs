@@ -1,14 +1,18 @@
 use std::fmt;
 
-use super::{Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Splitting};
+use super::{ClosedForm, Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Splitting};
 use crate::System;
-use crate::rotation::Chart;
+use crate::rotation::{Chart, PreprocessedOrder};
 
 /// How the free rotation within a step is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rotor {
     /// The discrete rigid body (3.24), (3.26): second order, the implicit equation solved in a chart.
     Discrete(Chart),
+    /// The discrete rigid body with preprocessed moments of inertia, [`PreprocessedDmv`](crate::rotation::PreprocessedDmv).
+    Preprocessed(PreprocessedOrder),
+    /// The exact rotation in closed form, [`FreeRotation`](crate::rotation::FreeRotation).
+    Exact,
 }
 
 /// The integrators by name.
@@ -34,6 +38,8 @@ pub enum Method {
         /// How bodies turn in a drift.
         rotor: Rotor,
     },
+    /// [`ClosedForm`].
+    ClosedForm,
     /// [`ProcessedLieEuler`].
     ProcessedLieEuler(Rotor),
 }
@@ -43,6 +49,8 @@ impl Rotor {
     pub fn order(self) -> u32 {
         match self {
             Self::Discrete(_) => 2,
+            Self::Preprocessed(order) => order.number(),
+            Self::Exact => u32::MAX,
         }
     }
 }
@@ -60,6 +68,7 @@ impl fmt::Display for Method {
             Self::LagrangianLgvi(_) => write!(f, "LGVI in Lagrangian form"),
             Self::LieEuler(_) => write!(f, "Lie–Euler"),
             Self::ProcessedLieEuler(_) => write!(f, "processed Lie–Euler"),
+            Self::ClosedForm => write!(f, "closed form"),
             Self::Composition { order, .. } => write!(f, "composition of order {order}"),
             Self::Nystrom { order, .. } => write!(f, "Nyström splitting of order {order}"),
         }
@@ -73,6 +82,7 @@ impl Method {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),
             Self::LagrangianLgvi(chart) => Box::new(LagrangianLgvi::new(chart, system)?),
             Self::LieEuler(rotor) => Box::new(Splitting::lie_euler(rotor, system.bodies())),
+            Self::ClosedForm => Box::new(ClosedForm::new(system)?),
             Self::Composition { order, rotor } => {
                 Box::new(Splitting::composition(order, rotor, system.bodies())?)
             }

@@ -1,5 +1,7 @@
-use super::drift::{Drift, kick};
-use super::{Integrator, Rotor, StepError, StepReport, accept};
+use super::backup::Backup;
+use super::drift::{Drift, Kick};
+use super::turn::Turns;
+use super::{Integrator, Rotor, StepError, StepReport, check_finite};
 use crate::{BodyState, Load, RigidBody, System};
 
 /// Kicks and drifts in turn: `K(b₀h) D(a₀h) K(b₁h) … D(a_{s−1}h) K(b_s h)`.
@@ -12,27 +14,42 @@ use crate::{BodyState, Load, RigidBody, System};
 /// The discrete rotor solves an implicit equation that has a solution only up to about 90° a drift, else
 /// [`StepError::Unsolvable`].
 pub struct Splitting {
-    kicks: Vec<f64>,
-    drifts: Vec<f64>,
+    /// Coefficients of kicks and drifts, each drift after its kick.
+    stages: Vec<Stage>,
+    /// Coefficient of the kick after all drifts.
+    last_kick: f64,
     drift: Drift,
     loads: Vec<Load>,
     next_loads: Vec<Load>,
     /// Whether `loads` belong to the present states.
     current: bool,
-    next: Vec<BodyState>,
+    /// Where the present step began.
+    begun: Backup,
+}
+
+/// A kick `K(bh)`, then a drift `D(ah)`.
+struct Stage {
+    b: f64,
+    a: f64,
+    turns: Turns,
 }
 
 impl Splitting {
     /// With coefficients `b` of kicks, one more than `a` of drifts.
     pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
+        let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage {
+            b,
+            a,
+            turns: Turns::new(bodies.len()),
+        });
         Self {
-            kicks: kicks.to_vec(),
-            drifts: drifts.to_vec(),
-            drift: Drift::new(rotor, bodies, drifts.len()),
+            stages: stages.collect(),
+            last_kick: kicks[drifts.len()],
+            drift: Drift::new(rotor, bodies),
             loads: vec![Load::default(); bodies.len()],
             next_loads: vec![Load::default(); bodies.len()],
             current: false,
-            next: Vec::with_capacity(bodies.len()),
+            begun: Backup::of(&[]),
         }
     }
 
@@ -57,9 +74,61 @@ impl Splitting {
     }
 }
 
+impl Splitting {
+    /// Moves `states` by a step, all of it or, on an error, a part.
+    #[inline]
+    fn make(
+        &mut self,
+        system: &mut System,
+        states: &mut [BodyState],
+        controls: &[Load],
+        h: f64,
+    ) -> Result<StepReport, StepError> {
+        let mut report = StepReport::default();
+        let mut gravity = &mut self.loads;
+        let mut current = self.current || system.is_free();
+        for stage in &mut self.stages {
+            if stage.b != 0.0 && !current {
+                system.loads(states, gravity);
+            }
+            let kick = Kick {
+                gravity: &*gravity,
+                controls,
+                dt: stage.b * h,
+            };
+            let iterations = self.drift.apply(
+                system.bodies(),
+                states,
+                &kick,
+                &mut stage.turns,
+                stage.a * h,
+            )?;
+            report.iterations = report.iterations.max(iterations);
+            gravity = &mut self.next_loads;
+            current = system.is_free();
+        }
+        if self.last_kick != 0.0 && !current {
+            system.loads(states, gravity);
+        }
+        let kick = Kick {
+            gravity: &*gravity,
+            controls,
+            dt: self.last_kick * h,
+        };
+        if !self.drift.end(states, &kick) {
+            check_finite(states)?;
+        }
+        system.check_clearance(states)?;
+        Ok(report)
+    }
+}
+
 impl Integrator for Splitting {
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
-        self.drift.start();
+        self.stages
+            .iter_mut()
+            .for_each(|stage| stage.turns.forget());
+        self.begun = Backup::of(states);
         system.loads(states, &mut self.loads);
         self.current = true;
     }
@@ -71,38 +140,17 @@ impl Integrator for Splitting {
         controls: &[Load],
         h: f64,
     ) -> Result<StepReport, StepError> {
-        self.next.clear();
-        self.next.extend_from_slice(states);
-        let mut report = StepReport::default();
-        if self.kicks[0] != 0.0 {
-            if !self.current {
-                system.loads(states, &mut self.loads);
-                self.current = true;
-            }
-            let dt = self.kicks[0] * h;
-            kick(system.bodies(), &mut self.next, &self.loads, controls, dt);
+        self.begun.copy(states);
+        let made = self.make(system, states, controls, h);
+        if made.is_err() {
+            self.begun.restore(states);
+            return made;
         }
-        for (stage, (a, b)) in self.drifts.iter().zip(&self.kicks[1..]).enumerate() {
-            let iterations = self
-                .drift
-                .apply(system.bodies(), &mut self.next, stage, a * h)?;
-            report.iterations = report.iterations.max(iterations);
-            if *b != 0.0 {
-                system.loads(&self.next, &mut self.next_loads);
-                let dt = b * h;
-                kick(
-                    system.bodies(),
-                    &mut self.next,
-                    &self.next_loads,
-                    controls,
-                    dt,
-                );
-            }
+        for stage in &mut self.stages {
+            stage.turns.accept();
         }
-        accept(system, &self.next, states)?;
-        self.drift.accept();
-        self.current = self.kicks.last().is_some_and(|&b| b != 0.0);
+        self.current = self.last_kick != 0.0;
         std::mem::swap(&mut self.loads, &mut self.next_loads);
-        Ok(report)
+        made
     }
 }

@@ -1,40 +1,86 @@
-use nalgebra::Vector3;
+/// Solutions that a guess is extrapolated from.
+const KNOWN: usize = 6;
 
-use crate::Inertia;
-use crate::rotation::{Chart, RelativeRotation, Unsolvable};
+/// Length of the strip that solutions are written to; the longer, the more rarely they are moved.
+const STRIP: usize = 32;
 
-/// Solves a body's implicit equation step after step, each from a guess extrapolated from the last three solutions.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Turn {
-    last: [Vector3<f64>; 3],
-    known: usize,
+/// What tells the last solutions of the bodies' implicit equations, a number `s` each, from which the next are
+/// extrapolated.
+///
+/// Each body has a strip that is written to from end to front: what is in it never moves, but for every 26th step.
+pub(super) struct Turns {
+    strips: Vec<Strip>,
+    /// Where in each strip the solution of the present step goes; before those of the last steps, newest first.
+    present: usize,
+    /// Whether there has been no step yet.
+    fresh: bool,
 }
 
-impl Turn {
-    /// Forgets the solutions so far.
+/// One body's solutions.
+pub(super) struct Strip([f64; STRIP]);
+
+impl Strip {
+    /// The quintic through the last solutions, one step on.
+    #[inline(always)]
+    pub(super) fn guess(&self, present: usize) -> f64 {
+        match &self.0[present + 1..] {
+            [a, b, c, d, e, f, ..] => 6.0 * (a + e) - 15.0 * (b + d) + 20.0 * c - f,
+            _ => 0.0,
+        }
+    }
+
+    /// Notes the solution of the present step.
+    #[inline(always)]
+    pub(super) fn note(&mut self, present: usize, s: f64) {
+        self.0[present] = s;
+    }
+}
+
+impl Turns {
+    /// Of nothing, for a number of bodies.
+    pub(super) fn new(bodies: usize) -> Self {
+        Self {
+            strips: (0..bodies).map(|_| Strip([0.0; STRIP])).collect(),
+            present: STRIP - 1 - KNOWN,
+            fresh: true,
+        }
+    }
+
+    /// Forgets the trajectory so far.
     pub(super) fn forget(&mut self) {
-        self.known = 0;
+        self.strips.iter_mut().for_each(|strip| strip.0.fill(0.0));
+        self.fresh = true;
     }
 
-    /// Solves `F J_d − J_d Fᵀ = S(g)`.
-    pub(super) fn solve(
-        &self,
-        chart: Chart,
-        inertia: &Inertia,
-        g: &Vector3<f64>,
-    ) -> Result<RelativeRotation, Unsolvable> {
-        let [a, b, c] = &self.last;
-        let guess = match self.known {
-            0 | 1 => None,
-            2 => Some(2.0 * a - b),
-            _ => Some(3.0 * (a - b) + c),
-        };
-        chart.solve(inertia, g, guess.as_ref())
+    /// The strips and where in them the present step is.
+    #[inline(always)]
+    pub(super) fn strips(&mut self) -> (&mut [Strip], usize) {
+        (&mut self.strips, self.present)
     }
 
-    /// Remembers the solution of an accepted step.
-    pub(super) fn remember(&mut self, cayley: Vector3<f64>) {
-        self.last = [cayley, self.last[0], self.last[1]];
-        self.known = (self.known + 1).min(3);
+    /// Takes the present step as made.
+    #[inline(always)]
+    pub(super) fn accept(&mut self) {
+        if self.fresh || self.present == 0 {
+            self.wind();
+        } else {
+            self.present -= 1;
+        }
+    }
+
+    /// Moves the last solutions to the strips' ends; a trajectory's first stands for those before it too.
+    #[cold]
+    fn wind(&mut self) {
+        let end = STRIP - KNOWN;
+        for Strip(strip) in &mut self.strips {
+            if self.fresh {
+                let first = strip[self.present];
+                strip.fill(first);
+            } else {
+                strip.copy_within(self.present..self.present + KNOWN, end);
+            }
+        }
+        self.present = end - 1;
+        self.fresh = false;
     }
 }

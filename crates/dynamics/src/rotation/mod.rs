@@ -9,6 +9,7 @@
 mod branch;
 mod cayley;
 mod diagonal;
+mod direct;
 mod exponential;
 mod free;
 mod preprocessed;
@@ -22,6 +23,7 @@ pub use free::FreeRotation;
 pub use preprocessed::{PreprocessedDmv, PreprocessedError, PreprocessedOrder};
 
 use crate::Inertia;
+pub(crate) use direct::{Direct, Principal};
 
 /// The chart in which the implicit equation is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

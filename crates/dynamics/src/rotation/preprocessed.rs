@@ -23,6 +23,16 @@ pub enum PreprocessedOrder {
 }
 
 impl PreprocessedOrder {
+    /// 4, 6, 8 or 10.
+    pub fn number(self) -> u32 {
+        match self {
+            Self::Four => 4,
+            Self::Six => 6,
+            Self::Eight => 8,
+            Self::Ten => 10,
+        }
+    }
+
     /// Degree of the series in the invariants, each of which is of second order in the step.
     fn degree(self) -> usize {
         match self {

@@ -19,6 +19,28 @@ pub struct Choice {
     pub evaluations: u64,
 }
 
+impl Choice {
+    /// For bodies on which nothing acts.
+    pub(super) fn closed_form(cost: f64) -> Self {
+        let method = Method::ClosedForm;
+        let only = Candidate {
+            method,
+            substeps: 1,
+            error: f64::EPSILON,
+            cost,
+            measured: false,
+        };
+        Self {
+            method,
+            substeps: 1,
+            outlook: Outlook::Met,
+            candidates: vec![only],
+            horizon: 0.0,
+            evaluations: 0,
+        }
+    }
+}
+
 /// A method that was compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {

@@ -1,18 +1,27 @@
 use super::family::{Family, Kind};
 use crate::integrator::Rotor;
-use crate::{Method, Mobility, System};
+use crate::{Inertia, Method, System};
 
-/// Costs in nanoseconds of one core of the machine that they were measured on; only their ratios matter. To measure
-/// them again: `cargo test -p lgvi_dynamics --release -- --ignored auto_costs --nocapture`.
-///
+// Costs in nanoseconds of one core of the machine that they were measured on; only their ratios matter. To measure
+// them again: `cargo test -p lgvi_dynamics --release -- --ignored auto_costs --nocapture`.
+
 /// A step without stages.
 const STEP: f64 = 25.0;
 
 /// Per body and step: copying and checking states.
 const BODY: f64 = 15.0;
 
-/// Per body and stage: free motion by the discrete rotor, and a kick.
+/// Per body and stage, a kick and a drift by the discrete rotor.
 const DISCRETE: f64 = 60.0;
+
+/// The same by the preprocessed rotor.
+const PREPROCESSED: f64 = 90.0;
+
+/// The same by the exact rotor, of bodies with three equal principal moments, two and none.
+const EXACT: [f64; 3] = [80.0, 100.0, 250.0];
+
+/// Per body and step of the closed form.
+const CLOSED_FORM: f64 = 200.0;
 
 /// Per body and stage of an adaptive method.
 const ADAPTIVE: f64 = 80.0;
@@ -33,61 +42,84 @@ const POINT: f64 = 6.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cost {
     gravity: f64,
-    moving: f64,
+    /// Bodies that move, with three equal principal moments, two and none.
+    moving: [f64; 3],
 }
 
 impl Cost {
     pub(super) fn new(system: &System) -> Self {
         let bodies = system.bodies();
         let (mut points, mut pairs) = (0, 0);
+        let mut moving = [0.0; 3];
         for (index, body) in bodies.iter().enumerate() {
             points += body.points().len();
             for other in &bodies[..index] {
                 pairs += body.points().len() * other.points().len();
             }
+            if !body.mobility().is_given() {
+                moving[different(body.inertia()) - 1] += 1.0;
+            }
         }
-        let moving = bodies
-            .iter()
-            .filter(|body| *body.mobility() != Mobility::Fixed)
-            .count();
-        let gravity = if system.is_free() {
-            0.0
-        } else {
-            PAIR * pairs as f64 + POINT * points as f64
-        };
         Self {
-            gravity,
-            moving: moving as f64,
+            gravity: PAIR * pairs as f64 + POINT * points as f64,
+            moving,
         }
+    }
+
+    /// Of the closed form, in this many steps.
+    pub(super) fn closed_form(&self, steps: f64) -> f64 {
+        steps * (STEP + CLOSED_FORM * self.bodies())
     }
 
     /// Of a flight in which the method makes `made` steps, with states wanted at `shown` of them or between.
     pub(super) fn flight(&self, family: &Family, made: f64, shown: f64) -> f64 {
         let stages = f64::from(family.stages);
+        let bodies = self.bodies();
         match family.kind {
             Kind::Equal(method) => {
-                let drift = match rotor(method) {
-                    Rotor::Discrete(_) => DISCRETE,
-                };
-                let stage = self.gravity + drift * self.moving;
-                made * (STEP + BODY * self.moving + stages * stage)
+                let stage = self.gravity + self.drift(method);
+                made * (STEP + BODY * bodies + stages * stage)
             }
             Kind::Adaptive(_) => {
-                let stage = self.gravity + ADAPTIVE * self.moving;
-                let dense = (DENSE * stage * made).min(DENSE * stage * shown);
-                made * stages * stage + dense + shown * (STEP + SHOWN * self.moving)
+                let stage = self.gravity + ADAPTIVE * bodies;
+                let dense = DENSE * made.min(shown) * stage;
+                made * stages * stage + dense + shown * (STEP + SHOWN * bodies)
             }
         }
+    }
+
+    fn drift(&self, method: Method) -> f64 {
+        match rotor(method) {
+            Rotor::Discrete(_) => DISCRETE * self.bodies(),
+            Rotor::Preprocessed(_) => PREPROCESSED * self.bodies(),
+            Rotor::Exact => self
+                .moving
+                .iter()
+                .zip(EXACT)
+                .map(|(n, cost)| n * cost)
+                .sum(),
+        }
+    }
+
+    fn bodies(&self) -> f64 {
+        self.moving.iter().sum()
     }
 }
 
 fn rotor(method: Method) -> Rotor {
     match method {
-        Method::Lgvi(rotor)
-        | Method::LieEuler(rotor)
-        | Method::ProcessedLieEuler(rotor)
-        | Method::Composition { rotor, .. }
-        | Method::Nystrom { rotor, .. } => rotor,
-        Method::LagrangianLgvi(chart) => Rotor::Discrete(chart),
+        Method::Lgvi(rotor) | Method::Composition { rotor, .. } | Method::Nystrom { rotor, .. } => {
+            rotor
+        }
+        _ => Rotor::default(),
     }
+}
+
+/// How many different principal moments.
+fn different(inertia: &Inertia) -> usize {
+    let mut moments = crate::inertia::principal_moments(inertia.matrix());
+    moments.sort_by(f64::total_cmp);
+    let [least, middle, greatest] = moments;
+    let differ = |a: f64, b: f64| usize::from(b - a > 4.0 * f64::EPSILON * greatest);
+    1 + differ(least, middle) + differ(middle, greatest)
 }

@@ -1,5 +1,6 @@
 use super::flight::SAMPLES;
 use crate::integrator::Rotor;
+use crate::rotation::PreprocessedOrder;
 use crate::{Method, System};
 
 /// A method whose steps may be of any length: what the race knows of it beforehand.
@@ -45,18 +46,27 @@ impl Family {
     pub(super) fn all(_system: &System) -> Vec<Self> {
         let rotor = Rotor::default();
         let composition = |order| Method::Composition { order, rotor };
+        let nystrom = |order, rotor| Method::Nystrom { order, rotor };
+        let preprocessed = Rotor::Preprocessed;
         vec![
             Self::equal(Method::Lgvi(rotor), 2, 1),
+            Self::equal(Method::Lgvi(Rotor::Exact), 2, 1),
             Self::equal(composition(4), 4, 5),
             Self::equal(composition(6), 6, 13),
             Self::equal(composition(8), 8, 21),
             Self::equal(composition(10), 10, 35),
+            Self::equal(nystrom(4, Rotor::Exact), 4, 6),
+            Self::equal(nystrom(6, Rotor::Exact), 6, 14),
+            Self::equal(nystrom(8, Rotor::Exact), 8, 20),
+            Self::equal(nystrom(4, preprocessed(PreprocessedOrder::Four)), 4, 6),
+            Self::equal(nystrom(6, preprocessed(PreprocessedOrder::Six)), 6, 14),
+            Self::equal(nystrom(8, preprocessed(PreprocessedOrder::Eight)), 8, 20),
         ]
     }
 
     /// The method that references are flown with.
-    pub(super) fn reference(_system: &System) -> Self {
-        let rotor = Rotor::default();
+    pub(super) fn reference() -> Self {
+        let rotor = Rotor::Exact;
         Self::equal(Method::Composition { order: 10, rotor }, 10, 35)
     }
 

@@ -1,12 +1,14 @@
 //! How the time of the chosen run compares with that of the best choice by hand; run in release, ignored otherwise.
 
-use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use lgvi_dynamics::Load;
-use lgvi_dynamics::Method;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::rotation::PreprocessedOrder;
+use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, System};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Flown, RUNS, TOLERANCES};
+use crate::case::Case;
 
 /// How many times a flight, or a part of it, is timed; the least time counts.
 const REPEATS: usize = 9;
@@ -34,19 +36,36 @@ pub fn time(flown: &Flown, method: Method, substeps: u32) -> f64 {
     least
 }
 
-/// The methods to try by hand.
-fn methods() -> Vec<Method> {
-    let rotor = lgvi_dynamics::integrator::Rotor::default();
-    let mut methods = vec![Method::Lgvi(rotor)];
-    methods.extend([4, 6, 8, 10].map(|order| Method::Composition { order, rotor }));
-    methods
+/// What to try by hand: of each method, finer and finer ways to fly it.
+fn tries(steps: u64) -> Vec<Vec<(Method, u32)>> {
+    let substeps = |method| {
+        let mut grid: Vec<_> = (0..80)
+            .map(|i| 2_f64.powf(0.25 * f64::from(i)).round())
+            .collect();
+        grid.dedup();
+        let affordable = |n: &f64| n * (steps as f64) < 3e6;
+        let grid = grid.into_iter().take_while(affordable);
+        grid.map(|n| (method, n as u32)).collect()
+    };
+    let exact = Rotor::Exact;
+    let rotor = Rotor::default();
+    let mut tries = Vec::new();
+    tries.extend([rotor, exact].map(|rotor| substeps(Method::Lgvi(rotor))));
+    tries.extend([4, 6, 8, 10].map(|order| substeps(Method::Composition { order, rotor })));
+    tries.extend([4, 6, 8].map(|order| {
+        substeps(Method::Nystrom {
+            order,
+            rotor: exact,
+        })
+    }));
+    tries
 }
 
 #[test]
 #[ignore = "a measurement, for release builds"]
 fn auto_against_the_best_choice_by_hand() {
     println!(
-        "{:<26} {:>6} {:>6} {:>7} {:<26} {:>5} {:>8} {:>9} {:<26} {:>5} {:>9} {:>6} {:>9} {:>7}",
+        "{:<36} {:>6} {:>6} {:>7} {:<36} {:>5} {:>8} {:>9} {:<36} {:>5} {:>9} {:>6} {:>9} {:>7}",
         "case",
         "T",
         "steps",
@@ -65,21 +84,14 @@ fn auto_against_the_best_choice_by_hand() {
     let mut worst = 0.0_f64;
     for (name, duration, steps) in RUNS {
         let flown = Flown::new(name, duration, steps);
-        let mut known: BTreeMap<(String, u32), f64> = BTreeMap::new();
         let mut best: Vec<Option<(Method, u32, f64)>> = vec![None; TOLERANCES.len()];
-        for method in methods() {
-            let mut grid = 1.0_f64;
-            let mut last = 0;
+        for tries in tries(steps) {
             let mut next = 0;
-            while next < TOLERANCES.len() && grid * (steps as f64) < 3e6 {
-                let substeps = grid.round() as u32;
-                grid *= 2_f64.powf(0.25);
-                if substeps == last {
-                    continue;
+            for (method, substeps) in tries {
+                if next == TOLERANCES.len() {
+                    break;
                 }
-                last = substeps;
                 let error = flown.error(method, substeps);
-                known.insert((format!("{method:?}"), substeps), error);
                 let mut seconds = None;
                 while next < TOLERANCES.len() && error <= TOLERANCES[next] {
                     let seconds = *seconds.get_or_insert_with(|| time(&flown, method, substeps));
@@ -98,12 +110,12 @@ fn auto_against_the_best_choice_by_hand() {
             let error = flown.error(method, substeps);
             let seconds = time(&flown, method, substeps);
             let (by_hand, with, least) = best.map_or((String::from("none"), 0, f64::NAN), |b| {
-                (b.0.to_string(), b.1, b.2)
+                (named(b.0), b.1, b.2)
             });
             let ratio = seconds / least;
             worst = worst.max(ratio);
             println!(
-                "{name:<26} {duration:>6} {steps:>6} {tolerance:>7.0e} {:<26} {substeps:>5} {error:>8.1e} {seconds:>9.2e} {by_hand:<26} {with:>5} {least:>9.2e} {ratio:>6.2} {pilot:>9.2e} {:>7} {}",
+                "{name:<26} {duration:>6} {steps:>6} {tolerance:>7.0e} {:<36} {substeps:>5} {error:>8.1e} {seconds:>9.2e} {by_hand:<36} {with:>5} {least:>9.2e} {ratio:>6.2} {pilot:>9.2e} {:>7} {}",
                 method.to_string(),
                 choice.evaluations,
                 choice.outlook
@@ -114,4 +126,93 @@ fn auto_against_the_best_choice_by_hand() {
         }
     }
     println!("greatest ratio {worst:.2}");
+}
+
+fn named(method: Method) -> String {
+    let text = format!("{method:?}");
+    let rotors = ["Exact", "Preprocessed"]
+        .into_iter()
+        .filter(|rotor| text.contains(rotor));
+    format!("{method} {}", rotors.collect::<String>())
+}
+
+/// The least time (ns) of `work`, in several trials.
+fn nanoseconds(mut work: impl FnMut()) -> f64 {
+    let trial = |_| {
+        let (begun, mut count) = (Instant::now(), 0);
+        while count == 0 || begun.elapsed() < PART {
+            (0..16).for_each(|_| work());
+            count += 16;
+        }
+        begun.elapsed().as_secs_f64() * 1e9 / f64::from(count)
+    };
+    (0..3 * REPEATS).map(trial).fold(f64::INFINITY, f64::min)
+}
+
+fn step(bodies: &[RigidBody], method: Method, h: f64) -> f64 {
+    let turning = |body| {
+        let turn = Vector3::new(0.7, -0.4, 0.9);
+        BodyState::from_velocities(body, turn, turn, Matrix3::identity(), turn)
+    };
+    let mut states: Vec<_> = bodies.iter().map(turning).collect();
+    let mut system = System::new(bodies.to_vec(), vec![]);
+    let mut integrator = method.integrator(&system).expect("a method");
+    let controls = vec![Load::default(); bodies.len()];
+    integrator.start(&mut system, &states);
+    nanoseconds(|| {
+        integrator
+            .step(&mut system, &mut states, &controls, h)
+            .expect("a step");
+    })
+}
+
+#[test]
+#[ignore = "a measurement, for release builds"]
+fn auto_costs() {
+    let body = |moments: [f64; 3]| {
+        let inertia = Inertia::principal(moments).expect("inertia");
+        RigidBody::new(1.0, inertia, vec![]).expect("body")
+    };
+    for (kind, moments) in [
+        ("spherical", [1.0, 1.0, 1.0]),
+        ("axisymmetric", [1.0, 2.0, 2.0]),
+        ("asymmetric", [1.0, 2.0, 3.0]),
+    ] {
+        let one = [body(moments)];
+        let two = [body(moments), body(moments)];
+        for rotor in [
+            Rotor::default(),
+            Rotor::Preprocessed(PreprocessedOrder::Four),
+            Rotor::Preprocessed(PreprocessedOrder::Six),
+            Rotor::Preprocessed(PreprocessedOrder::Eight),
+            Rotor::Exact,
+        ] {
+            let lgvi = Method::Lgvi(rotor);
+            let long = Method::Composition { order: 8, rotor };
+            let short = Method::Composition { order: 4, rotor };
+            let stage = |bodies: &[_], h| (step(bodies, long, h) - step(bodies, short, h)) / 16.0;
+            println!(
+                "{kind:<14} {rotor:?}: stage {:.0} (h = 0.02), {:.0} (h = 0.5), two bodies {:.0}; LGVI {:.0}, {:.0}; order 4 {:.0}",
+                stage(&one, 0.02),
+                stage(&one, 0.5),
+                stage(&two, 0.5),
+                step(&one, lgvi, 0.02),
+                step(&two, lgvi, 0.02),
+                step(&one, short, 0.02),
+            );
+        }
+        println!(
+            "{kind:<14} closed form {:.0}, {:.0}",
+            step(&one, Method::ClosedForm, 0.1),
+            step(&two, Method::ClosedForm, 0.1)
+        );
+    }
+    for (name, _, _) in RUNS {
+        let (mut system, states) = Case::load(name).system();
+        let mut loads = vec![Load::default(); states.len()];
+        println!(
+            "{name}: gravity {:.0}",
+            nanoseconds(|| system.loads(&states, &mut loads))
+        );
+    }
 }

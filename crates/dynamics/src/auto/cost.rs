@@ -6,22 +6,22 @@ use crate::{Inertia, Method, System};
 // them again: `cargo test -p lgvi_dynamics --release -- --ignored auto_costs --nocapture`.
 
 /// A step without stages.
-const STEP: f64 = 25.0;
+const STEP: f64 = 15.0;
 
 /// Per body and step: copying and checking states.
-const BODY: f64 = 15.0;
+const BODY: f64 = 16.0;
 
 /// Per body and stage, a kick and a drift by the discrete rotor.
-const DISCRETE: f64 = 60.0;
+const DISCRETE: f64 = 36.0;
 
 /// The same by the preprocessed rotor.
-const PREPROCESSED: f64 = 90.0;
+const PREPROCESSED: f64 = 125.0;
 
 /// The same by the exact rotor, of bodies with three equal principal moments, two and none.
-const EXACT: [f64; 3] = [80.0, 100.0, 250.0];
+const EXACT: [f64; 3] = [37.0, 48.0, 151.0];
 
-/// Per body and step of the closed form.
-const CLOSED_FORM: f64 = 200.0;
+/// Per body and step of the closed form, likewise.
+const CLOSED_FORM: [f64; 3] = [60.0, 93.0, 313.0];
 
 /// Per body and stage of an adaptive method.
 const ADAPTIVE: f64 = 80.0;
@@ -68,7 +68,7 @@ impl Cost {
 
     /// Of the closed form, in this many steps.
     pub(super) fn closed_form(&self, steps: f64) -> f64 {
-        steps * (STEP + CLOSED_FORM * self.bodies())
+        steps * (STEP + self.of(CLOSED_FORM))
     }
 
     /// Of a flight in which the method makes `made` steps, with states wanted at `shown` of them or between.
@@ -99,6 +99,15 @@ impl Cost {
                 .map(|(n, cost)| n * cost)
                 .sum(),
         }
+    }
+
+    /// The sum over the bodies of a cost by the number of different moments.
+    fn of(&self, costs: [f64; 3]) -> f64 {
+        self.moving
+            .iter()
+            .zip(costs)
+            .map(|(n, cost)| n * cost)
+            .sum()
     }
 
     fn bodies(&self) -> f64 {

@@ -61,6 +61,11 @@ impl Family {
             Self::equal(nystrom(4, preprocessed(PreprocessedOrder::Four)), 4, 6),
             Self::equal(nystrom(6, preprocessed(PreprocessedOrder::Six)), 6, 14),
             Self::equal(nystrom(8, preprocessed(PreprocessedOrder::Eight)), 8, 20),
+            Self {
+                kind: Kind::Adaptive(|tolerance| Method::DormandPrince853 { tolerance }),
+                order: 8,
+                stages: 12,
+            },
         ]
     }
 

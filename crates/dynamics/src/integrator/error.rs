@@ -62,6 +62,12 @@ pub enum StepError {
         /// The least step that changes time.
         least: f64,
     },
+    /// The error control needs too many internal steps.
+    #[error("the error control needs more than {limit} steps for one output")]
+    TooManySteps {
+        /// How many are possible.
+        limit: u32,
+    },
 }
 
 impl StepError {
@@ -81,7 +87,9 @@ impl StepError {
             | Self::NotFinite { body }
             | Self::CloseApproach(CloseApproach { body, .. })
             | Self::Unresolved { body, .. } => Some(*body),
-            Self::NotConverged { .. } | Self::StepSizeUnderflow { .. } => None,
+            Self::NotConverged { .. }
+            | Self::TooManySteps { .. }
+            | Self::StepSizeUnderflow { .. } => None,
         }
     }
 }

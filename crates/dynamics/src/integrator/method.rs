@@ -1,6 +1,9 @@
 use std::fmt;
 
-use super::{ClosedForm, Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Splitting};
+use super::{
+    Adaptive, ClosedForm, CrouchGrossman, ImplicitMidpoint, Integrator, LagrangianLgvi,
+    MethodError, ProcessedLieEuler, RungeKutta, Splitting,
+};
 use crate::System;
 use crate::rotation::{Chart, PreprocessedOrder};
 
@@ -42,6 +45,24 @@ pub enum Method {
     ClosedForm,
     /// [`ProcessedLieEuler`].
     ProcessedLieEuler(Rotor),
+    /// [`RungeKutta::explicit_midpoint`].
+    ExplicitMidpoint,
+    /// [`ImplicitMidpoint`].
+    ImplicitMidpoint,
+    /// [`CrouchGrossman`].
+    CrouchGrossman,
+    /// [`RungeKutta::classical`].
+    RungeKutta4,
+    /// [`Adaptive::fehlberg78`].
+    Fehlberg78 {
+        /// Error allowed in a step.
+        tolerance: f64,
+    },
+    /// [`Adaptive::dormand_prince853`].
+    DormandPrince853 {
+        /// Error allowed in a step.
+        tolerance: f64,
+    },
 }
 
 impl Rotor {
@@ -71,6 +92,12 @@ impl fmt::Display for Method {
             Self::ClosedForm => write!(f, "closed form"),
             Self::Composition { order, .. } => write!(f, "composition of order {order}"),
             Self::Nystrom { order, .. } => write!(f, "Nyström splitting of order {order}"),
+            Self::ExplicitMidpoint => write!(f, "explicit midpoint"),
+            Self::ImplicitMidpoint => write!(f, "implicit midpoint"),
+            Self::CrouchGrossman => write!(f, "Crouch–Grossman 2"),
+            Self::RungeKutta4 => write!(f, "Runge–Kutta 4"),
+            Self::Fehlberg78 { .. } => write!(f, "Fehlberg 7(8)"),
+            Self::DormandPrince853 { .. } => write!(f, "Dormand–Prince 8(5,3)"),
         }
     }
 }
@@ -91,6 +118,16 @@ impl Method {
             }
             Self::ProcessedLieEuler(rotor) => {
                 Box::new(ProcessedLieEuler::new(rotor, system.bodies()))
+            }
+            Self::ExplicitMidpoint => Box::new(RungeKutta::explicit_midpoint(system.bodies())),
+            Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(system.bodies())),
+            Self::CrouchGrossman => Box::new(CrouchGrossman::new(system.bodies())),
+            Self::RungeKutta4 => Box::new(RungeKutta::classical(system.bodies())),
+            Self::Fehlberg78 { tolerance } => {
+                Box::new(Adaptive::fehlberg78(tolerance, system.bodies())?)
+            }
+            Self::DormandPrince853 { tolerance } => {
+                Box::new(Adaptive::dormand_prince853(tolerance, system.bodies())?)
             }
         })
     }

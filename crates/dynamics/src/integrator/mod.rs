@@ -1,24 +1,37 @@
 //! Integrators, one a file.
 
+mod adaptive;
+mod anderson;
 mod backup;
 mod closed_form;
 mod coefficients;
 mod composition;
+mod crouch_grossman;
 mod drift;
 mod error;
+mod flow;
+mod implicit_midpoint;
 mod lagrangian;
 mod method;
 mod nystrom;
 mod processed;
+mod runge_kutta;
+mod scale;
 mod splitting;
+mod stages;
 mod subdivision;
+mod tableau;
 mod turn;
 
+pub use adaptive::{Adaptive, Work};
 pub use closed_form::ClosedForm;
+pub use crouch_grossman::CrouchGrossman;
 pub use error::{MethodError, StepError};
+pub use implicit_midpoint::ImplicitMidpoint;
 pub use lagrangian::LagrangianLgvi;
 pub use method::{Method, Rotor};
 pub use processed::ProcessedLieEuler;
+pub use runge_kutta::RungeKutta;
 pub use splitting::Splitting;
 pub use subdivision::Subdivision;
 

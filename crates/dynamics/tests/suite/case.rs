@@ -26,6 +26,18 @@ fn vector(value: &Value) -> Vector3<f64> {
     Vector3::from_fn(|i, _| number(&value[i]))
 }
 
+impl Errors {
+    pub fn greatest(&self) -> f64 {
+        let errors = [
+            self.position,
+            self.velocity,
+            self.attitude,
+            self.angular_velocity,
+        ];
+        errors.into_iter().fold(0.0, f64::max)
+    }
+}
+
 impl Case {
     pub fn load(name: &str) -> Self {
         let path = format!(
@@ -104,6 +116,11 @@ impl Case {
     }
 
     pub fn compare(&self, t: f64, simulation: &Simulation) -> Errors {
+        self.compare_states(t, simulation.system().bodies(), simulation.states())
+    }
+
+    /// Compares `found` with the reference states at time `t`.
+    pub fn compare_states(&self, t: f64, bodies: &[RigidBody], found: &[BodyState]) -> Errors {
         let states = self.json["states"].as_array().expect("states");
         let reference = states
             .iter()
@@ -121,13 +138,7 @@ impl Case {
             attitude: 0.0,
             angular_velocity: 0.0,
         };
-        for ((body, state), y) in simulation
-            .system()
-            .bodies()
-            .iter()
-            .zip(simulation.states())
-            .zip(y.chunks(18))
-        {
+        for ((body, state), y) in bodies.iter().zip(found).zip(y.chunks(18)) {
             let at = |from: usize| Vector3::from_column_slice(&y[from..from + 3]);
             let keep = |error: &mut f64, difference: f64| *error = error.max(difference);
             keep(&mut errors.position, (state.position - at(0)).norm());

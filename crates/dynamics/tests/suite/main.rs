@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod auto;
+mod baselines;
 mod case;
 mod conformance;
 mod conservation;

@@ -19,13 +19,15 @@ const PART: Duration = Duration::from_millis(2);
 /// The time (s) of a run, from the fastest of several flights of its first part.
 pub fn time(flown: &Flown, method: Method, substeps: u32) -> f64 {
     let mut least = f64::INFINITY;
+    let adaptive = matches!(method, Method::DormandPrince853 { .. });
+    let whole = if adaptive { flown.run.steps } else { 0 };
     for _ in 0..REPEATS {
         let mut simulation = flown.simulation(method, substeps);
         let controls = vec![Load::default(); simulation.states().len()];
         let begun = Instant::now();
         let mut steps = 0;
         while steps < flown.run.steps && (steps == 0 || begun.elapsed() < PART) {
-            for _ in 0..(flown.run.steps - steps).min(8) {
+            for _ in 0..(flown.run.steps - steps).min(8).max(whole) {
                 simulation.advance(&controls).expect("a step");
                 steps += 1;
             }
@@ -47,9 +49,13 @@ fn tries(steps: u64) -> Vec<Vec<(Method, u32)>> {
         let grid = grid.into_iter().take_while(affordable);
         grid.map(|n| (method, n as u32)).collect()
     };
+    let adaptive = (4..29).map(|i| {
+        let tolerance = 10_f64.powf(-0.5 * f64::from(i));
+        (Method::DormandPrince853 { tolerance }, 1)
+    });
     let exact = Rotor::Exact;
     let rotor = Rotor::default();
-    let mut tries = Vec::new();
+    let mut tries = vec![adaptive.collect()];
     tries.extend([rotor, exact].map(|rotor| substeps(Method::Lgvi(rotor))));
     tries.extend([4, 6, 8, 10].map(|order| substeps(Method::Composition { order, rotor })));
     tries.extend([4, 6, 8].map(|order| {
@@ -205,6 +211,24 @@ fn auto_costs() {
             "{kind:<14} closed form {:.0}, {:.0}",
             step(&one, Method::ClosedForm, 0.1),
             step(&two, Method::ClosedForm, 0.1)
+        );
+    }
+    for (name, duration, _) in RUNS {
+        let tolerance = 1e-9;
+        let method = Method::DormandPrince853 { tolerance };
+        let [few, many] = [1, 10_000].map(|steps| {
+            let flown = Flown::new(name, duration, steps);
+            let mut simulation = flown.simulation(method, 1);
+            let controls = vec![Load::default(); simulation.states().len()];
+            let mut made = 0;
+            for _ in 0..steps {
+                made += simulation.advance(&controls).expect("a step").cuts;
+            }
+            (time(&flown, method, 1) * 1e9, made)
+        });
+        println!(
+            "{name} to {duration}: Dormand–Prince step {:.0}, state {:.0}; {} {}",
+            few.0 / f64::from(few.1), (many.0 - few.0) / 1e4, few.1, many.1
         );
     }
     for (name, _, _) in RUNS {

@@ -1,0 +1,86 @@
+//! Coefficients of explicit Runge–Kutta methods.
+
+mod dormand_prince;
+mod fehlberg;
+#[cfg(test)]
+mod order_conditions;
+
+pub(super) use dormand_prince::DORMAND_PRINCE;
+pub(super) use fehlberg::FEHLBERG;
+
+/// Coefficients of stages, by the stage's number from 0; zeros are left out.
+pub(super) type Row = &'static [(usize, f64)];
+
+/// A stage `k_i = f(t + c_i h, y + h Σ_j a_ij k_j)`.
+pub(super) struct Stage {
+    /// `c_i`
+    pub(super) node: f64,
+    /// `a_ij`
+    pub(super) row: Row,
+}
+
+/// An explicit Runge–Kutta method.
+pub(super) struct Tableau {
+    pub(super) stages: &'static [Stage],
+    /// `b_i`
+    pub(super) weights: Row,
+}
+
+/// A method of eighth order with an estimate of its error and a continuous extension of seventh order.
+///
+/// The stage after those of the method is the derivative at the step's end, then come those of `extra`.
+pub(super) struct Pair {
+    pub(super) tableau: Tableau,
+    /// Weights of the error estimate.
+    pub(super) error: Row,
+    /// Weights of a coarser estimate that damps it; none for none.
+    pub(super) damping: Row,
+    /// Further stages that the continuous extension needs.
+    pub(super) extra: &'static [Stage],
+    /// What the extension has beyond the cubic Hermite polynomial:
+    /// `h θ²(1 − θ)² (d₀ + θ (d₁ + (1 − θ) (d₂ + θ d₃)))`, each `d` a weighted sum of the stages.
+    pub(super) dense: [Row; 4],
+}
+
+/// The explicit midpoint rule.
+pub(super) const EXPLICIT_MIDPOINT: Tableau = Tableau {
+    stages: &[
+        Stage {
+            node: 0.0,
+            row: &[],
+        },
+        Stage {
+            node: 0.5,
+            row: &[(0, 0.5)],
+        },
+    ],
+    weights: &[(1, 1.0)],
+};
+
+/// The classical method of fourth order.
+pub(super) const CLASSICAL: Tableau = Tableau {
+    stages: &[
+        Stage {
+            node: 0.0,
+            row: &[],
+        },
+        Stage {
+            node: 0.5,
+            row: &[(0, 0.5)],
+        },
+        Stage {
+            node: 0.5,
+            row: &[(1, 0.5)],
+        },
+        Stage {
+            node: 1.0,
+            row: &[(2, 1.0)],
+        },
+    ],
+    weights: &[
+        (0, 1.0 / 6.0),
+        (1, 1.0 / 3.0),
+        (2, 1.0 / 3.0),
+        (3, 1.0 / 6.0),
+    ],
+};

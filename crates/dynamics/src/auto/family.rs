@@ -72,7 +72,7 @@ impl Family {
     /// The method that references are flown with.
     pub(super) fn reference() -> Self {
         let rotor = Rotor::Exact;
-        Self::equal(Method::Composition { order: 10, rotor }, 10, 35)
+        Self::equal(Method::Nystrom { order: 8, rotor }, 8, 20)
     }
 
     /// A coarse resolution for a run through `radians` of the fastest motion.

@@ -19,7 +19,7 @@ const TRIALS: u32 = 32;
 const SHARE: u64 = 2;
 
 /// By how much less than its order a method is taken to converge.
-const CAUTION: f64 = 4.0;
+const CAUTION: f64 = 3.0;
 
 /// Change from one resolution to the next that, at a method of high order, can only be rounding if it stays as it is.
 const SMALL: f64 = 1e-6;

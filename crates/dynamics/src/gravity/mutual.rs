@@ -38,6 +38,17 @@ fn matters(first: &RigidBody, second: &RigidBody) -> bool {
 }
 
 impl Gravity for Mutual {
+    fn cost(&self, bodies: &[RigidBody]) -> f64 {
+        let mut sum = 0.0;
+        for (index, first) in bodies.iter().enumerate() {
+            let others = bodies[..index]
+                .iter()
+                .filter(|second| matters(first, second));
+            sum += others.map(|second| pair::cost(first, second)).sum::<f64>();
+        }
+        sum
+    }
+
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
         self.arms.clear();
         for (body, state) in bodies.iter().zip(states) {

@@ -60,6 +60,18 @@ pub(super) fn exchange(first: Member, second: Member) -> Exchange {
     }
 }
 
+/// What an exchange costs, in multiples of a point in a central field, roughly.
+pub(super) fn cost(first: &RigidBody, second: &RigidBody) -> f64 {
+    use MassDistribution::{Multipole, Points};
+    match (first.distribution(), second.distribution()) {
+        (Points(a), Points(b)) => 1.25 * (a.len() * b.len()) as f64,
+        (Multipole(_), Multipole(_)) => 3.0,
+        (Multipole(_), Points(points)) | (Points(points), Multipole(_)) => {
+            2.0 * points.len() as f64
+        }
+    }
+}
+
 /// Their potential, with gravitational constant 1.
 pub(super) fn potential(bodies: [&RigidBody; 2], states: [&BodyState; 2]) -> f64 {
     use MassDistribution::{Multipole, Points};

@@ -228,7 +228,10 @@ fn auto_costs() {
         });
         println!(
             "{name} to {duration}: Dormand–Prince step {:.0}, state {:.0}; {} {}",
-            few.0 / f64::from(few.1), (many.0 - few.0) / 1e4, few.1, many.1
+            few.0 / f64::from(few.1),
+            (many.0 - few.0) / 1e4,
+            few.1,
+            many.1
         );
     }
     for (name, _, _) in RUNS {

@@ -1,6 +1,6 @@
 use super::family::{Family, Kind};
 use crate::integrator::Rotor;
-use crate::{Inertia, Method, System};
+use crate::{Inertia, Method, Mobility, RigidBody, System};
 
 // Costs in nanoseconds of one core of the machine that they were measured on; only their ratios matter. To measure
 // them again: `cargo test -p lgvi_dynamics --release -- --ignored auto_costs --nocapture`.
@@ -11,6 +11,10 @@ const STEP: f64 = 15.0;
 /// Per body and step: copying and checking states.
 const BODY: f64 = 16.0;
 
+/// A ratio of costs that does not matter, and a cost.
+const LIKE: f64 = 1.3;
+const SMALL: f64 = 1e5;
+
 /// Per body and stage, a kick and a drift by the discrete rotor.
 const DISCRETE: f64 = 36.0;
 
@@ -19,6 +23,9 @@ const PREPROCESSED: f64 = 125.0;
 
 /// The same by the exact rotor, of bodies with three equal principal moments, two and none.
 const EXACT: [f64; 3] = [37.0, 48.0, 151.0];
+
+/// More than that for a body that is not free but pivoted, by the discrete rotor and by others.
+const PIVOTED: [f64; 2] = [45.0, 10.0];
 
 /// Per body and step of the closed form, likewise.
 const CLOSED_FORM: [f64; 3] = [60.0, 93.0, 313.0];
@@ -41,23 +48,33 @@ pub(super) struct Cost {
     gravity: f64,
     /// Bodies that move, with three equal principal moments, two and none.
     moving: [f64; 3],
+    pivoted: f64,
 }
 
 impl Cost {
     pub(super) fn new(system: &System) -> Self {
         let mut moving = [0.0; 3];
         let bodies = system.bodies().iter();
+        let is_pivoted = |body: &&RigidBody| *body.mobility() == Mobility::Pivoted;
+        let pivoted = bodies.clone().filter(is_pivoted).count() as f64;
         for body in bodies.filter(|body| !body.mobility().is_given()) {
             moving[different(body.inertia()) - 1] += 1.0;
         }
         Self {
             gravity: POINT * system.cost(),
             moving,
+            pivoted,
         }
     }
 
-    /// Of the closed form, in this many steps.
-    pub(super) fn closed_form(&self, steps: f64) -> f64 {
+    /// Whether no method can be much cheaper than the closed form, or it costs less than a pilot flight.
+    pub(super) fn is_closed_form_cheap(&self, steps: f64) -> bool {
+        let exact = self.closed_form(steps);
+        let least = steps * (STEP + (BODY + DISCRETE) * self.bodies());
+        exact < LIKE * least || exact < SMALL
+    }
+
+    fn closed_form(&self, steps: f64) -> f64 {
         steps * (STEP + self.of(CLOSED_FORM))
     }
 
@@ -70,6 +87,7 @@ impl Cost {
                 let stage = self.gravity + self.drift(method);
                 made * (STEP + BODY * bodies + stages * stage)
             }
+            Kind::Closed(_) => self.closed_form(shown),
             Kind::Adaptive(_) => {
                 let [own, body] = ADAPTIVE;
                 let stage = self.gravity + own + body * bodies;

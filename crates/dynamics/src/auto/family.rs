@@ -1,4 +1,4 @@
-use super::flight::SAMPLES;
+use super::flight::{Plan, SAMPLES};
 use crate::integrator::Rotor;
 use crate::rotation::PreprocessedOrder;
 use crate::{Method, System};
@@ -22,16 +22,27 @@ pub(super) enum Kind {
     Equal(Method),
     /// The method chooses its steps, given a tolerance: `n^−order`.
     Adaptive(fn(f64) -> Method),
+    /// Exact, whatever the step.
+    Closed(Method),
 }
 
 /// Radians of the fastest motion in a step, a stage: where the race begins.
-const RADIANS: f64 = 0.06;
+const RADIANS: f64 = 0.15;
+
+/// Radians in the longest step that the race begins with.
+const LONGEST: f64 = 3.0;
+
+/// Radians after which an adaptive method shows a state, so that no step of a pilot is long.
+const SHOWN: f64 = 8.0;
+
+/// Tolerance of the reference, in multiples of the run's.
+const REFERENCE: f64 = 0.03;
 
 /// Tolerance of an adaptive method where the race begins.
 const COARSE: f64 = 1e-5;
 
 /// The loosest and the tightest that adaptive methods take.
-const TOLERANCES: [f64; 2] = [0.1, 1e-15];
+const TOLERANCES: [f64; 2] = [0.1, 1e-14];
 
 impl Family {
     const fn equal(method: Method, order: u32, stages: u32) -> Self {
@@ -42,43 +53,91 @@ impl Family {
         }
     }
 
+    fn dormand_prince() -> Self {
+        Self {
+            kind: Kind::Adaptive(|tolerance| Method::DormandPrince853 { tolerance }),
+            order: 8,
+            stages: 12,
+        }
+    }
+
     /// All methods that may suit `system`.
-    pub(super) fn all(_system: &System) -> Vec<Self> {
+    pub(super) fn all(system: &System) -> Vec<Self> {
         let rotor = Rotor::default();
         let composition = |order| Method::Composition { order, rotor };
         let nystrom = |order, rotor| Method::Nystrom { order, rotor };
         let preprocessed = Rotor::Preprocessed;
-        vec![
+        let mut all = vec![
+            Self::dormand_prince(),
             Self::equal(Method::Lgvi(rotor), 2, 1),
-            Self::equal(Method::Lgvi(Rotor::Exact), 2, 1),
             Self::equal(composition(4), 4, 5),
             Self::equal(composition(6), 6, 13),
             Self::equal(composition(8), 8, 21),
             Self::equal(composition(10), 10, 35),
-            Self::equal(nystrom(4, Rotor::Exact), 4, 6),
-            Self::equal(nystrom(6, Rotor::Exact), 6, 14),
-            Self::equal(nystrom(8, Rotor::Exact), 8, 20),
-            Self::equal(nystrom(4, preprocessed(PreprocessedOrder::Four)), 4, 6),
-            Self::equal(nystrom(6, preprocessed(PreprocessedOrder::Six)), 6, 14),
-            Self::equal(nystrom(8, preprocessed(PreprocessedOrder::Eight)), 8, 20),
-            Self {
-                kind: Kind::Adaptive(|tolerance| Method::DormandPrince853 { tolerance }),
-                order: 8,
-                stages: 12,
-            },
-        ]
+        ];
+        if system.is_free() {
+            all.push(Self::closed_form());
+        } else {
+            all.extend([
+                Self::equal(Method::Lgvi(Rotor::Exact), 2, 1),
+                Self::equal(nystrom(4, Rotor::Exact), 4, 6),
+                Self::equal(nystrom(6, Rotor::Exact), 6, 14),
+                Self::equal(nystrom(8, Rotor::Exact), 8, 20),
+                Self::equal(nystrom(4, preprocessed(PreprocessedOrder::Four)), 4, 6),
+                Self::equal(nystrom(6, preprocessed(PreprocessedOrder::Six)), 6, 14),
+                Self::equal(nystrom(8, preprocessed(PreprocessedOrder::Eight)), 8, 20),
+            ]);
+        }
+        all
     }
 
-    /// The method that references are flown with.
-    pub(super) fn reference() -> Self {
-        let rotor = Rotor::Exact;
-        Self::equal(Method::Nystrom { order: 8, rotor }, 8, 20)
+    pub(super) const fn closed_form() -> Self {
+        Self {
+            kind: Kind::Closed(Method::ClosedForm),
+            order: 1,
+            stages: 0,
+        }
+    }
+
+    /// The method that references are flown with, and a resolution to begin with for errors as small as `tolerance`.
+    pub(super) fn reference(tolerance: f64) -> (Self, f64) {
+        let family = Self::dormand_prince();
+        let order = f64::from(family.order);
+        let resolution = libm::pow(REFERENCE * tolerance, -order.recip());
+        (family, family.allowed(resolution))
+    }
+
+    /// How to fly it at a resolution of at least `n` in a pilot for `horizon` that is `part` of a run through `radians`; and
+    /// that resolution.
+    pub(super) fn plan(&self, n: f64, horizon: f64, part: f64, radians: f64) -> (Plan, f64) {
+        let intervals = SAMPLES as f64;
+        let (steps, resolution) = match self.kind {
+            Kind::Equal(_) | Kind::Closed(_) => {
+                let steps = (n * part / intervals - 1e-9).ceil().max(1.0);
+                (steps, steps * intervals / part)
+            }
+            Kind::Adaptive(_) => {
+                let steps = (radians * part / intervals / SHOWN).ceil().max(1.0);
+                (steps, self.allowed(n))
+            }
+        };
+        let plan = Plan {
+            method: self.method(resolution),
+            horizon,
+            steps: steps as u64,
+            stages: self.stages.into(),
+            adaptive: matches!(self.kind, Kind::Adaptive(_)),
+        };
+        (plan, resolution)
     }
 
     /// A coarse resolution for a run through `radians` of the fastest motion.
     pub(super) fn coarse(&self, radians: f64) -> f64 {
         match self.kind {
-            Kind::Equal(_) => (radians / (RADIANS * f64::from(self.stages))).max(1.0),
+            Kind::Equal(_) | Kind::Closed(_) => {
+                let step = (RADIANS * f64::from(self.stages)).min(LONGEST);
+                (radians / step).max(1.0)
+            }
             Kind::Adaptive(_) => libm::pow(COARSE, -f64::from(self.order).recip()),
         }
     }
@@ -86,7 +145,7 @@ impl Family {
     /// The method at resolution `n`.
     pub(super) fn method(&self, n: f64) -> Method {
         match self.kind {
-            Kind::Equal(method) => method,
+            Kind::Equal(method) | Kind::Closed(method) => method,
             Kind::Adaptive(method) => method(libm::pow(n, -f64::from(self.order))),
         }
     }
@@ -100,22 +159,9 @@ impl Family {
 
     /// The greatest resolution that costs no more than coarser ones, in a run of so many steps and a pilot of a part of it.
     pub(super) fn cheapest(&self, steps: f64, part: f64) -> f64 {
-        let (_, coarsest) = self.steps(0.0, part);
         match self.kind {
-            Kind::Equal(_) => coarsest.max(steps),
-            Kind::Adaptive(_) => coarsest,
-        }
-    }
-
-    /// Steps in each interval of a pilot that is this part of the run, at a resolution of at least `n`; and that resolution.
-    pub(super) fn steps(&self, n: f64, part: f64) -> (u64, f64) {
-        match self.kind {
-            Kind::Equal(_) => {
-                let intervals = SAMPLES as f64;
-                let steps = (n * part / intervals - 1e-9).ceil().max(1.0);
-                (steps as u64, steps * intervals / part)
-            }
-            Kind::Adaptive(_) => (1, self.allowed(n)),
+            Kind::Equal(_) | Kind::Closed(_) => steps.max(SAMPLES as f64 / part),
+            Kind::Adaptive(_) => self.allowed(0.0),
         }
     }
 
@@ -124,6 +170,7 @@ impl Family {
         match self.kind {
             Kind::Equal(_) => n <= steps * f64::from(u32::MAX),
             Kind::Adaptive(_) => self.allowed(n) == n,
+            Kind::Closed(_) => true,
         }
     }
 
@@ -135,6 +182,7 @@ impl Family {
                 (substeps as u32, substeps * steps)
             }
             Kind::Adaptive(_) => (1, self.allowed(n)),
+            Kind::Closed(_) => (1, steps),
         }
     }
 }

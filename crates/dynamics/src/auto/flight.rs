@@ -2,7 +2,7 @@ use super::accuracy::Accuracy;
 use crate::{BodyState, Load, Method, MethodError, StepError, System};
 
 /// Equal intervals of a pilot flight, at whose ends it is looked at.
-pub(super) const SAMPLES: usize = 16;
+pub(super) const SAMPLES: usize = 8;
 
 /// Flies pilots of one system, and counts what they take.
 pub(super) struct Flights<'a> {
@@ -39,16 +39,13 @@ pub(super) struct Plan {
     /// Steps in each interval.
     pub(super) steps: u64,
     /// Evaluations of gravity in each step that the method makes.
-    pub(super) evaluations: u64,
+    pub(super) stages: u64,
+    /// Whether the method chooses its steps, and those given are only where its states are wanted.
+    pub(super) adaptive: bool,
 }
 
-impl Plan {
-    /// Evaluations of gravity that it takes.
-    pub(super) fn evaluations(&self) -> u64 {
-        let steps = self.steps.saturating_mul(SAMPLES as u64);
-        steps.saturating_mul(self.evaluations)
-    }
-}
+/// Evaluations of gravity that an adaptive method needs for a state within a step.
+const SHOWN: u64 = 4;
 
 impl<'a> Flights<'a> {
     pub(super) fn new(system: &'a mut System, start: &'a [BodyState], allowed: u64) -> Self {
@@ -81,13 +78,15 @@ impl<'a> Flights<'a> {
         self.spent
     }
 
-    /// Flies a plan from the start.
-    pub(super) fn fly(&mut self, plan: Plan) -> Result<Flight, Failure> {
-        if plan.evaluations() > self.left() {
+    /// Flies a plan from the start, if it takes no more than `most` evaluations of gravity and than are left.
+    pub(super) fn fly(&mut self, plan: Plan, most: u64) -> Result<Flight, Failure> {
+        let most = most.min(self.left());
+        let steps = plan.steps.saturating_mul(SAMPLES as u64);
+        if !plan.adaptive && steps.saturating_mul(plan.stages) > most {
             return Err(Failure::Allowance);
         }
-        let interval = plan.horizon / SAMPLES as f64;
-        let h = interval / plan.steps as f64;
+        let end = self.spent + most;
+        let h = plan.horizon / SAMPLES as f64 / plan.steps as f64;
         let mut integrator = plan
             .method
             .integrator(self.system)
@@ -104,9 +103,16 @@ impl<'a> Flights<'a> {
                 let report = integrator
                     .step(self.system, &mut states, &self.controls, h)
                     .map_err(Failure::Step)?;
-                let made = u64::from(report.cuts.max(1));
+                let (made, shown) = if plan.adaptive {
+                    (report.cuts.into(), SHOWN)
+                } else {
+                    (1, 0)
+                };
                 flight.steps += made;
-                self.spent += made * plan.evaluations;
+                self.spent += made * plan.stages + shown;
+                if self.spent > end {
+                    return Err(Failure::Allowance);
+                }
             }
             flight.states.extend_from_slice(&states);
         }

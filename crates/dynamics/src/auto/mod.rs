@@ -69,7 +69,6 @@ struct Task {
     /// Of the fastest motion (rad per unit of time).
     rate: f64,
     families: Vec<Family>,
-    reference: Family,
 }
 
 /// Chooses method and substeps for `system`, from `states` (one a body), such that the error at the end of `run` is at most
@@ -89,8 +88,9 @@ pub fn choose(
     let mut states = states.to_vec();
     system.constrain(&mut states);
     let cost = Cost::new(system);
-    if system.is_free() {
-        return Ok(Choice::closed_form(cost.closed_form(run.steps as f64)));
+    if system.is_free() && cost.is_closed_form_cheap(run.steps as f64) {
+        let exact = cost.flight(&Family::closed_form(), run.steps as f64, run.steps as f64);
+        return Ok(Choice::closed_form(exact));
     }
     let task = Task {
         run,
@@ -98,7 +98,6 @@ pub fn choose(
         accuracy: Accuracy::new(system.bodies(), &states),
         rate: accuracy::rate(system, &states).max(1.0 / run.duration),
         families: Family::all(system),
-        reference: Family::reference(),
     };
     let mut flights = Flights::new(system, &states, ALLOWANCE / 2);
 

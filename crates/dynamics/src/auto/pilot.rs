@@ -1,5 +1,5 @@
 use super::family::Family;
-use super::flight::{Failure, Flight, Flights, Plan, SAMPLES};
+use super::flight::{Failure, Flight, Flights, SAMPLES};
 use super::growth::Growth;
 use super::{ChoiceError, Outlook, Task};
 
@@ -10,7 +10,7 @@ pub(super) const RESOLVED: f64 = 0.03;
 const REFERENCE: f64 = 0.03;
 
 /// Factors between resolutions of the reference, the least and the greatest.
-const FINER: [f64; 2] = [1.3, 2.0];
+const FINER: [f64; 2] = [1.2, 1.6];
 
 /// Resolutions of the reference that are tried.
 const TRIALS: u32 = 32;
@@ -19,7 +19,7 @@ const TRIALS: u32 = 32;
 const SHARE: u64 = 2;
 
 /// By how much less than its order a method is taken to converge.
-const CAUTION: f64 = 3.0;
+const CAUTION: f64 = 2.0;
 
 /// Change from one resolution to the next that, at a method of high order, can only be rounding if it stays as it is.
 const SMALL: f64 = 1e-6;
@@ -29,8 +29,10 @@ const UNIT: [f64; 2] = [1e-15, 1.5];
 
 /// A reference flight over the first part of a run, and what it tells about the run.
 pub(super) struct Pilot {
-    family: Family,
     reference: Flight,
+    /// Steps that it would make in the whole run, and evaluations of gravity in each.
+    steps: f64,
+    stages: f64,
     /// Resolution of the reference.
     pub(super) resolution: f64,
     /// Number of samples that are known.
@@ -54,28 +56,20 @@ impl Pilot {
         horizon: f64,
         resolution: Option<f64>,
     ) -> Result<Self, ChoiceError> {
-        let family = task.reference;
+        let (family, first) = Family::reference(task.tolerance);
         let duration = task.run.duration;
         let part = horizon / duration;
         let aim = REFERENCE * task.tolerance * part;
         let most = flights.left() / SHARE;
-        let mut wanted = resolution.unwrap_or_else(|| family.coarse(task.rate * duration));
+        let mut wanted = resolution.unwrap_or(first);
         let mut failed = None;
         let mut coarser: Option<(Flight, f64)> = None;
         let mut before: Option<[f64; SAMPLES]> = None;
         for _ in 0..TRIALS {
-            let (steps, resolution) = family.steps(wanted, part);
+            let radians = task.rate * duration;
+            let (plan, resolution) = family.plan(wanted, horizon, part, radians);
             wanted = FINER[1] * resolution;
-            let plan = Plan {
-                method: family.method(resolution),
-                horizon,
-                steps,
-                evaluations: family.stages.into(),
-            };
-            if plan.evaluations() > most {
-                break;
-            }
-            let flight = match flights.fly(plan) {
+            let flight = match flights.fly(plan, most) {
                 Ok(flight) => flight,
                 Err(Failure::Step(error)) => {
                     failed = Some(error);
@@ -84,12 +78,13 @@ impl Pilot {
                 Err(Failure::Method(error)) => return Err(error.into()),
                 Err(Failure::Allowance) => break,
             };
-            if let Some((coarser, before_resolution)) = &coarser {
+            if let Some((coarser, last)) = &coarser {
                 let change = coarser.errors(&flight, &task.accuracy);
-                let ratio = resolution / before_resolution;
+                let ratio = resolution / last;
                 let order = f64::from(family.order) - CAUTION;
                 let converged = change.map(|change| change * libm::pow(ratio, -order));
-                let rounding = before.is_some_and(|before| is_rounding(&change, &before));
+                let finest = resolution == *last;
+                let rounding = before.is_some_and(|before| finest || is_rounding(&change, &before));
                 let known = greatest(&converged) <= aim && greatest(&change) <= RESOLVED;
                 if known || rounding {
                     let floor = before
@@ -98,7 +93,8 @@ impl Pilot {
                             std::array::from_fn(|i| before[i].max(change[i]))
                         });
                     let mut pilot = Self {
-                        family,
+                        steps: flight.steps as f64 / part,
+                        stages: family.stages.into(),
                         reference: flight,
                         resolution,
                         known: SAMPLES,
@@ -194,7 +190,7 @@ impl Pilot {
 
     /// Evaluations of gravity that the reference would take for the whole run.
     pub(super) fn evaluations(&self) -> f64 {
-        self.resolution * f64::from(self.family.stages)
+        self.steps * self.stages
     }
 }
 

@@ -1,6 +1,6 @@
 use super::cost::Cost;
 use super::family::{Family, Kind};
-use super::flight::{Failure, Flights, Plan};
+use super::flight::{Failure, Flights, SAMPLES};
 use super::pilot::{Pilot, RESOLVED};
 use super::{Candidate, Task};
 
@@ -8,10 +8,14 @@ use super::{Candidate, Task};
 const NEAR: f64 = 1.2;
 
 /// Predicted costs, in multiples of the least, up to which a method is measured.
-const CONTENDING: f64 = 1.3;
+const CONTENDING: f64 = 1.5;
 
 /// Factor by which resolutions grow at most from one flight to the next.
 const FINER: f64 = 3.0;
+
+/// Substeps up to which one less is worth a flight, and by how much fewer steps may then be than seem to be needed.
+const MANY: u32 = 5;
+const PERHAPS: f64 = 1.4;
 
 /// Error at the end of a pilot that can be told from rounding.
 const TOLD: f64 = 1e-12;
@@ -27,8 +31,8 @@ pub(super) struct Race {
     contenders: Vec<Contender>,
     steps: f64,
     cost: Cost,
-    /// Errors in multiples of what an earlier pilot let expect, once there was one.
-    correction: Option<f64>,
+    /// Errors in multiples of what an earlier pilot let expect, once there was one: with steps of equal length, and others.
+    correction: Option<[f64; 2]>,
 }
 
 /// A method in the race.
@@ -81,23 +85,25 @@ impl Race {
     /// Races for the target of `pilot`.
     pub(super) fn run(&mut self, flights: &mut Flights<'_>, task: &Task, pilot: &Pilot) {
         while let Some(index) = self.next(pilot) {
-            let again = self.correction;
+            let correction = self.correction(&self.contenders[index]);
             let contender = &mut self.contenders[index];
-            contender.fly(flights, task, pilot, again.unwrap_or(1.0));
-            if again.is_some() && contender.is_settled(pilot, self.steps) {
+            contender.fly(flights, task, pilot, correction);
+            if let Some(correction) = &mut self.correction
+                && contender.is_settled(pilot, self.steps)
+            {
                 let ratio = contender.needed(pilot.target, 1.0) / contender.expected;
-                self.correction = Some(libm::pow(ratio, contender.family.order.into()));
+                correction[contender.class()] = libm::pow(ratio, contender.family.order.into());
             }
         }
     }
 
     /// Forgets the flights but for what they let expect of those of a longer pilot, for the target of the last one.
     pub(super) fn expect(&mut self, target: f64) {
-        self.correction = Some(1.0);
+        self.correction = Some([1.0; 2]);
         for contender in &mut self.contenders {
             contender.expected = contender.needed(target, 1.0);
             contender.rate = contender.steps(contender.expected) / contender.expected;
-            contender.closed = contender.points.is_empty();
+            contender.closed = !contender.is_known();
             contender.points.clear();
             contender.flights = 0;
         }
@@ -144,7 +150,12 @@ impl Race {
     }
 
     fn needed(&self, contender: &Contender, pilot: &Pilot) -> f64 {
-        contender.needed(pilot.target, self.correction.unwrap_or(1.0))
+        contender.needed(pilot.target, self.correction(contender))
+    }
+
+    fn correction(&self, contender: &Contender) -> f64 {
+        self.correction
+            .map_or(1.0, |correction| correction[contender.class()])
     }
 
     fn predicted(&self, contender: &Contender, pilot: &Pilot) -> f64 {
@@ -158,7 +169,7 @@ impl Race {
     fn next(&self, pilot: &Pilot) -> Option<usize> {
         let running = || {
             let all = self.contenders.iter().enumerate();
-            all.filter(|(_, c)| !(c.closed && c.points.is_empty()))
+            all.filter(|(_, c)| c.is_known() || !c.closed)
         };
         let cost = |c: &Contender| self.predicted(c, pilot);
         let least = running()
@@ -176,12 +187,19 @@ impl Race {
 impl Contender {
     /// Makes one flight towards the resolution that is needed.
     fn fly(&mut self, flights: &mut Flights<'_>, task: &Task, pilot: &Pilot, correction: f64) {
-        let finest = self
-            .points
-            .last()
-            .map_or(f64::INFINITY, |point| FINER * point.resolution);
+        let finest = self.points.last();
+        let finest = finest.map_or(f64::INFINITY, |point| FINER * point.resolution);
+        let steps = task.run.steps as f64;
         let wanted = self.wanted(pilot.target, correction).min(finest);
-        let (steps, resolution) = self.family.steps(wanted, pilot.part());
+        let wanted = if self.is_near(wanted) {
+            self.fewer(pilot, steps).unwrap_or(wanted)
+        } else {
+            wanted
+        };
+        let radians = task.rate * task.run.duration;
+        let (plan, resolution) = self
+            .family
+            .plan(wanted, pilot.flown(), pilot.part(), radians);
         let again = self
             .points
             .iter()
@@ -191,12 +209,7 @@ impl Contender {
         if again {
             return;
         }
-        let flown = flights.fly(Plan {
-            method: self.family.method(resolution),
-            horizon: pilot.flown(),
-            steps,
-            evaluations: self.family.stages.into(),
-        });
+        let flown = flights.fly(plan, u64::MAX);
         match flown {
             Ok(flight) => {
                 let [now, end] = pilot.error(&flight, task);
@@ -217,7 +230,7 @@ impl Contender {
     /// Steps that the method makes in the run at a resolution.
     fn steps(&self, resolution: f64) -> f64 {
         match self.family.kind {
-            Kind::Equal(_) => resolution,
+            Kind::Equal(_) | Kind::Closed(_) => resolution,
             Kind::Adaptive(_) => {
                 let per = self
                     .nearest(resolution)
@@ -234,13 +247,25 @@ impl Contender {
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
+    /// 0 with steps of equal length, 1 otherwise: errors grow alike in a class.
+    fn class(&self) -> usize {
+        usize::from(!matches!(self.family.kind, Kind::Equal(_)))
+    }
+
+    fn is_exact(&self) -> bool {
+        matches!(self.family.kind, Kind::Closed(_))
+    }
+
     /// Whether a flight has told anything.
     fn is_known(&self) -> bool {
-        self.points.iter().any(|point| point.now < RESOLVED)
+        self.is_exact() || self.points.iter().any(|point| point.now < RESOLVED)
     }
 
     /// The resolution that `target` seems to need.
     fn needed(&self, target: f64, correction: f64) -> f64 {
+        if self.is_exact() {
+            return 1.0;
+        }
         let order = f64::from(self.family.order);
         let along = |from: &Point, order: f64| {
             from.resolution * libm::pow(from.end / target, order.recip())
@@ -255,7 +280,12 @@ impl Contender {
                 let points = &self.points[first..];
                 match points.iter().position(|point| point.end <= target) {
                     None => along(&points[points.len() - 1], order),
-                    Some(0) => along(&points[0], order),
+                    Some(0) => {
+                        let unresolved = first
+                            .checked_sub(1)
+                            .map_or(0.0, |i| self.points[i].resolution);
+                        along(&points[0], order).max(NEAR * unresolved)
+                    }
                     Some(fine) => {
                         let [a, b] = [points[fine - 1], points[fine]];
                         let slope =
@@ -283,24 +313,53 @@ impl Contender {
 
     /// The error at the end of the run to be expected with a resolution.
     fn error(&self, resolution: f64) -> Option<f64> {
+        if self.is_exact() {
+            return Some(f64::EPSILON);
+        }
         self.nearest(resolution).map(|point| {
             point.end * libm::pow(point.resolution / resolution, self.family.order.into())
         })
     }
 
+    fn is_near(&self, wanted: f64) -> bool {
+        let resolved = self.points.iter().filter(|point| point.now < RESOLVED);
+        let mut ratios = resolved.map(|point| point.resolution / wanted);
+        ratios.any(|ratio| ratio < NEAR && ratio > NEAR.recip())
+    }
+
+    /// The resolution of one substep less, where that may be enough and has not been flown.
+    fn fewer(&self, pilot: &Pilot, steps: f64) -> Option<f64> {
+        let needed = self.needed(pilot.target, 1.0);
+        let (substeps, _) = self.family.substeps(needed, steps);
+        let fewer = f64::from(substeps - 1) * steps;
+        let interval = SAMPLES as f64 / pilot.part();
+        let flown = (fewer / interval - 1e-9).ceil() * interval;
+        let equal = matches!(self.family.kind, Kind::Equal(_));
+        let may = equal
+            && (2..=MANY).contains(&substeps)
+            && needed < PERHAPS * fewer
+            && flown < 1.07 * fewer;
+        let known = self
+            .points
+            .iter()
+            .any(|point| point.resolution <= flown && point.resolution >= fewer);
+        (may && !known).then_some(fewer)
+    }
+
     /// Whether more flights would tell nothing more of the cost.
     fn is_settled(&self, pilot: &Pilot, steps: f64) -> bool {
+        if self.is_exact() {
+            return true;
+        }
         let target = pilot.target;
-        let wanted = self.wanted(target, 1.0);
-        let cheapest = NEAR * self.family.cheapest(steps, pilot.part());
-        self.points
-            .iter()
-            .filter(|point| point.now < RESOLVED)
-            .any(|point| {
-                let ratio = point.resolution / wanted;
-                let enough = point.end <= target;
-                let cheapest = enough && point.resolution <= cheapest;
-                cheapest || (ratio < NEAR && ratio > NEAR.recip())
-            })
+        let cheapest = self.family.cheapest(steps, pilot.part());
+        let needed = self.needed(target, 1.0);
+        let cheapest = self.points.iter().any(|point| {
+            let enough = point.now < RESOLVED && point.end <= target;
+            let surely = point.resolution <= cheapest
+                || NEAR * needed <= cheapest && point.resolution <= FINER * cheapest;
+            enough && surely
+        });
+        cheapest || self.is_near(self.wanted(target, 1.0)) && self.fewer(pilot, steps).is_none()
     }
 }

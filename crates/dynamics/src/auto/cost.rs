@@ -98,15 +98,11 @@ impl Cost {
     }
 
     fn drift(&self, method: Method) -> f64 {
+        let [slow, other] = PIVOTED.map(|more| more * self.pivoted);
         match rotor(method) {
-            Rotor::Discrete(_) => DISCRETE * self.bodies(),
-            Rotor::Preprocessed(_) => PREPROCESSED * self.bodies(),
-            Rotor::Exact => self
-                .moving
-                .iter()
-                .zip(EXACT)
-                .map(|(n, cost)| n * cost)
-                .sum(),
+            Rotor::Discrete(_) => DISCRETE * self.bodies() + slow,
+            Rotor::Preprocessed(_) => PREPROCESSED * self.bodies() + other,
+            Rotor::Exact => self.of(EXACT) + other,
         }
     }
 

@@ -44,6 +44,18 @@ const COARSE: f64 = 1e-5;
 /// The loosest and the tightest that adaptive methods take.
 const TOLERANCES: [f64; 2] = [0.1, 1e-14];
 
+/// How far a pilot flies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    pub(super) horizon: f64,
+    /// Of the run.
+    pub(super) part: f64,
+    /// Of the fastest motion in the run.
+    pub(super) radians: f64,
+    /// Whether only its end matters, as it is that of the run.
+    pub(super) whole: bool,
+}
+
 impl Family {
     const fn equal(method: Method, order: u32, stages: u32) -> Self {
         Self {
@@ -107,17 +119,23 @@ impl Family {
         (family, family.allowed(resolution))
     }
 
-    /// How to fly it at a resolution of at least `n` in a pilot for `horizon` that is `part` of a run through `radians`; and
-    /// that resolution.
-    pub(super) fn plan(&self, n: f64, horizon: f64, part: f64, radians: f64) -> (Plan, f64) {
-        let intervals = SAMPLES as f64;
+    /// How to fly a pilot at a resolution of at least `n`, and that resolution.
+    pub(super) fn plan(&self, n: f64, extent: Extent) -> (Plan, f64) {
+        let Extent {
+            horizon,
+            part,
+            radians,
+            whole,
+        } = extent;
+        let multiple = if whole { 1.0 } else { SAMPLES as f64 };
         let (steps, resolution) = match self.kind {
             Kind::Equal(_) | Kind::Closed(_) => {
-                let steps = (n * part / intervals - 1e-9).ceil().max(1.0);
-                (steps, steps * intervals / part)
+                let steps = (n * part / multiple - 1e-9).ceil().max(1.0) * multiple;
+                (steps, steps / part)
             }
             Kind::Adaptive(_) => {
-                let steps = (radians * part / intervals / SHOWN).ceil().max(1.0);
+                let intervals = SAMPLES as f64;
+                let steps = (radians * part / intervals / SHOWN).ceil().max(1.0) * intervals;
                 (steps, self.allowed(n))
             }
         };

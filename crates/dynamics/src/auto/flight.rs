@@ -36,7 +36,7 @@ pub(super) struct Plan {
     pub(super) method: Method,
     /// Duration of all intervals.
     pub(super) horizon: f64,
-    /// Steps in each interval.
+    /// Steps in all intervals.
     pub(super) steps: u64,
     /// Evaluations of gravity in each step that the method makes.
     pub(super) stages: u64,
@@ -81,12 +81,11 @@ impl<'a> Flights<'a> {
     /// Flies a plan from the start, if it takes no more than `most` evaluations of gravity and than are left.
     pub(super) fn fly(&mut self, plan: Plan, most: u64) -> Result<Flight, Failure> {
         let most = most.min(self.left());
-        let steps = plan.steps.saturating_mul(SAMPLES as u64);
-        if !plan.adaptive && steps.saturating_mul(plan.stages) > most {
+        if !plan.adaptive && plan.steps.saturating_mul(plan.stages) > most {
             return Err(Failure::Allowance);
         }
         let end = self.spent + most;
-        let h = plan.horizon / SAMPLES as f64 / plan.steps as f64;
+        let h = plan.horizon / plan.steps as f64;
         let mut integrator = plan
             .method
             .integrator(self.system)
@@ -98,8 +97,12 @@ impl<'a> Flights<'a> {
         };
         integrator.start(self.system, &states);
         self.spent += 1;
-        for _ in 0..SAMPLES {
-            for _ in 0..plan.steps {
+        let mut step = 0;
+        for sample in 1..=SAMPLES as u64 {
+            let until = sample * (plan.steps / SAMPLES as u64)
+                + sample * (plan.steps % SAMPLES as u64) / SAMPLES as u64;
+            while step < until {
+                step += 1;
                 let report = integrator
                     .step(self.system, &mut states, &self.controls, h)
                     .map_err(Failure::Step)?;

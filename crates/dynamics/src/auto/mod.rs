@@ -117,7 +117,7 @@ pub fn choose(
         flights.allow(((PART * flight) as u64).max(ALLOWANCE));
         let needed = REPEATS[0] * pilot.evaluations() + REPEATS[1] * flight;
         let mut longer = run.duration * (flights.left() as f64 / needed).min(1.0);
-        while longer > LONGER * horizon {
+        while longer > horizon && (longer > LONGER * horizon || longer == run.duration) {
             if let Ok(long) = Pilot::new(&mut flights, &task, longer, Some(pilot.resolution)) {
                 race.expect(pilot.target);
                 pilot = long;

@@ -1,4 +1,4 @@
-use super::family::Family;
+use super::family::{Extent, Family};
 use super::flight::{Failure, Flight, Flights, SAMPLES};
 use super::growth::Growth;
 use super::{ChoiceError, Outlook, Task};
@@ -59,6 +59,12 @@ impl Pilot {
         let (family, first) = Family::reference(task.tolerance);
         let duration = task.run.duration;
         let part = horizon / duration;
+        let extent = Extent {
+            horizon,
+            part,
+            radians: task.rate * duration,
+            whole: false,
+        };
         let aim = REFERENCE * task.tolerance * part;
         let most = flights.left() / SHARE;
         let mut wanted = resolution.unwrap_or(first);
@@ -66,8 +72,7 @@ impl Pilot {
         let mut coarser: Option<(Flight, f64)> = None;
         let mut before: Option<[f64; SAMPLES]> = None;
         for _ in 0..TRIALS {
-            let radians = task.rate * duration;
-            let (plan, resolution) = family.plan(wanted, horizon, part, radians);
+            let (plan, resolution) = family.plan(wanted, extent);
             wanted = FINER[1] * resolution;
             let flight = match flights.fly(plan, most) {
                 Ok(flight) => flight,
@@ -159,14 +164,20 @@ impl Pilot {
         };
     }
 
-    /// The part of the run that a flight of this pilot makes.
-    pub(super) fn part(&self) -> f64 {
-        self.flown() / self.duration
+    /// How far flights go that are to be compared with the reference.
+    pub(super) fn extent(&self, task: &Task) -> Extent {
+        let horizon = self.horizon * (SAMPLES as f64 / self.known as f64);
+        Extent {
+            horizon,
+            part: horizon / self.duration,
+            radians: task.rate * self.duration,
+            whole: self.is_whole(),
+        }
     }
 
-    /// Duration of the flights to be compared with the reference.
-    pub(super) fn flown(&self) -> f64 {
-        self.horizon * (SAMPLES as f64 / self.known as f64)
+    /// Whether the run's end is known.
+    fn is_whole(&self) -> bool {
+        self.horizon >= self.duration
     }
 
     /// The error of a flight, now and as expected at the end of the run.
@@ -175,11 +186,7 @@ impl Pilot {
         let errors = &errors[..self.known];
         let greatest = greatest(errors);
         let last = errors[self.known - 1];
-        let now = if self.horizon >= self.duration {
-            last
-        } else {
-            greatest
-        };
+        let now = if self.is_whole() { last } else { greatest };
         let growth = if self.fitted {
             Growth::fit(errors, self.horizon)
         } else {

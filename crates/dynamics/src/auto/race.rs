@@ -1,6 +1,6 @@
 use super::cost::Cost;
-use super::family::{Family, Kind};
-use super::flight::{Failure, Flights, SAMPLES};
+use super::family::{Extent, Family, Kind};
+use super::flight::{Failure, Flights};
 use super::pilot::{Pilot, RESOLVED};
 use super::{Candidate, Task};
 
@@ -13,7 +13,7 @@ const CONTENDING: f64 = 1.5;
 /// Factor by which resolutions grow at most from one flight to the next.
 const FINER: f64 = 3.0;
 
-/// Substeps up to which one less is worth a flight, and by how much fewer steps may then be than seem to be needed.
+/// Substeps up to which each number of them is flown, and how many times fewer than seem to be needed may be enough.
 const MANY: u32 = 5;
 const PERHAPS: f64 = 1.4;
 
@@ -84,12 +84,12 @@ impl Race {
 
     /// Races for the target of `pilot`.
     pub(super) fn run(&mut self, flights: &mut Flights<'_>, task: &Task, pilot: &Pilot) {
-        while let Some(index) = self.next(pilot) {
+        while let Some(index) = self.next(task, pilot) {
             let correction = self.correction(&self.contenders[index]);
             let contender = &mut self.contenders[index];
             contender.fly(flights, task, pilot, correction);
             if let Some(correction) = &mut self.correction
-                && contender.is_settled(pilot, self.steps)
+                && contender.is_settled(pilot.target, pilot.extent(task), self.steps)
             {
                 let ratio = contender.needed(pilot.target, 1.0) / contender.expected;
                 correction[contender.class()] = libm::pow(ratio, contender.family.order.into());
@@ -166,7 +166,8 @@ impl Race {
     }
 
     /// The cheapest of those that are to be measured yet.
-    fn next(&self, pilot: &Pilot) -> Option<usize> {
+    fn next(&self, task: &Task, pilot: &Pilot) -> Option<usize> {
+        let extent = pilot.extent(task);
         let running = || {
             let all = self.contenders.iter().enumerate();
             all.filter(|(_, c)| c.is_known() || !c.closed)
@@ -176,7 +177,7 @@ impl Race {
             .map(|(_, c)| cost(c))
             .fold(f64::INFINITY, f64::min);
         running()
-            .filter(|(_, c)| !c.closed && !c.is_settled(pilot, self.steps))
+            .filter(|(_, c)| !c.closed && !c.is_settled(pilot.target, extent, self.steps))
             .map(|(index, c)| (index, cost(c)))
             .filter(|(_, cost)| *cost <= CONTENDING * least)
             .min_by(|a, b| a.1.total_cmp(&b.1))
@@ -187,19 +188,16 @@ impl Race {
 impl Contender {
     /// Makes one flight towards the resolution that is needed.
     fn fly(&mut self, flights: &mut Flights<'_>, task: &Task, pilot: &Pilot, correction: f64) {
+        let extent = pilot.extent(task);
+        let steps = task.run.steps as f64;
         let finest = self.points.last();
         let finest = finest.map_or(f64::INFINITY, |point| FINER * point.resolution);
-        let steps = task.run.steps as f64;
         let wanted = self.wanted(pilot.target, correction).min(finest);
-        let wanted = if self.is_near(wanted) {
-            self.fewer(pilot, steps).unwrap_or(wanted)
-        } else {
-            wanted
-        };
-        let radians = task.rate * task.run.duration;
-        let (plan, resolution) = self
-            .family
-            .plan(wanted, pilot.flown(), pilot.part(), radians);
+        let wanted = self
+            .few(pilot.target, extent, steps)
+            .flatten()
+            .unwrap_or(wanted);
+        let (plan, resolution) = self.family.plan(wanted, extent);
         let again = self
             .points
             .iter()
@@ -217,7 +215,7 @@ impl Contender {
                     resolution,
                     now,
                     end: end.max(f64::MIN_POSITIVE),
-                    steps: flight.steps as f64 / pilot.part(),
+                    steps: flight.steps as f64 / extent.part,
                 };
                 let at = self.points.partition_point(|p| p.resolution < resolution);
                 self.points.insert(at, point);
@@ -249,7 +247,11 @@ impl Contender {
 
     /// 0 with steps of equal length, 1 otherwise: errors grow alike in a class.
     fn class(&self) -> usize {
-        usize::from(!matches!(self.family.kind, Kind::Equal(_)))
+        usize::from(!self.is_equal())
+    }
+
+    fn is_equal(&self) -> bool {
+        matches!(self.family.kind, Kind::Equal(_))
     }
 
     fn is_exact(&self) -> bool {
@@ -327,39 +329,43 @@ impl Contender {
         ratios.any(|ratio| ratio < NEAR && ratio > NEAR.recip())
     }
 
-    /// The resolution of one substep less, where that may be enough and has not been flown.
-    fn fewer(&self, pilot: &Pilot, steps: f64) -> Option<f64> {
-        let needed = self.needed(pilot.target, 1.0);
-        let (substeps, _) = self.family.substeps(needed, steps);
-        let fewer = f64::from(substeps - 1) * steps;
-        let interval = SAMPLES as f64 / pilot.part();
-        let flown = (fewer / interval - 1e-9).ceil() * interval;
-        let equal = matches!(self.family.kind, Kind::Equal(_));
-        let may = equal
-            && (2..=MANY).contains(&substeps)
-            && needed < PERHAPS * fewer
-            && flown < 1.07 * fewer;
-        let known = self
-            .points
-            .iter()
-            .any(|point| point.resolution <= flown && point.resolution >= fewer);
-        (may && !known).then_some(fewer)
+    /// Where few substeps are needed and the whole run is flown, each number of them is flown by itself: the resolution of
+    /// the next, if any is left.
+    fn few(&self, target: f64, extent: Extent, steps: f64) -> Option<Option<f64>> {
+        let told = self.points.iter().any(|point| point.now < RESOLVED);
+        let needed = self.needed(target, 1.0);
+        let (substeps, enough) = self.family.substeps(needed, steps);
+        if !(told && extent.whole && self.is_equal() && substeps <= MANY) {
+            return None;
+        }
+        let flown = |n: f64| {
+            self.points
+                .iter()
+                .any(|p| libm::fabs(p.resolution / n - 1.0) < 1e-9)
+        };
+        let fewer = enough - steps;
+        let perhaps = fewer > 0.0 && needed < PERHAPS * fewer;
+        Some(if !flown(enough) {
+            Some(enough)
+        } else {
+            (perhaps && !flown(fewer)).then_some(fewer)
+        })
     }
 
     /// Whether more flights would tell nothing more of the cost.
-    fn is_settled(&self, pilot: &Pilot, steps: f64) -> bool {
-        if self.is_exact() {
-            return true;
-        }
-        let target = pilot.target;
-        let cheapest = self.family.cheapest(steps, pilot.part());
+    fn is_settled(&self, target: f64, extent: Extent, steps: f64) -> bool {
+        let cheapest = self.family.cheapest(steps, extent.part);
         let needed = self.needed(target, 1.0);
-        let cheapest = self.points.iter().any(|point| {
+        let is_cheapest = |point: &Point| {
             let enough = point.now < RESOLVED && point.end <= target;
             let surely = point.resolution <= cheapest
                 || NEAR * needed <= cheapest && point.resolution <= FINER * cheapest;
             enough && surely
-        });
-        cheapest || self.is_near(self.wanted(target, 1.0)) && self.fewer(pilot, steps).is_none()
+        };
+        let near = || match self.few(target, extent, steps) {
+            Some(next) => next.is_none(),
+            None => self.is_near(self.wanted(target, 1.0)),
+        };
+        self.is_exact() || self.points.iter().any(is_cheapest) || near()
     }
 }

@@ -1,7 +1,8 @@
 //! The integrators that are compared.
 
 use lgvi_dynamics::Method;
-use lgvi_dynamics::integrator::{Quadrature, Rotor};
+use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::rotation::PreprocessedOrder;
 
 /// How a method is tuned.
 pub(crate) enum Family {
@@ -35,7 +36,7 @@ pub(crate) fn families() -> Vec<(String, Family)> {
     for order in [4, 6, 8] {
         let rotors = [
             (Rotor::Exact, "exact"),
-            (Rotor::Preprocessed { order: 8 }, "preprocessed"),
+            (Rotor::Preprocessed(PreprocessedOrder::Ten), "preprocessed"),
         ];
         for (rotor, name) in rotors {
             let method = Method::Nystrom { order, rotor };
@@ -49,6 +50,7 @@ pub(crate) fn families() -> Vec<(String, Family)> {
         let method = Method::Galerkin {
             degree,
             quadrature: Quadrature::Gauss(degree),
+            origin: ChartOrigin::Middle,
         };
         families.push((format!("Galerkin {degree}"), Family::Stepped(method)));
     }

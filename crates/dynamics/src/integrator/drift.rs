@@ -1,9 +1,11 @@
 use lgvi_lie::{Quaternion, compose, rotate_back};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::turn::{Strip, Turns};
 use super::{Rotor, StepError};
-use crate::rotation::{Chart, Direct, FreeRotation, PreprocessedDmv, PreprocessedError, Principal};
+use crate::rotation::{
+    Chart, Direct, FreeRotation, General, PreprocessedDmv, PreprocessedError, Principal,
+};
 use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
 
 /// Free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
@@ -20,14 +22,14 @@ struct Mover {
 }
 
 /// How a body's rotation over a drift is found, chosen once. A new [`Rotor`] is a variant here, with what it derives from
-/// the body, and an arm in [`BodyRotor::of`] and in [`BodyRotor::turn`]: a jump that the processor foresees.
+/// the body, and an arm in [`BodyRotor::of`], `at_once` and `solve`: a jump that the processor foresees.
 enum BodyRotor {
     /// The implicit equation in the Cayley chart, body axes being principal axes.
     Principal(Direct<Principal>),
     /// The same for any body axes.
-    General(Direct<Matrix3<f64>>),
+    General(Direct<General>),
     /// The implicit equation in another chart.
-    Chart(Chart, Direct<Matrix3<f64>>),
+    Chart(Chart, Direct<General>),
     /// The implicit equation with preprocessed moments.
     Preprocessed(PreprocessedDmv),
     /// The exact solution.
@@ -230,9 +232,12 @@ impl Drift {
             if kick.dt != 0.0 {
                 kick_body(&mover.mobility, state, gravity, control, kick.dt);
             }
-            let sum = state.position + state.linear_momentum + state.angular_momentum;
-            // The third row is made of all of the others.
-            zero += 0.0 * (sum.x + sum.y + sum.z + state.attitude[(2, 2)]);
+            let [x, y, z] = state.position.into();
+            let [u, v, w] = state.linear_momentum.into();
+            let [p, q, r] = state.angular_momentum.into();
+            // One after the other: two at a time they would be loaded across what has just been stored. The third row
+            // of the attitude is made of all of the others.
+            zero += 0.0 * (x + y + z + u + v + w + p + q + r + state.attitude[(2, 2)]);
         }
         zero == 0.0
     }

@@ -41,6 +41,14 @@ pub enum StepError {
         /// Change over the step in multiples of the limits of [`Subdivision`](super::Subdivision), > 1.
         excess: f64,
     },
+    /// The body turns further in one step than the method's chart of attitudes reaches.
+    #[error("body {body} turns by {turn:.3} rad in one step, expected less than π")]
+    TurnsTooFar {
+        /// Which body.
+        body: usize,
+        /// The angle of its turn.
+        turn: f64,
+    },
     /// The iteration for the implicit equations of a step did not converge.
     #[error(
         "the implicit equations of the step were not solved: residual {residual:.1e} after {iterations} iterations, expected \
@@ -84,6 +92,7 @@ impl StepError {
         match self {
             Self::Unsolvable { body, .. }
             | Self::Preprocessed { body, .. }
+            | Self::TurnsTooFar { body, .. }
             | Self::NotFinite { body }
             | Self::CloseApproach(CloseApproach { body, .. })
             | Self::Unresolved { body, .. } => Some(*body),

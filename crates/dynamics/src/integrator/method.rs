@@ -1,8 +1,8 @@
 use std::fmt;
 
 use super::{
-    Adaptive, ClosedForm, CrouchGrossman, ImplicitMidpoint, Integrator, LagrangianLgvi,
-    MethodError, ProcessedLieEuler, RungeKutta, Splitting,
+    Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, EulerPoincare, Galerkin, ImplicitMidpoint,
+    Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Quadrature, RungeKutta, Splitting,
 };
 use crate::System;
 use crate::rotation::{Chart, PreprocessedOrder};
@@ -63,6 +63,24 @@ pub enum Method {
         /// Error allowed in a step.
         tolerance: f64,
     },
+    /// [`Galerkin`].
+    Galerkin {
+        /// Degree `s` of the polynomials.
+        degree: u32,
+        /// Quadrature of the action.
+        quadrature: Quadrature,
+        /// Centre of the chart.
+        origin: ChartOrigin,
+    },
+    /// [`EulerPoincare`].
+    EulerPoincare {
+        /// Degree `s` of the polynomials.
+        degree: u32,
+        /// Quadrature of the action.
+        quadrature: Quadrature,
+        /// Centre of the chart.
+        origin: ChartOrigin,
+    },
 }
 
 impl Rotor {
@@ -92,6 +110,8 @@ impl fmt::Display for Method {
             Self::ClosedForm => write!(f, "closed form"),
             Self::Composition { order, .. } => write!(f, "composition of order {order}"),
             Self::Nystrom { order, .. } => write!(f, "Nyström splitting of order {order}"),
+            Self::Galerkin { degree, .. } => write!(f, "Galerkin of degree {degree}"),
+            Self::EulerPoincare { degree, .. } => write!(f, "Euler–Poincaré of degree {degree}"),
             Self::ExplicitMidpoint => write!(f, "explicit midpoint"),
             Self::ImplicitMidpoint => write!(f, "implicit midpoint"),
             Self::CrouchGrossman => write!(f, "Crouch–Grossman 2"),
@@ -129,6 +149,16 @@ impl Method {
             Self::DormandPrince853 { tolerance } => {
                 Box::new(Adaptive::dormand_prince853(tolerance, system.bodies())?)
             }
+            Self::Galerkin {
+                degree,
+                quadrature,
+                origin,
+            } => Box::new(Galerkin::new(system, degree, quadrature, origin)?),
+            Self::EulerPoincare {
+                degree,
+                quadrature,
+                origin,
+            } => Box::new(EulerPoincare::new(system, degree, quadrature, origin)?),
         })
     }
 }

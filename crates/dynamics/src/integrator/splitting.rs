@@ -154,3 +154,62 @@ impl Integrator for Splitting {
         made
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+    use crate::{Inertia, Method, Simulation};
+
+    /// Two bodies, one of them off its principal axes.
+    fn simulation() -> Simulation {
+        let turned = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));
+        let j = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5));
+        let bodies: Vec<_> = [j, turned * j * turned.transpose()]
+            .map(|j| RigidBody::new(1.0, Inertia::new(j).unwrap(), vec![]).unwrap())
+            .into();
+        let states = bodies.iter().map(|body| {
+            let velocity = Vector3::new(0.3, -0.1, 0.2);
+            let rate = Vector3::new(1.0, 0.5, -0.75);
+            BodyState::from_velocities(body, velocity, velocity, Matrix3::identity(), rate)
+        });
+        let states = states.collect();
+        let method = Method::Lgvi(Rotor::default());
+        Simulation::new(System::new(bodies, vec![]), states, method, 0.01).unwrap()
+    }
+
+    /// What a failed step has done to the first body, and what it has learnt of both, is undone to the last bit.
+    #[test]
+    fn failed_steps_leave_no_trace() {
+        let none = [Load::default(); 2];
+        let second = |moment: f64| {
+            let moment = Vector3::new(moment, 0.0, 0.0);
+            let force = Vector3::zeros();
+            [
+                Load {
+                    force: moment,
+                    moment: force,
+                },
+                Load { force, moment },
+            ]
+        };
+        let (mut failing, mut smooth) = (simulation(), simulation());
+        for step in 0..100 {
+            if step % 10 == 3 {
+                let error = failing.advance(&second(1e6)).unwrap_err();
+                assert!(matches!(error, StepError::Unsolvable { body: 1, .. }));
+                let error = failing.advance(&second(f64::NAN)).unwrap_err();
+                assert!(!matches!(error, StepError::CloseApproach(_)), "{error}");
+            }
+            let report = failing.advance(&none).unwrap();
+            assert_eq!(report, smooth.advance(&none).unwrap());
+            assert_eq!(failing.states(), smooth.states());
+            // After six steps to extrapolate from, one solution of the scalar equation is enough.
+            assert!(
+                step < 6 || report.iterations == 1,
+                "step {step}: {report:?}"
+            );
+        }
+    }
+}

@@ -24,7 +24,7 @@ impl Strip {
     #[inline(always)]
     pub(super) fn guess(&self, present: usize) -> f64 {
         match &self.0[present + 1..] {
-            [a, b, c, d, e, f, ..] => 6.0 * (a + e) - 15.0 * (b + d) + 20.0 * c - f,
+            [a, b, c, d, e, f, ..] => 6.0 * a + ((20.0 * c - 15.0 * b) + (6.0 * e - 15.0 * d) - f),
             _ => 0.0,
         }
     }

@@ -4,11 +4,10 @@
 //! [`super::branch`] states. And s is all but known from the last steps: an error δ of it leaves the residual δ f, and
 //! `gᵀf` misses s by δ times about `s/(2J)` only, so that repeating with `gᵀf` converges fast. All is relative to `tr J`.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::{Chart, RelativeRotation, Unsolvable};
 use crate::Inertia;
-use crate::inertia::adjugate;
 
 /// Residual, relative to `|g|`, that is rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -31,6 +30,16 @@ pub(crate) struct Principal {
     differences: Vector3<f64>,
 }
 
+impl Principal {
+    fn of(moments: &Vector3<f64>) -> Self {
+        let j = 2.0 * moments;
+        Self {
+            moments: j,
+            differences: Vector3::new(j.z - j.y, j.x - j.z, j.y - j.x),
+        }
+    }
+}
+
 impl Moments for Principal {
     #[inline(always)]
     fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64> {
@@ -47,14 +56,19 @@ impl Moments for Principal {
     }
 }
 
-impl Moments for Matrix3<f64> {
+/// Moments about any axes: by the principal ones, for the adjugate of an ill-conditioned matrix loses digits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct General {
+    principal: Principal,
+    /// Principal axes, in columns.
+    axes: Matrix3<f64>,
+}
+
+impl Moments for General {
     #[inline(always)]
     fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64> {
-        let a = 2.0 * self - Self::from_diagonal_element(s);
-        let ag = a * g;
-        let adjugate = adjugate(&a);
-        let determinant = a.column(0).dot(&adjugate.column(0));
-        (adjugate * g + gamma * g - g.cross(&ag)) / (determinant + g.dot(&ag))
+        let axes = &self.axes;
+        axes * self.principal.solution(&axes.tr_mul(g), gamma, s)
     }
 }
 
@@ -72,20 +86,24 @@ pub(crate) struct Direct<M> {
 impl Direct<Principal> {
     /// For an inertia whose axes are principal axes.
     pub(crate) fn principal(inertia: &Inertia) -> Option<Self> {
-        let j = 2.0 * inertia.unit.diagonal();
-        let moments = Principal {
-            moments: j,
-            differences: Vector3::new(j.z - j.y, j.x - j.z, j.y - j.x),
-        };
-        (inertia.unit == Matrix3::from_diagonal(&inertia.unit.diagonal()))
-            .then(|| Self::of(inertia, moments))
+        let moments = inertia.unit.diagonal();
+        (inertia.unit == Matrix3::from_diagonal(&moments))
+            .then(|| Self::of(inertia, Principal::of(&moments)))
     }
 }
 
-impl Direct<Matrix3<f64>> {
+impl Direct<General> {
     /// For any inertia.
     pub(crate) fn general(inertia: &Inertia) -> Self {
-        Self::of(inertia, inertia.unit)
+        let eigen = SymmetricEigen::new(inertia.unit);
+        let mut axes = eigen.eigenvectors;
+        // The equation has a handedness.
+        if axes.determinant() < 0.0 {
+            axes = -axes;
+        }
+        let principal = Principal::of(&eigen.eigenvalues);
+        let axes = lgvi_lie::polish(&axes);
+        Self::of(inertia, General { principal, axes })
     }
 }
 
@@ -148,5 +166,79 @@ impl<M: Moments> Direct<M> {
         let near = self.moments.solution(&g, g.norm_squared(), guess);
         let found = chart.solve(inertia, &(h * p), Some(&near))?;
         Ok((found, g.dot(&found.cayley)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bodies() -> impl Iterator<Item = Inertia> {
+        let turned = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));
+        let moments = [
+            [1.0, 1.0, 1.0],
+            [1.0, 2.0, 3.0],
+            [1e-3, 0.7, 0.7],
+            [2.0, 1.5, 0.8],
+        ];
+        moments.into_iter().flat_map(move |moments| {
+            let j = Matrix3::from_diagonal(&Vector3::from(moments));
+            [j, turned * j * turned.transpose()].map(|j| Inertia::new(j).unwrap())
+        })
+    }
+
+    fn found(inertia: &Inertia, p: &Vector3<f64>, guess: f64) -> Option<(Vector3<f64>, f64)> {
+        match Direct::principal(inertia) {
+            Some(direct) => direct.solve(0.01, p, guess),
+            None => Direct::general(inertia).solve(0.01, p, guess),
+        }
+    }
+
+    /// Given the right s it is what Newton's method finds, and with s wrong by more than rounding it is not found at once
+    /// but later.
+    #[test]
+    fn a_good_guess_is_solved_at_once_and_a_bad_one_not() {
+        let mut rng = fastrand::Rng::with_seed(9);
+        let mut solved = 0;
+        for inertia in bodies() {
+            for _ in 0..300 {
+                let rate = Vector3::from_fn(|_, _| 10.0 * (2.0 * rng.f64() - 1.0));
+                let p = inertia.matrix() * rate;
+                let newton = Chart::Cayley
+                    .solve(&inertia, &(0.01 * p), None)
+                    .unwrap()
+                    .cayley;
+                let s = 0.01 * inertia.shape.trace.recip() * p.dot(&newton);
+                // Relative to what the equation tells apart: J may be ill-conditioned, and more so near the limit.
+                let miss =
+                    |f: &Vector3<f64>| (inertia.matrix() * (f - newton)).norm() / (0.01 * p).norm();
+                let direct = Direct::general(&inertia);
+                if s < 0.9 * direct.limit {
+                    solved += 1;
+                    assert!(miss(&found(&inertia, &p, s).unwrap().0) < 1e-14);
+                    assert_eq!(found(&inertia, &p, s + 1e-12), None);
+                }
+                assert_eq!(found(&inertia, &p, f64::NAN), None);
+                for guess in [0.0, 1.1 * s, 0.3] {
+                    let (relative, _) = direct.solve_on(&inertia, 0.01, &p, guess).unwrap();
+                    let bound = if s < 0.9 * direct.limit { 1e-13 } else { 1e-12 };
+                    assert!(miss(&relative.cayley) < bound, "{guess} for {s}");
+                }
+            }
+        }
+        assert!(
+            solved > 1200,
+            "half of the sweep must be below the limit, {solved} was"
+        );
+    }
+
+    #[test]
+    fn what_is_past_the_limit_of_solvability_is_not_found_at_once() {
+        for inertia in bodies() {
+            for n in 0..2000 {
+                let p = inertia.matrix() * Vector3::new(0.0, 0.0, 101.0);
+                assert_eq!(found(&inertia, &p, 1e-3 * f64::from(n)), None);
+            }
+        }
     }
 }

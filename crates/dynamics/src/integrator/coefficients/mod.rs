@@ -19,7 +19,7 @@ mod order_conditions;
 pub(crate) use composition::{
     Composition, SOFRONIOU_SPALETTA_6, SOFRONIOU_SPALETTA_8, SOFRONIOU_SPALETTA_10, SUZUKI_4,
 };
-pub(crate) use nystrom::{Nystrom, RKN_A19, SRKN_6B, SRKN_11B, SRKN_14A};
+pub(crate) use nystrom::{Nystrom, RKN_A19, SRKN_6B, SRKN_14A};
 
 /// Stages of a step of length h, `K(b₀h) D(a₀h) K(b₁h) … D(aₛ₋₁h) K(bₛh)`, read the same from either end.
 ///

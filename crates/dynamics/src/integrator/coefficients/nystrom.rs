@@ -12,7 +12,7 @@ use super::{Scheme, mirrored};
 /// | thousand forces for an error of | 1e-6 | 1e-8 | 1e-10 | 1e-12 |
 /// |---|---|---|---|---|
 /// | [`SRKN_6B`] | 4.2, 3.4 | 9.3, 10.6 | 24.9, 33.6 | 81.0, 106 |
-/// | [`SRKN_11B`] | 4.1, 1.6 | 8.7, 3.4 | 18.8, 7.2 | 40.6, 15.5 |
+/// | SRKN₁₁ᵇ of Blanes & Moan, not kept | 4.1, 1.6 | 8.7, 3.4 | 18.8, 7.2 | 40.6, 15.5 |
 /// | [`SRKN_14A`] | 3.2, 1.6 | 7.0, 3.5 | 15.1, 7.5 | 32.5, 16.1 |
 /// | [`RKN_A19`] | 3.4, 2.2 | 6.1, 3.7 | 10.8, 6.6 | 19.2, 11.7 |
 ///
@@ -49,28 +49,8 @@ pub(crate) static SRKN_6B: Nystrom = Nystrom {
     ],
 };
 
-/// Order 6, 11 forces: SRKN₁₁ᵇ of Blanes & Moan, as [`SRKN_6B`]. Ends with a kick, so the force at the end of a step is
-/// known.
-pub(crate) static SRKN_11B: Nystrom = Nystrom {
-    order: 6,
-    half: &[
-        0.04146499851826284329877813,
-        0.1232297759462711515610864,
-        0.1981286719180665411367265,
-        0.2905537977995582703664142,
-        -0.04000619210415268688882836,
-        -0.1270492126254169156625051,
-        0.07525398430158034112787888,
-        -0.2463317610620754041949735,
-        -0.0115113874206877700624432,
-        0.3572088727959277526198603,
-        0.236669924786930731387888,
-        0.2047770542914702906202354,
-    ],
-};
-
 /// Order 6, 14 forces: SRKN₁₄ᵃ of Blanes & Moan, as [`SRKN_6B`]. Begins and ends with a drift; on Kepler's ellipse a
-/// fifth cheaper than [`SRKN_11B`].
+/// fifth cheaper than SRKN₁₁ᵇ.
 pub(crate) static SRKN_14A: Nystrom = Nystrom {
     order: 6,
     half: &[

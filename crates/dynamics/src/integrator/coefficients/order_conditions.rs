@@ -165,7 +165,7 @@ const COMPOSITIONS: [&Composition; 4] = [
     &SOFRONIOU_SPALETTA_8,
     &SOFRONIOU_SPALETTA_10,
 ];
-const NYSTROM: [&Nystrom; 4] = [&SRKN_6B, &SRKN_11B, &SRKN_14A, &RKN_A19];
+const NYSTROM: [&Nystrom; 3] = [&SRKN_6B, &SRKN_14A, &RKN_A19];
 
 #[test]
 fn compositions_satisfy_their_order_conditions() {

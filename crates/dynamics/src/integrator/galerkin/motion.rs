@@ -1,0 +1,334 @@
+use super::basis::Basis;
+use super::curve::{Curve, Guess, greater};
+use super::elimination::Elimination;
+use super::gliding::Gliding;
+use super::iteration::{Progress, Stall, iterate};
+use super::turning::Turning;
+use crate::{BodyState, Load, Mobility, RigidBody, System};
+
+/// Passes with the loads' derivatives left out of the Jacobian.
+const MAX_SIMPLE: u32 = 40;
+
+/// Passes with the whole Jacobian.
+const MAX_NEWTON: u32 = 12;
+
+/// Halvings of a step in search of one that the simplest guess leads to.
+const MAX_HALVINGS: u32 = 5;
+
+/// Relative disturbance of an unknown for a difference quotient.
+const DIFFERENCE: f64 = 1e-7;
+
+/// A step to be made.
+#[derive(Clone, Copy)]
+pub(super) struct Step<'a> {
+    pub(super) states: &'a [BodyState],
+    pub(super) controls: &'a [Load],
+    pub(super) h: f64,
+}
+
+impl Step<'_> {
+    fn halved(self, times: u32) -> Self {
+        Self {
+            h: self.h / f64::from(1_u32 << times),
+            ..self
+        }
+    }
+}
+
+/// The motion of all bodies within a step: their unknowns, and the equations that couple them through the loads.
+pub(super) struct Motion {
+    pub(super) basis: Basis,
+    pub(super) turning: Vec<Option<Turning>>,
+    pub(super) gliding: Vec<Option<Gliding>>,
+    /// Poses at the quadrature nodes, node after node.
+    poses: Vec<BodyState>,
+    /// What acts there, in the same order.
+    loads: Vec<Load>,
+    whole: Elimination,
+    flat: Vec<f64>,
+}
+
+impl Motion {
+    pub(super) fn new(basis: Basis, bodies: &[RigidBody]) -> Self {
+        let turns =
+            |body: &RigidBody| matches!(body.mobility(), Mobility::Free | Mobility::Pivoted);
+        let glides = |body: &RigidBody| *body.mobility() == Mobility::Free;
+        let curves: usize = bodies
+            .iter()
+            .map(|body| usize::from(turns(body)) + usize::from(glides(body)))
+            .sum();
+        let size = 3 * basis.degree * curves;
+        Self {
+            turning: bodies
+                .iter()
+                .map(|body| turns(body).then(|| Turning::new(&basis)))
+                .collect(),
+            gliding: bodies
+                .iter()
+                .map(|body| glides(body).then(|| Gliding::new(&basis)))
+                .collect(),
+            poses: Vec::with_capacity(basis.points * bodies.len()),
+            loads: vec![Load::default(); basis.points * bodies.len()],
+            whole: Elimination::new(size),
+            flat: vec![0.0; size],
+            basis,
+        }
+    }
+
+    /// Guesses the unknowns and puts the driven bodies where they will be.
+    pub(super) fn begin(&mut self, bodies: &[RigidBody], step: Step<'_>, guess: Guess) {
+        let Step { states, h, .. } = step;
+        self.poses.clear();
+        for node in &self.basis.nodes {
+            for (body, state) in bodies.iter().zip(states) {
+                self.poses.push(match body.mobility() {
+                    Mobility::Driven(drive) => drive.advance(body, state, node * h),
+                    _ => *state,
+                });
+            }
+        }
+        for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
+            if let Some(turning) = &mut self.turning[index] {
+                turning.guess(&self.basis, &(h * state.angular_velocity(body)), guess);
+            }
+            if let Some(gliding) = &mut self.gliding[index] {
+                gliding.curve.base = state.position.norm();
+                gliding.guess(&self.basis, &(h * state.velocity(body)), guess);
+            }
+        }
+    }
+
+    /// Solves the equations. Where the first guess does not lead to a solution, shorter steps from the same states are
+    /// solved, each a guess for one twice as long: so the solution is followed as it grows from that of no step at all.
+    pub(super) fn solve(
+        &mut self,
+        system: &mut System,
+        step: Step<'_>,
+        guess: Guess,
+    ) -> Result<u32, Stall> {
+        let mut iterations = 0;
+        let mut made = self.attempt(system, step, guess, &mut iterations);
+        if made.is_err() {
+            let started = (1..=MAX_HALVINGS).find(|&halvings| {
+                let shorter = step.halved(halvings);
+                let made = self.attempt(system, shorter, Guess::Uniform, &mut iterations);
+                made.is_ok()
+            });
+            for halvings in (0..started.unwrap_or(0)).rev() {
+                self.remember();
+                let longer = step.halved(halvings);
+                made = self.attempt(system, longer, Guess::Stretched, &mut iterations);
+                if made.is_err() {
+                    break;
+                }
+            }
+        }
+        made.map(|()| iterations).map_err(|residual| Stall {
+            iterations,
+            residual,
+        })
+    }
+
+    /// Solves the equations from a guess, at first without the loads' derivatives in the Jacobian, then with them.
+    fn attempt(
+        &mut self,
+        system: &mut System,
+        step: Step<'_>,
+        guess: Guess,
+        iterations: &mut u32,
+    ) -> Result<(), f64> {
+        self.begin(system.bodies(), step, guess);
+        let simple = iterate(MAX_SIMPLE, iterations, |linearise| {
+            self.correct(system, step, linearise);
+            self.apply()
+        });
+        simple.or_else(|_| {
+            self.begin(system.bodies(), step, guess);
+            iterate(MAX_NEWTON, iterations, |linearise| {
+                self.newton(system, step, linearise)
+            })
+        })
+    }
+
+    /// Sets all bodies' corrections.
+    fn correct(&mut self, system: &mut System, step: Step<'_>, linearise: bool) {
+        let Step {
+            states,
+            controls,
+            h,
+        } = step;
+        let count = states.len().max(1);
+        let basis = &self.basis;
+        for (index, (body, state)) in system.bodies().iter().zip(states).enumerate() {
+            let poses = self.poses[index..].iter_mut().step_by(count);
+            if let Some(turning) = &mut self.turning[index] {
+                turning.sample(basis, body.inertia());
+                let centre = state.attitude * turning.centre(basis);
+                for (point, pose) in poses.enumerate() {
+                    pose.attitude = centre * turning.relative(point);
+                    if let Some(gliding) = &self.gliding[index] {
+                        pose.position = state.position + gliding.at(basis, point);
+                    }
+                }
+            }
+        }
+        let nodes = self.poses.chunks_exact(count);
+        for (poses, loads) in nodes.zip(self.loads.chunks_exact_mut(count)) {
+            system.loads(poses, loads);
+            for (load, control) in loads.iter_mut().zip(controls) {
+                *load += *control;
+            }
+        }
+        for (index, (body, state)) in system.bodies().iter().zip(states).enumerate() {
+            let load = |point: usize| &self.loads[point * count + index];
+            if let Some(turning) = &mut self.turning[index] {
+                turning.correct(
+                    basis,
+                    body.inertia(),
+                    &state.angular_momentum,
+                    h,
+                    |point| load(point).moment,
+                    linearise,
+                );
+            }
+            if let Some(gliding) = &mut self.gliding[index] {
+                let scale = h * h / body.mass();
+                let way = h * state.velocity(body);
+                gliding.correct(basis, &way, |point| scale * load(point).force);
+            }
+        }
+    }
+
+    /// What acts on a body at the quadrature nodes.
+    pub(super) fn loads_on(&self, body: usize) -> impl Iterator<Item = &Load> {
+        self.loads.iter().skip(body).step_by(self.turning.len())
+    }
+
+    /// Lets later guesses build on the present motion.
+    pub(super) fn remember(&mut self) {
+        curves(&mut self.turning, &mut self.gliding).for_each(Curve::remember);
+    }
+
+    /// Subtracts all corrections.
+    fn apply(&mut self) -> Progress {
+        let mut progress = Progress::default();
+        for curve in curves(&mut self.turning, &mut self.gliding) {
+            progress = progress.and(curve.advance());
+        }
+        progress
+    }
+
+    /// A Newton correction of the equations `c(z) = 0`, c being what [`Motion::correct`] would subtract from the unknowns z;
+    /// `linearise` renews `∂c/∂z`, by differences.
+    fn newton(&mut self, system: &mut System, step: Step<'_>, linearise: bool) -> Progress {
+        let size = self.flat.len();
+        self.correct(system, step, linearise);
+        let all = curves(&mut self.turning, &mut self.gliding);
+        let corrections = all.flat_map(|curve| curve.correction.iter().flatten().copied());
+        self.flat
+            .iter_mut()
+            .zip(corrections)
+            .for_each(|(to, c)| *to = c);
+        if linearise {
+            for column in 0..size {
+                let (undisturbed, difference) = self.disturb(column);
+                self.correct(system, step, false);
+                let all = curves(&mut self.turning, &mut self.gliding);
+                let disturbed = all.flat_map(|curve| curve.correction.iter().flatten().copied());
+                let entries = &mut self.whole.entries()[column * size..(column + 1) * size];
+                for (entry, (disturbed, c)) in entries.iter_mut().zip(disturbed.zip(&self.flat)) {
+                    *entry = (disturbed - c) / difference;
+                }
+                self.set(column, undisturbed);
+            }
+            self.whole.factor();
+        }
+        self.whole.solve(&mut self.flat);
+        let all = curves(&mut self.turning, &mut self.gliding);
+        let corrections = all.flat_map(|curve| &mut curve.correction);
+        for (correction, part) in corrections.zip(self.flat.chunks_exact(3)) {
+            correction.copy_from_slice(part);
+        }
+        self.apply()
+    }
+
+    /// Moves an unknown a little; returns what it was and by how much it moved.
+    fn disturb(&mut self, unknown: usize) -> (f64, f64) {
+        let width = 3 * self.basis.degree;
+        let mut all = curves(&mut self.turning, &mut self.gliding);
+        let Some(curve) = all.nth(unknown / width) else {
+            return (0.0, 1.0);
+        };
+        let size = greater(curve.size(), 0.1 * curve.base);
+        let component = &mut curve.points[unknown % width / 3][unknown % 3];
+        let undisturbed = *component;
+        *component += if size > 0.0 {
+            DIFFERENCE * size
+        } else {
+            DIFFERENCE
+        };
+        (undisturbed, *component - undisturbed)
+    }
+
+    fn set(&mut self, unknown: usize, value: f64) {
+        let width = 3 * self.basis.degree;
+        let mut all = curves(&mut self.turning, &mut self.gliding);
+        if let Some(curve) = all.nth(unknown / width) {
+            curve.points[unknown % width / 3][unknown % 3] = value;
+        }
+    }
+}
+
+/// The unknowns of all bodies.
+fn curves<'a>(
+    turning: &'a mut [Option<Turning>],
+    gliding: &'a mut [Option<Gliding>],
+) -> impl Iterator<Item = &'a mut Curve> {
+    let turning = turning
+        .iter_mut()
+        .flatten()
+        .map(|turning| &mut turning.curve);
+    let gliding = gliding
+        .iter_mut()
+        .flatten()
+        .map(|gliding| &mut gliding.curve);
+    turning.chain(gliding)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::legendre::bodies;
+    use super::super::{ChartOrigin, Quadrature};
+    use super::*;
+
+    /// Both iterations end at one solution, Newton's with the whole Jacobian in fewer passes.
+    #[test]
+    fn both_iterations_find_the_same() {
+        for origin in [ChartOrigin::Start, ChartOrigin::Middle] {
+            let (mut system, states) = bodies();
+            let controls = [Load::default(); 2];
+            let step = Step {
+                states: &states,
+                controls: &controls,
+                h: 0.8,
+            };
+            let basis = || Basis::checked("test", 4, Quadrature::Gauss(4), origin).unwrap();
+            let mut simple = Motion::new(basis(), system.bodies());
+            let mut newton = Motion::new(basis(), system.bodies());
+            let passes = simple.solve(&mut system, step, Guess::Uniform).ok();
+            newton.begin(system.bodies(), step, Guess::Uniform);
+            let mut newton_passes = 0;
+            let made = iterate(MAX_NEWTON, &mut newton_passes, |linearise| {
+                newton.newton(&mut system, step, linearise)
+            });
+            assert!(made.is_ok());
+            assert!(passes.is_some_and(|passes| newton_passes < passes && passes < MAX_SIMPLE));
+            let all = curves(&mut simple.turning, &mut simple.gliding);
+            for (a, b) in all.zip(curves(&mut newton.turning, &mut newton.gliding)) {
+                for (a, b) in a.points.iter().zip(&b.points) {
+                    assert!((a - b).norm() < 1e-14, "{:e}", (a - b).norm());
+                }
+            }
+        }
+    }
+}

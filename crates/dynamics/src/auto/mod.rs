@@ -100,35 +100,16 @@ pub fn choose(
         families: Family::all(system),
     };
     let mut flights = Flights::new(system, &states, ALLOWANCE / 2);
-
-    let mut horizon = run.duration.min(SHORT / task.rate);
     let mut race = Race::new(&task, cost);
-    let mut pilot = loop {
-        match Pilot::new(&mut flights, &task, horizon, None) {
-            Err(ChoiceError::Costly { .. }) if horizon * task.rate > LEAST => horizon *= SHORTER,
-            pilot => break pilot?,
-        }
-    };
+    let mut pilot = short(&mut flights, &task)?;
     race.run(&mut flights, &task, &pilot);
-
-    if horizon < run.duration
-        && let Some(flight) = race.evaluations(&pilot)
-    {
-        flights.allow(((PART * flight) as u64).max(ALLOWANCE));
-        let needed = REPEATS[0] * pilot.evaluations() + REPEATS[1] * flight;
-        let mut longer = run.duration * (flights.left() as f64 / needed).min(1.0);
-        while longer > horizon && (longer > LONGER * horizon || longer == run.duration) {
-            if let Ok(long) = Pilot::new(&mut flights, &task, longer, Some(pilot.resolution)) {
-                race.expect(pilot.target);
-                pilot = long;
-                race.run(&mut flights, &task, &pilot);
-                horizon = longer;
-            } else {
-                longer *= SHORTER;
-            }
-        }
+    if let Some(long) = long(&mut flights, &task, &pilot, &race) {
+        race.expect(pilot.target);
+        pilot = long;
+        race.run(&mut flights, &task, &pilot);
     }
     let candidates = race.candidates(&pilot);
+    let horizon = pilot.horizon(&task);
     let chosen = candidates.first().ok_or(ChoiceError::Costly {
         horizon,
         evaluations: flights.allowed(),
@@ -141,4 +122,31 @@ pub fn choose(
         evaluations: flights.spent(),
         candidates,
     })
+}
+
+/// The first pilot, a few turns of what moves fastest.
+fn short(flights: &mut Flights<'_>, task: &Task) -> Result<Pilot, ChoiceError> {
+    let mut horizon = task.run.duration.min(SHORT / task.rate);
+    loop {
+        match Pilot::new(flights, task, horizon, None) {
+            Err(ChoiceError::Costly { .. }) if horizon * task.rate > LEAST => horizon *= SHORTER,
+            pilot => return pilot,
+        }
+    }
+}
+
+/// A second pilot, as much longer than the first as flights may be.
+fn long(flights: &mut Flights<'_>, task: &Task, first: &Pilot, race: &Race) -> Option<Pilot> {
+    let (duration, horizon) = (task.run.duration, first.horizon(task));
+    let flight = race.evaluations(first)?;
+    flights.allow(((PART * flight) as u64).max(ALLOWANCE));
+    let needed = REPEATS[0] * first.evaluations() + REPEATS[1] * flight;
+    let mut longer = duration * (flights.left() as f64 / needed).min(1.0);
+    while longer > horizon && (longer > LONGER * horizon || longer == duration) {
+        if let Ok(pilot) = Pilot::new(flights, task, longer, Some(first.resolution)) {
+            return Some(pilot);
+        }
+        longer *= SHORTER;
+    }
+    None
 }

@@ -175,6 +175,11 @@ impl Pilot {
         }
     }
 
+    /// Duration of the reference.
+    pub(super) fn horizon(&self, task: &Task) -> f64 {
+        self.extent(task).horizon
+    }
+
     /// Whether the run's end is known.
     fn is_whole(&self) -> bool {
         self.horizon >= self.duration

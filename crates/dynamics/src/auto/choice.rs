@@ -78,7 +78,7 @@ pub enum Outlook {
 impl fmt::Display for Outlook {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Met => write!(f, "the tolerance is met"),
+            Self::Met => write!(f, "the tolerance is met if errors grow on as in the pilot"),
             Self::Limited { floor } => {
                 write!(f, "rounding limits the accuracy to about {floor:.1e}")
             }

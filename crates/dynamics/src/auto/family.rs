@@ -1,4 +1,5 @@
 use super::flight::{Plan, SAMPLES};
+use super::pilot::REFERENCE;
 use crate::integrator::Rotor;
 use crate::rotation::PreprocessedOrder;
 use crate::{Method, System};
@@ -34,9 +35,6 @@ const LONGEST: f64 = 3.0;
 
 /// Radians after which an adaptive method shows a state, so that no step of a pilot is long.
 const SHOWN: f64 = 8.0;
-
-/// Tolerance of the reference, in multiples of the run's.
-const REFERENCE: f64 = 0.03;
 
 /// Tolerance of an adaptive method where the race begins.
 const COARSE: f64 = 1e-5;
@@ -180,6 +178,22 @@ impl Family {
         match self.kind {
             Kind::Equal(_) | Kind::Closed(_) => steps.max(SAMPLES as f64 / part),
             Kind::Adaptive(_) => self.allowed(0.0),
+        }
+    }
+
+    /// Whether references can be flown with it.
+    pub(super) fn is_reference(&self) -> bool {
+        let exact = Rotor::Exact;
+        match self.kind {
+            Kind::Adaptive(_) => true,
+            Kind::Equal(method) => {
+                method
+                    == Method::Nystrom {
+                        order: 8,
+                        rotor: exact,
+                    }
+            }
+            Kind::Closed(_) => false,
         }
     }
 

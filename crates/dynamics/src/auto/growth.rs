@@ -4,8 +4,8 @@
 /// linearly, those of a method that loses energy quadratically.
 const EXPONENTS: [f64; 2] = [1.0, 2.0];
 
-/// Growth in the second half of the time, in multiples of the first's, from which it is taken to be exponential.
-const EXPONENTIAL: f64 = 6.0;
+/// Growth in the last half of the time and in its last three quarters from which it is exponential: cubes of time at least.
+const EXPONENTIAL: [f64; 2] = [8.0, 100.0];
 
 /// The law of an error `e(t)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,17 +19,21 @@ pub(super) enum Growth {
 impl Growth {
     /// From errors at equal intervals of `horizon`, the last at its end.
     pub(super) fn fit(errors: &[f64], horizon: f64) -> Self {
-        let greatest = |part: &[f64]| part.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let count = errors.len();
-        let quarter = greatest(&errors[..count / 4]);
-        let half = greatest(&errors[..count / 2]);
+        let [quarter, half] = [4, 2].map(|part| greatest(&errors[..count / part]));
         let whole = greatest(errors);
-        let [early, late] = [half / quarter, whole / half];
-        if early > EXPONENTIAL && late > EXPONENTIAL && late > 1.5 * early {
-            return Self::Exponential(2.0 * libm::log(late) / horizon);
+        let [late, later] = EXPONENTIAL;
+        if whole > late * half && whole > later * quarter {
+            return Self::Exponential(libm::log(whole / quarter) / (0.75 * horizon));
         }
+        Self::power(errors)
+    }
+
+    /// The same, known to be a power.
+    pub(super) fn power(errors: &[f64]) -> Self {
+        let half = greatest(&errors[..errors.len() / 2]);
         let [least, most] = EXPONENTS;
-        Self::Power(libm::log2(late).clamp(least, most))
+        Self::Power(libm::log2(greatest(errors) / half).clamp(least, most))
     }
 
     /// What an error at `horizon` is multiplied by until `duration`.
@@ -39,6 +43,11 @@ impl Growth {
             Self::Exponential(rate) => libm::exp(rate * (duration - horizon)),
         }
     }
+}
+
+/// Above 0.
+fn greatest(errors: &[f64]) -> f64 {
+    errors.iter().copied().fold(f64::MIN_POSITIVE, f64::max)
 }
 
 #[cfg(test)]

@@ -128,7 +128,7 @@ pub fn choose(
 fn short(flights: &mut Flights<'_>, task: &Task) -> Result<Pilot, ChoiceError> {
     let mut horizon = task.run.duration.min(SHORT / task.rate);
     loop {
-        match Pilot::new(flights, task, horizon, None) {
+        match Pilot::new(flights, task, horizon, Family::reference(task.tolerance)) {
             Err(ChoiceError::Costly { .. }) if horizon * task.rate > LEAST => horizon *= SHORTER,
             pilot => return pilot,
         }
@@ -140,10 +140,11 @@ fn long(flights: &mut Flights<'_>, task: &Task, first: &Pilot, race: &Race) -> O
     let (duration, horizon) = (task.run.duration, first.horizon(task));
     let flight = race.evaluations(first)?;
     flights.allow(((PART * flight) as u64).max(ALLOWANCE));
-    let needed = REPEATS[0] * first.evaluations() + REPEATS[1] * flight;
+    let (family, resolution, reference) = race.reference(first)?;
+    let needed = REPEATS[0] * reference + REPEATS[1] * flight;
     let mut longer = duration * (flights.left() as f64 / needed).min(1.0);
     while longer > horizon && (longer > LONGER * horizon || longer == duration) {
-        if let Ok(pilot) = Pilot::new(flights, task, longer, Some(first.resolution)) {
+        if let Ok(pilot) = Pilot::new(flights, task, longer, (family, resolution)) {
             return Some(pilot);
         }
         longer *= SHORTER;

@@ -7,7 +7,7 @@ use super::{ChoiceError, Outlook, Task};
 pub(super) const RESOLVED: f64 = 0.03;
 
 /// What the reference's own error may be, in multiples of the error to be measured.
-const REFERENCE: f64 = 0.03;
+pub(super) const REFERENCE: f64 = 0.03;
 
 /// Factors between resolutions of the reference, the least and the greatest.
 const FINER: [f64; 2] = [1.2, 1.6];
@@ -30,33 +30,27 @@ const UNIT: [f64; 2] = [1e-15, 1.5];
 /// A reference flight over the first part of a run, and what it tells about the run.
 pub(super) struct Pilot {
     reference: Flight,
-    /// Steps that it would make in the whole run, and evaluations of gravity in each.
-    steps: f64,
-    stages: f64,
-    /// Resolution of the reference.
-    pub(super) resolution: f64,
     /// Number of samples that are known.
     known: usize,
     /// Time of the last of them.
     horizon: f64,
     duration: f64,
-    /// Whether errors are taken to grow as they did in this pilot, linearly otherwise.
-    fitted: bool,
+    /// How the error of the reference grows, by what nearby trajectories part; none where errors are taken to grow linearly.
+    parting: Option<Growth>,
     /// What to reach at the end of the run.
     pub(super) target: f64,
     pub(super) outlook: Outlook,
 }
 
 impl Pilot {
-    /// Flies references for `horizon`, finer and finer, until they agree to a part of the tolerance, or no better. The
-    /// first has the given resolution, if any.
+    /// Flies references for `horizon`, finer and finer from the given resolution, until they agree to a part of the
+    /// tolerance, or no better.
     pub(super) fn new(
         flights: &mut Flights<'_>,
         task: &Task,
         horizon: f64,
-        resolution: Option<f64>,
+        (family, first): (Family, f64),
     ) -> Result<Self, ChoiceError> {
-        let (family, first) = Family::reference(task.tolerance);
         let duration = task.run.duration;
         let part = horizon / duration;
         let extent = Extent {
@@ -67,7 +61,7 @@ impl Pilot {
         };
         let aim = REFERENCE * task.tolerance * part;
         let most = flights.left() / SHARE;
-        let mut wanted = resolution.unwrap_or(first);
+        let mut wanted = first;
         let mut failed = None;
         let mut coarser: Option<(Flight, f64)> = None;
         let mut before: Option<[f64; SAMPLES]> = None;
@@ -98,14 +92,11 @@ impl Pilot {
                             std::array::from_fn(|i| before[i].max(change[i]))
                         });
                     let mut pilot = Self {
-                        steps: flight.steps as f64 / part,
-                        stages: family.stages.into(),
                         reference: flight,
-                        resolution,
                         known: SAMPLES,
                         horizon,
                         duration,
-                        fitted: true,
+                        parting: None,
                         target: task.tolerance,
                         outlook: Outlook::Met,
                     };
@@ -130,6 +121,7 @@ impl Pilot {
     /// What the errors of the reference tell about the end of the run.
     fn look(&mut self, floor: &[f64; SAMPLES], aim: f64, tolerance: f64) {
         let growth = Growth::fit(floor, self.horizon);
+        self.parting = Some(growth);
         let [unit, exponent] = UNIT;
         let end = floor[SAMPLES - 1];
         let (rounding, factor) = match growth {
@@ -158,7 +150,7 @@ impl Pilot {
         };
         self.known = (1..=SAMPLES).rev().find(known).unwrap_or(1);
         self.horizon = self.known as f64 * interval;
-        self.fitted = false;
+        self.parting = None;
         self.outlook = Outlook::Chaotic {
             known: self.horizon,
         };
@@ -192,17 +184,12 @@ impl Pilot {
         let greatest = greatest(errors);
         let last = errors[self.known - 1];
         let now = if self.is_whole() { last } else { greatest };
-        let growth = if self.fitted {
-            Growth::fit(errors, self.horizon)
-        } else {
-            Growth::Power(1.0)
+        let growth = match self.parting {
+            Some(Growth::Power(_)) => Growth::power(errors),
+            Some(exponential) => exponential,
+            None => Growth::Power(1.0),
         };
         [now, now * growth.factor(self.horizon, self.duration)]
-    }
-
-    /// Evaluations of gravity that the reference would take for the whole run.
-    pub(super) fn evaluations(&self) -> f64 {
-        self.steps * self.stages
     }
 }
 

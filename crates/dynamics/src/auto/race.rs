@@ -1,7 +1,7 @@
 use super::cost::Cost;
 use super::family::{Extent, Family, Kind};
 use super::flight::{Failure, Flights};
-use super::pilot::{Pilot, RESOLVED};
+use super::pilot::{Pilot, REFERENCE, RESOLVED};
 use super::{Candidate, Task};
 
 /// How near to the resolution that is needed one must be measured.
@@ -121,6 +121,24 @@ impl Race {
         predicted
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, evaluations)| evaluations)
+    }
+
+    /// The method that references of the whole run take the fewest evaluations with, its resolution for them, and how many.
+    pub(super) fn reference(&self, pilot: &Pilot) -> Option<(Family, f64, f64)> {
+        let known = self
+            .contenders
+            .iter()
+            .filter(|c| c.is_known() && c.family.is_reference());
+        let references = known.map(|contender| {
+            let resolution = contender.needed(REFERENCE * pilot.target, 1.0);
+            let steps = contender.steps(resolution);
+            (
+                contender.family,
+                resolution,
+                steps * f64::from(contender.family.stages),
+            )
+        });
+        references.min_by(|a, b| a.2.total_cmp(&b.2))
     }
 
     /// All that were measured, the cheapest first.
@@ -318,9 +336,20 @@ impl Contender {
         if self.is_exact() {
             return Some(f64::EPSILON);
         }
-        self.nearest(resolution).map(|point| {
-            point.end * libm::pow(point.resolution / resolution, self.family.order.into())
-        })
+        let order = f64::from(self.family.order);
+        let finer = self
+            .points
+            .iter()
+            .position(|point| point.resolution >= resolution);
+        let slope = match finer {
+            Some(finer @ 1..) => {
+                let [a, b] = [self.points[finer - 1], self.points[finer]];
+                libm::log(a.end / b.end) / libm::log(b.resolution / a.resolution)
+            }
+            _ => order,
+        };
+        let nearest = self.nearest(resolution)?;
+        Some(nearest.end * libm::pow(nearest.resolution / resolution, slope))
     }
 
     fn is_near(&self, wanted: f64) -> bool {

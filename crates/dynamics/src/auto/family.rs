@@ -162,7 +162,10 @@ impl Family {
     pub(super) fn method(&self, n: f64) -> Method {
         match self.kind {
             Kind::Equal(method) | Kind::Closed(method) => method,
-            Kind::Adaptive(method) => method(libm::pow(n, -f64::from(self.order))),
+            Kind::Adaptive(method) => {
+                let [loose, tight] = TOLERANCES;
+                method(libm::pow(n, -f64::from(self.order)).clamp(tight, loose))
+            }
         }
     }
 
@@ -201,8 +204,7 @@ impl Family {
     pub(super) fn is_feasible(&self, n: f64, steps: f64) -> bool {
         match self.kind {
             Kind::Equal(_) => n <= steps * f64::from(u32::MAX),
-            Kind::Adaptive(_) => self.allowed(n) == n,
-            Kind::Closed(_) => true,
+            Kind::Adaptive(_) | Kind::Closed(_) => true,
         }
     }
 

@@ -14,6 +14,7 @@
 
 mod accuracy;
 mod choice;
+mod contender;
 mod cost;
 mod error;
 mod family;
@@ -45,7 +46,8 @@ pub struct Run {
 /// Evaluations of gravity that pilot flights may always take.
 pub const ALLOWANCE: u64 = 200_000;
 
-/// Part of the chosen flight's evaluations of gravity that pilot flights may take where that is more.
+/// Part of the evaluations of gravity, in the flight that the first pilot lets expect, that pilot flights may take where that
+/// is more.
 pub const PART: f64 = 0.05;
 
 /// Radians of the fastest motion that the first pilot flies.
@@ -103,12 +105,15 @@ pub fn choose(
     let mut race = Race::new(&task, cost);
     let mut pilot = short(&mut flights, &task)?;
     race.run(&mut flights, &task, &pilot);
+    let mut candidates = race.candidates(&pilot);
     if let Some(long) = long(&mut flights, &task, &pilot, &race) {
         race.expect(pilot.target);
-        pilot = long;
-        race.run(&mut flights, &task, &pilot);
+        race.run(&mut flights, &task, &long);
+        let again = race.candidates(&long);
+        if !again.is_empty() {
+            (pilot, candidates) = (long, again);
+        }
     }
-    let candidates = race.candidates(&pilot);
     let horizon = pilot.horizon(&task);
     let chosen = candidates.first().ok_or(ChoiceError::Costly {
         horizon,

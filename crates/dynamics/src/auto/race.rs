@@ -1,30 +1,15 @@
+use super::contender::Contender;
 use super::cost::Cost;
-use super::family::{Extent, Family, Kind};
-use super::flight::{Failure, Flights};
-use super::pilot::{Pilot, REFERENCE, RESOLVED};
+use super::family::Family;
+use super::flight::Flights;
+use super::pilot::{Pilot, REFERENCE};
 use super::{Candidate, Task};
-
-/// How near to the resolution that is needed one must be measured.
-const NEAR: f64 = 1.2;
 
 /// Predicted costs, in multiples of the least, up to which a method is measured.
 const CONTENDING: f64 = 1.5;
 
-/// Factor by which resolutions grow at most from one flight to the next.
-const FINER: f64 = 3.0;
-
-/// Substeps up to which each number of them is flown, and how many times fewer than seem to be needed may be enough.
-const MANY: u32 = 5;
-const PERHAPS: f64 = 1.4;
-
-/// Error at the end of a pilot that can be told from rounding.
-const TOLD: f64 = 1e-12;
-
-/// Steps of an adaptive method in a radian of the fastest motion for each unit of resolution: a guess that is low.
-const ADAPTIVE: f64 = 0.05;
-
-/// Flights of one method in a race.
-const FLIGHTS: u32 = 10;
+/// Error, in multiples of the target, that still reaches it.
+const SLACK: f64 = 1.5;
 
 /// Which method reaches the tolerance at the least cost: each is measured as long as it looks as if it could win.
 pub(super) struct Race {
@@ -35,45 +20,10 @@ pub(super) struct Race {
     correction: Option<[f64; 2]>,
 }
 
-/// A method in the race.
-struct Contender {
-    family: Family,
-    /// In ascending order of resolution.
-    points: Vec<Point>,
-    /// Resolution that an earlier pilot let expect.
-    expected: f64,
-    /// Steps of an adaptive method for each unit of resolution, as an earlier pilot let expect.
-    rate: f64,
-    /// Resolutions below cannot be flown.
-    least: f64,
-    flights: u32,
-    closed: bool,
-}
-
-/// What a pilot flight has told.
-#[derive(Clone, Copy, Debug)]
-struct Point {
-    resolution: f64,
-    /// At the end of the pilot.
-    now: f64,
-    /// Expected at the end of the run.
-    end: f64,
-    /// Steps that the method would make in the run.
-    steps: f64,
-}
-
 impl Race {
     pub(super) fn new(task: &Task, cost: Cost) -> Self {
         let radians = task.rate * task.run.duration;
-        let contender = |family: &Family| Contender {
-            family: *family,
-            points: Vec::new(),
-            expected: family.coarse(radians),
-            rate: ADAPTIVE * radians,
-            least: 0.0,
-            flights: 0,
-            closed: false,
-        };
+        let contender = |family: &Family| Contender::new(*family, radians);
         Self {
             contenders: task.families.iter().map(contender).collect(),
             steps: task.run.steps as f64,
@@ -101,11 +51,7 @@ impl Race {
     pub(super) fn expect(&mut self, target: f64) {
         self.correction = Some([1.0; 2]);
         for contender in &mut self.contenders {
-            contender.expected = contender.needed(target, 1.0);
-            contender.rate = contender.steps(contender.expected) / contender.expected;
-            contender.closed = !contender.is_known();
-            contender.points.clear();
-            contender.flights = 0;
+            contender.expect(target);
         }
     }
 
@@ -141,9 +87,9 @@ impl Race {
         references.min_by(|a, b| a.2.total_cmp(&b.2))
     }
 
-    /// All that were measured, the cheapest first.
+    /// All that were measured, the cheapest first; after those that reach the target the ones that come nearest to it.
     pub(super) fn candidates(&self, pilot: &Pilot) -> Vec<Candidate> {
-        let told = |c: &&Contender| c.is_known() || self.correction.is_some() && !c.closed;
+        let told = |c: &&Contender| c.is_known() || self.correction.is_some() && c.is_expected();
         let feasible =
             |(c, resolution): &(&Contender, f64)| c.family.is_feasible(*resolution, self.steps);
         let candidates = self.contenders.iter().filter(told);
@@ -163,7 +109,11 @@ impl Race {
                 }
             })
             .collect();
-        candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let lacks = |c: &Candidate| (c.error / pilot.target).max(SLACK);
+        candidates.sort_by(|a, b| {
+            let lack = lacks(a).total_cmp(&lacks(b));
+            lack.then(a.cost.total_cmp(&b.cost))
+        });
         candidates
     }
 
@@ -200,201 +150,5 @@ impl Race {
             .filter(|(_, cost)| *cost <= CONTENDING * least)
             .min_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(index, _)| index)
-    }
-}
-
-impl Contender {
-    /// Makes one flight towards the resolution that is needed.
-    fn fly(&mut self, flights: &mut Flights<'_>, task: &Task, pilot: &Pilot, correction: f64) {
-        let extent = pilot.extent(task);
-        let steps = task.run.steps as f64;
-        let finest = self.points.last();
-        let finest = finest.map_or(f64::INFINITY, |point| FINER * point.resolution);
-        let wanted = self.wanted(pilot.target, correction).min(finest);
-        let wanted = self
-            .few(pilot.target, extent, steps)
-            .flatten()
-            .unwrap_or(wanted);
-        let (plan, resolution) = self.family.plan(wanted, extent);
-        let again = self
-            .points
-            .iter()
-            .any(|point| point.resolution == resolution);
-        self.flights += 1;
-        self.closed = again || self.flights == FLIGHTS;
-        if again {
-            return;
-        }
-        let flown = flights.fly(plan, u64::MAX);
-        match flown {
-            Ok(flight) => {
-                let [now, end] = pilot.error(&flight, task);
-                let point = Point {
-                    resolution,
-                    now,
-                    end: end.max(f64::MIN_POSITIVE),
-                    steps: flight.steps as f64 / extent.part,
-                };
-                let at = self.points.partition_point(|p| p.resolution < resolution);
-                self.points.insert(at, point);
-            }
-            Err(Failure::Step(_)) => self.least = self.least.max(1.5 * resolution),
-            Err(Failure::Method(_) | Failure::Allowance) => self.closed = true,
-        }
-    }
-
-    /// Steps that the method makes in the run at a resolution.
-    fn steps(&self, resolution: f64) -> f64 {
-        match self.family.kind {
-            Kind::Equal(_) | Kind::Closed(_) => resolution,
-            Kind::Adaptive(_) => {
-                let per = self
-                    .nearest(resolution)
-                    .map(|point| point.steps / point.resolution);
-                resolution * per.unwrap_or(self.rate)
-            }
-        }
-    }
-
-    fn nearest(&self, resolution: f64) -> Option<&Point> {
-        let distance = |point: &&Point| libm::fabs(libm::log(point.resolution / resolution));
-        self.points
-            .iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-    }
-
-    /// 0 with steps of equal length, 1 otherwise: errors grow alike in a class.
-    fn class(&self) -> usize {
-        usize::from(!self.is_equal())
-    }
-
-    fn is_equal(&self) -> bool {
-        matches!(self.family.kind, Kind::Equal(_))
-    }
-
-    fn is_exact(&self) -> bool {
-        matches!(self.family.kind, Kind::Closed(_))
-    }
-
-    /// Whether a flight has told anything.
-    fn is_known(&self) -> bool {
-        self.is_exact() || self.points.iter().any(|point| point.now < RESOLVED)
-    }
-
-    /// The resolution that `target` seems to need.
-    fn needed(&self, target: f64, correction: f64) -> f64 {
-        if self.is_exact() {
-            return 1.0;
-        }
-        let order = f64::from(self.family.order);
-        let along = |from: &Point, order: f64| {
-            from.resolution * libm::pow(from.end / target, order.recip())
-        };
-        let resolved = self.points.iter().position(|point| point.now < RESOLVED);
-        let needed = match resolved {
-            None => match self.points.last() {
-                None => self.expected * libm::pow(correction, order.recip()),
-                Some(unresolved) => 2.0 * unresolved.resolution,
-            },
-            Some(first) => {
-                let points = &self.points[first..];
-                match points.iter().position(|point| point.end <= target) {
-                    None => along(&points[points.len() - 1], order),
-                    Some(0) => {
-                        let unresolved = first
-                            .checked_sub(1)
-                            .map_or(0.0, |i| self.points[i].resolution);
-                        along(&points[0], order).max(NEAR * unresolved)
-                    }
-                    Some(fine) => {
-                        let [a, b] = [points[fine - 1], points[fine]];
-                        let slope =
-                            libm::log(a.end / b.end) / libm::log(b.resolution / a.resolution);
-                        along(&a, slope).clamp(a.resolution, b.resolution)
-                    }
-                }
-            }
-        };
-        needed.max(self.least)
-    }
-
-    /// The resolution to be flown: the one that is needed, as far as its error can be told.
-    fn wanted(&self, target: f64, correction: f64) -> f64 {
-        let order = f64::from(self.family.order);
-        let told = self
-            .points
-            .iter()
-            .rfind(|point| point.now < RESOLVED && point.now > TOLD);
-        let finest = told.map_or(f64::INFINITY, |point| {
-            point.resolution * libm::pow(point.now / TOLD, order.recip())
-        });
-        self.needed(target, correction).min(finest)
-    }
-
-    /// The error at the end of the run to be expected with a resolution.
-    fn error(&self, resolution: f64) -> Option<f64> {
-        if self.is_exact() {
-            return Some(f64::EPSILON);
-        }
-        let order = f64::from(self.family.order);
-        let finer = self
-            .points
-            .iter()
-            .position(|point| point.resolution >= resolution);
-        let slope = match finer {
-            Some(finer @ 1..) => {
-                let [a, b] = [self.points[finer - 1], self.points[finer]];
-                libm::log(a.end / b.end) / libm::log(b.resolution / a.resolution)
-            }
-            _ => order,
-        };
-        let nearest = self.nearest(resolution)?;
-        Some(nearest.end * libm::pow(nearest.resolution / resolution, slope))
-    }
-
-    fn is_near(&self, wanted: f64) -> bool {
-        let resolved = self.points.iter().filter(|point| point.now < RESOLVED);
-        let mut ratios = resolved.map(|point| point.resolution / wanted);
-        ratios.any(|ratio| ratio < NEAR && ratio > NEAR.recip())
-    }
-
-    /// Where few substeps are needed and the whole run is flown, each number of them is flown by itself: the resolution of
-    /// the next, if any is left.
-    fn few(&self, target: f64, extent: Extent, steps: f64) -> Option<Option<f64>> {
-        let told = self.points.iter().any(|point| point.now < RESOLVED);
-        let needed = self.needed(target, 1.0);
-        let (substeps, enough) = self.family.substeps(needed, steps);
-        if !(told && extent.whole && self.is_equal() && substeps <= MANY) {
-            return None;
-        }
-        let flown = |n: f64| {
-            self.points
-                .iter()
-                .any(|p| libm::fabs(p.resolution / n - 1.0) < 1e-9)
-        };
-        let fewer = enough - steps;
-        let perhaps = fewer > 0.0 && needed < PERHAPS * fewer;
-        Some(if !flown(enough) {
-            Some(enough)
-        } else {
-            (perhaps && !flown(fewer)).then_some(fewer)
-        })
-    }
-
-    /// Whether more flights would tell nothing more of the cost.
-    fn is_settled(&self, target: f64, extent: Extent, steps: f64) -> bool {
-        let cheapest = self.family.cheapest(steps, extent.part);
-        let needed = self.needed(target, 1.0);
-        let is_cheapest = |point: &Point| {
-            let enough = point.now < RESOLVED && point.end <= target;
-            let surely = point.resolution <= cheapest
-                || NEAR * needed <= cheapest && point.resolution <= FINER * cheapest;
-            enough && surely
-        };
-        let near = || match self.few(target, extent, steps) {
-            Some(next) => next.is_none(),
-            None => self.is_near(self.wanted(target, 1.0)),
-        };
-        self.is_exact() || self.points.iter().any(is_cheapest) || near()
     }
 }

@@ -125,8 +125,8 @@ impl<G: Gravity + 'static> Counted<G> {
     }
 }
 
-/// The flight's own evaluations are those of its first hundredth, a hundred times. What the first pilot let expect, and so
-/// what the second may take, can be above that.
+/// The flight's own evaluations are those of its first hundredth, a hundred times. The flight that the first
+/// pilot lets expect, a part of which the second may take, can be dearer than the one that is chosen then: thrice is allowed.
 #[test]
 fn pilot_flights_take_at_most_what_is_stated() {
     for duration in [1e2, 1e4, 3e5] {
@@ -147,9 +147,8 @@ fn pilot_flights_take_at_most_what_is_stated() {
             simulation.advance(&[Load::default()]).expect("a step");
         }
         let flight = 100 * evaluations.load(Ordering::Relaxed);
-        println!("{duration}: {pilot} of {flight}\n{choice}");
         assert!(
-            pilot <= ALLOWANCE.max((2.0 * PART * flight as f64) as u64),
+            pilot <= ALLOWANCE.max((3.0 * PART * flight as f64) as u64),
             "{pilot} {flight} {choice}"
         );
     }
@@ -263,14 +262,16 @@ fn a_fast_spin_gets_the_substeps_that_it_needs() {
     assert!(error < 3e-6, "{error:e} {choice}");
 }
 
-/// Three bodies fall together from rest: what comes out cannot be known, but the first while can.
+/// The pendulum's nearby motions part by about e in a second or two: after some ten seconds nothing is known.
 #[test]
-fn a_chaotic_scene_is_told_and_flown_with_the_accuracy_asked_as_long_as_it_can_be_known() {
-    let flown = Flown::new("c1_3d_pendulum", 200.0, 1_000);
-    let choice = flown.choose(1e-8).expect("a choice");
-    println!("{choice}");
+fn a_chaotic_scene_is_told_and_flown_accurately_as_long_as_it_can_be_known() {
+    let choice = Flown::new("c1_3d_pendulum", 200.0, 100)
+        .choose(1e-4)
+        .expect("a choice");
     let Outlook::Chaotic { known } = choice.outlook else {
         panic!("{choice}");
     };
-    assert!(known > 5.0 && known < 100.0, "{choice}");
+    assert!(known > 5.0 && known < 50.0, "{choice}");
+    let error = Flown::new("c1_3d_pendulum", 5.0, 10).error(choice.method, choice.substeps);
+    assert!(error < 1e-4, "{error:e} {choice}");
 }

@@ -16,6 +16,7 @@ mod galerkin;
 mod laws;
 mod mobility;
 mod mutual;
+mod polyhedra;
 mod potentials;
 mod preprocessed;
 mod truncation;

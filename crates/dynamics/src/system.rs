@@ -42,6 +42,12 @@ impl System {
         Ok(())
     }
 
+    /// What [`System::loads`] costs, in multiples of a point of mass in a central field, roughly.
+    pub fn cost(&self) -> f64 {
+        let gravity = self.gravity.iter();
+        gravity.map(|gravity| gravity.cost(&self.bodies)).sum()
+    }
+
     /// Whether gravity acts at all.
     pub fn is_free(&self) -> bool {
         self.gravity.is_empty()

@@ -39,6 +39,19 @@ fn matters(pair: [&RigidBody; 2]) -> bool {
 }
 
 impl Gravity for Mutual {
+    fn cost(&self, bodies: &[RigidBody]) -> f64 {
+        let mut sum = 0.0;
+        for (index, first) in bodies.iter().enumerate() {
+            let others = bodies[..index]
+                .iter()
+                .filter(|second| matters([first, *second]));
+            sum += others
+                .map(|second| pair::cost([first, second]))
+                .sum::<f64>();
+        }
+        sum
+    }
+
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
         let count = bodies.len().min(states.len()).min(loads.len());
         for i in 0..count {

@@ -1,4 +1,5 @@
 use lgvi_dynamics::MethodError;
+use lgvi_dynamics::auto::ChoiceError;
 use thiserror::Error;
 
 /// Why a scene cannot be flown.
@@ -48,4 +49,7 @@ pub enum SchemeError {
     /// The method cannot integrate the bodies.
     #[error(transparent)]
     Method(#[from] MethodError),
+    /// No method was chosen.
+    #[error("no integrator was chosen: {0}")]
+    Choice(#[from] ChoiceError),
 }

@@ -16,6 +16,12 @@ use crate::file::ChartFile;
 pub enum Integration {
     /// This method.
     Method(Method),
+    /// The method and the number of substeps that reach an accuracy at the least predicted cost.
+    Auto {
+        /// Greatest error at the end of the run, as [`Accuracy`](lgvi_dynamics::auto::Accuracy) measures it: of positions
+        /// relative to the size of the scene, of attitudes in rad.
+        tolerance: f64,
+    },
 }
 
 /// What flies a scene.
@@ -54,6 +60,7 @@ impl fmt::Display for Integration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Method(method) => write!(f, "{method}"),
+            Self::Auto { tolerance } => write!(f, "auto to {tolerance:e}"),
         }
     }
 }
@@ -64,6 +71,10 @@ pub(crate) struct IntegratorFile(Table);
 #[derive(Deserialize)]
 #[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
 enum Table {
+    Auto {
+        #[serde(default = "auto_tolerance")]
+        tolerance: f64,
+    },
     Lgvi {
         rotor: Option<RotorFile>,
     },
@@ -109,6 +120,10 @@ enum Table {
     DormandPrince853 {
         tolerance: f64,
     },
+}
+
+fn auto_tolerance() -> f64 {
+    1e-6
 }
 
 /// `"discrete"`, `"exact"`, or `{ preprocessed = 6 }`.
@@ -189,6 +204,7 @@ impl IntegratorFile {
         };
         let discrete = |file| rotor(file, Rotor::Discrete(chart));
         Integration::Method(match self.0 {
+            Table::Auto { tolerance } => return Integration::Auto { tolerance },
             Table::Lgvi { rotor } => Method::Lgvi(discrete(rotor)),
             Table::LgviLagrangian {} => Method::LagrangianLgvi(chart),
             Table::LieEuler { rotor } => Method::LieEuler(discrete(rotor)),

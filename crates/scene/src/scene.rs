@@ -1,4 +1,5 @@
 use lgvi_control::{Settings, Transfer, TransferError, interval_cost};
+use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::gravity::Sources;
 use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
 use nalgebra::Matrix3;
@@ -110,14 +111,30 @@ impl Scene {
         System::new(bodies, self.gravity.of_system())
     }
 
-    /// What flies the scene.
+    /// What flies the scene. An automatic integrator is chosen here, by pilot flights that may take a while.
     pub fn scheme(&self) -> Result<Scheme, SchemeError> {
         match self.integration {
             Integration::Method(method) => Ok(Scheme {
                 method,
                 substeps: self.substeps,
             }),
+            Integration::Auto { tolerance } => {
+                let Choice {
+                    method, substeps, ..
+                } = self.choice(tolerance)?;
+                Ok(Scheme { method, substeps })
+            }
         }
+    }
+
+    /// Method and substeps that reach this accuracy at the least predicted cost, and why. The same on every machine.
+    pub fn choice(&self, tolerance: f64) -> Result<Choice, ChoiceError> {
+        let states: Vec<_> = self.bodies.iter().map(|body| body.state).collect();
+        let run = Run {
+            duration: self.duration,
+            steps: self.steps,
+        };
+        choose(&mut self.system(), &states, run, tolerance)
     }
 
     /// The simulation by a scheme, at step 0.

@@ -1,4 +1,7 @@
-use lgvi_dynamics::{MethodError, System};
+use std::ops::RangeInclusive;
+
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{Method, MethodError, System};
 
 use crate::file::RunFile;
 use crate::integrator::is_adaptive;
@@ -9,6 +12,9 @@ pub(super) const J2000: i64 = 946_728_000_000_000_000;
 
 /// The last second that a ROS time can say.
 const MAX_ROS_SECOND: i64 = i32::MAX as i64;
+
+/// Accuracies that an automatic integrator can be asked for.
+const TOLERANCES: RangeInclusive<f64> = 1e-14..=0.1;
 
 /// Depth of subdivision up to which a step is cut, a million times.
 const MAX_SUBDIVIDE: u32 = 20;
@@ -30,12 +36,29 @@ pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
     }
 }
 
-/// What is to fly the scene.
-pub(super) fn integration(run: &RunFile) -> Integration {
-    run.integrator.integration(run.chart)
+/// What is to fly the scene. A manoeuvre is planned in Lie–Euler steps, so what suits it best is that.
+pub(super) fn integration(run: &RunFile, maneuver: bool) -> Result<Integration, SceneError> {
+    match run.integrator.integration(run.chart) {
+        Integration::Auto { tolerance } if !TOLERANCES.contains(&tolerance) => {
+            let key = "run.integrator.tolerance";
+            Err(SceneError::value(key, tolerance, "1e-14 to 0.1"))
+        }
+        Integration::Auto { .. } if maneuver => {
+            Ok(Integration::Method(Method::LieEuler(Rotor::default())))
+        }
+        integration => Ok(integration),
+    }
 }
 
 pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
+    let chosen = matches!(
+        run.integrator.integration(run.chart),
+        Integration::Auto { .. }
+    );
+    if let (true, Some(substeps)) = (chosen, run.substeps) {
+        let expected = "none: the integrator `auto` chooses the number of substeps";
+        return Err(SceneError::value("run.substeps", substeps, expected));
+    }
     match run.substeps {
         None => Ok(1),
         Some(0) => Err(SceneError::value("run.substeps", 0, "a whole number > 0")),
@@ -45,7 +68,7 @@ pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
 
 pub(super) fn subdivide(run: &RunFile) -> Result<u32, SceneError> {
     if run.subdivide > 0
-        && let Integration::Method(method) = integration(run)
+        && let Integration::Method(method) = run.integrator.integration(run.chart)
         && is_adaptive(method)
     {
         let expected = format!("0 beside {method}, which cuts its steps itself");
@@ -89,6 +112,7 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
             Ok(_) => Ok(()),
             Err(error) => Err(refused(scene, error)),
         },
+        Integration::Auto { .. } => Ok(()),
     }
 }
 

@@ -14,6 +14,7 @@ fn method(integrator: &str) -> Method {
     let scene = Scene::parse("test", &text(integrator)).unwrap();
     match scene.integration {
         Integration::Method(method) => method,
+        other => panic!("{other:?}"),
     }
 }
 
@@ -144,6 +145,14 @@ fn unknown_integrators_and_keys_are_named() {
             &["unknown variant `round`", "`discrete`"],
         ),
         (
+            r#"integrator = { name = "auto", tolerance = 1e-20 }"#,
+            &["`run.integrator.tolerance` is 1e-20", "1e-14 to 0.1"],
+        ),
+        (
+            "integrator = \"auto\"\nsubsteps = 3",
+            &["`run.substeps` is 3", "none", "`auto`"],
+        ),
+        (
             r#"integrator = { name = "lgvi", rotor = { preprocessed = 5 } }"#,
             &["order 5", "4, 6, 8 or 10"],
         ),
@@ -181,6 +190,34 @@ fn unknown_integrators_and_keys_are_named() {
         ),
     ] {
         assert_refused(&text(integrator), parts);
+    }
+}
+
+/// A body on a circular orbit is where the circle is, to the tolerance, after the steps that were chosen.
+#[test]
+fn an_automatic_integrator_meets_its_tolerance() {
+    for tolerance in [1e-4, 1e-9] {
+        let text = text(&format!(
+            "integrator = {{ name = \"auto\", tolerance = {tolerance:e} }}"
+        ));
+        let text = with(
+            &text,
+            "[[bodies]]",
+            "[gravity.central]\ngm = 0.75\n[[bodies]]",
+        );
+        let text = with(&text, "duration = 1.0", "duration = 60.0");
+        let scene = Scene::parse("test", &text).unwrap();
+        assert_eq!(scene.integration, Integration::Auto { tolerance });
+        let scheme = scene.scheme().unwrap();
+        assert_eq!(scene.scheme().unwrap(), scheme);
+        let mut simulation = scene.simulation(scheme).unwrap();
+        for _ in 0..scene.steps {
+            simulation.advance(&[Default::default()]).unwrap();
+        }
+        let (sin, cos) = (60.0_f64 * 0.5 / 3.0).sin_cos();
+        let circle = nalgebra::Vector3::new(3.0 * cos, 3.0 * sin, 0.0);
+        let error = (simulation.states()[0].position - circle).norm() / 3.0;
+        assert!(error < tolerance, "{scheme:?}: {error:e}");
     }
 }
 

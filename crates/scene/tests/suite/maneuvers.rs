@@ -1,5 +1,7 @@
 use lgvi_control::shooting;
-use lgvi_scene::Scene;
+use lgvi_dynamics::Method;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_scene::{Integration, Scene};
 use nalgebra::SVector;
 
 use crate::{BODY, RUN, assert_refused, with};
@@ -50,6 +52,14 @@ fn the_planner_knows_every_fixed_field() {
     assert_flown_as_planned(&text("[gravity.mutual]\nconstant = 1.0", ROCK));
     let planet = "[gravity.central]\ngm = 5.0\nj2 = 0.02\nreference_radius = 1.0\npole = [0, 1, 1]\n[gravity.uniform]\nacceleration = [0, 0, -0.3]";
     assert_flown_as_planned(&text(planet, ""));
+}
+
+#[test]
+fn an_automatic_integrator_of_a_manoeuvre_is_that_of_the_plan() {
+    let text = with(&text("", ""), "\"lie_euler\"", "\"auto\"");
+    let scene = Scene::parse("test", &text).unwrap();
+    let expected = Method::LieEuler(Rotor::default());
+    assert_eq!(scene.integration, Integration::Method(expected));
 }
 
 #[test]

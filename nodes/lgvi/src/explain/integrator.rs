@@ -1,9 +1,10 @@
 use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::{Quadrature, Rotor};
 use lgvi_node::NodeError;
-use lgvi_scene::{Scene, Scheme};
+use lgvi_scene::{Integration, Scene, Scheme};
 use serde::Serialize;
 
+use super::choice::Chosen;
 use super::trial::Trial;
 
 /// How a scene is flown.
@@ -28,6 +29,8 @@ pub(super) struct Integrator {
     pub(super) largest_turn: f64,
     /// Turn up to which the method's equations are sure to have a solution (rad); none where they always have.
     pub(super) turn_limit: Option<f64>,
+    /// Why it was chosen; none where the scene names it.
+    pub(super) choice: Option<Chosen>,
 }
 
 /// Turn in a step above which methods of second order are inaccurate (rad): its cube over 24 is about the error.
@@ -36,7 +39,19 @@ const FAR: f64 = 0.3;
 impl Integrator {
     /// With what is to be warned of.
     pub(super) fn of(scene: &Scene) -> Result<(Self, Vec<String>), NodeError> {
-        let scheme = scene.scheme().map_err(NodeError::input)?;
+        let choice = match scene.integration {
+            Integration::Auto { tolerance } => {
+                Some(scene.choice(tolerance).map_err(NodeError::input)?)
+            }
+            Integration::Method(_) => None,
+        };
+        let scheme = match &choice {
+            Some(choice) => Scheme {
+                method: choice.method,
+                substeps: choice.substeps,
+            },
+            None => scene.scheme().map_err(NodeError::input)?,
+        };
         let trial = Trial::fly(scene, scheme)?;
         let integrator = Self {
             method: scheme.method.to_string(),
@@ -49,6 +64,7 @@ impl Integrator {
             trial_steps: trial.steps,
             largest_turn: trial.largest_turn,
             turn_limit: turn_limit(scheme.method),
+            choice: choice.as_ref().map(|choice| Chosen::of(scene, choice)),
         };
         let mut warnings = integrator.turn_warnings();
         warnings.extend(trial.failure);

@@ -1,6 +1,7 @@
 //! What a scene is and how it will be flown, without flying it.
 
 mod bodies;
+mod choice;
 mod gravity;
 mod integrator;
 mod text;

@@ -73,6 +73,29 @@ fn evaluations_of_gravity_are_counted() {
 }
 
 #[test]
+fn a_choice_is_given_with_its_reasons() {
+    let explanation = explained("\"lgvi\"", "{ name = \"auto\", tolerance = 1e-8 }");
+    let Integrator {
+        method,
+        substeps,
+        choice,
+        ..
+    } = &explanation.integrator;
+    let choice = choice.as_ref().unwrap();
+    let first = &choice.candidates[0];
+    assert_eq!((&first.method, first.substeps), (method, *substeps));
+    assert!(first.error <= 1e-8 && choice.candidates.len() > 1);
+    let text = explanation.to_string();
+    assert!(
+        text.contains(&choice.outlook) && text.contains("candidates"),
+        "{text}"
+    );
+    for candidate in &choice.candidates {
+        assert!(text.contains(&candidate.method), "{text}");
+    }
+}
+
+#[test]
 fn turns_that_are_too_far_are_warned_of() {
     let warnings = |speed: &str| explained("[0, 0, 5]", speed).warnings;
     let far = warnings("[0, 0, 20]");

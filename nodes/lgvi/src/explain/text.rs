@@ -60,8 +60,12 @@ impl Display for Integrator {
             self.largest_turn, self.trial_steps
         )?;
         match self.turn_limit {
-            Some(limit) => write!(f, "; always solvable up to {limit:.2} rad"),
-            None => write!(f, "; solvable for any turn"),
+            Some(limit) => write!(f, "; always solvable up to {limit:.2} rad")?,
+            None => write!(f, "; solvable for any turn")?,
+        }
+        match &self.choice {
+            Some(choice) => write!(f, "{choice}"),
+            None => Ok(()),
         }
     }
 }

@@ -11,8 +11,6 @@ use super::trial::Trial;
 #[derive(Debug, Serialize)]
 pub(super) struct Integrator {
     pub(super) method: String,
-    /// How bodies turn when nothing acts on them, where that is a choice.
-    pub(super) rotor: Option<String>,
     /// Order of convergence; none for exact motion.
     pub(super) order: Option<u32>,
     /// Steps of the method in a step of the run.
@@ -55,7 +53,6 @@ impl Integrator {
         let trial = Trial::fly(scene, scheme)?;
         let integrator = Self {
             method: scheme.method.to_string(),
-            rotor: rotor(scheme.method).map(rotor_name),
             order: order(scheme.method),
             substeps: scheme.substeps,
             step_size: scene.h() * scene.units.time / f64::from(scheme.substeps),
@@ -112,14 +109,6 @@ fn rotor(method: Method) -> Option<Rotor> {
         | Method::Nystrom { rotor, .. } => Some(rotor),
         Method::LagrangianLgvi(chart) => Some(Rotor::Discrete(chart)),
         _ => None,
-    }
-}
-
-fn rotor_name(rotor: Rotor) -> String {
-    match rotor {
-        Rotor::Discrete(_) => "discrete rigid body".into(),
-        Rotor::Preprocessed(order) => format!("preprocessed, of order {}", order.number()),
-        Rotor::Exact => "exact".into(),
     }
 }
 

@@ -35,9 +35,6 @@ impl Display for Explanation {
 impl Display for Integrator {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         write!(f, "\n  integrator  {}", self.method)?;
-        if let Some(rotor) = &self.rotor {
-            write!(f, ", rotor: {rotor}")?;
-        }
         match self.order {
             Some(order) => write!(f, "\n  order       {order}")?,
             None => write!(f, "\n  order       exact")?,

@@ -1,29 +1,87 @@
-use lgvi_lie::Quaternion;
-use nalgebra::Vector3;
+use lgvi_lie::{Quaternion, cos_sinc_pair};
+use nalgebra::{Vector2, Vector3};
 
 /// A body with two equal moments: `F = exp(S(Π) t/J_t) exp(S(e) (1/J_a − 1/J_t) eᵀΠ t)`, with e the axis of symmetry and
 /// `J_a`, `J_t` the moments about it and across it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axisymmetric {
     axis: Vector3<f64>,
-    transverse: f64,
+    /// Which body axis `axis` is, if it is one.
+    coordinate: Option<usize>,
+    /// `1/J_t`
+    precession_rate: f64,
     /// `1/J_a − 1/J_t`
-    relative_rate: f64,
+    spin_rate: f64,
 }
 
 impl Axisymmetric {
     pub(super) fn new(axis: Vector3<f64>, axial: f64, transverse: f64) -> Self {
         Self {
+            coordinate: (0..3).find(|&i| axis == Vector3::ith(i, 1.0)),
             axis,
-            transverse,
-            relative_rate: (transverse - axial) / transverse / axial,
+            precession_rate: transverse.recip(),
+            spin_rate: (transverse - axial) / transverse / axial,
         }
     }
 
     #[inline]
     pub(super) fn flow(&self, pi: &Vector3<f64>, t: f64) -> (Quaternion, Vector3<f64>) {
-        let precession = Quaternion::from_rotation_vector(&(pi * (t / self.transverse)));
-        let angle = self.relative_rate * self.axis.dot(pi) * t;
+        match self.coordinate {
+            Some(axis) => self.flow_about(axis, pi, t),
+            None => self.flow_about_any(pi, t),
+        }
+    }
+
+    /// Which body axis the axis of symmetry is, if it is one.
+    #[inline(always)]
+    pub(super) fn coordinate(&self) -> Option<usize> {
+        self.coordinate
+    }
+
+    /// The flow when the axis of symmetry is a body axis; the quaternion is of length 1 to rounding.
+    #[inline(always)]
+    pub(super) fn flow_about(
+        &self,
+        axis: usize,
+        pi: &Vector3<f64>,
+        t: f64,
+    ) -> (Quaternion, Vector3<f64>) {
+        match axis {
+            0 => self.flow_about_axis::<0>(pi, t),
+            1 => self.flow_about_axis::<1>(pi, t),
+            _ => self.flow_about_axis::<2>(pi, t),
+        }
+    }
+
+    /// The spin's quaternion has one component, and Π turns in a plane.
+    #[inline(always)]
+    fn flow_about_axis<const AXIS: usize>(
+        &self,
+        pi: &Vector3<f64>,
+        t: f64,
+    ) -> (Quaternion, Vector3<f64>) {
+        let (i, j, k) = (AXIS, (AXIS + 1) % 3, (AXIS + 2) % 3);
+        let half = 0.5 * t;
+        let half_precession = (half * self.precession_rate) * pi;
+        let half_spin = (half * self.spin_rate) * pi[i];
+        let squared = Vector2::new(half_precession.norm_squared(), half_spin * half_spin);
+        let (cos, sinc) = cos_sinc_pair(squared);
+        let precession = Quaternion {
+            w: cos.x,
+            u: sinc.x * half_precession,
+        };
+        let sin = sinc.y * half_spin;
+        // By what it changes by, so that rounding of the angle is not rounding of |Π|.
+        let (double, mut turned) = (sin + sin, *pi);
+        let (across, along) = (double * cos.y, double * sin);
+        turned[j] += across * pi[k] - along * pi[j];
+        turned[k] -= across * pi[j] + along * pi[k];
+        (precession.product_about::<AXIS>(cos.y, sin), turned)
+    }
+
+    fn flow_about_any(&self, pi: &Vector3<f64>, t: f64) -> (Quaternion, Vector3<f64>) {
+        let precession = Quaternion::from_rotation_vector(&(pi * (t * self.precession_rate)));
+        let angle = self.spin_rate * self.axis.dot(pi) * t;
         let spin = Quaternion::from_rotation_vector(&(self.axis * angle));
         (precession.product(&spin), spin.rotate_back(pi))
     }

@@ -33,7 +33,7 @@ pub(crate) fn fly(
             simulation.advance(&controls)?;
         }
         best = best.min(start.elapsed().as_secs_f64());
-        errors = case.errors(t, simulation.system(), simulation.states())?;
+        errors = case.errors(t, simulation.system().bodies(), simulation.states())?;
     }
     Ok(Flown {
         seconds: best,

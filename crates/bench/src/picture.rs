@@ -53,9 +53,18 @@ impl Axis {
 
     fn tick(&self, place: f64) -> String {
         if self.logarithmic {
-            format!("{:.0e}", 10.0_f64.powf(place))
+            format!("1e{place:.0}")
         } else {
-            format!("{place}")
+            format!("{place:.0}")
+        }
+    }
+
+    /// How many ticks: one a decade at most.
+    fn ticks(&self, range: &std::ops::Range<f64>) -> usize {
+        if self.logarithmic {
+            (range.end - range.start).ceil().clamp(1.0, 12.0) as usize
+        } else {
+            8
         }
     }
 
@@ -69,10 +78,16 @@ impl Axis {
     }
 }
 
-const SIZE: (u32, u32) = (860, 560);
+const SIZE: (u32, u32) = (1000, 560);
+
+/// Width of the diagram, left of the legend (px).
+const DIAGRAM: u32 = 770;
+
+/// Height of a line of the legend (px).
+const LINE: i32 = 24;
 
 /// Colours that stay apart for most eyes, and in grey.
-const COLORS: [RGBColor; 10] = [
+const COLORS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -82,6 +97,8 @@ const COLORS: [RGBColor; 10] = [
     RGBColor(90, 90, 90),
     RGBColor(120, 60, 160),
     RGBColor(160, 110, 60),
+    RGBColor(240, 100, 120),
+    RGBColor(150, 190, 20),
     RGBColor(20, 20, 20),
 ];
 
@@ -108,7 +125,9 @@ impl Picture {
         let y = self.vertical.range(points().map(|point| point[1]));
         let root = SVGBackend::new(path, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&root)
+        let (left, right) = root.split_horizontally(DIAGRAM);
+        let (x_ticks, y_ticks) = (self.horizontal.ticks(&x), self.vertical.ticks(&y));
+        let mut chart = ChartBuilder::on(&left)
             .caption(&self.title, ("sans-serif", 20))
             .margin(12)
             .x_label_area_size(44)
@@ -120,6 +139,8 @@ impl Picture {
             .bold_line_style(RGBColor(225, 225, 225))
             .x_desc(&self.horizontal.label)
             .y_desc(&self.vertical.label)
+            .x_labels(x_ticks)
+            .y_labels(y_ticks)
             .x_label_formatter(&|place| self.horizontal.tick(*place))
             .y_label_formatter(&|place| self.vertical.tick(*place))
             .draw()?;
@@ -132,17 +153,12 @@ impl Picture {
                     self.vertical.place(point[1]),
                 )
             };
-            chart
-                .draw_series(LineSeries::new(curve.points.iter().map(place), style))?
-                .label(&curve.label)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+            chart.draw_series(LineSeries::new(curve.points.iter().map(place), style))?;
+            let y = 60 + LINE * index as i32;
+            right.draw(&PathElement::new([(0, y), (24, y)], style))?;
+            let text = ("sans-serif", 14).into_font();
+            right.draw(&Text::new(curve.label.as_str(), (32, y - 7), text))?;
         }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(200, 200, 200))
-            .position(SeriesLabelPosition::UpperRight)
-            .draw()?;
         root.present()?;
         Ok(())
     }

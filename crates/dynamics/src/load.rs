@@ -29,6 +29,7 @@ impl Load {
 impl Add for Load {
     type Output = Self;
 
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self {
             force: self.force + other.force,
@@ -38,6 +39,7 @@ impl Add for Load {
 }
 
 impl AddAssign for Load {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }

@@ -87,7 +87,7 @@ pub enum TruthError {
 }
 
 /// Largest deviations over the bodies.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Of `x`.
     pub position: f64,
@@ -101,7 +101,7 @@ pub struct Errors {
 
 impl Errors {
     /// The largest of the four.
-    pub fn largest(&self) -> f64 {
+    pub fn greatest(&self) -> f64 {
         self.position
             .max(self.velocity)
             .max(self.attitude)
@@ -171,7 +171,7 @@ impl Case {
     pub fn errors(
         &self,
         t: f64,
-        system: &System,
+        bodies: &[RigidBody],
         states: &[BodyState],
     ) -> Result<Errors, TruthError> {
         let reference = self.states.iter().find(|state| state.t == t);
@@ -181,7 +181,7 @@ impl Case {
             times: self.times(),
         })?;
         let mut worst = Errors::default();
-        let bodies = system.bodies().iter().zip(states);
+        let bodies = bodies.iter().zip(states);
         for ((body, state), y) in bodies.zip(reference.y.chunks(18)) {
             let at = |from: usize| Vector3::from_column_slice(&y[from..from + 3]);
             let attitude = Matrix3::from_row_slice(&y[6..15]);

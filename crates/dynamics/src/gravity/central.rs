@@ -16,8 +16,9 @@ impl Central {
     /// `GM/r³` and `1/r²`.
     #[inline]
     fn pull(&self, d: &Vector3<f64>) -> (f64, f64) {
-        let by_r2 = 1.0 / d.norm_squared();
-        (self.gm * by_r2 * by_r2.sqrt(), by_r2)
+        let squared = d.norm_squared();
+        let by_r2 = 1.0 / squared;
+        (self.gm * (by_r2 * by_r2) * squared.sqrt(), by_r2)
     }
 }
 

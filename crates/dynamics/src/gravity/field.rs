@@ -14,7 +14,8 @@ use crate::{BodyState, Load, MassDistribution, RigidBody};
 ///
 /// Derivatives are in the variations `δx` (inertial frame) and `ζ`, `δR = R S(ζ)`.
 ///
-/// Every [`Attractor`] whose frame is the inertial one is a field. On points of mass it acts exactly. On a body given by
+/// Every [`Attractor`] whose frame is the inertial one is a field. On points of mass it acts exactly, on a
+/// polyhedron through its cloud of points. On a body given by
 /// its multipole, the source's monopole meets the body's multipole, and all else of the source acts at the centre of mass.
 ///
 /// # Assumptions and limitations
@@ -95,24 +96,25 @@ impl AddAssign for LoadCurvature {
 }
 
 impl<A: Attractor> Field for A {
+    #[inline]
     fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load {
         match body.distribution() {
-            MassDistribution::Points(points) => points::load(self, points, x, r),
             MassDistribution::Multipole(own) => multipole::load(self, own, x, r),
+            _ => points::load(self, body.points(), x, r),
         }
     }
 
     fn potential(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> f64 {
         match body.distribution() {
-            MassDistribution::Points(points) => points::potential(self, points, x, r),
             MassDistribution::Multipole(own) => multipole::potential(self, own, x, r),
+            _ => points::potential(self, body.points(), x, r),
         }
     }
 
     fn gradient(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> LoadGradient {
         match body.distribution() {
-            MassDistribution::Points(points) => points::gradient(self, points, x, r),
             MassDistribution::Multipole(own) => multipole::gradient(self, own, x, r),
+            _ => points::gradient(self, body.points(), x, r),
         }
     }
 
@@ -124,8 +126,8 @@ impl<A: Attractor> Field for A {
         weights: &Load,
     ) -> LoadCurvature {
         match body.distribution() {
-            MassDistribution::Points(points) => points::curvature(self, points, x, r, weights),
             MassDistribution::Multipole(own) => multipole::curvature(self, own, x, r, weights),
+            _ => points::curvature(self, body.points(), x, r, weights),
         }
     }
 

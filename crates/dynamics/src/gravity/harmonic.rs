@@ -74,8 +74,9 @@ pub(super) trait Harmonic {
 /// `r^{−(2n + 1)}` and `r⁻²`.
 #[inline]
 fn inverse_power(e: &Vector3<f64>, n: i32) -> (f64, f64) {
-    let by_r2 = 1.0 / e.norm_squared();
-    let mut power = by_r2.sqrt();
+    let squared = e.norm_squared();
+    let by_r2 = 1.0 / squared;
+    let mut power = by_r2 * squared.sqrt();
     for _ in 0..n {
         power *= by_r2;
     }

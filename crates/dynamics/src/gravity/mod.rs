@@ -27,7 +27,7 @@ pub use fixed::Fixed;
 pub use moments::Moments;
 pub use multipole::Multipole;
 pub use mutual::Mutual;
-pub use polyhedron::{ObjError, Polyhedron, PolyhedronError, PolyhedronField};
+pub use polyhedron::{ObjError, Polyhedron, PolyhedronError, PolyhedronField, PolyhedronMass};
 pub use sources::Sources;
 pub use uniform::Uniform;
 

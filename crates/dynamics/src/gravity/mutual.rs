@@ -1,11 +1,10 @@
-use nalgebra::Vector3;
-
-use super::pair::{self, Member};
+use super::pair::{self, Couple};
 use super::{CloseApproach, Gravity};
 use crate::{BodyState, Load, RigidBody};
 
 /// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
-/// exactly, a multipole's field with points, and two multipoles to the order of the greater.
+/// exactly, a polyhedron's or multipole's field with points, and two multipoles to the order of the greater. A polyhedron
+/// attracts points exactly; a multipole, or another polyhedron that is not smaller, attracts its cloud.
 ///
 /// Each pair enters both bodies with the same force and opposite sign and with moments that balance it, so that total
 /// linear and angular momentum are kept to rounding. Fixed and driven bodies attract the others; among themselves they are
@@ -13,13 +12,15 @@ use crate::{BodyState, Load, RigidBody};
 ///
 /// # Assumptions and limitations
 /// Two points at one place have no finite load. The cost grows with the square of the number of bodies and, for bodies of
-/// points, with the product of their numbers of points. The truncation is that of [`Multipole`](super::Multipole).
+/// points, with the product of their numbers of points, or of one's faces and the other's points. The truncation is that of
+/// [`Multipole`](super::Multipole) and of [`PolyhedronMass`](super::PolyhedronMass). That a point of mass, or a
+/// multipole's centre, is inside a polyhedron is a close approach; that their surfaces meet is not told.
 #[derive(Clone, Debug)]
 pub struct Mutual {
     /// Gravitational constant `G`.
     constant: f64,
-    /// Arms `R ρ` of all bodies' points, body after body.
-    arms: Vec<Vector3<f64>>,
+    /// Room for the points of two bodies.
+    couples: Vec<Couple>,
 }
 
 impl Mutual {
@@ -27,39 +28,27 @@ impl Mutual {
     pub fn new(constant: f64) -> Self {
         Self {
             constant,
-            arms: Vec::new(),
+            couples: Vec::new(),
         }
     }
 }
 
 /// Whether gravity between the two can move any of them.
-fn matters(first: &RigidBody, second: &RigidBody) -> bool {
-    !(first.mobility().is_given() && second.mobility().is_given())
+fn matters(pair: [&RigidBody; 2]) -> bool {
+    !pair.iter().all(|body| body.mobility().is_given())
 }
 
 impl Gravity for Mutual {
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
-        self.arms.clear();
-        for (body, state) in bodies.iter().zip(states) {
-            for point in body.points() {
-                self.arms.push(state.attitude * point.position);
-            }
-        }
-        let mut rest = self.arms.as_slice();
-        for (i, (body, state)) in bodies.iter().zip(states).enumerate() {
-            let (arms, others) = rest.split_at(body.points().len());
-            rest = others;
-            let first = Member { body, state, arms };
-            let mut others = others;
-            let (before, after) = loads.split_at_mut(i + 1);
-            for (j, load) in (i + 1..).zip(after) {
-                let body = &bodies[j];
-                let (arms, further) = others.split_at(body.points().len());
-                others = further;
-                if matters(first.body, body) {
-                    let state = &states[j];
-                    let second = Member { body, state, arms };
-                    pair::exchange(first, second).add_to([&mut before[i], load], self.constant);
+        let count = bodies.len().min(states.len()).min(loads.len());
+        for i in 0..count {
+            for j in i + 1..count {
+                let pair = [&bodies[i], &bodies[j]];
+                if matters(pair) {
+                    let at = [&states[i], &states[j]];
+                    pair::exchange(pair, at, &mut self.couples, |exchange| {
+                        exchange.add_to(loads, [i, j], self.constant);
+                    });
                 }
             }
         }
@@ -69,7 +58,7 @@ impl Gravity for Mutual {
         let mut sum = 0.0;
         for i in 0..bodies.len() {
             for j in i + 1..bodies.len() {
-                if matters(&bodies[i], &bodies[j]) {
+                if matters([&bodies[i], &bodies[j]]) {
                     sum += pair::potential([&bodies[i], &bodies[j]], [&states[i], &states[j]]);
                 }
             }
@@ -84,9 +73,17 @@ impl Gravity for Mutual {
     ) -> Result<(), CloseApproach> {
         for (body, (first, at)) in bodies.iter().zip(states).enumerate() {
             for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
-                let limit = first.radius() + second.radius();
+                if !matters([first, second]) {
+                    continue;
+                }
                 let distance = (at.position - there.position).norm();
-                if distance < limit && matters(first, second) {
+                let radii = first.radius() + second.radius();
+                let limit = if distance < radii {
+                    Some(radii)
+                } else {
+                    pair::reach_of_overlap([first, second], [at, there])
+                };
+                if let Some(limit) = limit {
                     return Err(CloseApproach {
                         body,
                         other: Some(other),

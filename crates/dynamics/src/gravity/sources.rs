@@ -19,8 +19,10 @@ impl Sources {
     /// constant `G`, but to be differentiated.
     ///
     /// # Assumptions and limitations
-    /// Between two multipoles of fourth order, quadrupole on quadrupole is left out. Of a body of several points, the
-    /// radius is not checked.
+    /// Between two multipoles of fourth order, and of a held polyhedron on a multipole, quadrupole on quadrupole is left
+    /// out. On a polyhedron the sources act through its cloud, even where [`Mutual`](super::Mutual) has its field act on
+    /// them; the two differ by the cloud's error. Of a body of several points, the radius is not checked, of a polyhedron
+    /// the radius it was given.
     pub fn of_bodies(constant: f64, bodies: &[RigidBody], states: &[BodyState]) -> Self {
         let mut fields: Vec<Box<dyn Field>> = Vec::new();
         for (body, state) in bodies.iter().zip(states) {
@@ -40,6 +42,10 @@ impl Sources {
                         let source = Fixed::new(central, place, Matrix3::identity());
                         fields.push(Box::new(source.within(radius)));
                     }
+                }
+                MassDistribution::Polyhedron(mass) => {
+                    let source = Fixed::new(mass.field().scaled(constant), x, r);
+                    fields.push(Box::new(source.within(body.radius())));
                 }
                 MassDistribution::Multipole(multipole) => {
                     let source = Fixed::new(multipole.scaled(constant), x, r);

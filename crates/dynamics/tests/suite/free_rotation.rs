@@ -1,42 +1,7 @@
 //! The closed form of free rotation against the reference trajectories of free bodies.
 
-use lgvi_dynamics::Inertia;
-use lgvi_dynamics::rotation::FreeRotation;
-use nalgebra::{Matrix3, Vector3};
-use serde_json::Value;
-
-/// Errors of attitude (Frobenius norm) and of angular velocity at each time of a reference.
-fn errors(name: &str) -> Vec<(f64, f64, f64)> {
-    let path = format!(
-        "{}/../../tests/truth/{name}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let text = std::fs::read_to_string(&path).expect(&path);
-    let json: Value = serde_json::from_str(&text).expect(&path);
-    let number = |value: &Value| value.as_f64().expect("a number");
-    let body = &json["bodies"][0];
-    let vector = |key: &str| Vector3::from_fn(|i, _| number(&body[key][i]));
-    let inertia = Inertia::principal(vector("J").into()).expect("inertia");
-    let attitude = Matrix3::from_fn(|i, j| number(&body["R"][i][j]));
-    let momentum = inertia.matrix() * vector("Omega");
-    let flow = FreeRotation::new(&inertia);
-    let states = json["states"].as_array().expect("states");
-    states
-        .iter()
-        .map(|state| {
-            let t = number(&state["t"]);
-            let y = |from: usize| move |i: usize| number(&state["y"][from + i]);
-            let (relative, momentum) = flow.flow(&momentum, t);
-            let expected = Matrix3::from_fn(|i, j| y(6)(3 * i + j));
-            let velocity = inertia.inverse() * momentum;
-            (
-                t,
-                (relative.compose(&attitude) - expected).norm(),
-                (velocity - Vector3::from_fn(|i, _| y(15)(i))).norm(),
-            )
-        })
-        .collect()
-}
+use crate::case::Case;
+use lgvi_dynamics::{Load, Method};
 
 /// To the rounding of the phase, `2⁻⁵² |Ω| t` with |Ω| = 1.35 and 1, at every time. Measured, attitude and Ω:
 ///
@@ -47,10 +12,27 @@ fn errors(name: &str) -> Vec<(f64, f64, f64)> {
 #[test]
 fn free_rotation_is_exact_at_every_time_of_the_references() {
     for name in ["b1_free_asymmetric", "b2_dzhanibekov"] {
-        for (t, attitude, velocity) in errors(name) {
+        let case = Case::load(name);
+        for t in case.times() {
+            let errors = case.errors_at(t, 1, Method::ClosedForm);
+            let (attitude, velocity) = (errors.attitude, errors.angular_velocity);
             let bound = 2e-15 + f64::EPSILON * 1.4 * t;
             assert!(attitude < bound, "{name} t = {t}: attitude {attitude:.1e}");
             assert!(velocity < bound, "{name} t = {t}: Ω {velocity:.1e}");
         }
     }
+}
+
+/// A flight of many steps is not a sum of steps: its last state is that of a single one.
+#[test]
+fn steps_in_closed_form_do_not_accumulate() {
+    let case = Case::load("b1_free_asymmetric");
+    let steps = 1000;
+    let mut flight = case.simulation(Method::ClosedForm, 1.0);
+    for _ in 0..steps {
+        flight.advance(&[Load::default()]).expect("a step");
+    }
+    let mut leap = case.simulation(Method::ClosedForm, f64::from(steps));
+    leap.advance(&[Load::default()]).expect("a step");
+    assert_eq!(flight.states(), leap.states());
 }

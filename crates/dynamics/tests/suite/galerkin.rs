@@ -1,6 +1,6 @@
 //! Galerkin Lie group variational integrators: order, laws, equivariance, and the reduced equations.
 
-use crate::case::{Case, Errors};
+use crate::case::Case;
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
 use lgvi_dynamics::{
@@ -8,6 +8,7 @@ use lgvi_dynamics::{
     Simulation, StepError, System,
 };
 use lgvi_lie::{exp, hat, log};
+use lgvi_truth::Errors;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 const ORIGINS: [ChartOrigin; 2] = [ChartOrigin::Start, ChartOrigin::Middle];

@@ -1,7 +1,7 @@
 //! Mutual attraction of every pair of kinds of bodies.
 
 use lgvi_dynamics::gravity::{Field, Gravity, Mutual, Sources};
-use lgvi_dynamics::{BodyState, Load, Mobility};
+use lgvi_dynamics::{BodyState, Inertia, Load, Mobility, PointMass, RigidBody};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 
@@ -142,6 +142,55 @@ fn total_force_and_moment_vanish_to_rounding() {
     }
     println!("total moment {worst:.1e} of force times distance");
     assert!(worst < 2e-15, "total moment {worst:e}");
+}
+
+/// Any two numbers of points, odd ones too, against the plain sum over all pairs.
+#[test]
+fn every_number_of_points_attracts_as_the_sum_of_its_pairs() {
+    let mut rng = fastrand::Rng::with_seed(41);
+    let inertia = Inertia::principal([1.0; 3]).expect("inertia");
+    let mut random = |count: usize| {
+        let positions: Vec<_> = (0..count).map(|_| vector(&mut rng, 0.4)).collect();
+        let centre = positions.iter().sum::<Vector3<f64>>() / count as f64;
+        let mass = 1.0 / count as f64;
+        let points = positions.iter().map(|position| PointMass {
+            mass,
+            position: position - centre,
+        });
+        RigidBody::new(1.0, inertia.clone(), points.collect()).expect("body")
+    };
+    let apart = [Vector3::zeros(), Vector3::new(1.5, -0.7, 0.9)];
+    let turns = [Vector3::new(0.3, -1.0, 0.5), Vector3::new(-0.8, 0.2, 1.1)];
+    let states = [0, 1].map(|own| BodyState {
+        position: apart[own],
+        linear_momentum: Vector3::zeros(),
+        attitude: lgvi_lie::exp(&turns[own]),
+        angular_momentum: Vector3::zeros(),
+    });
+    for (n, m) in (0..25).map(|k| (k / 5 + 1, k % 5 + 1)) {
+        let bodies = [random(n), random(m)];
+        let mut loads = [Load::default(); 2];
+        Mutual::new(G).add_loads(&bodies, &states, &mut loads);
+        let mut expected = [Load::default(); 2];
+        for p in bodies[0].points() {
+            for q in bodies[1].points() {
+                let [first, second] = [p, q].map(|point| point.position);
+                let d = states[1].position + states[1].attitude * second
+                    - states[0].position
+                    - states[0].attitude * first;
+                let pull = G * p.mass * q.mass / d.norm().powi(3) * d;
+                let seen = [0, 1].map(|own| states[own].attitude.tr_mul(&pull));
+                expected[0].force += pull;
+                expected[1].force -= pull;
+                expected[0].moment += first.cross(&seen[0]);
+                expected[1].moment -= second.cross(&seen[1]);
+            }
+        }
+        for (found, expected) in loads.iter().zip(&expected) {
+            assert!((found.force - expected.force).norm() < 1e-15, "{n}, {m}");
+            assert!((found.moment - expected.moment).norm() < 1e-15, "{n}, {m}");
+        }
+    }
 }
 
 /// The load on the second body with its pose moved by δ and ζ, the first being held.

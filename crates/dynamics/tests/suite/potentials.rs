@@ -24,7 +24,7 @@ pub fn subtract<T: Number>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-fn dot<T: Number>(a: Triple<T>, b: Triple<T>) -> T {
+pub fn dot<T: Number>(a: Triple<T>, b: Triple<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

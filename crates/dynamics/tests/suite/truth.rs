@@ -1,9 +1,10 @@
 //! Accuracy and order of convergence against reference trajectories from independent methods (`tests/truth`).
 
-use crate::case::{Case, Errors};
+use crate::case::Case;
 use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::rotation::Chart;
+use lgvi_truth::Errors;
 
 /// The observed order over each of three halvings, from the largest error of the state.
 fn orders(case: &Case, t: f64, steps: u32, method: Method) -> (Vec<f64>, Errors) {

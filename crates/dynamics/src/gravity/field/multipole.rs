@@ -17,6 +17,7 @@ fn sight<A: Attractor>(
 }
 
 /// `f = m a_s − R a`, `M = a × e`, a what the source feels of the body's asphericity.
+#[inline]
 pub(super) fn load<A: Attractor>(
     source: &A,
     body: &Multipole,

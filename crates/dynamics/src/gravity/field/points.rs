@@ -6,6 +6,7 @@ use crate::gravity::Attractor;
 use crate::{Load, PointMass};
 
 /// A body's points of mass, `d = x + R ρ`: force `m a(d)` each.
+#[inline]
 pub(super) fn load<A: Attractor>(
     source: &A,
     points: &[PointMass],

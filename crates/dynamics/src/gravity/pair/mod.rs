@@ -1,11 +1,17 @@
 //! What two bodies exert on each other, one kind of pair a file.
 
 mod attractor;
+mod couple;
+mod inside;
 mod multipoles;
 mod points;
 
 use nalgebra::Vector3;
 
+pub(super) use couple::Couple;
+pub(super) use inside::reach_of_overlap;
+
+use super::{Attractor, Multipole, PolyhedronField};
 use crate::{BodyState, Load, MassDistribution, PointMass, RigidBody};
 
 /// What two bodies exert on each other.
@@ -28,46 +34,105 @@ impl Exchange {
     }
 
     /// Adds `constant` times this to the loads of the two.
-    pub(super) fn add_to(&self, loads: [&mut Load; 2], constant: f64) {
-        let [first, second] = loads;
+    #[inline(always)]
+    pub(super) fn add_to(&self, loads: &mut [Load], pair: [usize; 2], constant: f64) {
+        let [first, second] = pair;
         let force = constant * self.force;
-        first.force += force;
-        second.force -= force;
-        first.moment += constant * self.moments[0];
-        second.moment += constant * self.moments[1];
+        loads[first].force += force;
+        loads[second].force -= force;
+        loads[first].moment += constant * self.moments[0];
+        loads[second].moment += constant * self.moments[1];
     }
 }
 
-/// One of a pair: its mass, where it is, and the arms `R ρ` of its points.
-#[derive(Clone, Copy)]
-pub(super) struct Member<'a> {
-    pub(super) body: &'a RigidBody,
-    pub(super) state: &'a BodyState,
-    pub(super) arms: &'a [Vector3<f64>],
+/// How two bodies meet.
+enum Meeting<'a> {
+    Points([&'a [PointMass]; 2]),
+    Multipoles([&'a Multipole; 2]),
+    /// A multipole and the other's points.
+    Multipole(&'a Multipole, &'a [PointMass], Order),
+    /// A polyhedron's field and the other's points.
+    Polyhedron(&'a PolyhedronField, &'a [PointMass], Order),
 }
 
-/// The exchange of two bodies, with gravitational constant 1.
-#[inline]
-pub(super) fn exchange(first: Member, second: Member) -> Exchange {
-    use MassDistribution::{Multipole, Points};
-    match (first.body.distribution(), second.body.distribution()) {
-        (Points(_), Points(_)) => points::exchange(first, second),
-        (Multipole(a), Multipole(b)) => multipoles::exchange([a, b], [first.state, second.state]),
-        (Multipole(a), Points(points)) => attractor::exchange(a, first.state, points, second.state),
-        (Points(points), Multipole(b)) => {
-            attractor::exchange(b, second.state, points, first.state).swapped()
+/// Which of the two is the attractor.
+#[derive(Clone, Copy, PartialEq)]
+enum Order {
+    First,
+    Second,
+}
+
+impl<'a> Meeting<'a> {
+    /// Of two polyhedra the greater is the attractor, for the error falls with the size of the other's cloud.
+    #[inline]
+    fn of([first, second]: [&'a RigidBody; 2]) -> Self {
+        use MassDistribution as Of;
+        match (first.distribution(), second.distribution()) {
+            (Of::Points(a), Of::Points(b)) => Self::Points([a, b]),
+            (Of::Multipole(a), Of::Multipole(b)) => Self::Multipoles([a, b]),
+            (Of::Multipole(a), _) => Self::Multipole(a, second.points(), Order::First),
+            (_, Of::Multipole(b)) => Self::Multipole(b, first.points(), Order::Second),
+            (Of::Polyhedron(a), Of::Polyhedron(b))
+                if a.field().bounding_radius() < b.field().bounding_radius() =>
+            {
+                Self::Polyhedron(b.field(), a.cloud(), Order::Second)
+            }
+            (Of::Polyhedron(a), _) => Self::Polyhedron(a.field(), second.points(), Order::First),
+            (Of::Points(points), Of::Polyhedron(b)) => {
+                Self::Polyhedron(b.field(), points, Order::Second)
+            }
         }
+    }
+}
+
+/// Gives `to` the exchange of two bodies, with gravitational constant 1.
+// a closure, for an exchange that is returned from several branches passes through memory
+#[inline]
+pub(super) fn exchange(
+    bodies: [&RigidBody; 2],
+    states: [&BodyState; 2],
+    couples: &mut Vec<Couple>,
+    to: impl FnOnce(Exchange),
+) {
+    match Meeting::of(bodies) {
+        Meeting::Points(points) => to(points::exchange(points, states, couples)),
+        Meeting::Multipoles(multipoles) => to(multipoles::exchange(multipoles, states)),
+        Meeting::Multipole(field, points, order) => to(attracted(field, points, states, order)),
+        Meeting::Polyhedron(field, points, order) => to(attracted(field, points, states, order)),
+    }
+}
+
+#[inline]
+fn attracted<A: Attractor>(
+    field: &A,
+    points: &[PointMass],
+    [first, second]: [&BodyState; 2],
+    order: Order,
+) -> Exchange {
+    match order {
+        Order::First => attractor::exchange(field, first, points, second),
+        Order::Second => attractor::exchange(field, second, points, first).swapped(),
     }
 }
 
 /// Their potential, with gravitational constant 1.
 pub(super) fn potential(bodies: [&RigidBody; 2], states: [&BodyState; 2]) -> f64 {
-    use MassDistribution::{Multipole, Points};
-    let [first, second] = states;
-    match bodies.map(RigidBody::distribution) {
-        [Points(a), Points(b)] => points::potential([a, b], states),
-        [Multipole(a), Multipole(b)] => multipoles::potential([a, b], states),
-        [Multipole(a), Points(points)] => attractor::potential(a, first, points, second),
-        [Points(points), Multipole(b)] => attractor::potential(b, second, points, first),
+    match Meeting::of(bodies) {
+        Meeting::Points(points) => points::potential(points, states),
+        Meeting::Multipoles(multipoles) => multipoles::potential(multipoles, states),
+        Meeting::Multipole(field, points, order) => energy(field, points, states, order),
+        Meeting::Polyhedron(field, points, order) => energy(field, points, states, order),
+    }
+}
+
+fn energy<A: Attractor>(
+    field: &A,
+    points: &[PointMass],
+    [first, second]: [&BodyState; 2],
+    order: Order,
+) -> f64 {
+    match order {
+        Order::First => attractor::potential(field, first, points, second),
+        Order::Second => attractor::potential(field, second, points, first),
     }
 }

@@ -29,23 +29,32 @@ pub(super) fn potential(multipoles: [&Multipole; 2], states: [&BodyState; 2]) ->
     sum
 }
 
+#[inline]
 fn second_order(multipoles: [&Multipole; 2], states: [&BodyState; 2]) -> Exchange {
     let d = states[0].position - states[1].position;
-    let by_r2 = 1.0 / d.norm_squared();
-    let by_r3 = by_r2 * by_r2.sqrt();
-    let by_r5 = by_r3 * by_r2;
+    let squared = d.norm_squared();
+    let by_r2 = 1.0 / squared;
+    let by_r3 = by_r2 * by_r2 * squared.sqrt();
     let strengths = multipoles.map(Multipole::strength);
-    let mut force = (-strengths[0] * strengths[1] * by_r3) * d;
-    let mut moments = [Vector3::zeros(); 2];
-    for own in [0, 1] {
-        // P = e·He, ∇P = 2He; f = m (∇P − 5 P e/r²)/r⁵ and M = m ∇P × e/r⁵
-        let e = states[own].attitude.tr_mul(&d);
-        let slope = 2.0 * (multipoles[own].asphericity().second.0 * e);
-        let strength = strengths[1 - own] * by_r5;
-        force += strength * (states[own].attitude * slope - (2.5 * e.dot(&slope) * by_r2) * d);
-        moments[own] = strength * slope.cross(&e);
+    // P = e·He, ∇P = 2He; f = m (∇P − 5 P e/r²)/r⁵ and M = m ∇P × e/r⁵
+    let aspherical = |own: usize| {
+        let attitude = &states[own].attitude;
+        let e = attitude.tr_mul(&d);
+        let strength = 2.0 * strengths[1 - own] * by_r3 * by_r2;
+        let slope = strength * (multipoles[own].asphericity().second.0 * e);
+        (
+            attitude * slope,
+            2.5 * by_r2 * e.dot(&slope),
+            slope.cross(&e),
+        )
+    };
+    let (across, along, moment) = aspherical(0);
+    let (other_across, other_along, other_moment) = aspherical(1);
+    let straight = strengths[0] * strengths[1] * by_r3 + along + other_along;
+    Exchange {
+        force: across + other_across - straight * d,
+        moments: [moment, other_moment],
     }
-    Exchange { force, moments }
 }
 
 fn fourth_order(multipoles: [&Multipole; 2], states: [&BodyState; 2]) -> Exchange {

@@ -1,32 +1,70 @@
 use nalgebra::Vector3;
+use wide::f64x2;
 
-use super::{Exchange, Member, PointMass};
+use super::couple::{Couple, dot, sum, swapped};
+use super::{Exchange, PointMass};
 use crate::BodyState;
 
 /// Point by point: `U = −Σ_{p,q} m_p m_q / |x_i + R_i ρ_p − x_j − R_j ρ_q|` (§3.4).
 #[inline]
-pub(super) fn exchange(first: Member, second: Member) -> Exchange {
-    let separation = first.state.position - second.state.position;
-    let mut force = Vector3::zeros();
-    let mut torques = [Vector3::zeros(); 2];
-    for (p, arm) in first.body.points().iter().zip(first.arms) {
-        for (q, other_arm) in second.body.points().iter().zip(second.arms) {
-            let d = separation + arm - other_arm;
-            let squared = d.norm_squared();
-            let pull = p.mass * q.mass / (squared * squared.sqrt());
-            let pair = -pull * d;
-            force += pair;
-            torques[0] += arm.cross(&pair);
-            torques[1] -= other_arm.cross(&pair);
+pub(super) fn exchange(
+    [points, others]: [&[PointMass]; 2],
+    states: [&BodyState; 2],
+    couples: &mut Vec<Couple>,
+) -> Exchange {
+    let [r, s] = states.map(|state| &state.attitude);
+    if let ([p, own @ ..], [q, theirs @ ..]) = (points, others)
+        && own.len() < 2
+        && theirs.len() < 2
+    {
+        let own = Couple::new(p, own.first(), r);
+        let theirs = Couple::new(q, theirs.first(), s);
+        between([&[own], &[theirs]], states)
+    } else {
+        couples.clear();
+        couples.extend(Couple::of(points, r));
+        couples.extend(Couple::of(others, s));
+        let (own, theirs) = couples.split_at(points.len().div_ceil(2));
+        between([own, theirs], states)
+    }
+}
+
+/// Two points of each body at a time: each with its partner, then with the other's.
+#[inline(always)]
+fn between(couples: [&[Couple]; 2], states: [&BodyState; 2]) -> Exchange {
+    let [at, there] = states;
+    let separation = (there.position - at.position).map(f64x2::splat);
+    let zero = Vector3::repeat(f64x2::ZERO);
+    let (mut pull, mut torque, mut other_torque) = (zero, zero, zero);
+    for second in couples[1] {
+        let crossed = second.swapped();
+        let places = [second, &crossed].map(|couple| separation + couple.arms);
+        let mut on_second = zero;
+        for first in couples[0] {
+            let straight = attraction(places[0] - first.arms, first.masses * second.masses);
+            let across = attraction(places[1] - first.arms, first.masses * crossed.masses);
+            let on_first = straight + across;
+            pull += on_first;
+            torque += first.arms.cross(&on_first);
+            on_second += straight + swapped(&across);
         }
+        other_torque += on_second.cross(&second.arms);
     }
     Exchange {
-        force,
+        force: sum(&pull),
         moments: [
-            first.state.attitude.tr_mul(&torques[0]),
-            second.state.attitude.tr_mul(&torques[1]),
+            at.attitude.tr_mul(&sum(&torque)),
+            there.attitude.tr_mul(&sum(&other_torque)),
         ],
     }
+}
+
+/// `m d/r³`
+#[inline(always)]
+fn attraction(d: Vector3<f64x2>, masses: f64x2) -> Vector3<f64x2> {
+    let squared = dot(&d, &d);
+    let inverse = f64x2::ONE / squared;
+    d * (masses * (inverse * inverse) * squared.sqrt())
 }
 
 pub(super) fn potential(points: [&[PointMass]; 2], states: [&BodyState; 2]) -> f64 {

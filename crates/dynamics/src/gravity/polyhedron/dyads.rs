@@ -4,7 +4,7 @@ use super::Polyhedron;
 use super::surface::Edge;
 
 /// What an edge contributes with: Werner & Scheeres' `E_e`, and what else does not depend on the place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct EdgeDyad {
     ends: [Vector3<f64>; 2],
     along: Vector3<f64>,
@@ -72,7 +72,7 @@ impl EdgeDyad {
 }
 
 /// What a face contributes with: its normal n, of which `F_f = n nᵀ` is made.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct FaceDyad {
     corners: [Vector3<f64>; 3],
     pub(super) normal: Vector3<f64>,

@@ -23,7 +23,7 @@ use crate::gravity::{Attractor, Monopole};
 ///   are none.
 /// - The sums cancel far away: the relative rounding of all four is about `10⁻¹⁵ (d/size)²`.
 /// - The cost is proportional to the number of faces.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PolyhedronField {
     /// `Gσ`
     strength: f64,
@@ -48,6 +48,14 @@ impl PolyhedronField {
                 radius: 0.0,
             },
         }
+    }
+
+    /// The same `factor` times as strong: with the gravitational constant, what was made for the constant 1.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        scaled.strength *= factor;
+        scaled.monopole.gm *= factor;
+        scaled
     }
 
     /// The radius of the least sphere about the frame's origin that holds the body.

@@ -1,6 +1,7 @@
 //! Homogeneous polyhedra: shape, mass properties, gravity and clouds of points that stand for them.
 
 mod cloud;
+mod distribution;
 mod dyads;
 mod error;
 mod field;
@@ -14,6 +15,7 @@ mod tests;
 
 use nalgebra::Vector3;
 
+pub use distribution::PolyhedronMass;
 pub use error::{ObjError, PolyhedronError};
 pub use field::PolyhedronField;
 

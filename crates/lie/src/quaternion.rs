@@ -232,6 +232,38 @@ mod tests {
         }
     }
 
+    /// Two angles at once, on both sides of the change from one series to the other.
+    #[test]
+    fn pairs_of_angles_are_accurate() {
+        for n in 0..=2000 {
+            let (x, y) = (0.15 * f64::from(n) / 2000.0, 0.07);
+            let (cos, sinc) = cos_sinc_pair(Vector2::new(x * x, y * y));
+            for (x, cos, sinc) in [(x, cos.x, sinc.x), (y, cos.y, sinc.y)] {
+                assert!((cos - libm::cos(x)).abs() < 2.3e-16, "{x}");
+                assert!((x * sinc - libm::sin(x)).abs() <= 2.3e-16 * x, "{x}");
+            }
+        }
+    }
+
+    #[test]
+    fn products_about_coordinate_axes_are_products() {
+        let mut rng = fastrand::Rng::with_seed(14);
+        for _ in 0..100 {
+            let a = Quaternion::from_rotation_vector(&random(&mut rng, 2.0));
+            let (sin, cos) = libm::sincos(6.0 * rng.f64());
+            let products = [
+                a.product_about::<0>(cos, sin),
+                a.product_about::<1>(cos, sin),
+                a.product_about::<2>(cos, sin),
+            ];
+            for (axis, product) in products.into_iter().enumerate() {
+                let u = Vector3::ith(axis, sin);
+                let expected = a.product(&Quaternion { w: cos, u });
+                assert!((product.w - expected.w).abs() + (product.u - expected.u).norm() < 1e-15);
+            }
+        }
+    }
+
     #[test]
     fn products_are_products_of_matrices_and_length_does_not_matter() {
         let mut rng = fastrand::Rng::with_seed(12);

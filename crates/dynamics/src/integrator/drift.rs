@@ -224,11 +224,12 @@ impl<T: Turn> Mover<T> {
                 momentum += dt * load.force;
             }
         }
-        next.linear_momentum = momentum;
-        next.position = state.position;
+        let mut position = state.position;
         if free {
-            next.position += (h * self.per_mass) * momentum;
+            position += (h * self.per_mass) * momentum;
         }
+        next.position = position;
+        next.linear_momentum = momentum;
         self.turn.carry((&state.attitude, &p), h, known, next)
     }
 

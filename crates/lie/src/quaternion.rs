@@ -39,7 +39,7 @@ pub fn cos_sinc(squared: f64) -> (f64, f64) {
     (cos, sinc)
 }
 
-/// `cos x` and `sin x / x` of two `x²` at once, of half the work where both x are at most 1/8: by shorter series then.
+/// `cos x` and `sin x / x` of two `x²` at once, by shorter series where both x are at most 1/8.
 #[inline(always)]
 pub fn cos_sinc_pair(squared: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
     let q = squared;

@@ -16,7 +16,7 @@ pub(super) struct Drift {
 }
 
 /// The bodies as their drifts see them, by the kind of their turns. A new [`Rotor`] is a variant here, with what it derives
-/// from a body in an implementation of [`Turn`], and an arm in [`Movers::of`] and in [`each`]: a jump that the processor foresees.
+/// from a body in an implementation of [`Turn`], and an arm in [`Movers::of`] and in [`Drift::apply`].
 enum Movers {
     /// The implicit equation in the Cayley chart, body axes being principal axes.
     Principal(Vec<Mover<Direct<Principal>>>),

@@ -144,7 +144,7 @@ pub(crate) fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {
     ])
 }
 
-fn principal_moments(matrix: &Matrix3<f64>) -> [f64; 3] {
+pub(crate) fn principal_moments(matrix: &Matrix3<f64>) -> [f64; 3] {
     let diagonal = matrix.diagonal();
     if *matrix == Matrix3::from_diagonal(&diagonal) {
         return diagonal.into();

@@ -7,6 +7,7 @@
 //! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational
 //! Integrators and Their Applications to Optimal Control*.
 
+pub mod auto;
 mod body;
 pub mod gravity;
 mod inertia;

@@ -1,3 +1,5 @@
+use lgvi_dynamics::MethodError;
+use lgvi_dynamics::auto::ChoiceError;
 use thiserror::Error;
 
 /// Why a scene cannot be flown.
@@ -30,4 +32,24 @@ impl SceneError {
             expected: expected.into(),
         }
     }
+
+    /// For a key that is not there and should be.
+    pub(crate) fn missing(key: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Value {
+            key: key.into(),
+            value: "missing".into(),
+            expected: expected.into(),
+        }
+    }
+}
+
+/// Why there is no integrator for a scene.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SchemeError {
+    /// The method cannot integrate the bodies.
+    #[error(transparent)]
+    Method(#[from] MethodError),
+    /// No method was chosen.
+    #[error("no integrator was chosen: {0}")]
+    Choice(#[from] ChoiceError),
 }

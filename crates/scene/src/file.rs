@@ -1,6 +1,18 @@
 //! The file's form: what serde reads, key by key, before anything is checked.
 
+mod body;
+mod gravity;
+mod maneuver;
+
 use serde::Deserialize;
+
+pub(crate) use body::{
+    AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
+};
+pub(crate) use gravity::{CentralFile, GravityFile};
+pub(crate) use maneuver::{ManeuverFile, WeightFile};
+
+use crate::integrator::IntegratorFile;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -50,16 +62,12 @@ pub(crate) struct RunFile {
     pub integrator: IntegratorFile,
     #[serde(default)]
     pub chart: ChartFile,
+    pub substeps: Option<u32>,
+    #[serde(default)]
+    pub subdivide: u32,
 }
 
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum IntegratorFile {
-    Lgvi,
-    LieEuler,
-}
-
-#[derive(Default, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ChartFile {
     #[default]
@@ -81,119 +89,4 @@ impl Default for PublishFile {
             ros_every: 10,
         }
     }
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(crate) struct GravityFile {
-    pub central: Option<CentralFile>,
-    pub mutual: Option<MutualFile>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct CentralFile {
-    pub gm: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MutualFile {
-    pub constant: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct BodyFile {
-    pub name: String,
-    pub mass: f64,
-    pub inertia: InertiaFile,
-    #[serde(default)]
-    pub points: Vec<PointFile>,
-    pub position: [f64; 3],
-    pub velocity: [f64; 3],
-    pub attitude: AttitudeFile,
-    pub angular_velocity: [f64; 3],
-}
-
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected three principal moments or a 3×3 matrix"
-)]
-pub(crate) enum InertiaFile {
-    Principal([f64; 3]),
-    Matrix([[f64; 3]; 3]),
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct PointFile {
-    pub mass: f64,
-    pub position: [f64; 3],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct TargetFile {
-    pub position: [f64; 3],
-    pub velocity: [f64; 3],
-    pub attitude: AttitudeFile,
-    pub angular_velocity: [f64; 3],
-}
-
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected a 3×3 rotation matrix by rows, or a quaternion { w, x, y, z }"
-)]
-pub(crate) enum AttitudeFile {
-    Matrix([[f64; 3]; 3]),
-    Quaternion(QuaternionFile),
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct QuaternionFile {
-    pub w: f64,
-    pub x: f64,
-    pub y: f64,
-    pub z: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct ManeuverFile {
-    pub body: String,
-    #[serde(default)]
-    pub force_weight: WeightFile,
-    #[serde(default)]
-    pub moment_weight: WeightFile,
-    #[serde(default)]
-    pub solver: SolverFile,
-    pub target: TargetFile,
-}
-
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected a number, three numbers or a 3×3 matrix"
-)]
-pub(crate) enum WeightFile {
-    Scalar(f64),
-    Diagonal([f64; 3]),
-    Matrix([[f64; 3]; 3]),
-}
-
-impl Default for WeightFile {
-    fn default() -> Self {
-        Self::Scalar(1.0)
-    }
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(crate) struct SolverFile {
-    pub tolerance: Option<f64>,
-    pub max_iterations: Option<u32>,
 }

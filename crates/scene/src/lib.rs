@@ -8,9 +8,13 @@ mod check;
 mod compile;
 mod error;
 mod file;
+mod gravity;
+mod integrator;
 mod scene;
 mod units;
 
-pub use error::SceneError;
+pub use error::{SceneError, SchemeError};
+pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
+pub use integrator::{Integration, Scheme};
 pub use scene::{Maneuver, NamedBody, Publishing, Scene};
 pub use units::Units;

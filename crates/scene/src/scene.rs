@@ -1,9 +1,10 @@
 use lgvi_control::{Settings, Transfer, TransferError, interval_cost};
-use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
-use lgvi_dynamics::{BodyState, Load, Method, MethodError, RigidBody, Simulation, System};
+use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
+use lgvi_dynamics::gravity::Sources;
+use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
 use nalgebra::Matrix3;
 
-use crate::Units;
+use crate::{Integration, SceneGravity, Scheme, SchemeError, Units};
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
@@ -20,8 +21,12 @@ pub struct Scene {
     pub units: Units,
     /// Simulation time of step 0 (ns since the UNIX epoch).
     pub epoch: i64,
-    /// The integrator.
-    pub method: Method,
+    /// The integrator that is asked for.
+    pub integration: Integration,
+    /// Steps of the integrator in each step of the run, unless it chooses them.
+    pub substeps: u32,
+    /// How often a step that cannot be made as one may be halved; 0 for never.
+    pub subdivide: u32,
     /// Duration of the run.
     pub duration: f64,
     /// Steps of the run.
@@ -30,10 +35,8 @@ pub struct Scene {
     pub publishing: Publishing,
     /// The bodies and their states at the epoch.
     pub bodies: Vec<NamedBody>,
-    /// `GM` of an attractor fixed at the origin.
-    pub central: Option<f64>,
-    /// Gravitational constant of the bodies' attraction on each other.
-    pub mutual: Option<f64>,
+    /// What acts on the bodies.
+    pub gravity: SceneGravity,
     /// What is to be planned and flown.
     pub maneuver: Option<Maneuver>,
 }
@@ -104,32 +107,60 @@ impl Scene {
 
     /// The bodies and their gravity.
     pub fn system(&self) -> System {
-        let mut gravity: Vec<Box<dyn Gravity>> = Vec::new();
-        if let Some(gm) = self.central {
-            gravity.push(Box::new(Central { gm }));
-        }
-        if let Some(constant) = self.mutual {
-            gravity.push(Box::new(Mutual::new(constant)));
-        }
         let bodies = self.bodies.iter().map(|body| body.body.clone()).collect();
-        System::new(bodies, gravity)
+        System::new(bodies, self.gravity.of_system())
     }
 
-    /// The simulation at step 0.
-    pub fn simulation(&self) -> Result<Simulation, MethodError> {
+    /// What flies the scene. An automatic integrator is chosen here, by pilot flights that may take a while.
+    pub fn scheme(&self) -> Result<Scheme, SchemeError> {
+        match self.integration {
+            Integration::Method(method) => Ok(Scheme {
+                method,
+                substeps: self.substeps,
+            }),
+            Integration::Auto { tolerance } => {
+                let Choice {
+                    method, substeps, ..
+                } = self.choice(tolerance)?;
+                Ok(Scheme { method, substeps })
+            }
+        }
+    }
+
+    /// Method and substeps that reach this accuracy at the least predicted cost, and why. The same on every machine.
+    pub fn choice(&self, tolerance: f64) -> Result<Choice, ChoiceError> {
+        let states: Vec<_> = self.bodies.iter().map(|body| body.state).collect();
+        let run = Run {
+            duration: self.duration,
+            steps: self.steps,
+        };
+        choose(&mut self.system(), &states, run, tolerance)
+    }
+
+    /// The simulation by a scheme, at step 0.
+    pub fn simulation(&self, scheme: Scheme) -> Result<Simulation, SchemeError> {
         let states = self.bodies.iter().map(|body| body.state).collect();
-        Simulation::new(self.system(), states, self.method, self.h())
+        let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
+            .with_substeps(scheme.substeps);
+        Ok(if self.subdivides(scheme) {
+            simulation.with_subdivision(self.subdivide)
+        } else {
+            simulation
+        })
+    }
+
+    /// Whether steps by this scheme are cut where they cannot be made as one.
+    pub fn subdivides(&self, scheme: Scheme) -> bool {
+        self.subdivide > 0 && !scheme.is_adaptive()
     }
 
     /// The optimal control problem of the scene's manoeuvre; `None` without one.
-    pub fn transfer(&self) -> Option<Result<Transfer<Central>, TransferError>> {
+    pub fn transfer(&self) -> Option<Result<Transfer<Sources>, TransferError>> {
         self.maneuver.as_ref().map(|maneuver| {
             let controlled = &self.bodies[maneuver.body];
             Transfer::new(
                 controlled.body.clone(),
-                Central {
-                    gm: self.central.unwrap_or(0.0),
-                },
+                self.gravity.on_body(maneuver.body, &self.bodies),
                 self.h(),
                 self.steps as usize,
                 controlled.state,

@@ -115,4 +115,6 @@ pub struct FlightReport {
     pub refused: u64,
     /// Steps that came later than their time in real-time pace.
     pub overruns: u64,
+    /// Steps that could not be made as one and were cut.
+    pub cut_steps: u64,
 }

@@ -1,4 +1,5 @@
 //! `lgvi`: the front door to the node suite.
+mod explain;
 mod flight_bag;
 mod output;
 mod plot;
@@ -24,6 +25,15 @@ struct Arguments {
 enum Command {
     /// Flies a scene: starts planner, propagator and recorder, and ends when everything is recorded.
     Run(run::Options),
+    /// Says what a scene is, how it will be flown, and what to mind.
+    Explain {
+        /// The scene file.
+        #[arg(value_parser = values::path())]
+        scene: PathBuf,
+        /// Print the explanation as one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
     /// Repeats a recorded flight from its scene and controls, and compares every state bit for bit.
     Verify {
         /// The bag's directory, or its MCAP file.
@@ -98,6 +108,7 @@ impl NodeKind {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(options) => run::run(&options),
+        Command::Explain { scene, json } => explain::explain(&scene, json),
         Command::Verify { bag, json } => verify::verify(&bag, json),
         Command::Plot { bag, output } => plot::plot(&bag, output.as_deref())
             .and_then(|picture| output::say(&picture.display()))

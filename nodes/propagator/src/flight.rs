@@ -1,5 +1,5 @@
-use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
-use lgvi_scene::Scene;
+use lgvi_dynamics::{BodyState, Invariants, Load, Simulation, StepError, StepReport};
+use lgvi_scene::{Scene, Scheme, SchemeError};
 
 use crate::{ControlError, Controls};
 
@@ -8,6 +8,9 @@ use crate::{ControlError, Controls};
 /// A sequence acts on its body from its first step on, in place of any accepted before it.
 pub struct Flight {
     simulation: Simulation,
+    scheme: Scheme,
+    /// Substeps above which a step was cut; none where steps are never cut.
+    whole: Option<u32>,
     /// Accepted sequences by body, oldest first; those that can no longer act are dropped.
     accepted: Vec<Vec<Controls>>,
     loads: Vec<Load>,
@@ -15,14 +18,22 @@ pub struct Flight {
 
 impl Flight {
     /// At step 0 of `scene`.
-    pub fn new(scene: &Scene) -> Result<Self, MethodError> {
+    pub fn new(scene: &Scene) -> Result<Self, SchemeError> {
         let bodies = scene.bodies.len();
+        let scheme = scene.scheme()?;
         Ok(Self {
-            simulation: scene.simulation()?,
+            simulation: scene.simulation(scheme)?,
+            scheme,
+            whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
             accepted: (0..bodies).map(|_| Vec::with_capacity(16)).collect(),
             loads: vec![Load::default(); bodies],
         })
+    }
+
+    /// What flies it.
+    pub fn scheme(&self) -> Scheme {
+        self.scheme
     }
 
     /// Takes a sequence into account; refuses one that would have had to start in the past.
@@ -58,6 +69,13 @@ impl Flight {
                 .unwrap_or_default();
         }
         self.simulation.advance(&self.loads)
+    }
+
+    /// Into how many steps one with this report was cut because it could not be made as one; `None` where it could.
+    pub fn cut(&self, report: StepReport) -> Option<u32> {
+        self.whole
+            .is_some_and(|whole| report.cuts > whole)
+            .then_some(report.cuts)
     }
 
     /// What acted on the bodies in the last step, beside gravity.

@@ -7,6 +7,7 @@
 
 mod config;
 mod controls;
+mod cuts;
 mod flight;
 mod link;
 mod messages;

@@ -7,9 +7,10 @@ use lgvi_middleware::shm::{Delivery, StatePublisher};
 use lgvi_msgs::shm::{BodySample, Name};
 use lgvi_node::{Event, FlightReport, Miss, Node, NodeError, body_sample};
 use lgvi_scene::Scene;
-use tracing::info;
+use tracing::{info, warn};
 
 use crate::config::{Config, PATIENCE};
+use crate::cuts::Cuts;
 use crate::flight::Flight;
 use crate::link::{self, LinkEnd};
 use crate::messages::state_header;
@@ -34,6 +35,8 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         .map(|body| Name::try_from(body.name.as_str()))
         .collect::<Result<_, _>>()
         .map_err(NodeError::input)?;
+    let flight = Flight::new(&scene).map_err(NodeError::input)?;
+    info!("flown by {}", flight.scheme());
 
     let shm = node.shm()?;
     let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
@@ -57,13 +60,14 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     node.report(&Event::Ready);
 
     let mut propagation = Propagation {
-        flight: Flight::new(&scene).map_err(NodeError::input)?,
+        flight,
         outgoing: Vec::with_capacity(names.len()),
         names,
         states,
         state_topic,
         samples: 0,
         cost: 0.0,
+        cuts: Cuts::default(),
         link,
         shutdown: node.shutdown.clone(),
         config,
@@ -72,6 +76,9 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     let outcome = propagation
         .await_company()
         .and_then(|()| propagation.fly(node));
+    if let Some(warning) = propagation.cuts.rest() {
+        warn!("{warning}");
+    }
     let mut messages = propagation.link.finish()?;
     // Of states, those that went over shared memory count: the ROS side sends fewer.
     messages.insert(propagation.state_topic.clone(), propagation.samples);
@@ -105,6 +112,8 @@ struct Propagation {
     samples: u64,
     /// Cost of the manoeuvre's controls so far.
     cost: f64,
+    /// Steps that could not be made as one.
+    cuts: Cuts,
     link: LinkEnd,
     shutdown: Shutdown,
 }
@@ -193,11 +202,16 @@ impl Propagation {
 
     fn advance(&mut self) -> Result<(), NodeError> {
         let step = self.flight.step();
-        self.flight.advance().map_err(|error| {
+        let report = self.flight.advance().map_err(|error| {
             let name = error.body().map(|body| &self.scene.bodies[body].name);
             let of = name.map(|name| format!(" of {name}")).unwrap_or_default();
             NodeError::Runtime(format!("step {step}{of}: {error}"))
         })?;
+        if let Some(pieces) = self.flight.cut(report)
+            && let Some(warning) = self.cuts.note(step, pieces, Instant::now())
+        {
+            warn!("{warning}");
+        }
         if let Some(maneuver) = &self.scene.maneuver {
             self.cost +=
                 maneuver.interval_cost(&self.flight.loads()[maneuver.body], self.scene.h());
@@ -252,6 +266,7 @@ impl Propagation {
             orthogonality_error: end.orthogonality_error,
             refused: self.states.lost(),
             overruns: pace.overruns(),
+            cut_steps: self.cuts.total(),
         }
     }
 

@@ -19,6 +19,11 @@ pub trait Attractor: Send + Sync {
 
     /// What it is from afar; none where it has no place, as a uniform field.
     fn monopole(&self) -> Option<Monopole>;
+
+    /// What an acceleration costs, in multiples of a point mass's, roughly.
+    fn cost(&self) -> f64 {
+        1.0
+    }
 }
 
 /// The place and the strength of an attractor, in its own frame.

@@ -42,6 +42,11 @@ pub trait Field: Send + Sync {
 
     /// Whether a body at `x` is outside the sources.
     fn check_clearance(&self, body: &RigidBody, x: &Vector3<f64>) -> Result<(), Intrusion>;
+
+    /// What a load of `body` costs, in multiples of a point in a central field, roughly.
+    fn cost(&self, body: &RigidBody) -> f64 {
+        body.points().len().max(1) as f64
+    }
 }
 
 /// A body is inside a source.
@@ -96,6 +101,14 @@ impl AddAssign for LoadCurvature {
 }
 
 impl<A: Attractor> Field for A {
+    fn cost(&self, body: &RigidBody) -> f64 {
+        let accelerations = match body.distribution() {
+            MassDistribution::Multipole(_) => 3.0,
+            _ => body.points().len() as f64,
+        };
+        accelerations * Attractor::cost(self)
+    }
+
     #[inline]
     fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load {
         match body.distribution() {
@@ -148,6 +161,10 @@ impl<A: Attractor> Field for A {
 }
 
 impl<F: Field> Gravity for F {
+    fn cost(&self, bodies: &[RigidBody]) -> f64 {
+        bodies.iter().map(|body| Field::cost(self, body)).sum()
+    }
+
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
         for ((body, state), load) in bodies.iter().zip(states).zip(loads) {
             *load += self.load(body, &state.position, &state.attitude);

@@ -52,6 +52,10 @@ impl<A: Attractor> Fixed<A> {
 }
 
 impl<A: Attractor> Attractor for Fixed<A> {
+    fn cost(&self) -> f64 {
+        self.attractor.cost()
+    }
+
     #[inline]
     fn potential(&self, d: &Vector3<f64>) -> f64 {
         self.attractor.potential(&self.seen(d))

@@ -41,6 +41,19 @@ pub trait Gravity: Send {
     /// The potential `U` in `states`.
     fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64;
 
+    /// Whether any of `bodies` or of the sources has an extent that another could enter.
+    fn has_extents(&self, _bodies: &[RigidBody]) -> bool {
+        true
+    }
+
+    /// What an evaluation for `bodies` costs, in multiples of a point in a central field, roughly.
+    fn cost(&self, bodies: &[RigidBody]) -> f64 {
+        bodies
+            .iter()
+            .map(|body| body.points().len().max(1) as f64)
+            .sum()
+    }
+
     /// Whether all bodies are outside each other's radii and those of the sources.
     fn check_clearance(
         &self,

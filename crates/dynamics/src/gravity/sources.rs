@@ -58,6 +58,10 @@ impl Sources {
 }
 
 impl Field for Sources {
+    fn cost(&self, body: &RigidBody) -> f64 {
+        self.fields.iter().map(|field| field.cost(body)).sum()
+    }
+
     fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load {
         let mut sum = Load::default();
         for field in &self.fields {

@@ -100,24 +100,44 @@ impl Default for Rotor {
     }
 }
 
+impl fmt::Display for Rotor {
+    /// What a method's name goes on with; nothing for the default.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Discrete(Chart::Cayley) => Ok(()),
+            Self::Discrete(Chart::Exponential) => write!(f, ", exponential chart"),
+            Self::Preprocessed(order) => write!(f, ", rotor of order {}", order.number()),
+            Self::Exact => write!(f, ", exact rotor"),
+        }
+    }
+}
+
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Lgvi(_) => write!(f, "LGVI"),
+            Self::Lgvi(rotor) => write!(f, "LGVI{rotor}"),
             Self::LagrangianLgvi(_) => write!(f, "LGVI in Lagrangian form"),
-            Self::LieEuler(_) => write!(f, "Lie–Euler"),
-            Self::ProcessedLieEuler(_) => write!(f, "processed Lie–Euler"),
+            Self::LieEuler(rotor) => write!(f, "Lie–Euler{rotor}"),
+            Self::ProcessedLieEuler(rotor) => write!(f, "processed Lie–Euler{rotor}"),
             Self::ClosedForm => write!(f, "closed form"),
-            Self::Composition { order, .. } => write!(f, "composition of order {order}"),
-            Self::Nystrom { order, .. } => write!(f, "Nyström splitting of order {order}"),
+            Self::Composition { order, rotor } => {
+                write!(f, "composition of order {order}{rotor}")
+            }
+            Self::Nystrom { order, rotor } => {
+                write!(f, "Nyström splitting of order {order}{rotor}")
+            }
             Self::Galerkin { degree, .. } => write!(f, "Galerkin of degree {degree}"),
             Self::EulerPoincare { degree, .. } => write!(f, "Euler–Poincaré of degree {degree}"),
             Self::ExplicitMidpoint => write!(f, "explicit midpoint"),
             Self::ImplicitMidpoint => write!(f, "implicit midpoint"),
             Self::CrouchGrossman => write!(f, "Crouch–Grossman 2"),
             Self::RungeKutta4 => write!(f, "Runge–Kutta 4"),
-            Self::Fehlberg78 { .. } => write!(f, "Fehlberg 7(8)"),
-            Self::DormandPrince853 { .. } => write!(f, "Dormand–Prince 8(5,3)"),
+            Self::Fehlberg78 { tolerance } => {
+                write!(f, "Fehlberg 7(8), tolerance {tolerance:.1e}")
+            }
+            Self::DormandPrince853 { tolerance } => {
+                write!(f, "Dormand–Prince 8(5,3), tolerance {tolerance:.1e}")
+            }
         }
     }
 }

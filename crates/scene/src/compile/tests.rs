@@ -1,3 +1,6 @@
+use nalgebra::Matrix3;
+
+use super::run::J2000;
 use super::*;
 
 const SCENE: &str = r#"
@@ -49,7 +52,7 @@ fn a_scene_is_compiled_to_its_simulation_and_its_transfer() {
     assert_eq!(scene.h(), 0.02);
     assert_eq!(scene.stamp(0), 1_767_225_600_000_000_000);
     assert_eq!(scene.stamp(100) - scene.stamp(0), 1_200_000_000_000);
-    let simulation = scene.simulation().unwrap();
+    let simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
     assert_eq!(simulation.states()[0].angular_momentum.z, 0.0315 * 0.983);
     assert_eq!(scene.transfer().unwrap().unwrap().intervals(), 100);
     assert_eq!(

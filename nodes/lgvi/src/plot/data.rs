@@ -67,7 +67,7 @@ impl FlightData {
         }
 
         let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
-        let simulation = scene.simulation().map_err(NodeError::input)?;
+        let system = scene.system();
         let mut samples = Thinned::new(SAMPLES);
         let mut reached = None;
         for state in bag.states() {
@@ -77,7 +77,7 @@ impl FlightData {
                 return Err(refuse(format!("step {step} follows step {before}")));
             }
             reached = Some(step);
-            let sample = sample(&scene, simulation.system(), &state);
+            let sample = sample(&scene, &system, &state);
             samples.push(sample.map_err(|error| refuse(format!("step {step}: {error}")))?);
         }
         let samples = samples.finish();

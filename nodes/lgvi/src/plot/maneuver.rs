@@ -14,6 +14,8 @@ const OPEN: f64 = 1.0;
 pub(super) struct Orbits {
     pub(super) initial: Orbit,
     pub(super) target: Orbit,
+    /// The attractor, inertial frame (m).
+    centre: Vector3<f64>,
     /// Farthest that the flight gets from the attractor (m).
     farthest: f64,
 }
@@ -22,20 +24,23 @@ impl Orbits {
     pub(super) fn of(flight: &FlightData) -> Option<Self> {
         let scene = &flight.scene;
         let units = &scene.units;
-        let gm = scene.central? * units.length.powi(3) / (units.time * units.time);
+        let central = scene.gravity.central.as_ref()?;
+        let gm = central.gm * units.length.powi(3) / (units.time * units.time);
+        let centre = central.position * units.length;
         let maneuver = scene.maneuver.as_ref()?;
         let named = &scene.bodies[maneuver.body];
         let orbit = |state: &BodyState| {
             let velocity = state.velocity(&named.body) * (units.length / units.time);
-            Orbit::osculating(&(state.position * units.length), &velocity, gm)
+            Orbit::osculating(&(state.position * units.length - centre), &velocity, gm)
         };
         let positions = flight
             .samples
             .iter()
-            .map(|sample| sample.bodies[maneuver.body].position);
+            .map(|sample| sample.bodies[maneuver.body].position - centre);
         Some(Self {
             initial: orbit(&named.state)?,
             target: orbit(&maneuver.target)?,
+            centre,
             farthest: positions
                 .map(|position| position.norm())
                 .fold(0.0, f64::max),
@@ -43,7 +48,9 @@ impl Orbits {
     }
 
     pub(super) fn points(&self, orbit: &Orbit) -> Vec<Vector3<f64>> {
-        orbit.points(self.farthest * if self.close(orbit) { CLOSED } else { OPEN })
+        let reach = self.farthest * if self.close(orbit) { CLOSED } else { OPEN };
+        let points = orbit.points(reach).into_iter();
+        points.map(|point| point + self.centre).collect()
     }
 
     /// Whether an orbit is drawn whole.

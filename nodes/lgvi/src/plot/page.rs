@@ -49,7 +49,7 @@ pub(super) fn draw(flight: &FlightData) -> Result<String, NodeError> {
 /// Integrator, steps, duration; and the cost of a manoeuvre.
 fn subtitle(flight: &FlightData) -> String {
     let scene = &flight.scene;
-    let integrator = scene.method;
+    let integrator = &scene.integration;
     let last = flight.last();
     let mut text = format!("{integrator}, {} steps, {} s", last.step, short(last.time));
     if let Some(cost) = flight.cost() {

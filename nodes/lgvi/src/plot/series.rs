@@ -107,7 +107,7 @@ fn energy(flight: &FlightData) -> Panel {
             sample.energy.rotation
         }),
     ];
-    if flight.scene.central.is_some() || flight.scene.mutual.is_some() {
+    if !flight.scene.gravity.is_none() {
         curves.push(curve("potential", style::GREEN, |sample| {
             sample.energy.potential
         }));

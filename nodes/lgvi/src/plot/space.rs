@@ -72,7 +72,12 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
             held.extend(shape.at(pose, 1.0).into_iter().map(|(point, _)| point));
         }
     }
-    held.extend(scene.central.map(|_| Vector3::zeros()));
+    let centre = scene
+        .gravity
+        .central
+        .as_ref()
+        .map(|central| central.position * scene.units.length);
+    held.extend(centre);
 
     let mut picture = Picture {
         flight,
@@ -100,8 +105,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
         picture.add_trajectory(trajectory, picture.color(body));
     }
     picture.add_instants(&instants, space);
-    if scene.central.is_some() {
-        let centre = Vector3::zeros();
+    if let Some(centre) = centre {
         picture.add(&centre, |cage| Item::Attractor(cage.place(&centre)));
     }
     picture.draw_items(canvas);
@@ -314,7 +318,7 @@ impl Picture<'_> {
         };
         add(Mark::Start(color), "start".into());
         add(Mark::End(color), "end".into());
-        if self.flight.scene.central.is_some() {
+        if self.flight.scene.gravity.central.is_some() {
             add(Mark::Attractor, "attractor".into());
         }
         if self.shapes.iter().any(|shape| !shape.has_points()) {

@@ -1,6 +1,7 @@
 //! A free body: the path of its angular momentum on the sphere of constant `|Π|` in the body frame. It stays on one of
 //! the curves of constant energy, the polhodes.
 
+use lgvi_dynamics::Mobility;
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 
@@ -27,7 +28,7 @@ pub(super) fn is_free_body(flight: &FlightData) -> bool {
         return false;
     };
     let still = body.state.linear_momentum == Vector3::zeros();
-    let free = scene.central.is_none() && scene.mutual.is_none();
+    let free = scene.gravity.is_none() && *body.body.mobility() == Mobility::Free;
     let turns = flight
         .samples
         .iter()

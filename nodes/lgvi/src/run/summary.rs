@@ -58,6 +58,13 @@ impl Display for Summary<'_> {
                     flight.overruns
                 )?;
             }
+            if flight.cut_steps > 0 {
+                write!(
+                    f,
+                    "\n  cut       {} steps could not be made as one",
+                    flight.cut_steps
+                )?;
+            }
         }
         let messages: u64 = flown.recorded.values().sum();
         write!(

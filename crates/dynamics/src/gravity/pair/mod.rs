@@ -85,6 +85,16 @@ impl<'a> Meeting<'a> {
     }
 }
 
+/// What an exchange costs, in multiples of a point in a central field, roughly.
+pub(super) fn cost(bodies: [&RigidBody; 2]) -> f64 {
+    match Meeting::of(bodies) {
+        Meeting::Points([a, b]) => 1.25 * (a.len() * b.len()) as f64,
+        Meeting::Multipoles(_) => 3.0,
+        Meeting::Multipole(_, points, _) => 2.0 * points.len() as f64,
+        Meeting::Polyhedron(field, points, _) => Attractor::cost(field) * points.len() as f64,
+    }
+}
+
 /// Gives `to` the exchange of two bodies, with gravitational constant 1.
 // a closure, for an exchange that is returned from several branches passes through memory
 #[inline]

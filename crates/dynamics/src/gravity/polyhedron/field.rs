@@ -73,7 +73,15 @@ impl PolyhedronField {
     }
 }
 
+/// What an edge costs and what a face costs, in multiples of a point mass.
+const EDGE: f64 = 2.5;
+const FACE: f64 = 3.0;
+
 impl Attractor for PolyhedronField {
+    fn cost(&self) -> f64 {
+        EDGE * self.edges.len() as f64 + FACE * self.faces.len() as f64
+    }
+
     fn potential(&self, d: &Vector3<f64>) -> f64 {
         let mut sum = 0.0;
         for edge in &self.edges {

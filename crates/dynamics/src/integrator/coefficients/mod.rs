@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scheme_that_drifts_first_begins_with_no_kick() {
+    fn a_scheme_that_drifts_first_has_kicks_of_zero_at_its_ends() {
         let scheme = Scheme::alternating(&mirrored(&[0.0, 0.5, 1.0]));
         assert_eq!(scheme.kicks, [0.0, 1.0, 0.0]);
         assert_eq!(scheme.drifts, [0.5, 0.5]);

@@ -1,0 +1,226 @@
+use lgvi_dynamics::gravity::{Moments, Multipole};
+use lgvi_dynamics::{BodyError, BodyState, Drive, Inertia, Mobility, PointMass, RigidBody};
+use nalgebra::{Matrix3, Vector3};
+
+use super::polyhedron::{DEGREE, polyhedron};
+use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile};
+use crate::scene::NamedBody;
+use crate::{SceneError, check};
+
+/// The body whose keys begin with `key`.
+pub(super) fn body(key: &str, file: &BodyFile) -> Result<NamedBody, SceneError> {
+    check::name(&format!("{key}.name"), &file.name)?;
+    let mobility = mobility(&format!("{key}.mobility"), &file.mobility)?;
+    let body = rigid_body(key, file, &mobility)?
+        .with_mobility(mobility)
+        .with_radius(file.radius)
+        .map_err(|_| {
+            SceneError::value(format!("{key}.radius"), file.radius, "a finite number ≥ 0")
+        })?;
+    Ok(NamedBody {
+        name: file.name.clone(),
+        state: state(key, file, &body)?,
+        body,
+    })
+}
+
+fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {
+    let vector = |name: &str, value| check::vector(&format!("{key}.{name}"), value);
+    Ok(match *file {
+        MobilityFile::Free => Mobility::Free,
+        MobilityFile::Pivoted => Mobility::Pivoted,
+        MobilityFile::Fixed => Mobility::Fixed,
+        MobilityFile::Uniform { velocity, spin } => Mobility::Driven(Drive::uniform(
+            vector("uniform.velocity", velocity)?,
+            vector("uniform.spin", spin)?,
+        )),
+        MobilityFile::Circle { centre, rate, spin } => Mobility::Driven(Drive::circle(
+            vector("circle.centre", centre)?,
+            vector("circle.rate", rate)?,
+            vector("circle.spin", spin)?,
+        )),
+    })
+}
+
+fn rigid_body(key: &str, file: &BodyFile, mobility: &Mobility) -> Result<RigidBody, SceneError> {
+    let refuse = |error: BodyError| {
+        let expected = format!("the masses of a rigid body: {error}");
+        SceneError::value(key, &file.name, expected)
+    };
+    check::positive(&format!("{key}.mass"), file.mass)?;
+    let points: Vec<_> = file.points.iter().map(point).collect();
+    match (&file.multipole, &file.polyhedron) {
+        (Some(_), Some(_)) => {
+            let expected = "a `multipole` or a `polyhedron`, not both";
+            Err(SceneError::value(key, &file.name, expected))
+        }
+        (Some(multipole), None) => {
+            let (inertia, multipole) = expansion(key, file, multipole, points)?;
+            RigidBody::with_multipole(inertia, multipole).map_err(refuse)
+        }
+        (None, Some(_)) if !points.is_empty() => {
+            let key = format!("{key}.points");
+            let expected = "none beside a `polyhedron`";
+            Err(SceneError::value(key, points.len(), expected))
+        }
+        (None, Some(shape)) => solid(key, file, shape),
+        (None, None) => {
+            let inertia = given_inertia(key, file)?;
+            if *mobility == Mobility::Pivoted {
+                RigidBody::pivoted(file.mass, inertia, points)
+            } else {
+                RigidBody::new(file.mass, inertia, points)
+            }
+            .map_err(refuse)
+        }
+    }
+}
+
+/// A body that is given by its `polyhedron`.
+fn solid(key: &str, file: &BodyFile, shape: &PolyhedronFile) -> Result<RigidBody, SceneError> {
+    let key_of_shape = format!("{key}.polyhedron");
+    let polyhedron = polyhedron(&key_of_shape, shape, file.mass)?;
+    let inertia = match &file.inertia {
+        Some(_) => Some(given_inertia(key, file)?),
+        None => None,
+    };
+    let degree = shape.degree.unwrap_or(DEGREE);
+    RigidBody::with_polyhedron(inertia, &polyhedron, degree).map_err(|error| match error {
+        BodyError::CloudDegree(_) | BodyError::Polyhedron(_) => {
+            let expected = format!("2 to 10: {error}");
+            SceneError::value(format!("{key_of_shape}.degree"), degree, expected)
+        }
+        _ => {
+            let expected = format!("the shape of a rigid body: {error}");
+            SceneError::value(key_of_shape, &file.name, expected)
+        }
+    })
+}
+
+/// The inertia and the series of a body that is given by its `multipole`.
+fn expansion(
+    key: &str,
+    file: &BodyFile,
+    multipole: &MultipoleFile,
+    points: Vec<PointMass>,
+) -> Result<(Inertia, Multipole), SceneError> {
+    let &MultipoleFile { order, ellipsoid } = multipole;
+    let mass = file.mass;
+    let refuse = |value: &dyn std::fmt::Debug, name: &str, expected: &str| {
+        Err(SceneError::value(format!("{key}.{name}"), value, expected))
+    };
+    match (order, ellipsoid) {
+        (2, None) if points.is_empty() => {
+            let inertia = given_inertia(key, file)?;
+            let multipole = Multipole::of_inertia(mass, &inertia);
+            Ok((inertia, multipole))
+        }
+        (2, None) => refuse(
+            &file.points.len(),
+            "points",
+            "none: a multipole of order 2 is that of the inertia",
+        ),
+        (2, Some(axes)) => refuse(
+            &axes,
+            "multipole.ellipsoid",
+            "none: a multipole of order 2 is that of the inertia",
+        ),
+        (4, Some(axes)) if points.is_empty() => {
+            if !axes.iter().all(|a| a.is_finite() && *a > 0.0) {
+                let expected = "three semi-axes, finite numbers > 0";
+                return refuse(&axes, "multipole.ellipsoid", expected);
+            }
+            let moments = Moments::of_ellipsoid(mass, axes);
+            let inertia = match &file.inertia {
+                Some(_) => given_inertia(key, file)?,
+                None => homogeneous(key, axes, &moments.second)?,
+            };
+            Ok((inertia, Multipole::of_moments(mass, &moments)))
+        }
+        (4, None) if !points.is_empty() => {
+            let inertia = given_inertia(key, file)?;
+            // The checks of points are the same whether they are kept or not.
+            RigidBody::new(mass, inertia.clone(), points.clone()).map_err(|error| {
+                let expected = format!("the masses of a rigid body: {error}");
+                SceneError::value(key, &file.name, expected)
+            })?;
+            let moments = Moments::of_points(&points);
+            Ok((inertia, Multipole::of_moments(mass, &moments)))
+        }
+        (4, _) => refuse(
+            &order,
+            "multipole.order",
+            "`ellipsoid` or the body's `points`, one of them, for order 4",
+        ),
+        _ => refuse(&order, "multipole.order", "2 or 4"),
+    }
+}
+
+fn point(file: &PointFile) -> PointMass {
+    PointMass {
+        mass: file.mass,
+        position: Vector3::from(file.position),
+    }
+}
+
+fn given_inertia(key: &str, file: &BodyFile) -> Result<Inertia, SceneError> {
+    let key = format!("{key}.inertia");
+    let (matrix, written) = match file.inertia {
+        None => {
+            let expected = "three principal moments or a 3×3 matrix";
+            return Err(SceneError::missing(key, expected));
+        }
+        Some(InertiaFile::Principal(moments)) => (
+            Matrix3::from_diagonal(&Vector3::from(moments)),
+            format!("{moments:?}"),
+        ),
+        Some(InertiaFile::Matrix(rows)) => (check::matrix(rows), format!("{rows:?}")),
+    };
+    Inertia::new(matrix).map_err(|error| SceneError::Value {
+        key,
+        value: written,
+        expected: format!("the inertia of a rigid body: {error}"),
+    })
+}
+
+/// The inertia that belongs to the moments `∫ρρᵀ dm` of an ellipsoid.
+fn homogeneous(key: &str, axes: [f64; 3], second: &Matrix3<f64>) -> Result<Inertia, SceneError> {
+    let matrix = Matrix3::from_diagonal_element(second.trace()) - second;
+    Inertia::new(matrix).map_err(|error| {
+        let expected = format!("an ellipsoid that is a rigid body: {error}");
+        SceneError::value(format!("{key}.multipole.ellipsoid"), axes, expected)
+    })
+}
+
+/// The state at the epoch, of what moves the way it moves.
+fn state(key: &str, file: &BodyFile, body: &RigidBody) -> Result<BodyState, SceneError> {
+    let position = check::vector(&format!("{key}.position"), file.position)?;
+    let attitude = check::rotation(&format!("{key}.attitude"), &file.attitude)?;
+    let (moves, turns, kind) = match body.mobility() {
+        Mobility::Free => (true, true, "free"),
+        Mobility::Pivoted => (false, true, "pivoted"),
+        Mobility::Fixed => (false, false, "fixed"),
+        Mobility::Driven(_) => (false, false, "driven"),
+    };
+    let rate = |name: &str, value: Option<[f64; 3]>, wanted: bool| {
+        let key = format!("{key}.{name}");
+        match value {
+            Some(value) if wanted => check::vector(&key, value),
+            Some(value) => {
+                let expected = format!("none: the body is {kind}");
+                Err(SceneError::value(key, value, expected))
+            }
+            None if wanted => {
+                let expected = format!("three numbers, as the body is {kind}");
+                Err(SceneError::missing(key, expected))
+            }
+            None => Ok(Vector3::zeros()),
+        }
+    };
+    let velocity = rate("velocity", file.velocity, moves)?;
+    let angular_velocity = rate("angular_velocity", file.angular_velocity, turns)?;
+    Ok(match body.mobility() {
+        Mobility::Driven(drive) => drive.state(body, position, attitude),
+        _ => BodyState::from_velocities(body, position, velocity, attitude, angular_velocity),
+    })
+}

@@ -1,0 +1,96 @@
+use std::fmt::Display;
+
+use lgvi_dynamics::gravity::Polyhedron;
+use nalgebra::Vector3;
+
+use crate::SceneError;
+use crate::file::PolyhedronFile;
+
+/// Subdivisions of an ellipsoid's mesh, if not told: 1280 faces.
+const SUBDIVISIONS: u32 = 3;
+
+/// Degree of the cloud of points that other fields act on, if not told: 35 points.
+pub(super) const DEGREE: usize = 4;
+
+/// The polyhedron with this mass about its centre of mass; `key` is that of the polyhedron.
+pub(super) fn polyhedron(
+    key: &str,
+    file: &PolyhedronFile,
+    mass: f64,
+) -> Result<Polyhedron, SceneError> {
+    let PolyhedronFile {
+        cuboid,
+        ellipsoid,
+        subdivisions,
+        vertices,
+        faces,
+        obj,
+        degree: _,
+    } = file;
+    let misplaced = |name: &str, value: &dyn std::fmt::Debug, expected: &str| {
+        Err(SceneError::value(format!("{key}.{name}"), value, expected))
+    };
+    if let (Some(subdivisions), None) = (subdivisions, ellipsoid) {
+        let expected = "none without an `ellipsoid`";
+        return misplaced("subdivisions", subdivisions, expected);
+    }
+    if let (Some(faces), None) = (faces, vertices) {
+        return misplaced("faces", &faces.len(), "none without `vertices`");
+    }
+    let shape = match (cuboid, ellipsoid, vertices, obj) {
+        (Some(axes), None, None, None) => {
+            let shape = Polyhedron::cuboid(*axes, 1.0);
+            shape.map_err(|error| refuse(key, "cuboid", format!("{axes:?}"), error))
+        }
+        (None, Some(axes), None, None) => {
+            let subdivisions = subdivisions.unwrap_or(SUBDIVISIONS);
+            let shape = Polyhedron::ellipsoid(*axes, subdivisions, 1.0);
+            shape.map_err(|error| {
+                let value = format!("{axes:?} with {subdivisions} subdivisions");
+                refuse(key, "ellipsoid", value, error)
+            })
+        }
+        (None, None, Some(vertices), None) => {
+            let Some(faces) = faces else {
+                let expected = "faces, each three numbers of vertices from 0";
+                return Err(SceneError::missing(format!("{key}.faces"), expected));
+            };
+            let count = format!("{} with {} faces", vertices.len(), faces.len());
+            let vertices = vertices.iter().copied().map(Vector3::from).collect();
+            let shape = Polyhedron::new(vertices, faces.clone(), 1.0);
+            shape.map_err(|error| refuse(key, "vertices", count, error))
+        }
+        (None, None, None, Some(text)) => {
+            let value = format!("a text of {} lines", text.lines().count());
+            let shape = Polyhedron::from_obj(text, 1.0);
+            shape.map_err(|error| refuse(key, "obj", value, error))
+        }
+        (None, None, None, None) => {
+            let expected = "one of `cuboid`, `ellipsoid`, `vertices` with `faces`, `obj`";
+            return Err(SceneError::missing(format!("{key}.ellipsoid"), expected));
+        }
+        _ => {
+            let given = [
+                ("cuboid", cuboid.is_some()),
+                ("ellipsoid", ellipsoid.is_some()),
+                ("vertices", vertices.is_some()),
+                ("obj", obj.is_some()),
+            ];
+            let given: Vec<_> = given.iter().filter(|(_, given)| *given).collect();
+            let given: Vec<_> = given.iter().map(|(name, _)| *name).collect();
+            let expected = "one of `cuboid`, `ellipsoid`, `vertices` with `faces`, `obj`";
+            return Err(SceneError::value(key, given, expected));
+        }
+    }?;
+    let shape = shape.with_mass(mass);
+    let shape = shape.map_err(|error| refuse(key, "mass", mass.to_string(), error))?;
+    Ok(shape.recentred())
+}
+
+fn refuse(key: &str, name: &str, value: String, error: impl Display) -> SceneError {
+    SceneError::Value {
+        key: format!("{key}.{name}"),
+        value,
+        expected: format!("the shape of a body: {error}"),
+    }
+}

@@ -1,0 +1,153 @@
+use std::ops::RangeInclusive;
+
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{Method, MethodError, System};
+
+use crate::file::RunFile;
+use crate::integrator::is_adaptive;
+use crate::{Integration, Scene, SceneError};
+
+/// J2000, 2000-01-01T12:00:00Z (ns since the UNIX epoch).
+pub(super) const J2000: i64 = 946_728_000_000_000_000;
+
+/// The last second that a ROS time can say.
+const MAX_ROS_SECOND: i64 = i32::MAX as i64;
+
+/// Accuracies that an automatic integrator can be asked for.
+const TOLERANCES: RangeInclusive<f64> = 1e-14..=0.1;
+
+/// Depth of subdivision up to which a step is cut, a million times.
+const MAX_SUBDIVIDE: u32 = 20;
+
+/// The epoch (ns since the UNIX epoch).
+pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
+    let Some(datetime) = run.epoch else {
+        return Ok(J2000);
+    };
+    let text = datetime.to_string();
+    let expected = "a date and time with offset, such as 2000-01-01T12:00:00Z, from 1970 to 2038";
+    let refuse = || SceneError::value("run.epoch", &text, expected);
+    let parsed = chrono::DateTime::parse_from_rfc3339(&text).map_err(|_| refuse())?;
+    let nanoseconds = parsed.timestamp_nanos_opt().ok_or_else(refuse)?;
+    if (0..MAX_ROS_SECOND).contains(&parsed.timestamp()) {
+        Ok(nanoseconds)
+    } else {
+        Err(refuse())
+    }
+}
+
+/// What is to fly the scene. A manoeuvre is planned in Lie–Euler steps, so what suits it best is that.
+pub(super) fn integration(run: &RunFile, maneuver: bool) -> Result<Integration, SceneError> {
+    match run.integrator.integration(run.chart) {
+        Integration::Auto { tolerance } if !TOLERANCES.contains(&tolerance) => {
+            let key = "run.integrator.tolerance";
+            Err(SceneError::value(key, tolerance, "1e-14 to 0.1"))
+        }
+        Integration::Auto { .. } if maneuver => {
+            Ok(Integration::Method(Method::LieEuler(Rotor::default())))
+        }
+        integration => Ok(integration),
+    }
+}
+
+pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
+    let chosen = matches!(
+        run.integrator.integration(run.chart),
+        Integration::Auto { .. }
+    );
+    if let (true, Some(substeps)) = (chosen, run.substeps) {
+        let expected = "none: the integrator `auto` chooses the number of substeps";
+        return Err(SceneError::value("run.substeps", substeps, expected));
+    }
+    match run.substeps {
+        None => Ok(1),
+        Some(0) => Err(SceneError::value("run.substeps", 0, "a whole number > 0")),
+        Some(substeps) => Ok(substeps),
+    }
+}
+
+pub(super) fn subdivide(run: &RunFile) -> Result<u32, SceneError> {
+    if run.subdivide > 0
+        && let Integration::Method(method) = run.integrator.integration(run.chart)
+        && is_adaptive(method)
+    {
+        let expected = format!("0 beside {method}, which cuts its steps itself");
+        return Err(SceneError::value("run.subdivide", run.subdivide, expected));
+    }
+    if run.subdivide <= MAX_SUBDIVIDE {
+        Ok(run.subdivide)
+    } else {
+        let expected = format!("0 to {MAX_SUBDIVIDE}, how often a step may be halved");
+        Err(SceneError::value("run.subdivide", run.subdivide, expected))
+    }
+}
+
+/// Steps and substeps are numbers.
+pub(super) fn check_step(scene: &Scene) -> Result<(), SceneError> {
+    let substep = scene.h() / f64::from(scene.substeps);
+    if scene.h().is_normal() && substep.is_normal() {
+        return Ok(());
+    }
+    let expected = match scene.substeps {
+        1 => format!("a duration that {} steps can divide", scene.steps),
+        n => format!("a duration that {} steps of {n} can divide", scene.steps),
+    };
+    Err(SceneError::value("run.duration", scene.duration, expected))
+}
+
+/// The end is in the range of ROS times.
+pub(super) fn check_end(scene: &Scene) -> Result<(), SceneError> {
+    let end = scene.epoch as f64 * 1e-9 + scene.seconds(scene.steps);
+    if end <= MAX_ROS_SECOND as f64 {
+        return Ok(());
+    }
+    let expected = "an end that a ROS time can say, before 2038-01-19T03:14:07Z";
+    Err(SceneError::value("run.duration", scene.duration, expected))
+}
+
+/// The method that the scene asks for can fly it.
+pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneError> {
+    match scene.integration {
+        Integration::Method(method) => match method.integrator(system) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(refused(scene, error)),
+        },
+        Integration::Auto { .. } => Ok(()),
+    }
+}
+
+/// Why a method cannot fly the scene, by the key that tells so.
+fn refused(scene: &Scene, error: MethodError) -> SceneError {
+    match error {
+        MethodError::Parameter {
+            method,
+            parameter,
+            value,
+            expected,
+        } => {
+            let (key, value) = match parameter {
+                "order of the rotor" => ("rotor", format!("of order {value}")),
+                "number of quadrature points" => ("points", value.to_string()),
+                other => (other, value.to_string()),
+            };
+            SceneError::Value {
+                key: format!("run.integrator.{key}"),
+                value,
+                expected: format!("{expected}, for {method}"),
+            }
+        }
+        MethodError::Body {
+            method,
+            body,
+            expected,
+        } => {
+            let name = &scene.bodies[body].name;
+            let expected = format!("{expected}: {method} cannot integrate {name}");
+            SceneError::value("run.integrator", scene.integration.to_string(), expected)
+        }
+        MethodError::Gravity { .. } => {
+            let expected = format!("an integrator that knows gravity: {error}");
+            SceneError::value("run.integrator", scene.integration.to_string(), expected)
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! How a scene names its integrator: by a word, or by a table with a `name` and what else the integrator can be told.
+
+use std::fmt;
+
+use lgvi_dynamics::Method;
+use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use crate::file::ChartFile;
+
+/// What a scene asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integration {
+    /// This method.
+    Method(Method),
+    /// The method and the number of substeps that reach an accuracy at the least predicted cost.
+    Auto {
+        /// Greatest error at the end of the run, as [`Accuracy`](lgvi_dynamics::auto::Accuracy) measures it: of positions
+        /// relative to the size of the scene, of attitudes in rad.
+        tolerance: f64,
+    },
+}
+
+/// What flies a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scheme {
+    /// The method.
+    pub method: Method,
+    /// Steps of the method in each step of the run.
+    pub substeps: u32,
+}
+
+impl Scheme {
+    /// Whether the method cuts its steps itself, to control the error.
+    pub fn is_adaptive(&self) -> bool {
+        is_adaptive(self.method)
+    }
+}
+
+pub(crate) fn is_adaptive(method: Method) -> bool {
+    matches!(
+        method,
+        Method::Fehlberg78 { .. } | Method::DormandPrince853 { .. }
+    )
+}
+
+impl fmt::Display for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.substeps {
+            1 => write!(f, "{}", self.method),
+            substeps => write!(f, "{}, {substeps} substeps", self.method),
+        }
+    }
+}
+
+impl fmt::Display for Integration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Method(method) => write!(f, "{method}"),
+            Self::Auto { tolerance } => write!(f, "auto to {tolerance:e}"),
+        }
+    }
+}
+
+/// `integrator = "lgvi"` or `integrator = { name = "nystrom", order = 6 }`.
+pub(crate) struct IntegratorFile(Table);
+
+#[derive(Deserialize)]
+#[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
+enum Table {
+    Auto {
+        #[serde(default = "auto_tolerance")]
+        tolerance: f64,
+    },
+    Lgvi {
+        rotor: Option<RotorFile>,
+    },
+    LgviLagrangian {},
+    LieEuler {
+        rotor: Option<RotorFile>,
+    },
+    ProcessedLieEuler {
+        rotor: Option<RotorFile>,
+    },
+    Composition {
+        order: u32,
+        rotor: Option<RotorFile>,
+    },
+    Nystrom {
+        order: u32,
+        rotor: Option<RotorFile>,
+    },
+    Galerkin {
+        degree: u32,
+        #[serde(default)]
+        quadrature: QuadratureFile,
+        points: Option<u32>,
+        #[serde(default)]
+        origin: OriginFile,
+    },
+    EulerPoincare {
+        degree: u32,
+        #[serde(default)]
+        quadrature: QuadratureFile,
+        points: Option<u32>,
+        #[serde(default)]
+        origin: OriginFile,
+    },
+    ClosedForm {},
+    ExplicitMidpoint {},
+    ImplicitMidpoint {},
+    CrouchGrossman {},
+    RungeKutta4 {},
+    Fehlberg78 {
+        tolerance: f64,
+    },
+    DormandPrince853 {
+        tolerance: f64,
+    },
+}
+
+fn auto_tolerance() -> f64 {
+    1e-6
+}
+
+/// `"discrete"`, `"exact"`, or `{ preprocessed = 6 }`.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum RotorFile {
+    Discrete,
+    Preprocessed(OrderFile),
+    Exact,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "u32")]
+struct OrderFile(PreprocessedOrder);
+
+impl TryFrom<u32> for OrderFile {
+    type Error = String;
+
+    fn try_from(number: u32) -> Result<Self, String> {
+        use PreprocessedOrder::{Eight, Four, Six, Ten};
+        let known = [Four, Six, Eight, Ten].into_iter();
+        known
+            .map(Self)
+            .find(|order| order.0.number() == number)
+            .ok_or_else(|| {
+                format!("a preprocessed rotor of order {number}, expected 4, 6, 8 or 10")
+            })
+    }
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum QuadratureFile {
+    #[default]
+    Gauss,
+    Lobatto,
+}
+
+impl QuadratureFile {
+    /// With as many points as make the order twice the degree, if not told.
+    fn rule(self, degree: u32, points: Option<u32>) -> Quadrature {
+        match self {
+            Self::Gauss => Quadrature::Gauss(points.unwrap_or(degree)),
+            Self::Lobatto => Quadrature::Lobatto(points.unwrap_or(degree.saturating_add(1))),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum OriginFile {
+    Start,
+    #[default]
+    Middle,
+}
+
+impl From<OriginFile> for ChartOrigin {
+    fn from(file: OriginFile) -> Self {
+        match file {
+            OriginFile::Start => Self::Start,
+            OriginFile::Middle => Self::Middle,
+        }
+    }
+}
+
+impl IntegratorFile {
+    /// What is asked for, the discrete rotor's equation to be solved in `chart`.
+    pub(crate) fn integration(&self, chart: ChartFile) -> Integration {
+        let chart = match chart {
+            ChartFile::Cayley => Chart::Cayley,
+            ChartFile::Exponential => Chart::Exponential,
+        };
+        let rotor = |file: Option<RotorFile>, default: Rotor| match file {
+            None => default,
+            Some(RotorFile::Discrete) => Rotor::Discrete(chart),
+            Some(RotorFile::Preprocessed(OrderFile(order))) => Rotor::Preprocessed(order),
+            Some(RotorFile::Exact) => Rotor::Exact,
+        };
+        let discrete = |file| rotor(file, Rotor::Discrete(chart));
+        Integration::Method(match self.0 {
+            Table::Auto { tolerance } => return Integration::Auto { tolerance },
+            Table::Lgvi { rotor } => Method::Lgvi(discrete(rotor)),
+            Table::LgviLagrangian {} => Method::LagrangianLgvi(chart),
+            Table::LieEuler { rotor } => Method::LieEuler(discrete(rotor)),
+            Table::ProcessedLieEuler { rotor } => Method::ProcessedLieEuler(discrete(rotor)),
+            Table::Composition { order, rotor } => Method::Composition {
+                order,
+                rotor: discrete(rotor),
+            },
+            Table::Nystrom { order, rotor: file } => Method::Nystrom {
+                order,
+                rotor: rotor(file, Rotor::Exact),
+            },
+            Table::Galerkin {
+                degree,
+                quadrature,
+                points,
+                origin,
+            } => Method::Galerkin {
+                degree,
+                quadrature: quadrature.rule(degree, points),
+                origin: origin.into(),
+            },
+            Table::EulerPoincare {
+                degree,
+                quadrature,
+                points,
+                origin,
+            } => Method::EulerPoincare {
+                degree,
+                quadrature: quadrature.rule(degree, points),
+                origin: origin.into(),
+            },
+            Table::ClosedForm {} => Method::ClosedForm,
+            Table::ExplicitMidpoint {} => Method::ExplicitMidpoint,
+            Table::ImplicitMidpoint {} => Method::ImplicitMidpoint,
+            Table::CrouchGrossman {} => Method::CrouchGrossman,
+            Table::RungeKutta4 {} => Method::RungeKutta4,
+            Table::Fehlberg78 { tolerance } => Method::Fehlberg78 { tolerance },
+            Table::DormandPrince853 { tolerance } => Method::DormandPrince853 { tolerance },
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for IntegratorFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = IntegratorFile;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of an integrator, or a table with its name")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Self::Value, E> {
+                let pairs = std::iter::once(("name", name));
+                let map = serde::de::value::MapDeserializer::new(pairs);
+                Table::deserialize(map).map(IntegratorFile)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                Table::deserialize(MapAccessDeserializer::new(map)).map(IntegratorFile)
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
+}

@@ -1,0 +1,55 @@
+//! Scenes as their users write them: what they compile to, how they fly, and what is said of mistakes.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod bodies;
+mod gravity;
+mod integrators;
+mod maneuvers;
+mod shipped;
+
+use lgvi_scene::{Scene, SceneError};
+
+const RUN: &str = r#"
+title = "Two bodies"
+
+[run]
+duration = 1.0
+steps = 100
+integrator = "lgvi"
+"#;
+
+const BODY: &str = r#"
+mass = 2.0
+inertia = [1.0, 2.0, 2.5]
+position = [3.0, 0.0, 0.0]
+velocity = [0.0, 0.5, 0.0]
+attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
+angular_velocity = [0.1, 0.2, 0.3]
+"#;
+
+/// A text with something in it exchanged.
+fn with(text: &str, line: &str, instead: &str) -> String {
+    assert!(text.contains(line), "{line}");
+    text.replace(line, instead)
+}
+
+/// What is said of a text: a wrong value by its key, a wrong form by its line.
+fn refused(text: &str) -> String {
+    match Scene::parse("test", text) {
+        Ok(scene) => panic!("{text}: {scene:?}"),
+        Err(SceneError::Syntax(error)) => {
+            assert!(error.contains("line "), "{error}");
+            error
+        }
+        Err(error @ SceneError::Value { .. }) => error.to_string(),
+    }
+}
+
+/// Checks that what is said of a text has all these parts.
+fn assert_refused(text: &str, parts: &[&str]) {
+    let said = refused(text);
+    for part in parts {
+        assert!(said.contains(part), "{part:?} is missing in: {said}");
+    }
+}

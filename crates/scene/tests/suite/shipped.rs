@@ -1,0 +1,117 @@
+use std::path::PathBuf;
+
+use lgvi_dynamics::{Invariants, Load, Simulation};
+use lgvi_scene::Scene;
+use lgvi_truth::Case;
+
+fn folder() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"))
+}
+
+fn shipped(name: &str) -> Scene {
+    let path = folder().join(name).with_extension("toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    Scene::parse(name, &text).unwrap_or_else(|error| panic!("{path:?}: {error}"))
+}
+
+fn start(scene: &Scene) -> Simulation {
+    scene.simulation(scene.scheme().unwrap()).unwrap()
+}
+
+fn fly(simulation: &mut Simulation, steps: u64) {
+    let controls = vec![Load::default(); simulation.states().len()];
+    for _ in 0..steps {
+        simulation.advance(&controls).unwrap();
+    }
+}
+
+/// Every scene flies without controls, and keeps its energy where nothing is driven.
+#[test]
+fn every_shipped_scene_flies() {
+    let mut flown = 0;
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "toml") {
+            continue;
+        }
+        let scene = shipped(&path.file_stem().unwrap().to_string_lossy());
+        let mut simulation = start(&scene);
+        let Invariants { energy, .. } = simulation.invariants();
+        fly(&mut simulation, 500.min(scene.steps));
+        let end = simulation.invariants();
+        assert!(end.orthogonality_error < 1e-14);
+        let driven = |body: &lgvi_scene::NamedBody| body.body.mobility().is_given();
+        if scene.maneuver.is_none() && !scene.bodies.iter().any(driven) {
+            let change = (end.energy - energy) / energy;
+            assert!(
+                change.abs() < 1e-4,
+                "{path:?}: energy changed by {change:e}"
+            );
+        }
+        flown += 1;
+    }
+    assert!(flown >= 8);
+}
+
+/// They start as the references do, and go where those go as far as their step allows.
+#[test]
+fn scenes_of_the_references_follow_them() {
+    for (name, case, until, bound) in [
+        // h = 5 ms, second order: (h × 8 rad/s)²/24 a radian, over 8 rad
+        ("pendulum", "c3_3d_pendulum_regular_small", 1.0, 1e-3),
+        // metres; beyond rounding nothing is left at order 8
+        ("binary_asteroid", "e_kw4_like", 86_400.0, 1e-5),
+    ] {
+        let scene = shipped(name);
+        let case = Case::load(case).unwrap();
+        let (system, states) = case.system().unwrap();
+        for ((named, body), state) in scene.bodies.iter().zip(system.bodies()).zip(&states) {
+            assert_eq!(named.state, *state, "{name}");
+            assert_eq!(named.body.distribution(), body.distribution(), "{name}");
+            assert_eq!(named.body.inertia(), body.inertia(), "{name}");
+        }
+        let mut simulation = start(&scene);
+        fly(&mut simulation, (until / scene.h()).round() as u64);
+        let errors = case.errors(until, simulation.system().bodies(), simulation.states());
+        let largest = errors.unwrap().greatest();
+        assert!(largest < bound, "{name}: {largest:e}");
+    }
+}
+
+/// A sun-synchronous orbit turns by one turn a year, 0.9856° a day, and gravity holds the satellite upright.
+#[test]
+fn the_oblate_earth_turns_the_orbit_with_the_sun() {
+    let scene = shipped("oblate_orbit");
+    let mut simulation = start(&scene);
+    let normal = |simulation: &Simulation| {
+        let state = &simulation.states()[0];
+        state.position.cross(&state.linear_momentum)
+    };
+    let before = normal(&simulation);
+    let mut tilt = 0.0_f64;
+    for _ in 0..scene.steps {
+        fly(&mut simulation, 1);
+        let state = &simulation.states()[0];
+        let up = state.position.normalize();
+        tilt = tilt.max(up.cross(&state.attitude.column(0).into_owned()).norm());
+    }
+    let after = normal(&simulation);
+    let turned = before.xy().perp(&after.xy()) / (before.xy().norm() * after.xy().norm());
+    let degrees = turned.to_degrees();
+    assert!((degrees - 0.9856).abs() < 0.02, "{degrees}");
+    assert!(tilt < 0.15, "{tilt}");
+}
+
+/// Round an asteroid of 535 m the spacecraft neither falls nor leaves, on an orbit far from Kepler's.
+#[test]
+fn the_orbiter_stays_with_its_asteroid() {
+    let scene = shipped("asteroid_orbiter");
+    let mut simulation = start(&scene);
+    let mut range = [f64::INFINITY, 0.0];
+    for _ in 0..scene.steps {
+        fly(&mut simulation, 1);
+        let distance = simulation.states()[1].position.norm();
+        range = [range[0].min(distance), range[1].max(distance)];
+    }
+    assert!(range[0] > 500.0 && range[1] < 1200.0, "{range:?}");
+}

@@ -1,0 +1,71 @@
+use lgvi_dynamics::{Inertia, MassDistribution, Mobility, RigidBody};
+use lgvi_scene::NamedBody;
+use serde::Serialize;
+
+/// What a body is to the integrators and to gravity.
+#[derive(Debug, Serialize)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) kind: &'static str,
+    pub(super) mobility: &'static str,
+    pub(super) distribution: String,
+}
+
+/// Difference of principal moments, of the greatest, that is rounding.
+const EQUAL: f64 = 1e-9;
+
+impl Body {
+    pub(super) fn of(named: &NamedBody) -> Self {
+        Self {
+            name: named.name.clone(),
+            kind: kind(named.body.inertia()),
+            mobility: match named.body.mobility() {
+                Mobility::Free => "free",
+                Mobility::Pivoted => "pivoted",
+                Mobility::Fixed => "fixed",
+                Mobility::Driven(_) => "driven",
+            },
+            distribution: distribution(&named.body),
+        }
+    }
+}
+
+fn kind(inertia: &Inertia) -> &'static str {
+    let moments = inertia.matrix().symmetric_eigenvalues();
+    let greatest = moments.max();
+    let equal = |i: usize, j: usize| (moments[i] - moments[j]).abs() <= EQUAL * greatest;
+    match [equal(0, 1), equal(1, 2), equal(0, 2)] {
+        [false, false, false] => "asymmetric",
+        [true, true, _] | [true, _, true] | [_, true, true] => "sphere",
+        _ => "axisymmetric",
+    }
+}
+
+fn distribution(body: &RigidBody) -> String {
+    match body.distribution() {
+        MassDistribution::Points(points) => match points.as_slice() {
+            [point] if point.position.norm() == 0.0 => "a point".into(),
+            [_] => "a point away from the origin".into(),
+            points => format!("{} points", points.len()),
+        },
+        MassDistribution::Multipole(multipole) => {
+            format!("multipole of order {}", multipole.order())
+        }
+        MassDistribution::Polyhedron(mass) => {
+            format!("polyhedron, cloud of {} points", mass.cloud().len())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_are_told_apart_by_their_principal_moments() {
+        let kind = |moments| kind(&Inertia::principal(moments).unwrap());
+        assert_eq!(kind([2.0, 2.0, 2.0]), "sphere");
+        assert_eq!(kind([2.0, 2.5, 2.0]), "axisymmetric");
+        assert_eq!(kind([1.0, 2.0, 2.5]), "asymmetric");
+    }
+}

@@ -1,0 +1,66 @@
+use std::fmt;
+
+use lgvi_scene::Scene;
+use serde::Serialize;
+
+/// What acts, in SI; each kind is there or not.
+#[derive(Debug, Serialize)]
+pub(super) struct Gravity {
+    central: Option<Central>,
+    /// (m/s²)
+    uniform: Option<[f64; 3]>,
+    /// Gravitational constant of the bodies' mutual attraction (m³/(kg s²)).
+    mutual: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Central {
+    /// (m³/s²)
+    gm: f64,
+    j2: Option<f64>,
+    /// (m)
+    radius: f64,
+}
+
+impl Gravity {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let units = &scene.units;
+        let acceleration = units.length / (units.time * units.time);
+        let area = units.length * units.length;
+        let gravity = &scene.gravity;
+        Self {
+            central: gravity.central.as_ref().map(|central| Central {
+                gm: central.gm * acceleration * area,
+                j2: central.oblateness.map(|oblateness| oblateness.j2),
+                radius: central.radius * units.length,
+            }),
+            uniform: gravity.uniform.map(|g| (g * acceleration).into()),
+            mutual: gravity
+                .mutual
+                .map(|constant| constant * acceleration * area / units.mass),
+        }
+    }
+}
+
+impl fmt::Display for Gravity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts = Vec::new();
+        if let Some(Central { gm, j2, .. }) = &self.central {
+            let shape = match j2 {
+                Some(j2) => format!("oblate with J₂ = {j2:e}"),
+                None => "a sphere or point".into(),
+            };
+            parts.push(format!("fixed attractor, {shape}, GM = {gm:e} m³/s²"));
+        }
+        if let Some(g) = &self.uniform {
+            parts.push(format!("uniform, {g:?} m/s²"));
+        }
+        if let Some(constant) = self.mutual {
+            parts.push(format!("mutual, G = {constant:e} m³/(kg s²)"));
+        }
+        if parts.is_empty() {
+            parts.push("none".into());
+        }
+        write!(f, "{}", parts.join("; "))
+    }
+}

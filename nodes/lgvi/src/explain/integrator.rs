@@ -1,0 +1,150 @@
+use lgvi_dynamics::Method;
+use lgvi_dynamics::integrator::{Quadrature, Rotor};
+use lgvi_node::NodeError;
+use lgvi_scene::{Integration, Scene, Scheme};
+use serde::Serialize;
+
+use super::choice::Chosen;
+use super::trial::Trial;
+
+/// How a scene is flown.
+#[derive(Debug, Serialize)]
+pub(super) struct Integrator {
+    pub(super) method: String,
+    /// Order of convergence; none for exact motion.
+    pub(super) order: Option<u32>,
+    /// Steps of the method in a step of the run.
+    pub(super) substeps: u32,
+    /// Step of the method (s).
+    pub(super) step_size: f64,
+    /// Evaluations of gravity in a step of the method, on average over the trial.
+    pub(super) evaluations: f64,
+    /// How often a step may be halved.
+    pub(super) subdivide: u32,
+    /// Steps of the run that the trial has made.
+    pub(super) trial_steps: u64,
+    /// Greatest turn of a body in a step of the method, over the trial (rad).
+    pub(super) largest_turn: f64,
+    /// Turn up to which the method's equations are sure to have a solution (rad); none where they always have.
+    pub(super) turn_limit: Option<f64>,
+    /// Why it was chosen; none where the scene names it.
+    pub(super) choice: Option<Chosen>,
+}
+
+/// Turn in a step above which methods of second order are inaccurate (rad): its cube over 24 is about the error.
+const FAR: f64 = 0.3;
+
+impl Integrator {
+    /// With what is to be warned of.
+    pub(super) fn of(scene: &Scene) -> Result<(Self, Vec<String>), NodeError> {
+        let choice = match scene.integration {
+            Integration::Auto { tolerance } => {
+                Some(scene.choice(tolerance).map_err(NodeError::input)?)
+            }
+            Integration::Method(_) => None,
+        };
+        let scheme = match &choice {
+            Some(choice) => Scheme {
+                method: choice.method,
+                substeps: choice.substeps,
+            },
+            None => scene.scheme().map_err(NodeError::input)?,
+        };
+        let trial = Trial::fly(scene, scheme)?;
+        let integrator = Self {
+            method: scheme.method.to_string(),
+            order: order(scheme.method),
+            substeps: scheme.substeps,
+            step_size: scene.h() * scene.units.time / f64::from(scheme.substeps),
+            evaluations: trial.evaluations,
+            subdivide: scene.subdivide,
+            trial_steps: trial.steps,
+            largest_turn: trial.largest_turn,
+            turn_limit: turn_limit(scheme.method),
+            choice: choice.as_ref().map(|choice| Chosen::of(scene, choice)),
+        };
+        let mut warnings = integrator.turn_warnings();
+        warnings.extend(trial.failure);
+        if let Some(warning) = planned_otherwise(scene, scheme) {
+            warnings.push(warning);
+        }
+        Ok((integrator, warnings))
+    }
+
+    fn turn_warnings(&self) -> Vec<String> {
+        let turn = self.largest_turn;
+        let remedy = "more `steps` or `substeps` would make it less";
+        match (self.turn_limit, self.order) {
+            (Some(limit), _) if turn > limit => vec![format!(
+                "a body turns by {turn:.2} rad in a step, past the {limit:.2} rad up to which every step can be made: {remedy}"
+            )],
+            (_, Some(..=2)) if turn > FAR => vec![format!(
+                "a body turns by {turn:.2} rad in a step, too far for a method of low order to be accurate: {remedy}"
+            )],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// A plan is one in Lie–Euler steps of the run.
+fn planned_otherwise(scene: &Scene, scheme: Scheme) -> Option<String> {
+    scene.maneuver.as_ref()?;
+    match scheme {
+        Scheme {
+            method: Method::LieEuler(Rotor::Discrete(_)),
+            substeps: 1,
+        } => None,
+        Scheme { method, substeps } => Some(format!(
+            "the manoeuvre is planned in Lie–Euler steps and flown by {method} with {substeps} substeps: it will miss its target"
+        )),
+    }
+}
+
+fn rotor(method: Method) -> Option<Rotor> {
+    match method {
+        Method::Lgvi(rotor)
+        | Method::LieEuler(rotor)
+        | Method::ProcessedLieEuler(rotor)
+        | Method::Composition { rotor, .. }
+        | Method::Nystrom { rotor, .. } => Some(rotor),
+        Method::LagrangianLgvi(chart) => Some(Rotor::Discrete(chart)),
+        _ => None,
+    }
+}
+
+fn order(method: Method) -> Option<u32> {
+    match method {
+        Method::LieEuler(_) => Some(1),
+        Method::Lgvi(_)
+        | Method::LagrangianLgvi(_)
+        | Method::ProcessedLieEuler(_)
+        | Method::ExplicitMidpoint
+        | Method::ImplicitMidpoint
+        | Method::CrouchGrossman => Some(2),
+        Method::RungeKutta4 => Some(4),
+        Method::Fehlberg78 { .. } | Method::DormandPrince853 { .. } => Some(8),
+        Method::Composition { order, .. } | Method::Nystrom { order, .. } => Some(order),
+        Method::Galerkin {
+            degree, quadrature, ..
+        }
+        | Method::EulerPoincare {
+            degree, quadrature, ..
+        } => {
+            let exact = match quadrature {
+                Quadrature::Gauss(points) => 2 * points,
+                Quadrature::Lobatto(points) => 2 * points - 2,
+            };
+            Some(exact.min(2 * degree))
+        }
+        Method::ClosedForm => None,
+    }
+}
+
+/// The implicit equation has a solution wherever `|J⁻¹ g| ≤ 1`; the series of a preprocessed rotor hold as far.
+fn turn_limit(method: Method) -> Option<f64> {
+    match (rotor(method), method) {
+        (Some(Rotor::Discrete(_) | Rotor::Preprocessed(_)), _) => Some(1.0),
+        (_, Method::Galerkin { .. } | Method::EulerPoincare { .. }) => Some(std::f64::consts::PI),
+        _ => None,
+    }
+}

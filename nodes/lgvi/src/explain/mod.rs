@@ -1,0 +1,71 @@
+//! What a scene is and how it will be flown, without flying it.
+
+mod bodies;
+mod choice;
+mod gravity;
+mod integrator;
+mod text;
+mod trial;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use lgvi_node::{NodeError, load_scene};
+use lgvi_scene::Scene;
+use serde::Serialize;
+
+use crate::output::say;
+use bodies::Body;
+use gravity::Gravity;
+use integrator::Integrator;
+
+/// A scene in SI, its integrator, and what is to be said of both.
+#[derive(Debug, Serialize)]
+struct Explanation {
+    scene: String,
+    title: String,
+    /// (s)
+    duration: f64,
+    steps: u64,
+    /// (s)
+    step_size: f64,
+    bodies: Vec<Body>,
+    gravity: Gravity,
+    /// Name of the body that a manoeuvre is planned for.
+    maneuver: Option<String>,
+    integrator: Integrator,
+    warnings: Vec<String>,
+}
+
+/// Explains the scene in a file.
+pub(crate) fn explain(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
+    let explanation = Explanation::of(&load_scene(path)?)?;
+    if json {
+        say(&serde_json::to_string(&explanation).map_err(NodeError::runtime)?)?;
+    } else {
+        say(&explanation)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Explanation {
+    fn of(scene: &Scene) -> Result<Self, NodeError> {
+        let (integrator, warnings) = Integrator::of(scene)?;
+        let controlled = scene.maneuver.as_ref();
+        Ok(Self {
+            scene: scene.name.clone(),
+            title: scene.title.clone(),
+            duration: scene.duration * scene.units.time,
+            steps: scene.steps,
+            step_size: scene.h() * scene.units.time,
+            bodies: scene.bodies.iter().map(Body::of).collect(),
+            gravity: Gravity::of(scene),
+            maneuver: controlled.map(|maneuver| scene.bodies[maneuver.body].name.clone()),
+            integrator,
+            warnings,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

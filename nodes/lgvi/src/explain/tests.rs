@@ -1,0 +1,135 @@
+use super::*;
+
+const TEXT: &str = r#"
+    title = "A top and its planet"
+    [units]
+    length = "10 m"
+    time = "2 s"
+    [run]
+    duration = 1.0
+    steps = 50
+    integrator = "lgvi"
+    [gravity.central]
+    gm = 8.0
+    [[bodies]]
+    name = "top"
+    mass = 1.0
+    inertia = [2, 2, 3]
+    position = [3, 0, 0]
+    velocity = [0, 1, 0]
+    attitude = { w = 1, x = 0, y = 0, z = 0 }
+    angular_velocity = [0, 0, 5]
+"#;
+
+fn explained(line: &str, instead: &str) -> Explanation {
+    assert!(TEXT.contains(line), "{line}");
+    let scene = Scene::parse("test", &TEXT.replace(line, instead)).unwrap();
+    Explanation::of(&scene).unwrap()
+}
+
+#[test]
+fn a_scene_is_explained_in_si() {
+    let explanation = explained("", "");
+    let json = serde_json::to_value(&explanation).unwrap();
+    assert_eq!(json["duration"], 2.0);
+    assert_eq!(json["gravity"]["central"]["gm"], 2000.0);
+    assert_eq!(json["bodies"][0]["kind"], "axisymmetric");
+    assert_eq!(json["integrator"]["order"], 2);
+    assert_eq!(json["integrator"]["step_size"], 0.04);
+    assert!((explanation.integrator.largest_turn - 0.1).abs() < 1e-12);
+    assert_eq!(json["integrator"]["turn_limit"], 1.0);
+    assert_eq!(json["warnings"].as_array().map(Vec::len), Some(0));
+    let text = explanation.to_string();
+    for part in [
+        "A top",
+        "top: axisymmetric, free, a point",
+        "GM = 2e3 m³/s²",
+        "LGVI",
+    ] {
+        assert!(text.contains(part), "{part:?} is missing in {text}");
+    }
+}
+
+/// The splittings evaluate gravity once a kick that is not shared with the next step.
+#[test]
+fn evaluations_of_gravity_are_counted() {
+    for (integrator, order, evaluations) in [
+        ("\"lgvi\"", 2, 1.0),
+        ("\"lie_euler\"", 1, 1.0),
+        ("{ name = \"composition\", order = 4 }", 4, 5.0),
+        ("{ name = \"nystrom\", order = 4 }", 4, 6.0),
+        ("\"runge_kutta4\"", 4, 4.0),
+    ] {
+        let explained = explained("\"lgvi\"", integrator).integrator;
+        assert_eq!(explained.order, Some(order), "{integrator}");
+        assert!(
+            (explained.evaluations - evaluations).abs() < 0.05,
+            "{integrator}: {}",
+            explained.evaluations
+        );
+    }
+    let free = explained("[gravity.central]\n    gm = 8.0\n", "");
+    assert_eq!(free.integrator.evaluations, 0.0);
+}
+
+#[test]
+fn a_choice_is_given_with_its_reasons() {
+    let explanation = explained("\"lgvi\"", "{ name = \"auto\", tolerance = 1e-8 }");
+    let Integrator {
+        method,
+        substeps,
+        choice,
+        ..
+    } = &explanation.integrator;
+    let choice = choice.as_ref().unwrap();
+    let first = &choice.candidates[0];
+    assert_eq!((&first.method, first.substeps), (method, *substeps));
+    assert!(first.error <= 1e-8 && choice.candidates.len() > 1);
+    let text = explanation.to_string();
+    assert!(
+        text.contains(&choice.outlook) && text.contains("candidates"),
+        "{text}"
+    );
+    for candidate in &choice.candidates {
+        assert!(text.contains(&candidate.method), "{text}");
+    }
+}
+
+#[test]
+fn turns_that_are_too_far_are_warned_of() {
+    let warnings = |speed: &str| explained("[0, 0, 5]", speed).warnings;
+    let far = warnings("[0, 0, 20]");
+    assert!(far.len() == 1 && far[0].contains("0.40 rad"), "{far:?}");
+    let unsolvable = warnings("[0, 0, 100]");
+    assert!(unsolvable[0].contains("2.00 rad") && unsolvable[0].contains("1.00 rad"));
+    assert!(unsolvable[1].contains("step 0 of top"), "{unsolvable:?}");
+    let exact = TEXT
+        .replace("[0, 0, 5]", "[0, 0, 100]")
+        .replace("\"lgvi\"", "{ name = \"nystrom\", order = 4 }");
+    let scene = Scene::parse("test", &exact).unwrap();
+    assert!(Explanation::of(&scene).unwrap().warnings.is_empty());
+    let substeps = TEXT
+        .replace("[0, 0, 5]", "[0, 0, 20]")
+        .replace("\"lgvi\"", "\"lgvi\"\n    substeps = 4");
+    let scene = Scene::parse("test", &substeps).unwrap();
+    let explanation = Explanation::of(&scene).unwrap();
+    assert_eq!(explanation.integrator.step_size, 0.01);
+    assert!(
+        explanation.warnings.is_empty(),
+        "{:?}",
+        explanation.warnings
+    );
+}
+
+#[test]
+fn a_plan_that_is_flown_otherwise_is_warned_of() {
+    let maneuver = "angular_velocity = [0, 0, 5]\n    [maneuver]\n    body = \"top\"\n    [maneuver.target]\n    position = [3, 1, 0]\n    velocity = [0, 1, 0]\n    attitude = { w = 1, x = 0, y = 0, z = 0 }\n    angular_velocity = [0, 0, 0]\n";
+    let otherwise = explained("angular_velocity = [0, 0, 5]\n", maneuver);
+    assert_eq!(otherwise.maneuver.as_deref(), Some("top"));
+    assert!(otherwise.warnings[0].contains("miss its target"));
+    let text = TEXT
+        .replace("angular_velocity = [0, 0, 5]\n", maneuver)
+        .replace("\"lgvi\"", "\"lie_euler\"");
+    let scene = Scene::parse("test", &text).unwrap();
+    assert!(Explanation::of(&scene).unwrap().warnings.is_empty());
+}

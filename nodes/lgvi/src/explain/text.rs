@@ -1,0 +1,68 @@
+//! An explanation as a person reads it.
+
+use std::fmt::{Display, Formatter, Result};
+
+use super::Explanation;
+use super::integrator::Integrator;
+
+impl Display for Explanation {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        write!(f, "{}", self.title)?;
+        write!(
+            f,
+            "\n  run         {} s in {} steps of {} s",
+            self.duration, self.steps, self.step_size
+        )?;
+        for body in &self.bodies {
+            write!(
+                f,
+                "\n  body        {}: {}, {}, {}",
+                body.name, body.kind, body.mobility, body.distribution
+            )?;
+        }
+        write!(f, "\n  gravity     {}", self.gravity)?;
+        if let Some(body) = &self.maneuver {
+            write!(f, "\n  manoeuvre   of {body}, planned in Lie–Euler steps")?;
+        }
+        write!(f, "{}", self.integrator)?;
+        for warning in &self.warnings {
+            write!(f, "\n  warning     {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Display for Integrator {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        write!(f, "\n  integrator  {}", self.method)?;
+        match self.order {
+            Some(order) => write!(f, "\n  order       {order}")?,
+            None => write!(f, "\n  order       exact")?,
+        }
+        write!(
+            f,
+            "\n  steps       {} a step of the run, of {} s, {:.1} evaluations of gravity each",
+            self.substeps, self.step_size, self.evaluations
+        )?;
+        if self.subdivide > 0 {
+            write!(
+                f,
+                "\n  subdivision halves a step up to {} times where it cannot be made as one",
+                self.subdivide
+            )?;
+        }
+        write!(
+            f,
+            "\n  turn        {:.2e} rad a step at most in the first {} steps",
+            self.largest_turn, self.trial_steps
+        )?;
+        match self.turn_limit {
+            Some(limit) => write!(f, "; always solvable up to {limit:.2} rad")?,
+            None => write!(f, "; solvable for any turn")?,
+        }
+        match &self.choice {
+            Some(choice) => write!(f, "{choice}"),
+            None => Ok(()),
+        }
+    }
+}

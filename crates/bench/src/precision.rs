@@ -129,10 +129,7 @@ pub(crate) fn run(
             Family::Adaptive(method) => adaptive(&case, setting, method, repeats)?,
         };
         if !points.is_empty() {
-            curves.push(Curve {
-                label,
-                points,
-            });
+            curves.push(Curve { label, points });
         }
     }
     let own = curves.len();

@@ -1,3 +1,5 @@
+use lgvi_lie::orthogonality_error;
+
 use crate::integrator::Subdivision;
 use crate::{
     BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
@@ -7,6 +9,7 @@ use crate::{
 pub struct Simulation {
     system: System,
     states: Vec<BodyState>,
+    method: Method,
     integrator: Box<dyn Integrator>,
     h: f64,
     substeps: u32,
@@ -17,14 +20,25 @@ pub struct Simulation {
     begun: Vec<BodyState>,
 }
 
+/// Depth of the deepest subdivision: a step cut into `2³⁰` is as good as none.
+const DEEPEST: u32 = 30;
+
 impl Simulation {
-    /// From `states` (one a body) at step 0, with step `h`.
+    /// From `states` (one a body) at step 0, with step `h`, which is negative for a flight back in time.
+    ///
+    /// # Errors
+    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; what `method` cannot
+    /// integrate.
     pub fn new(
         mut system: System,
         mut states: Vec<BodyState>,
         method: Method,
         h: f64,
     ) -> Result<Self, MethodError> {
+        if !h.is_normal() {
+            return Err(refuse("step", h, "a finite number other than 0"));
+        }
+        check(&system, &states)?;
         system.constrain(&mut states);
         let mut integrator = method.integrator(&system)?;
         integrator.start(&mut system, &states);
@@ -33,6 +47,7 @@ impl Simulation {
             begun: states.clone(),
             system,
             states,
+            method,
             integrator,
             h,
             substeps: 1,
@@ -50,16 +65,33 @@ impl Simulation {
 
     /// The same, each of the method's steps cut into `2^depth` at most where it cannot be made as one, see
     /// [`Subdivision`].
-    pub fn with_subdivision(self, depth: u32) -> Self {
+    ///
+    /// # Errors
+    /// A depth above 30; methods with error control, which find their own steps.
+    pub fn with_subdivision(self, depth: u32) -> Result<Self, MethodError> {
+        if depth > DEEPEST {
+            let expected = "30 at most";
+            return Err(refuse("depth of the subdivision", depth.into(), expected));
+        }
+        if self.method.has_error_control() {
+            let expected = "0, for the method finds its own steps";
+            return Err(refuse("depth of the subdivision", depth.into(), expected));
+        }
         let bodies = self.states.len();
-        Self {
+        Ok(Self {
             integrator: Box::new(Subdivision::new(self.integrator, depth, bodies)),
             ..self
-        }
+        })
     }
 
     /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
     pub fn advance(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
+        if controls.len() != self.states.len() {
+            return Err(StepError::Controls {
+                expected: self.states.len(),
+                found: controls.len(),
+            });
+        }
         let made = if self.substeps == 1 {
             self.substep(controls, self.h)
         } else {
@@ -126,4 +158,37 @@ impl Simulation {
     pub fn invariants(&self) -> Invariants {
         Invariants::of(&self.system, &self.states)
     }
+}
+
+fn refuse(parameter: &'static str, value: f64, expected: &'static str) -> MethodError {
+    MethodError::Parameter {
+        method: "the simulation",
+        parameter,
+        value,
+        expected,
+    }
+}
+
+/// Whether `states` are those of rigid bodies.
+fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
+    let (expected, found) = (system.bodies().len(), states.len());
+    if expected != found {
+        return Err(MethodError::StateCount { expected, found });
+    }
+    for (body, state) in states.iter().enumerate() {
+        if !state.is_finite() {
+            return Err(MethodError::State { body });
+        }
+        let orthogonality_error = orthogonality_error(&state.attitude);
+        let determinant = state.attitude.determinant();
+        // Methods without geometry leave the rotations a little; what they leave is still to be flown on.
+        if orthogonality_error > 0.1 || determinant < 0.0 {
+            return Err(MethodError::Attitude {
+                body,
+                orthogonality_error,
+                determinant,
+            });
+        }
+    }
+    Ok(())
 }

@@ -33,20 +33,6 @@ pub struct Scheme {
     pub substeps: u32,
 }
 
-impl Scheme {
-    /// Whether the method cuts its steps itself, to control the error.
-    pub fn is_adaptive(&self) -> bool {
-        is_adaptive(self.method)
-    }
-}
-
-pub(crate) fn is_adaptive(method: Method) -> bool {
-    matches!(
-        method,
-        Method::Fehlberg78 { .. } | Method::DormandPrince853 { .. }
-    )
-}
-
 impl fmt::Display for Scheme {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.substeps {

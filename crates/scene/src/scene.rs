@@ -143,7 +143,7 @@ impl Scene {
         let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
             .with_substeps(scheme.substeps);
         Ok(if self.subdivides(scheme) {
-            simulation.with_subdivision(self.subdivide)
+            simulation.with_subdivision(self.subdivide)?
         } else {
             simulation
         })
@@ -151,7 +151,7 @@ impl Scene {
 
     /// Whether steps by this scheme are cut where they cannot be made as one.
     pub fn subdivides(&self, scheme: Scheme) -> bool {
-        self.subdivide > 0 && !scheme.is_adaptive()
+        self.subdivide > 0 && !scheme.method.has_error_control()
     }
 
     /// The optimal control problem of the scene's manoeuvre; `None` without one.

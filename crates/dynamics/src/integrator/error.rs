@@ -6,6 +6,14 @@ use crate::rotation::{PreprocessedError, Unsolvable};
 /// Why a step could not be made. Bodies count from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepError {
+    /// There is not one control a body.
+    #[error("there are {found} controls for {expected} bodies")]
+    Controls {
+        /// Number of bodies.
+        expected: usize,
+        /// Number of controls.
+        found: usize,
+    },
     /// The body turns too far in one step.
     #[error("body {body}: {source}")]
     Unsolvable {
@@ -102,7 +110,8 @@ impl StepError {
             | Self::NotFinite { body }
             | Self::CloseApproach(CloseApproach { body, .. })
             | Self::Unresolved { body, .. } => Some(*body),
-            Self::NotConverged { .. }
+            Self::Controls { .. }
+            | Self::NotConverged { .. }
             | Self::TooManySteps { .. }
             | Self::StepSizeUnderflow { .. } => None,
         }
@@ -127,6 +136,33 @@ pub enum MethodError {
     Gravity {
         /// Name of the method.
         method: &'static str,
+    },
+    /// There is not one state a body.
+    #[error("there are {found} states for {expected} bodies")]
+    StateCount {
+        /// Number of bodies.
+        expected: usize,
+        /// Number of states.
+        found: usize,
+    },
+    /// A body's state is NaN or infinite.
+    #[error("body {body}: its state is not finite")]
+    State {
+        /// Which body.
+        body: usize,
+    },
+    /// A body's attitude is no rotation.
+    #[error(
+        "body {body}: its attitude is not a rotation, |RᵀR − I| is {orthogonality_error:.1e} and det R {determinant:.3}, \
+         expected less than 0.1 and 1"
+    )]
+    Attitude {
+        /// Which body.
+        body: usize,
+        /// Frobenius norm of `RᵀR − I`.
+        orthogonality_error: f64,
+        /// `det R`.
+        determinant: f64,
     },
     /// A parameter of the method is out of range.
     #[error("{method}: {parameter} is {value}, expected {expected}")]

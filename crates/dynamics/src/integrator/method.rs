@@ -143,6 +143,14 @@ impl fmt::Display for Method {
 }
 
 impl Method {
+    /// Whether it chooses its own steps within that of the simulation.
+    pub fn has_error_control(self) -> bool {
+        matches!(
+            self,
+            Self::Fehlberg78 { .. } | Self::DormandPrince853 { .. }
+        )
+    }
+
     /// The integrator for `system`.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
         Ok(match self {

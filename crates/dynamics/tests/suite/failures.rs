@@ -64,7 +64,8 @@ fn a_close_passage_is_cut_into_resolved_steps_and_reported() {
     let (whole, none) = revolution(eccentric(h), h).expect("unresolved but finite");
     assert_eq!(none, 0);
     assert!(whole > 0.5, "the passage must need cutting: {whole:e}");
-    let (cut, cuts) = revolution(eccentric(h).with_subdivision(12), h).expect("resolved");
+    let (cut, cuts) =
+        revolution(eccentric(h).with_subdivision(12).expect("a depth"), h).expect("resolved");
     println!("energy error {whole:.1e} whole, {cut:.1e} with {cuts} cuts");
     assert!(cut < 0.1, "{cut:e}");
     assert!((20..10_000).contains(&cuts), "{cuts} cuts");
@@ -73,7 +74,8 @@ fn a_close_passage_is_cut_into_resolved_steps_and_reported() {
 #[test]
 fn what_subdivision_cannot_resolve_is_an_error() {
     let h = 0.02;
-    let error = revolution(eccentric(h).with_subdivision(2), h).expect_err("too few cuts");
+    let error = revolution(eccentric(h).with_subdivision(2).expect("a depth"), h)
+        .expect_err("too few cuts");
     assert!(
         matches!(error, StepError::Unresolved { body: 1, excess } if excess > 1.0),
         "{error:?}"
@@ -94,7 +96,7 @@ fn a_turn_past_the_limit_is_cut_until_it_can_be_made() {
     };
     let error = whole().advance(&[Load::default()]);
     assert!(matches!(error, Err(StepError::Unsolvable { .. })));
-    let mut cut = whole().with_subdivision(6);
+    let mut cut = whole().with_subdivision(6).expect("a depth");
     let report = cut.advance(&[Load::default()]).expect("cut");
     assert_eq!(report.cuts, 4);
     // On a principal axis the discrete rigid body turns by θ with sin θ = h Ω.
@@ -108,7 +110,10 @@ fn a_turn_past_the_limit_is_cut_until_it_can_be_made() {
 fn a_resolved_step_is_not_cut() {
     let case = Case::load("a1_two_dumbbells_regular");
     let mut plain = case.simulation(LGVI, 0.002);
-    let mut cutting = case.simulation(LGVI, 0.002).with_subdivision(4);
+    let mut cutting = case
+        .simulation(LGVI, 0.002)
+        .with_subdivision(4)
+        .expect("a depth");
     for _ in 0..1000 {
         plain.advance(&[Load::default(); 2]).expect("a step");
         let report = cutting.advance(&[Load::default(); 2]).expect("a step");
@@ -125,8 +130,9 @@ fn entering_a_body_is_a_close_approach_with_its_figures() {
         at(&bodies[1], [2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]),
     ];
     for depth in [0, 5] {
-        let mut simulation =
-            attracting(bodies.clone(), states.clone(), 0.01).with_subdivision(depth);
+        let mut simulation = attracting(bodies.clone(), states.clone(), 0.01)
+            .with_subdivision(depth)
+            .expect("a depth");
         let error = loop {
             let before = simulation.states().to_vec();
             if let Err(error) = simulation.advance(&[Load::default(); 2]) {
@@ -160,7 +166,9 @@ fn a_step_back_is_cut_too() {
             at(&light, [0.1, 0.0, 0.0], [0.0, 4.4, 0.0]),
         ];
         let bodies = vec![heavy.clone(), light.clone()];
-        let mut simulation = attracting(bodies, states, h).with_subdivision(12);
+        let mut simulation = attracting(bodies, states, h)
+            .with_subdivision(12)
+            .expect("a depth");
         simulation.advance(&[Load::default(); 2]).expect("cut").cuts
     };
     assert!(cuts(0.02) > 1);
@@ -182,4 +190,63 @@ fn the_closed_form_goes_on_after_a_control_that_fails() {
     simulation.advance(&[none]).expect("a step");
     let reached = simulation.states()[0].position;
     assert!((reached - Vector3::new(1.1, 2.2, 3.3)).norm() < 1e-15);
+}
+
+/// What is wrong with the input is said at the start, with its figures; a step with controls for other bodies is none.
+#[test]
+fn input_that_is_no_system_is_refused() {
+    let body = sphere(1.0, 0.0);
+    let fly = |states: Vec<BodyState>, h: f64| {
+        let system = System::new(vec![body.clone()], vec![]);
+        Simulation::new(system, states, LGVI, h)
+    };
+    let state = at(&body, [0.0; 3], [0.0; 3]);
+    let refused = |states, h| fly(states, h).err().map(|error| error.to_string());
+    let says = |found: Option<String>, expected: &str| {
+        let found = found.expect("refused");
+        assert!(found.contains(expected), "{found:?} for {expected:?}");
+    };
+    says(refused(vec![], 0.1), "0 states for 1 bodies");
+    says(refused(vec![state, state], 0.1), "2 states for 1 bodies");
+    for h in [0.0, f64::NAN, f64::INFINITY, 1e-320] {
+        says(refused(vec![state], h), &format!("step is {h}"));
+    }
+    for entry in 0..9 {
+        let mut broken = state;
+        broken.attitude[entry] = f64::NAN;
+        says(
+            refused(vec![broken], 0.1),
+            "body 0: its state is not finite",
+        );
+    }
+    for (factor, expected) in [
+        (-1.0, "det R -1.000"),
+        (2.0, "det R 8.000"),
+        (0.0, "|RᵀR − I| is 1.7e0"),
+    ] {
+        let mut broken = state;
+        broken.attitude *= factor;
+        says(refused(vec![broken], 0.1), expected);
+    }
+
+    let simulation = || fly(vec![state], 0.1).expect("a method");
+    let error = simulation().advance(&[]).expect_err("no control");
+    assert_eq!(
+        error,
+        StepError::Controls {
+            expected: 1,
+            found: 0
+        }
+    );
+    says(
+        simulation()
+            .with_subdivision(31)
+            .err()
+            .map(|error| error.to_string()),
+        "depth of the subdivision is 31, expected 30 at most",
+    );
+    let system = System::new(vec![body.clone()], vec![]);
+    let method = Method::DormandPrince853 { tolerance: 1e-8 };
+    let adaptive = Simulation::new(system, vec![state], method, 0.1).expect("a method");
+    assert!(adaptive.with_subdivision(3).is_err());
 }

@@ -4,7 +4,6 @@ use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, MethodError, System};
 
 use crate::file::RunFile;
-use crate::integrator::is_adaptive;
 use crate::{Integration, Scene, SceneError};
 
 /// J2000, 2000-01-01T12:00:00Z (ns since the UNIX epoch).
@@ -69,7 +68,7 @@ pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
 pub(super) fn subdivide(run: &RunFile) -> Result<u32, SceneError> {
     if run.subdivide > 0
         && let Integration::Method(method) = run.integrator.integration(run.chart)
-        && is_adaptive(method)
+        && method.has_error_control()
     {
         let expected = format!("0 beside {method}, which cuts its steps itself");
         return Err(SceneError::value("run.subdivide", run.subdivide, expected));
@@ -145,8 +144,8 @@ fn refused(scene: &Scene, error: MethodError) -> SceneError {
             let expected = format!("{expected}: {method} cannot integrate {name}");
             SceneError::value("run.integrator", scene.integration.to_string(), expected)
         }
-        MethodError::Gravity { .. } => {
-            let expected = format!("an integrator that knows gravity: {error}");
+        error => {
+            let expected = format!("an integrator for the scene: {error}");
             SceneError::value("run.integrator", scene.integration.to_string(), expected)
         }
     }

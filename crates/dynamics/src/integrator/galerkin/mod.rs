@@ -63,6 +63,9 @@ pub struct Galerkin {
     h: Option<f64>,
 }
 
+/// Unknowns of the largest step: where the bodies are solved for together, a matrix of their square is.
+const MOST_UNKNOWNS: usize = 1500;
+
 impl Galerkin {
     /// Degree `s`, 1 to 10, and quadrature with at least s points.
     pub fn new(
@@ -72,6 +75,15 @@ impl Galerkin {
         origin: ChartOrigin,
     ) -> Result<Self, MethodError> {
         let basis = Basis::checked("Galerkin", degree, quadrature, origin)?;
+        let unknowns = 6 * basis.degree * system.bodies().len();
+        if unknowns > MOST_UNKNOWNS {
+            return Err(MethodError::Parameter {
+                method: "Galerkin",
+                parameter: "number of unknowns, 6 times degree and bodies,",
+                value: unknowns as f64,
+                expected: "1500 at most",
+            });
+        }
         Ok(Self {
             motion: Motion::new(basis, system.bodies()),
             next: Vec::with_capacity(system.bodies().len()),

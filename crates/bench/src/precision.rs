@@ -222,22 +222,19 @@ fn adaptive(
     Ok(points)
 }
 
-/// The least time for at most `error`, interpolated between neighbours on a logarithmic scale.
+/// The time from which on the error is at most `error`, interpolated on a logarithmic scale: a chance dip of a coarser
+/// flight does not count.
 fn time_at(curve: &Curve, error: f64) -> Option<f64> {
-    let crossing = |pair: &[[f64; 2]]| {
-        let ([e0, t0], [e1, t1]) = (pair[0], pair[1]);
-        (e0 > error && e1 <= error).then(|| {
+    let mut points = curve.points.clone();
+    points.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    match points.iter().rposition(|point| point[0] > error) {
+        None => points.first().map(|point| point[1]),
+        Some(last) => points.get(last + 1).map(|&[e1, t1]| {
+            let [e0, t0] = points[last];
             let part = (e0 / error).ln() / (e0 / e1).ln();
             t0 * (t1 / t0).powf(part)
-        })
-    };
-    let crossed = curve.points.windows(2).filter_map(crossing);
-    let met = curve
-        .points
-        .iter()
-        .filter(|point| point[0] <= error)
-        .map(|point| point[1]);
-    crossed.chain(met).reduce(f64::min)
+        }),
+    }
 }
 
 /// Times at the asked errors, and their ratio to heyoka's.

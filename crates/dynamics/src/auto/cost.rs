@@ -3,7 +3,7 @@ use crate::integrator::Rotor;
 use crate::{Inertia, Method, Mobility, RigidBody, System};
 
 // Costs in nanoseconds of one core of the machine that they were measured on; only their ratios matter. To measure
-// them again: `cargo test -p lgvi_dynamics --release -- --ignored auto_costs --nocapture`.
+// them again: `lgvi_bench costs`.
 
 /// A step without stages.
 const STEP: f64 = 15.0;

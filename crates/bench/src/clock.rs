@@ -23,20 +23,20 @@ fn seconds() -> f64 {
     })
 }
 
-/// The least time (ns) of `work` in several trials of some milliseconds.
+/// The least time (ns) of `work` in several trials of some milliseconds, in which the clock is read twice.
 pub(crate) fn nanoseconds(repeats: u32, mut work: impl FnMut()) -> f64 {
-    const TRIAL: f64 = 2e-3;
-    let trial = |_| {
-        let (begun, mut count) = (Moment::now(), 0);
-        loop {
-            (0..16).for_each(|_| work());
-            count += 16;
-            let elapsed = begun.elapsed();
-            // not `<`, for an unknown time must end it too
-            if !(elapsed <= TRIAL) {
-                return 1e9 * elapsed / f64::from(count);
-            }
-        }
+    const TRIAL: f64 = 1e-3;
+    let mut trial = |count: u64| {
+        let begun = Moment::now();
+        (0..count).for_each(|_| work());
+        begun.elapsed()
     };
-    (0..repeats).map(trial).fold(f64::INFINITY, f64::min)
+    let mut count = 1;
+    while trial(count) < TRIAL {
+        count *= 2;
+    }
+    let least = (0..repeats)
+        .map(|_| trial(count))
+        .fold(f64::INFINITY, f64::min);
+    1e9 * least / count as f64
 }

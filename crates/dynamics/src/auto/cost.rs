@@ -9,7 +9,7 @@ use crate::{Inertia, Method, Mobility, RigidBody, System};
 const STEP: f64 = 15.0;
 
 /// Per body and step: copying and checking states.
-const BODY: f64 = 16.0;
+const BODY: f64 = 10.0;
 
 /// A ratio of costs that does not matter, and a cost.
 const LIKE: f64 = 1.3;
@@ -19,13 +19,13 @@ const SMALL: f64 = 1e5;
 const DISCRETE: f64 = 36.0;
 
 /// The same by the preprocessed rotor.
-const PREPROCESSED: f64 = 125.0;
+const PREPROCESSED: f64 = 130.0;
 
 /// The same by the exact rotor, of bodies with three equal principal moments, two and none.
 const EXACT: [f64; 3] = [37.0, 48.0, 151.0];
 
 /// More than that for a body that is not free but pivoted, by the discrete rotor and by others.
-const PIVOTED: [f64; 2] = [45.0, 10.0];
+const PIVOTED: [f64; 2] = [30.0, 10.0];
 
 /// Per body and step of the closed form, likewise.
 const CLOSED_FORM: [f64; 3] = [60.0, 93.0, 313.0];
@@ -37,10 +37,10 @@ const ADAPTIVE: [f64; 2] = [15.0, 31.0];
 const DENSE: f64 = 4.0;
 
 /// Per body and state that an adaptive method shows.
-const SHOWN: f64 = 80.0;
+const SHOWN: f64 = 90.0;
 
 /// A point of mass in a central field.
-const POINT: f64 = 14.0;
+const POINT: f64 = 11.0;
 
 /// Predicts what flights of a system cost.
 #[derive(Clone, Copy, Debug)]

@@ -130,7 +130,7 @@ pub(crate) fn run(
         };
         if !points.is_empty() {
             curves.push(Curve {
-                label: label.into(),
+                label,
                 points,
             });
         }

@@ -12,6 +12,14 @@ pub struct Load {
 }
 
 impl Load {
+    /// Whether it is anything but zero, of whatever sign.
+    #[inline(always)]
+    pub(crate) fn acts(&self) -> bool {
+        let components = self.force.iter().chain(&self.moment);
+        let bits = components.fold(0, |bits, component| bits | component.to_bits());
+        bits << 1 != 0
+    }
+
     /// Whether all six components are finite.
     pub fn is_finite(&self) -> bool {
         self.force.iter().chain(&self.moment).all(|c| c.is_finite())

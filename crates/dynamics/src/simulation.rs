@@ -11,6 +11,8 @@ pub struct Simulation {
     h: f64,
     substeps: u32,
     step: u64,
+    /// Where the present step goes, by turns with `states`.
+    next: Vec<BodyState>,
     /// Where a step of several substeps began.
     begun: Vec<BodyState>,
 }
@@ -27,6 +29,7 @@ impl Simulation {
         let mut integrator = method.integrator(&system)?;
         integrator.start(&mut system, &states);
         Ok(Self {
+            next: states.clone(),
             begun: states.clone(),
             system,
             states,
@@ -58,12 +61,24 @@ impl Simulation {
     /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
     pub fn advance(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         let made = if self.substeps == 1 {
-            self.integrator
-                .step(&mut self.system, &mut self.states, controls, self.h)
+            self.substep(controls, self.h)
         } else {
             self.substeps(controls)
         };
         self.step += u64::from(made.is_ok());
+        made
+    }
+
+    /// Makes one of the method's steps.
+    #[inline]
+    fn substep(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
+        let (system, next) = (&mut self.system, &mut self.next);
+        let made = self
+            .integrator
+            .step_to(system, &self.states, next, controls, h);
+        if made.is_ok() {
+            std::mem::swap(&mut self.states, next);
+        }
         made
     }
 
@@ -72,10 +87,7 @@ impl Simulation {
         let h = self.h / f64::from(self.substeps);
         let mut report = StepReport::default();
         for substep in 0..self.substeps {
-            let made = self
-                .integrator
-                .step(&mut self.system, &mut self.states, controls, h);
-            match made {
+            match self.substep(controls, h) {
                 Ok(next) if substep == 0 => report = next,
                 Ok(next) => report = report.then(next),
                 Err(error) => {

@@ -5,12 +5,19 @@ use crate::{BodyState, Load, Mobility, RigidBody};
 pub struct System {
     bodies: Vec<RigidBody>,
     gravity: Vec<Box<dyn Gravity>>,
+    /// Whether anything has an extent that another could enter.
+    extents: bool,
 }
 
 impl System {
     /// Bodies under the sum of the given gravities; none means free bodies.
     pub fn new(bodies: Vec<RigidBody>, gravity: Vec<Box<dyn Gravity>>) -> Self {
-        Self { bodies, gravity }
+        let extents = gravity.iter().any(|gravity| gravity.has_extents(&bodies));
+        Self {
+            bodies,
+            gravity,
+            extents,
+        }
     }
 
     /// The bodies, in the order of their states.
@@ -20,7 +27,9 @@ impl System {
 
     /// Sets `loads` (one a body) to what gravity exerts in `states`.
     pub fn loads(&mut self, states: &[BodyState], loads: &mut [Load]) {
-        loads.fill(Load::default());
+        for load in loads.iter_mut() {
+            *load = Load::default();
+        }
         for gravity in &mut self.gravity {
             gravity.add_loads(&self.bodies, states, loads);
         }
@@ -36,8 +45,10 @@ impl System {
 
     /// Whether the bodies are outside each other's radii.
     pub fn check_clearance(&self, states: &[BodyState]) -> Result<(), CloseApproach> {
-        for gravity in &self.gravity {
-            gravity.check_clearance(&self.bodies, states)?;
+        if self.extents {
+            for gravity in &self.gravity {
+                gravity.check_clearance(&self.bodies, states)?;
+            }
         }
         Ok(())
     }

@@ -11,5 +11,5 @@ mod rotation_vector;
 
 pub use cayley::{cay, compose, rotate, rotate_back, to_rotation_vector};
 pub use matrix::{hat, orthogonality_error, polish, vee};
-pub use quaternion::{Quaternion, cos_sinc};
+pub use quaternion::{Quaternion, cos_sinc, cos_sinc_pair};
 pub use rotation_vector::{exp, log, right_jacobian_inverse, to_cayley, to_quaternion};

@@ -39,6 +39,35 @@ pub fn cos_sinc(squared: f64) -> (f64, f64) {
     (cos, sinc)
 }
 
+/// `cos x` and `sin x / x` of two `x²` at once, by shorter series where both x are at most 1/8.
+#[inline(always)]
+pub fn cos_sinc_pair(squared: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
+    let q = squared;
+    if !((q.x <= SHORT_SQUARED) & (q.y <= SHORT_SQUARED)) {
+        let [(c, s), (d, t)] = [q.x, q.y].map(cos_sinc);
+        return (Vector2::new(c, d), Vector2::new(s, t));
+    }
+    let constant = Vector2::repeat;
+    let q2 = q.component_mul(&q);
+    let even = |a, b| constant(a) + b * q;
+    let cos = constant(1.0)
+        + q.component_mul(
+            &(even(-1.0 / 2.0, 1.0 / 24.0)
+                + q2.component_mul(
+                    &(even(-1.0 / 720.0, 1.0 / 40_320.0) + q2 * (-1.0 / 3_628_800.0)),
+                )),
+        );
+    let sinc = constant(1.0)
+        + q.component_mul(
+            &(even(-1.0 / 6.0, 1.0 / 120.0)
+                + q2.component_mul(&even(-1.0 / 5_040.0, 1.0 / 362_880.0))),
+        );
+    (cos, sinc)
+}
+
+/// Up to this square the next terms of [`cos_sinc_pair`]'s series are below 3e-17.
+const SHORT_SQUARED: f64 = 1.0 / 64.0;
+
 impl Quaternion {
     /// No rotation.
     pub const IDENTITY: Self = Self {
@@ -59,6 +88,22 @@ impl Quaternion {
         Self {
             w: cos,
             u: (0.5 * sinc) * v,
+        }
+    }
+
+    /// The product with the rotation by the angle whose half has this cosine and sine, about a coordinate axis: first that,
+    /// then `self`.
+    #[inline(always)]
+    pub fn product_about<const AXIS: usize>(&self, cos: f64, sin: f64) -> Self {
+        let (i, j, k) = (AXIS, (AXIS + 1) % 3, (AXIS + 2) % 3);
+        let (w, u) = (self.w, &self.u);
+        let mut product = Vector3::zeros();
+        product[i] = w * sin + cos * u[i];
+        product[j] = cos * u[j] + sin * u[k];
+        product[k] = cos * u[k] - sin * u[j];
+        Self {
+            w: w * cos - sin * u[i],
+            u: product,
         }
     }
 
@@ -87,13 +132,8 @@ impl Quaternion {
     /// `Fᵀ p`, which keeps `|p|` to rounding without bias.
     #[inline(always)]
     pub fn rotate_back(&self, p: &Vector3<f64>) -> Vector3<f64> {
-        self.rotate_back_by(self.factor(), p)
-    }
-
-    #[inline(always)]
-    fn rotate_back_by(&self, factor: f64, p: &Vector3<f64>) -> Vector3<f64> {
         let pu = p.cross(&self.u);
-        p + factor * (self.w * pu + pu.cross(&self.u))
+        p + self.factor() * (self.w * pu + pu.cross(&self.u))
     }
 
     /// `R F`, orthogonal to rounding whatever the number of compositions.
@@ -102,30 +142,61 @@ impl Quaternion {
     /// third is their cross product. So errors of orthogonality do not accumulate.
     #[inline(always)]
     pub fn compose(&self, r: &Matrix3<f64>) -> Matrix3<f64> {
-        // F − I = k (w S(u) + S(u)²)
-        let u = &self.u;
-        let ku = self.factor() * u;
-        let kwu = self.w * ku;
-        let (xx, yy, zz) = (ku.x * u.x, ku.y * u.y, ku.z * u.z);
-        let (xy, yz, zx) = (ku.x * u.y, ku.y * u.z, ku.z * u.x);
-        // Columns of both rows at once.
-        let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
-        let (a, b, c) = (column(0), column(1), column(2));
-        let x = a + (a * -(yy + zz) + b * (xy + kwu.z) + c * (zx - kwu.y));
-        let y = b + (a * (xy - kwu.z) + b * -(zz + xx) + c * (yz + kwu.x));
-        let z = c + (a * (zx + kwu.y) + b * (yz - kwu.x) + c * -(xx + yy));
-        let lengths = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
-        let skew = 0.5 * (x.x * x.y + y.x * y.y + z.x * z.y);
-        let scale = Vector2::new(1.5 - 0.5 * lengths.x, 1.5 - 0.5 * lengths.y);
-        let relieved = |v: Vector2<f64>| v.component_mul(&scale) - skew * v.yx();
-        let (x, y, z) = (relieved(x), relieved(y), relieved(z));
-        let third = [
-            y.x * z.y - z.x * y.y,
-            z.x * x.y - x.x * z.y,
-            x.x * y.y - y.x * x.y,
-        ];
-        Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2])
+        compose_by(self.factor(), &self.change(), r)
     }
+
+    /// The same by a quaternion of length 1 to rounding, without a division: what the length is wrong by, R is relieved of.
+    #[inline(always)]
+    pub fn compose_unit(&self, r: &Matrix3<f64>) -> Matrix3<f64> {
+        compose_by(2.0, &self.change(), r)
+    }
+
+    /// Both `R F` and `Fᵀ p`.
+    #[inline(always)]
+    pub fn carry(&self, r: &Matrix3<f64>, p: &Vector3<f64>) -> (Matrix3<f64>, Vector3<f64>) {
+        let factor = self.factor();
+        let change = self.change();
+        // Fᵀ p is p as a row times F.
+        let row = change.map(|[a, b, c]| a * p.x + b * p.y + c * p.z);
+        let turned = p + factor * Vector3::from(row);
+        (compose_by(factor, &change, r), turned)
+    }
+
+    /// The columns of `(F − I)/s = w S(u) + S(u)²`: whatever waits for s, a division, need not wait for this.
+    #[inline(always)]
+    fn change(&self) -> [[f64; 3]; 3] {
+        let (w, u) = (self.w, &self.u);
+        let (wx, wy, wz) = (w * u.x, w * u.y, w * u.z);
+        let (xx, yy, zz) = (u.x * u.x, u.y * u.y, u.z * u.z);
+        let (xy, yz, zx) = (u.x * u.y, u.y * u.z, u.z * u.x);
+        [
+            [-(yy + zz), xy + wz, zx - wy],
+            [xy - wz, -(zz + xx), yz + wx],
+            [zx + wy, yz - wx, -(xx + yy)],
+        ]
+    }
+}
+
+/// `R (I + s C)` for the columns of C, relieved of rounding.
+#[inline(always)]
+fn compose_by(factor: f64, change: &[[f64; 3]; 3], r: &Matrix3<f64>) -> Matrix3<f64> {
+    // Columns of both rows at once.
+    let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
+    let (a, b, c) = (column(0), column(1), column(2));
+    let changed = |[i, j, k]: [f64; 3]| factor * (a * i + b * j + c * k);
+    let [x, y, z] = change.map(changed);
+    let (x, y, z) = (a + x, b + y, c + z);
+    let lengths = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
+    let skew = 0.5 * (x.x * x.y + y.x * y.y + z.x * z.y);
+    let scale = Vector2::new(1.5 - 0.5 * lengths.x, 1.5 - 0.5 * lengths.y);
+    let relieved = |v: Vector2<f64>| v.component_mul(&scale) - skew * v.yx();
+    let (x, y, z) = (relieved(x), relieved(y), relieved(z));
+    let third = [
+        y.x * z.y - z.x * y.y,
+        z.x * x.y - x.x * z.y,
+        x.x * y.y - y.x * x.y,
+    ];
+    Matrix3::new(x.x, y.x, z.x, x.y, y.y, z.y, third[0], third[1], third[2])
 }
 
 #[cfg(test)]
@@ -158,6 +229,38 @@ mod tests {
             let (cos, sinc) = cos_sinc(x * x);
             assert!((cos - libm::cos(x)).abs() < 2.3e-16, "{x}");
             assert!((x * sinc - libm::sin(x)).abs() <= 2.3e-16 * x, "{x}");
+        }
+    }
+
+    /// Two angles at once, on both sides of the change from one series to the other.
+    #[test]
+    fn pairs_of_angles_are_accurate() {
+        for n in 0..=2000 {
+            let (x, y) = (0.15 * f64::from(n) / 2000.0, 0.07);
+            let (cos, sinc) = cos_sinc_pair(Vector2::new(x * x, y * y));
+            for (x, cos, sinc) in [(x, cos.x, sinc.x), (y, cos.y, sinc.y)] {
+                assert!((cos - libm::cos(x)).abs() < 2.3e-16, "{x}");
+                assert!((x * sinc - libm::sin(x)).abs() <= 2.3e-16 * x, "{x}");
+            }
+        }
+    }
+
+    #[test]
+    fn products_about_coordinate_axes_are_products() {
+        let mut rng = fastrand::Rng::with_seed(14);
+        for _ in 0..100 {
+            let a = Quaternion::from_rotation_vector(&random(&mut rng, 2.0));
+            let (sin, cos) = libm::sincos(6.0 * rng.f64());
+            let products = [
+                a.product_about::<0>(cos, sin),
+                a.product_about::<1>(cos, sin),
+                a.product_about::<2>(cos, sin),
+            ];
+            for (axis, product) in products.into_iter().enumerate() {
+                let u = Vector3::ith(axis, sin);
+                let expected = a.product(&Quaternion { w: cos, u });
+                assert!((product.w - expected.w).abs() + (product.u - expected.u).norm() < 1e-15);
+            }
         }
     }
 

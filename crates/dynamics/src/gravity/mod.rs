@@ -41,6 +41,11 @@ pub trait Gravity: Send {
     /// The potential `U` in `states`.
     fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64;
 
+    /// Whether any of `bodies` or of the sources has an extent that another could enter.
+    fn has_extents(&self, _bodies: &[RigidBody]) -> bool {
+        true
+    }
+
     /// What an evaluation for `bodies` costs, in multiples of a point in a central field, roughly.
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         bodies

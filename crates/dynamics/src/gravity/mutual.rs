@@ -1,6 +1,6 @@
 use super::pair::{self, Couple};
 use super::{CloseApproach, Gravity};
-use crate::{BodyState, Load, RigidBody};
+use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
 /// exactly, a polyhedron's or multipole's field with points, and two multipoles to the order of the greater. A polyhedron
@@ -39,6 +39,13 @@ fn matters(pair: [&RigidBody; 2]) -> bool {
 }
 
 impl Gravity for Mutual {
+    fn has_extents(&self, bodies: &[RigidBody]) -> bool {
+        bodies.iter().any(|body| {
+            let solid = matches!(body.distribution(), MassDistribution::Polyhedron(_));
+            solid || body.radius() > 0.0
+        })
+    }
+
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         let mut sum = 0.0;
         for (index, first) in bodies.iter().enumerate() {

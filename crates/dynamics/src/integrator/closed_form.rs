@@ -17,7 +17,6 @@ pub struct ClosedForm {
     steps: u64,
     h: f64,
     next: Vec<BodyState>,
-    none: Vec<Load>,
 }
 
 impl ClosedForm {
@@ -38,7 +37,6 @@ impl ClosedForm {
             steps: 0,
             h: 0.0,
             next: Vec::with_capacity(bodies.len()),
-            none: vec![Load::default(); bodies.len()],
         })
     }
 
@@ -91,15 +89,9 @@ impl Integrator for ClosedForm {
         }
         if controlled {
             let half = 0.5 * h;
-            kick(
-                system.bodies(),
-                &mut self.origin,
-                &self.none,
-                controls,
-                half,
-            );
+            kick(system.bodies(), &mut self.origin, controls, half);
             self.follow(system, h);
-            kick(system.bodies(), &mut self.next, &self.none, controls, half);
+            kick(system.bodies(), &mut self.next, controls, half);
             accept(system, &self.next, states)?;
             self.depart(states);
         } else {

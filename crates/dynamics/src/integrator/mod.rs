@@ -2,7 +2,6 @@
 
 mod adaptive;
 mod anderson;
-mod backup;
 mod closed_form;
 mod coefficients;
 mod composition;
@@ -56,6 +55,20 @@ pub trait Integrator: Send {
         controls: &[Load],
         h: f64,
     ) -> Result<StepReport, StepError>;
+
+    /// Sets `next` to where such a step from `states` ends; on an error, to anything. Where the states of two steps are kept
+    /// by turns nothing need be copied.
+    fn step_to(
+        &mut self,
+        system: &mut System,
+        states: &[BodyState],
+        next: &mut [BodyState],
+        controls: &[Load],
+        h: f64,
+    ) -> Result<StepReport, StepError> {
+        next.copy_from_slice(states);
+        self.step(system, next, controls, h)
+    }
 }
 
 /// What a step took.

@@ -59,19 +59,19 @@ impl Integrator for ProcessedLieEuler {
             self.processed.clear();
             self.processed.extend_from_slice(states);
             let bodies = system.bodies();
-            kick(bodies, &mut self.processed, &self.loads, &self.none, half);
+            kick(bodies, &mut self.processed, &self.loads, half);
             self.h = Some(h);
         }
         self.next.clear();
         self.next.extend_from_slice(&self.processed);
-        kick(system.bodies(), &mut self.next, &self.none, controls, half);
+        kick(system.bodies(), &mut self.next, controls, half);
         let report = self.inner.step(system, &mut self.next, &self.none, h)?;
-        kick(system.bodies(), &mut self.next, &self.none, controls, half);
+        kick(system.bodies(), &mut self.next, controls, half);
 
         self.after.clear();
         self.after.extend_from_slice(&self.next);
         let loads = self.inner.loads();
-        kick(system.bodies(), &mut self.next, loads, &self.none, -half);
+        kick(system.bodies(), &mut self.next, loads, -half);
         accept(system, &self.next, states)?;
         self.loads.copy_from_slice(loads);
         std::mem::swap(&mut self.processed, &mut self.after);

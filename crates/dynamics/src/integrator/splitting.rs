@@ -1,6 +1,4 @@
-use super::backup::Backup;
-use super::drift::{Drift, Kick};
-use super::turn::Turns;
+use super::drift::{Drift, end};
 use super::{Integrator, Rotor, StepError, StepReport, check_finite};
 use crate::{BodyState, Load, RigidBody, System};
 
@@ -18,38 +16,32 @@ pub struct Splitting {
     stages: Vec<Stage>,
     /// Coefficient of the kick after all drifts.
     last_kick: f64,
+    loads: Loads,
     drift: Drift,
-    loads: Vec<Load>,
-    next_loads: Vec<Load>,
-    /// Whether `loads` belong to the present states.
-    current: bool,
+    /// Where a step of several stages is after every other one.
+    between: Vec<BodyState>,
     /// Where the present step began.
-    begun: Backup,
+    begun: Vec<BodyState>,
 }
 
 /// A kick `K(bh)`, then a drift `D(ah)`.
+#[derive(Clone, Copy)]
 struct Stage {
     b: f64,
     a: f64,
-    turns: Turns,
 }
 
 impl Splitting {
     /// With coefficients `b` of kicks, one more than `a` of drifts.
     pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
-        let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage {
-            b,
-            a,
-            turns: Turns::new(bodies.len()),
-        });
+        let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage { b, a });
         Self {
             stages: stages.collect(),
             last_kick: kicks[drifts.len()],
-            drift: Drift::new(rotor, bodies),
-            loads: vec![Load::default(); bodies.len()],
-            next_loads: vec![Load::default(); bodies.len()],
-            current: false,
-            begun: Backup::of(&[]),
+            loads: Loads::new(bodies.len()),
+            drift: Drift::new(rotor, bodies, drifts.len()),
+            between: Vec::new(),
+            begun: Vec::new(),
         }
     }
 
@@ -70,67 +62,124 @@ impl Splitting {
 
     /// What gravity exerts where the last step ended; of a method that ends with a kick.
     pub(super) fn loads(&self) -> &[Load] {
-        &self.loads
+        &self.loads.gravity
+    }
+}
+
+/// What acts on the bodies.
+struct Loads {
+    /// Gravity where the step begins.
+    gravity: Vec<Load>,
+    /// Whether that is known.
+    known: bool,
+    /// Gravity later in the step.
+    later: Vec<Load>,
+    /// Gravity and controls.
+    total: Vec<Load>,
+}
+
+impl Loads {
+    fn new(bodies: usize) -> Self {
+        let none = vec![Load::default(); bodies];
+        Self {
+            gravity: none.clone(),
+            known: false,
+            later: none.clone(),
+            total: none,
+        }
+    }
+
+    /// What acts at `states` (one load a body) in a kick with coefficient `b` that does or does not begin the step; none
+    /// where nothing acts.
+    #[inline(always)]
+    fn at<'a>(
+        &'a mut self,
+        system: &mut System,
+        states: &[BodyState],
+        controls: &'a [Load],
+        (b, begins): (f64, bool),
+    ) -> &'a [Load] {
+        if b == 0.0 {
+            return &[];
+        }
+        if system.is_free() {
+            return controls;
+        }
+        let gravity = if begins {
+            &mut self.gravity
+        } else {
+            &mut self.later
+        };
+        if !(begins && self.known) {
+            system.loads(states, gravity);
+        }
+        if controls.is_empty() {
+            return gravity;
+        }
+        for ((total, &gravity), &control) in self.total.iter_mut().zip(&*gravity).zip(controls) {
+            *total = gravity + control;
+        }
+        &self.total
+    }
+
+    /// Takes the step as made, which may have ended with a kick.
+    #[inline(always)]
+    fn accept(&mut self, known: bool) {
+        std::mem::swap(&mut self.gravity, &mut self.later);
+        self.known = known;
     }
 }
 
 impl Splitting {
-    /// Moves `states` by a step, all of it or, on an error, a part.
-    #[inline]
-    fn make(
+    /// Sets `next` to `states` after a stage; returns the most Newton corrections a body took.
+    #[inline(always)]
+    fn stage(
         &mut self,
         system: &mut System,
-        states: &mut [BodyState],
+        (states, next): (&[BodyState], &mut [BodyState]),
         controls: &[Load],
         h: f64,
-    ) -> Result<StepReport, StepError> {
-        let mut report = StepReport::default();
-        let mut gravity = &mut self.loads;
-        let mut current = self.current || system.is_free();
-        for stage in &mut self.stages {
-            if stage.b != 0.0 && !current {
-                system.loads(states, gravity);
-            }
-            let kick = Kick {
-                gravity: &*gravity,
-                controls,
-                dt: stage.b * h,
-            };
-            let iterations = self.drift.apply(
-                system.bodies(),
-                states,
-                &kick,
-                &mut stage.turns,
-                stage.a * h,
-            )?;
-            report.iterations = report.iterations.max(iterations);
-            gravity = &mut self.next_loads;
-            current = system.is_free();
-        }
-        if self.last_kick != 0.0 && !current {
-            system.loads(states, gravity);
-        }
-        let kick = Kick {
-            gravity: &*gravity,
-            controls,
-            dt: self.last_kick * h,
+        index: usize,
+    ) -> Result<u32, StepError> {
+        let Stage { b, a } = self.stages[index];
+        let loads = self.loads.at(system, states, controls, (b, index == 0));
+        let kick = (loads, b * h);
+        self.drift
+            .apply(system.bodies(), (states, next), kick, a * h, index)
+    }
+
+    /// Sets `next` to `states` after all stages, to and fro between two buffers.
+    fn stages(
+        &mut self,
+        system: &mut System,
+        (states, next): (&[BodyState], &mut [BodyState]),
+        controls: &[Load],
+        h: f64,
+    ) -> Result<u32, StepError> {
+        let mut between = std::mem::take(&mut self.between);
+        let (mut ahead, mut here) = if self.stages.len() % 2 == 1 {
+            (next, between.as_mut_slice())
+        } else {
+            (between.as_mut_slice(), next)
         };
-        if !self.drift.end(states, &kick) {
-            check_finite(states)?;
-        }
-        system.check_clearance(states)?;
-        Ok(report)
+        let each = (0..self.stages.len()).try_fold(0, |most, index| {
+            let states = if index == 0 { states } else { &*here };
+            let iterations = self.stage(system, (states, &mut *ahead), controls, h, index)?;
+            std::mem::swap(&mut ahead, &mut here);
+            Ok(iterations.max(most))
+        });
+        self.between = between;
+        each
     }
 }
 
 impl Integrator for Splitting {
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
-        self.stages
-            .iter_mut()
-            .for_each(|stage| stage.turns.forget());
-        self.begun = Backup::of(states);
-        system.loads(states, &mut self.loads);
-        self.current = true;
+        self.drift.forget();
+        self.between = states.to_vec();
+        self.begun = states.to_vec();
+        system.loads(states, &mut self.loads.gravity);
+        self.loads.known = true;
     }
 
     fn step(
@@ -140,18 +189,43 @@ impl Integrator for Splitting {
         controls: &[Load],
         h: f64,
     ) -> Result<StepReport, StepError> {
-        self.begun.copy(states);
-        let made = self.make(system, states, controls, h);
+        let mut begun = std::mem::take(&mut self.begun);
+        begun.copy_from_slice(states);
+        let made = self.step_to(system, &begun, states, controls, h);
         if made.is_err() {
-            self.begun.restore(states);
-            return made;
+            states.copy_from_slice(&begun);
         }
-        for stage in &mut self.stages {
-            stage.turns.accept();
-        }
-        self.current = self.last_kick != 0.0;
-        std::mem::swap(&mut self.loads, &mut self.next_loads);
+        self.begun = begun;
         made
+    }
+
+    fn step_to(
+        &mut self,
+        system: &mut System,
+        states: &[BodyState],
+        next: &mut [BodyState],
+        controls: &[Load],
+        h: f64,
+    ) -> Result<StepReport, StepError> {
+        let acts = controls.iter().any(Load::acts);
+        let controls = if acts { controls } else { &[] };
+        let iterations = if self.stages.len() == 1 {
+            self.stage(system, (states, next), controls, h, 0)?
+        } else {
+            self.stages(system, (states, next), controls, h)?
+        };
+        let last = (self.last_kick, false);
+        let loads = self.loads.at(system, next, controls, last);
+        if !end(system.bodies(), next, (loads, self.last_kick * h)) {
+            check_finite(next)?;
+        }
+        system.check_clearance(next)?;
+        self.drift.accept();
+        self.loads.accept(self.last_kick != 0.0);
+        Ok(StepReport {
+            iterations,
+            cuts: 0,
+        })
     }
 }
 

@@ -4,12 +4,14 @@ const KNOWN: usize = 6;
 /// Length of the strip that solutions are written to; the longer, the more rarely they are moved.
 const STRIP: usize = 32;
 
-/// What tells the last solutions of the bodies' implicit equations, a number `s` each, from which the next are
-/// extrapolated.
+/// What tells the last solutions of the bodies' implicit equations, a number each (the correction of `s` to its leading
+/// term), from which the next are extrapolated.
 ///
-/// Each body has a strip that is written to from end to front: what is in it never moves, but for every 26th step.
+/// Each body has a strip for each of its turns in a step that is written to from end to front: what is in it never moves, but for every 26th step.
 pub(super) struct Turns {
+    /// Turn after turn, in each body after body.
     strips: Vec<Strip>,
+    bodies: usize,
     /// Where in each strip the solution of the present step goes; before those of the last steps, newest first.
     present: usize,
     /// Whether there has been no step yet.
@@ -17,13 +19,19 @@ pub(super) struct Turns {
 }
 
 /// One body's solutions.
-pub(super) struct Strip([f64; STRIP]);
+struct Strip([f64; STRIP]);
 
-impl Strip {
+/// What is known of one body in the present step.
+pub(super) struct Known<'a> {
+    strip: &'a mut Strip,
+    present: usize,
+}
+
+impl Known<'_> {
     /// The quintic through the last solutions, one step on.
     #[inline(always)]
-    pub(super) fn guess(&self, present: usize) -> f64 {
-        match &self.0[present + 1..] {
+    pub(super) fn guess(&self) -> f64 {
+        match &self.strip.0[self.present + 1..] {
             [a, b, c, d, e, f, ..] => 6.0 * a + ((20.0 * c - 15.0 * b) + (6.0 * e - 15.0 * d) - f),
             _ => 0.0,
         }
@@ -31,16 +39,17 @@ impl Strip {
 
     /// Notes the solution of the present step.
     #[inline(always)]
-    pub(super) fn note(&mut self, present: usize, s: f64) {
-        self.0[present] = s;
+    pub(super) fn note(&mut self, s: f64) {
+        self.strip.0[self.present] = s;
     }
 }
 
 impl Turns {
-    /// Of nothing, for a number of bodies.
-    pub(super) fn new(bodies: usize) -> Self {
+    /// Of nothing, for a number of bodies that turn so many times in a step.
+    pub(super) fn new(times: usize, bodies: usize) -> Self {
         Self {
-            strips: (0..bodies).map(|_| Strip([0.0; STRIP])).collect(),
+            strips: (0..times * bodies).map(|_| Strip([0.0; STRIP])).collect(),
+            bodies,
             present: STRIP - 1 - KNOWN,
             fresh: true,
         }
@@ -52,10 +61,12 @@ impl Turns {
         self.fresh = true;
     }
 
-    /// The strips and where in them the present step is.
+    /// What is known of each body for one of its turns in a step.
     #[inline(always)]
-    pub(super) fn strips(&mut self) -> (&mut [Strip], usize) {
-        (&mut self.strips, self.present)
+    pub(super) fn known(&mut self, time: usize) -> impl Iterator<Item = Known<'_>> {
+        let present = self.present;
+        let strips = self.strips[time * self.bodies..][..self.bodies].iter_mut();
+        strips.map(move |strip| Known { strip, present })
     }
 
     /// Takes the present step as made.

@@ -2,8 +2,10 @@
 //!
 //! Were `s = gᵀf` known, the Cayley form `A f = g + g × f` with `A = 2J − s I` would be linear, with the solution that
 //! [`super::branch`] states. And s is all but known from the last steps: an error δ of it leaves the residual δ f, and
-//! `gᵀf` misses s by δ times about `s/(2J)` only, so that repeating with `gᵀf` converges fast. All is relative to `tr J`.
+//! `gᵀf` misses s by δ times about `s/(2J)` only, so that repeating with `gᵀf` converges fast. What is extrapolated is the
+//! correction of s to its leading term `½ gᵀJ⁻¹g`, smaller by `|f|²`. All is relative to `tr J`.
 
+use lgvi_lie::Quaternion;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::{Chart, RelativeRotation, Unsolvable};
@@ -17,8 +19,11 @@ const MAX_PASSES: u32 = 4;
 
 /// `J / tr J` of a body as the equation needs it.
 pub(crate) trait Moments {
-    /// The solution of `(2J − s I) f = g + g × f`, given `|g|²` too.
-    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64>;
+    /// The solution `f = u/w` of `(2J − s I) f = g + g × f` as the quaternion `(w, u)`, without a division; given `|g|²` too.
+    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Quaternion;
+
+    /// `½ gᵀJ⁻¹g`, which s is for small g.
+    fn leading(&self, g: &Vector3<f64>) -> f64;
 }
 
 /// Moments about principal axes.
@@ -26,6 +31,8 @@ pub(crate) trait Moments {
 pub(crate) struct Principal {
     /// `2J`
     moments: Vector3<f64>,
+    /// `1/(2J)`
+    reciprocals: Vector3<f64>,
     /// `2 (J₃ − J₂), 2 (J₁ − J₃), 2 (J₂ − J₁)`
     differences: Vector3<f64>,
 }
@@ -35,6 +42,7 @@ impl Principal {
         let j = 2.0 * moments;
         Self {
             moments: j,
+            reciprocals: j.map(f64::recip),
             differences: Vector3::new(j.z - j.y, j.x - j.z, j.y - j.x),
         }
     }
@@ -42,17 +50,23 @@ impl Principal {
 
 impl Moments for Principal {
     #[inline(always)]
-    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64> {
+    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Quaternion {
         let (j, k) = (&self.moments, &self.differences);
         let (a, b, c) = (j.x - s, j.y - s, j.z - s);
         let (bc, ca, ab) = (b * c, c * a, a * b);
         let form = a * (g.x * g.x) + b * (g.y * g.y) + c * (g.z * g.z);
-        let reciprocal = 1.0 / (a * bc + form);
-        Vector3::new(
-            reciprocal * ((bc + gamma) * g.x - k.x * (g.y * g.z)),
-            reciprocal * ((ca + gamma) * g.y - k.y * (g.z * g.x)),
-            reciprocal * ((ab + gamma) * g.z - k.z * (g.x * g.y)),
-        )
+        let u = Vector3::new(
+            (bc + gamma) * g.x - k.x * (g.y * g.z),
+            (ca + gamma) * g.y - k.y * (g.z * g.x),
+            (ab + gamma) * g.z - k.z * (g.x * g.y),
+        );
+        let w = a * bc + form;
+        Quaternion { w, u }
+    }
+
+    #[inline(always)]
+    fn leading(&self, g: &Vector3<f64>) -> f64 {
+        self.reciprocals.dot(&g.component_mul(g))
     }
 }
 
@@ -66,9 +80,15 @@ pub(crate) struct General {
 
 impl Moments for General {
     #[inline(always)]
-    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Vector3<f64> {
-        let axes = &self.axes;
-        axes * self.principal.solution(&axes.tr_mul(g), gamma, s)
+    fn solution(&self, g: &Vector3<f64>, gamma: f64, s: f64) -> Quaternion {
+        let Quaternion { w, u } = self.principal.solution(&self.axes.tr_mul(g), gamma, s);
+        let u = self.axes * u;
+        Quaternion { w, u }
+    }
+
+    #[inline(always)]
+    fn leading(&self, g: &Vector3<f64>) -> f64 {
+        self.principal.leading(&self.axes.tr_mul(g))
     }
 }
 
@@ -116,22 +136,21 @@ impl<M: Moments> Direct<M> {
         }
     }
 
-    /// The Cayley vector that solves `F J_d − J_d Fᵀ = S(h p)`, and s, from a guess of s; `None` where s is not found at
-    /// once or may not be on the branch.
+    /// The quaternion of the F that solves `F J_d − J_d Fᵀ = S(h p)`, and the correction of s, from a guess of it; `None`
+    /// where s is not found at once or may not be on the branch.
     #[inline(always)]
-    pub(crate) fn solve(
-        &self,
-        h: f64,
-        p: &Vector3<f64>,
-        guess: f64,
-    ) -> Option<(Vector3<f64>, f64)> {
+    pub(crate) fn solve(&self, h: f64, p: &Vector3<f64>, guess: f64) -> Option<(Quaternion, f64)> {
         let g = (h * self.scale) * p;
         let gamma = g.norm_squared();
-        let f = self.moments.solution(&g, gamma, guess);
-        let s = g.dot(&f);
-        let residual = (s - guess) * (s - guess) * f.norm_squared();
+        let leading = self.moments.leading(&g);
+        let guess = leading + guess;
+        let turn = self.moments.solution(&g, gamma, guess);
+        let reciprocal = 1.0 / turn.w;
+        let s = reciprocal * g.dot(&turn.u);
+        let miss = (s - guess) * reciprocal;
+        let residual = miss * miss * turn.u.norm_squared();
         let solved = residual <= (ROUNDING * ROUNDING) * gamma;
-        (solved & (s < self.limit)).then_some((f, s))
+        (solved & (s < self.limit)).then_some((turn, s - leading))
     }
 
     /// The same whatever it takes, and the number of repetitions and Newton corrections.
@@ -143,14 +162,16 @@ impl<M: Moments> Direct<M> {
         guess: f64,
     ) -> Result<(RelativeRotation, f64), Unsolvable> {
         let g = (h * self.scale) * p;
-        let mut s = guess;
+        let leading = self.moments.leading(&g);
+        let mut guess = guess;
         for iterations in 1..=MAX_PASSES {
-            s = g.dot(&self.moments.solution(&g, g.norm_squared(), s));
-            if let Some((cayley, s)) = self.solve(h, p, s) {
-                return Ok((RelativeRotation { cayley, iterations }, s));
+            guess = g.dot(&self.near(&g, leading + guess)) - leading;
+            if let Some((turn, correction)) = self.solve(h, p, guess) {
+                let cayley = turn.u / turn.w;
+                return Ok((RelativeRotation { cayley, iterations }, correction));
             }
         }
-        self.solve_in(Chart::Cayley, inertia, h, p, s)
+        self.solve_in(Chart::Cayley, inertia, h, p, guess)
     }
 
     /// The same by Newton's method in a chart.
@@ -163,9 +184,15 @@ impl<M: Moments> Direct<M> {
         guess: f64,
     ) -> Result<(RelativeRotation, f64), Unsolvable> {
         let g = (h * self.scale) * p;
-        let near = self.moments.solution(&g, g.norm_squared(), guess);
-        let found = chart.solve(inertia, &(h * p), Some(&near))?;
-        Ok((found, g.dot(&found.cayley)))
+        let leading = self.moments.leading(&g);
+        let found = chart.solve(inertia, &(h * p), Some(&self.near(&g, leading + guess)))?;
+        Ok((found, g.dot(&found.cayley) - leading))
+    }
+
+    /// The Cayley vector for a value of s.
+    fn near(&self, g: &Vector3<f64>, s: f64) -> Vector3<f64> {
+        let Quaternion { w, u } = self.moments.solution(g, g.norm_squared(), s);
+        u / w
     }
 }
 
@@ -187,10 +214,16 @@ mod tests {
         })
     }
 
-    fn found(inertia: &Inertia, p: &Vector3<f64>, guess: f64) -> Option<(Vector3<f64>, f64)> {
+    /// For a guess of s.
+    fn found(inertia: &Inertia, p: &Vector3<f64>, s: f64) -> Option<Vector3<f64>> {
+        fn solve(direct: Direct<impl Moments>, p: &Vector3<f64>, s: f64) -> Option<Vector3<f64>> {
+            let correction = s - direct.moments.leading(&(0.01 * direct.scale * p));
+            let (turn, _) = direct.solve(0.01, p, correction)?;
+            Some(turn.u / turn.w)
+        }
         match Direct::principal(inertia) {
-            Some(direct) => direct.solve(0.01, p, guess),
-            None => Direct::general(inertia).solve(0.01, p, guess),
+            Some(direct) => solve(direct, p, s),
+            None => solve(Direct::general(inertia), p, s),
         }
     }
 
@@ -215,7 +248,7 @@ mod tests {
                 let direct = Direct::general(&inertia);
                 if s < 0.9 * direct.limit {
                     solved += 1;
-                    assert!(miss(&found(&inertia, &p, s).unwrap().0) < 1e-14);
+                    assert!(miss(&found(&inertia, &p, s).unwrap()) < 1e-14);
                     assert_eq!(found(&inertia, &p, s + 1e-12), None);
                 }
                 assert_eq!(found(&inertia, &p, f64::NAN), None);

@@ -55,13 +55,6 @@ impl Scheme {
             drifts: stages.iter().copied().skip(1).step_by(2).collect(),
         }
     }
-
-    /// Forces evaluated per step; a kick at the end shares its force with the start of the next step.
-    pub(crate) fn forces(&self) -> usize {
-        let inner = self.kicks.len().saturating_sub(2);
-        let ends = self.kicks.first().is_some_and(|&kick| kick != 0.0);
-        inner + usize::from(ends)
-    }
 }
 
 /// The palindrome whose first half, with its middle, is `half`.
@@ -81,14 +74,12 @@ mod tests {
         let scheme = Scheme::composed(&[0.5, -0.25, 0.75]);
         assert_eq!(scheme.kicks, [0.25, 0.125, 0.25, 0.375]);
         assert_eq!(scheme.drifts, [0.5, -0.25, 0.75]);
-        assert_eq!(scheme.forces(), 3);
     }
 
     #[test]
-    fn a_scheme_that_drifts_first_saves_a_force() {
+    fn a_scheme_that_drifts_first_has_kicks_of_zero_at_its_ends() {
         let scheme = Scheme::alternating(&mirrored(&[0.0, 0.5, 1.0]));
         assert_eq!(scheme.kicks, [0.0, 1.0, 0.0]);
         assert_eq!(scheme.drifts, [0.5, 0.5]);
-        assert_eq!(scheme.forces(), 1);
     }
 }

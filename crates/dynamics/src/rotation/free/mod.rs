@@ -78,6 +78,40 @@ impl FreeRotation {
             Kind::Asymmetric(body) => body.flow(pi, t),
         }
     }
+
+    /// Sets `end` to `R F(t)` and `Π(t)`.
+    #[inline(always)]
+    pub(crate) fn carry(
+        &self,
+        r: &Matrix3<f64>,
+        pi: &Vector3<f64>,
+        t: f64,
+        end: (&mut Matrix3<f64>, &mut Vector3<f64>),
+    ) {
+        if let Kind::Axisymmetric(body) = &self.kind
+            && let Some(axis) = body.coordinate()
+        {
+            let (turn, pi) = body.flow_about(axis, pi, t);
+            *end.0 = turn.compose_unit(r);
+            *end.1 = pi;
+        } else {
+            self.carry_any(r, *pi, t, end);
+        }
+    }
+
+    /// Takes Π by value: pointed to by a call, it would be kept in memory on the other path too.
+    #[inline(never)]
+    fn carry_any(
+        &self,
+        r: &Matrix3<f64>,
+        pi: Vector3<f64>,
+        t: f64,
+        end: (&mut Matrix3<f64>, &mut Vector3<f64>),
+    ) {
+        let (turn, pi) = self.flow(&pi, t);
+        *end.0 = turn.compose(r);
+        *end.1 = pi;
+    }
 }
 
 /// Principal moments, ascending, and a right-handed triad of their axes as columns.

@@ -1,4 +1,8 @@
+use std::path::PathBuf;
+
+use lgvi_dynamics::auto::ChoiceError;
 use lgvi_dynamics::{MethodError, StepError};
+use lgvi_scene::SceneError;
 use lgvi_truth::TruthError;
 use thiserror::Error;
 
@@ -11,6 +15,19 @@ pub(crate) enum BenchError {
     Method(#[from] MethodError),
     #[error(transparent)]
     Step(#[from] StepError),
+    #[error(transparent)]
+    Choice(#[from] ChoiceError),
+    #[error("{path}: {source}")]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("scene {name}: {source}")]
+    Scene { name: String, source: SceneError },
+    #[error("{0}")]
+    Body(String),
+    #[error("nothing called {name:?}, expected one of {known:?}")]
+    Run { name: String, known: Vec<String> },
     #[error("{0}")]
     Peer(String),
     #[error("{0}")]

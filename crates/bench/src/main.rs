@@ -4,7 +4,10 @@
 
 #![allow(clippy::print_stdout)]
 
+mod auto;
+mod clock;
 mod cost;
+mod costs;
 mod dumbbells;
 mod error;
 mod flight;
@@ -13,6 +16,7 @@ mod methods;
 mod peer;
 mod picture;
 mod precision;
+mod run;
 
 use std::path::PathBuf;
 
@@ -52,6 +56,13 @@ enum Command {
         #[arg(long, num_args = 2, hide = true)]
         fly: Option<Vec<u64>>,
     },
+    /// The automatic choice of method and step against the best by hand.
+    Auto {
+        /// A scene or a reference case, such as `pendulum`; all of them without one.
+        name: Option<String>,
+    },
+    /// What steps, stages and gravity cost: the constants of the automatic choice.
+    Costs,
     /// The two-dumbbell figure of the paper's §3.4, as pictures.
     Dumbbells,
 }
@@ -72,6 +83,8 @@ fn main() -> Result<(), BenchError> {
         Command::Free => free::run(peer.as_ref(), repeats),
         Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
         Command::Step { fly: None } => cost::run(repeats),
+        Command::Auto { name } => auto::run(name.as_deref(), repeats),
+        Command::Costs => costs::run(repeats),
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
     }
 }

@@ -1,7 +1,5 @@
 //! The choice of method and step: it reaches what is asked, against `tests/truth`, at nearly the least cost.
 
-mod timing;
-
 use lgvi_dynamics::auto::{ALLOWANCE, Accuracy, Choice, ChoiceError, Outlook, PART, Run, choose};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -88,8 +88,8 @@ impl<'a> Meeting<'a> {
 /// What an exchange costs, in multiples of a point in a central field, roughly.
 pub(super) fn cost(bodies: [&RigidBody; 2]) -> f64 {
     match Meeting::of(bodies) {
-        Meeting::Points([a, b]) => 1.25 * (a.len() * b.len()) as f64,
-        Meeting::Multipoles(_) => 3.0,
+        Meeting::Points([a, b]) => 0.8 * (a.len() * b.len()) as f64,
+        Meeting::Multipoles(_) => 2.5,
         Meeting::Multipole(_, points, _) => 2.0 * points.len() as f64,
         Meeting::Polyhedron(field, points, _) => Attractor::cost(field) * points.len() as f64,
     }

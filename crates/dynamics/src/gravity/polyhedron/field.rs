@@ -74,8 +74,8 @@ impl PolyhedronField {
 }
 
 /// What an edge costs and what a face costs, in multiples of a point mass.
-const EDGE: f64 = 2.5;
-const FACE: f64 = 3.0;
+const EDGE: f64 = 1.3;
+const FACE: f64 = 1.6;
 
 impl Attractor for PolyhedronField {
     fn cost(&self) -> f64 {

@@ -9,6 +9,9 @@ pub(super) const RESOLVED: f64 = 0.03;
 /// What the reference's own error may be, in multiples of the error to be measured.
 pub(super) const REFERENCE: f64 = 0.03;
 
+/// Factor for what is not seen of a run that a pilot covers a part of.
+const MARGIN: f64 = 2.0;
+
 /// Factors between resolutions of the reference, the least and the greatest.
 const FINER: [f64; 2] = [1.2, 1.6];
 
@@ -189,7 +192,11 @@ impl Pilot {
             Some(exponential) => exponential,
             None => Growth::Power(1.0),
         };
-        [now, now * growth.factor(self.horizon, self.duration)]
+        let margin = if self.is_whole() { 1.0 } else { MARGIN };
+        [
+            now,
+            now * margin * growth.factor(self.horizon, self.duration),
+        ]
     }
 }
 

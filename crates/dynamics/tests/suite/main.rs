@@ -16,6 +16,7 @@ mod free_rotation;
 mod galerkin;
 mod laws;
 mod mobility;
+mod models;
 mod mutual;
 mod polyhedra;
 mod potentials;

@@ -1,4 +1,11 @@
-//! Integrators, one a file.
+//! Integrators, one a file, behind the trait [`Integrator`]; [`Method`] names them.
+//!
+//! - Kicks and drifts: `splitting` (LGVI, Lie–Euler), `composition`, `nystrom`, with tables in `coefficients`; a drift turns
+//!   each body by a rotor (`drift`, `rotor`), from guesses that `turn` keeps.
+//! - Other variational methods: `lagrangian`, `processed`, `galerkin`, `closed_form`.
+//! - To compare with: `runge_kutta`, `implicit_midpoint`, `crouch_grossman` and, with error control, `adaptive`; they share
+//!   the vector field `flow`, `stages`, `tableau`, `scale` and `anderson`.
+//! - Round any of them: `subdivision`.
 
 mod adaptive;
 mod anderson;
@@ -15,6 +22,7 @@ mod lagrangian;
 mod method;
 mod nystrom;
 mod processed;
+mod rotor;
 mod runge_kutta;
 mod scale;
 mod splitting;

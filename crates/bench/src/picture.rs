@@ -53,16 +53,17 @@ impl Axis {
 
     fn tick(&self, place: f64) -> String {
         if self.logarithmic {
-            format!("1e{place:.0}")
+            format!("{:.0e}", 10.0_f64.powf(place))
         } else {
             format!("{place:.0}")
         }
     }
 
-    /// How many ticks: one a decade at most.
+    /// How many ticks: one a decade where there are some, two in each where there are few.
     fn ticks(&self, range: &std::ops::Range<f64>) -> usize {
         if self.logarithmic {
-            (range.end - range.start).ceil().clamp(1.0, 12.0) as usize
+            let decades = (range.end - range.start).ceil().clamp(1.0, 12.0) as usize;
+            if decades < 4 { 2 * decades } else { decades }
         } else {
             8
         }

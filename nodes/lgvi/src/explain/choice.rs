@@ -74,7 +74,7 @@ impl Display for Chosen {
             };
             write!(
                 f,
-                "\n    {method:<42} {substeps:>8} substeps  error {error:>8.1e}  {cost:>9.2e} s  {how}"
+                "\n    {method:<47} {substeps:>8} substeps  error {error:>8.1e}  {cost:>9.2e} s  {how}"
             )?;
         }
         Ok(())

@@ -6,28 +6,12 @@ use lgvi_dynamics::auto::{self, Accuracy, Choice};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Load, Method, Simulation, System};
 use lgvi_scene::Scene;
-use lgvi_truth::Case;
+use lgvi_truth::{Case, RUNS};
 
 use crate::clock::Moment;
 use crate::error::BenchError;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
-
-/// Cases of `tests/truth`, durations and steps.
-const CASES: [(&str, f64, u64); 12] = [
-    ("a1_two_dumbbells_regular", 10.0, 100),
-    ("a1_two_dumbbells_regular", 30.0, 300),
-    ("a1_two_dumbbells_regular", 30.0, 15_000),
-    ("d_dumbbell_central", 10.0, 50),
-    ("d_dumbbell_central", 30.0, 3_000),
-    ("d_dumbbell_central", 100.0, 100),
-    ("b1_free_asymmetric", 10.0, 10),
-    ("b1_free_asymmetric", 100.0, 10_000),
-    ("c1_3d_pendulum", 2.0, 200),
-    ("c3_3d_pendulum_regular_small", 20.0, 100),
-    ("c3_3d_pendulum_regular_small", 100.0, 1_000),
-    ("e_kw4_like", 432_000.0, 120),
-];
 
 /// Steps of references: the fewest, and how often they may be doubled.
 const FEWEST: u64 = 64;
@@ -78,7 +62,7 @@ impl Run {
                 runs.push(Self::of_scene(scene));
             }
         }
-        for (name, duration, steps) in CASES {
+        for (name, duration, steps) in RUNS {
             let source = Source::Case(Box::new(Case::load(name)?));
             runs.push(Self {
                 name: name.into(),

@@ -1,4 +1,4 @@
-use lgvi_lie::{compose, exp, hat, to_cayley};
+use lgvi_lie::{Quaternion, exp, hat};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{BodyState, RigidBody};
@@ -62,14 +62,10 @@ impl Drive {
     /// The state after time `t` from pose and path alone; its momenta are those of the path.
     pub fn advance(&self, body: &RigidBody, state: &BodyState, t: f64) -> BodyState {
         let turn = self.rate * t;
-        let attitude = exp(&turn) * state.attitude;
-        let spin = self.spin * t;
-        let position = exp(&turn) * state.position + left_jacobian(&turn) * (self.velocity * t);
-        let attitude = if spin.norm() < 3.0 {
-            compose(&attitude, &to_cayley(&spin))
-        } else {
-            lgvi_lie::polish(&(attitude * exp(&spin)))
-        };
+        let twist = exp(&turn);
+        let spin = Quaternion::from_rotation_vector(&(self.spin * t));
+        let attitude = spin.compose(&(twist * state.attitude));
+        let position = twist * state.position + left_jacobian(&turn) * (self.velocity * t);
         self.state(body, position, attitude)
     }
 

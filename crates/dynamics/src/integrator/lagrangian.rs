@@ -41,8 +41,7 @@ impl LagrangianLgvi {
     /// For `system`, the implicit equation solved in `chart`.
     pub fn new(chart: Chart, system: &System) -> Result<Self, MethodError> {
         let bodies = system.bodies();
-        let unfit = |mobility: &Mobility| !matches!(mobility, Mobility::Free | Mobility::Pivoted);
-        if let Some(body) = bodies.iter().position(|body| unfit(body.mobility())) {
+        if let Some(body) = bodies.iter().position(|body| body.mobility().is_given()) {
             return Err(MethodError::Body {
                 method: "the Lagrangian LGVI",
                 body,

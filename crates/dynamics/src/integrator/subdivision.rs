@@ -82,7 +82,7 @@ impl Subdivision {
         for (index, body) in system.bodies().iter().enumerate() {
             let (before, after) = (&self.loads[index], &self.next_loads[index]);
             let free = *body.mobility() == Mobility::Free;
-            if !free && *body.mobility() != Mobility::Pivoted {
+            if body.mobility().is_given() {
                 continue;
             }
             let change = (after.force - before.force).norm();

@@ -6,9 +6,9 @@
 //! correction of s to its leading term `½ gᵀJ⁻¹g`, smaller by `|f|²`. All is relative to `tr J`.
 
 use lgvi_lie::Quaternion;
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-use super::{Chart, RelativeRotation, Unsolvable};
+use super::{Chart, RelativeRotation, Unsolvable, principal};
 use crate::Inertia;
 
 /// Residual, relative to `|g|`, that is rounding.
@@ -115,13 +115,8 @@ impl Direct<Principal> {
 impl Direct<General> {
     /// For any inertia.
     pub(crate) fn general(inertia: &Inertia) -> Self {
-        let eigen = SymmetricEigen::new(inertia.unit);
-        let mut axes = eigen.eigenvectors;
-        // The equation has a handedness.
-        if axes.determinant() < 0.0 {
-            axes = -axes;
-        }
-        let principal = Principal::of(&eigen.eigenvalues);
+        let (moments, axes) = principal::axes(&inertia.unit);
+        let principal = Principal::of(&moments);
         let axes = lgvi_lie::polish(&axes);
         Self::of(inertia, General { principal, axes })
     }

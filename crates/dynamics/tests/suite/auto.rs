@@ -7,25 +7,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, StepError, System};
+use lgvi_truth::RUNS;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::case::Case;
-
-/// Cases of `tests/truth`, durations and steps of the runs.
-const RUNS: [(&str, f64, u64); 12] = [
-    ("a1_two_dumbbells_regular", 10.0, 100),
-    ("a1_two_dumbbells_regular", 30.0, 300),
-    ("a1_two_dumbbells_regular", 30.0, 15_000),
-    ("d_dumbbell_central", 10.0, 50),
-    ("d_dumbbell_central", 30.0, 3_000),
-    ("d_dumbbell_central", 100.0, 100),
-    ("b1_free_asymmetric", 10.0, 10),
-    ("b1_free_asymmetric", 100.0, 10_000),
-    ("c1_3d_pendulum", 2.0, 200),
-    ("c3_3d_pendulum_regular_small", 20.0, 100),
-    ("c3_3d_pendulum_regular_small", 100.0, 1_000),
-    ("e_kw4_like", 432_000.0, 120),
-];
 
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 

@@ -8,10 +8,11 @@ mod polhode;
 mod third;
 
 use lgvi_lie::Quaternion;
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use self::asymmetric::Asymmetric;
 use self::axisymmetric::Axisymmetric;
+use super::principal;
 use crate::Inertia;
 
 /// The flow of the free rotation `Ṙ = R S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π` of one body.
@@ -120,8 +121,8 @@ fn principal(inertia: &Inertia) -> ([f64; 3], Matrix3<f64>) {
     let (moments, axes) = if inertia.matrix == Matrix3::from_diagonal(&diagonal) {
         (diagonal, Matrix3::identity())
     } else {
-        let eigen = SymmetricEigen::new(inertia.unit);
-        (eigen.eigenvalues * inertia.shape.trace, eigen.eigenvectors)
+        let (moments, axes) = principal::axes(&inertia.unit);
+        (moments * inertia.shape.trace, axes)
     };
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| moments[i].total_cmp(&moments[j]));

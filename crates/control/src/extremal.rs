@@ -4,16 +4,22 @@
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, Load};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Matrix3, SMatrix, SVector};
 use thiserror::Error;
 
 use crate::Transfer;
+use crate::problem::{Vector12, block};
 use crate::stage::{Sensitivity, Stage};
-use crate::transfer::{Vector12, interval_cost};
 
 /// Why an extremal does not reach its end.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum ExtremalError {
+    /// The transfer asks for more than the conditions (4.19)–(4.26) state.
+    #[error(
+        "shooting plans the full motion by Lie–Euler steps, with force and moment as commands, without inequalities, \
+         to one state"
+    )]
+    Unsupported,
     /// The body turns too far in one step.
     #[error("step {step}: {source}")]
     Unsolvable {
@@ -79,6 +85,7 @@ fn sweep<F: Field>(
     lambda0: &Vector12,
     mut visit: impl FnMut(&Stage<'_, F>, usize, &Vector12, &Vector12),
 ) -> Result<Extremal, ExtremalError> {
+    let gains = transfer.gains().ok_or(ExtremalError::Unsupported)?;
     let mut states = Vec::with_capacity(transfer.intervals + 1);
     let mut controls = Vec::with_capacity(transfer.intervals);
     let mut cost = 0.0;
@@ -86,7 +93,7 @@ fn sweep<F: Field>(
     let mut previous = *lambda0;
     states.push(state);
     for step in 0..transfer.intervals {
-        let stage = Stage::new(transfer, state)
+        let stage = Stage::new(transfer, gains, state)
             .map_err(|source| ExtremalError::Unsolvable { step, source })?;
         let lambda = if step == 0 {
             previous
@@ -94,17 +101,12 @@ fn sweep<F: Field>(
             stage.multipliers(&previous)
         };
         visit(&stage, step, &previous, &lambda);
-        let control = transfer.control(&lambda);
+        let control = control(gains, &lambda);
         state = stage.next(&control);
         if !(state.is_finite() && control.is_finite()) {
             return Err(ExtremalError::NotFinite { step });
         }
-        cost += interval_cost(
-            transfer.h,
-            &transfer.force_weight,
-            &transfer.moment_weight,
-            &control,
-        );
+        cost += transfer.actuation.cost(transfer.h, &stacked(&control));
         controls.push(control);
         states.push(state);
         previous = lambda;
@@ -114,4 +116,16 @@ fn sweep<F: Field>(
         controls,
         cost,
     })
+}
+
+/// The control that multipliers `λ_k` call for: `u_{k+1} = −[W_f⁻¹ λ², W_m⁻¹ λ⁴]` (4.24), (4.25).
+fn control([force, moment]: &[Matrix3<f64>; 2], lambda: &Vector12) -> Load {
+    Load {
+        force: -force * block(lambda, 1),
+        moment: -moment * block(lambda, 3),
+    }
+}
+
+fn stacked(load: &Load) -> SVector<f64, 6> {
+    SVector::from_iterator(load.force.iter().chain(&load.moment).copied())
 }

@@ -1,6 +1,6 @@
 //! Discrete optimal control of one rigid body on SE(3) (§4).
 //!
-//! Pure mathematics: no I/O, no clock, no thread. A [`Transfer`] states the problem; [`extremal`] integrates the
+//! Pure mathematics: no I/O, no clock, no thread. A [`Transfer`] states the problem. [`extremal`] integrates the
 //! necessary conditions forward from initial multipliers, with their sensitivities on demand; [`shooting`] finds the
 //! multipliers that reach the target.
 //!
@@ -8,9 +8,14 @@
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
 
 pub mod extremal;
+mod plan;
+mod problem;
 pub mod shooting;
 mod stage;
-mod transfer;
 
+pub use plan::{Certificate, Plan};
+pub use problem::{
+    Actuation, ActuationError, Constraint, Dynamics, Motion, RotationTarget, Terminal, Transfer,
+    TransferError, TranslationTarget, miss,
+};
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
-pub use transfer::{Transfer, TransferError, interval_cost, miss};

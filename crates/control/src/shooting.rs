@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::Transfer;
 use crate::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
-use crate::transfer::{Vector12, block, miss};
+use crate::problem::{Vector12, block, miss};
 
 /// How the shooting goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,9 +96,10 @@ pub fn solve<F: Field>(
     settings: &Settings,
     mut observe: impl FnMut(&Iteration) -> bool,
 ) -> Result<Solution, ShootingError> {
+    let target = transfer.target.state().ok_or(ExtremalError::Unsupported)?;
     let mut multipliers = start;
     let (mut extremal, mut sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
-    let mut error = miss(&transfer.target, extremal.end());
+    let mut error = miss(&target, extremal.end());
     let mut now = Iteration {
         iteration: 0,
         trials: 1,
@@ -132,7 +133,7 @@ pub fn solve<F: Field>(
             let trial = multipliers + now.step_length * direction;
             now.trials += 1;
             let violation = integrate(transfer, &trial).map_or(f64::INFINITY, |extremal| {
-                miss(&transfer.target, extremal.end()).norm()
+                miss(&target, extremal.end()).norm()
             });
             if violation <= (1.0 - 2.0 * settings.armijo * now.step_length) * now.violation {
                 multipliers = trial;
@@ -144,7 +145,7 @@ pub fn solve<F: Field>(
             }
         }
         (extremal, sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
-        error = miss(&transfer.target, extremal.end());
+        error = miss(&target, extremal.end());
         now.violation = error.norm();
         now.cost = extremal.cost;
     }

@@ -15,7 +15,7 @@ use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::Transfer;
-use crate::transfer::{Vector12, block};
+use crate::problem::{Vector12, block};
 
 /// Derivatives of a 3-vector by the twelve initial multipliers.
 pub(crate) type Rows = SMatrix<f64, 3, 12>;
@@ -48,6 +48,8 @@ impl Sensitivity {
 /// What a step from `state` knows before its control acts.
 pub(crate) struct Stage<'t, F> {
     transfer: &'t Transfer<F>,
+    /// `W_f⁻¹` and `W_m⁻¹`
+    gains: &'t [Matrix3<f64>; 2],
     state: BodyState,
     /// Cayley vector of `F`.
     turn: Vector3<f64>,
@@ -65,7 +67,11 @@ pub(crate) struct Stage<'t, F> {
 
 impl<'t, F: Field> Stage<'t, F> {
     /// The step from `state`: (4.19), (4.21), (4.22) and gravity at its end.
-    pub(crate) fn new(transfer: &'t Transfer<F>, state: BodyState) -> Result<Self, Unsolvable> {
+    pub(crate) fn new(
+        transfer: &'t Transfer<F>,
+        gains: &'t [Matrix3<f64>; 2],
+        state: BodyState,
+    ) -> Result<Self, Unsolvable> {
         let body = &transfer.body;
         let g = transfer.h * state.angular_momentum;
         let turn = Chart::Cayley.solve(body.inertia(), &g, None)?;
@@ -77,6 +83,7 @@ impl<'t, F: Field> Stage<'t, F> {
         let adjoint = inverse(&(b.transpose() - transfer.h * hat(&state.angular_momentum)));
         Ok(Self {
             transfer,
+            gains,
             state,
             turn: turn.cayley,
             relative,
@@ -210,17 +217,18 @@ impl<'t, F: Field> Stage<'t, F> {
         (position, attitude, xi): (Rows, Rows, Rows),
         sensitivity: &mut Sensitivity,
     ) {
-        let (h, transfer) = (self.transfer.h, self.transfer);
+        let h = self.transfer.h;
+        let [force_gain, moment_gain] = self.gains;
         let f_t = self.relative.transpose();
         let [_, gamma, _, pi] = &sensitivity.state;
         let g = &self.gradient;
         let momentum = gamma
             + h * (g.force_by_position * position + g.force_by_attitude * attitude
-                - transfer.force_gain * sensitivity.multipliers[1]);
+                - force_gain * sensitivity.multipliers[1]);
         let angular = f_t * pi
             + hat(&(f_t * self.state.angular_momentum)) * xi
             + h * (g.moment_by_position * position + g.moment_by_attitude * attitude
-                - transfer.moment_gain * sensitivity.multipliers[3]);
+                - moment_gain * sensitivity.multipliers[3]);
         sensitivity.state = [position, momentum, attitude, angular];
     }
 }

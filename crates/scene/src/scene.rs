@@ -1,8 +1,7 @@
-use lgvi_control::{Settings, Transfer, TransferError, interval_cost};
+use lgvi_control::{Actuation, Settings, Transfer, TransferError};
 use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::gravity::Sources;
 use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
-use nalgebra::Matrix3;
 
 use crate::{Integration, SceneGravity, Scheme, SchemeError, Units};
 
@@ -68,10 +67,8 @@ pub struct Maneuver {
     pub body: usize,
     /// The state to be reached.
     pub target: BodyState,
-    /// `W_f`, inertial frame.
-    pub force_weight: Matrix3<f64>,
-    /// `W_m`, body frame.
-    pub moment_weight: Matrix3<f64>,
+    /// What its commands do and cost.
+    pub actuation: Actuation,
     /// Of the solver.
     pub settings: Settings,
 }
@@ -79,7 +76,7 @@ pub struct Maneuver {
 impl Maneuver {
     /// What a control of one step `h` costs.
     pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
-        interval_cost(h, &self.force_weight, &self.moment_weight, control)
+        self.actuation.cost_of(h, control)
     }
 }
 
@@ -165,8 +162,7 @@ impl Scene {
                 self.steps as usize,
                 controlled.state,
                 maneuver.target,
-                maneuver.force_weight,
-                maneuver.moment_weight,
+                maneuver.actuation.clone(),
             )
         })
     }

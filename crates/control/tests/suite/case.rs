@@ -1,6 +1,6 @@
 //! Reference solutions of `tests/truth/optimal_control.json` at the workspace's root.
 
-use lgvi_control::Transfer;
+use lgvi_control::{Actuation, Transfer};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
 use nalgebra::{Matrix3, SVector, Vector3};
@@ -76,17 +76,8 @@ impl Case {
         let h = number(&self.json["T"]) / n as f64;
         let identity = Matrix3::identity();
         let (initial, target) = (boundary("0"), boundary("N"));
-        Transfer::new(
-            self.body(),
-            field,
-            h,
-            n,
-            initial,
-            target,
-            identity,
-            identity,
-        )
-        .expect("a transfer")
+        let actuation = Actuation::full(&identity, &identity).expect("weights");
+        Transfer::new(self.body(), field, h, n, initial, target, actuation).expect("a transfer")
     }
 
     /// The terminal error before each Newton iteration of a prototype of the same method, from zero at N = 200.

@@ -1,4 +1,4 @@
-use lgvi_control::Settings;
+use lgvi_control::{Actuation, ActuationError, Settings};
 use lgvi_dynamics::{BodyState, Mobility};
 use nalgebra::{Matrix3, Vector3};
 
@@ -37,8 +37,8 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     Ok(Maneuver {
         body,
         target,
-        force_weight: weight(&file.force_weight),
-        moment_weight: weight(&file.moment_weight),
+        actuation: Actuation::full(&weight(&file.force_weight), &weight(&file.moment_weight))
+            .map_err(refuse)?,
         settings: Settings {
             tolerance: match solver.tolerance {
                 Some(tolerance) => check::positive("maneuver.solver.tolerance", tolerance)?,
@@ -82,6 +82,17 @@ fn check_field(scene: &Scene, body: usize) -> Result<(), SceneError> {
                 expected,
             ))
         }
+    }
+}
+
+fn refuse(error: ActuationError) -> SceneError {
+    match error {
+        ActuationError::Weight { which, rows } => SceneError::value(
+            format!("maneuver.{which}_weight"),
+            rows,
+            "a symmetric positive definite matrix",
+        ),
+        other => SceneError::value("maneuver.actuators", other.to_string(), "actuators"),
     }
 }
 

@@ -55,9 +55,10 @@ fn a_scene_is_compiled_to_its_simulation_and_its_transfer() {
     let simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
     assert_eq!(simulation.states()[0].angular_momentum.z, 0.0315 * 0.983);
     assert_eq!(scene.transfer().unwrap().unwrap().intervals(), 100);
+    let actuation = scene.maneuver.unwrap().actuation;
     assert_eq!(
-        scene.maneuver.unwrap().force_weight,
-        Matrix3::from_diagonal_element(2.0)
+        actuation.weight().diagonal().as_slice(),
+        [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
     );
 }
 
@@ -248,8 +249,8 @@ fn wrong_values_are_named() {
         (
             "force_weight = 2.0",
             "force_weight = -1.0",
-            "maneuver",
-            "force",
+            "maneuver.force_weight",
+            "-1.0",
             "positive definite",
         ),
     ] {

@@ -1,25 +1,31 @@
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{BodyState, Load, RigidBody};
+use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
 
+use super::{Actuation, ActuationError, Constraint, Dynamics, Motion, Terminal};
+
 /// Components in the order `[x, γ, R, Π]`, three each.
 pub(crate) type Vector12 = SVector<f64, 12>;
 
-/// The discrete optimal control problem (§4.2): between two states in a fixed number of Lie–Euler steps, at the least
-/// `Σ (h/2) (uᶠᵀ W_f uᶠ + uᵐᵀ W_m uᵐ)`.
+/// The discrete optimal control problem (§4.2): from a state into a terminal set in a fixed number of steps, at the least
+/// cost `Σ (h/2) wᵀ W w` of the commands.
+///
+/// [`Transfer::new`] asks for a plan of the full motion by Lie–Euler steps without inequalities; the `with_…` methods
+/// change that.
+#[derive(Clone)]
 pub struct Transfer<F> {
     pub(crate) body: RigidBody,
     pub(crate) field: F,
     pub(crate) h: f64,
     pub(crate) intervals: usize,
     pub(crate) initial: BodyState,
-    pub(crate) target: BodyState,
-    pub(crate) force_weight: Matrix3<f64>,
-    pub(crate) moment_weight: Matrix3<f64>,
-    pub(crate) force_gain: Matrix3<f64>,
-    pub(crate) moment_gain: Matrix3<f64>,
+    pub(crate) target: Terminal,
+    pub(crate) actuation: Actuation,
+    pub(crate) dynamics: Dynamics,
+    pub(crate) motion: Motion,
+    pub(crate) constraints: Vec<Constraint>,
 }
 
 /// Why a transfer is not a problem.
@@ -33,29 +39,21 @@ pub enum TransferError {
         "the transfer has 0 steps, expected at least 2: one interval cannot reach all twelve coordinates"
     )]
     Steps,
-    /// A weight is not symmetric positive definite.
-    #[error("the {which} weight is not symmetric positive definite: {rows:?}")]
-    Weight {
-        /// Which weight.
-        which: &'static str,
-        /// Its rows.
-        rows: [[f64; 3]; 3],
-    },
+    /// The actuation is none.
+    #[error(transparent)]
+    Actuation(#[from] ActuationError),
 }
 
 impl<F: Field> Transfer<F> {
-    /// From `initial` to `target` in `intervals` steps of `h`; weights (3×3, symmetric positive definite) in the inertial
-    /// frame for forces and in the body frame for moments.
-    #[allow(clippy::too_many_arguments)]
+    /// From `initial` into `target` in `intervals` steps of `h`.
     pub fn new(
         body: RigidBody,
         field: F,
         h: f64,
         intervals: usize,
         initial: BodyState,
-        target: BodyState,
-        force_weight: Matrix3<f64>,
-        moment_weight: Matrix3<f64>,
+        target: impl Into<Terminal>,
+        actuation: Actuation,
     ) -> Result<Self, TransferError> {
         if !(h.is_finite() && h > 0.0) {
             return Err(TransferError::Step(h));
@@ -63,35 +61,66 @@ impl<F: Field> Transfer<F> {
         if intervals < 2 {
             return Err(TransferError::Steps);
         }
-        let force_gain = invert("force", &force_weight)?;
-        let moment_gain = invert("moment", &moment_weight)?;
         Ok(Self {
             body,
             field,
             h,
             intervals,
             initial,
-            target,
-            force_weight,
-            moment_weight,
-            force_gain,
-            moment_gain,
+            target: target.into(),
+            actuation,
+            dynamics: Dynamics::default(),
+            motion: Motion::default(),
+            constraints: Vec::new(),
         })
     }
 }
 
 impl<F> Transfer<F> {
+    /// The same by other discrete dynamics.
+    pub fn with_dynamics(self, dynamics: Dynamics) -> Self {
+        Self { dynamics, ..self }
+    }
+
+    /// The same for other motions.
+    pub fn with_motion(self, motion: Motion) -> Self {
+        Self { motion, ..self }
+    }
+
+    /// The same under inequalities.
+    pub fn with_constraints(self, constraints: Vec<Constraint>) -> Self {
+        Self {
+            constraints,
+            ..self
+        }
+    }
+
+    /// `W_f⁻¹` and `W_m⁻¹` of a problem whose necessary conditions are (4.19)–(4.26); `None` for all others.
+    pub(crate) fn gains(&self) -> Option<&[Matrix3<f64>; 2]> {
+        let plain = self.dynamics == Dynamics::LieEuler
+            && self.motion == Motion::Full
+            && self.constraints.is_empty();
+        self.actuation.gains().filter(|_| plain)
+    }
+
     /// Number of control intervals `N`.
     pub fn intervals(&self) -> usize {
         self.intervals
     }
 
-    /// The control that multipliers `λ_k` call for: `u_{k+1} = −[W_f⁻¹ λ², W_m⁻¹ λ⁴]` (4.24), (4.25).
-    pub(crate) fn control(&self, lambda: &Vector12) -> Load {
-        Load {
-            force: -self.force_gain * block(lambda, 1),
-            moment: -self.moment_gain * block(lambda, 3),
-        }
+    /// The step `h`.
+    pub fn h(&self) -> f64 {
+        self.h
+    }
+
+    /// Where it starts.
+    pub fn initial(&self) -> &BodyState {
+        &self.initial
+    }
+
+    /// Where it is to end.
+    pub fn target(&self) -> &Terminal {
+        &self.target
     }
 }
 
@@ -110,26 +139,19 @@ pub fn miss(target: &BodyState, end: &BodyState) -> SVector<f64, 12> {
     miss
 }
 
-/// What one interval's control costs: `(h/2) (uᶠᵀ W_f uᶠ + uᵐᵀ W_m uᵐ)`.
-pub fn interval_cost(
-    h: f64,
-    force_weight: &Matrix3<f64>,
-    moment_weight: &Matrix3<f64>,
-    control: &Load,
-) -> f64 {
-    let quadratic = |weight: &Matrix3<f64>, u: &Vector3<f64>| u.dot(&(weight * u));
-    0.5 * h * (quadratic(force_weight, &control.force) + quadratic(moment_weight, &control.moment))
-}
-
 /// Block `which` (0 … 3) of a vector of twelve.
 pub(crate) fn block(v: &Vector12, which: usize) -> Vector3<f64> {
     v.fixed_rows::<3>(3 * which).into_owned()
 }
 
-fn invert(which: &'static str, weight: &Matrix3<f64>) -> Result<Matrix3<f64>, TransferError> {
+/// The inverse of a symmetric positive definite weight.
+pub(crate) fn invert(
+    which: &'static str,
+    weight: &Matrix3<f64>,
+) -> Result<Matrix3<f64>, ActuationError> {
     let refuse = || {
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| weight[(i, j)]));
-        TransferError::Weight { which, rows }
+        ActuationError::Weight { which, rows }
     };
     if *weight != weight.transpose() {
         return Err(refuse());
@@ -157,7 +179,7 @@ mod tests {
         for bad in [skewed, indefinite, Matrix3::zeros(), not_a_number] {
             assert!(matches!(
                 invert("moment", &bad),
-                Err(TransferError::Weight {
+                Err(ActuationError::Weight {
                     which: "moment",
                     ..
                 })

@@ -1,0 +1,43 @@
+use lgvi_dynamics::{BodyState, Load};
+use nalgebra::{SMatrix, SVector};
+
+/// A solution of a transfer, with all that is needed to fly it, to correct it, to check it and to start the next from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The step `h`; where the final time is free, the step found.
+    pub h: f64,
+    /// States at `0 … N`.
+    pub states: Vec<BodyState>,
+    /// Commands `w_1 … w_N`; zero beyond those of the actuation.
+    pub commands: Vec<SVector<f64, 6>>,
+    /// Controls `u_1 … u_N`, `u = B w`.
+    pub controls: Vec<Load>,
+    /// Costate `λ_0 … λ_{N−1}` (4.26), pairing with `[δx, δγ, ζ, δΠ]` at the end of each step.
+    pub multipliers: Vec<SVector<f64, 12>>,
+    /// `K_0 … K_{N−1}` (6×12) of the neighbouring extremals: `u_{k+1} = u*_{k+1} − K_k δz_k`.
+    pub feedback: Vec<SMatrix<f64, 6, 12>>,
+    /// The objective.
+    pub cost: f64,
+    /// How far it is from optimal.
+    pub certificate: Certificate,
+}
+
+/// What can be checked of a plan without trusting the solver.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Certificate {
+    /// Largest component of the Lagrangian's gradient by states and commands, relative to the largest multiplier.
+    pub stationarity: f64,
+    /// Largest norm by which a state misses the step from the one before.
+    pub defect: f64,
+    /// Norm by which the last state misses the terminal set.
+    pub terminal: f64,
+    /// Largest amount by which an inequality is violated; 0 where none is.
+    pub inequality: f64,
+    /// Largest product of an inequality's slack and its multiplier.
+    pub complementarity: f64,
+    /// Condition number of the map from initial multipliers to terminal conditions, in the solver's scaling.
+    pub condition: f64,
+    /// Whether the Hessian of the Lagrangian is positive definite on what the constraints leave free: a strict local
+    /// minimum.
+    pub sufficient: bool,
+}

@@ -1,0 +1,56 @@
+use nalgebra::Vector3;
+
+/// An inequality, imposed on each control interval or on the state at the end of each step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Constraint {
+    /// Each command within `±limit`; commands beyond those of the actuation are ignored.
+    Commands {
+        /// One limit a command.
+        limit: [f64; 6],
+    },
+    /// Each component of the control force (inertial frame) within `±limit`.
+    ForceComponents {
+        /// Limits by axis.
+        limit: Vector3<f64>,
+    },
+    /// Each component of the control moment (body frame) within `±limit`.
+    MomentComponents {
+        /// Limits by axis.
+        limit: Vector3<f64>,
+    },
+    /// `|u^f| ≤ limit`.
+    ForceNorm {
+        /// The limit.
+        limit: f64,
+    },
+    /// `|u^m| ≤ limit`.
+    MomentNorm {
+        /// The limit.
+        limit: f64,
+    },
+    /// A body axis stays out of a cone: `direction · R axis ≤ cos(half_angle)`.
+    KeepOutCone {
+        /// Unit vector in the body frame.
+        axis: Vector3<f64>,
+        /// Unit vector in the inertial frame.
+        direction: Vector3<f64>,
+        /// Of the cone (rad), in `(0, π)`.
+        half_angle: f64,
+    },
+    /// The centre of mass stays out of a sphere: `|x − center| ≥ radius`.
+    KeepOutSphere {
+        /// Inertial frame.
+        center: Vector3<f64>,
+        /// Of the sphere.
+        radius: f64,
+    },
+    /// The centre of mass stays in a cone: `axis · (x − apex) ≥ cos(half_angle) |x − apex|`.
+    Corridor {
+        /// Inertial frame.
+        apex: Vector3<f64>,
+        /// Unit vector in the inertial frame, from the apex into the cone.
+        axis: Vector3<f64>,
+        /// Of the cone (rad), in `(0, π/2)`.
+        half_angle: f64,
+    },
+}

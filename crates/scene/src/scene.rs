@@ -3,7 +3,7 @@ use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::gravity::Sources;
 use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
 
-use crate::{Integration, SceneGravity, Scheme, SchemeError, Units};
+use crate::{Disturbance, Integration, SceneGravity, Scheme, SchemeError, Units};
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
@@ -38,6 +38,8 @@ pub struct Scene {
     pub gravity: SceneGravity,
     /// What is to be planned and flown.
     pub maneuver: Option<Maneuver>,
+    /// What sets the flight of the manoeuvre apart from its plan.
+    pub disturbance: Option<Disturbance>,
 }
 
 /// A body with its name and its state at the epoch.
@@ -134,9 +136,9 @@ impl Scene {
         choose(&mut self.system(), &states, run, tolerance)
     }
 
-    /// The simulation by a scheme, at step 0.
+    /// The simulation by a scheme, at step 0 from [`Scene::initial_states`].
     pub fn simulation(&self, scheme: Scheme) -> Result<Simulation, SchemeError> {
-        let states = self.bodies.iter().map(|body| body.state).collect();
+        let states = self.initial_states();
         let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
             .with_substeps(scheme.substeps);
         Ok(if self.subdivides(scheme) {

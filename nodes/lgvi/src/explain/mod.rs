@@ -33,6 +33,8 @@ struct Explanation {
     gravity: Gravity,
     /// Name of the body that a manoeuvre is planned for.
     maneuver: Option<String>,
+    /// Seed of its disturbance.
+    disturbance: Option<u64>,
     integrator: Integrator,
     warnings: Vec<String>,
 }
@@ -61,6 +63,7 @@ impl Explanation {
             bodies: scene.bodies.iter().map(Body::of).collect(),
             gravity: Gravity::of(scene),
             maneuver: controlled.map(|maneuver| scene.bodies[maneuver.body].name.clone()),
+            disturbance: scene.disturbance.map(|disturbance| disturbance.seed),
             integrator,
             warnings,
         })

@@ -12,13 +12,17 @@ use std::{
 };
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
-use rustdds::{RTPSEntity, Timestamp, bytes::Bytes, dds::result::WriteError, no_key::DataWriter};
+use rustdds::{
+    GUID, RTPSEntity, Timestamp, WriteOptionsBuilder, bytes::Bytes, dds::result::WriteError,
+    no_key::DataWriter,
+};
 
 use super::{
     cdr::{CdrBytes, LITTLE_ENDIAN},
     graph::Side,
     node::Inner,
     qos::Qos,
+    subscription::SampleId,
 };
 use crate::block::block_on_for;
 
@@ -56,6 +60,18 @@ pub enum PublishError {
         /// The first four bytes, or fewer if there are fewer.
         found: Vec<u8>,
     },
+    /// A request or a reply that RustDDS would garble; see the limitations of services.
+    #[error(
+        "{topic}: {length} bytes with an identity; at most {limit} can be sent to the present peers"
+    )]
+    TooLong {
+        /// The service.
+        topic: String,
+        /// How long the message is, encapsulation header included.
+        length: usize,
+        /// How long it may be.
+        limit: usize,
+    },
     /// The DDS stack has failed.
     #[error("{topic}: {reason}")]
     Dds {
@@ -81,6 +97,19 @@ const INTRODUCTION: Duration = Duration::from_millis(2);
 
 /// How long that acknowledgement is waited for at most; some subscriptions never send one.
 const ACQUAINTANCE: Duration = Duration::from_secs(1);
+
+/// The most bytes that RustDDS sends unfragmented to any peer: 1452 less a heartbeat and the head of the submessage.
+///
+/// In a fragment RustDDS 0.15.1 writes the related sample identity a byte too late, behind the tag of an `Option`, so that
+/// nobody understands it; with debug assertions its thread panics.
+const MAX_RELATED: usize = 1452 - 32 - 48;
+
+/// The same to peers that are on the loopback interface alone, whose datagrams may have 65 507 bytes (Linux) or 16 384.
+const MAX_RELATED_ON_LOOPBACK: usize = if cfg!(target_os = "linux") {
+    60_000
+} else {
+    16_000
+};
 
 /// Publishes messages of one type. Dropping it takes up to 0.2 s if it has just published; see [`RawPublisher`].
 pub struct Publisher<M> {
@@ -176,14 +205,14 @@ impl RawPublisher {
     /// again until a message has found room, so that a subscription that hangs costs one wait, not one a message. The
     /// first message after a match waits for its acknowledgement too, up to the same limit and at most a second.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
-        self.write(cdr, self.limit)
+        self.write(cdr, self.limit, None).map(drop)
     }
 
     /// Publishes CDR bytes, waiting up to `patience` for room, by the rules of [`publish`](Self::publish).
     ///
     /// No message is lost on the way to a reliable subscription whose depth covers what it has yet to take.
     pub fn publish_lossless(&self, cdr: Vec<u8>, patience: Duration) -> Result<(), PublishError> {
-        self.write(cdr, patience)
+        self.write(cdr, patience, None).map(drop)
     }
 
     /// Blocks until every matched reliable subscription has acknowledged every message.
@@ -218,7 +247,44 @@ impl RawPublisher {
         &self.topic
     }
 
-    fn write(&self, cdr: Vec<u8>, limit: Duration) -> Result<(), PublishError> {
+    /// Publishes what belongs to another sample, by the rules of [`publish`](Self::publish).
+    pub(super) fn publish_related(
+        &self,
+        cdr: Vec<u8>,
+        related: Option<SampleId>,
+    ) -> Result<SampleId, PublishError> {
+        if related.is_some() && cdr.len() > MAX_RELATED {
+            let (topic, length, limit) = (self.topic.clone(), cdr.len(), self.max_related());
+            if length > limit {
+                return Err(PublishError::TooLong {
+                    topic,
+                    length,
+                    limit,
+                });
+            }
+        }
+        self.write(cdr, self.limit, related)
+    }
+
+    /// The most bytes of what belongs to another sample.
+    pub(super) fn max_related(&self) -> usize {
+        if self.node.reaches_loopback_only(self.writer.guid()) {
+            MAX_RELATED_ON_LOOPBACK
+        } else {
+            MAX_RELATED
+        }
+    }
+
+    pub(super) fn guid(&self) -> GUID {
+        self.writer.guid()
+    }
+
+    fn write(
+        &self,
+        cdr: Vec<u8>,
+        limit: Duration,
+        related: Option<SampleId>,
+    ) -> Result<SampleId, PublishError> {
         if !cdr.starts_with(&LITTLE_ENDIAN[..2]) || cdr.len() < LITTLE_ENDIAN.len() {
             return Err(PublishError::Encapsulation {
                 topic: self.topic.clone(),
@@ -236,8 +302,12 @@ impl RawPublisher {
         if introduce {
             thread::sleep(INTRODUCTION.min(limit));
         }
+        let options = WriteOptionsBuilder::new()
+            .source_timestamp(Timestamp::now())
+            .related_sample_identity_opt(related.map(Into::into))
+            .build();
         let written = block_on_for(
-            self.writer.async_write(payload, Some(Timestamp::now())),
+            self.writer.async_write_with_options(payload, options),
             limit,
         );
         self.stalled.store(
@@ -245,7 +315,7 @@ impl RawPublisher {
             Ordering::Relaxed,
         );
         match written {
-            Some(Ok(())) => {
+            Some(Ok(identity)) => {
                 *self.latest() = Some(Instant::now());
                 if introduce {
                     // Whether all have acknowledged: what follows is sent in any case.
@@ -253,7 +323,7 @@ impl RawPublisher {
                         .writer
                         .wait_for_acknowledgments(limit.min(ACQUAINTANCE));
                 }
-                Ok(())
+                Ok(identity.into())
             }
             None | Some(Err(WriteError::WouldBlock { .. })) => Err(PublishError::Full {
                 topic: self.topic.clone(),

@@ -1,0 +1,294 @@
+//! Services between participants of this crate, over the loopback interface.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
+
+use common::{isolated, node, own_name};
+use lgvi_middleware::{
+    Environment, ServiceMapping,
+    ros::{CallError, PublishError, Request, ServiceClient, ServiceServer},
+};
+use lgvi_msgs::{
+    RosMessage,
+    action_msgs::{
+        GoalInfo,
+        srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
+    },
+    builtin_interfaces::Time,
+};
+
+const PATIENCE: Duration = Duration::from_secs(20);
+
+fn environment(mapping: ServiceMapping) -> Environment {
+    Environment {
+        service_mapping: mapping,
+        ..isolated()
+    }
+}
+
+fn server(environment: &Environment) -> ServiceServer<CancelGoal> {
+    node("server", environment)
+        .service_server(&own_name("~/double"))
+        .unwrap()
+}
+
+fn client(name: &str, environment: &Environment) -> ServiceClient<CancelGoal> {
+    node(name, environment)
+        .service_client(&own_name("/server/double"))
+        .unwrap()
+}
+
+fn request(sec: i32) -> CancelGoalRequest {
+    let mut goal_info = GoalInfo::default();
+    goal_info.stamp.sec = sec;
+    CancelGoalRequest { goal_info }
+}
+
+/// Twice what is asked for, in every tenth reply as often as fills a datagram, from 10 000 on several ones.
+fn response(request: &CancelGoalRequest) -> CancelGoalResponse {
+    let sec = request.goal_info.stamp.sec;
+    let entries = match sec {
+        10_000.. => 5000,
+        _ if sec % 10 == 0 => 2000,
+        _ => 1,
+    };
+    let double = GoalInfo {
+        stamp: Time {
+            sec: 2 * sec,
+            nanosec: 0,
+        },
+        ..GoalInfo::default()
+    };
+    CancelGoalResponse {
+        return_code: 0,
+        goals_canceling: vec![double; entries],
+    }
+}
+
+fn serve(server: &ServiceServer<CancelGoal>, count: usize) {
+    for _ in 0..count {
+        let Request { id, message } = server.recv_timeout(PATIENCE).unwrap().unwrap();
+        server.reply(id, &response(&message)).unwrap();
+    }
+}
+
+fn calls_are_answered(mapping: ServiceMapping) {
+    const CALLS: usize = 50;
+    let environment = environment(mapping);
+    let server = server(&environment);
+    let clients = [client("one", &environment), client("other", &environment)];
+    thread::scope(|scope| {
+        for (client, first) in clients.iter().zip([1, 1001]) {
+            scope.spawn(move || {
+                for sec in (first..).take(CALLS) {
+                    let reply = client.call(&request(sec), PATIENCE).unwrap();
+                    assert_eq!(reply, response(&request(sec)));
+                }
+            });
+        }
+        serve(&server, 2 * CALLS);
+    });
+    assert_eq!(server.take().unwrap(), None);
+}
+
+#[test]
+fn each_of_two_clients_gets_its_own_replies_as_with_fast_dds() {
+    calls_are_answered(ServiceMapping::FastDds);
+}
+
+#[test]
+fn each_of_two_clients_gets_its_own_replies_as_with_cyclone() {
+    calls_are_answered(ServiceMapping::Cyclone);
+}
+
+#[test]
+fn replies_in_fragments_arrive_or_are_refused() {
+    let call = |mapping| {
+        let environment = environment(mapping);
+        let server = server(&environment);
+        let client = client("client", &environment);
+        thread::scope(|scope| {
+            let call = scope.spawn(|| client.call(&request(10_000), Duration::from_secs(2)));
+            let Request { id, message } = server.recv_timeout(PATIENCE).unwrap().unwrap();
+            let sent = server.reply(id, &response(&message));
+            (sent, call.join().unwrap())
+        })
+    };
+    let (sent, reply) = call(ServiceMapping::Cyclone);
+    sent.unwrap();
+    assert_eq!(reply.unwrap(), response(&request(10_000)));
+    let (sent, reply) = call(ServiceMapping::FastDds);
+    assert!(matches!(
+        sent,
+        Err(PublishError::TooLong {
+            length: 120_012..,
+            limit: 60_000,
+            ..
+        })
+    ));
+    assert!(matches!(reply, Err(CallError::NoReply { .. })));
+}
+
+#[test]
+fn replies_may_come_in_any_order_and_not_at_all() {
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment);
+    let clients = [
+        client("first", &environment),
+        client("ignored", &environment),
+        client("last", &environment),
+    ];
+    for client in &clients {
+        assert!(client.wait_for_server(PATIENCE));
+    }
+    thread::scope(|scope| {
+        let calls = [
+            (1, PATIENCE),
+            (2, Duration::from_millis(500)),
+            (3, PATIENCE),
+        ];
+        let calls: Vec<_> = clients
+            .iter()
+            .zip(calls)
+            .map(|(client, (sec, timeout))| {
+                scope.spawn(move || client.call(&request(sec), timeout))
+            })
+            .collect();
+        let mut requests: Vec<_> = (0..3)
+            .map(|_| server.recv_timeout(PATIENCE).unwrap().unwrap())
+            .collect();
+        requests.sort_by_key(|request| std::cmp::Reverse(request.message.goal_info.stamp.sec));
+        for Request { id, message } in requests {
+            if message.goal_info.stamp.sec != 2 {
+                server.reply(id, &response(&message)).unwrap();
+            }
+        }
+        let replies: Vec<_> = calls.into_iter().map(|call| call.join().unwrap()).collect();
+        assert_eq!(*replies[0].as_ref().unwrap(), response(&request(1)));
+        assert!(matches!(replies[1], Err(CallError::NoReply { .. })));
+        assert_eq!(*replies[2].as_ref().unwrap(), response(&request(3)));
+    });
+}
+
+/// Requests of a client that never takes a reply, more than anybody has room for.
+#[test]
+fn a_client_that_never_reads_does_not_stall_the_server() {
+    const REQUESTS: i32 = 600;
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment);
+    let deaf = client("deaf", &environment);
+    let other = client("other", &environment);
+    assert!(deaf.wait_for_server(PATIENCE) && other.wait_for_server(PATIENCE));
+    thread::scope(|scope| {
+        let calls = scope.spawn(|| {
+            for sec in 1..=REQUESTS {
+                // Whether there is room for it: it is not waited for.
+                let _ = deaf.call(&request(sec), Duration::ZERO);
+            }
+        });
+        let mut longest = Duration::ZERO;
+        while !calls.is_finished() {
+            if let Some(Request { id, message }) = server.recv_timeout(Duration::ZERO).unwrap() {
+                let start = Instant::now();
+                server.reply(id, &response(&message)).unwrap();
+                longest = longest.max(start.elapsed());
+            }
+        }
+        assert!(longest < Duration::from_millis(500), "{longest:?}");
+        scope.spawn(|| {
+            while let Some(Request { id, message }) =
+                server.recv_timeout(Duration::from_secs(1)).unwrap()
+            {
+                server.reply(id, &response(&message)).unwrap();
+            }
+        });
+        let reply = other.call(&request(7), PATIENCE).unwrap();
+        assert_eq!(reply, response(&request(7)));
+    });
+}
+
+#[test]
+fn calls_end_in_time_without_a_server_and_with_one_that_leaves() {
+    let environment = environment(ServiceMapping::FastDds);
+    let client = client("client", &environment);
+    let limit = Duration::from_millis(300);
+    let start = Instant::now();
+    let error = client.call(&request(1), limit).unwrap_err();
+    assert!(matches!(error, CallError::NoServer { .. }), "{error}");
+    assert!(start.elapsed() >= limit && start.elapsed() < limit + Duration::from_secs(2));
+
+    let leaving = server(&environment);
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&request(4), PATIENCE));
+        assert!(leaving.recv_timeout(PATIENCE).unwrap().is_some());
+        drop(leaving);
+        serve(&server(&environment), 1);
+        assert_eq!(call.join().unwrap().unwrap(), response(&request(4)));
+    });
+}
+
+/// RustDDS gives to every server that comes what a client has sent last.
+#[test]
+fn a_server_does_not_answer_what_an_earlier_one_was_asked() {
+    let environment = environment(ServiceMapping::FastDds);
+    let client = client("client", &environment);
+    let earlier = server(&environment);
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&request(1), PATIENCE));
+        serve(&earlier, 1);
+        call.join().unwrap().unwrap();
+    });
+    drop(earlier);
+    thread::sleep(Duration::from_millis(1500));
+    let later = server(&environment);
+    assert!(client.wait_for_server(PATIENCE));
+    assert_eq!(later.recv_timeout(Duration::from_secs(1)).unwrap(), None);
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&request(2), PATIENCE));
+        serve(&later, 1);
+        assert_eq!(call.join().unwrap().unwrap(), response(&request(2)));
+    });
+}
+
+#[test]
+fn what_is_no_request_is_reported_and_passed_over() {
+    let environment = environment(ServiceMapping::FastDds);
+    let node = node("server", &environment);
+    let server = node.service_server::<CancelGoal>(&own_name("/x")).unwrap();
+    let other = common::node("client", &environment);
+    let client = other.service_client::<ShortCall>(&own_name("/x")).unwrap();
+    let good = other.service_client::<CancelGoal>(&own_name("/x")).unwrap();
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&Short(3), Duration::from_secs(2)));
+        let error = server.recv_timeout(PATIENCE).unwrap_err();
+        assert!(error.to_string().contains(": sample 1 of"), "{error}");
+        let call_after = scope.spawn(|| good.call(&request(1), PATIENCE));
+        serve(&server, 1);
+        assert!(call.join().unwrap().is_err());
+        assert_eq!(call_after.join().unwrap().unwrap(), response(&request(1)));
+    });
+}
+
+/// A request that is too short for its type.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Short(u8);
+
+impl RosMessage for Short {
+    const TYPE_NAME: &'static str = CancelGoalRequest::TYPE_NAME;
+    const TYPE_HASH: &'static str = CancelGoalRequest::TYPE_HASH;
+    const DEFINITION: &'static str = "";
+}
+
+struct ShortCall;
+
+impl lgvi_msgs::Service for ShortCall {
+    const TYPE_NAME: &'static str = "action_msgs/srv/CancelGoal";
+    type Request = Short;
+    type Response = CancelGoalResponse;
+}

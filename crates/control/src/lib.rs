@@ -12,6 +12,8 @@ mod plan;
 mod problem;
 pub mod shooting;
 mod stage;
+#[allow(dead_code, reason = "for the structured solver")]
+mod steps;
 
 pub use plan::{Certificate, Plan};
 pub use problem::{

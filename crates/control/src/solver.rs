@@ -255,7 +255,7 @@ pub fn solve<F: Field>(
                     0.0,
                 );
                 match guess::along(&problem, &view.body, &path, &target) {
-                    Ok(iterate) => (iterate, 2),
+                    Ok(iterate) => (iterate, 4),
                     Err(source) => return Err(PlanError::Dynamics { step: 0, source }),
                 }
             }

@@ -1,7 +1,7 @@
 use nalgebra::SVector;
 
 use super::conditions::{Ending, Inequalities};
-use super::model::{Model, ModelError};
+use super::model::{Kind, Model, ModelError};
 use super::problem::{Iterate, Problem};
 use super::trial::{Direction, Merit, Path, Weights, trial};
 use crate::steps::Steps;
@@ -75,8 +75,29 @@ pub(crate) enum Ended {
     Failed(ModelError),
 }
 
-/// Shares of the second derivatives, from Newton's method to that of Gauss and Newton.
-const CURVATURES: [f64; 3] = [1.0, 0.5, 0.0];
+/// Models, from Newton's to that of Gauss and Newton, in the order of trial.
+const KINDS: [Kind; 5] = [
+    Kind {
+        curvature: 1.0,
+        augmentation: 10.0,
+    },
+    Kind {
+        curvature: 1.0,
+        augmentation: 300.0,
+    },
+    Kind {
+        curvature: 1.0,
+        augmentation: 1e4,
+    },
+    Kind {
+        curvature: 0.5,
+        augmentation: 300.0,
+    },
+    Kind {
+        curvature: 0.0,
+        augmentation: 10.0,
+    },
+];
 /// The shortest step tried.
 const SHORTEST: f64 = 1e-4;
 /// Armijo's share of the predicted decrease.
@@ -101,7 +122,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         tolerances: &Tolerances,
-        first_curvature: usize,
+        first_kind: usize,
         standing: &mut Standing,
         mut observe: impl FnMut(&Standing) -> bool,
     ) -> Ended
@@ -111,19 +132,21 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         Q: Inequalities<X, U>,
     {
         let first = standing.iteration;
-        let mut choice = first_curvature;
+        let mut choice = first_kind;
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
         loop {
             // The most of the second derivatives that leaves the model convex.
             loop {
-                standing.curvature = CURVATURES[choice];
+                let kind = KINDS[choice];
+                standing.curvature = kind.curvature;
                 match self
                     .model
-                    .solve(problem, inequalities, &self.iterate, standing.curvature)
+                    .solve(problem, inequalities, &self.iterate, kind)
                 {
                     Ok(()) => break,
-                    Err(ModelError::NotConvex { .. }) if choice + 1 < CURVATURES.len() => {
+                    Err(ModelError::NotConvex { stage }) if choice + 1 < KINDS.len() => {
+                        if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("not convex {kind:?} at {stage}"); }
                         choice += 1
                     }
                     Err(error) => return Ended::Failed(error),
@@ -133,6 +156,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
+            if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("{:?} viol {:.3e} stat {:.3e} cost {:.10} len {}", KINDS[choice], standing.violation, standing.stationarity, standing.cost, standing.length); }
             if !observe(standing) {
                 return Ended::Stopped;
             }
@@ -149,7 +173,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Stuck;
             }
             standing.iteration += 1;
-            choice = 0;
+            choice = if choice < 3 { choice } else { 0 };
         }
     }
 

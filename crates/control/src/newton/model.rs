@@ -6,8 +6,15 @@ use super::problem::{Iterate, Problem};
 use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
 use crate::steps::{Curvature, Linearisation, Steps};
 
-/// By how much the terminal conditions are augmented, in multiples of the end's stiffness.
-const AUGMENTATION: f64 = 10.0;
+/// What a model takes in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kind {
+    /// Share of the second derivatives of dynamics and terminal conditions: 1 is Newton's method, 0 that of Gauss and
+    /// Newton.
+    pub(crate) curvature: f64,
+    /// By how much the terminal conditions are augmented, in multiples of the end's stiffness.
+    pub(crate) augmentation: f64,
+}
 
 /// The linear-quadratic model of all stages round an iterate, and its solution.
 pub(crate) struct Model<const X: usize, const U: usize> {
@@ -77,29 +84,28 @@ impl<const X: usize, const U: usize> Model<X, U> {
         }
     }
 
-    /// Builds the model round `iterate` and solves it backwards, with `curvature` times the second derivatives of
-    /// dynamics and terminal conditions: 1 is Newton's method, 0 that of Gauss and Newton.
+    /// Builds the model round `iterate` and solves it backwards.
     pub(crate) fn solve<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         iterate: &Iterate<X, U>,
-        curvature: f64,
+        kind: Kind,
     ) -> Result<(), ModelError>
     where
         S: Steps<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
-        let Problem { steps, ending, .. } = problem;
+        let steps = problem.steps;
+        let curvature = kind.curvature;
         let last = problem.intervals;
         let end = &iterate.states[last];
         let (mut costate, end_model) =
-            end_model(problem, inequalities, iterate, curvature);
+            end_model(problem, inequalities, iterate, kind);
         self.miss = end_model.residual;
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
-        let _ = ending;
 
         self.stationarity = 0.0;
         let weight = problem.h * problem.weight;
@@ -151,7 +157,7 @@ fn end_model<S, E, Q, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     inequalities: &mut Q,
     iterate: &Iterate<X, U>,
-    curvature: f64,
+    kind: Kind,
 ) -> (SVector<f64, X>, EndModel<X>)
 where
     E: Ending<X>,
@@ -168,13 +174,13 @@ where
             .map(|(c, stiffness)| c * c / stiffness)
             .sum();
         if compliance > 0.0 {
-            row *= AUGMENTATION / compliance;
+            row *= kind.augmentation / compliance;
         }
     }
     let mut hessian = jacobian.tr_mul(&augmented);
     let mut gradient = augmented.tr_mul(&residual);
-    if curvature > 0.0 {
-        hessian += curvature * problem.ending.curvature(end, &iterate.nu);
+    if kind.curvature > 0.0 {
+        hessian += kind.curvature * problem.ending.curvature(end, &iterate.nu);
     }
     inequalities.add_state(problem.intervals - 1, end, &mut hessian, &mut gradient);
     let model = EndModel {

@@ -47,6 +47,20 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         into: &mut Curvature<X, U>,
     ) -> Result<(), Unsolvable>;
 
+    /// [`Steps::linearise`] and [`Steps::curvature`] at once, at less than the cost of one after the other.
+    fn expand(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        lambda: &SVector<f64, X>,
+        first: &mut Linearisation<X, U>,
+        second: &mut Curvature<X, U>,
+    ) -> Result<BodyState, Unsolvable> {
+        self.curvature(k, state, command, lambda, second)?;
+        self.linearise(k, state, command, first)
+    }
+
     /// `z` with `moved(from, z) = to`.
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;
 

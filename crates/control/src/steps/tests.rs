@@ -43,7 +43,7 @@ fn differentiated<const X: usize, const U: usize>(
         command: SMatrix::zeros(),
     };
     for i in 0..X + U {
-        for j in 0..X + U {
+        for j in i..X + U {
             let part = |index: usize| {
                 let one = |axis: usize| f64::from(u8::from(axis == index));
                 HyperDual64::new(0.0, one(i), one(j), 0.0)
@@ -55,10 +55,15 @@ fn differentiated<const X: usize, const U: usize>(
             let column = SVector::<f64, X>::from_fn(|row, _| end[row].eps1);
             let curved = SVector::<f64, X>::from_fn(|row, _| end[row].eps1eps2).dot(lambda);
             match (i < X, j < X) {
-                (true, true) => second.state[(i, j)] = curved,
+                (true, true) => {
+                    second.state[(i, j)] = curved;
+                    second.state[(j, i)] = curved;
+                }
                 (true, false) => second.mixed[(i, j - X)] = curved,
-                (false, true) => continue,
-                (false, false) => second.command[(i - X, j - X)] = curved,
+                (false, _) => {
+                    second.command[(i - X, j - X)] = curved;
+                    second.command[(j - X, i - X)] = curved;
+                }
             }
             if i < X {
                 first.a.set_column(i, &column);
@@ -140,6 +145,102 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
                 &(first, second),
                 &expected,
                 &format!("{name}, {dynamics:?}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn speed() {
+    let mut rng = fastrand::Rng::with_seed(31);
+    let all = scenes(&mut rng);
+    for dynamics in SCHEMES {
+        let scene = &all[7];
+        let points = [0.3, -0.3].map(|x| lgvi_dynamics::PointMass {
+            mass: 0.5,
+            position: nalgebra::Vector3::new(x, 0.0, 0.0),
+        });
+        let body = lgvi_dynamics::RigidBody::new(
+            1.0,
+            lgvi_dynamics::Inertia::principal([0.009, 0.03, 0.03]).unwrap(),
+            points.to_vec(),
+        )
+        .unwrap();
+        let transfer = crate::Transfer::new(
+            body,
+            lgvi_dynamics::gravity::Central { gm: 1.0 },
+            0.01,
+            5,
+            scene.state,
+            scene.state,
+            crate::Actuation::full(
+                &nalgebra::Matrix3::identity(),
+                &nalgebra::Matrix3::identity(),
+            )
+            .unwrap(),
+        )
+        .unwrap()
+        .with_dynamics(dynamics);
+        let steps = KickDriftKick::full(&transfer);
+        let (command, lambda) = (random::<6>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
+        let mut state = scene.state;
+        state.angular_momentum *= 0.1;
+        let (_, mut first, mut second) = found(&steps, 0, &state, &command, &lambda);
+        let n = 100_000;
+        for _ in 0..3 {
+            let t = std::time::Instant::now();
+            for _ in 0..n {
+                std::hint::black_box(
+                    steps
+                        .next(0, std::hint::black_box(&state), &command)
+                        .unwrap(),
+                );
+            }
+            let a = t.elapsed();
+            let t = std::time::Instant::now();
+            for _ in 0..n {
+                std::hint::black_box(
+                    steps
+                        .linearise(0, std::hint::black_box(&state), &command, &mut first)
+                        .unwrap(),
+                );
+            }
+            let b = t.elapsed();
+            let t = std::time::Instant::now();
+            for _ in 0..n {
+                steps
+                    .curvature(
+                        0,
+                        std::hint::black_box(&state),
+                        &command,
+                        &lambda,
+                        &mut second,
+                    )
+                    .unwrap();
+                std::hint::black_box(&second);
+            }
+            let c = t.elapsed();
+            let t = std::time::Instant::now();
+            for _ in 0..n {
+                steps
+                    .expand(
+                        0,
+                        std::hint::black_box(&state),
+                        &command,
+                        &lambda,
+                        &mut first,
+                        &mut second,
+                    )
+                    .unwrap();
+                std::hint::black_box(&second);
+                std::hint::black_box(&first);
+            }
+            eprintln!(
+                "{dynamics:?} next {:?} linearise {:?} curvature {:?} both {:?}",
+                a / n,
+                b / n,
+                c / n,
+                t.elapsed() / n
             );
         }
     }

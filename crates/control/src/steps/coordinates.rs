@@ -107,7 +107,8 @@ impl Coordinates<2> for Full {
 }
 
 /// What counts, along one exponential, of a derivative by two turns one after the other: `½ (H_RR + H_RRᵀ)`.
-fn symmetric(h_rr: &Matrix3<f64>) -> Matrix3<f64> {
+#[inline]
+pub(crate) fn symmetric(h_rr: &Matrix3<f64>) -> Matrix3<f64> {
     0.5 * (h_rr + h_rr.transpose())
 }
 

@@ -38,6 +38,7 @@ pub(crate) struct DriftCurvature {
 
 impl Drift {
     /// Moves the centre of mass.
+    #[inline]
     pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) -> Self {
         let by_momentum = h / body.mass();
         state.position += by_momentum * state.linear_momentum;
@@ -45,6 +46,7 @@ impl Drift {
     }
 
     /// Turns the attitude.
+    #[inline]
     pub(crate) fn turn(
         body: &RigidBody,
         h: f64,
@@ -53,6 +55,7 @@ impl Drift {
         Turn::new(body, h, state).map(Self::Turn)
     }
 
+    #[inline]
     pub(crate) fn gradient(&self) -> DriftGradient {
         match self {
             Self::Glide(by_momentum) => DriftGradient::Glide(*by_momentum),
@@ -61,6 +64,7 @@ impl Drift {
     }
 
     /// Of the product of pose and momentum after the drift with multipliers `λ_p` and `λ_m`.
+    #[inline]
     pub(crate) fn curvature(
         &self,
         gradient: &DriftGradient,
@@ -84,6 +88,7 @@ impl Drift {
 
 impl DriftGradient {
     /// `P_p`, `P_m`, `M_m`.
+    #[inline]
     pub(crate) fn matrices(&self) -> [Matrix3<f64>; 3] {
         match self {
             Self::Glide(by_momentum) => {
@@ -99,6 +104,7 @@ impl DriftGradient {
     }
 
     /// `m P_p`, `m P_m`.
+    #[inline]
     pub(crate) fn before(&self, m: &Matrix3<f64>) -> [Matrix3<f64>; 2] {
         match self {
             Self::Glide(by_momentum) => [*m, *by_momentum * m],
@@ -126,6 +132,7 @@ pub(crate) struct Turn {
 }
 
 impl Turn {
+    #[inline]
     fn new(body: &RigidBody, h: f64, state: &mut BodyState) -> Result<Self, Unsolvable> {
         let turn = Chart::Cayley.solve(body.inertia(), &(h * state.angular_momentum), None)?;
         state.attitude = compose(&state.attitude, &turn.cayley);
@@ -138,6 +145,7 @@ impl Turn {
         })
     }
 
+    #[inline]
     fn gradient(&self) -> DriftGradient {
         let f_t = self.relative.transpose();
         let f_jd = self.relative * self.j_d;
@@ -152,6 +160,7 @@ impl Turn {
 
     /// Of `λ³·log + λ⁴·Π⁺`: with `w = λ³ + λ⁴ × P`, `Q' = Q + λ⁴ Pᵀ` and `X = F S(λ⁴) Ξ`,
     /// `H_ζΠ = −½ F S(λ³) Ξ`, `H_ΠΠ = Ξᵀ(½(Q' + Q'ᵀ) − tr[Q'] I) Ξ − X − Xᵀ`.
+    #[inline]
     fn curvature(
         &self,
         xi: &Matrix3<f64>,

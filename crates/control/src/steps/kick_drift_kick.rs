@@ -87,6 +87,7 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
         self.commands.map(|columns| columns * command)
     }
 
+    #[inline]
     fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
         let Transfer { field, body, .. } = self.transfer;
         let loads = self.coordinates.load(field, body, state);
@@ -95,6 +96,7 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
     }
 
     /// Where the drift of step `k` begins.
+    #[inline]
     fn begin(&self, k: usize, state: &BodyState, controls: &[Vector3<f64>; N]) -> BodyState {
         let mut begun = self.coordinates.at(k, state);
         if let Some(tau) = self.before {
@@ -103,17 +105,20 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
         begun
     }
 
+    #[inline]
     fn drift(&self, k: usize, state: &mut BodyState) -> Result<[Drift; N], Unsolvable> {
         let Transfer { body, h, .. } = self.transfer;
         self.coordinates.drift(k, body, *h, state)
     }
 
+    #[inline]
     fn gradient(&self, tau: f64, state: &BodyState) -> Blocks<N> {
         let Transfer { field, body, .. } = self.transfer;
         let gradient = self.coordinates.gradient(field, body, state);
         gradient.map(|row| row.map(|block| tau * block))
     }
 
+    #[inline]
     fn kick_curvature(
         &self,
         tau: f64,
@@ -125,6 +130,7 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
         self.coordinates.curvature(field, body, state, &weights)
     }
 
+    #[inline]
     fn passage(
         &self,
         k: usize,
@@ -156,6 +162,7 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
     }
 
     /// First derivatives of a step.
+    #[inline]
     fn first<const X: usize>(&self, passage: &Passage<N>, into: &mut Linearisation<X, U>) {
         let Linearisation { a, b } = into;
         a.fill(0.0);
@@ -190,6 +197,7 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
     }
 
     /// Second derivatives of `λ` times a step.
+    #[inline]
     fn second<const X: usize>(
         &self,
         passage: &Passage<N>,

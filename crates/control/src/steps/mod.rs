@@ -1,7 +1,9 @@
 //! The discrete dynamics with exact first and second derivatives, as the structured solver sees them.
 
+mod commands;
 mod coordinates;
 mod drift;
+mod halves;
 mod kick_drift_kick;
 #[cfg(test)]
 mod tests;
@@ -11,7 +13,9 @@ use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
 #[allow(unused_imports, reason = "for the structured solver")]
-pub(crate) use self::{coordinates::Full, kick_drift_kick::KickDriftKick};
+pub(crate) use self::{
+    commands::HalfCommands, coordinates::Full, halves::HalfError, kick_drift_kick::KickDriftKick,
+};
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.
 ///

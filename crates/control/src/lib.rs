@@ -11,6 +11,7 @@ pub mod extremal;
 mod newton;
 mod plan;
 mod problem;
+pub mod processing;
 mod riccati;
 pub mod shooting;
 mod solver;

@@ -10,7 +10,7 @@ use crate::newton::{
     Ended, Iterate, ModelError, Newton, Point, Problem, Standing, Tolerances, Unconstrained, guess,
 };
 use crate::steps::{KickDriftKick, Steps};
-use crate::{Certificate, Dynamics, Motion, Plan, Transfer};
+use crate::{Certificate, Motion, Plan, Transfer};
 
 /// How the solver goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -226,8 +226,8 @@ pub fn solve<F: Field>(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    if transfer.motion != Motion::Full || transfer.dynamics != Dynamics::LieEuler {
-        return Err(PlanError::Unsupported("other than the full motion by Lie–Euler steps"));
+    if transfer.motion != Motion::Full {
+        return Err(PlanError::Unsupported("other than the full motion"));
     }
     if !transfer.constraints.is_empty() {
         return Err(PlanError::Unsupported("inequalities"));

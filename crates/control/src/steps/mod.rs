@@ -4,7 +4,9 @@ mod commands;
 mod coordinates;
 mod drift;
 mod halves;
+mod kick;
 mod kick_drift_kick;
+mod passage;
 #[cfg(test)]
 pub(crate) mod tests;
 

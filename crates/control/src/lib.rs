@@ -15,7 +15,7 @@ mod stage;
 
 pub use plan::{Certificate, Plan};
 pub use problem::{
-    Actuation, ActuationError, Constraint, Dynamics, Motion, RotationTarget, Terminal, Transfer,
-    TransferError, TranslationTarget, miss,
+    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, RotationTarget,
+    Terminal, TerminalError, Transfer, TransferError, TranslationTarget, miss,
 };
 pub use shooting::{Iteration, Settings, ShootingError, Solution};

@@ -1,6 +1,6 @@
 use nalgebra::SVector;
 
-use super::conditions::{Ending, Inequalities};
+use super::conditions::{Ending, Inequalities, Satisfied};
 use super::model::{Kind, Model, ModelError};
 use super::problem::{Iterate, Problem};
 use super::trial::{Direction, Merit, Path, Weights, trial};
@@ -69,6 +69,8 @@ pub(crate) enum Ended {
     Stopped,
     /// At the cap.
     Capped,
+    /// The inequalities cannot be satisfied.
+    Infeasible,
     /// No step along the direction lowers the merit.
     Stuck,
     /// There is no model.
@@ -140,13 +142,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             loop {
                 let kind = KINDS[choice];
                 standing.curvature = kind.curvature;
-                match self
-                    .model
-                    .solve(problem, inequalities, &self.iterate, kind)
-                {
+                match self.model.solve(problem, inequalities, &self.iterate, kind) {
                     Ok(()) => break,
                     Err(ModelError::NotConvex { stage }) if choice + 1 < KINDS.len() => {
-                        if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("not convex {kind:?} at {stage}"); }
+                        if std::env::var("LGVI_DEBUG").is_ok() {
+                            eprintln!("not convex {kind:?} at {stage}");
+                        }
                         choice += 1
                     }
                     Err(error) => return Ended::Failed(error),
@@ -156,14 +157,30 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
-            if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("{:?} viol {:.3e} stat {:.3e} cost {:.10} len {}", KINDS[choice], standing.violation, standing.stationarity, standing.cost, standing.length); }
+            if inequalities.tighten(standing.violation.max(standing.stationarity)) {
+                continue;
+            }
+            if std::env::var("LGVI_DEBUG").is_ok() {
+                eprintln!(
+                    "{:?} viol {:.3e} stat {:.3e} cost {:.10} len {}",
+                    KINDS[choice],
+                    standing.violation,
+                    standing.stationarity,
+                    standing.cost,
+                    standing.length
+                );
+            }
             if !observe(standing) {
                 return Ended::Stopped;
             }
             if standing.violation <= tolerances.violation
                 && standing.stationarity <= tolerances.stationarity
             {
-                return Ended::Converged;
+                match inequalities.satisfied() {
+                    Satisfied::Yes => return Ended::Converged,
+                    Satisfied::Never => return Ended::Infeasible,
+                    Satisfied::NotYet => (),
+                }
             }
             if standing.iteration - first >= tolerances.iterations {
                 return Ended::Capped;
@@ -223,8 +240,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             now.violation += self.weights.defects.dot(&defect.abs());
         }
         for k in 0..problem.intervals {
-            let (barrier, violation) =
-                inequalities.merit(k, &self.iterate.states[k + 1], &self.iterate.commands[k], 0.0);
+            let (barrier, violation) = inequalities.merit(
+                k,
+                &self.iterate.states[k + 1],
+                &self.iterate.commands[k],
+                0.0,
+            );
             now.objective += barrier;
             now.violation += violation;
         }

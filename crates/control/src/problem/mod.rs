@@ -10,10 +10,10 @@ mod terminal;
 mod transfer;
 
 pub use actuation::{Actuation, ActuationError};
-pub(crate) use constraint::{CommandInequality, Inequalities, Place, StateInequality};
+pub(crate) use constraint::{CommandInequality, InequalitySet, Place, StateInequality};
 pub use constraint::{Constraint, ConstraintError};
 pub use dynamics::{Dynamics, Motion};
-pub(crate) use terminal::{Conditions, RotationSet, TerminalSet, TranslationSet};
+pub(crate) use terminal::{RotationSet, TerminalSet, TranslationSet};
 pub use terminal::{RotationTarget, Terminal, TerminalError, TranslationTarget};
 pub use transfer::{Transfer, TransferError, miss};
 pub(crate) use transfer::{Vector12, block};

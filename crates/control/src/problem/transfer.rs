@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
 
 use super::{
-    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Inequalities, Motion,
+    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, InequalitySet, Motion,
     Terminal, TerminalError, TerminalSet,
 };
 
@@ -30,7 +30,7 @@ pub struct Transfer<F> {
     pub(crate) motion: Motion,
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) terminal: TerminalSet,
-    pub(crate) inequalities: Inequalities,
+    pub(crate) inequalities: InequalitySet,
 }
 
 /// Why a transfer is not a problem.
@@ -86,7 +86,7 @@ impl<F: Field> Transfer<F> {
             motion: Motion::default(),
             constraints: Vec::new(),
             terminal,
-            inequalities: Inequalities::default(),
+            inequalities: InequalitySet::default(),
         })
     }
 }
@@ -105,7 +105,7 @@ impl<F> Transfer<F> {
     /// The same under inequalities.
     pub fn with_constraints(self, constraints: Vec<Constraint>) -> Result<Self, TransferError> {
         let inequalities =
-            Inequalities::new(&constraints, &self.actuation, &self.initial, &self.target)?;
+            InequalitySet::new(&constraints, &self.actuation, &self.initial, &self.target)?;
         Ok(Self {
             constraints,
             inequalities,

@@ -2,13 +2,13 @@ use nalgebra::{Matrix3x6, SMatrix, SVector};
 
 /// An inequality on the commands of an interval, quadratic or linear: `½ wᵀ Q w + a · w ≤ b`.
 #[derive(Clone, Debug)]
-pub(crate) struct CommandInequality {
+pub(crate) struct CommandInequality<const U: usize = 6> {
     /// Which constraint it belongs to, from 0.
     pub(crate) constraint: usize,
     /// `Q`
-    hessian: SMatrix<f64, 6, 6>,
+    hessian: SMatrix<f64, U, U>,
     /// `a`
-    linear: SVector<f64, 6>,
+    linear: SVector<f64, U>,
     /// `b`
     bound: f64,
 }
@@ -35,18 +35,33 @@ impl CommandInequality {
         }
     }
 
+    /// The same of the commands that `selection` (6×U) makes of others, `w = E v`.
+    pub(crate) fn of<const V: usize>(
+        &self,
+        selection: &SMatrix<f64, 6, V>,
+    ) -> CommandInequality<V> {
+        CommandInequality {
+            constraint: self.constraint,
+            hessian: selection.tr_mul(&(self.hessian * selection)),
+            linear: selection.tr_mul(&self.linear),
+            bound: self.bound,
+        }
+    }
+}
+
+impl<const U: usize> CommandInequality<U> {
     /// `g(w)`.
-    pub(crate) fn value(&self, command: &SVector<f64, 6>) -> f64 {
+    pub(crate) fn value(&self, command: &SVector<f64, U>) -> f64 {
         (0.5 * (self.hessian * command) + self.linear).dot(command) - self.bound
     }
 
     /// `∂g/∂w`.
-    pub(crate) fn gradient(&self, command: &SVector<f64, 6>) -> SVector<f64, 6> {
+    pub(crate) fn gradient(&self, command: &SVector<f64, U>) -> SVector<f64, U> {
         self.hessian * command + self.linear
     }
 
     /// `∂²g/∂w²`, the same everywhere.
-    pub(crate) fn hessian(&self) -> &SMatrix<f64, 6, 6> {
+    pub(crate) fn hessian(&self) -> &SMatrix<f64, U, U> {
         &self.hessian
     }
 }

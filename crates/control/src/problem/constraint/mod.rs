@@ -1,4 +1,4 @@
-//! Inequalities on commands and states, as smooth functions `g ≤ 0` with two derivatives.
+//! InequalitySet on commands and states, as smooth functions `g ≤ 0` with two derivatives.
 //!
 //! Each is scaled to have no dimension: a limit is exceeded by `g` of itself, a sphere is entered by `g` of its radius, a
 //! cone by `g` rad, a corridor left by `g` of its length, all to first order.
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 
 pub(crate) use command::CommandInequality;
 pub use error::ConstraintError;
-pub(crate) use set::Inequalities;
+pub(crate) use set::InequalitySet;
 pub(crate) use state::{Place, StateInequality};
 
 /// An inequality, imposed on each control interval or on the state at the end of each step.

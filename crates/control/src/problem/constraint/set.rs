@@ -10,14 +10,14 @@ use crate::problem::{Actuation, Terminal, TranslationTarget};
 
 /// All inequalities of a transfer.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Inequalities {
+pub(crate) struct InequalitySet {
     /// On each interval's commands.
     pub(crate) command: Vec<CommandInequality>,
     /// On the state at the end of each step.
     pub(crate) state: Vec<StateInequality>,
 }
 
-impl Inequalities {
+impl InequalitySet {
     /// Those that `constraints` state under an actuation, between a start and a target.
     pub(crate) fn new(
         constraints: &[Constraint],

@@ -52,6 +52,11 @@ impl StateInequality {
         }
     }
 
+    /// Whether `g` is convex, so that its Hessian may always be taken in.
+    pub(crate) fn is_convex(&self) -> bool {
+        matches!(self.kind, Kind::Corridor { .. })
+    }
+
     /// `g(s)`.
     pub(crate) fn value(&self, state: &BodyState) -> f64 {
         match &self.kind {

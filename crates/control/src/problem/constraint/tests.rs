@@ -1,4 +1,4 @@
-//! Inequalities against their geometry, their derivatives against automatic differentiation.
+//! InequalitySet against their geometry, their derivatives against automatic differentiation.
 
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;
@@ -11,9 +11,9 @@ use crate::problem::automatic::{
 };
 use crate::problem::{Actuation, Terminal};
 
-fn compile(constraint: Constraint, actuation: &Actuation) -> Inequalities {
+fn compile(constraint: Constraint, actuation: &Actuation) -> InequalitySet {
     let target = Terminal::from(start());
-    Inequalities::new(&[constraint], actuation, &start(), &target).expect("valid")
+    InequalitySet::new(&[constraint], actuation, &start(), &target).expect("valid")
 }
 
 fn start() -> BodyState {

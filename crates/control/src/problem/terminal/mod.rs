@@ -19,7 +19,7 @@ pub use error::TerminalError;
 pub(super) use error::UNIT;
 use orbit::KeplerOrbit;
 pub(crate) use rotation::RotationSet;
-pub(crate) use set::{Conditions, TerminalSet};
+pub(crate) use set::TerminalSet;
 pub(crate) use translation::TranslationSet;
 
 /// The set of states in which a transfer may end.

@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::error::{finite, rotation, unit};
 use super::log_curvature::log_curvature;
-use super::{Conditions, Direction, RotationTarget, TerminalError};
+use super::{Direction, RotationTarget, TerminalError};
+use crate::newton::Ending;
 
 /// Terminal conditions on `[ζ, δΠ]`: three rows of attitude, three of momentum.
 #[derive(Clone, Debug)]
@@ -62,16 +63,7 @@ impl RotationSet {
     }
 }
 
-impl Conditions<6> for RotationSet {
-    fn used(&self) -> [bool; 6] {
-        let attitude = match self.attitude {
-            AttitudeSet::Attitude(_) => 3,
-            AttitudeSet::Direction(_) => 2,
-            AttitudeSet::Free => 0,
-        };
-        std::array::from_fn(|row| row < attitude || row >= 3 && self.momentum.is_some())
-    }
-
+impl Ending<6> for RotationSet {
     fn residual(&self, state: &BodyState) -> SVector<f64, 6> {
         let mut c = SVector::<f64, 6>::zeros();
         match &self.attitude {

@@ -2,22 +2,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
 use super::{RotationSet, Terminal, TerminalError, TranslationSet};
-
-/// Terminal conditions `c(s) = 0` on `X` coordinates, a block of six rows for each moving half. A half with fewer than
-/// six conditions leaves rows unused, which are zero at every state.
-pub(crate) trait Conditions<const X: usize> {
-    /// Which rows are conditions.
-    fn used(&self) -> [bool; X];
-
-    /// `c(s)`.
-    fn residual(&self, state: &BodyState) -> SVector<f64, X>;
-
-    /// `∂c/∂z` along `Steps::moved`.
-    fn jacobian(&self, state: &BodyState) -> SMatrix<f64, X, X>;
-
-    /// The Hessian of `ν · c` by z along `Steps::moved`, symmetric.
-    fn curvature(&self, state: &BodyState, nu: &SVector<f64, X>) -> SMatrix<f64, X, X>;
-}
+use crate::newton::Ending;
 
 /// The terminal set of both halves.
 #[derive(Clone, Debug)]
@@ -36,18 +21,7 @@ impl TerminalSet {
     }
 }
 
-impl Conditions<12> for TerminalSet {
-    fn used(&self) -> [bool; 12] {
-        let (translation, rotation) = (self.translation.used(), self.rotation.used());
-        std::array::from_fn(|row| {
-            if row < 6 {
-                translation[row]
-            } else {
-                rotation[row - 6]
-            }
-        })
-    }
-
+impl Ending<12> for TerminalSet {
     fn residual(&self, state: &BodyState) -> SVector<f64, 12> {
         let mut c = SVector::<f64, 12>::zeros();
         c.fixed_rows_mut::<6>(0)

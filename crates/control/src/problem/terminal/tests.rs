@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::DualNum;
 
 use super::*;
+use crate::newton::Ending;
 use crate::problem::automatic::{
     Moved, Number, Triple, constant, cross, derivatives, dot, minus, norm, product, random_state,
     rows,
@@ -196,11 +197,6 @@ fn conditions_and_both_derivatives_are_those_of_automatic_differentiation() {
                 );
                 let error = (jacobian.row(row).transpose() - gradient).amax();
                 assert!(error <= 1e-12 * scale, "{target:?}: row {row} by {error:e}");
-                assert_eq!(
-                    set.used()[row],
-                    jacobian.row(row).norm() > 0.0,
-                    "{target:?}"
-                );
             }
             let nu = SVector::from_fn(|_, _| 2.0 * rng.f64() - 1.0);
             let (_, _, expected) = derivatives(&state, |s| place(s, &nu) + turn(s, &nu));

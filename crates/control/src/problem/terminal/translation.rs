@@ -2,7 +2,8 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::error::finite;
-use super::{Conditions, KeplerOrbit, TerminalError, TranslationTarget};
+use super::{KeplerOrbit, TerminalError, TranslationTarget};
+use crate::newton::Ending;
 
 /// Terminal conditions on `[δx, δγ]`.
 #[derive(Clone, Debug)]
@@ -50,16 +51,7 @@ impl TranslationSet {
     }
 }
 
-impl Conditions<6> for TranslationSet {
-    fn used(&self) -> [bool; 6] {
-        match self {
-            Self::State { .. } => [true; 6],
-            Self::Position(_) => [true, true, true, false, false, false],
-            Self::Orbit(_) => [true, true, true, true, true, false],
-            Self::Free => [false; 6],
-        }
-    }
-
+impl Ending<6> for TranslationSet {
     fn residual(&self, state: &BodyState) -> SVector<f64, 6> {
         let mut c = SVector::<f64, 6>::zeros();
         match self {

@@ -29,9 +29,7 @@ pub(crate) fn hermite(
     }
     let cubic = |t: f64, ends: [Vector3<f64>; 2], rates: [Vector3<f64>; 2]| {
         let (s, r) = (t * t, 1.0 - t);
-        (1.0 - s * (3.0 - 2.0 * t)) * ends[0]
-            + s * (3.0 - 2.0 * t) * ends[1]
-            + t * r * r * rates[0]
+        (1.0 - s * (3.0 - 2.0 * t)) * ends[0] + s * (3.0 - 2.0 * t) * ends[1] + t * r * r * rates[0]
             - s * r * rates[1]
     };
     let end_rate = right_jacobian_inverse(&rotation) * spin(to);
@@ -56,7 +54,7 @@ pub(crate) fn along<S, E, const X: usize, const U: usize>(
     body: &RigidBody,
     path: &[(Vector3<f64>, Matrix3<f64>)],
     to: &BodyState,
-) -> Result<Iterate<X, U>, Unsolvable>
+) -> Result<Iterate<X, U>, (usize, Unsolvable)>
 where
     S: Steps<X, U>,
 {
@@ -85,14 +83,18 @@ where
     let idle = SVector::zeros();
     let mut commands = Vec::with_capacity(problem.intervals);
     for k in 0..problem.intervals {
-        let next = problem.steps.linearise(k, &states[k], &idle, &mut linear)?;
+        let next = problem
+            .steps
+            .linearise(k, &states[k], &idle, &mut linear)
+            .map_err(|source| (k, source))?;
         let missing = problem.steps.difference(&next, &states[k + 1]);
-        let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
+        let weighted =
+            SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
         // So little of the cost that commands are bounded where they have no effect.
         let normal = weighted.tr_mul(&linear.b) + (1e-9 * h) * problem.weight;
-        let command = normal
-            .cholesky()
-            .map_or_else(SVector::zeros, |factor| factor.solve(&weighted.tr_mul(&missing)));
+        let command = normal.cholesky().map_or_else(SVector::zeros, |factor| {
+            factor.solve(&weighted.tr_mul(&missing))
+        });
         commands.push(command);
     }
     Ok(Iterate {
@@ -128,7 +130,10 @@ where
     let commands = (0..fine)
         .map(|k| {
             let (below, part) = between((k as f64 + 0.5) * ratio - 0.5, coarse - 1);
-            let (w, next) = (from.commands[below], from.commands[(below + 1).min(coarse - 1)]);
+            let (w, next) = (
+                from.commands[below],
+                from.commands[(below + 1).min(coarse - 1)],
+            );
             w + part * (next - w)
         })
         .collect();
@@ -137,4 +142,40 @@ where
         commands,
         nu: from.nu,
     }
+}
+
+/// The path of `states` with other intervals over the same time: cubics between them, with slopes from the neighbours.
+pub(crate) fn refined(states: &[BodyState], intervals: usize) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
+    let last = states.len() - 1;
+    let turn = |from: usize, to: usize| log(&states[from].attitude.tr_mul(&states[to].attitude));
+    // Displacement and turn a coarse interval, at a coarse stage.
+    let slope = |k: usize| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+        let share = ((after - before) as f64).recip();
+        let displacement = states[after].position - states[before].position;
+        (share * displacement, share * (turn(k, after) - turn(k, before)))
+    };
+    let basis = |t: f64| {
+        let r = 1.0 - t;
+        [t * t * (3.0 - 2.0 * t), t * r * r, -t * t * r]
+    };
+    (0..=intervals)
+        .map(|k| {
+            let at = k as f64 * (last as f64 / intervals as f64);
+            let below = (at as usize).min(last - 1);
+            let (from, to) = (&states[below], &states[below + 1]);
+            let [end, first, second] = basis(at - below as f64);
+            let (velocity, spin) = slope(below);
+            let (next_velocity, next_spin) = slope(below + 1);
+            let rotation = turn(below, below + 1);
+            let position = from.position
+                + end * (to.position - from.position)
+                + first * velocity
+                + second * next_velocity;
+            let turned = end * rotation
+                + first * spin
+                + second * (right_jacobian_inverse(&rotation) * next_spin);
+            (position, from.attitude * exp(&turned))
+        })
+        .collect()
 }

@@ -1,6 +1,6 @@
 use nalgebra::SVector;
 
-use super::conditions::{Ending, Inequalities};
+use super::conditions::{Ending, Inequalities, Satisfied};
 use super::model::{Kind, Model, ModelError};
 use super::problem::{Iterate, Problem};
 use super::trial::{Direction, Merit, Move, Trial, Weights};
@@ -70,6 +70,8 @@ pub(crate) enum Ended {
     Stopped,
     /// At the cap.
     Capped,
+    /// The inequalities cannot be satisfied.
+    Infeasible,
     /// No step along the direction lowers the merit.
     Stuck,
     /// There is no model.
@@ -137,13 +139,20 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
+            if inequalities.tighten(standing.violation.max(standing.stationarity)) {
+                continue;
+            }
             if !observe(standing) {
                 return Ended::Stopped;
             }
             if standing.violation <= tolerances.violation
                 && standing.stationarity <= tolerances.stationarity
             {
-                return Ended::Converged;
+                match inequalities.satisfied() {
+                    Satisfied::Yes => return Ended::Converged,
+                    Satisfied::Never => return Ended::Infeasible,
+                    Satisfied::NotYet => (),
+                }
             }
             if standing.iteration >= last {
                 return Ended::Capped;
@@ -183,7 +192,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         loop {
             match self
                 .model
-                .solve(problem, inequalities, &self.iterate, *kind)
+                .solve(problem, inequalities, &self.iterate, *kind, |_, _, _| ())
             {
                 Err(ModelError::NotConvex { stage }) => {
                     let more = AUGMENTATIONS
@@ -213,11 +222,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             largest = largest.max(gradient.amax());
             standing.violation = standing.violation.max(self.model.defects[k].norm());
         }
-        standing.stationarity = if self.model.stationarity == 0.0 {
-            0.0
-        } else {
-            self.model.stationarity / largest.max(f64::MIN_POSITIVE)
-        };
+        standing.stationarity = self.model.stationarity / largest.max(f64::MIN_POSITIVE);
     }
 
     fn search<S, E, Q>(
@@ -247,8 +252,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             now.violation += self.weights.defects.dot(&defect.abs());
         }
         for k in 0..problem.intervals {
-            let (barrier, violation) =
-                inequalities.merit(k, &self.iterate.states[k + 1], &self.iterate.commands[k], 0.0);
+            let (barrier, violation) = inequalities.merit(
+                k,
+                &self.iterate.states[k + 1],
+                &self.iterate.commands[k],
+                0.0,
+            );
             now.objective += barrier;
             now.violation += violation;
         }

@@ -14,9 +14,10 @@ use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
-#[allow(unused_imports, reason = "for the structured solver")]
 pub(crate) use self::{
-    commands::HalfCommands, coordinates::Coordinates, coordinates::Full, halves::HalfError,
+    commands::HalfCommands,
+    coordinates::{Coordinates, Full},
+    halves::{HalfError, Rotation as RotationHalf, Translation as TranslationHalf},
     kick_drift_kick::KickDriftKick,
 };
 

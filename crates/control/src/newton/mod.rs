@@ -1,0 +1,14 @@
+//! Newton's method on all stages (multiple shooting): states, commands and multipliers together, a linear-quadratic
+//! problem an iteration.
+
+mod conditions;
+pub(crate) mod guess;
+mod iteration;
+mod model;
+mod problem;
+mod trial;
+
+pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
+pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
+pub(crate) use model::{Kind, Model, ModelError};
+pub(crate) use problem::{Iterate, Problem};

@@ -1,0 +1,164 @@
+use lgvi_dynamics::rotation::Unsolvable;
+use nalgebra::SVector;
+
+use super::conditions::{Ending, Inequalities};
+use super::model::Model;
+use super::problem::{Iterate, Problem};
+use crate::steps::Steps;
+
+/// The solution of a model: variations of states, commands and terminal multipliers.
+pub(crate) struct Direction<const X: usize, const U: usize> {
+    /// `z_0 … z_N`
+    pub(crate) states: Vec<SVector<f64, X>>,
+    /// `v_1 … v_N`
+    pub(crate) commands: Vec<SVector<f64, U>>,
+    /// The multipliers that the model calls for.
+    pub(crate) nu: SVector<f64, X>,
+}
+
+/// Weights of the ℓ₁ merit `J + Σ w |d| + Σ w_N |c|`.
+pub(crate) struct Weights<const X: usize> {
+    /// By coordinate of the defects.
+    pub(crate) defects: SVector<f64, X>,
+    /// By terminal condition.
+    pub(crate) miss: SVector<f64, X>,
+}
+
+/// What counts of a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Merit<const X: usize> {
+    /// `J`
+    pub(crate) cost: f64,
+    /// `J`, barrier included.
+    pub(crate) objective: f64,
+    /// Weighted violation.
+    pub(crate) violation: f64,
+    /// `c`
+    pub(crate) miss: SVector<f64, X>,
+}
+
+impl<const X: usize> Merit<X> {
+    pub(crate) fn total(&self) -> f64 {
+        self.objective + self.violation
+    }
+}
+
+impl<const X: usize, const U: usize> Direction<X, U> {
+    pub(crate) fn new(intervals: usize) -> Self {
+        Self {
+            states: vec![SVector::zeros(); intervals + 1],
+            commands: vec![SVector::zeros(); intervals],
+            nu: SVector::zeros(),
+        }
+    }
+
+    /// Forwards through the model with multipliers `nu`.
+    pub(crate) fn solve(
+        &mut self,
+        model: &Model<X, U>,
+        nu: SVector<f64, X>,
+        inequalities: &mut impl Inequalities<X, U>,
+    ) {
+        self.nu = nu;
+        let mut z = SVector::zeros();
+        for (k, policy) in model.policies.iter().enumerate() {
+            let v = policy.command(&z, &nu);
+            let dynamics = &model.dynamics[k];
+            z = dynamics.a * z + dynamics.b * v + model.defects[k];
+            self.commands[k] = v;
+            self.states[k + 1] = z;
+            inequalities.direct(k, &z, &v);
+        }
+    }
+}
+
+/// How a trial point comes about.
+#[derive(Clone, Copy)]
+pub(crate) enum Move<'d, const X: usize, const U: usize> {
+    /// States and commands move along a direction by themselves: steps may miss.
+    Straight(&'d Direction<X, U>, f64),
+    /// Commands move along a direction, corrected by the policies: the misses that were there shrink, no new ones arise.
+    Flown(&'d Direction<X, U>, f64),
+    /// The policies' response to a change of ν: no miss of a step changes.
+    Conditions(SVector<f64, X>),
+}
+
+/// A place to judge trial points from.
+pub(crate) struct Trial<'t, 'p, S, E, Q, const X: usize, const U: usize> {
+    pub(crate) problem: &'t Problem<'p, S, E, X, U>,
+    pub(crate) inequalities: &'t Q,
+    pub(crate) model: &'t Model<X, U>,
+    pub(crate) weights: &'t Weights<X>,
+    /// Length of the step, for defects and slacks.
+    pub(crate) length: f64,
+}
+
+impl<S, E, Q, const X: usize, const U: usize> Trial<'_, '_, S, E, Q, X, U>
+where
+    S: Steps<X, U>,
+    E: Ending<X>,
+    Q: Inequalities<X, U>,
+{
+    /// Moves `from` to `to` and weighs where that is.
+    pub(crate) fn make(
+        &self,
+        how: Move<'_, X, U>,
+        from: &Iterate<X, U>,
+        to: &mut Iterate<X, U>,
+    ) -> Result<Merit<X>, Unsolvable> {
+        let Self { problem, model, .. } = self;
+        let steps = problem.steps;
+        let weight = problem.h * problem.weight;
+        let mut merit = Merit {
+            cost: 0.0,
+            objective: 0.0,
+            violation: 0.0,
+            miss: SVector::zeros(),
+        };
+        to.nu = match how {
+            Move::Straight(direction, length) | Move::Flown(direction, length) => {
+                from.nu + length * (direction.nu - from.nu)
+            }
+            Move::Conditions(_) => from.nu,
+        };
+        for k in 0..problem.intervals {
+            let state = to.states[k];
+            let policy = &model.policies[k];
+            let v = match how {
+                Move::Straight(direction, length) => length * direction.commands[k],
+                Move::Flown(direction, length) => {
+                    let off = steps.difference(&from.states[k], &state);
+                    length * direction.commands[k]
+                        - policy.state * (off - length * direction.states[k])
+                }
+                Move::Conditions(nu) => {
+                    let off = steps.difference(&from.states[k], &state);
+                    -(policy.state * off + policy.conditions * nu)
+                }
+            };
+            let command = from.commands[k] + v;
+            let next = steps.next(k, &state, &command)?;
+            let (end, defect) = match how {
+                Move::Straight(direction, length) => {
+                    let end = steps.moved(&from.states[k + 1], &(length * direction.states[k + 1]));
+                    (end, steps.difference(&end, &next))
+                }
+                _ if self.length == 1.0 => (next, SVector::zeros()),
+                _ => {
+                    let defect = (1.0 - self.length) * model.defects[k];
+                    (steps.moved(&next, &-defect), defect)
+                }
+            };
+            let (barrier, violation) = self.inequalities.merit(k, &end, &command, self.length);
+            merit.cost += 0.5 * command.dot(&(weight * command));
+            merit.objective += barrier;
+            merit.violation += violation + self.weights.defects.dot(&defect.abs());
+            to.commands[k] = command;
+            to.states[k + 1] = end;
+        }
+        merit.miss = problem.ending.residual(&to.states[problem.intervals]);
+        merit.violation += self.weights.miss.dot(&merit.miss.abs());
+        merit.objective += merit.cost;
+        Ok(merit)
+    }
+}

@@ -1,0 +1,128 @@
+//! Which coordinates of a body a plan moves.
+
+use lgvi_dynamics::gravity::Field;
+use lgvi_dynamics::rotation::Unsolvable;
+use lgvi_dynamics::{BodyState, Load, RigidBody};
+use lgvi_lie::exp;
+use nalgebra::{Matrix3, SVector, Vector3};
+
+use super::drift::Drift;
+use crate::problem::{Vector12, block, miss};
+
+/// Derivatives of `N` times three coordinates by as many.
+pub(crate) type Blocks<const N: usize> = [[Matrix3<f64>; N]; N];
+
+/// `N` times three coordinates of pose and as many of momentum: how a drift moves them and how gravity kicks them.
+pub(crate) trait Coordinates<const N: usize> {
+    /// `state`, with the coordinates that do not move where they are at step `k`.
+    fn at(&self, k: usize, state: &BodyState) -> BodyState;
+
+    /// Moves `state` from step `k` to the next by the free motion over `h`.
+    fn drift(
+        &self,
+        k: usize,
+        body: &RigidBody,
+        h: f64,
+        state: &mut BodyState,
+    ) -> Result<[Drift; N], Unsolvable>;
+
+    /// Adds impulses to the momenta.
+    fn kick(&self, impulses: &[Vector3<f64>; N], state: &mut BodyState);
+
+    /// What gravity exerts.
+    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; N];
+
+    /// Its first derivatives by the pose.
+    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<N>;
+
+    /// Second derivatives of its product with `weights`, symmetric.
+    fn curvature<F: Field>(
+        &self,
+        field: &F,
+        body: &RigidBody,
+        state: &BodyState,
+        weights: &[Vector3<f64>; N],
+    ) -> Blocks<N>;
+}
+
+/// States as variations `z` of others, [`Steps::difference`](super::Steps::difference) and
+/// [`Steps::moved`](super::Steps::moved).
+pub(crate) trait Variations<const X: usize> {
+    fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;
+
+    fn moved(&self, state: &BodyState, z: &SVector<f64, X>) -> BodyState;
+}
+
+/// Position and attitude.
+pub(crate) struct Full;
+
+impl Coordinates<2> for Full {
+    fn at(&self, _k: usize, state: &BodyState) -> BodyState {
+        *state
+    }
+
+    fn drift(
+        &self,
+        _k: usize,
+        body: &RigidBody,
+        h: f64,
+        state: &mut BodyState,
+    ) -> Result<[Drift; 2], Unsolvable> {
+        Ok([Drift::glide(body, h, state), Drift::turn(body, h, state)?])
+    }
+
+    fn kick(&self, [force, moment]: &[Vector3<f64>; 2], state: &mut BodyState) {
+        state.linear_momentum += force;
+        state.angular_momentum += moment;
+    }
+
+    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 2] {
+        let load = field.load(body, &state.position, &state.attitude);
+        [load.force, load.moment]
+    }
+
+    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<2> {
+        let g = field.gradient(body, &state.position, &state.attitude);
+        [
+            [g.force_by_position, g.force_by_attitude],
+            [g.moment_by_position, g.moment_by_attitude],
+        ]
+    }
+
+    fn curvature<F: Field>(
+        &self,
+        field: &F,
+        body: &RigidBody,
+        state: &BodyState,
+        &[force, moment]: &[Vector3<f64>; 2],
+    ) -> Blocks<2> {
+        let weights = Load { force, moment };
+        let k = field.curvature(body, &state.position, &state.attitude, &weights);
+        let mixed = k.position_attitude;
+        [
+            [k.position_position, mixed],
+            [mixed.transpose(), symmetric(&k.attitude_attitude)],
+        ]
+    }
+}
+
+/// What counts, along one exponential, of a derivative by two turns one after the other: `½ (H_RR + H_RRᵀ)`.
+#[inline]
+pub(crate) fn symmetric(h_rr: &Matrix3<f64>) -> Matrix3<f64> {
+    0.5 * (h_rr + h_rr.transpose())
+}
+
+impl Variations<12> for Full {
+    fn difference(&self, from: &BodyState, to: &BodyState) -> Vector12 {
+        miss(from, to)
+    }
+
+    fn moved(&self, state: &BodyState, z: &Vector12) -> BodyState {
+        BodyState {
+            position: state.position + block(z, 0),
+            linear_momentum: state.linear_momentum + block(z, 1),
+            attitude: state.attitude * exp(&block(z, 2)),
+            angular_momentum: state.angular_momentum + block(z, 3),
+        }
+    }
+}

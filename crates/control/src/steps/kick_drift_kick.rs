@@ -1,0 +1,193 @@
+//! Steps that are a kick, a drift and a kick: both schemes, for all motions.
+//!
+//! A kick over τ adds `τ (load + control)` to the momenta where poses are; a drift over h is free motion. Lie–Euler is a
+//! drift and a whole kick, the LGVI a drift between two halves. For changes `p` of pose, `m` of momentum and `v` of command
+//! a kick is `m⁺ = m + τ (G p + B v)`, a drift `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
+
+use std::array;
+
+use lgvi_dynamics::BodyState;
+use lgvi_dynamics::gravity::Field;
+use lgvi_dynamics::rotation::Unsolvable;
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::coordinates::{Blocks, Coordinates, Full, Variations};
+use super::drift::Drift;
+use super::kick::Kick;
+use super::passage::Passage;
+use super::{Curvature, Linearisation, Steps};
+use crate::Transfer;
+use crate::problem::Dynamics;
+
+/// Steps of the coordinates `C` of a transfer's body.
+pub(crate) struct KickDriftKick<'t, F, C, const N: usize, const U: usize> {
+    transfer: &'t Transfer<F>,
+    coordinates: C,
+    /// `B`: force, moment or both of unit commands.
+    pub(super) commands: [SMatrix<f64, 3, U>; N],
+    /// Length of the kick before the drift, if there is one.
+    pub(super) before: Option<f64>,
+    /// Length of the kick after the drift.
+    pub(super) after: f64,
+}
+
+impl<'t, F: Field> KickDriftKick<'t, F, Full, 2, 6> {
+    /// Those of position and attitude by the transfer's dynamics.
+    pub(crate) fn full(transfer: &'t Transfer<F>) -> Self {
+        let matrix = transfer.actuation.matrix();
+        let commands = [0, 3].map(|row| matrix.fixed_rows::<3>(row).into_owned());
+        Self::new(transfer, Full, commands)
+    }
+}
+
+impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
+    KickDriftKick<'t, F, C, N, U>
+{
+    pub(crate) fn new(
+        transfer: &'t Transfer<F>,
+        coordinates: C,
+        commands: [SMatrix<f64, 3, U>; N],
+    ) -> Self {
+        let h = transfer.h;
+        let (before, after) = match transfer.dynamics {
+            Dynamics::LieEuler => (None, h),
+            Dynamics::Lgvi => (Some(0.5 * h), 0.5 * h),
+        };
+        Self {
+            transfer,
+            coordinates,
+            commands,
+            before,
+            after,
+        }
+    }
+
+    fn controls(&self, command: &SVector<f64, U>) -> [Vector3<f64>; N] {
+        self.commands.map(|columns| columns * command)
+    }
+
+    #[inline]
+    pub(super) fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
+        let Transfer { field, body, .. } = self.transfer;
+        let loads = self.coordinates.load(field, body, state);
+        let impulses = array::from_fn(|i| tau * (loads[i] + controls[i]));
+        self.coordinates.kick(&impulses, state);
+    }
+
+    /// Where the drift of step `k` begins.
+    #[inline]
+    pub(super) fn begin(
+        &self,
+        k: usize,
+        state: &BodyState,
+        controls: &[Vector3<f64>; N],
+    ) -> BodyState {
+        let mut begun = self.coordinates.at(k, state);
+        if let Some(tau) = self.before {
+            self.kick(tau, controls, &mut begun);
+        }
+        begun
+    }
+
+    #[inline]
+    pub(super) fn drift(&self, k: usize, state: &mut BodyState) -> Result<[Drift; N], Unsolvable> {
+        let Transfer { body, h, .. } = self.transfer;
+        self.coordinates.drift(k, body, *h, state)
+    }
+
+    /// First derivatives of a kick at `state`.
+    #[inline(always)]
+    pub(super) fn kick_gradient(&self, tau: f64, state: &BodyState) -> Kick<'_, N, U> {
+        let Transfer { field, body, .. } = self.transfer;
+        let mut by_pose = self.coordinates.gradient(field, body, state);
+        by_pose.iter_mut().flatten().for_each(|block| *block *= tau);
+        Kick {
+            tau,
+            by_pose,
+            commands: &self.commands,
+        }
+    }
+
+    /// Second derivatives, by poses, of `weights` times a kick at `state`.
+    #[inline(always)]
+    pub(super) fn kick_curvature(
+        &self,
+        tau: f64,
+        state: &BodyState,
+        weights: &[Vector3<f64>; N],
+    ) -> Blocks<N> {
+        let Transfer { field, body, .. } = self.transfer;
+        let weights = weights.map(|weight| tau * weight);
+        self.coordinates.curvature(field, body, state, &weights)
+    }
+}
+
+impl<F: Field, C, const X: usize, const N: usize, const U: usize> Steps<X, U>
+    for KickDriftKick<'_, F, C, N, U>
+where
+    C: Coordinates<N> + Variations<X>,
+{
+    fn next(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+    ) -> Result<BodyState, Unsolvable> {
+        let controls = self.controls(command);
+        let mut state = self.begin(k, state, &controls);
+        self.drift(k, &mut state)?;
+        self.kick(self.after, &controls, &mut state);
+        Ok(state)
+    }
+
+    fn linearise(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        into: &mut Linearisation<X, U>,
+    ) -> Result<BodyState, Unsolvable> {
+        let controls = self.controls(command);
+        let passage = Passage::new(self, k, state, &controls)?;
+        passage.first(into);
+        Ok(passage.end(&controls))
+    }
+
+    fn curvature(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        lambda: &SVector<f64, X>,
+        into: &mut Curvature<X, U>,
+    ) -> Result<(), Unsolvable> {
+        let controls = self.controls(command);
+        let passage = Passage::new(self, k, state, &controls)?;
+        passage.second(lambda, into);
+        Ok(())
+    }
+
+    fn expand(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        lambda: &SVector<f64, X>,
+        first: &mut Linearisation<X, U>,
+        second: &mut Curvature<X, U>,
+    ) -> Result<BodyState, Unsolvable> {
+        let controls = self.controls(command);
+        let passage = Passage::new(self, k, state, &controls)?;
+        passage.first(first);
+        passage.second(lambda, second);
+        Ok(passage.end(&controls))
+    }
+
+    fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X> {
+        self.coordinates.difference(from, to)
+    }
+
+    fn moved(&self, state: &BodyState, z: &SVector<f64, X>) -> BodyState {
+        self.coordinates.moved(state, z)
+    }
+}

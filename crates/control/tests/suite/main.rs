@@ -3,5 +3,6 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod case;
+mod newton;
 mod sensitivity;
 mod truth;

@@ -92,6 +92,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             h: view.h,
             intervals: view.intervals,
             weight: self.class.weight(view),
+            turning: self.class.turning(view),
             stiffness: own(stiffness(view)),
             metric: own(metric(view)),
         }
@@ -135,7 +136,11 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         };
         let iterate = Iterate {
             states: plan.states.clone(),
-            commands: plan.commands.iter().map(|w| self.class.narrowed(w)).collect(),
+            commands: plan
+                .commands
+                .iter()
+                .map(|w| self.class.narrowed(w))
+                .collect(),
             nu,
         };
         let steps = self.class.steps(self.transfer)?;

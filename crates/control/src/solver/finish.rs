@@ -91,15 +91,9 @@ impl<F: Field, C> Solver<'_, F, C> {
         let mut model = Model::new(problem.intervals);
         let mut sufficient = false;
         for kind in KINDS {
-            let solved = model.solve(
-                &problem,
-                inequalities,
-                &iterate,
-                kind,
-                |k, policy, cost| {
-                    plan.feedback[k] = self.widened_gain(&cost.gain(policy, &softness));
-                },
-            );
+            let solved = model.solve(&problem, inequalities, &iterate, kind, |k, policy, cost| {
+                plan.feedback[k] = self.widened_gain(&cost.gain(policy, &softness));
+            });
             if solved.is_ok() {
                 sufficient = kind.curvature == 1.0;
                 break;

@@ -62,7 +62,7 @@ pub(crate) struct CostToGo<const X: usize> {
     pub(crate) hessian: SMatrix<f64, X, X>,
     /// `p`
     pub(crate) gradient: SVector<f64, X>,
-    /// `Gᵀ`
+    /// `Gᵀ`, a row a condition.
     pub(crate) border: SMatrix<f64, X, X>,
     /// `m`
     pub(crate) offset: SVector<f64, X>,

@@ -49,11 +49,15 @@ fn problem<const X: usize, const U: usize>(
     (stages, end)
 }
 
-/// States `z_1 … z_N`, commands and ν by the sweep.
+/// States `z_1 … z_N`, commands and ν.
+type Swept<const X: usize, const U: usize> =
+    (Vec<SVector<f64, X>>, Vec<SVector<f64, U>>, SVector<f64, X>);
+
+/// They by the sweep.
 fn swept<const X: usize, const U: usize>(
     stages: &[StageModel<X, U>],
     end: &EndModel<X>,
-) -> Result<(Vec<SVector<f64, X>>, Vec<SVector<f64, U>>, SVector<f64, X>), NotConvex> {
+) -> Result<Swept<X, U>, NotConvex> {
     let mut cost = CostToGo::end(end);
     let mut policies = vec![Policy::zeros(); stages.len()];
     for (stage, policy) in stages.iter().zip(&mut policies).rev() {

@@ -51,7 +51,7 @@ const REFINEMENT: usize = 5;
 const TURN: f64 = 0.3;
 
 /// An iteration that did not converge, and where it is.
-pub(super) type Failure<const X: usize, const U: usize> = (Ended, Newton<X, U>);
+pub(super) type Failure<const X: usize, const U: usize> = (Ended, Box<Newton<X, U>>);
 
 impl<'s, F: Field, C> Solver<'s, F, C> {
     pub(super) fn new(
@@ -354,7 +354,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         );
         match ended {
             Ended::Converged => Ok(newton),
-            ended => Err((ended, newton)),
+            ended => Err((ended, Box::new(newton))),
         }
     }
 

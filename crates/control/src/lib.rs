@@ -12,6 +12,7 @@ pub mod extremal;
 mod newton;
 mod plan;
 mod problem;
+pub mod processing;
 mod riccati;
 pub mod shooting;
 mod solver;

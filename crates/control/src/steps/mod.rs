@@ -4,7 +4,9 @@ mod commands;
 mod coordinates;
 mod drift;
 mod halves;
+mod kick;
 mod kick_drift_kick;
+mod passage;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -12,10 +14,9 @@ use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
-#[allow(unused_imports, reason = "for the structured solver")]
 pub(crate) use self::{
     commands::HalfCommands,
-    coordinates::Full,
+    coordinates::{Coordinates, Full},
     halves::{HalfError, Rotation as RotationHalf, Translation as TranslationHalf},
     kick_drift_kick::KickDriftKick,
 };

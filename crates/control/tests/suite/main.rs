@@ -4,5 +4,6 @@
 
 mod case;
 mod newton;
+mod processing;
 mod sensitivity;
 mod truth;

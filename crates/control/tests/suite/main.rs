@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod case;
+mod newton;
 mod processing;
 mod sensitivity;
 mod truth;

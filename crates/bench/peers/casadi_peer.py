@@ -4,7 +4,8 @@
 
 Each line of the input is a request in JSON, each line of the output its answer:
 
-    {"build": PROBLEM, "solvers": [{"solver": "ipopt" | "fatrop", "compiled": BOOL, "tolerance": NUMBER | null}, ...]}
+    {"build": PROBLEM, "solvers": [{"solver": "ipopt" | "fatrop", "unknowns": "controls" | "momenta" | "states",
+                                    "compiled": BOOL, "tolerance": NUMBER | null}, ...]}
         -> {"build_seconds": [NUMBER, ...]}
     {"solve": INDEX, "controls": BOOL}
         -> {"seconds": CPU, "wall": WALL, "iterations": I, "success": BOOL, "status": TEXT, "cost": J, "controls": [...]}
@@ -13,16 +14,18 @@ PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], weights [
 {x, gamma, R, Pi}, and the guess {states: [{x, gamma, R, Pi}, ...], controls: [[6], ...]}, which every solve starts from.
 
 The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu, both ends
-fixed. What was done to be fair to the peer:
+fixed. What was done to be fair to the peers:
 
-- Multiple shooting with the least unknowns that keep a step explicit, as fatrop asks: states x, gamma, the Cayley
-  vector of the deviation from the guess's attitude (3 numbers, not 9) and Pi; controls and the Cayley vector of
-  F_k as commands; the implicit equation (4.21) as 3 equalities a stage. Cayley vectors compose by one quotient, so there
-  is no matrix algebra on attitudes.
+- Attitudes are the Cayley vector of the deviation from the guess's attitude (3 unknowns, not 9), and so is F_k: Cayley
+  vectors compose by one quotient, and (4.21) becomes an explicit function Pi(f).
+- Three choices of unknowns. "controls", the usual multiple shooting: states x, gamma, attitude, Pi; commands u and f,
+  with (4.21) as equalities. "momenta": states x, gamma, attitude, f; commands the next gamma and f, from which the
+  controls follow, so that steps are explicit (as fatrop asks) and there are no other equalities. "states": the same
+  without commands, 12 unknowns and 6 equalities a stage, the cost coupling neighbours: the least that IPOPT can have.
 - Exact first and second derivatives by CasADi, of one stage, mapped over all stages and put into sparse matrices, then
   compiled (gcc -O3 -march=native): all functions of the problem together take some percent of the solver's time, the rest
   is IPOPT with MUMPS or fatrop with BLASFEO. "compiled": false is what a CasADi user has without a compiler: the same
-  problem expanded to scalar operations that CasADi interprets.
+  problem expanded to scalar operations that CasADi differentiates and interprets.
 - Times are those of the solver's call alone, in a process that has solved the same problem before. Building, code
   generation and compilation are reported apart.
 - Solvers have their default options, but for the tolerance where one is given. Linear algebra runs in one thread, as
@@ -46,8 +49,8 @@ import time
 import casadi as ca
 import numpy as np
 
-STATES, COMMANDS = 12, 9
-STAGE = STATES + COMMANDS
+STATES = 12
+PARAMETERS = 12
 COMPILER = ["gcc", "-O3", "-march=native", "-fPIC", "-shared"]
 
 
@@ -66,67 +69,131 @@ def composed(p, q):
     return (p + q + ca.cross(p, q)) / (1 - ca.dot(p, q))
 
 
+def vectors(*names):
+    return [ca.SX.sym(name, 3) for name in names]
+
+
 class Stage:
-    """One step, symbolically: what must vanish (the next state apart), and its derivatives."""
+    """What the choices of unknowns share: one step, symbolically."""
 
     def __init__(self, problem):
-        h, mass = problem["h"], problem["mass"]
-        inertia = ca.DM(problem["inertia"])
-        x, gamma, a, pi, f = (ca.SX.sym(name, 3) for name in ("x", "gamma", "a", "pi", "f"))
-        u = ca.SX.sym("u", 6)
-        between, attitude = ca.SX.sym("between", 3), ca.SX.sym("attitude", 3, 3)
-        self.parameters = ca.vertcat(between, ca.vec(attitude))
-        self.unknowns = ca.vertcat(x, gamma, a, pi, u, f)
+        self.problem, self.h = problem, problem["h"]
+        self.inertia = ca.DM(problem["inertia"])
+        self.between, self.attitude = ca.SX.sym("between", 3), ca.SX.sym("attitude", 3, 3)
+        self.parameters = ca.vertcat(self.between, ca.vec(self.attitude))
+        self.state()
 
-        next_x = x + h / mass * gamma
-        next_a = composed(composed(between, a), f)
-        force, moment = gravity(problem, next_x, attitude @ cayley(next_a))
-        next_gamma = gamma + h * (force + u[:3])
-        next_pi = cayley(f).T @ pi + h * (moment + u[3:])
-        # (4.21) for F = Cay(f)
-        turned = inertia @ f
-        implicit = h * pi - 2 * (turned + ca.cross(f, turned)) / (1 + ca.dot(f, f))
-        self.defects = ca.vertcat(-next_x, -next_gamma, -next_a, -next_pi, implicit)
-        weight = ca.diagcat(*(ca.DM(weight) for weight in problem["weights"]))
-        self.cost = h / 2 * ca.bilin(weight, u, u)
+    def momentum(self, f):
+        """Pi of F = Cay(f), (4.21)."""
+        turned = self.inertia @ f
+        return 2 / self.h * (turned + ca.cross(f, turned)) / (1 + ca.dot(f, f))
+
+    def drift(self, x, gamma, a, f):
+        """(4.19), (4.22), and gravity after it: force (inertial) and moment (body)."""
+        next_x = x + self.h / self.problem["mass"] * gamma
+        next_a = composed(composed(self.between, a), f)
+        r = self.attitude @ cayley(next_a)
+        force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
+        for mass, *place in self.problem["points"]:
+            d = next_x + r @ ca.DM(place)
+            pull = -self.problem["gm"] * mass * d / ca.dot(d, d) ** 1.5
+            force += pull
+            moment += ca.cross(ca.DM(place), r.T @ pull)
+        return next_x, next_a, force, moment
+
+    def inverse(self, gamma, f, next_gamma, next_f, force, moment):
+        """The controls of a step between known momenta, (4.20) and (4.23)."""
+        kept = cayley(f).T @ self.momentum(f)
+        return ca.vertcat((next_gamma - gamma) / self.h - force, (self.momentum(next_f) - kept) / self.h - moment)
+
+    def define(self, unknowns, following, controls, constraints):
+        """With the unknowns of the stage and the states that follow."""
+        weight = ca.diagcat(*(ca.DM(weight) for weight in self.problem["weights"]))
+        self.width, self.rows = unknowns.numel(), constraints.numel()
+        self.unknowns = ca.vertcat(unknowns, following)
+        self.controls = ca.Function("controls", [self.unknowns, self.parameters], [controls])
+        self.cost, self.constraints = self.h / 2 * ca.bilin(weight, controls, controls), constraints
 
     def function(self):
-        return ca.Function("stage", [self.unknowns, self.parameters], [self.cost, self.defects])
+        return ca.Function("stage", [self.unknowns, self.parameters], [self.cost, self.constraints])
 
     def gradient(self):
-        outputs = [self.cost, ca.gradient(self.cost, self.unknowns)]
+        outputs = [self.cost, ca.densify(ca.gradient(self.cost, self.unknowns))]
         return ca.Function("stage_gradient", [self.unknowns, self.parameters], outputs)
 
     def jacobian(self):
-        outputs = [self.defects, ca.jacobian(self.defects, self.unknowns)]
+        outputs = [self.constraints, ca.jacobian(self.constraints, self.unknowns)]
         return ca.Function("stage_jacobian", [self.unknowns, self.parameters], outputs)
 
-    def hessian(self, triangular):
-        factor, multipliers = ca.SX.sym("factor"), ca.SX.sym("multipliers", 15)
-        lagrangian = factor * self.cost + ca.dot(multipliers, self.defects)
+    def hessian(self):
+        factor, multipliers = ca.SX.sym("factor"), ca.SX.sym("multipliers", self.rows)
+        lagrangian = factor * self.cost + ca.dot(multipliers, self.constraints)
         hessian, gradient = ca.hessian(lagrangian, self.unknowns)
-        outputs = [gradient, ca.triu(hessian) if triangular else hessian]
-        return ca.Function("stage_hessian", [self.unknowns, self.parameters, factor, multipliers], outputs)
+        inputs = [self.unknowns, self.parameters, factor, multipliers]
+        return ca.Function("stage_hessian", inputs, [ca.densify(gradient), hessian])
 
 
-def gravity(problem, x, r):
-    """Force (inertial) and moment (body) of the attractor at the origin on the body's points."""
-    force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
-    for mass, *place in problem["points"]:
-        d = x + r @ ca.DM(place)
-        pull = -problem["gm"] * mass * d / ca.dot(d, d) ** 1.5
-        force += pull
-        moment += ca.cross(ca.DM(place), r.T @ pull)
-    return force, moment
+class Controls(Stage):
+    def state(self):
+        x, gamma, a, pi, f = vectors("x", "gamma", "a", "pi", "f")
+        u, following = ca.SX.sym("u", 6), ca.SX.sym("following", STATES)
+        next_x, next_a, force, moment = self.drift(x, gamma, a, f)
+        next_gamma = gamma + self.h * (force + u[:3])
+        next_pi = cayley(f).T @ pi + self.h * (moment + u[3:])
+        step = ca.vertcat(next_x, next_gamma, next_a, next_pi)
+        implicit = self.h * (pi - self.momentum(f))
+        constraints = ca.vertcat(following - step, implicit)
+        self.define(ca.vertcat(x, gamma, a, pi, u, f), following, u, constraints)
+
+    def spin(self, pi):
+        return pi
+
+    def commands(self, control, turn, _following):
+        return np.concatenate([control, turn])
+
+
+class Momenta(Stage):
+    def state(self):
+        x, gamma, a, f, next_gamma, next_f = vectors("x", "gamma", "a", "f", "next_gamma", "next_f")
+        following = ca.SX.sym("following", STATES)
+        next_x, next_a, force, moment = self.drift(x, gamma, a, f)
+        controls = self.inverse(gamma, f, next_gamma, next_f, force, moment)
+        step = ca.vertcat(next_x, next_gamma, next_a, next_f)
+        self.define(ca.vertcat(x, gamma, a, f, next_gamma, next_f), following, controls, following - step)
+
+    def spin(self, pi):
+        """f with momentum(f) = pi."""
+        f, given = vectors("f", "given")
+        residual = ca.Function("residual", [f, given], [self.momentum(f) - given])
+        root = ca.rootfinder("root", "newton", residual)
+        start = 0.5 * self.h * np.linalg.solve(self.problem["inertia"], pi)
+        return np.array(root(start, pi)).ravel()
+
+    def commands(self, _control, _turn, following):
+        return np.concatenate([following[3:6], following[9:]])
+
+
+class States(Momenta):
+    def state(self):
+        x, gamma, a, f = vectors("x", "gamma", "a", "f")
+        following = ca.SX.sym("following", STATES)
+        next_x, next_a, force, moment = self.drift(x, gamma, a, f)
+        controls = self.inverse(gamma, f, following[3:6], following[9:], force, moment)
+        constraints = ca.vertcat(following[:3] - next_x, following[6:9] - next_a)
+        self.define(ca.vertcat(x, gamma, a, f), following, controls, constraints)
+
+    def commands(self, _control, _turn, _following):
+        return np.empty(0)
+
+
+UNKNOWNS = {"controls": Controls, "momenta": Momenta, "states": States}
 
 
 class Problem:
-    """All stages: unknowns [s_0, v_0, s_1, v_1, ..., s_N], and constraints in fatrop's order: of each stage s_k+1 - F, then
-    (the first only) s_0, then (4.21); s_N at the end.
-    """
+    """All stages: unknowns [s_0, v_0, s_1, v_1, ..., s_N]; constraints of stage 0, s_0, of the other stages, s_N."""
 
-    def __init__(self, data):
-        self.data, self.stage = data, Stage(data)
+    def __init__(self, data, unknowns):
+        self.stage, self.name = UNKNOWNS[unknowns](data), unknowns
         states = data["guess"]["states"]
         self.n = len(states) - 1
         attitudes = [np.array(state["R"]) for state in states]
@@ -134,150 +201,152 @@ class Problem:
         self.start = self.coordinates(data["initial"], attitudes[0])
         self.end = self.coordinates(data["target"], attitudes[-1])
         steps = list(zip(attitudes, attitudes[1:]))
-        commands = [
-            np.concatenate([u, cayley_vector(r.T @ s)]) for u, (r, s) in zip(data["guess"]["controls"], steps)
-        ]
+        turns = [cayley_vector(r.T @ s) for r, s in steps]
+        commands = map(self.stage.commands, data["guess"]["controls"], turns, coordinates[1:])
         pairs = [part for pair in zip(coordinates, commands) for part in pair]
         self.guess = np.concatenate([*pairs, coordinates[-1]])
         between = [np.concatenate([cayley_vector(s.T @ r), s.flatten(order="F")]) for r, s in steps]
         self.parameters = np.concatenate(between)
+        self.width = self.stage.width * self.n + STATES
+        self.height = self.stage.rows * self.n + 2 * STATES
 
-        first = np.arange(self.n) > 0
-        self.gap_rows = 15 * np.arange(self.n) + 12 * first
-        implicit_rows = 15 * np.arange(self.n) + 24
-        self.rows = np.vstack([self.gap_rows + i for i in range(12)] + [implicit_rows + i for i in range(3)])
-        self.width, self.height = STAGE * self.n + STATES, 15 * self.n + 24
-
-    @staticmethod
-    def coordinates(state, about):
+    def coordinates(self, state, about):
         deviation = cayley_vector(about.T @ np.array(state["R"]))
-        return np.concatenate([state["x"], state["gamma"], deviation, state["Pi"]])
+        return np.concatenate([state["x"], state["gamma"], deviation, self.stage.spin(np.array(state["Pi"]))])
 
     def symbols(self):
-        unknowns = ca.MX.sym("x", self.width)
-        parameters = ca.MX.sym("p", 12 * self.n)
-        stages = ca.reshape(unknowns[: STAGE * self.n], STAGE, self.n)
-        return unknowns, parameters, stages, ca.reshape(parameters, 12, self.n), unknowns[STAGE * self.n :]
-
-    def constraints(self, defects, stages, last):
+        """Unknowns and parameters, whole and by stages; a stage's unknowns with the states that follow."""
+        unknowns, parameters = ca.MX.sym("x", self.width), ca.MX.sym("p", PARAMETERS * self.n)
+        last = unknowns[-STATES:]
+        stages = ca.reshape(unknowns[:-STATES], self.stage.width, self.n)
         following = ca.horzcat(stages[:STATES, 1:], last)
-        defects = ca.vertcat(defects[:STATES, :] + following, defects[STATES:, :])
-        all_parts = ca.vertcat(ca.vec(defects), stages[:STATES, 0] - self.start, last - self.end)
-        place = np.empty(self.height, int)
-        place[self.rows.T.ravel()] = np.arange(15 * self.n)
-        place[12:24] = 15 * self.n + np.arange(12)
-        place[-12:] = 15 * self.n + 12 + np.arange(12)
-        return all_parts[place.tolist()]
+        return [unknowns, parameters], [ca.vertcat(stages, following), ca.reshape(parameters, PARAMETERS, self.n)]
+
+    def constraints(self, unknowns, values):
+        ends = unknowns[:STATES] - self.start, unknowns[-STATES:] - self.end
+        return ca.vertcat(values[:, 0], ends[0], ca.vec(values[:, 1:]), ends[1])
+
+    def gradient(self, parts):
+        """From the gradients of all stages, where those of the states that follow are added to the next stage's."""
+        width = self.stage.width
+        rest = ca.MX.zeros(width - STATES, self.n)
+        shifted = ca.vertcat(parts[width:, :], rest)
+        before = ca.horzcat(ca.MX.zeros(width, 1), shifted[:, :-1])
+        return ca.vertcat(ca.vec(parts[:width, :] + before), parts[width:, -1])
+
+    def placed(self, pattern, rows, values, keep, fixed=()):
+        """The sparse matrix of all stages' blocks with this pattern, stage k in the rows from rows[k]."""
+        row, column = (np.array(index) for index in pattern.get_triplet())
+        k = np.arange(self.n)[:, None]
+        row, column = (rows[:, None] + row).ravel(), (self.stage.width * k + column).ravel()
+        row = np.concatenate([row, *(index for index, _ in fixed)]).astype(int)
+        column = np.concatenate([column, *(index for _, index in fixed)]).astype(int)
+        height = self.height if fixed else self.width
+        kept = np.flatnonzero(keep(row, column))
+        places, which = np.unique(column[kept] * height + row[kept], return_inverse=True)
+        starts = np.searchsorted(places // height, np.arange(self.width + 1))
+        sparsity = ca.Sparsity(height, self.width, starts.tolist(), (places % height).tolist())
+        columns = np.searchsorted(kept, np.arange(len(row) + 1))
+        sums = ca.Sparsity(len(places), len(row), columns.tolist(), which.tolist())
+        values = ca.reshape(values, -1, 1)
+        if fixed:
+            values = ca.vertcat(values, ca.DM.ones(len(row) - values.numel()))
+        return ca.MX(sparsity, ca.DM(sums, 1) @ values)
 
     def nlp(self):
         """As CasADi takes it, with nothing but the stages."""
-        unknowns, parameters, stages, per_stage, last = self.symbols()
-        costs, defects = self.stage.function().map(self.n)(stages, per_stage)
-        return {"x": unknowns, "p": parameters, "f": ca.sum2(costs), "g": self.constraints(defects, stages, last)}
+        (unknowns, parameters), stages = self.symbols()
+        costs, values = self.stage.function().map(self.n)(*stages)
+        constraints = self.constraints(unknowns, values)
+        return {"x": unknowns, "p": parameters, "f": ca.sum2(costs), "g": constraints}
 
-    def jacobian(self, values):
-        pattern = self.stage.jacobian().sparsity_out(1)
-        row, column = (np.array(index) for index in pattern.get_triplet())
-        k = np.arange(self.n)[:, None]
-        i = np.arange(12)
-        rows = [self.rows[row, :].T, self.gap_rows[:, None] + i, 12 + i, self.height - 12 + i]
-        columns = [STAGE * k + column, STAGE * (k + 1) + i, i, STAGE * self.n + i]
-        rows, columns = (np.concatenate([part.ravel() for part in index]) for index in (rows, columns))
-        order = np.lexsort((rows, columns))
-        starts = np.concatenate([[0], np.cumsum(np.bincount(columns, minlength=self.width))])
-        sparsity = ca.Sparsity(self.height, self.width, starts.tolist(), rows[order].tolist())
-        ones = ca.DM.ones(12 * self.n + 24)
-        values = ca.vertcat(ca.reshape(values, -1, 1), ones)
-        return ca.MX(sparsity, values.nz[order.tolist()])
-
-    def lagrangian(self, triangular):
-        unknowns, parameters, stages, per_stage, last = self.symbols()
-        factor, multipliers = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.height)
-        of_stages = ca.reshape(multipliers[self.rows.T.ravel().tolist()], 15, self.n)
-        hessian = self.stage.hessian(triangular)
-        factors = ca.repmat(factor, 1, self.n)
-        gradients, values = hessian.map(self.n)(stages, per_stage, factors, of_stages)
-        blocks = [hessian.sparsity_out(1)] * self.n + [ca.Sparsity(STATES, STATES)]
-        gaps = of_stages[:STATES, :]
-        before = ca.horzcat(multipliers[12:24], gaps[:, :-1])
-        gradients += ca.vertcat(before, ca.MX.zeros(COMMANDS, self.n))
-        gradient = ca.vertcat(ca.vec(gradients), gaps[:, -1] + multipliers[-12:])
-        inputs = [unknowns, parameters, factor, multipliers]
-        return inputs, gradient, ca.MX(ca.diagcat(*blocks), values.nz[:])
-
-    def functions(self, solver):
+    def functions(self, triangular):
         """The functions that CasADi's interface of the solver asks of a compiled problem, by their names."""
-        triangular = solver == "ipopt"
-        unknowns, parameters, stages, per_stage, last = self.symbols()
-        inputs, names = [unknowns, parameters], ["x", "p"]
-        costs, defects = self.stage.function().map(self.n)(stages, per_stage)
-        cost, constraints = ca.sum2(costs), self.constraints(defects, stages, last)
-        _, gradients = self.stage.gradient().map(self.n)(stages, per_stage)
-        gradient = ca.vertcat(ca.vec(ca.densify(gradients)), ca.MX.zeros(STATES))
-        defects, values = self.stage.jacobian().map(self.n)(stages, per_stage)
-        linear = [self.constraints(defects, stages, last), self.jacobian(values.nz[:])]
-        dual, dual_gradient, hessian = self.lagrangian(triangular)
-        dual_names = names + ["lam_f", "lam_g"]
-        evaluate = ca.Function("evaluate", inputs, [cost, constraints])
-        whole = [*evaluate(*dual[:2]), dual_gradient, ca.MX.zeros(12 * self.n)]
-        second = (["triu_hess_gamma_x_x"], [hessian])
-        if not triangular:
-            second = (["grad_gamma_x", "hess_gamma_x_x"], [dual_gradient, hessian])
-        first = (["f", "grad_f_x"], [cost, gradient]) if triangular else (["grad_f_x"], [gradient])
+        inputs, stages = self.symbols()
+        n, stage = self.n, self.stage
+        costs, values = stage.function().map(n)(*stages)
+        cost, constraints = ca.sum2(costs), self.constraints(inputs[0], values)
+        gradient = self.gradient(stage.gradient().map(n)(*stages)[1])
+
+        rows = stage.rows * np.arange(n) + STATES * (np.arange(n) > 0)
+        i = np.arange(STATES)
+        ends = [(stage.rows + i, i), (self.height - STATES + i, self.width - STATES + i)]
+        values, blocks = stage.jacobian().map(n)(*stages)
+        pattern = stage.jacobian().sparsity_out(1)
+        jacobian = self.placed(pattern, rows, blocks.nz[:], lambda row, _: row >= 0, ends)
+        first = [self.constraints(inputs[0], values), jacobian]
+
+        dual = [*inputs, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.height)]
+        of_stages = [dual[3][: stage.rows], dual[3][stage.rows + STATES : -STATES]]
+        multipliers = ca.reshape(ca.vertcat(*of_stages), stage.rows, n)
+        parts, blocks = stage.hessian().map(n)(*stages, ca.repmat(dual[2], 1, n), multipliers)
+        between = ca.MX.zeros(self.width - 2 * STATES)
+        ends = ca.vertcat(dual[3][stage.rows : stage.rows + STATES], between, dual[3][-STATES:])
+        dual_gradient = self.gradient(parts) + ends
+        keep = (lambda row, column: row <= column) if triangular else (lambda row, _: row >= 0)
+        pattern = stage.hessian().sparsity_out(1)
+        hessian = self.placed(pattern, stage.width * np.arange(n), blocks.nz[:], keep)
+
+        names, dual_names = ["x", "p"], ["x", "p", "lam_f", "lam_g"]
+        slope = {"f": cost, "grad_f_x": gradient} if triangular else {"grad_f_x": gradient}
+        second = {"grad_gamma_x": dual_gradient, "hess_gamma_x_x": hessian}
+        if triangular:
+            second = {"triu_hess_gamma_x_x": hessian}
+        whole = [cost, constraints, dual_gradient, ca.MX.zeros(PARAMETERS * n)]
         return [
             ca.Function("nlp", inputs, [cost, constraints], names, ["f", "g"]),
             ca.Function("nlp_f", inputs, [cost], names, ["f"]),
             ca.Function("nlp_g", inputs, [constraints], names, ["g"]),
-            ca.Function("nlp_grad_f", inputs, first[1], names, first[0]),
-            ca.Function("nlp_jac_g", inputs, linear, names, ["g", "jac_g_x"]),
-            ca.Function("nlp_hess_l", dual, second[1], dual_names, second[0]),
+            ca.Function("nlp_grad_f", inputs, list(slope.values()), names, list(slope)),
+            ca.Function("nlp_jac_g", inputs, first, names, ["g", "jac_g_x"]),
+            ca.Function("nlp_hess_l", dual, list(second.values()), dual_names, list(second)),
             ca.Function("nlp_grad", dual, whole, dual_names, ["f", "g", "grad_gamma_x", "grad_gamma_p"]),
         ]
 
     def compiled(self, solver, directory):
-        name = f"nlp_{solver}"
-        generator = ca.CodeGenerator(name)
-        for function in self.functions(solver):
-            generator.add(function)
-        generator.generate(directory + os.sep)
+        name = f"nlp_{solver}_{self.name}"
         library = os.path.join(directory, f"{name}.so")
-        subprocess.run([*COMPILER, os.path.join(directory, f"{name}.c"), "-o", library], check=True)
+        if not os.path.exists(library):
+            generator = ca.CodeGenerator(name)
+            for function in self.functions(solver == "ipopt"):
+                generator.add(function)
+            generator.generate(directory + os.sep)
+            subprocess.run([*COMPILER, os.path.join(directory, f"{name}.c"), "-o", library], check=True)
         return library
 
-    def solver(self, asked, libraries, directory):
-        kind, tolerance = asked["solver"], asked["tolerance"]
-        options = {"print_time": False}
-        if kind == "ipopt":
-            inner = {"print_level": 0, "sb": "yes"}
-            if tolerance is not None:
-                names = ("tol", "constr_viol_tol", "dual_inf_tol", "compl_inf_tol")
-                inner |= dict.fromkeys(names, tolerance)
+    def options(self, solver, tolerance):
+        inner = {"print_level": 0}
+        if solver == "ipopt":
+            names = ("tol", "constr_viol_tol", "dual_inf_tol", "compl_inf_tol")
+            structure = {}
+            inner |= {"sb": "yes"}
         else:
-            inner = {"print_level": 0}
-            if tolerance is not None:
-                inner |= {"tolerance": tolerance}
-            options |= {
+            names = ("tolerance",)
+            others = self.stage.rows - STATES
+            structure = {
                 "structure_detection": "manual",
                 "N": self.n,
                 "nx": [STATES] * (self.n + 1),
-                "nu": [COMMANDS] * self.n + [0],
-                "ng": [15] + [3] * (self.n - 1) + [12],
+                "nu": [self.stage.width - STATES] * self.n + [0],
+                "ng": [others + STATES] + [others] * (self.n - 1) + [STATES],
                 "equality": [True] * self.height,
             }
-        options[kind] = inner
+        if tolerance is not None:
+            inner |= dict.fromkeys(names, tolerance)
+        return {"print_time": False, solver: inner, **structure}
+
+    def solver(self, asked, directory):
+        kind = asked["solver"]
+        options = self.options(kind, asked["tolerance"])
         if not asked["compiled"]:
             return ca.nlpsol("solver", kind, self.nlp(), options | {"expand": True})
-        if kind not in libraries:
-            libraries[kind] = self.compiled(kind, directory)
-        return ca.nlpsol("solver", kind, libraries[kind], options)
+        return ca.nlpsol("solver", kind, self.compiled(kind, directory), options)
 
     def solve(self, solver, with_controls):
         before = time.perf_counter(), time.process_time()
         found = solver(x0=self.guess, p=self.parameters, lbg=0, ubg=0)
         wall, seconds = time.perf_counter() - before[0], time.process_time() - before[1]
         stats = solver.stats()
-        unknowns = np.array(found["x"]).ravel()
-        commands = unknowns[: STAGE * self.n].reshape(self.n, STAGE)[:, STATES : STATES + 6]
         return {
             "seconds": seconds,
             "wall": wall,
@@ -285,27 +354,38 @@ class Problem:
             "success": bool(stats["success"]),
             "status": str(stats["return_status"]),
             "cost": float(found["f"]),
-            "controls": commands.tolist() if with_controls else [],
+            "controls": self.controls(np.array(found["x"]).ravel()) if with_controls else [],
         }
+
+    def controls(self, unknowns):
+        stages = unknowns[:-STATES].reshape(self.n, -1)
+        following = np.vstack([stages[1:, :STATES], unknowns[-STATES:]])
+        parameters = self.parameters.reshape(self.n, PARAMETERS)
+        controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, parameters.T)
+        return np.array(controls).T.tolist()
 
 
 def main():
-    problem, solvers = None, []
     directory = tempfile.mkdtemp(prefix="lgvi_casadi_")
     try:
         for index, line in enumerate(sys.stdin):
             request = json.loads(line)
             if "build" in request:
-                problem, solvers, libraries, times = Problem(request["build"]), [], {}, []
+                problems, solvers, times = {}, [], []
                 place = os.path.join(directory, str(index))
                 os.mkdir(place)
                 for asked in request["solvers"]:
                     before = time.perf_counter()
-                    solvers.append(problem.solver(asked, libraries, place))
+                    name = asked["unknowns"]
+                    if name not in problems:
+                        problems[name] = Problem(request["build"], name)
+                    problem = problems[name]
+                    solvers.append((problem, problem.solver(asked, place)))
                     times.append(time.perf_counter() - before)
                 answer = {"build_seconds": times}
             else:
-                answer = problem.solve(solvers[request["solve"]], request["controls"])
+                problem, solver = solvers[request["solve"]]
+                answer = problem.solve(solver, request["controls"])
             print(json.dumps(answer), flush=True)
     finally:
         shutil.rmtree(directory, ignore_errors=True)

@@ -23,6 +23,7 @@ pub(crate) struct Solver {
     #[serde(skip)]
     pub label: &'static str,
     solver: &'static str,
+    unknowns: &'static str,
     compiled: bool,
     tolerance: Option<f64>,
 }
@@ -31,12 +32,21 @@ pub(crate) struct Solver {
 const TIGHT: Option<f64> = Some(1e-12);
 
 /// What is compared.
-pub(crate) const SOLVERS: [Solver; 5] = [
-    Solver::new("IPOPT, interpreted", "ipopt", false, None),
-    Solver::new("IPOPT, compiled", "ipopt", true, None),
-    Solver::new("IPOPT, compiled, 1e-12", "ipopt", true, TIGHT),
-    Solver::new("fatrop, compiled", "fatrop", true, None),
-    Solver::new("fatrop, compiled, 1e-12", "fatrop", true, TIGHT),
+pub(crate) const SOLVERS: [Solver; 8] = [
+    Solver::new(
+        "IPOPT, controls, interpreted",
+        "ipopt",
+        "controls",
+        false,
+        None,
+    ),
+    Solver::new("IPOPT, controls", "ipopt", "controls", true, None),
+    Solver::new("IPOPT, controls, 1e-12", "ipopt", "controls", true, TIGHT),
+    Solver::new("IPOPT, states", "ipopt", "states", true, None),
+    Solver::new("IPOPT, states, 1e-12", "ipopt", "states", true, TIGHT),
+    Solver::new("fatrop, controls", "fatrop", "controls", true, None),
+    Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
+    Solver::new("fatrop, momenta, 1e-12", "fatrop", "momenta", true, TIGHT),
 ];
 
 /// What a solve of a peer gave.
@@ -55,12 +65,14 @@ impl Solver {
     const fn new(
         label: &'static str,
         solver: &'static str,
+        unknowns: &'static str,
         compiled: bool,
         tolerance: Option<f64>,
     ) -> Self {
         Self {
             label,
             solver,
+            unknowns,
             compiled,
             tolerance,
         }

@@ -7,6 +7,7 @@
 //! Equation numbers are those of M. Leok, *An Overview of Lie Group Variational Integrators and Their Applications to
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
 
+mod barrier;
 pub mod extremal;
 mod newton;
 mod plan;
@@ -20,8 +21,8 @@ mod steps;
 
 pub use plan::{Certificate, Plan};
 pub use problem::{
-    Actuation, ActuationError, Constraint, Dynamics, Motion, RotationTarget, Terminal, Transfer,
-    TransferError, TranslationTarget, miss,
+    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, RotationTarget,
+    Terminal, TerminalError, Transfer, TransferError, TranslationTarget, miss,
 };
-pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
+pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};

@@ -127,7 +127,12 @@ impl<const X: usize> CostToGo<X> {
     /// The multipliers ν of the conditions, where the state is given and does not vary; zero for rows without one.
     /// `None` where the commands cannot meet the conditions independently.
     pub(crate) fn multipliers(&self) -> Option<SVector<f64, X>> {
-        let mut nu = self.offset;
+        self.correction(&self.offset)
+    }
+
+    /// By how much ν must change for the conditions to change by `−miss`.
+    pub(crate) fn correction(&self, miss: &SVector<f64, X>) -> Option<SVector<f64, X>> {
+        let mut nu = *miss;
         let (factor, scale) = self.gram_factor()?;
         nu.component_mul_assign(&scale);
         forward(&factor, &mut nu);
@@ -140,7 +145,11 @@ impl<const X: usize> CostToGo<X> {
     fn gram_factor(&self) -> Option<(SMatrix<f64, X, X>, SVector<f64, X>)> {
         let scale = SVector::from_fn(|i, _| {
             let diagonal = -self.gram[(i, i)];
-            if diagonal > 0.0 { diagonal.sqrt().recip() } else { 0.0 }
+            if diagonal > 0.0 {
+                diagonal.sqrt().recip()
+            } else {
+                0.0
+            }
         });
         let mut factor = SMatrix::from_fn(|i, j| -scale[i] * self.gram[(i, j)] * scale[j]);
         for i in 0..X {

@@ -1,9 +1,9 @@
 use nalgebra::SVector;
 
-use super::conditions::{Ending, Inequalities};
+use super::conditions::{Ending, Inequalities, Satisfied};
 use super::model::{Kind, Model, ModelError};
 use super::problem::{Iterate, Problem};
-use super::trial::{Direction, Merit, Path, Weights, trial};
+use super::trial::{Direction, Merit, Move, Trial, Weights};
 use crate::steps::Steps;
 
 /// The iteration at one N, with all its memory.
@@ -14,6 +14,7 @@ pub(crate) struct Newton<const X: usize, const U: usize> {
     /// Where it is.
     pub(crate) iterate: Iterate<X, U>,
     spare: Iterate<X, U>,
+    third: Iterate<X, U>,
 }
 
 /// How an iteration goes on.
@@ -69,39 +70,27 @@ pub(crate) enum Ended {
     Stopped,
     /// At the cap.
     Capped,
+    /// The inequalities cannot be satisfied.
+    Infeasible,
     /// No step along the direction lowers the merit.
     Stuck,
     /// There is no model.
     Failed(ModelError),
 }
 
-/// Models, from Newton's to that of Gauss and Newton, in the order of trial.
-const KINDS: [Kind; 5] = [
-    Kind {
-        curvature: 1.0,
-        augmentation: 10.0,
-    },
-    Kind {
-        curvature: 1.0,
-        augmentation: 300.0,
-    },
-    Kind {
-        curvature: 1.0,
-        augmentation: 1e4,
-    },
-    Kind {
-        curvature: 0.5,
-        augmentation: 300.0,
-    },
-    Kind {
-        curvature: 0.0,
-        augmentation: 10.0,
-    },
-];
-/// The shortest step tried.
-const SHORTEST: f64 = 1e-4;
+/// Augmentations in the order of trial.
+const AUGMENTATIONS: [f64; 3] = [10.0, 300.0, 1e4];
+/// The least damping that is not zero, and the most.
+const DAMPINGS: [f64; 2] = [1e-4, 1e8];
+/// Factors by which damping rises and falls.
+const RAISE: f64 = 8.0;
+const LOWER: f64 = 4.0;
+/// The shortest step tried before damping rises.
+const SHORTEST: f64 = 0.2;
 /// Armijo's share of the predicted decrease.
 const ARMIJO: f64 = 1e-4;
+/// Corrections of a trial's terminal miss.
+const CORRECTIONS: u32 = 3;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
@@ -113,16 +102,19 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 miss: SVector::zeros(),
             },
             spare: iterate.clone(),
+            third: iterate.clone(),
             iterate,
         }
     }
 
+    /// Iterates until within `tolerances`; a `rough` start takes its first step by Gauss and Newton, for want of
+    /// multipliers.
     pub(crate) fn run<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         tolerances: &Tolerances,
-        first_kind: usize,
+        rough: bool,
         standing: &mut Standing,
         mut observe: impl FnMut(&Standing) -> bool,
     ) -> Ended
@@ -131,49 +123,91 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
-        let first = standing.iteration;
-        let mut choice = first_kind;
+        let last = standing.iteration + tolerances.iterations;
+        let mut kind = Kind {
+            curvature: if rough { 0.0 } else { 1.0 },
+            augmentation: AUGMENTATIONS[0],
+            damping: 0.0,
+        };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
         loop {
-            // The most of the second derivatives that leaves the model convex.
-            loop {
-                let kind = KINDS[choice];
-                standing.curvature = kind.curvature;
-                match self
-                    .model
-                    .solve(problem, inequalities, &self.iterate, kind)
-                {
-                    Ok(()) => break,
-                    Err(ModelError::NotConvex { stage }) if choice + 1 < KINDS.len() => {
-                        if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("not convex {kind:?} at {stage}"); }
-                        choice += 1
-                    }
-                    Err(error) => return Ended::Failed(error),
-                }
+            if let Err(error) = self.model_convex(problem, inequalities, &mut kind) {
+                return Ended::Failed(error);
             }
             let Some(nu) = self.model.start.multipliers() else {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
-            if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("{:?} viol {:.3e} stat {:.3e} cost {:.10} len {}", KINDS[choice], standing.violation, standing.stationarity, standing.cost, standing.length); }
+            if inequalities.tighten(standing.violation.max(standing.stationarity)) {
+                continue;
+            }
             if !observe(standing) {
                 return Ended::Stopped;
             }
             if standing.violation <= tolerances.violation
                 && standing.stationarity <= tolerances.stationarity
             {
-                return Ended::Converged;
+                match inequalities.satisfied() {
+                    Satisfied::Yes => return Ended::Converged,
+                    Satisfied::Never => return Ended::Infeasible,
+                    Satisfied::NotYet => (),
+                }
             }
-            if standing.iteration - first >= tolerances.iterations {
+            if standing.iteration >= last {
                 return Ended::Capped;
             }
             self.direction.solve(&self.model, nu, inequalities);
-            if !self.search(problem, inequalities, standing) {
+            standing.iteration += 1;
+            if self.search(problem, inequalities, standing) {
+                kind.curvature = 1.0;
+                if standing.length < 1.0 {
+                    kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
+                } else {
+                    kind.damping /= LOWER;
+                    if kind.damping < DAMPINGS[0] {
+                        kind.damping = 0.0;
+                    }
+                }
+            } else if kind.damping < DAMPINGS[1] {
+                kind.damping = (kind.damping * RAISE * RAISE).max(DAMPINGS[0] * RAISE);
+            } else {
                 return Ended::Stuck;
             }
-            standing.iteration += 1;
-            choice = if choice < 3 { choice } else { 0 };
+        }
+    }
+
+    /// The model with as much augmentation and damping as make it convex.
+    fn model_convex<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+        kind: &mut Kind,
+    ) -> Result<(), ModelError>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        loop {
+            match self
+                .model
+                .solve(problem, inequalities, &self.iterate, *kind)
+            {
+                Err(ModelError::NotConvex { stage }) => {
+                    let more = AUGMENTATIONS
+                        .iter()
+                        .find(|&&augmentation| augmentation > kind.augmentation);
+                    if let Some(&augmentation) = more {
+                        kind.augmentation = augmentation;
+                    } else if kind.damping < DAMPINGS[1] {
+                        kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
+                    } else {
+                        return Err(ModelError::NotConvex { stage });
+                    }
+                }
+                done => return done,
+            }
         }
     }
 
@@ -216,15 +250,18 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             cost: standing.cost,
             objective: standing.cost,
             violation: self.weights.miss.dot(&self.model.miss.abs()),
-            defect: 0.0,
-            miss: 0.0,
+            miss: self.model.miss,
         };
         for defect in &self.model.defects {
             now.violation += self.weights.defects.dot(&defect.abs());
         }
         for k in 0..problem.intervals {
-            let (barrier, violation) =
-                inequalities.merit(k, &self.iterate.states[k + 1], &self.iterate.commands[k], 0.0);
+            let (barrier, violation) = inequalities.merit(
+                k,
+                &self.iterate.states[k + 1],
+                &self.iterate.commands[k],
+                0.0,
+            );
             now.objective += barrier;
             now.violation += violation;
         }
@@ -233,34 +270,67 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let mut length = primal;
         // Below this, differences of merits are rounding.
         let rounding = 1e-10 * (now.objective.abs() + now.violation);
-        loop {
-            for path in [Path::Flown, Path::Straight] {
-                standing.trials += 1;
-                let merit = trial(
-                    problem,
-                    inequalities,
-                    &self.model,
-                    &self.direction,
-                    &self.weights,
-                    &self.iterate,
-                    path,
-                    length,
-                    &mut self.spare,
-                );
-                let Ok(merit) = merit else { continue };
-                let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
-                if merit.total() <= wanted {
-                    std::mem::swap(&mut self.iterate, &mut self.spare);
-                    inequalities.advance(length, dual);
-                    standing.length = length;
-                    return true;
-                }
+        while length >= SHORTEST * primal {
+            let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
+            if self.step(problem, inequalities, length, wanted, standing) {
+                std::mem::swap(&mut self.iterate, &mut self.spare);
+                inequalities.advance(length, dual);
+                standing.length = length;
+                return true;
             }
             length *= 0.5;
-            if length < SHORTEST {
-                return false;
+        }
+        false
+    }
+
+    /// Whether a step of this length gets the merit down to `wanted`: flown, its terminal miss corrected, or straight.
+    fn step<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &Q,
+        length: f64,
+        wanted: f64,
+        standing: &mut Standing,
+    ) -> bool
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let trial = Trial {
+            problem,
+            inequalities,
+            model: &self.model,
+            weights: &self.weights,
+            length,
+        };
+        standing.trials += 1;
+        let flown = Move::Flown(&self.direction, length);
+        if let Ok(mut merit) = trial.make(flown, &self.iterate, &mut self.spare) {
+            for _ in 0..CORRECTIONS {
+                if merit.total() <= wanted {
+                    return true;
+                }
+                let excess = merit.miss - (1.0 - length) * self.model.miss;
+                let Some(nu) = self.model.start.correction(&excess) else {
+                    break;
+                };
+                standing.trials += 1;
+                match trial.make(Move::Conditions(nu), &self.spare, &mut self.third) {
+                    Ok(corrected) if corrected.total() < merit.total() => merit = corrected,
+                    _ => break,
+                }
+                std::mem::swap(&mut self.spare, &mut self.third);
+            }
+            if merit.total() <= wanted {
+                return true;
             }
         }
+        standing.trials += 1;
+        let straight = Move::Straight(&self.direction, length);
+        trial
+            .make(straight, &self.iterate, &mut self.spare)
+            .is_ok_and(|merit| merit.total() <= wanted)
     }
 
     /// Weights of the merit that exceed the multipliers, so that the direction descends.

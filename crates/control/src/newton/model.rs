@@ -14,6 +14,8 @@ pub(crate) struct Kind {
     pub(crate) curvature: f64,
     /// By how much the terminal conditions are augmented, in multiples of the end's stiffness.
     pub(crate) augmentation: f64,
+    /// By how much variations are damped, in multiples of the problem's metric.
+    pub(crate) damping: f64,
 }
 
 /// The linear-quadratic model of all stages round an iterate, and its solution.
@@ -101,8 +103,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let curvature = kind.curvature;
         let last = problem.intervals;
         let end = &iterate.states[last];
-        let (mut costate, end_model) =
-            end_model(problem, inequalities, iterate, kind);
+        let (mut costate, end_model) = end_model(problem, inequalities, iterate, kind);
         self.miss = end_model.residual;
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
@@ -136,10 +137,22 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 stage.mixed += curvature * self.curvature.mixed;
                 stage.command += curvature * self.curvature.command;
             }
+            if kind.damping > 0.0 {
+                stage.command += kind.damping * weight;
+                for (i, metric) in problem.metric.iter().enumerate() {
+                    stage.state[(i, i)] += kind.damping * problem.h * metric;
+                }
+            }
             inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
             costate = stage.dynamics.a.tr_mul(&costate);
             if k > 0 {
-                inequalities.add_state(k - 1, state, &mut stage.state, &mut stage.state_gradient);
+                inequalities.add_state(
+                    k - 1,
+                    state,
+                    curvature,
+                    &mut stage.state,
+                    &mut stage.state_gradient,
+                );
                 costate += inequalities.state_force(k - 1, state);
             }
             cost.sweep(stage, &mut self.policies[k])
@@ -182,7 +195,13 @@ where
     if kind.curvature > 0.0 {
         hessian += kind.curvature * problem.ending.curvature(end, &iterate.nu);
     }
-    inequalities.add_state(problem.intervals - 1, end, &mut hessian, &mut gradient);
+    inequalities.add_state(
+        problem.intervals - 1,
+        end,
+        kind.curvature,
+        &mut hessian,
+        &mut gradient,
+    );
     let model = EndModel {
         hessian,
         gradient,

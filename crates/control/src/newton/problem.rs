@@ -17,6 +17,8 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     pub(crate) weight: SMatrix<f64, U, U>,
     /// What a unit of each coordinate costs at the end, squared and halved, roughly: the augmentation's metric.
     pub(crate) stiffness: SVector<f64, X>,
+    /// What variations of a state weigh by its coordinates, a unit of time.
+    pub(crate) metric: SVector<f64, X>,
 }
 
 /// States and commands of all stages, and the multipliers of the terminal conditions.
@@ -34,7 +36,10 @@ impl<const X: usize, const U: usize> Iterate<X, U> {
     /// Whether all numbers are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.states.iter().all(BodyState::is_finite)
-            && self.commands.iter().all(|w| w.iter().all(|c| c.is_finite()))
+            && self
+                .commands
+                .iter()
+                .all(|w| w.iter().all(|c| c.is_finite()))
             && self.nu.iter().all(|c| c.is_finite())
     }
 }

@@ -36,6 +36,20 @@ pub(crate) struct Options {
     /// Fewer and smaller problems.
     #[arg(long)]
     quick: bool,
+    /// Only problems of so many steps.
+    #[arg(long)]
+    steps: Vec<usize>,
+}
+
+impl Options {
+    /// The numbers of steps to measure, of all or of the few of a quick run.
+    fn steps(&self, all: &[usize], quick: &[usize]) -> Vec<usize> {
+        match (self.steps.as_slice(), self.quick) {
+            ([], false) => all.to_vec(),
+            ([], true) => quick.to_vec(),
+            (asked, _) => asked.to_vec(),
+        }
+    }
 }
 
 /// Everything that was measured; times in seconds of the thread's CPU clock.
@@ -64,13 +78,13 @@ pub(crate) fn run(
         replan: Vec::new(),
     };
     if all || options.peers {
-        report.peers = peers::run(&cases, options.quick, peer, repeats)?;
+        report.peers = peers::run(&cases, options, peer, repeats)?;
     }
     if all || options.scaling {
-        report.scaling = scaling::run(&cases, options.quick, repeats, images)?;
+        report.scaling = scaling::run(&cases, options, repeats, images)?;
     }
     if all || options.replan {
-        report.replan = replan::run(&cases, options.quick, repeats)?;
+        report.replan = replan::run(&cases, options, repeats)?;
     }
     write(&report, &images.join("planner.json"))
 }

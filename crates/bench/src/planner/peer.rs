@@ -31,22 +31,15 @@ pub(crate) struct Solver {
 /// Tolerance at which costs can be compared to nine digits.
 const TIGHT: Option<f64> = Some(1e-12);
 
-/// What is compared.
-pub(crate) const SOLVERS: [Solver; 8] = [
-    Solver::new(
-        "IPOPT, controls, interpreted",
-        "ipopt",
-        "controls",
-        false,
-        None,
-    ),
+/// What is compared. At their default tolerance the steps of momenta and states leave violations at rounding; a tighter
+/// one only has their solvers end without progress.
+pub(crate) const SOLVERS: [Solver; 6] = [
+    Solver::new("IPOPT, controls, interpreted", "ipopt", "controls", false, None),
     Solver::new("IPOPT, controls", "ipopt", "controls", true, None),
     Solver::new("IPOPT, controls, 1e-12", "ipopt", "controls", true, TIGHT),
     Solver::new("IPOPT, states", "ipopt", "states", true, None),
-    Solver::new("IPOPT, states, 1e-12", "ipopt", "states", true, TIGHT),
     Solver::new("fatrop, controls", "fatrop", "controls", true, None),
     Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
-    Solver::new("fatrop, momenta, 1e-12", "fatrop", "momenta", true, TIGHT),
 ];
 
 /// What a solve of a peer gave.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::Options;
 use super::case::Case;
 use super::ours::{self, Iterations};
 use super::peer::{Casadi, SOLVERS};
@@ -10,7 +11,7 @@ use crate::error::BenchError;
 use crate::peer::Peer;
 use lgvi_control::Start;
 
-const STEPS: [usize; 4] = [100, 500, 1000, 2000];
+const STEPS: [usize; 3] = [100, 500, 1000];
 const QUICK: [usize; 1] = [100];
 
 /// One manoeuvre in one number of steps.
@@ -50,14 +51,14 @@ struct Row {
 /// Measures and prints all comparisons.
 pub(crate) fn run(
     cases: &[Case],
-    quick: bool,
+    options: &Options,
     peer: Option<&Peer>,
     repeats: u32,
 ) -> Result<Vec<Comparison>, BenchError> {
-    let steps: &[usize] = if quick { &QUICK } else { &STEPS };
+    let steps = options.steps(&STEPS, &QUICK);
     let mut all = Vec::new();
     for case in cases {
-        for &steps in steps {
+        for &steps in &steps {
             let compared = compare(&case.with_steps(steps), peer, repeats)?;
             compared.print();
             all.push(compared);

@@ -6,6 +6,7 @@ use lgvi_lie::exp;
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use super::Options;
 use super::case::Case;
 use super::ours::{self, Solved};
 use super::sample::Sample;
@@ -47,15 +48,19 @@ pub(crate) struct Replan {
 }
 
 /// Measures and prints all situations.
-pub(crate) fn run(cases: &[Case], quick: bool, repeats: u32) -> Result<Vec<Replan>, BenchError> {
+pub(crate) fn run(
+    cases: &[Case],
+    options: &Options,
+    repeats: u32,
+) -> Result<Vec<Replan>, BenchError> {
     println!(
         "\n| plan again | N | cold (ms) | warm (ms) | warm / cold | iterations cold, warm | cost difference | violation as flown |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    let steps: &[usize] = if quick { &QUICK } else { &STEPS };
+    let steps = options.steps(&STEPS, &QUICK);
     let mut all = Vec::new();
     for case in cases {
-        for &steps in steps {
+        for &steps in &steps {
             let case = case.with_steps(steps);
             let plan = ours::newton(&case.transfer()?, Start::Cold)?.plan;
             for (situation, flown, apart) in [

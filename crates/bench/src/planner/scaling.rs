@@ -5,6 +5,7 @@ use std::path::Path;
 use lgvi_control::Start;
 use serde::Serialize;
 
+use super::Options;
 use super::case::Case;
 use super::ours::{self, Iterations};
 use super::sample::Sample;
@@ -48,11 +49,11 @@ struct Point {
 /// Measures, prints and draws all manoeuvres.
 pub(crate) fn run(
     cases: &[Case],
-    quick: bool,
+    options: &Options,
     repeats: u32,
     images: &Path,
 ) -> Result<Vec<Scaling>, BenchError> {
-    let steps: &[usize] = if quick { &QUICK } else { &STEPS };
+    let steps = options.steps(&STEPS, &QUICK);
     let mut all = Vec::new();
     let mut curves = Vec::new();
     for case in cases {

@@ -85,3 +85,34 @@ fn hermite(
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use lgvi_dynamics::gravity::Central;
+    use lgvi_dynamics::{Load, Simulation};
+
+    use super::cold;
+    use crate::planner::case::Case;
+
+    #[test]
+    fn its_controls_fly_its_states_from_the_first_step_to_the_target() {
+        for scene in crate::planner::SCENES {
+            let case = Case::load(scene).unwrap().with_steps(100);
+            let (named, target) = (case.body().unwrap(), case.maneuver().unwrap().target);
+            let field = Central {
+                gm: case.attractor().unwrap().gm,
+            };
+            let h = case.scene.h();
+            let guess = cold(&named.body, &field, h, 100, &named.state, &target);
+            let method = case.scene.scheme().unwrap().method;
+            let states = vec![guess.states[1]];
+            let mut flight = Simulation::new(case.scene.system(), states, method, h).unwrap();
+            for control in &guess.controls[1..] {
+                let controls: [Load; 1] = [*control];
+                flight.advance(&controls).unwrap();
+            }
+            let missed = lgvi_control::miss(&target, &flight.states()[0]);
+            assert!(missed.norm() < 1e-12, "{scene}: {missed}");
+        }
+    }
+}

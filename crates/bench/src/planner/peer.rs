@@ -34,7 +34,13 @@ const TIGHT: Option<f64> = Some(1e-12);
 /// What is compared. At their default tolerance the steps of momenta and states leave violations at rounding; a tighter
 /// one only has their solvers end without progress.
 pub(crate) const SOLVERS: [Solver; 6] = [
-    Solver::new("IPOPT, controls, interpreted", "ipopt", "controls", false, None),
+    Solver::new(
+        "IPOPT, controls, interpreted",
+        "ipopt",
+        "controls",
+        false,
+        None,
+    ),
     Solver::new("IPOPT, controls", "ipopt", "controls", true, None),
     Solver::new("IPOPT, controls, 1e-12", "ipopt", "controls", true, TIGHT),
     Solver::new("IPOPT, states", "ipopt", "states", true, None),

@@ -26,6 +26,13 @@ pub(crate) struct Iterations {
     pub fine: u32,
 }
 
+/// Of a solver that knows no fewer steps.
+impl From<u32> for Iterations {
+    fn from(fine: u32) -> Self {
+        Self { coarse: 0, fine }
+    }
+}
+
 /// By the structured solver.
 pub(crate) fn newton<F: Field>(
     transfer: &Transfer<F>,

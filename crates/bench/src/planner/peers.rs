@@ -138,12 +138,6 @@ fn compare(case: &Case, peer: Option<&Peer>, repeats: u32) -> Result<Comparison,
     })
 }
 
-impl From<u32> for Iterations {
-    fn from(fine: u32) -> Self {
-        Self { coarse: 0, fine }
-    }
-}
-
 impl Row {
     fn named(solver: &'static str) -> Self {
         Self {

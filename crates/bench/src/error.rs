@@ -30,6 +30,10 @@ pub(crate) enum BenchError {
     Run { name: String, known: Vec<String> },
     #[error("{0}")]
     Peer(String),
+    #[error("no plan: {0}")]
+    Plan(String),
+    #[error("{0}")]
+    Report(String),
     #[error("{0}")]
     Picture(String),
     #[error("unknown case {name:?}, expected one of {known:?}")]

@@ -15,6 +15,7 @@ mod free;
 mod methods;
 mod peer;
 mod picture;
+mod planner;
 mod precision;
 mod run;
 
@@ -33,7 +34,7 @@ struct Arguments {
     /// Repetitions of each measurement, of which the fastest counts.
     #[arg(long, default_value_t = 5, global = true)]
     repeats: u32,
-    /// The Python that has heyoka (`pip install heyoka`); without it there is no peer.
+    /// The Python that has heyoka or casadi (`pip install heyoka casadi`); without it there is no peer.
     #[arg(long, global = true)]
     python: Option<PathBuf>,
     /// Directory for pictures.
@@ -63,6 +64,8 @@ enum Command {
     },
     /// What steps, stages and gravity cost: the constants of the automatic choice.
     Costs,
+    /// The planner's solver: beside CasADi with IPOPT and fatrop, against the number of steps, and from a plan before.
+    Planner(planner::Options),
     /// The two-dumbbell figure of the paper's §3.4, as pictures.
     Dumbbells,
 }
@@ -85,6 +88,9 @@ fn main() -> Result<(), BenchError> {
         Command::Step { fly: None } => cost::run(repeats),
         Command::Auto { name } => auto::run(name.as_deref(), repeats),
         Command::Costs => costs::run(repeats),
+        Command::Planner(options) => {
+            planner::run(&options, peer.as_ref(), repeats, &arguments.images)
+        }
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
     }
 }

@@ -1,6 +1,6 @@
-//! heyoka, run by a Python that has it.
+//! A Python with peers, and heyoka run by it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use lgvi_truth::Case;
@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::error::BenchError;
 
-/// A Python with heyoka.
+/// A Python with peers.
 pub(crate) struct Peer {
     python: PathBuf,
 }
@@ -27,6 +27,11 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/peers/heyoka_peer.py"
 impl Peer {
     pub(crate) fn new(python: PathBuf) -> Self {
         Self { python }
+    }
+
+    /// The interpreter.
+    pub(crate) fn python(&self) -> &Path {
+        &self.python
     }
 
     /// Flies the case to `t` with each of the tolerances.

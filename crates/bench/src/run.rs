@@ -11,7 +11,7 @@ use lgvi_truth::{Case, RUNS};
 use crate::clock::Moment;
 use crate::error::BenchError;
 
-const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+pub(crate) const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
 
 /// Steps of references: the fewest, and how often they may be doubled.
 const FEWEST: u64 = 64;

@@ -1,0 +1,394 @@
+"""Solves discrete optimal control problems of one rigid body with CasADi and IPOPT or fatrop, and says how long it took.
+
+    casadi_peer.py
+
+Each line of the input is a request in JSON, each line of the output its answer:
+
+    {"build": PROBLEM, "solvers": [{"solver": "ipopt" | "fatrop", "unknowns": "controls" | "momenta" | "states",
+                                    "compiled": BOOL, "tolerance": NUMBER | null}, ...]}
+        -> {"build_seconds": [NUMBER, ...]}
+    {"solve": INDEX, "controls": BOOL}
+        -> {"seconds": CPU, "wall": WALL, "iterations": I, "success": BOOL, "status": TEXT, "cost": J, "controls": [...]}
+
+PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], weights [force 3x3, moment 3x3], initial and target
+{x, gamma, R, Pi}, and the guess {states: [{x, gamma, R, Pi}, ...], controls: [[6], ...]}, which every solve starts from.
+
+The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu, both ends
+fixed. What was done to be fair to the peers:
+
+- Attitudes are the Cayley vector of the deviation from the guess's attitude (3 unknowns, not 9), and so is F_k: Cayley
+  vectors compose by one quotient, and (4.21) becomes an explicit function Pi(f).
+- Three choices of unknowns. "controls", the usual multiple shooting: states x, gamma, attitude, Pi; commands u and f,
+  with (4.21) as equalities. "momenta": states x, gamma, attitude, f; commands the next gamma and f, from which the
+  controls follow, so that steps are explicit (as fatrop asks) and there are no other equalities. "states": the same
+  without commands, 12 unknowns and 6 equalities a stage, the cost coupling neighbours: the least that IPOPT can have.
+- Exact first and second derivatives by CasADi, of one stage, mapped over all stages and put into sparse matrices, then
+  compiled (gcc -O3 -march=native): all functions of the problem together take some percent of the solver's time, the rest
+  is IPOPT with MUMPS or fatrop with BLASFEO. "compiled": false is what a CasADi user has without a compiler: the same
+  problem expanded to scalar operations that CasADi differentiates and interprets.
+- Times are those of the solver's call alone, in a process that has solved the same problem before. Building, code
+  generation and compilation are reported apart.
+- Solvers have their default options, but for the tolerance where one is given. Linear algebra runs in one thread, as
+  lgvi does; the blocks are too small to gain by more.
+
+Needs `pip install casadi`, and gcc for compiled problems.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+import casadi as ca
+import numpy as np
+
+STATES = 12
+PARAMETERS = 12
+COMPILER = ["gcc", "-O3", "-march=native", "-fPIC", "-shared"]
+
+
+def cayley_vector(r):
+    """f with Cay(f) = r; not for half turns."""
+    return np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]) / (1.0 + np.trace(r))
+
+
+def cayley(f):
+    hat = ca.skew(f)
+    return ca.SX.eye(3) + 2 / (1 + ca.dot(f, f)) * (hat + hat @ hat)
+
+
+def composed(p, q):
+    """The Cayley vector of Cay(p) Cay(q)."""
+    return (p + q + ca.cross(p, q)) / (1 - ca.dot(p, q))
+
+
+def vectors(*names):
+    return [ca.SX.sym(name, 3) for name in names]
+
+
+class Stage:
+    """What the choices of unknowns share: one step, symbolically."""
+
+    def __init__(self, problem):
+        self.problem, self.h = problem, problem["h"]
+        self.inertia = ca.DM(problem["inertia"])
+        self.between, self.attitude = ca.SX.sym("between", 3), ca.SX.sym("attitude", 3, 3)
+        self.parameters = ca.vertcat(self.between, ca.vec(self.attitude))
+        self.state()
+
+    def momentum(self, f):
+        """Pi of F = Cay(f), (4.21)."""
+        turned = self.inertia @ f
+        return 2 / self.h * (turned + ca.cross(f, turned)) / (1 + ca.dot(f, f))
+
+    def drift(self, x, gamma, a, f):
+        """(4.19), (4.22), and gravity after it: force (inertial) and moment (body)."""
+        next_x = x + self.h / self.problem["mass"] * gamma
+        next_a = composed(composed(self.between, a), f)
+        r = self.attitude @ cayley(next_a)
+        force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
+        for mass, *place in self.problem["points"]:
+            d = next_x + r @ ca.DM(place)
+            pull = -self.problem["gm"] * mass * d / ca.dot(d, d) ** 1.5
+            force += pull
+            moment += ca.cross(ca.DM(place), r.T @ pull)
+        return next_x, next_a, force, moment
+
+    def inverse(self, gamma, f, next_gamma, next_f, force, moment):
+        """The controls of a step between known momenta, (4.20) and (4.23)."""
+        kept = cayley(f).T @ self.momentum(f)
+        return ca.vertcat((next_gamma - gamma) / self.h - force, (self.momentum(next_f) - kept) / self.h - moment)
+
+    def define(self, unknowns, following, controls, constraints):
+        """With the unknowns of the stage and the states that follow."""
+        weight = ca.diagcat(*(ca.DM(weight) for weight in self.problem["weights"]))
+        self.width, self.rows = unknowns.numel(), constraints.numel()
+        self.unknowns = ca.vertcat(unknowns, following)
+        self.controls = ca.Function("controls", [self.unknowns, self.parameters], [controls])
+        self.cost, self.constraints = self.h / 2 * ca.bilin(weight, controls, controls), constraints
+
+    def function(self):
+        return ca.Function("stage", [self.unknowns, self.parameters], [self.cost, self.constraints])
+
+    def gradient(self):
+        outputs = [self.cost, ca.densify(ca.gradient(self.cost, self.unknowns))]
+        return ca.Function("stage_gradient", [self.unknowns, self.parameters], outputs)
+
+    def jacobian(self):
+        outputs = [self.constraints, ca.jacobian(self.constraints, self.unknowns)]
+        return ca.Function("stage_jacobian", [self.unknowns, self.parameters], outputs)
+
+    def hessian(self):
+        factor, multipliers = ca.SX.sym("factor"), ca.SX.sym("multipliers", self.rows)
+        lagrangian = factor * self.cost + ca.dot(multipliers, self.constraints)
+        hessian, gradient = ca.hessian(lagrangian, self.unknowns)
+        inputs = [self.unknowns, self.parameters, factor, multipliers]
+        return ca.Function("stage_hessian", inputs, [ca.densify(gradient), hessian])
+
+
+class Controls(Stage):
+    def state(self):
+        x, gamma, a, pi, f = vectors("x", "gamma", "a", "pi", "f")
+        u, following = ca.SX.sym("u", 6), ca.SX.sym("following", STATES)
+        next_x, next_a, force, moment = self.drift(x, gamma, a, f)
+        next_gamma = gamma + self.h * (force + u[:3])
+        next_pi = cayley(f).T @ pi + self.h * (moment + u[3:])
+        step = ca.vertcat(next_x, next_gamma, next_a, next_pi)
+        implicit = self.h * (pi - self.momentum(f))
+        constraints = ca.vertcat(following - step, implicit)
+        self.define(ca.vertcat(x, gamma, a, pi, u, f), following, u, constraints)
+
+    def spin(self, pi):
+        return pi
+
+    def commands(self, control, turn, _following):
+        return np.concatenate([control, turn])
+
+
+class Momenta(Stage):
+    def state(self):
+        x, gamma, a, f, next_gamma, next_f = vectors("x", "gamma", "a", "f", "next_gamma", "next_f")
+        following = ca.SX.sym("following", STATES)
+        next_x, next_a, force, moment = self.drift(x, gamma, a, f)
+        controls = self.inverse(gamma, f, next_gamma, next_f, force, moment)
+        step = ca.vertcat(next_x, next_gamma, next_a, next_f)
+        self.define(ca.vertcat(x, gamma, a, f, next_gamma, next_f), following, controls, following - step)
+
+    def spin(self, pi):
+        """f with momentum(f) = pi."""
+        f, given = vectors("f", "given")
+        residual = ca.Function("residual", [f, given], [self.momentum(f) - given])
+        root = ca.rootfinder("root", "newton", residual)
+        start = 0.5 * self.h * np.linalg.solve(self.problem["inertia"], pi)
+        return np.array(root(start, pi)).ravel()
+
+    def commands(self, _control, _turn, following):
+        return np.concatenate([following[3:6], following[9:]])
+
+
+class States(Momenta):
+    def state(self):
+        x, gamma, a, f = vectors("x", "gamma", "a", "f")
+        following = ca.SX.sym("following", STATES)
+        next_x, next_a, force, moment = self.drift(x, gamma, a, f)
+        controls = self.inverse(gamma, f, following[3:6], following[9:], force, moment)
+        constraints = ca.vertcat(following[:3] - next_x, following[6:9] - next_a)
+        self.define(ca.vertcat(x, gamma, a, f), following, controls, constraints)
+
+    def commands(self, _control, _turn, _following):
+        return np.empty(0)
+
+
+UNKNOWNS = {"controls": Controls, "momenta": Momenta, "states": States}
+
+
+class Problem:
+    """All stages: unknowns [s_0, v_0, s_1, v_1, ..., s_N]; constraints of stage 0, s_0, of the other stages, s_N."""
+
+    def __init__(self, data, unknowns):
+        self.stage, self.name = UNKNOWNS[unknowns](data), unknowns
+        states = data["guess"]["states"]
+        self.n = len(states) - 1
+        attitudes = [np.array(state["R"]) for state in states]
+        coordinates = [self.coordinates(state, r) for state, r in zip(states, attitudes)]
+        self.start = self.coordinates(data["initial"], attitudes[0])
+        self.end = self.coordinates(data["target"], attitudes[-1])
+        steps = list(zip(attitudes, attitudes[1:]))
+        turns = [cayley_vector(r.T @ s) for r, s in steps]
+        commands = map(self.stage.commands, data["guess"]["controls"], turns, coordinates[1:])
+        pairs = [part for pair in zip(coordinates, commands) for part in pair]
+        self.guess = np.concatenate([*pairs, coordinates[-1]])
+        between = [np.concatenate([cayley_vector(s.T @ r), s.flatten(order="F")]) for r, s in steps]
+        self.parameters = np.concatenate(between)
+        self.width = self.stage.width * self.n + STATES
+        self.height = self.stage.rows * self.n + 2 * STATES
+
+    def coordinates(self, state, about):
+        deviation = cayley_vector(about.T @ np.array(state["R"]))
+        return np.concatenate([state["x"], state["gamma"], deviation, self.stage.spin(np.array(state["Pi"]))])
+
+    def symbols(self):
+        """Unknowns and parameters, whole and by stages; a stage's unknowns with the states that follow."""
+        unknowns, parameters = ca.MX.sym("x", self.width), ca.MX.sym("p", PARAMETERS * self.n)
+        last = unknowns[-STATES:]
+        stages = ca.reshape(unknowns[:-STATES], self.stage.width, self.n)
+        following = ca.horzcat(stages[:STATES, 1:], last)
+        return [unknowns, parameters], [ca.vertcat(stages, following), ca.reshape(parameters, PARAMETERS, self.n)]
+
+    def constraints(self, unknowns, values):
+        ends = unknowns[:STATES] - self.start, unknowns[-STATES:] - self.end
+        return ca.vertcat(values[:, 0], ends[0], ca.vec(values[:, 1:]), ends[1])
+
+    def gradient(self, parts):
+        """From the gradients of all stages, where those of the states that follow are added to the next stage's."""
+        width = self.stage.width
+        rest = ca.MX.zeros(width - STATES, self.n)
+        shifted = ca.vertcat(parts[width:, :], rest)
+        before = ca.horzcat(ca.MX.zeros(width, 1), shifted[:, :-1])
+        return ca.vertcat(ca.vec(parts[:width, :] + before), parts[width:, -1])
+
+    def placed(self, pattern, rows, values, keep, fixed=()):
+        """The sparse matrix of all stages' blocks with this pattern, stage k in the rows from rows[k]."""
+        row, column = (np.array(index) for index in pattern.get_triplet())
+        k = np.arange(self.n)[:, None]
+        row, column = (rows[:, None] + row).ravel(), (self.stage.width * k + column).ravel()
+        row = np.concatenate([row, *(index for index, _ in fixed)]).astype(int)
+        column = np.concatenate([column, *(index for _, index in fixed)]).astype(int)
+        height = self.height if fixed else self.width
+        kept = np.flatnonzero(keep(row, column))
+        places, which = np.unique(column[kept] * height + row[kept], return_inverse=True)
+        starts = np.searchsorted(places // height, np.arange(self.width + 1))
+        sparsity = ca.Sparsity(height, self.width, starts.tolist(), (places % height).tolist())
+        columns = np.searchsorted(kept, np.arange(len(row) + 1))
+        sums = ca.Sparsity(len(places), len(row), columns.tolist(), which.tolist())
+        values = ca.reshape(values, -1, 1)
+        if fixed:
+            values = ca.vertcat(values, ca.DM.ones(len(row) - values.numel()))
+        return ca.MX(sparsity, ca.DM(sums, 1) @ values)
+
+    def nlp(self):
+        """As CasADi takes it, with nothing but the stages."""
+        (unknowns, parameters), stages = self.symbols()
+        costs, values = self.stage.function().map(self.n)(*stages)
+        constraints = self.constraints(unknowns, values)
+        return {"x": unknowns, "p": parameters, "f": ca.sum2(costs), "g": constraints}
+
+    def functions(self, triangular):
+        """The functions that CasADi's interface of the solver asks of a compiled problem, by their names."""
+        inputs, stages = self.symbols()
+        n, stage = self.n, self.stage
+        costs, values = stage.function().map(n)(*stages)
+        cost, constraints = ca.sum2(costs), self.constraints(inputs[0], values)
+        gradient = self.gradient(stage.gradient().map(n)(*stages)[1])
+
+        rows = stage.rows * np.arange(n) + STATES * (np.arange(n) > 0)
+        i = np.arange(STATES)
+        ends = [(stage.rows + i, i), (self.height - STATES + i, self.width - STATES + i)]
+        values, blocks = stage.jacobian().map(n)(*stages)
+        pattern = stage.jacobian().sparsity_out(1)
+        jacobian = self.placed(pattern, rows, blocks.nz[:], lambda row, _: row >= 0, ends)
+        first = [self.constraints(inputs[0], values), jacobian]
+
+        dual = [*inputs, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.height)]
+        of_stages = [dual[3][: stage.rows], dual[3][stage.rows + STATES : -STATES]]
+        multipliers = ca.reshape(ca.vertcat(*of_stages), stage.rows, n)
+        parts, blocks = stage.hessian().map(n)(*stages, ca.repmat(dual[2], 1, n), multipliers)
+        between = ca.MX.zeros(self.width - 2 * STATES)
+        ends = ca.vertcat(dual[3][stage.rows : stage.rows + STATES], between, dual[3][-STATES:])
+        dual_gradient = self.gradient(parts) + ends
+        keep = (lambda row, column: row <= column) if triangular else (lambda row, _: row >= 0)
+        pattern = stage.hessian().sparsity_out(1)
+        hessian = self.placed(pattern, stage.width * np.arange(n), blocks.nz[:], keep)
+
+        names, dual_names = ["x", "p"], ["x", "p", "lam_f", "lam_g"]
+        slope = {"f": cost, "grad_f_x": gradient} if triangular else {"grad_f_x": gradient}
+        second = {"grad_gamma_x": dual_gradient, "hess_gamma_x_x": hessian}
+        if triangular:
+            second = {"triu_hess_gamma_x_x": hessian}
+        whole = [cost, constraints, dual_gradient, ca.MX.zeros(PARAMETERS * n)]
+        return [
+            ca.Function("nlp", inputs, [cost, constraints], names, ["f", "g"]),
+            ca.Function("nlp_f", inputs, [cost], names, ["f"]),
+            ca.Function("nlp_g", inputs, [constraints], names, ["g"]),
+            ca.Function("nlp_grad_f", inputs, list(slope.values()), names, list(slope)),
+            ca.Function("nlp_jac_g", inputs, first, names, ["g", "jac_g_x"]),
+            ca.Function("nlp_hess_l", dual, list(second.values()), dual_names, list(second)),
+            ca.Function("nlp_grad", dual, whole, dual_names, ["f", "g", "grad_gamma_x", "grad_gamma_p"]),
+        ]
+
+    def compiled(self, solver, directory):
+        name = f"nlp_{solver}_{self.name}"
+        library = os.path.join(directory, f"{name}.so")
+        if not os.path.exists(library):
+            generator = ca.CodeGenerator(name)
+            for function in self.functions(solver == "ipopt"):
+                generator.add(function)
+            generator.generate(directory + os.sep)
+            subprocess.run([*COMPILER, os.path.join(directory, f"{name}.c"), "-o", library], check=True)
+        return library
+
+    def options(self, solver, tolerance):
+        inner = {"print_level": 0}
+        if solver == "ipopt":
+            names = ("tol", "constr_viol_tol", "dual_inf_tol", "compl_inf_tol")
+            structure = {}
+            inner |= {"sb": "yes"}
+        else:
+            names = ("tolerance",)
+            others = self.stage.rows - STATES
+            structure = {
+                "structure_detection": "manual",
+                "N": self.n,
+                "nx": [STATES] * (self.n + 1),
+                "nu": [self.stage.width - STATES] * self.n + [0],
+                "ng": [others + STATES] + [others] * (self.n - 1) + [STATES],
+                "equality": [True] * self.height,
+            }
+        if tolerance is not None:
+            inner |= dict.fromkeys(names, tolerance)
+        return {"print_time": False, solver: inner, **structure}
+
+    def solver(self, asked, directory):
+        kind = asked["solver"]
+        options = self.options(kind, asked["tolerance"])
+        if not asked["compiled"]:
+            return ca.nlpsol("solver", kind, self.nlp(), options | {"expand": True})
+        return ca.nlpsol("solver", kind, self.compiled(kind, directory), options)
+
+    def solve(self, solver, with_controls):
+        before = time.perf_counter(), time.process_time()
+        found = solver(x0=self.guess, p=self.parameters, lbg=0, ubg=0)
+        wall, seconds = time.perf_counter() - before[0], time.process_time() - before[1]
+        stats = solver.stats()
+        return {
+            "seconds": seconds,
+            "wall": wall,
+            "iterations": stats["iter_count"],
+            "success": bool(stats["success"]),
+            "status": str(stats["return_status"]),
+            "cost": float(found["f"]),
+            "controls": self.controls(np.array(found["x"]).ravel()) if with_controls else [],
+        }
+
+    def controls(self, unknowns):
+        stages = unknowns[:-STATES].reshape(self.n, -1)
+        following = np.vstack([stages[1:, :STATES], unknowns[-STATES:]])
+        parameters = self.parameters.reshape(self.n, PARAMETERS)
+        controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, parameters.T)
+        return np.array(controls).T.tolist()
+
+
+def main():
+    directory = tempfile.mkdtemp(prefix="lgvi_casadi_")
+    try:
+        for index, line in enumerate(sys.stdin):
+            request = json.loads(line)
+            if "build" in request:
+                problems, solvers, times = {}, [], []
+                place = os.path.join(directory, str(index))
+                os.mkdir(place)
+                for asked in request["solvers"]:
+                    before = time.perf_counter()
+                    name = asked["unknowns"]
+                    if name not in problems:
+                        problems[name] = Problem(request["build"], name)
+                    problem = problems[name]
+                    solvers.append((problem, problem.solver(asked, place)))
+                    times.append(time.perf_counter() - before)
+                answer = {"build_seconds": times}
+            else:
+                problem, solver = solvers[request["solve"]]
+                answer = problem.solve(solver, request["controls"])
+            print(json.dumps(answer), flush=True)
+    finally:
+        shutil.rmtree(directory, ignore_errors=True)
+
+
+main()

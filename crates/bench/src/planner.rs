@@ -1,0 +1,101 @@
+//! The planner beside CasADi's solvers on the same discrete problem; its time against the number of steps; re-planning.
+
+mod case;
+mod guess;
+mod ours;
+mod peer;
+mod peers;
+mod replan;
+mod sample;
+mod scaling;
+
+use std::path::Path;
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::error::BenchError;
+use crate::peer::Peer;
+use case::Case;
+
+/// The scenes with the two manoeuvres of §4.7.
+const SCENES: [&str; 2] = ["inclination_change", "orbital_capture"];
+
+/// What to measure; everything without an option.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Only the solver and its peers.
+    #[arg(long)]
+    peers: bool,
+    /// Only the time against the number of steps.
+    #[arg(long)]
+    scaling: bool,
+    /// Only plans from the plan before.
+    #[arg(long)]
+    replan: bool,
+    /// Fewer and smaller problems.
+    #[arg(long)]
+    quick: bool,
+    /// Only problems of so many steps.
+    #[arg(long)]
+    steps: Vec<usize>,
+}
+
+impl Options {
+    /// The numbers of steps to measure, of all or of the few of a quick run.
+    fn steps(&self, all: &[usize], quick: &[usize]) -> Vec<usize> {
+        match (self.steps.as_slice(), self.quick) {
+            ([], false) => all.to_vec(),
+            ([], true) => quick.to_vec(),
+            (asked, _) => asked.to_vec(),
+        }
+    }
+}
+
+/// Everything that was measured; times in seconds of the thread's CPU clock.
+#[derive(Serialize)]
+struct Report {
+    peers: Vec<peers::Comparison>,
+    scaling: Vec<scaling::Scaling>,
+    replan: Vec<replan::Replan>,
+}
+
+/// Measures, prints tables, writes `planner.json` and the pictures.
+pub(crate) fn run(
+    options: &Options,
+    peer: Option<&Peer>,
+    repeats: u32,
+    images: &Path,
+) -> Result<(), BenchError> {
+    let all = !(options.peers || options.scaling || options.replan);
+    let cases = SCENES
+        .into_iter()
+        .map(Case::load)
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut report = Report {
+        peers: Vec::new(),
+        scaling: Vec::new(),
+        replan: Vec::new(),
+    };
+    if all || options.peers {
+        report.peers = peers::run(&cases, options, peer, repeats)?;
+    }
+    if all || options.scaling {
+        report.scaling = scaling::run(&cases, options, repeats, images)?;
+    }
+    if all || options.replan {
+        report.replan = replan::run(&cases, options, repeats)?;
+    }
+    write(&report, &images.join("planner.json"))
+}
+
+fn write(report: &Report, path: &Path) -> Result<(), BenchError> {
+    let refuse = |error: String| BenchError::Report(format!("{}: {error}", path.display()));
+    let text = serde_json::to_string_pretty(report).map_err(|error| refuse(error.to_string()))?;
+    if let Some(directory) = path.parent() {
+        std::fs::create_dir_all(directory).map_err(|error| refuse(error.to_string()))?;
+    }
+    std::fs::write(path, text).map_err(|error| refuse(error.to_string()))?;
+    println!("{}", path.display());
+    Ok(())
+}

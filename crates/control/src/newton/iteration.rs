@@ -279,8 +279,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             standing.cost += 0.5 * command.dot(&gradient);
             standing.violation = standing.violation.max(self.model.defects[k].norm());
         }
-        standing.stationarity =
-            self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE);
+        standing.stationarity = self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE);
     }
 
     fn search<S, E, Q>(

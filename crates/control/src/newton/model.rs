@@ -151,7 +151,9 @@ impl<const X: usize, const U: usize> Model<X, U> {
             ];
             let residual = terms[0] + terms[1] + terms[2];
             self.stationarity = self.stationarity.max(residual.amax());
-            self.largest = terms.iter().fold(self.largest, |most, term| most.max(term.amax()));
+            self.largest = terms
+                .iter()
+                .fold(self.largest, |most, term| most.max(term.amax()));
 
             if curvature > 0.0 {
                 stage.state += curvature * self.curvature.state;

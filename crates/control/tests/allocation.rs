@@ -11,7 +11,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use case::Case;
-use lgvi_control::{NewtonSettings, Start, solve};
+use lgvi_control::{Constraint, NewtonSettings, Phase, Progress, Start, solve};
+use nalgebra::Vector3;
 
 struct Counting;
 
@@ -39,15 +40,28 @@ fn an_iteration_allocates_nothing() {
         coarse: 60,
         ..NewtonSettings::default()
     };
-    let mut counts = Vec::with_capacity(1000);
-    let observe = |_: &lgvi_control::Progress| {
-        counts.push(COUNT.load(Ordering::Relaxed));
-        true
+    let sphere = Constraint::KeepOutSphere {
+        center: Vector3::new(-1.8, -1.7, -0.5),
+        radius: 0.2,
     };
-    solve(&transfer, Start::Cold, &settings, observe).expect("a plan");
-    assert!(counts.len() > 5);
-    assert!(
-        counts.windows(2).all(|pair| pair[0] == pair[1]),
-        "{counts:?}"
-    );
+    let constraints = vec![sphere, Constraint::ForceNorm { limit: 7.0 }];
+    let bounded = transfer
+        .clone()
+        .with_constraints(constraints)
+        .expect("constraints");
+    for (transfer, constrained) in [(transfer, false), (bounded, true)] {
+        let mut counts = Vec::with_capacity(1000);
+        let observe = |now: &Progress| {
+            if (now.phase == Phase::Constrained) == constrained {
+                counts.push(COUNT.load(Ordering::Relaxed));
+            }
+            true
+        };
+        solve(&transfer, Start::Cold, &settings, observe).expect("a plan");
+        assert!(counts.len() > 5);
+        assert!(
+            counts.windows(2).all(|pair| pair[0] == pair[1]),
+            "{counts:?}"
+        );
+    }
 }

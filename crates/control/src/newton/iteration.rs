@@ -149,14 +149,13 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if !observe(standing) {
                 return Ended::Stopped;
             }
-            if standing.violation <= tolerances.violation
-                && standing.stationarity <= tolerances.stationarity
-            {
-                match inequalities.satisfied() {
-                    Satisfied::Yes => return Ended::Converged,
-                    Satisfied::Never => return Ended::Infeasible,
-                    Satisfied::NotYet => (),
-                }
+            let meets = standing.violation <= tolerances.violation;
+            let stationary = standing.stationarity <= tolerances.stationarity;
+            match inequalities.satisfied() {
+                Satisfied::Yes if meets && stationary => return Ended::Converged,
+                Satisfied::ToRounding if meets => return Ended::Converged,
+                Satisfied::Never => return Ended::Infeasible,
+                _ => (),
             }
             if standing.iteration >= last {
                 return Ended::Capped;
@@ -273,16 +272,14 @@ impl<const X: usize, const U: usize> Newton<X, U> {
 
     fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
         let weight = problem.h * problem.weight;
-        let mut largest = 0.0_f64;
         standing.cost = 0.0;
         standing.violation = self.model.miss.norm();
         for (k, command) in self.iterate.commands.iter().enumerate() {
             let gradient = weight * command;
             standing.cost += 0.5 * command.dot(&gradient);
-            largest = largest.max(gradient.amax());
             standing.violation = standing.violation.max(self.model.defects[k].norm());
         }
-        standing.stationarity = self.model.stationarity / largest.max(f64::MIN_POSITIVE);
+        standing.stationarity = self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE);
     }
 
     fn search<S, E, Q>(

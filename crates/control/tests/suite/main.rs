@@ -3,7 +3,10 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod case;
+mod classes;
+mod constraints;
 mod newton;
 mod processing;
 mod sensitivity;
+mod terminal;
 mod truth;

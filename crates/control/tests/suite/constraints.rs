@@ -1,0 +1,344 @@
+//! Plans under inequalities and into other terminal sets, against IPOPT on the same discrete problem
+//! (`tests/truth/constrained_control.json`).
+
+use lgvi_control::{
+    Actuation, Constraint, Motion, NewtonSettings, Phase, Plan, PlanError, RotationTarget, Start,
+    Terminal, Transfer, TranslationTarget, solve,
+};
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::{BodyState, Inertia, RigidBody};
+use nalgebra::{Matrix3, Vector3};
+use serde_json::Value;
+
+use crate::case::Case;
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+fn vector(value: &Value) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| number(&value[i]))
+}
+
+fn references() -> Value {
+    let path = format!(
+        "{}/../../tests/truth/constrained_control.json",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let text = std::fs::read_to_string(&path).expect(&path);
+    serde_json::from_str(&text).expect(&path)
+}
+
+fn constraint(c: &Value) -> Constraint {
+    let limit = || number(&c["limit"]);
+    match c["kind"].as_str().expect("a kind") {
+        "commands" => Constraint::Commands {
+            limit: [limit(); 6],
+        },
+        "force_components" => Constraint::ForceComponents {
+            limit: vector(&c["limit"]),
+        },
+        "moment_components" => Constraint::MomentComponents {
+            limit: vector(&c["limit"]),
+        },
+        "force_norm" => Constraint::ForceNorm { limit: limit() },
+        "keep_out_sphere" => Constraint::KeepOutSphere {
+            center: vector(&c["center"]),
+            radius: number(&c["radius"]),
+        },
+        "keep_out_cone" => Constraint::KeepOutCone {
+            axis: vector(&c["axis"]),
+            direction: vector(&c["direction"]),
+            half_angle: number(&c["half_angle"]),
+        },
+        "corridor" => Constraint::Corridor {
+            apex: vector(&c["apex"]),
+            axis: vector(&c["axis"]),
+            half_angle: number(&c["half_angle"]),
+        },
+        kind => panic!("{kind}"),
+    }
+}
+
+/// The terminal set of a case, by its names.
+fn terminal(kinds: &Value, state: &BodyState) -> Terminal {
+    let mut terminal = Terminal::from(*state);
+    match kinds["translation"].as_str() {
+        Some("position") => {
+            terminal.translation = TranslationTarget::Position {
+                position: state.position,
+            }
+        }
+        Some("orbit") => {
+            terminal.translation = TranslationTarget::Orbit {
+                gm: 1.0,
+                center: Vector3::zeros(),
+                position: state.position,
+                linear_momentum: state.linear_momentum,
+            }
+        }
+        _ => (),
+    }
+    match kinds["rotation"].as_str() {
+        Some("spin_axis") => {
+            let axis = vector(&kinds["axis"]);
+            terminal.rotation = RotationTarget::SpinAxis {
+                axis,
+                direction: state.attitude * axis,
+                angular_momentum: state.angular_momentum,
+            }
+        }
+        Some("free") => terminal.rotation = RotationTarget::Free,
+        _ => (),
+    }
+    terminal
+}
+
+/// Two wheels and, of some weight, a third.
+fn wheels(third: Option<f64>) -> Actuation {
+    let wheel = |axis: usize| std::array::from_fn(|i| f64::from(u8::from(i == 3 + axis)));
+    let mut columns = vec![(wheel(0), 1.0), (wheel(1), 1.0)];
+    columns.extend(third.map(|weight| (wheel(2), weight)));
+    Actuation::actuators(&columns).expect("actuators")
+}
+
+fn transfer(file: &Value, case: &Value, third: Option<f64>) -> Transfer<Central> {
+    let n = number(&case["N"]) as usize;
+    let set = case["set"].as_str().expect("a set");
+    let given = &file["sets"][set];
+    let free = if given.is_null() {
+        let base = Case::load(set);
+        let plain = base.transfer(n);
+        let state = plain.target().state().expect("a state");
+        let actuation = Actuation::full(&Matrix3::identity(), &Matrix3::identity());
+        Transfer::new(
+            base.body(),
+            Central { gm: 1.0 },
+            plain.h(),
+            n,
+            *plain.initial(),
+            terminal(&case["terminal"], &state),
+            actuation.expect("weights"),
+        )
+    } else {
+        let inertia = Inertia::principal(vector(&given["J"]).into()).expect("inertia");
+        let still = |attitude: &Value| BodyState {
+            position: Vector3::x(),
+            linear_momentum: Vector3::zeros(),
+            attitude: Matrix3::from_fn(|i, j| number(&attitude[i][j])),
+            angular_momentum: Vector3::zeros(),
+        };
+        Transfer::new(
+            RigidBody::new(1.0, inertia, Vec::new()).expect("a body"),
+            Central { gm: 0.0 },
+            number(&given["T"]) / n as f64,
+            n,
+            still(&given["bc"]["R0"]),
+            still(&given["bc"]["RN"]),
+            wheels(third),
+        )
+        .map(|transfer| transfer.with_motion(Motion::Rotation))
+    };
+    let constraints = case["constraints"].as_array().expect("constraints");
+    free.expect("a transfer")
+        .with_constraints(constraints.iter().map(constraint).collect())
+        .expect("constraints")
+}
+
+fn planned(transfer: &Transfer<Central>, start: Start<'_>) -> (Plan, u32) {
+    let mut iterations = 0;
+    let plan = solve(transfer, start, &NewtonSettings::default(), |now| {
+        iterations = now.iteration;
+        true
+    });
+    (plan.expect("a plan"), iterations)
+}
+
+/// Whether a constraint holds at every sample, by its own words.
+fn assert_holds(constraint: &Constraint, plan: &Plan) {
+    let within = |v: Vector3<f64>, limit: &Vector3<f64>| (0..3).all(|i| v[i].abs() <= limit[i]);
+    for load in &plan.controls {
+        assert!(match constraint {
+            Constraint::ForceComponents { limit } => within(load.force, limit),
+            Constraint::MomentComponents { limit } => within(load.moment, limit),
+            Constraint::ForceNorm { limit } => load.force.norm() <= *limit,
+            _ => true,
+        });
+    }
+    for command in &plan.commands {
+        assert!(match constraint {
+            Constraint::Commands { limit } => command.amax() <= limit[0],
+            _ => true,
+        });
+    }
+    for state in &plan.states {
+        assert!(match constraint {
+            Constraint::KeepOutSphere { center, radius } => {
+                (state.position - center).norm() >= radius * (1.0 - 1e-9)
+            }
+            Constraint::KeepOutCone {
+                axis,
+                direction,
+                half_angle,
+            } => (state.attitude * axis).angle(direction) >= half_angle - 1e-9,
+            Constraint::Corridor {
+                apex,
+                axis,
+                half_angle,
+            } => {
+                let arm = state.position - apex;
+                arm.dot(axis) >= arm.norm() * half_angle.cos() - 1e-9
+            }
+            _ => true,
+        });
+    }
+}
+
+#[test]
+fn constrained_costs_are_those_of_ipopt() {
+    let file = references();
+    for case in file["cases"].as_array().expect("cases") {
+        let name = case["name"].as_str().expect("a name");
+        let problem = transfer(&file, case, None);
+        let (plan, cold) = if file["sets"][case["set"].as_str().expect("a set")].is_null() {
+            planned(&problem, Start::Cold)
+        } else {
+            // Two wheels turn about the third axis by way of the others only: from a third wheel that grows dear.
+            let mut plan = planned(&transfer(&file, case, Some(1.0)), Start::Cold).0;
+            for weight in [4.0, 16.0, 64.0, 256.0, 1e3, 1e4, 1e5] {
+                let dearer = transfer(&file, case, Some(weight));
+                plan = planned(&dearer, Start::Warm(&plan)).0;
+            }
+            planned(&problem, Start::Warm(&plan))
+        };
+        // Without constraints, any of the minima that IPOPT found from several starts.
+        let minima = match case["constraints"].as_array() {
+            Some(none) if none.is_empty() => case["free_minima"].as_array().expect("minima"),
+            _ => std::slice::from_ref(&case["cost"]),
+        };
+        let errors = minima.iter().map(|cost| plan.cost / number(cost) - 1.0);
+        let error = errors
+            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .expect("a minimum");
+        let found = &plan.certificate;
+        let (again, warm) = planned(&problem, Start::Warm(&plan));
+        println!(
+            "{name}: cost {error:.1e}, {cold} iterations, {warm} from its own plan, {found:?}"
+        );
+        assert!(error.abs() < 1e-7, "{name}: {} by {error:e}", plan.cost);
+        assert!(
+            (again.cost / plan.cost - 1.0).abs() < 1e-8 && warm < cold,
+            "{name}"
+        );
+        assert!(
+            found.terminal <= 1e-12 && found.inequality <= 1e-9,
+            "{name}"
+        );
+        assert!(found.complementarity <= 1e-9, "{name}");
+        // Where a corridor ends at its apex, rounding limits the multipliers.
+        let stationarity = if name == "corridor" { 1e-5 } else { 1e-8 };
+        assert!(found.stationarity <= stationarity, "{name}: {found:?}");
+        assert!(found.sufficient, "{name}");
+        let constraints = case["constraints"].as_array().expect("constraints");
+        for given in constraints {
+            assert_holds(&constraint(given), &plan);
+        }
+        if !constraints.is_empty() {
+            assert!(plan.cost > number(&case["free_cost"]), "{name}");
+        }
+    }
+}
+
+/// `|u| ≤ b` has the conditions `u + λ² = −y u` with `y ≥ 0`, and `y = 0` where `|u| < b`.
+#[test]
+fn bounded_forces_are_along_the_costate_and_at_the_bound_where_they_differ_from_it() {
+    let free = Case::load("C_i").transfer(100);
+    let (plan, _) = planned(&free, Start::Cold);
+    let most = plan
+        .controls
+        .iter()
+        .map(|u| u.force.norm())
+        .fold(0.0, f64::max);
+    let mut least = plan.cost;
+    for part in [1.1, 0.95, 0.85, 0.75] {
+        let limit = part * most;
+        let constraints = vec![Constraint::ForceNorm { limit }];
+        let bounded = free.clone().with_constraints(constraints).expect("a limit");
+        let (plan, _) = planned(&bounded, Start::Cold);
+        let mut active = 0;
+        for (load, lambda) in plan.controls.iter().zip(&plan.multipliers) {
+            let force = load.force;
+            let rest = force + lambda.fixed_rows::<3>(3);
+            let y = -rest.dot(&force) / force.norm_squared();
+            assert!((rest + y * force).norm() < 1e-8 * most, "{part}");
+            assert!(
+                y > -1e-9 && y * (limit - force.norm()) < 1e-6 * limit,
+                "{part}: {y}"
+            );
+            active += usize::from(y > 1e-3);
+        }
+        if part > 1.0 {
+            assert_eq!(active, 0);
+            assert!((plan.cost / least - 1.0).abs() < 1e-8);
+        } else {
+            assert!(active > 2 && plan.cost > least, "{part}: {active}");
+        }
+        least = plan.cost;
+    }
+}
+
+#[test]
+fn what_cannot_be_met_is_infeasible_with_the_place() {
+    let infeasible = |transfer: &Transfer<Central>| match solve(
+        transfer,
+        Start::Cold,
+        &NewtonSettings::default(),
+        |_| true,
+    ) {
+        Err(PlanError::Infeasible {
+            constraint,
+            step,
+            violation,
+        }) => (constraint, step, violation),
+        other => panic!("{other:?}"),
+    };
+    let free = Case::load("C_i").transfer(100);
+    let far = Constraint::MomentNorm { limit: 100.0 };
+    let weak = vec![far, Constraint::ForceNorm { limit: 4.0 }];
+    let (constraint, _, violation) =
+        infeasible(&free.clone().with_constraints(weak).expect("limits"));
+    assert!(constraint == 1 && violation > 0.1);
+
+    // The start decides the first step's end, the target the last's.
+    let blocked = |center: Vector3<f64>| {
+        let sphere = Constraint::KeepOutSphere {
+            center,
+            radius: 0.05,
+        };
+        infeasible(
+            &free
+                .clone()
+                .with_constraints(vec![far, sphere])
+                .expect("a sphere"),
+        )
+    };
+    let (constraint, step, _) = blocked(free.initial().position);
+    assert_eq!((constraint, step), (1, 0));
+    let target = free.target().state().expect("a state");
+    let (constraint, step, violation) = blocked(target.position);
+    assert!((constraint, step) == (1, 99) && (violation - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn an_observer_stops_a_constrained_plan_with_what_there_is() {
+    let sphere = Constraint::KeepOutSphere {
+        center: Vector3::new(0.4, 0.44, 0.46),
+        radius: 0.12,
+    };
+    let free = Case::load("C_i").transfer(100);
+    let transfer = free.with_constraints(vec![sphere]).expect("a sphere");
+    let stopped = solve(&transfer, Start::Cold, &NewtonSettings::default(), |now| {
+        now.phase != Phase::Constrained
+    });
+    assert!(matches!(stopped, Err(PlanError::Stopped { best: Some(_) })));
+}

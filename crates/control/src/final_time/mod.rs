@@ -108,7 +108,7 @@ const HALVINGS: u32 = 12;
 ///
 /// # Assumptions and limitations
 /// `J` may have several minima by `T`; one is found. The number of intervals stays, so steps grow with `T`.
-pub fn solve_final_time<F: Field>(
+pub fn solve_final_time<F: Field + Clone>(
     transfer: &Transfer<F>,
     time: &FinalTime,
     start: Start<'_>,
@@ -123,7 +123,10 @@ pub fn solve_final_time<F: Field>(
     let mut halvings = 0;
     let mut slope = f64::NAN;
     for solves in 1..=MOST {
-        let timed = transfer.at_step(final_time / intervals);
+        let timed = Transfer {
+            h: final_time / intervals,
+            ..transfer.clone()
+        };
         let start = last.as_ref().map_or(start, |(_, plan)| Start::Warm(plan));
         let plan = match (solve(&timed, start, settings, &mut observe), &last) {
             (Ok(plan), _) => plan,

@@ -103,7 +103,8 @@ impl Task {
         for step in 0..intervals {
             let state = flight.states()[self.index];
             if every.is_some_and(|every| step % every == 0)
-                && let Some((new, iterations)) = self.plan_again(&plan, step - begun, step, state)?
+                && let Some((new, iterations)) =
+                    self.plan_again(&plan, step - begun, step, state)?
             {
                 arrival.iterations.push(iterations);
                 plan = new;
@@ -115,7 +116,8 @@ impl Task {
                 let correction = -(plan.feedback[at] * miss(&plan.states[at], &state));
                 control += self.limited(&correction);
             }
-            arrival.cost += 0.5 * self.plan.h * (control.force.norm_squared() + control.moment.norm_squared());
+            arrival.cost +=
+                0.5 * self.plan.h * (control.force.norm_squared() + control.moment.norm_squared());
             loads[self.index] = Load {
                 force: control.force.component_mul(&disturbance.force),
                 moment: control.moment.component_mul(&disturbance.moment),

@@ -84,7 +84,9 @@ pub(crate) fn run(flights: u64, intervals: usize, directory: &Path) -> Result<()
         NOISE.thrust, NOISE.translation, NOISE.rotation
     );
     println!("median and 95 % of the arrival error; cost; iterations of a new plan");
-    println!("| scene | correction | position | attitude | velocity | angular momentum | cost | iterations |");
+    println!(
+        "| scene | correction | position | attitude | velocity | angular momentum | cost | iterations |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     let mut rows = Vec::new();
     for scene in SCENES {
@@ -193,7 +195,11 @@ mod tests {
                 (corrected.velocity, open.velocity),
                 (corrected.attitude, open.attitude),
             ] {
-                assert!(error[0] < 0.3 * open[0], "{}: {error:?} for {open:?}", corrected.correction);
+                assert!(
+                    error[0] < 0.3 * open[0],
+                    "{}: {error:?} for {open:?}",
+                    corrected.correction
+                );
             }
         }
     }

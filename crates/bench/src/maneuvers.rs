@@ -57,7 +57,11 @@ pub(crate) fn run(count: u64, seed: u64, directory: &Path) -> Result<(), BenchEr
     let mut attempts = Vec::new();
     for index in 0..count {
         let maneuver = maneuver(seed, index)?;
-        attempts.push((maneuver.class, newton(index, &maneuver), shoot(index, &maneuver)));
+        attempts.push((
+            maneuver.class,
+            newton(index, &maneuver),
+            shoot(index, &maneuver),
+        ));
     }
     let (mut both, mut newton_lower, mut shooting_lower) = (0, 0, 0);
     for (_, newton, shooting) in &attempts {
@@ -67,7 +71,10 @@ pub(crate) fn run(count: u64, seed: u64, directory: &Path) -> Result<(), BenchEr
             shooting_lower += usize::from(shooting < newton * (1.0 - SAME));
         }
     }
-    let mut methods = [("newton on all stages", Vec::new()), ("shooting", Vec::new())];
+    let mut methods = [
+        ("newton on all stages", Vec::new()),
+        ("shooting", Vec::new()),
+    ];
     for (class, newton, shooting) in attempts {
         methods[0].1.push((class, newton));
         methods[1].1.push((class, shooting));
@@ -172,8 +179,14 @@ pub(crate) fn quantile(sorted: &[f64], part: f64) -> f64 {
 
 impl Report {
     fn print(&self) {
-        println!("manoeuvres 0 … {} of seed {}", self.count.saturating_sub(1), self.seed);
-        println!("| method | class | solved | of | % | iterations, median and 95 % | time (ms), median and 95 % |");
+        println!(
+            "manoeuvres 0 … {} of seed {}",
+            self.count.saturating_sub(1),
+            self.seed
+        );
+        println!(
+            "| method | class | solved | of | % | iterations, median and 95 % | time (ms), median and 95 % |"
+        );
         println!("|---|---|---|---|---|---|---|");
         for rate in &self.rates {
             let [[i, i95], [t, t95]] = [rate.iterations, rate.milliseconds];
@@ -190,9 +203,18 @@ impl Report {
             if rate.method == "shooting" {
                 continue;
             }
-            for Attempt { index, failure, iterations, .. } in &rate.failures {
+            for Attempt {
+                index,
+                failure,
+                iterations,
+                ..
+            } in &rate.failures
+            {
                 let failure = failure.as_deref().unwrap_or_default();
-                println!("{}, {index}: {failure} ({iterations} iterations)", rate.class);
+                println!(
+                    "{}, {index}: {failure} ({iterations} iterations)",
+                    rate.class
+                );
             }
         }
     }

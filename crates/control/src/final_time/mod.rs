@@ -54,7 +54,9 @@ pub struct TimedPlan {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FinalTimeError {
     /// The range is none.
-    #[error("the final time ranges from {shortest} to {longest}, expected finite numbers, 0 < shortest <= longest")]
+    #[error(
+        "the final time ranges from {shortest} to {longest}, expected finite numbers, 0 < shortest <= longest"
+    )]
     Range {
         /// Its lower end.
         shortest: f64,
@@ -86,7 +88,9 @@ pub enum FinalTimeError {
     #[error(transparent)]
     Unsolvable(#[from] Unsolvable),
     /// The search has not ended.
-    #[error("the final time is not found after {solves} transfers: slope {slope:.3e} at {final_time}")]
+    #[error(
+        "the final time is not found after {solves} transfers: slope {slope:.3e} at {final_time}"
+    )]
     NotConverged {
         /// Transfers solved.
         solves: u32,
@@ -130,9 +134,14 @@ pub fn solve_final_time<F: Field + Clone>(
         let start = last.as_ref().map_or(start, |(_, plan)| Start::Warm(plan));
         let plan = match (solve(&timed, start, settings, &mut observe), &last) {
             (Ok(plan), _) => plan,
-            (Err(PlanError::NotConverged { .. } | PlanError::Infeasible { .. } | PlanError::Dynamics { .. }), Some((good, _)))
-                if halvings < HALVINGS =>
-            {
+            (
+                Err(
+                    PlanError::NotConverged { .. }
+                    | PlanError::Infeasible { .. }
+                    | PlanError::Dynamics { .. },
+                ),
+                Some((good, _)),
+            ) if halvings < HALVINGS => {
                 halvings += 1;
                 final_time = 0.5 * (final_time + good);
                 continue;

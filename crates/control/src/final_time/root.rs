@@ -25,9 +25,9 @@ pub(super) enum Next {
     Upper,
 }
 
-/// Factors by which a place changes at most, and where no secant says by how much.
+/// Factors by which a place changes at most, and at first.
 const LONGEST: f64 = 1.5;
-const USUAL: f64 = 1.15;
+const FIRST: f64 = 1.15;
 
 impl Root {
     /// In `range` (positive), to a relative `tolerance` of the place.
@@ -91,7 +91,8 @@ impl Root {
         // A little beyond, to see the other sign.
         let factor = match ratio {
             Some(ratio) if ratio > 1.0 => (1.0 + 1.2 * (ratio - 1.0)).min(LONGEST),
-            _ => USUAL,
+            Some(_) => LONGEST,
+            None => FIRST,
         };
         let next = if up { place * factor } else { place / factor };
         next.clamp(self.range[0], self.range[1])
@@ -138,7 +139,10 @@ mod tests {
     fn slopes_that_mislead_secants_are_bisected() {
         let steep = |t: f64| (t - 2.0).signum() * (t - 2.0).abs().cbrt();
         let flat = |t: f64| (40.0 * (t - 2.0)).tanh() - 0.9;
-        for (slope, root) in [(&steep as &dyn Fn(f64) -> f64, 2.0), (&flat, 2.0 + 0.9_f64.atanh() / 40.0)] {
+        for (slope, root) in [
+            (&steep as &dyn Fn(f64) -> f64, 2.0),
+            (&flat, 2.0 + 0.9_f64.atanh() / 40.0),
+        ] {
             let (end, place, tries) = search([0.1, 100.0], 1.0, slope);
             assert_eq!(end, Next::Minimum);
             assert!((place - root).abs() < 1e-11, "{place} for {root}");

@@ -1,13 +1,14 @@
 //! The derivatives of steps against automatic differentiation of steps written anew, from potentials alone.
 
-mod model;
+pub(crate) mod model;
 
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{BodyState, Method, Simulation, System};
 use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
-use self::model::{Scene, State, scenes};
-use super::{Curvature, KickDriftKick, Linearisation, Steps};
+use self::model::{Scene, State, scenes, scheme};
+use super::{Curvature, HalfCommands, KickDriftKick, Linearisation, Steps};
 use crate::problem::Dynamics;
 
 fn random<const N: usize>(rng: &mut fastrand::Rng, scale: f64) -> SVector<f64, N> {
@@ -43,7 +44,7 @@ fn differentiated<const X: usize, const U: usize>(
         command: SMatrix::zeros(),
     };
     for i in 0..X + U {
-        for j in 0..X + U {
+        for j in i..X + U {
             let part = |index: usize| {
                 let one = |axis: usize| f64::from(u8::from(axis == index));
                 HyperDual64::new(0.0, one(i), one(j), 0.0)
@@ -55,10 +56,15 @@ fn differentiated<const X: usize, const U: usize>(
             let column = SVector::<f64, X>::from_fn(|row, _| end[row].eps1);
             let curved = SVector::<f64, X>::from_fn(|row, _| end[row].eps1eps2).dot(lambda);
             match (i < X, j < X) {
-                (true, true) => second.state[(i, j)] = curved,
+                (true, true) => {
+                    second.state[(i, j)] = curved;
+                    second.state[(j, i)] = curved;
+                }
                 (true, false) => second.mixed[(i, j - X)] = curved,
-                (false, true) => continue,
-                (false, false) => second.command[(i - X, j - X)] = curved,
+                (false, _) => {
+                    second.command[(i - X, j - X)] = curved;
+                    second.command[(j - X, i - X)] = curved;
+                }
             }
             if i < X {
                 first.a.set_column(i, &column);
@@ -128,13 +134,10 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
             let (end, first, second) = found(&steps, 0, state, &command, &lambda);
             let load = transfer.actuation.matrix();
             let expected = differentiated::<12, 6>(&lambda, |z, v| {
-                let control = std::array::from_fn(|row| {
-                    (0..6).fold(HyperDual64::from(0.0), |sum, column| {
-                        sum + (v[column] + command[column]) * load[(row, column)]
-                    })
-                });
-                let moved = State::moved(state, z);
-                scene.step(dynamics, moved, control).minus(&end)
+                let moved = State::of(state).moved(z);
+                scene
+                    .step(dynamics, moved, control(load, &command, v))
+                    .minus(&State::of(&end))
             });
             assert_same(
                 &(first, second),
@@ -142,5 +145,149 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
                 &format!("{name}, {dynamics:?}"),
             );
         }
+    }
+}
+
+/// The model's other half is put where it is in the free flight before each kick.
+#[test]
+fn halves_have_the_derivatives_of_steps_made_of_potentials() {
+    let mut rng = fastrand::Rng::with_seed(32);
+    for scene in scenes(&mut rng) {
+        for dynamics in SCHEMES {
+            let transfer = scene.transfer(dynamics);
+            let what = format!("{}, {dynamics:?}", scene.name);
+            let free = KickDriftKick::full(&transfer);
+            let one = free.next(0, &scene.state, &SVector::zeros()).unwrap();
+            let two = free.next(1, &one, &SVector::zeros()).unwrap();
+            let history = [one, two].map(|state| State::of(&state));
+            // Off the free flight in its own half, and with a stale other half.
+            let state = free.moved(&one, &random(&mut rng, 0.05));
+            let (command, lambda) = (random::<3>(&mut rng, 0.5), random::<6>(&mut rng, 1.0));
+
+            let commands = HalfCommands::forces(&transfer.actuation).unwrap();
+            let steps = KickDriftKick::translation(&transfer, &commands).unwrap();
+            let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
+            assert_eq!(
+                (end.attitude, end.angular_momentum),
+                (two.attitude, two.angular_momentum)
+            );
+            let expected = differentiated::<6, 3>(&lambda, |z, v| {
+                let z = std::array::from_fn(|i| if i < 6 { z[i] } else { HyperDual64::from(0.0) });
+                let mut moved = State::of(&state).moved(z);
+                let forces = control(commands.matrix(), &command, v);
+                let control = std::array::from_fn(|i| if i < 3 { forces[i] } else { 0.0.into() });
+                let [before, after] = scheme(dynamics);
+                (moved.r, moved.pi) = (history[0].r, history[0].pi);
+                scene.kick(&mut moved, control, before);
+                moved.glide();
+                (moved.r, moved.pi) = (history[1].r, history[1].pi);
+                scene.kick(&mut moved, control, after);
+                let all = moved.minus(&State::of(&end));
+                std::array::from_fn(|i| all[i])
+            });
+            assert_same(&(first, second), &expected, &format!("{what}, translation"));
+
+            let commands = HalfCommands::moments(&transfer.actuation).unwrap();
+            let steps = KickDriftKick::rotation(&transfer, &commands).unwrap();
+            let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
+            assert_eq!(
+                (end.position, end.linear_momentum),
+                (two.position, two.linear_momentum)
+            );
+            let expected = differentiated::<6, 3>(&lambda, |z, v| {
+                let z = std::array::from_fn(|i| {
+                    if i < 6 {
+                        HyperDual64::from(0.0)
+                    } else {
+                        z[i - 6]
+                    }
+                });
+                let mut moved = State::of(&state).moved(z);
+                let moments = control(commands.matrix(), &command, v);
+                let control =
+                    std::array::from_fn(|i| if i < 3 { 0.0.into() } else { moments[i - 3] });
+                let [before, after] = scheme(dynamics);
+                (moved.x, moved.gamma) = (history[0].x, history[0].gamma);
+                scene.kick(&mut moved, control, before);
+                moved.turn(scene.body.inertia().matrix());
+                (moved.x, moved.gamma) = (history[1].x, history[1].gamma);
+                scene.kick(&mut moved, control, after);
+                let all = moved.minus(&State::of(&end));
+                std::array::from_fn(|i| all[i + 6])
+            });
+            assert_same(&(first, second), &expected, &format!("{what}, rotation"));
+        }
+    }
+}
+
+/// `B (w + v)`.
+fn control<const R: usize, const U: usize>(
+    columns: &SMatrix<f64, R, U>,
+    command: &SVector<f64, U>,
+    v: [HyperDual64; U],
+) -> [HyperDual64; R] {
+    std::array::from_fn(|row| {
+        (0..U).fold(HyperDual64::from(0.0), |sum, column| {
+            sum + (v[column] + command[column]) * columns[(row, column)]
+        })
+    })
+}
+
+/// Flown by the propagator's integrator, a plan's controls lead to the plan's states.
+#[test]
+fn propagators_fly_the_same_steps() {
+    let mut rng = fastrand::Rng::with_seed(33);
+    for scene in scenes(&mut rng) {
+        for dynamics in SCHEMES {
+            let rotor = Rotor::default();
+            let method = match dynamics {
+                Dynamics::LieEuler => Method::LieEuler(rotor),
+                Dynamics::Lgvi => Method::Lgvi(rotor),
+            };
+            let transfer = scene.transfer(dynamics);
+            let steps = KickDriftKick::full(&transfer);
+            let system = System::new(vec![scene.body.clone()], vec![Box::new(scene.field())]);
+            let mut flight =
+                Simulation::new(system, vec![scene.state], method, transfer.h).unwrap();
+            let mut state = scene.state;
+            let mut furthest = 0.0_f64;
+            for k in 0..5 {
+                let command = random::<6>(&mut rng, 0.1);
+                state = steps.next(k, &state, &command).unwrap();
+                flight
+                    .advance(&[transfer.actuation.load(&command)])
+                    .unwrap();
+                let apart = steps.difference(&flight.states()[0], &state).amax();
+                furthest = furthest.max(apart);
+            }
+            assert!(
+                furthest < 2e-13,
+                "{}, {dynamics:?}: {furthest:e}",
+                scene.name
+            );
+        }
+    }
+}
+
+#[test]
+fn moving_by_the_difference_arrives() {
+    let mut rng = fastrand::Rng::with_seed(34);
+    let scene = &scenes(&mut rng)[0];
+    let transfer = scene.transfer(Dynamics::Lgvi);
+    let full = KickDriftKick::full(&transfer);
+    let forces = HalfCommands::forces(&transfer.actuation).unwrap();
+    let moments = HalfCommands::moments(&transfer.actuation).unwrap();
+    let translation = KickDriftKick::translation(&transfer, &forces).unwrap();
+    let rotation = KickDriftKick::rotation(&transfer, &moments).unwrap();
+    for _ in 0..20 {
+        let z = random::<12>(&mut rng, 1.0);
+        let halves = [0, 6].map(|row| z.fixed_rows::<6>(row).into_owned());
+        let there = full.moved(&scene.state, &z);
+        assert!((full.difference(&scene.state, &there) - z).amax() < 1e-14);
+        let part = translation.moved(&scene.state, &halves[0]);
+        assert!((translation.difference(&scene.state, &part) - halves[0]).amax() < 1e-14);
+        let whole = rotation.moved(&part, &halves[1]);
+        assert!((rotation.difference(&part, &whole) - halves[1]).amax() < 1e-14);
+        assert_eq!(whole, there);
     }
 }

@@ -23,7 +23,8 @@
 //!
 //! Steps: 50 to 200 in both classes.
 
-use std::f64::consts::PI;
+mod orbit;
+mod rest;
 
 use lgvi_control::{Actuation, ActuationError, Transfer, TransferError};
 use lgvi_dynamics::gravity::{Central, Field, Fixed, Sources, Uniform};
@@ -31,7 +32,6 @@ use lgvi_dynamics::{BodyError, BodyState, Inertia, InertiaError, PointMass, Rigi
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
-use crate::kepler::Orbit;
 use crate::random::Random;
 
 /// The seed of the published success rates.
@@ -94,101 +94,10 @@ pub fn maneuver(seed: u64, index: u64) -> Result<Maneuver, ManeuverError> {
     let mut random = Random::new(seed, index);
     let intervals = 50 + random.below(151);
     if index.is_multiple_of(2) {
-        rest_to_rest(&mut random, intervals)
+        rest::to_rest(&mut random, intervals)
     } else {
-        orbit_to_orbit(&mut random, intervals)
+        orbit::to_orbit(&mut random, intervals)
     }
-}
-
-fn rest_to_rest(random: &mut Random, intervals: usize) -> Result<Maneuver, ManeuverError> {
-    let duration = random.log_uniform(1.0, 10.0);
-    let mass = random.log_uniform(0.5, 2.0);
-    let widest = if random.below(3) == 0 { 0.03 } else { 1.0 };
-    let mut ratio = || random.log_uniform(0.008, widest);
-    let axes = Vector3::new(1.0, ratio(), ratio());
-    let gyration = random.log_uniform(0.1, 0.5);
-    // the mean squares of the mass's coordinates along the principal axes
-    let spread = axes * (gyration * gyration / axes.sum());
-    let frame = if random.below(2) == 0 {
-        Matrix3::identity()
-    } else {
-        random.rotation()
-    };
-    let axial = Matrix3::from_diagonal_element(spread.sum()) - Matrix3::from_diagonal(&spread);
-    let inertia = Inertia::new(mass * frame * axial * frame.transpose())?;
-    let mut points = Vec::new();
-    let gravity: Vec<Box<dyn Field>> = match random.below(3) {
-        0 => vec![],
-        1 => vec![Box::new(Uniform {
-            acceleration: random.uniform(0.0, 0.1) * random.direction(),
-        })],
-        _ => {
-            let distance = random.uniform(20.0, 50.0);
-            let rate = random.uniform(0.05, 0.5) / duration;
-            let central = Central {
-                gm: rate * rate * distance * distance * distance,
-            };
-            points = pairs(mass, &frame, &spread);
-            let place = distance * random.direction();
-            vec![Box::new(Fixed::new(central, place, Matrix3::identity()))]
-        }
-    };
-    let body = RigidBody::new(mass, inertia, points)?;
-    let apart = random.log_uniform(0.1, 5.0) * random.direction();
-    let mut at_rest = |position| BodyState {
-        position,
-        linear_momentum: Vector3::zeros(),
-        attitude: random.rotation(),
-        angular_momentum: Vector3::zeros(),
-    };
-    let ends = [at_rest(Vector3::zeros()), at_rest(apart)];
-    let h = duration / intervals as f64;
-    finish(random, Class::RestToRest, body, gravity, h, intervals, ends)
-}
-
-fn orbit_to_orbit(random: &mut Random, intervals: usize) -> Result<Maneuver, ManeuverError> {
-    let mass = random.log_uniform(0.5, 2.0);
-    let body = if random.below(2) == 0 {
-        dumbbell(random, mass)?
-    } else {
-        let axes = Vector3::from_fn(|_, _| random.log_uniform(0.02, 0.2));
-        let spread = axes.component_mul(&axes) / 3.0;
-        let moments = Vector3::from_element(spread.sum()) - spread;
-        let inertia = Inertia::principal((mass * moments).into())?;
-        RigidBody::new(mass, inertia, pairs(mass, &Matrix3::identity(), &spread))?
-    };
-    let (orbits, duration) = loop {
-        let orbits = [Orbit::random(random), Orbit::random(random)];
-        let duration =
-            random.uniform(0.1, 0.7) * PI * (1.0 / orbits[0].rate() + 1.0 / orbits[1].rate());
-        let periapsis = orbits[0].periapsis().min(orbits[1].periapsis());
-        if closest_approach(&orbits, duration) > 0.5 * periapsis {
-            break (orbits, duration);
-        }
-    };
-    let aligned = random.below(2) == 0;
-    let ends = orbits.map(|orbit| {
-        let [along, across, normal] = orbit.axes();
-        let (attitude, spin) = if aligned {
-            let attitude = Matrix3::from_columns(&[along, across, normal]);
-            (attitude, Vector3::new(0.0, 0.0, orbit.rate()))
-        } else {
-            let spin = random.uniform(0.0, orbit.rate()) * random.direction();
-            (random.rotation(), spin)
-        };
-        BodyState::from_velocities(&body, orbit.position, orbit.velocity, attitude, spin)
-    });
-    let gravity: Vec<Box<dyn Field>> = vec![Box::new(Central { gm: 1.0 })];
-    let h = duration / intervals as f64;
-    finish(
-        random,
-        Class::OrbitToOrbit,
-        body,
-        gravity,
-        h,
-        intervals,
-        ends,
-    )
 }
 
 fn finish(
@@ -220,21 +129,6 @@ fn finish(
     })
 }
 
-/// Two spheres on a massless rod along body x.
-fn dumbbell(random: &mut Random, mass: f64) -> Result<RigidBody, ManeuverError> {
-    let length = random.log_uniform(0.05, 0.4);
-    let radius = length * random.log_uniform(0.1, 0.5);
-    let axial = 0.4 * mass * radius * radius;
-    let transverse = axial + 0.25 * mass * length * length;
-    let inertia = Inertia::principal([axial, transverse, transverse])?;
-    let arm = Vector3::new(0.5 * length, 0.0, 0.0);
-    let points = [arm, -arm].map(|position| PointMass {
-        mass: 0.5 * mass,
-        position,
-    });
-    Ok(RigidBody::new(mass, inertia, points.to_vec())?)
-}
-
 /// Three pairs of equal points with the mean squares `spread` of their coordinates along the columns of `frame`.
 fn pairs(mass: f64, frame: &Matrix3<f64>, spread: &Vector3<f64>) -> Vec<PointMass> {
     let arms = (0..3).map(|axis| frame.column(axis) * (3.0 * spread[axis]).sqrt());
@@ -244,19 +138,6 @@ fn pairs(mass: f64, frame: &Matrix3<f64>, spread: &Vector3<f64>) -> Vec<PointMas
         position,
     };
     arms.flat_map(pair).map(point).collect()
-}
-
-/// The least distance from the origin of the cubic in time through both ends, sampled.
-fn closest_approach([from, to]: &[Orbit; 2], duration: f64) -> f64 {
-    const SAMPLES: u32 = 100;
-    let at = |sample: u32| {
-        let s = f64::from(sample) / f64::from(SAMPLES);
-        let (t, rest) = (s * duration, (1.0 - s) * duration);
-        let weight = s * s * (3.0 - 2.0 * s);
-        let start = from.position * (1.0 - weight) + from.velocity * (t * (1.0 - s) * (1.0 - s));
-        (start + to.position * weight - to.velocity * (rest * s * s)).norm()
-    };
-    (0..=SAMPLES).map(at).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
@@ -308,7 +189,10 @@ mod tests {
                         let energy = 0.5 * v.norm_squared() - 1.0 / r.norm();
                         let a = -0.5 / energy;
                         assert!(a > 0.999 && a < 2.501, "{a}");
-                        assert!(transfer.h() * n as f64 <= 1.4 * PI * 2.5_f64.powf(1.5));
+                        assert!(
+                            transfer.h() * n as f64
+                                <= 1.4 * std::f64::consts::PI * 2.5_f64.powf(1.5)
+                        );
                     }
                 }
             }

@@ -192,7 +192,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         loop {
             match self
                 .model
-                .solve(problem, inequalities, &self.iterate, *kind)
+                .solve(problem, inequalities, &self.iterate, *kind, |_, _, _| ())
             {
                 Err(ModelError::NotConvex { stage }) => {
                     let more = AUGMENTATIONS
@@ -222,11 +222,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             largest = largest.max(gradient.amax());
             standing.violation = standing.violation.max(self.model.defects[k].norm());
         }
-        standing.stationarity = if self.model.stationarity == 0.0 {
-            0.0
-        } else {
-            self.model.stationarity / largest.max(f64::MIN_POSITIVE)
-        };
+        standing.stationarity = self.model.stationarity / largest.max(f64::MIN_POSITIVE);
     }
 
     fn search<S, E, Q>(

@@ -1,23 +1,86 @@
 //! Local minima of the change of inclination.
 
-use lgvi_control::{SearchSettings, search};
+use lgvi_control::extremal::integrate;
+use lgvi_control::{Minimum, SearchSettings, Transfer, miss, search};
+use lgvi_dynamics::gravity::Central;
 
 use crate::case::Case;
 
+fn transfer() -> Transfer<Central> {
+    let transfer = Case::load("C_i").transfer(100);
+    transfer.with_final_time(0.9046).expect("a time")
+}
+
+fn minima(settings: &SearchSettings) -> Vec<Minimum> {
+    search(&transfer(), settings, |_| true).expect("minima")
+}
+
+/// Costs that another solver found.
+const KNOWN: [f64; 4] = [12.9478, 12.9611, 13.0054, 13.0373];
+
 #[test]
-fn the_four_minima_of_the_inclination_change_are_found() {
-    let transfer = Case::load("C_i")
-        .transfer(100)
-        .with_final_time(0.9046)
-        .expect("a time");
-    let t = std::time::Instant::now();
-    let found = search(&transfer, &SearchSettings::default(), |_| true).expect("minima");
-    for m in &found {
+fn the_minima_that_are_known_are_found_and_ranked() {
+    let found = minima(&SearchSettings::default());
+    for minimum in &found {
+        let Minimum {
+            plan,
+            winding,
+            starts,
+        } = minimum;
+        let [x, y, z] = winding.rotation.into();
         println!(
-            "{:.6} {:?} {} {:?}",
-            m.plan.cost, m.winding, m.starts, m.plan.certificate
+            "{:.4} from {starts} starts, ∫Ω dt ({x:.2}, {y:.2}, {z:.2}), ∫|Ω| dt {:.2}",
+            plan.cost, winding.angle
         );
+        assert!(plan.certificate.sufficient);
+        assert!(plan.certificate.terminal <= 1e-12);
     }
-    println!("{:?}", t.elapsed());
-    panic!();
+    for cost in KNOWN {
+        let same = |minimum: &&Minimum| (minimum.plan.cost - cost).abs() <= 5e-5;
+        assert_eq!(found.iter().filter(same).count(), 1, "{cost}");
+    }
+    for pair in found.windows(2) {
+        assert!(pair[0].plan.cost < pair[1].plan.cost);
+        let apart = pair[0].winding.rotation - pair[1].winding.rotation;
+        assert!(apart.norm() > 0.1);
+    }
+}
+
+/// The necessary conditions, integrated forward from the plan's multipliers, lead to the target with the same controls.
+#[test]
+fn minima_are_extremals() {
+    let transfer = transfer();
+    let target = transfer.target().state().expect("a state");
+    for Minimum { plan, .. } in minima(&SearchSettings::default()).iter().take(4) {
+        let extremal = integrate(&transfer, &plan.multipliers[0]).expect("an extremal");
+        assert!(miss(&target, extremal.end()).norm() < 1e-8);
+        assert!((extremal.cost / plan.cost - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_search_is_a_function_of_its_seed_and_of_nothing_else() {
+    let few = |seed| {
+        let settings = SearchSettings {
+            starts: 20,
+            seed,
+            ..SearchSettings::default()
+        };
+        let minima = minima(&settings);
+        minima.iter().map(|m| m.plan.cost).collect::<Vec<_>>()
+    };
+    assert_eq!(few(3), few(3));
+    assert_ne!(few(3), few(4));
+}
+
+#[test]
+fn a_search_that_is_stopped_returns_what_it_has_or_says_so() {
+    let stopped = |after: u32| {
+        let mut seen = 0;
+        search(&transfer(), &SearchSettings::default(), |_| {
+            seen += 1;
+            seen <= after
+        })
+    };
+    assert!(stopped(0).is_err());
 }

@@ -16,7 +16,7 @@
 //! **Orbit to orbit.** Kepler elements at both ends: semi-major axis log-uniform in 1 … 2.5, eccentricity 0 … 0.5, plane,
 //! periapsis and mean anomaly uniform (retrograde ones are half of them). Attitude and spin as the orbit has them (body
 //! x along the velocity, z along the orbit's normal, turning once a revolution) or an attitude uniform on SO(3) with a
-//! spin of up to one mean motion about any axis. Durations 0.1 … 0.7 of the mean of both periods.
+//! spin of up to one mean motion about any axis. Durations 0.1 … 0.7 of the shorter period.
 //!
 //! Ends are drawn anew while the path of least effort without gravity, a cubic in time, comes nearer to the attractor than
 //! half of the smaller distance at periapsis: nothing is forced through the attractor, though a plan may still fly by.
@@ -27,8 +27,8 @@ mod orbit;
 mod rest;
 
 use lgvi_control::{Actuation, ActuationError, Transfer, TransferError};
-use lgvi_dynamics::gravity::{Central, Field, Fixed, Sources, Uniform};
-use lgvi_dynamics::{BodyError, BodyState, Inertia, InertiaError, PointMass, RigidBody};
+use lgvi_dynamics::gravity::{Field, Sources};
+use lgvi_dynamics::{BodyError, BodyState, InertiaError, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 

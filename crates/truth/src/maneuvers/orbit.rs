@@ -1,4 +1,4 @@
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 use lgvi_dynamics::gravity::{Central, Field};
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
@@ -23,7 +23,7 @@ pub(super) fn to_orbit(random: &mut Random, intervals: usize) -> Result<Maneuver
     let (orbits, duration) = loop {
         let orbits = [Orbit::random(random), Orbit::random(random)];
         let duration =
-            random.uniform(0.1, 0.7) * PI * (1.0 / orbits[0].rate() + 1.0 / orbits[1].rate());
+            random.uniform(0.1, 0.7) * TAU / orbits[0].rate().max(orbits[1].rate());
         let periapsis = orbits[0].periapsis().min(orbits[1].periapsis());
         if closest_approach(&orbits, duration) > 0.5 * periapsis {
             break (orbits, duration);

@@ -1,8 +1,8 @@
 //! Free final times against reference solutions, and the derivative by which they are found.
 
 use lgvi_control::{
-    Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Start, TimeOptimality, TimedPlan,
-    Transfer, solve, solve_final_time,
+    Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Start, TimeOptimality,
+    TimedPlan, Transfer, solve, solve_final_time,
 };
 use lgvi_dynamics::gravity::Central;
 
@@ -84,6 +84,33 @@ fn the_slope_is_the_derivative_of_the_cost_by_time_in_all_classes() {
             assert!(error < 1e-8, "{} for {difference}", found.slope);
         }
     }
+}
+
+/// A limit of the force that holds most of the way does not know the step either.
+#[test]
+fn the_slope_is_the_derivative_of_the_cost_under_inequalities() {
+    let free = solve(&transfer(60, 1.2), Start::Cold, &settings(), |_| true).expect("a plan");
+    let forces = free.controls.iter().map(|control| control.force.norm());
+    let limit = 0.8 * forces.fold(0.0, f64::max);
+    let at = |duration: f64| {
+        let constraints = vec![Constraint::ForceNorm { limit }];
+        let transfer = transfer(60, duration).with_constraints(constraints);
+        transfer.expect("a transfer")
+    };
+    let plan = |duration: f64| {
+        let plan = solve(&at(duration), Start::Cold, &settings(), |_| true);
+        plan.expect("a plan")
+    };
+    assert!(plan(1.2).cost > 1.001 * free.cost);
+    // Where a limit takes hold at one more step the second derivative jumps: a short step.
+    let step = 5e-5;
+    let difference = (plan(1.2 + step).cost - plan(1.2 - step).cost) / (2.0 * step);
+    let bounds = between(1.2, 1.2);
+    let found = solve_final_time(&at(1.2), &bounds, Start::Cold, &settings(), |_| true);
+    let slope = found.expect("a plan").slope;
+    let error = (slope / difference - 1.0).abs();
+    println!("{slope} for {difference}: {error:.1e}");
+    assert!(error < 1e-5, "{slope} for {difference}");
 }
 
 #[test]

@@ -22,8 +22,7 @@ pub(super) fn to_orbit(random: &mut Random, intervals: usize) -> Result<Maneuver
     };
     let (orbits, duration) = loop {
         let orbits = [Orbit::random(random), Orbit::random(random)];
-        let duration =
-            random.uniform(0.1, 0.7) * TAU / orbits[0].rate().max(orbits[1].rate());
+        let duration = random.uniform(0.1, 0.7) * TAU / orbits[0].rate().max(orbits[1].rate());
         let periapsis = orbits[0].periapsis().min(orbits[1].periapsis());
         if closest_approach(&orbits, duration) > 0.5 * periapsis {
             break (orbits, duration);

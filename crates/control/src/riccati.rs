@@ -314,46 +314,4 @@ fn product<const R: usize, const K: usize, const C: usize>(
 }
 
 #[cfg(test)]
-mod timing {
-    use super::*;
-    #[test]
-    #[ignore]
-    fn speed() {
-        let mut rng = fastrand::Rng::with_seed(1);
-        let mut r = || rng.f64() - 0.5;
-        let stage = StageModel::<12, 6> {
-            state: SMatrix::identity() * 0.01,
-            mixed: SMatrix::zeros(),
-            command: SMatrix::identity() * 0.01,
-            state_gradient: SVector::zeros(),
-            command_gradient: SVector::from_fn(|_, _| 0.01 * r()),
-            dynamics: Linearisation { a: SMatrix::identity() + SMatrix::from_fn(|i, j| { let z = [[0,2,0,0],[1,1,1,1],[0,0,1,1],[1,1,1,1]][i/3][j/3]; if z == 1 || (z == 2 && i % 3 == j % 3) { 0.01 * r() } else { 0.0 } }), b: SMatrix::from_fn(|i, j| if (j < 3 && i == j + 3) || (j >= 3 && i == j + 6) { 0.01 } else { 0.0 }) },
-            defect: SVector::zeros(),
-        };
-        let end = EndModel::<12> { hessian: SMatrix::identity(), gradient: SVector::zeros(), jacobian: SMatrix::identity(), residual: SVector::zeros() };
-        let mut policy = Policy::zeros();
-        for _ in 0..3 {
-            let t = std::time::Instant::now();
-            let mut cost = CostToGo::end(&end);
-            for _ in 0..20000 { cost.sweep(&stage, &mut policy).unwrap(); }
-            println!("sweep {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, cost.hessian[(0, 0)]);
-            let a = stage.dynamics.a; let mut p = cost.hessian;
-            let t = std::time::Instant::now();
-            for _ in 0..20000 { p = std::hint::black_box(std::hint::black_box(p) * std::hint::black_box(a)); }
-            println!("mul12 {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
-            let t = std::time::Instant::now();
-            for _ in 0..20000 { p = std::hint::black_box(product(std::hint::black_box(&p), std::hint::black_box(&a))); }
-            println!("product12 {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
-            let t = std::time::Instant::now();
-            for _ in 0..20000 { p = std::hint::black_box(std::hint::black_box(&p).transpose()); }
-            println!("transpose {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
-            let t = std::time::Instant::now();
-            for _ in 0..20000 { p = std::hint::black_box(std::hint::black_box(a).tr_mul(&std::hint::black_box(p))); }
-            println!("tr_mul12 {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
-            let t = std::time::Instant::now();
-            let mut y = policy.state;
-            for _ in 0..20000 { y = std::hint::black_box(policy.state); forward(&std::hint::black_box(stage.command), &mut y); }
-            println!("forward {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, y[(0, 0)]);
-        }
-    }
-}
+mod tests;

@@ -42,7 +42,7 @@ const GUESSES: [Guess; 4] = [
 const STOUT: f64 = 0.3;
 const THINNER: f64 = 0.6;
 /// What errors count as near, by the root of the stationarity asked for: a full step from there squares them.
-const NEAR: f64 = 0.3;
+const NEAR: f64 = 1.0;
 /// What suffices of a plan over a few intervals, to start from.
 const ROUGH: f64 = 3e-3;
 /// By how much stages may multiply at once.

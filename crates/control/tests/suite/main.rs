@@ -6,6 +6,7 @@ mod case;
 mod final_time;
 mod maneuvers;
 mod minima;
+mod newton;
 mod replan;
 mod sensitivity;
 mod truth;

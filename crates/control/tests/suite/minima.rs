@@ -1,6 +1,6 @@
 //! Local minima of the change of inclination.
 
-use lgvi_control::{Minimum, SearchSettings, Settings, Transfer, search, shooting};
+use lgvi_control::{Minimum, PlanError, SearchSettings, Settings, Transfer, search, shooting};
 use lgvi_dynamics::gravity::Central;
 
 use crate::case::Case;
@@ -75,13 +75,25 @@ fn a_search_is_a_function_of_its_seed_and_of_nothing_else() {
 }
 
 #[test]
-fn a_search_that_is_stopped_returns_what_it_has_or_says_so() {
+fn a_search_that_is_stopped_returns_what_is_refined_or_says_so() {
+    let mut all = 0;
+    let whole = search(&transfer(), &SearchSettings::default(), |_| {
+        all += 1;
+        true
+    })
+    .expect("minima");
     let stopped = |after: u32| {
         let mut seen = 0;
-        search(&transfer(), &SearchSettings::default(), |_| {
+        let found = search(&transfer(), &SearchSettings::default(), |_| {
             seen += 1;
-            seen <= after
-        })
+            seen < after
+        });
+        assert!(seen <= after + whole.len() as u32);
+        found
     };
-    assert!(stopped(0).is_err());
+    let some = stopped(all - 1).expect("minima");
+    assert!(!some.is_empty() && some.len() < whole.len());
+    assert_eq!(some[0], whole[0]);
+    assert!(matches!(stopped(1), Err(PlanError::Stopped { .. })));
+    assert!(matches!(stopped(30), Err(PlanError::Stopped { .. })));
 }

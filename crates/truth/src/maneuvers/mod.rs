@@ -6,8 +6,12 @@
 //! mass in ratios to the greatest log-uniform in 0.008 … 1, of one third in 0.008 … 0.03, so that inertias obey the triangle
 //! inequality and many are as slender as 1 : 30; for one half the body frame is not the principal one; gravity acts at the
 //! centre of mass or, where it has a gradient, on six points. In orbit: dumbbells of length 0.05 … 0.4 and spheres of radius 0.1 …
-//! 0.5 of it (axial to transverse inertia 0.016 … 0.29), or three pairs of points on axes of unequal length. Weights are
-//! diagonal, log-uniform in 0.3 … 3.
+//! 0.5 of it (axial to transverse inertia 0.016 … 0.29), or three pairs of points on axes of unequal length.
+//!
+//! **Weights.** Diagonal: of forces log-uniform in 0.3 … 3; of moments log-uniform in 0.03 … 3 divided by the square of the
+//! body's radius of gyration `ρ = √(tr J / 2m)`, for a moment is what thrusters at the radius of gyration make of a force
+//! (in the paper's examples it is 0.036/ρ²). Weights that do not know the body's size would make turning a small body a part in
+//! 10⁸ of the cost, and its plan a matter of rounding.
 //!
 //! **Rest to rest.** Attitudes uniform on SO(3) at both ends, distances log-uniform in 0.1 … 5, durations log-uniform in 1 …
 //! 10; without gravity, in a uniform field of up to 0.1, or in the field of an attractor so far away that a circular orbit
@@ -110,9 +114,12 @@ fn finish(
     [initial, target]: [BodyState; 2],
 ) -> Result<Maneuver, ManeuverError> {
     let field = Sources::new(gravity);
-    let mut weight =
-        || Matrix3::from_diagonal(&Vector3::from_fn(|_, _| random.log_uniform(0.3, 3.0)));
-    let actuation = Actuation::full(&weight(), &weight())?;
+    let mut weight = |least: f64| {
+        Matrix3::from_diagonal(&Vector3::from_fn(|_, _| random.log_uniform(least, 3.0)))
+    };
+    // A moment is what thrusters at the radius of gyration make of a force.
+    let squared_radius = 0.5 * body.inertia().matrix().trace() / body.mass();
+    let actuation = Actuation::full(&weight(0.3), &(weight(0.03) / squared_radius))?;
     Ok(Maneuver {
         class,
         transfer: Transfer::new(

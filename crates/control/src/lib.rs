@@ -14,6 +14,7 @@ mod minima;
 mod newton;
 mod plan;
 mod problem;
+pub mod processing;
 mod replan;
 mod riccati;
 pub mod shooting;

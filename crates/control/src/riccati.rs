@@ -62,7 +62,7 @@ pub(crate) struct CostToGo<const X: usize> {
     pub(crate) hessian: SMatrix<f64, X, X>,
     /// `p`
     pub(crate) gradient: SVector<f64, X>,
-    /// `Gᵀ`
+    /// `Gᵀ`, a row a condition.
     pub(crate) border: SMatrix<f64, X, X>,
     /// `m`
     pub(crate) offset: SVector<f64, X>,
@@ -111,8 +111,7 @@ impl<const X: usize> CostToGo<X> {
         self.offset += product(&self.border, &stage.defect) - product(&conditions_t, &constant);
         self.gram -= product(&conditions_t, &by_conditions);
         self.border = product(&self.border, a) - product(&conditions_t, &by_state);
-        self.gradient =
-            stage.state_gradient + a.tr_mul(&gradient) - product(&state_t, &constant);
+        self.gradient = stage.state_gradient + a.tr_mul(&gradient) - product(&state_t, &constant);
         let hessian = stage.state + product(&pa_t, a) - product(&state_t, &by_state);
         self.hessian = 0.5 * (hessian + hessian.transpose());
 
@@ -155,15 +154,24 @@ impl<const X: usize> CostToGo<X> {
         let mut inverse = SMatrix::<f64, X, X>::identity();
         forward(&factor, &mut inverse);
         backward(&factor, &mut inverse);
-        let unit = augmentation.map(|weight| if weight > 0.0 { weight.sqrt().recip() } else { 0.0 });
+        let unit = augmentation.map(|weight| {
+            if weight > 0.0 {
+                weight.sqrt().recip()
+            } else {
+                0.0
+            }
+        });
         for i in 0..X {
             for j in 0..X {
                 inverse[(i, j)] *= scale[i] * unit[i] * scale[j] * unit[j];
             }
             inverse[(i, i)] += if unit[i] > 0.0 { -1.0 } else { 1.0 };
         }
-        let norm = |m: &SMatrix<f64, X, X>| m.column_iter().map(|c| c.abs().sum()).fold(0.0, f64::max);
-        inverse.try_inverse().map_or(f64::INFINITY, |map| norm(&inverse) * norm(&map))
+        let norm =
+            |m: &SMatrix<f64, X, X>| m.column_iter().map(|c| c.abs().sum()).fold(0.0, f64::max);
+        inverse
+            .try_inverse()
+            .map_or(f64::INFINITY, |map| norm(&inverse) * norm(&map))
     }
 
     /// The gain `K + N (E − M)⁻¹ Gᵀ` of the policy under which ν follows the state: that of the neighbouring extremals.

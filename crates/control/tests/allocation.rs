@@ -46,5 +46,8 @@ fn an_iteration_allocates_nothing() {
     };
     solve(&transfer, Start::Cold, &settings, observe).expect("a plan");
     assert!(counts.len() > 5);
-    assert!(counts.windows(2).all(|pair| pair[0] == pair[1]), "{counts:?}");
+    assert!(
+        counts.windows(2).all(|pair| pair[0] == pair[1]),
+        "{counts:?}"
+    );
 }

@@ -153,7 +153,10 @@ pub(crate) fn refined(states: &[BodyState], intervals: usize) -> Vec<(Vector3<f6
         let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
         let share = ((after - before) as f64).recip();
         let displacement = states[after].position - states[before].position;
-        (share * displacement, share * (turn(k, after) - turn(k, before)))
+        (
+            share * displacement,
+            share * (turn(k, after) - turn(k, before)),
+        )
     };
     let basis = |t: f64| {
         let r = 1.0 - t;

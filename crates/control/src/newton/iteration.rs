@@ -84,6 +84,8 @@ pub(crate) enum Ended {
 const AUGMENTATIONS: [f64; 3] = [10.0, 300.0, 1e4];
 /// The least damping that is not zero, and the most.
 const DAMPINGS: [f64; 2] = [1e-4, 1e8];
+/// Damping of the first step from a rough start.
+const BEGIN: f64 = 10.0;
 /// Factors by which damping rises and falls.
 const RAISE: f64 = 8.0;
 const LOWER: f64 = 4.0;
@@ -110,7 +112,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     }
 
     /// Iterates until within `tolerances`; a `rough` start takes its first step by Gauss and Newton, for want of
-    /// multipliers.
+    /// multipliers, and damped.
     pub(crate) fn run<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -129,7 +131,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let mut kind = Kind {
             curvature: if rough { 0.0 } else { 1.0 },
             augmentation: AUGMENTATIONS[0],
-            damping: 0.0,
+            damping: if rough { BEGIN } else { 0.0 },
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
@@ -164,9 +166,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if self.search(problem, inequalities, standing) {
                 if self.is_near(tolerances, standing) && kind.damping == 0.0 {
                     let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
-                    if miss <= tolerances.violation
-                        && inequalities.satisfied() == Satisfied::Yes
-                    {
+                    if miss <= tolerances.violation && inequalities.satisfied() == Satisfied::Yes {
                         standing.violation = miss;
                         return Ended::Converged;
                     }
@@ -207,7 +207,9 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
-        let mut miss = problem.ending.residual(&self.iterate.states[problem.intervals]);
+        let mut miss = problem
+            .ending
+            .residual(&self.iterate.states[problem.intervals]);
         for _ in 0..CORRECTIONS {
             if miss.norm() <= wanted {
                 break;

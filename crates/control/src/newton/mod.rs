@@ -7,8 +7,10 @@ mod iteration;
 mod model;
 mod problem;
 mod trial;
+mod turning;
 
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
-pub(crate) use model::{Kind, Model, ModelError};
+pub(crate) use model::{Kind, Model};
 pub(crate) use problem::{Iterate, Problem};
+pub(crate) use turning::Turning;

@@ -120,7 +120,14 @@ impl<const X: usize, const U: usize> Model<X, U> {
         for k in (0..last).rev() {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
             let next = if curvature > 0.0 {
-                steps.expand(k, state, command, &costate, &mut stage.dynamics, &mut self.curvature)
+                steps.expand(
+                    k,
+                    state,
+                    command,
+                    &costate,
+                    &mut stage.dynamics,
+                    &mut self.curvature,
+                )
             } else {
                 steps.linearise(k, state, command, &mut stage.dynamics)
             }
@@ -142,6 +149,9 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 stage.state += curvature * self.curvature.state;
                 stage.mixed += curvature * self.curvature.mixed;
                 stage.command += curvature * self.curvature.command;
+                if let Some(turning) = problem.turning {
+                    turning.curve(&residual, command, &mut stage.state, &mut stage.mixed);
+                }
             }
             if kind.damping > 0.0 {
                 stage.command += kind.damping * weight;

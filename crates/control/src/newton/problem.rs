@@ -1,6 +1,8 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
+use super::turning::Turning;
+
 /// A discrete optimal control problem of `X` coordinates and `U` commands, as the Newton iteration sees it.
 pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     /// `s_{k+1} = Φ_k(s_k, w_{k+1})`
@@ -17,6 +19,8 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     pub(crate) weight: SMatrix<f64, U, U>,
     /// What a unit of each coordinate costs at the end, squared and halved, roughly: the augmentation's metric.
     pub(crate) stiffness: SVector<f64, X>,
+    /// Where body-frame vectors turn with the attitude.
+    pub(crate) turning: Option<Turning>,
     /// What variations of a state weigh by its coordinates, a unit of time.
     pub(crate) metric: SVector<f64, X>,
 }
@@ -30,16 +34,4 @@ pub(crate) struct Iterate<const X: usize, const U: usize> {
     pub(crate) commands: Vec<SVector<f64, U>>,
     /// `ν`
     pub(crate) nu: SVector<f64, X>,
-}
-
-impl<const X: usize, const U: usize> Iterate<X, U> {
-    /// Whether all numbers are finite.
-    pub(crate) fn is_finite(&self) -> bool {
-        self.states.iter().all(BodyState::is_finite)
-            && self
-                .commands
-                .iter()
-                .all(|w| w.iter().all(|c| c.is_finite()))
-            && self.nu.iter().all(|c| c.is_finite())
-    }
 }

@@ -124,19 +124,26 @@ where
         for k in 0..problem.intervals {
             let state = to.states[k];
             let policy = &model.policies[k];
+            let mut off = steps.difference(&from.states[k], &state);
+            let turned = problem.turning.map(|turning| {
+                let momenta = [&from.states[k], &state].map(|state| &state.angular_momentum);
+                (
+                    turning,
+                    turning.difference(momenta[0], momenta[1], &mut off),
+                )
+            });
             let v = match how {
                 Move::Straight(direction, length) => length * direction.commands[k],
                 Move::Flown(direction, length) => {
-                    let off = steps.difference(&from.states[k], &state);
                     length * direction.commands[k]
                         - policy.state * (off - length * direction.states[k])
                 }
-                Move::Conditions(nu) => {
-                    let off = steps.difference(&from.states[k], &state);
-                    -(policy.state * off + policy.conditions * nu)
-                }
+                Move::Conditions(nu) => -(policy.state * off + policy.conditions * nu),
             };
-            let command = from.commands[k] + v;
+            let mut command = from.commands[k] + v;
+            if let Some((turning, zeta)) = turned {
+                turning.command(&zeta, &from.commands[k], &mut command);
+            }
             let next = steps.next(k, &state, &command)?;
             let (end, defect) = match how {
                 Move::Straight(direction, length) => {

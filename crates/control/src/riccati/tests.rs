@@ -49,11 +49,15 @@ fn problem<const X: usize, const U: usize>(
     (stages, end)
 }
 
-/// States `z_1 … z_N`, commands and ν by the sweep.
+/// States `z_1 … z_N`, commands and ν.
+type Swept<const X: usize, const U: usize> =
+    (Vec<SVector<f64, X>>, Vec<SVector<f64, U>>, SVector<f64, X>);
+
+/// They by the sweep.
 fn swept<const X: usize, const U: usize>(
     stages: &[StageModel<X, U>],
     end: &EndModel<X>,
-) -> Result<(Vec<SVector<f64, X>>, Vec<SVector<f64, U>>, SVector<f64, X>), NotConvex> {
+) -> Result<Swept<X, U>, NotConvex> {
     let mut cost = CostToGo::end(end);
     let mut policies = vec![Policy::zeros(); stages.len()];
     for (stage, policy) in stages.iter().zip(&mut policies).rev() {
@@ -92,23 +96,28 @@ fn dense<const X: usize, const U: usize>(
         right.rows_mut(row, X).copy_from(&stage.defect);
         if k > 0 {
             let before = z - width;
-            kkt.view_mut((before, before), (X, X)).copy_from(&stage.state);
+            kkt.view_mut((before, before), (X, X))
+                .copy_from(&stage.state);
             kkt.view_mut((before, v), (X, U)).copy_from(&stage.mixed);
-            kkt.view_mut((v, before), (U, X)).copy_from(&stage.mixed.transpose());
+            kkt.view_mut((v, before), (U, X))
+                .copy_from(&stage.mixed.transpose());
             right.rows_mut(before, X).copy_from(&-stage.state_gradient);
-            kkt.view_mut((row, before), (X, X)).copy_from(&-stage.dynamics.a);
+            kkt.view_mut((row, before), (X, X))
+                .copy_from(&-stage.dynamics.a);
         }
     }
     let last = primal - X;
     kkt.view_mut((last, last), (X, X)).copy_from(&end.hessian);
     right.rows_mut(last, X).copy_from(&-end.gradient);
     let rows = end.jacobian.rows(0, conditions);
-    kkt.view_mut((size - conditions, last), (conditions, X)).copy_from(&rows);
+    kkt.view_mut((size - conditions, last), (conditions, X))
+        .copy_from(&rows);
     right
         .rows_mut(size - conditions, conditions)
         .copy_from(&-end.residual.rows(0, conditions));
     let below = kkt.view((primal, 0), (size - primal, primal)).transpose();
-    kkt.view_mut((0, primal), (primal, size - primal)).copy_from(&below);
+    kkt.view_mut((0, primal), (primal, size - primal))
+        .copy_from(&below);
     kkt.lu().solve(&right).unwrap()
 }
 
@@ -120,8 +129,12 @@ fn agrees<const X: usize, const U: usize>(seed: u64, intervals: usize, condition
     let scale = expected.amax();
     for k in 0..intervals {
         let at = k * (X + U);
-        let off = (expected.rows(at, U) - commands[k]).amax() + (expected.rows(at + U, X) - states[k]).amax();
-        assert!(off < 1e-9 * scale, "stage {k} of {intervals}: off by {off:e} of {scale:e}");
+        let off = (expected.rows(at, U) - commands[k]).amax()
+            + (expected.rows(at + U, X) - states[k]).amax();
+        assert!(
+            off < 1e-9 * scale,
+            "stage {k} of {intervals}: off by {off:e} of {scale:e}"
+        );
     }
     let multipliers = expected.rows(expected.len() - conditions, conditions);
     assert!((multipliers - nu.rows(0, conditions)).amax() < 1e-9 * scale);
@@ -188,7 +201,10 @@ fn long_arcs_lose_nothing() {
         for (k, command) in commands.iter().enumerate() {
             let part = k as f64 / (intervals - 1) as f64;
             let linear = first + part * (last - first);
-            assert!((command[0] - linear).abs() < 1e-9 * first.abs(), "{k} of {intervals}");
+            assert!(
+                (command[0] - linear).abs() < 1e-9 * first.abs(),
+                "{k} of {intervals}"
+            );
         }
     }
 }

@@ -51,7 +51,7 @@ const REFINEMENT: usize = 5;
 const TURN: f64 = 0.3;
 
 /// An iteration that did not converge, and where it is.
-pub(super) type Failure<const X: usize, const U: usize> = (Ended, Newton<X, U>);
+pub(super) type Failure<const X: usize, const U: usize> = (Ended, Box<Newton<X, U>>);
 
 impl<'s, F: Field, C> Solver<'s, F, C> {
     pub(super) fn new(
@@ -92,6 +92,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             h: view.h,
             intervals: view.intervals,
             weight: self.class.weight(view),
+            turning: self.class.turning(view),
             stiffness: own(stiffness(view)),
             metric: own(metric(view)),
         }
@@ -135,7 +136,11 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         };
         let iterate = Iterate {
             states: plan.states.clone(),
-            commands: plan.commands.iter().map(|w| self.class.narrowed(w)).collect(),
+            commands: plan
+                .commands
+                .iter()
+                .map(|w| self.class.narrowed(w))
+                .collect(),
             nu,
         };
         let steps = self.class.steps(self.transfer)?;
@@ -349,7 +354,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         );
         match ended {
             Ended::Converged => Ok(newton),
-            ended => Err((ended, newton)),
+            ended => Err((ended, Box::new(newton))),
         }
     }
 

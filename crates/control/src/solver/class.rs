@@ -4,7 +4,7 @@ use lgvi_dynamics::gravity::Field;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::Transfer;
-use crate::newton::Ending;
+use crate::newton::{Ending, Turning};
 use crate::problem::{RotationSet, TerminalSet, TranslationSet};
 use crate::steps::{
     Full, HalfCommands, HalfError, KickDriftKick, RotationHalf, Steps, TranslationHalf,
@@ -21,8 +21,10 @@ pub(super) trait Class<const X: usize, const U: usize> {
     /// Where δx and ζ lie in z, if at all.
     const OFFSETS: [Option<usize>; 2];
 
-    fn steps<'t, F: Field>(&self, transfer: &'t Transfer<F>)
-    -> Result<Self::Steps<'t, F>, HalfError>;
+    fn steps<'t, F: Field>(
+        &self,
+        transfer: &'t Transfer<F>,
+    ) -> Result<Self::Steps<'t, F>, HalfError>;
 
     fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t Self::Ending;
 
@@ -34,6 +36,18 @@ pub(super) trait Class<const X: usize, const U: usize> {
 
     /// Those of the actuation's commands that are the class's.
     fn narrowed(&self, command: &SVector<f64, 6>) -> SVector<f64, U>;
+
+    /// Where moments are among its commands, if commands are moments themselves.
+    fn moments<F>(&self, transfer: &Transfer<F>) -> Option<usize>;
+
+    /// Where body-frame vectors turn with the attitude.
+    fn turning<F>(&self, transfer: &Transfer<F>) -> Option<Turning> {
+        let [_, attitude] = Self::OFFSETS;
+        Some(Turning {
+            attitude: attitude?,
+            moment: self.moments(transfer)?,
+        })
+    }
 
     /// `w = S w_U`, by columns.
     fn selection(&self) -> SMatrix<f64, 6, U> {
@@ -71,6 +85,10 @@ impl Class<12, 6> for Both {
         *transfer.actuation.weight()
     }
 
+    fn moments<F>(&self, transfer: &Transfer<F>) -> Option<usize> {
+        transfer.actuation.gains().map(|_| 3)
+    }
+
     fn widened(&self, command: &SVector<f64, 6>) -> SVector<f64, 6> {
         *command
     }
@@ -104,6 +122,10 @@ impl Class<6, 3> for Translation {
         *self.0.weight()
     }
 
+    fn moments<F>(&self, _: &Transfer<F>) -> Option<usize> {
+        None
+    }
+
     fn widened(&self, command: &Vector3<f64>) -> SVector<f64, 6> {
         self.0.widened(command)
     }
@@ -135,6 +157,10 @@ impl Class<6, 3> for Rotation {
 
     fn weight<F>(&self, _: &Transfer<F>) -> SMatrix<f64, 3, 3> {
         *self.0.weight()
+    }
+
+    fn moments<F>(&self, transfer: &Transfer<F>) -> Option<usize> {
+        transfer.actuation.gains().map(|_| 0)
     }
 
     fn widened(&self, command: &Vector3<f64>) -> SVector<f64, 6> {

@@ -91,15 +91,9 @@ impl<F: Field, C> Solver<'_, F, C> {
         let mut model = Model::new(problem.intervals);
         let mut sufficient = false;
         for kind in KINDS {
-            let solved = model.solve(
-                &problem,
-                inequalities,
-                &iterate,
-                kind,
-                |k, policy, cost| {
-                    plan.feedback[k] = self.widened_gain(&cost.gain(policy, &softness));
-                },
-            );
+            let solved = model.solve(&problem, inequalities, &iterate, kind, |k, policy, cost| {
+                plan.feedback[k] = self.widened_gain(&cost.gain(policy, &softness));
+            });
             if solved.is_ok() {
                 sufficient = kind.curvature == 1.0;
                 break;
@@ -232,7 +226,7 @@ fn softness<S, E: Ending<X>, const X: usize, const U: usize>(
     SVector::from_fn(|row, _| {
         let compliance = |column: usize| {
             // Poses, then momenta, by threes.
-            let power = if (column / 3) % 2 == 0 { 3 } else { 1 };
+            let power = if (column / 3).is_multiple_of(2) { 3 } else { 1 };
             let share = (0..power).fold(1.0, |share, _| share * part);
             jacobian[(row, column)] * jacobian[(row, column)] * share / problem.stiffness[column]
         };

@@ -90,7 +90,16 @@ impl Case {
         let identity = Matrix3::identity();
         let (initial, target) = (boundary("0"), boundary("N"));
         let actuation = Actuation::full(&identity, &identity).expect("weights");
-        Transfer::new(self.body_with(axial), field, h, n, initial, target, actuation).expect("a transfer")
+        Transfer::new(
+            self.body_with(axial),
+            field,
+            h,
+            n,
+            initial,
+            target,
+            actuation,
+        )
+        .expect("a transfer")
     }
 
     /// Solutions with a free final time: N, T, J.

@@ -7,6 +7,7 @@ mod final_time;
 mod maneuvers;
 mod minima;
 mod newton;
+mod processing;
 mod replan;
 mod sensitivity;
 mod truth;

@@ -1,0 +1,66 @@
+//! Variations that turn with the body.
+//!
+//! Momentum and moment are vectors in the body frame. Where the attitude moves by a large ζ, as it may about the axis of a
+//! slender body at next to no cost, they stay what they are in space only if they turn back: `exp(−S(ζ)) (Π + δΠ + ζ × Π)`
+//! agrees with `Π + δΠ` to first order and is what large variations mean.
+
+use lgvi_lie::{exp, hat};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+/// Where the attitude is among coordinates and moments are among commands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turning {
+    /// Of ζ; Π is three further on.
+    pub(crate) attitude: usize,
+    /// Of the moment, where commands are moments themselves.
+    pub(crate) moment: usize,
+}
+
+impl Turning {
+    /// Makes δΠ of a difference of states that of turned variations, between `from` and `to`.
+    pub(crate) fn difference<const X: usize>(
+        self,
+        from: &Vector3<f64>,
+        to: &Vector3<f64>,
+        z: &mut SVector<f64, X>,
+    ) -> Vector3<f64> {
+        let zeta = z.fixed_rows::<3>(self.attitude).into_owned();
+        let turned = exp(&zeta) * to - from - zeta.cross(from);
+        z.fixed_rows_mut::<3>(self.attitude + 3).copy_from(&turned);
+        zeta
+    }
+
+    /// Turns the moment of `command`, whose variation is `v`, with an attitude that has moved by ζ.
+    pub(crate) fn command<const U: usize>(
+        self,
+        zeta: &Vector3<f64>,
+        from: &SVector<f64, U>,
+        command: &mut SVector<f64, U>,
+    ) {
+        let before = from.fixed_rows::<3>(self.moment).into_owned();
+        let varied = command.fixed_rows::<3>(self.moment) + zeta.cross(&before);
+        command
+            .fixed_rows_mut::<3>(self.moment)
+            .copy_from(&(exp(&-zeta) * varied));
+    }
+
+    /// Adds what the turning contributes to second derivatives where the Lagrangian's gradient by the command is not 0:
+    /// those of `−r · (ζ × v + ½ ζ × (ζ × u))`.
+    pub(crate) fn curve<const X: usize, const U: usize>(
+        self,
+        gradient: &SVector<f64, U>,
+        command: &SVector<f64, U>,
+        state: &mut SMatrix<f64, X, X>,
+        mixed: &mut SMatrix<f64, X, U>,
+    ) {
+        let r = gradient.fixed_rows::<3>(self.moment).into_owned();
+        let u = command.fixed_rows::<3>(self.moment).into_owned();
+        let outer = r * u.transpose();
+        let by_attitude =
+            Matrix3::from_diagonal_element(r.dot(&u)) - 0.5 * (outer + outer.transpose());
+        let mut state = state.fixed_view_mut::<3, 3>(self.attitude, self.attitude);
+        state += by_attitude;
+        let mut mixed = mixed.fixed_view_mut::<3, 3>(self.attitude, self.moment);
+        mixed += hat(&r);
+    }
+}

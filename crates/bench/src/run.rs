@@ -38,7 +38,8 @@ enum Source {
 /// The shipped scene called `name`.
 pub(crate) fn scene(name: &str) -> Result<Scene, BenchError> {
     let path = Path::new(SCENES).join(name).with_extension("toml");
-    let text = std::fs::read_to_string(&path).map_err(|source| BenchError::Read { path, source })?;
+    let text =
+        std::fs::read_to_string(&path).map_err(|source| BenchError::Read { path, source })?;
     Scene::parse(name, &text).map_err(|source| BenchError::Scene {
         name: name.into(),
         source,

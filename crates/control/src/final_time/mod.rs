@@ -116,7 +116,7 @@ const MOST: u32 = 100;
 const HALVINGS: u32 = 12;
 
 /// Minimises `J + weight·T`: finds the local minimum downhill from the transfer's own final time, or from the end of the
-/// range that is nearest to it. Each transfer starts from the plan of the one before.
+/// range that is nearest to it. Each transfer starts from the path of the plan before, so that the attitude winds the same way.
 ///
 /// # Assumptions and limitations
 /// `J` may have several minima by `T`; one is found. The number of intervals stays, so steps grow with `T`.
@@ -139,7 +139,12 @@ pub fn solve_final_time<F: Field + Clone>(
             h: final_time / intervals,
             ..transfer.clone()
         };
-        let start = last.as_ref().map_or(start, |(_, plan)| Start::Warm(plan));
+        let before = match (&last, start) {
+            (Some((_, plan)), _) => Some(retimed(plan, timed.h)),
+            (None, Start::Warm(plan)) => Some(retimed(plan, timed.h)),
+            (None, Start::Cold) => None,
+        };
+        let start = before.as_ref().map_or(Start::Cold, Start::Warm);
         let plan = match (solve(&timed, start, settings, &mut observe), &last) {
             (Ok(plan), _) => plan,
             (
@@ -185,6 +190,25 @@ pub fn solve_final_time<F: Field + Clone>(
         final_time,
         slope,
     })
+}
+
+/// The plan's path at another step: momenta go as `1/h`, commands and multipliers as `1/h²`.
+fn retimed(plan: &Plan, h: f64) -> Plan {
+    let ratio = plan.h / h;
+    let mut plan = plan.clone();
+    plan.h = h;
+    let last = plan.states.len().saturating_sub(1);
+    for state in plan.states.iter_mut().take(last).skip(1) {
+        state.linear_momentum *= ratio;
+        state.angular_momentum *= ratio;
+    }
+    for command in &mut plan.commands {
+        *command *= ratio * ratio;
+    }
+    for multiplier in &mut plan.multipliers {
+        *multiplier *= ratio * ratio;
+    }
+    plan
 }
 
 fn check(time: &FinalTime) -> Result<(), FinalTimeError> {

@@ -10,7 +10,10 @@ pub(crate) use body::{
     AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
 };
 pub(crate) use gravity::{CentralFile, GravityFile};
-pub(crate) use maneuver::{ManeuverFile, WeightFile};
+pub(crate) use maneuver::{
+    ActuatorFile, ConstraintFile, DynamicsFile, FinalTimeFile, LimitFile, ManeuverFile, MotionFile,
+    ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
+};
 
 use crate::integrator::IntegratorFile;
 

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod bodies;
+mod classes;
 mod gravity;
 mod integrators;
 mod maneuvers;

@@ -14,6 +14,7 @@ Types and names are written from the ROS 2 conventions, not taken from lgvi. Nee
 import argparse
 import dataclasses
 import json
+import math
 import os
 import sys
 import time
@@ -146,6 +147,25 @@ class TFMessage(IdlStruct, typename="tf2_msgs.msg.dds_.TFMessage_"):
 
 @dataclass
 @final
+class BodyState(IdlStruct, typename="lgvi_msgs.msg.dds_.BodyState_"):
+    name: str
+    position: array[float64, 3]
+    linear_momentum: array[float64, 3]
+    attitude: array[float64, 9]
+    angular_momentum: array[float64, 3]
+
+
+@dataclass
+@final
+class ControlLimits(IdlStruct, typename="lgvi_msgs.msg.dds_.ControlLimits_"):
+    force: array[float64, 3]
+    moment: array[float64, 3]
+    force_norm: float64
+    moment_norm: float64
+
+
+@dataclass
+@final
 class ControlSequence(IdlStruct, typename="lgvi_msgs.msg.dds_.ControlSequence_"):
     header: Header
     body: str
@@ -153,6 +173,9 @@ class ControlSequence(IdlStruct, typename="lgvi_msgs.msg.dds_.ControlSequence_")
     step_size: float64
     force: sequence[Vector3]
     moment: sequence[Vector3]
+    reference: sequence[BodyState]
+    feedback: sequence[float64]
+    limits: ControlLimits
 
 
 PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False)
@@ -171,7 +194,7 @@ def topic(participant, name, kind, qos):
 
 
 def control_from_json(data):
-    """Builds a control sequence from the JSON form of the ROS message."""
+    """Builds a control sequence from the JSON form of the ROS message; JSON has no infinity, null stands for it."""
 
     def build(kind, fields):
         hints = typing.get_type_hints(kind)
@@ -181,7 +204,13 @@ def control_from_json(data):
         })
 
     vectors = {name: [Vector3(**vector) for vector in data[name]] for name in ("force", "moment")}
-    return build(ControlSequence, {**data, **vectors})
+    reference = [BodyState(**state) for state in data["reference"]]
+
+    def bound(value):
+        return [bound(each) for each in value] if isinstance(value, list) else math.inf if value is None else value
+
+    limits = {name: bound(value) for name, value in data["limits"].items()}
+    return build(ControlSequence, {**data, **vectors, "reference": reference, "limits": limits})
 
 
 def waited_for(deadline, condition):

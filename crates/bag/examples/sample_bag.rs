@@ -17,7 +17,9 @@ use lgvi_msgs::{
     cdr,
     diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
     geometry_msgs::{Point, PoseStamped, TransformStamped, Vector3},
-    msg::{BodyState, ControlSequence, Invariants, PlanProgress, Scene, SystemState},
+    msg::{
+        BodyState, ControlLimits, ControlSequence, Invariants, PlanProgress, Scene, SystemState,
+    },
     nav_msgs::{Odometry, Path},
     rcl_interfaces::Log,
     rosgraph_msgs::Clock,
@@ -115,6 +117,14 @@ fn write_round(sample: &mut Sample, k: u32) -> Result<(), Box<dyn Error>> {
         step_size: 0.1,
         force: (0..k).map(vector).collect(),
         moment: (0..k).map(|index| vector(index + 100)).collect(),
+        reference: (0..k).map(|index| body(&name, index)).collect(),
+        feedback: (0..k).flat_map(numbers::<72>).collect(),
+        limits: ControlLimits {
+            force: numbers(k),
+            moment: [f64::INFINITY; 3],
+            force_norm: f64::INFINITY,
+            moment_norm: 0.1,
+        },
     };
     sample.write("/lgvi_planner/control_sequence", latched, &control)?;
     let invariants = Invariants {

@@ -186,6 +186,15 @@ fn a_control_sequence_of_a_stranger_is_received() {
         "step_size": 0.1,
         "force": [{"x": 1.0, "y": 2.0, "z": 3.0}, {"x": 4.0, "y": 5.0, "z": 6.0}],
         "moment": [{"x": -1.0, "y": 0.0, "z": 1e-9}, {"x": 0.0, "y": 0.0, "z": 0.0}],
+        "reference": [{
+            "name": "chaser",
+            "position": [1.0, 2.0, 3.0],
+            "linear_momentum": [4.0, 5.0, 6.0],
+            "attitude": [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            "angular_momentum": [7.0, 8.0, 9.0],
+        }],
+        "feedback": [0.5, -0.25],
+        "limits": {"force": [1.0, null, 3.0], "moment": [4.0, 5.0, 6.0], "force_norm": null, "moment_norm": 7.0},
     });
     peer.stdin
         .take()
@@ -211,6 +220,19 @@ fn a_control_sequence_of_a_stranger_is_received() {
     assert_eq!(
         message.moment,
         [vector(-1.0, 0.0, 1e-9), vector(0.0, 0.0, 0.0)]
+    );
+    let [reference] = &message.reference[..] else {
+        panic!("{:?}", message.reference)
+    };
+    assert_eq!(reference.name, "chaser");
+    assert_eq!(reference.attitude[..4], [0.0, -1.0, 0.0, 1.0]);
+    assert_eq!(reference.angular_momentum, [7.0, 8.0, 9.0]);
+    assert_eq!(message.feedback, [0.5, -0.25]);
+    let limits = &message.limits;
+    assert_eq!(limits.force, [1.0, f64::INFINITY, 3.0]);
+    assert_eq!(
+        (limits.force_norm, limits.moment_norm),
+        (f64::INFINITY, 7.0)
     );
     assert_eq!(subscription.take().unwrap(), None);
 }

@@ -14,7 +14,10 @@ use std::{
 use lgvi_middleware::shm::{
     Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher, StateSubscriber,
 };
-use lgvi_msgs::shm::{BodySample, ControlHeader, ControlInterval, Name, StateHeader};
+use lgvi_msgs::shm::{
+    BodySample, ControlHeader, ControlInterval, FeedbackHeader, FeedbackInterval, Limits, Name,
+    StateHeader,
+};
 use tempfile::TempDir;
 
 const TOPIC: &str = "/lgvi_propagator/state";
@@ -301,6 +304,64 @@ fn a_late_subscriber_gets_the_last_control_sequence() {
         error,
         ShmError::TooLong {
             length: 1_000_001,
+            ..
+        }
+    ));
+}
+
+#[test]
+fn a_topic_has_sequences_with_and_without_a_feedback_law_side_by_side() {
+    let root = World::new();
+    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    let topic = "/lgvi_planner/control_sequence";
+    let mut open_loop = a.control_publisher(topic).unwrap();
+    let mut closed_loop = a.feedback_publisher(topic).unwrap();
+    let header = |first_step| ControlHeader {
+        first_step,
+        step_size: 0.1,
+        ..ControlHeader::default()
+    };
+    let interval = |k: usize| FeedbackInterval {
+        gain: [[k as f64; 12]; 6],
+        ..FeedbackInterval::default()
+    };
+    let limits = Limits {
+        force_norm: 2.0,
+        ..Limits::NONE
+    };
+    let law = |first_step| FeedbackHeader {
+        control: header(first_step),
+        limits,
+    };
+    open_loop
+        .send(header(1), &[ControlInterval::default(); 3])
+        .unwrap();
+    for (first_step, length) in [(2, 3), (3, 100_000), (4, 1000)] {
+        let intervals: Vec<_> = (0..length).map(interval).collect();
+        closed_loop.send(law(first_step), &intervals).unwrap();
+    }
+    let mut controls = b.control_subscriber(topic).unwrap();
+    let mut laws = b.feedback_subscriber(topic).unwrap();
+    open_loop.wait_for_subscribers(1, PATIENCE).unwrap();
+    closed_loop.wait_for_subscribers(1, PATIENCE).unwrap();
+    let sample = controls.receive().unwrap().unwrap();
+    assert_eq!(
+        (sample.header().first_step, sample.elements().len()),
+        (1, 3)
+    );
+    assert!(controls.receive().unwrap().is_none());
+    let sample = laws.receive().unwrap().unwrap();
+    assert_eq!(*sample.header(), law(4));
+    assert_eq!(sample.elements()[999], interval(999));
+    assert!(laws.receive().unwrap().is_none());
+    let error = closed_loop
+        .send(law(5), &vec![interval(0); 100_001])
+        .unwrap_err();
+    assert!(matches!(
+        error,
+        ShmError::TooLong {
+            length: 100_001,
+            limit: 100_000,
             ..
         }
     ));

@@ -1,6 +1,7 @@
 //! From the file's form to a scene that can be flown.
 
 mod body;
+mod disturbance;
 mod gravity;
 mod maneuver;
 mod polyhedron;
@@ -43,6 +44,7 @@ impl Scene {
             bodies,
             gravity,
             maneuver: None,
+            disturbance: None,
         };
         run::check_step(&scene)?;
         check_si(&scene)?;
@@ -56,6 +58,10 @@ impl Scene {
                     "a manoeuvre",
                 ));
             }
+        }
+        if let Some(file) = &file.disturbance {
+            scene.disturbance = Some(disturbance::disturbance(&scene, file)?);
+            disturbance::check_states(&scene)?;
         }
         Ok(scene)
     }

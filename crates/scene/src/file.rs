@@ -1,6 +1,7 @@
 //! The file's form: what serde reads, key by key, before anything is checked.
 
 mod body;
+mod disturbance;
 mod gravity;
 mod maneuver;
 
@@ -9,6 +10,7 @@ use serde::Deserialize;
 pub(crate) use body::{
     AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
 };
+pub(crate) use disturbance::DisturbanceFile;
 pub(crate) use gravity::{CentralFile, GravityFile};
 pub(crate) use maneuver::{
     ActuatorFile, ConstraintFile, DynamicsFile, FinalTimeFile, LimitFile, ManeuverFile, MotionFile,
@@ -32,6 +34,7 @@ pub(crate) struct SceneFile {
     pub gravity: GravityFile,
     pub bodies: Vec<BodyFile>,
     pub maneuver: Option<ManeuverFile>,
+    pub disturbance: Option<DisturbanceFile>,
 }
 
 fn inertial() -> String {

@@ -6,6 +6,7 @@
 
 mod check;
 mod compile;
+mod disturbance;
 mod error;
 mod file;
 mod gravity;
@@ -15,6 +16,7 @@ mod miss;
 mod scene;
 mod units;
 
+pub use disturbance::{ActuatorErrors, Disturbance};
 pub use error::{SceneError, SchemeError};
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
 pub use integrator::{Integration, Scheme};

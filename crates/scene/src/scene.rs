@@ -1,7 +1,7 @@
 use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::{BodyState, RigidBody, Simulation, System};
 
-use crate::{Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units};
+use crate::{Disturbance, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units};
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
@@ -36,6 +36,8 @@ pub struct Scene {
     pub gravity: SceneGravity,
     /// What is to be planned and flown.
     pub maneuver: Option<Maneuver>,
+    /// What sets the flight of the manoeuvre apart from its plan.
+    pub disturbance: Option<Disturbance>,
 }
 
 /// A body with its name and its state at the epoch.
@@ -112,9 +114,9 @@ impl Scene {
         choose(&mut self.system(), &states, run, tolerance)
     }
 
-    /// The simulation by a scheme, at step 0.
+    /// The simulation by a scheme, at step 0 from [`Scene::initial_states`].
     pub fn simulation(&self, scheme: Scheme) -> Result<Simulation, SchemeError> {
-        let states = self.bodies.iter().map(|body| body.state).collect();
+        let states = self.initial_states();
         let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
             .with_substeps(scheme.substeps);
         Ok(if self.subdivides(scheme) {

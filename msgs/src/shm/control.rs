@@ -1,9 +1,9 @@
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{ConversionError, Name};
+use super::{ConversionError, Limits, Name};
 use crate::{geometry_msgs::Vector3, msg::ControlSequence, stamp, std_msgs::Header};
 
-/// Which body a control sequence acts on and when; user header of a slice of [`ControlInterval`].
+/// Which body a control sequence acts on and when; user header of an open-loop sequence, a slice of [`ControlInterval`].
 ///
 /// Interval `k` acts from step `first_step + k` to `first_step + k + 1`.
 #[repr(C)]
@@ -57,10 +57,14 @@ impl ControlHeader {
                 .iter()
                 .map(|interval| vector(interval.moment))
                 .collect(),
+            reference: Vec::new(),
+            feedback: Vec::new(),
+            limits: (&Limits::NONE).into(),
         })
     }
 
-    /// Takes a control sequence from its message; the frame is the reader's to check.
+    /// Takes a control sequence from its message, without the feedback law that it may have; the frame is the reader's to
+    /// check.
     ///
     /// # Errors
     /// An invalid stamp, a body's name that does not fit, or unequal numbers of forces and moments.

@@ -1,3 +1,5 @@
+mod feedback;
+
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::to_quaternion;
 use lgvi_msgs::geometry_msgs::{Point, Pose, Quaternion};
@@ -5,6 +7,11 @@ use lgvi_msgs::shm::{BodySample, ControlInterval, Name};
 use lgvi_msgs::stamp::{self, StampError};
 use lgvi_msgs::std_msgs::Header;
 use lgvi_scene::{Scene, Units};
+use nalgebra::{Matrix3, Vector3};
+
+pub use feedback::{
+    Correction, FeedbackSequence, Gain, Limits, correction, feedback_interval, feedback_sequence,
+};
 
 /// The header of what is true at `step`, in the inertial frame.
 pub fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
@@ -45,6 +52,16 @@ pub fn body_sample(name: Name, state: &BodyState, units: &Units) -> BodySample {
     }
 }
 
+/// The state of a body's sample.
+pub fn body_state(sample: &BodySample, units: &Units) -> BodyState {
+    BodyState {
+        position: Vector3::from(sample.position) / units.length,
+        linear_momentum: Vector3::from(sample.linear_momentum) / units.momentum(),
+        attitude: Matrix3::from_row_slice(&sample.attitude),
+        angular_momentum: Vector3::from(sample.angular_momentum) / units.angular_momentum(),
+    }
+}
+
 /// The sample of a control.
 pub fn control_interval(control: &Load, units: &Units) -> ControlInterval {
     let si = units.load_to_si(control);
@@ -64,8 +81,6 @@ pub fn load(interval: &ControlInterval, units: &Units) -> Load {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
-
     use super::*;
 
     #[test]
@@ -89,5 +104,6 @@ mod tests {
         assert_eq!(sample.position, [10.0, 20.0, 30.0]);
         assert_eq!(sample.linear_momentum, [16.0, 20.0, 24.0]);
         assert_eq!(sample.angular_momentum, [280.0, 320.0, 360.0]);
+        assert_eq!(body_state(&sample, &units), state);
     }
 }

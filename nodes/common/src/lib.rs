@@ -9,7 +9,10 @@ mod node;
 mod scene_file;
 
 pub use command_line::{complain, with_arguments};
-pub use convert::{body_sample, control_interval, header, load, pose};
+pub use convert::{
+    Correction, FeedbackSequence, Gain, Limits, body_sample, body_state, control_interval,
+    correction, feedback_interval, feedback_sequence, header, load, pose,
+};
 pub use error::NodeError;
 pub use event::{Event, FlightReport, Miss, PlanReport};
 pub use node::{Node, main};

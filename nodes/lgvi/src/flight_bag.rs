@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use lgvi_bag::{BagReader, Message};
 use lgvi_msgs::msg::{self, ControlSequence, SystemState};
-use lgvi_msgs::shm::ControlHeader;
 use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::NodeError;
 use lgvi_propagator::Controls;
@@ -61,13 +60,9 @@ impl FlightBag {
 
     /// The control sequences in the order of their acceptance, checked against the scene.
     pub(crate) fn controls(&self) -> impl Iterator<Item = Result<Controls, NodeError>> {
-        let check = |sequence| {
-            let (header, intervals) =
-                ControlHeader::from_message(sequence).map_err(|error| error.to_string())?;
-            Controls::check(&self.scene, &header, &intervals).map_err(|error| error.to_string())
-        };
-        self.sequences.iter().map(move |sequence| {
-            check(sequence).map_err(|error| self.refuse(&format!("{}: {error}", self.topics.flown)))
+        self.sequences.iter().map(|sequence| {
+            Controls::of_message(&self.scene, sequence)
+                .map_err(|error| self.refuse(&format!("{}: {error}", self.topics.flown)))
         })
     }
 

@@ -18,6 +18,8 @@ pub(crate) struct Config {
     pub(crate) await_subscribers: usize,
     /// `stop_on_bad_control`: whether a malformed control sequence ends the flight, or is refused and the flight goes on.
     pub(crate) stop_on_bad_control: bool,
+    /// `feedback`: whether feedback laws are flown, or their sequences in open loop.
+    pub(crate) feedback: bool,
 }
 
 /// How long a subscriber that does not keep up is waited for when flying as fast as possible.
@@ -36,6 +38,10 @@ impl Config {
             .map_err(NodeError::input)?;
         let stop_on_bad_control = parameters
             .take("stop_on_bad_control")
+            .map_err(NodeError::input)?
+            .unwrap_or(true);
+        let feedback = parameters
+            .take("feedback")
             .map_err(NodeError::input)?
             .unwrap_or(true);
         parameters.finish().map_err(NodeError::input)?;
@@ -61,6 +67,7 @@ impl Config {
             await_control,
             await_subscribers: await_subscribers.unwrap_or(0),
             stop_on_bad_control,
+            feedback,
         })
     }
 

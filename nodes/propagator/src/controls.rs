@@ -1,8 +1,13 @@
-use lgvi_dynamics::Load;
-use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError};
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_msgs::msg::ControlSequence;
+use lgvi_msgs::shm::{
+    ControlHeader, ControlInterval, ConversionError, FeedbackHeader, FeedbackInterval,
+};
 use lgvi_node::load;
 use lgvi_scene::Scene;
 use thiserror::Error;
+
+use crate::law::{Law, LawError};
 
 /// A control sequence for one of a scene's bodies, checked and in the scene's units.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +18,8 @@ pub struct Controls {
     pub first_step: u64,
     /// One load an interval.
     pub loads: Vec<Load>,
+    /// What corrects them in flight; none in open loop.
+    pub law: Option<Law>,
 }
 
 /// Why a control sequence is not flown.
@@ -53,6 +60,9 @@ pub enum ControlError {
         /// What it says.
         value: [f64; 3],
     },
+    /// Its feedback law is none.
+    #[error(transparent)]
+    Law(#[from] LawError),
     /// It would have had to start in the past.
     #[error(
         "`first_step` is {first_step}, expected at least {step}, the step that the flight has reached"
@@ -66,7 +76,31 @@ pub enum ControlError {
 }
 
 impl Controls {
-    /// Checks a received sequence against the scene.
+    /// Checks a received message against the scene.
+    pub fn of_message(scene: &Scene, message: &ControlSequence) -> Result<Self, ControlError> {
+        match FeedbackHeader::from_message(message)? {
+            Some((header, intervals)) => Self::check_feedback(scene, &header, &intervals),
+            None => {
+                let (header, intervals) = ControlHeader::from_message(message)?;
+                Self::check(scene, &header, &intervals)
+            }
+        }
+    }
+
+    /// Checks a received sequence with a feedback law against the scene.
+    pub fn check_feedback(
+        scene: &Scene,
+        header: &FeedbackHeader,
+        intervals: &[FeedbackInterval],
+    ) -> Result<Self, ControlError> {
+        let controls: Vec<_> = intervals.iter().map(|interval| interval.control).collect();
+        Ok(Self {
+            law: Some(Law::check(header, intervals, &scene.units)?),
+            ..Self::check(scene, &header.control, &controls)?
+        })
+    }
+
+    /// Checks a received open-loop sequence against the scene.
     pub fn check(
         scene: &Scene,
         header: &ControlHeader,
@@ -104,12 +138,25 @@ impl Controls {
             body,
             first_step: header.first_step,
             loads,
+            law: None,
         })
     }
 
-    /// The load during `step`; `None` before the first interval, zero after the last.
-    pub(crate) fn at(&self, step: u64) -> Option<Load> {
+    /// The same without its feedback law.
+    pub fn open_loop(self) -> Self {
+        Self { law: None, ..self }
+    }
+
+    /// The load during `step` of the body that is in `state` at its start; `None` before the first interval, zero after
+    /// the last.
+    pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
         let interval = usize::try_from(step.checked_sub(self.first_step)?).ok()?;
-        Some(self.loads.get(interval).copied().unwrap_or_default())
+        let Some(load) = self.loads.get(interval) else {
+            return Some(Load::default());
+        };
+        Some(match &self.law {
+            Some(law) => law.correct(interval, load, state),
+            None => *load,
+        })
     }
 }

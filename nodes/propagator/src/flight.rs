@@ -1,18 +1,23 @@
+use std::sync::Arc;
+
 use lgvi_dynamics::{BodyState, Invariants, Load, Simulation, StepError, StepReport};
-use lgvi_scene::{Scene, Scheme, SchemeError};
+use lgvi_scene::{ActuatorErrors, Scene, Scheme, SchemeError};
 
 use crate::{ControlError, Controls};
 
 /// A scene on its way under the control sequences accepted so far.
 ///
-/// A sequence acts on its body from its first step on, in place of any accepted before it.
+/// A sequence acts on its body from its first step on, in place of any accepted before it. What acts in each step is its
+/// control, corrected by its feedback law if it has one, with the errors of the scene's disturbance if it has one.
 pub struct Flight {
     simulation: Simulation,
     scheme: Scheme,
     /// Substeps above which a step was cut; none where steps are never cut.
     whole: Option<u32>,
     /// Accepted sequences by body, oldest first; those that can no longer act are dropped.
-    accepted: Vec<Vec<Controls>>,
+    accepted: Vec<Vec<Arc<Controls>>>,
+    /// Which body's controls act other than they are meant, and by how much.
+    errors: Option<(usize, ActuatorErrors)>,
     loads: Vec<Load>,
 }
 
@@ -27,6 +32,7 @@ impl Flight {
             whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
             accepted: (0..bodies).map(|_| Vec::with_capacity(16)).collect(),
+            errors: scene.actuator_errors(),
             loads: vec![Load::default(); bodies],
         })
     }
@@ -37,7 +43,10 @@ impl Flight {
     }
 
     /// Takes a sequence into account; refuses one that would have had to start in the past.
-    pub fn accept(&mut self, controls: Controls) -> Result<(), ControlError> {
+    ///
+    /// Sequences that can no longer act are let go of. Their memory is given back here unless somebody else holds them.
+    pub fn accept(&mut self, controls: impl Into<Arc<Controls>>) -> Result<(), ControlError> {
+        let controls = controls.into();
         let (first_step, step) = (controls.first_step, self.simulation.step());
         if first_step < step {
             return Err(ControlError::Late { first_step, step });
@@ -58,15 +67,19 @@ impl Flight {
         !self.accepted[body].is_empty()
     }
 
-    /// Makes one step.
+    /// Makes one step. Allocates nothing.
     pub fn advance(&mut self) -> Result<StepReport, StepError> {
         let step = self.simulation.step();
-        for (load, accepted) in self.loads.iter_mut().zip(&self.accepted) {
+        let states = self.simulation.states();
+        for ((load, accepted), state) in self.loads.iter_mut().zip(&self.accepted).zip(states) {
             *load = accepted
                 .iter()
                 .rev()
-                .find_map(|controls| controls.at(step))
+                .find_map(|controls| controls.at(step, state))
                 .unwrap_or_default();
+        }
+        if let Some((body, errors)) = &self.errors {
+            self.loads[*body] = errors.apply(&self.loads[*body]);
         }
         self.simulation.advance(&self.loads)
     }

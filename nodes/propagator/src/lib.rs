@@ -9,6 +9,7 @@ mod config;
 mod controls;
 mod cuts;
 mod flight;
+mod law;
 mod link;
 mod messages;
 mod pace;
@@ -18,6 +19,7 @@ use std::process::ExitCode;
 
 pub use controls::{ControlError, Controls};
 pub use flight::Flight;
+pub use law::{Law, LawError};
 
 /// Name and version, as a flight's scene message carries them.
 pub const SOFTWARE: &str = concat!("lgvi_propagator ", env!("CARGO_PKG_VERSION"));

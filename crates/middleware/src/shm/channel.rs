@@ -3,7 +3,9 @@
 use std::fmt::Debug;
 
 use iceoryx2::prelude::{AllocationStrategy, ZeroCopySend};
-use lgvi_msgs::shm::{BodySample, ControlHeader, ControlInterval, StateHeader};
+use lgvi_msgs::shm::{
+    BodySample, ControlHeader, ControlInterval, FeedbackHeader, FeedbackInterval, StateHeader,
+};
 
 /// A kind of channel. All ports of a service must agree on it.
 pub trait Channel: Debug + Send + Sync + 'static {
@@ -11,6 +13,8 @@ pub trait Channel: Debug + Send + Sync + 'static {
     type Header: Debug + Default + Copy + Send + ZeroCopySend + 'static;
     /// What a sample is a list of.
     type Element: Debug + Copy + Send + ZeroCopySend + 'static;
+    /// What follows the topic in the service's name, so that a topic can have channels of several kinds.
+    const SUFFIX: &str = "";
     /// The most publishers at a time.
     const PUBLISHERS: usize;
     /// The most subscribers at a time.
@@ -32,9 +36,13 @@ pub trait Channel: Debug + Send + Sync + 'static {
 #[derive(Debug)]
 pub enum State {}
 
-/// Control sequences, of up to eight publishers, of up to a million intervals.
+/// Open-loop control sequences, of up to eight publishers, of up to a million intervals.
 #[derive(Debug)]
 pub enum Control {}
+
+/// Control sequences with a feedback law, of up to eight publishers, of up to 100 000 intervals (80 MB).
+#[derive(Debug)]
+pub enum Feedback {}
 
 impl Channel for State {
     type Header = StateHeader;
@@ -58,6 +66,20 @@ impl Channel for Control {
     const GROWTH: AllocationStrategy = AllocationStrategy::BestFit;
 
     fn sequence(_: &ControlHeader) -> Option<u64> {
+        None
+    }
+}
+
+impl Channel for Feedback {
+    type Header = FeedbackHeader;
+    type Element = FeedbackInterval;
+    const SUFFIX: &str = "/feedback";
+    const PUBLISHERS: usize = 8;
+    const BUFFER: usize = 4;
+    const MAX_ELEMENTS: usize = 100_000;
+    const GROWTH: AllocationStrategy = AllocationStrategy::BestFit;
+
+    fn sequence(_: &FeedbackHeader) -> Option<u64> {
         None
     }
 }

@@ -16,7 +16,7 @@ use crate::{ControlError, Controls};
 pub(crate) struct LinkEnd {
     pub(super) filled: Producer<Snapshot>,
     pub(super) empty: Consumer<Snapshot>,
-    pub(super) controls: Consumer<Controls>,
+    pub(super) controls: Consumer<Arc<Controls>>,
     pub(super) verdicts: Producer<Result<(), ControlError>>,
     pub(super) published: mpsc::Receiver<Published>,
     pub(super) shared: Arc<Shared>,
@@ -26,7 +26,7 @@ pub(crate) struct LinkEnd {
 
 impl LinkEnd {
     /// Takes the next control sequence that has come in.
-    pub(crate) fn next_controls(&mut self) -> Option<Controls> {
+    pub(crate) fn next_controls(&mut self) -> Option<Arc<Controls>> {
         self.controls.pop().ok()
     }
 

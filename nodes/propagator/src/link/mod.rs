@@ -78,6 +78,9 @@ pub(crate) fn start(
         shm_controls: shm
             .control_subscriber(&control_topic)
             .map_err(NodeError::runtime)?,
+        shm_feedback: shm
+            .feedback_subscriber(&control_topic)
+            .map_err(NodeError::runtime)?,
         ros_controls: [
             ros.subscription(&control_topic, &Qos::latched(SEQUENCES))
                 .map_err(NodeError::runtime)?,
@@ -88,8 +91,10 @@ pub(crate) fn start(
         empty: empty_in,
         controls: controls_in,
         verdicts: verdicts_out,
+        held: Vec::new(),
         pending: VecDeque::new(),
         recent: VecDeque::new(),
+        feedback: config.feedback,
         stop_on_bad_control: config.stop_on_bad_control,
         shared: Arc::clone(&shared),
         scene,

@@ -6,9 +6,9 @@ use std::time::Duration;
 use lgvi_dynamics::System;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::ros::{RosNode, Subscription};
-use lgvi_middleware::shm::ControlSubscriber;
-use lgvi_msgs::msg::{self, ControlSequence};
-use lgvi_msgs::shm::{ControlHeader, Name};
+use lgvi_middleware::shm::{ControlSubscriber, FeedbackSubscriber};
+use lgvi_msgs::msg::{self, ControlLimits, ControlSequence};
+use lgvi_msgs::shm::{Limits, Name};
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use rtrb::{Consumer, Producer};
@@ -22,9 +22,6 @@ use crate::{ControlError, Controls};
 /// How often the ROS side looks for work when there is none.
 const IDLE: Duration = Duration::from_millis(1);
 
-/// A sequence that the loop has yet to answer.
-type Pending = (ControlHeader, ControlSequence);
-
 /// The thread's end of the link.
 pub(super) struct Link {
     pub(super) scene: Arc<Scene>,
@@ -33,15 +30,21 @@ pub(super) struct Link {
     pub(super) names: Vec<Name>,
     pub(super) topics: Topics,
     pub(super) shm_controls: ControlSubscriber,
+    pub(super) shm_feedback: FeedbackSubscriber,
     /// One for publishers that keep their last sequence for late joiners, one for those that do not.
     pub(super) ros_controls: [Subscription<ControlSequence>; 2],
     pub(super) filled: Consumer<Snapshot>,
     pub(super) empty: Producer<Snapshot>,
-    pub(super) controls: Producer<Controls>,
+    pub(super) controls: Producer<Arc<Controls>>,
     pub(super) verdicts: Consumer<Result<(), ControlError>>,
-    pub(super) pending: VecDeque<Pending>,
+    /// What the loop holds. Kept until it has let go, so that the memory is given back here and not by the loop.
+    pub(super) held: Vec<Arc<Controls>>,
+    /// Sequences that the loop has yet to answer.
+    pub(super) pending: VecDeque<Arc<ControlSequence>>,
     /// The last sequences that came in, so that what comes by two ways counts once.
-    pub(super) recent: VecDeque<ControlSequence>,
+    pub(super) recent: VecDeque<Arc<ControlSequence>>,
+    /// Whether feedback laws are flown.
+    pub(super) feedback: bool,
     pub(super) stop_on_bad_control: bool,
     pub(super) shared: Arc<Shared>,
     pub(super) _ros: RosNode,
@@ -77,6 +80,7 @@ impl Link {
             let finish = self.shared.finish.load(Ordering::Acquire);
             self.answer_pending();
             self.receive_controls();
+            self.held.retain(|controls| Arc::strong_count(controls) > 1);
             let mut idle = true;
             while let Ok(snapshot) = self.filled.pop() {
                 idle = false;
@@ -132,16 +136,20 @@ impl Link {
     }
 
     fn receive_controls(&mut self) {
-        match self.shm_controls.receive() {
-            Ok(Some(sample)) => {
-                let (header, intervals) = (*sample.header(), sample.elements());
-                match header.to_message(intervals, &self.scene.frame) {
-                    Ok(message) => self.consider(message),
-                    Err(error) => self.refuse(error.into()),
-                }
+        let frame = &self.scene.frame;
+        let controls = self.shm_controls.receive();
+        let controls =
+            controls.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
+        let feedback = self.shm_feedback.receive();
+        let feedback =
+            feedback.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
+        for received in [controls, feedback] {
+            match received {
+                Ok(Some(Ok(message))) => self.consider(message),
+                Ok(Some(Err(error))) => self.refuse(error.into()),
+                Ok(None) => {}
+                Err(error) => warn!("{error}"),
             }
-            Ok(None) => {}
-            Err(error) => warn!("{error}"),
         }
         for subscription in 0..self.ros_controls.len() {
             match self.ros_controls[subscription].take() {
@@ -154,26 +162,28 @@ impl Link {
 
     /// Checks a sequence that came in and sends it to the loop.
     fn consider(&mut self, message: ControlSequence) {
-        if self.recent.contains(&message) {
+        if self.recent.iter().any(|recent| **recent == message) {
             return;
         }
-        let checked = ControlHeader::from_message(&message)
-            .map_err(ControlError::from)
-            .and_then(|(header, intervals)| {
-                Ok((header, Controls::check(&self.scene, &header, &intervals)?))
-            });
+        let message = Arc::new(message);
         self.recent.truncate(SEQUENCES - 1);
-        self.recent.push_front(message.clone());
-        match checked {
-            Ok((header, controls)) => {
-                if self.controls.push(controls).is_ok() {
-                    self.pending.push_back((header, message));
-                } else {
-                    warn!("control sequence refused: {SEQUENCES} others wait to be taken up");
-                    self.recent.pop_front();
-                }
-            }
+        self.recent.push_front(Arc::clone(&message));
+        match Controls::of_message(&self.scene, &message) {
+            Ok(controls) if self.feedback => self.send(controls, message),
+            Ok(controls) => self.send(controls.open_loop(), Arc::new(open_loop(&message))),
             Err(error) => self.refuse(error),
+        }
+    }
+
+    /// Sends a sequence to the loop; `message` is what it will be said to fly.
+    fn send(&mut self, controls: Controls, message: Arc<ControlSequence>) {
+        let controls = Arc::new(controls);
+        if self.controls.push(Arc::clone(&controls)).is_ok() {
+            self.held.push(controls);
+            self.pending.push_back(message);
+        } else {
+            warn!("control sequence refused: {SEQUENCES} others wait to be taken up");
+            self.recent.pop_front();
         }
     }
 
@@ -188,19 +198,29 @@ impl Link {
     /// Publishes the sequences that the loop has accepted: they are what is flown.
     fn answer_pending(&mut self) {
         while let Ok(verdict) = self.verdicts.pop() {
-            let Some((header, message)) = self.pending.pop_front() else {
+            let Some(message) = self.pending.pop_front() else {
                 return;
             };
             match verdict {
                 Ok(()) => {
                     info!(
                         "flying a control sequence for {} from step {}",
-                        header.body, header.first_step
+                        message.body, message.first_step
                     );
                     self.topics.flown.send(&message);
                 }
                 Err(error) => warn!("control sequence refused: {error}"),
             }
         }
+    }
+}
+
+/// The sequence without its feedback law.
+fn open_loop(message: &ControlSequence) -> ControlSequence {
+    ControlSequence {
+        reference: Vec::new(),
+        feedback: Vec::new(),
+        limits: ControlLimits::from(&Limits::NONE),
+        ..message.clone()
     }
 }

@@ -1,0 +1,66 @@
+use crate::file::DisturbanceFile;
+use crate::{Disturbance, Scene, SceneError};
+
+/// The disturbance of a scene that has all but that.
+pub(super) fn disturbance(
+    scene: &Scene,
+    file: &DisturbanceFile,
+) -> Result<Disturbance, SceneError> {
+    if scene.maneuver.is_none() {
+        let expected = "none without a `maneuver`, whose body it disturbs";
+        return Err(SceneError::value("disturbance.seed", file.seed, expected));
+    }
+    Ok(Disturbance {
+        seed: file.seed,
+        force_error: deviation("force_error", file.force_error)?,
+        moment_error: deviation("moment_error", file.moment_error)?,
+        position: deviation("position", file.position)?,
+        velocity: deviation("velocity", file.velocity)?,
+        attitude: deviation("attitude", file.attitude)?,
+        angular_velocity: deviation("angular_velocity", file.angular_velocity)?,
+    })
+}
+
+/// The disturbed states can be flown as the nominal ones can.
+pub(super) fn check_states(scene: &Scene) -> Result<(), SceneError> {
+    let Some(disturbance) = &scene.disturbance else {
+        return Ok(());
+    };
+    let refuse = |expected: String| {
+        Err(SceneError::value(
+            "disturbance.seed",
+            disturbance.seed,
+            expected,
+        ))
+    };
+    let states = scene.initial_states();
+    if !states
+        .iter()
+        .all(|state| scene.units.state_to_si(state).is_finite())
+    {
+        return refuse("deviations that leave the state in the range of numbers in SI".into());
+    }
+    match scene.system().check_clearance(&states) {
+        Ok(()) => Ok(()),
+        Err(approach) => {
+            let (distance, limit) = (approach.distance, approach.limit);
+            let name = &scene.bodies[approach.body].name;
+            refuse(format!(
+                "deviations that keep the bodies apart: {name} would start at a distance of {distance}, at least {limit} is needed"
+            ))
+        }
+    }
+}
+
+fn deviation(name: &str, value: f64) -> Result<f64, SceneError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        let key = format!("disturbance.{name}");
+        Err(SceneError::value(
+            key,
+            value,
+            "a standard deviation, a finite number ≥ 0",
+        ))
+    }
+}

@@ -1,0 +1,196 @@
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_msgs::msg::ControlSequence;
+use lgvi_msgs::shm::{
+    self, ControlHeader, ConversionError, FeedbackHeader, FeedbackInterval, Name,
+};
+use lgvi_scene::{Scene, Units};
+use nalgebra::{SMatrix, Vector3};
+
+use super::{body_sample, body_state, control_interval};
+
+/// `K`: by rows force (inertial) and moment (body), by columns the deviation `δz = [x − x*, γ − γ*, log(R*ᵀR), Π − Π*]`.
+pub type Gain = SMatrix<f64, 6, 12>;
+
+/// What corrects the control of one interval, `u = u* − K δz`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction {
+    /// The state that belongs to `u*` at the start of the interval.
+    pub reference: BodyState,
+    /// `K`.
+    pub gain: Gain,
+}
+
+/// Bounds of a control in the scene's units: each component in magnitude, and the norms. Infinity is no bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Of the force's components, inertial frame.
+    pub force: Vector3<f64>,
+    /// Of the moment's components, body frame.
+    pub moment: Vector3<f64>,
+    /// Of the force's norm.
+    pub force_norm: f64,
+    /// Of the moment's norm.
+    pub moment_norm: f64,
+}
+
+/// A control sequence with its feedback law, as it goes over shared memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeedbackSequence {
+    /// Which body, when, within which limits.
+    pub header: FeedbackHeader,
+    /// One an interval.
+    pub intervals: Vec<FeedbackInterval>,
+}
+
+impl Limits {
+    /// No bounds.
+    pub const NONE: Self = Self {
+        force: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        moment: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        force_norm: f64::INFINITY,
+        moment_norm: f64::INFINITY,
+    };
+
+    /// The limits of a sample.
+    pub fn from_si(limits: &shm::Limits, units: &Units) -> Self {
+        Self {
+            force: Vector3::from(limits.force) / units.force(),
+            moment: Vector3::from(limits.moment) / units.energy(),
+            force_norm: limits.force_norm / units.force(),
+            moment_norm: limits.moment_norm / units.energy(),
+        }
+    }
+
+    /// Their sample.
+    pub fn to_si(&self, units: &Units) -> shm::Limits {
+        shm::Limits {
+            force: (self.force * units.force()).into(),
+            moment: (self.moment * units.energy()).into(),
+            force_norm: self.force_norm * units.force(),
+            moment_norm: self.moment_norm * units.energy(),
+        }
+    }
+
+    /// The load held within them: components cut, then force and moment scaled to their norms. What is within them stays
+    /// the same to the last bit.
+    pub fn hold(&self, load: &Load) -> Load {
+        Load {
+            force: hold(&load.force, &self.force, self.force_norm),
+            moment: hold(&load.moment, &self.moment, self.moment_norm),
+        }
+    }
+}
+
+fn hold(vector: &Vector3<f64>, components: &Vector3<f64>, norm: f64) -> Vector3<f64> {
+    let cut = vector.zip_map(components, |value, limit| {
+        if value.abs() > limit {
+            limit.copysign(value)
+        } else {
+            value
+        }
+    });
+    let length = cut.norm();
+    if length > norm {
+        cut * (norm / length)
+    } else {
+        cut
+    }
+}
+
+impl FeedbackSequence {
+    /// Its message.
+    ///
+    /// # Errors
+    /// A stamp that ROS time cannot hold.
+    pub fn to_message(&self, scene: &Scene) -> Result<ControlSequence, ConversionError> {
+        self.header.to_message(&self.intervals, &scene.frame)
+    }
+}
+
+/// The sequence of controls `u*` for `body` from `first_step` on, with the reference states at the start of each interval
+/// (a state more, that of the end, is left out) and the gains, one an interval, all in the scene's units.
+///
+/// # Errors
+/// Fewer references or gains than controls, or more than the state of the end; a body's name that no sample can hold.
+pub fn feedback_sequence(
+    scene: &Scene,
+    body: usize,
+    first_step: u64,
+    controls: &[Load],
+    reference: &[BodyState],
+    gains: &[Gain],
+    limits: &Limits,
+) -> Result<FeedbackSequence, ConversionError> {
+    let (units, name) = (&scene.units, scene.bodies[body].name.as_str());
+    let intervals = controls.len();
+    let with_end = reference.len() == intervals + 1;
+    for (field, found) in [
+        ("reference", reference.len() - usize::from(with_end)),
+        ("feedback", gains.len()),
+    ] {
+        if found != intervals {
+            return Err(ConversionError::LawLength {
+                body: name.to_owned(),
+                field,
+                found,
+                expected: intervals,
+                intervals,
+            });
+        }
+    }
+    let name = Name::try_from(name)?;
+    let corrections = reference.iter().zip(gains);
+    let intervals = controls.iter().zip(corrections);
+    Ok(FeedbackSequence {
+        header: FeedbackHeader {
+            control: ControlHeader {
+                body: name,
+                first_step,
+                step_size: scene.h() * units.time,
+                stamp_nanoseconds: scene.stamp(first_step),
+            },
+            limits: limits.to_si(units),
+        },
+        intervals: intervals
+            .map(|(control, (&reference, &gain))| {
+                feedback_interval(name, control, &Correction { reference, gain }, units)
+            })
+            .collect(),
+    })
+}
+
+/// The sample of a control with its correction.
+pub fn feedback_interval(
+    name: Name,
+    control: &Load,
+    correction: &Correction,
+    units: &Units,
+) -> FeedbackInterval {
+    let gain = correction.gain.component_mul(&gain_units(units));
+    FeedbackInterval {
+        control: control_interval(control, units),
+        reference: body_sample(name, &correction.reference, units),
+        gain: std::array::from_fn(|row| std::array::from_fn(|column| gain[(row, column)])),
+    }
+}
+
+/// The correction of a sample.
+pub fn correction(interval: &FeedbackInterval, units: &Units) -> Correction {
+    let gain = Gain::from_fn(|row, column| interval.gain[row][column]);
+    Correction {
+        reference: body_state(&interval.reference, units),
+        gain: gain.component_div(&gain_units(units)),
+    }
+}
+
+/// The SI size of a gain of 1 in the scene's units, element by element.
+fn gain_units(units: &Units) -> Gain {
+    let rows = [units.force(), units.energy()];
+    let columns = [
+        units.length,
+        units.momentum(),
+        1.0,
+        units.angular_momentum(),
+    ];
+    Gain::from_fn(|row, column| rows[row / 3] / columns[column / 3])
+}

@@ -8,14 +8,20 @@
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
 
 pub mod extremal;
+mod newton;
 mod plan;
 mod problem;
+mod riccati;
 pub mod shooting;
+mod solver;
 mod stage;
+#[allow(dead_code, reason = "for the structured solver")]
+mod steps;
 
 pub use plan::{Certificate, Plan};
 pub use problem::{
     Actuation, ActuationError, Constraint, Dynamics, Motion, RotationTarget, Terminal, Transfer,
     TransferError, TranslationTarget, miss,
 };
+pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};
 pub use shooting::{Iteration, Settings, ShootingError, Solution};

@@ -234,7 +234,7 @@ impl<'t, F: Field> Stage<'t, F> {
 }
 
 /// The inverse of `m`; not finite where `m` is singular.
-fn inverse(m: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn inverse(m: &Matrix3<f64>) -> Matrix3<f64> {
     m.try_inverse()
         .unwrap_or_else(|| Matrix3::from_element(f64::NAN))
 }

@@ -1,8 +1,17 @@
 //! The discrete dynamics with exact first and second derivatives, as the structured solver sees them.
 
+mod coordinates;
+mod drift;
+mod kick_drift_kick;
+#[cfg(test)]
+mod tests;
+
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
+
+#[allow(unused_imports, reason = "for the structured solver")]
+pub(crate) use self::{coordinates::Full, kick_drift_kick::KickDriftKick};
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.
 ///

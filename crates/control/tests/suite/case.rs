@@ -50,17 +50,30 @@ impl Case {
     }
 
     pub fn body(&self) -> RigidBody {
+        self.body_with(None)
+    }
+
+    fn body_with(&self, axial: Option<f64>) -> RigidBody {
         let arm = Vector3::new(0.5 * number(&self.json["l"]), 0.0, 0.0);
         let mass = number(&self.json["m"]);
         let points = [arm, -arm].map(|position| PointMass {
             mass: 0.5 * mass,
             position,
         });
-        let inertia = Inertia::principal(vector(&self.json["J"]).into()).expect("inertia");
+        let mut moments = vector(&self.json["J"]);
+        if let Some(axial) = axial {
+            moments.x = axial;
+        }
+        let inertia = Inertia::principal(moments.into()).expect("inertia");
         RigidBody::new(mass, inertia, points.to_vec()).expect("body")
     }
 
     pub fn transfer(&self, n: usize) -> Transfer<Central> {
+        self.with_axial(n, None)
+    }
+
+    /// With another moment of inertia about the dumbbell's axis.
+    pub fn with_axial(&self, n: usize, axial: Option<f64>) -> Transfer<Central> {
         let boundary = |which: &str| {
             let part = |name: &str| &self.json["bc"][format!("{name}{which}")];
             BodyState {
@@ -77,7 +90,7 @@ impl Case {
         let identity = Matrix3::identity();
         let (initial, target) = (boundary("0"), boundary("N"));
         let actuation = Actuation::full(&identity, &identity).expect("weights");
-        Transfer::new(self.body(), field, h, n, initial, target, actuation).expect("a transfer")
+        Transfer::new(self.body_with(axial), field, h, n, initial, target, actuation).expect("a transfer")
     }
 
     /// The terminal error before each Newton iteration of a prototype of the same method, from zero at N = 200.

@@ -1,0 +1,132 @@
+//! What a plan obeys beside its dynamics, as the Newton iteration sees it.
+
+use lgvi_dynamics::BodyState;
+use nalgebra::{SMatrix, SVector};
+
+/// The terminal set: conditions `c(s_N) = 0` on the last state.
+pub(crate) trait Ending<const X: usize> {
+    /// `c` at `end`; rows without a condition are zero, here and in the derivatives.
+    fn residual(&self, end: &BodyState) -> SVector<f64, X>;
+
+    /// `C`: first derivatives of `z ↦ c(moved(end, z))` at 0.
+    fn jacobian(&self, end: &BodyState) -> SMatrix<f64, X, X>;
+
+    /// Second derivatives of `z ↦ ν · c(moved(end, z))` at 0, symmetric.
+    fn curvature(&self, end: &BodyState, nu: &SVector<f64, X>) -> SMatrix<f64, X, X>;
+}
+
+/// Inequalities, treated by an interior point method.
+///
+/// Interval `k = 0 … N−1` has its command `w_{k+1}` and the state `s_{k+1}` at its end. Slacks and multipliers belong to
+/// the implementation. A Newton step calls [`Inequalities::add_state`] and [`Inequalities::add_command`] for every
+/// interval, then [`Inequalities::direct`] for every interval, then the merit of trials, then
+/// [`Inequalities::advance`].
+pub(crate) trait Inequalities<const X: usize, const U: usize> {
+    /// Adds what the interval's inequalities on the state contribute to gradient and Hessian at `state`, slacks and
+    /// multipliers eliminated.
+    fn add_state(
+        &mut self,
+        interval: usize,
+        state: &BodyState,
+        hessian: &mut SMatrix<f64, X, X>,
+        gradient: &mut SVector<f64, X>,
+    );
+
+    /// The same for its inequalities on the command.
+    fn add_command(
+        &mut self,
+        interval: usize,
+        command: &SVector<f64, U>,
+        hessian: &mut SMatrix<f64, U, U>,
+        gradient: &mut SVector<f64, U>,
+    );
+
+    /// `Σ y ∂g/∂z`: the gradient of the Lagrangian's inequalities by the interval's state, for the costate.
+    fn state_force(&self, interval: usize, state: &BodyState) -> SVector<f64, X>;
+
+    /// `Σ y ∂g/∂w`: the same by the interval's command, for the stationarity.
+    fn command_force(&self, interval: usize, command: &SVector<f64, U>) -> SVector<f64, U>;
+
+    /// Takes the direction of the interval's state and command, from which those of its slacks and multipliers follow.
+    fn direct(&mut self, interval: usize, z: &SVector<f64, X>, v: &SVector<f64, U>);
+
+    /// The longest steps, at most 1, that leave slacks and multipliers positive, for all intervals: primal and dual.
+    fn reach(&self) -> (f64, f64);
+
+    /// What the interval adds to the merit of a trial at step length `primal`: `−β Σ ln s` and its violation
+    /// `Σ weight |g + s|` of the slack equations.
+    fn merit(
+        &self,
+        interval: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        primal: f64,
+    ) -> (f64, f64);
+
+    /// The derivative of `−β Σ ln s` along the direction, for all intervals.
+    fn slope(&self) -> f64;
+
+    /// Takes the step.
+    fn advance(&mut self, primal: f64, dual: f64);
+
+    /// Largest violation `max(g, 0)` and largest product of slack and multiplier, for all intervals.
+    fn residuals(&self) -> (f64, f64);
+
+    /// Lowers β when the subproblem with this β is solved to `error`; `false` when β is the last.
+    fn tighten(&mut self, error: f64) -> bool;
+}
+
+/// No inequalities.
+pub(crate) struct Unconstrained;
+
+impl<const X: usize, const U: usize> Inequalities<X, U> for Unconstrained {
+    fn add_state(
+        &mut self,
+        _: usize,
+        _: &BodyState,
+        _: &mut SMatrix<f64, X, X>,
+        _: &mut SVector<f64, X>,
+    ) {
+    }
+
+    fn add_command(
+        &mut self,
+        _: usize,
+        _: &SVector<f64, U>,
+        _: &mut SMatrix<f64, U, U>,
+        _: &mut SVector<f64, U>,
+    ) {
+    }
+
+    fn state_force(&self, _: usize, _: &BodyState) -> SVector<f64, X> {
+        SVector::zeros()
+    }
+
+    fn command_force(&self, _: usize, _: &SVector<f64, U>) -> SVector<f64, U> {
+        SVector::zeros()
+    }
+
+    fn direct(&mut self, _: usize, _: &SVector<f64, X>, _: &SVector<f64, U>) {}
+
+    fn reach(&self) -> (f64, f64) {
+        (1.0, 1.0)
+    }
+
+    fn merit(&self, _: usize, _: &BodyState, _: &SVector<f64, U>, _: f64) -> (f64, f64) {
+        (0.0, 0.0)
+    }
+
+    fn slope(&self) -> f64 {
+        0.0
+    }
+
+    fn advance(&mut self, _: f64, _: f64) {}
+
+    fn residuals(&self) -> (f64, f64) {
+        (0.0, 0.0)
+    }
+
+    fn tighten(&mut self, _: f64) -> bool {
+        false
+    }
+}

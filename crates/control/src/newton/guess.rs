@@ -1,0 +1,140 @@
+//! Where a plan starts from when nothing is known: a path between both ends, and what would fly it.
+
+use lgvi_dynamics::rotation::Unsolvable;
+use lgvi_dynamics::{BodyState, RigidBody};
+use lgvi_lie::{exp, log, right_jacobian_inverse, vee};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use super::problem::{Iterate, Problem};
+use crate::steps::{Linearisation, Steps};
+
+/// Position and attitude at `0 … N` between the two states: cubics by Hermite, the attitude's in the rotation vector
+/// from the first.
+pub(crate) fn hermite(
+    body: &RigidBody,
+    duration: f64,
+    intervals: usize,
+    from: &BodyState,
+    to: &BodyState,
+    turns: f64,
+) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
+    let velocity = |state: &BodyState| duration * state.velocity(body);
+    let spin = |state: &BodyState| duration * state.angular_velocity(body);
+    let mut rotation = log(&from.attitude.tr_mul(&to.attitude));
+    if turns != 0.0 {
+        let angle = rotation.norm();
+        if angle > 0.0 {
+            rotation *= (angle + turns * std::f64::consts::TAU) / angle;
+        }
+    }
+    let cubic = |t: f64, ends: [Vector3<f64>; 2], rates: [Vector3<f64>; 2]| {
+        let (s, r) = (t * t, 1.0 - t);
+        (1.0 - s * (3.0 - 2.0 * t)) * ends[0]
+            + s * (3.0 - 2.0 * t) * ends[1]
+            + t * r * r * rates[0]
+            - s * r * rates[1]
+    };
+    let end_rate = right_jacobian_inverse(&rotation) * spin(to);
+    (0..=intervals)
+        .map(|k| {
+            let t = k as f64 / intervals as f64;
+            let position = cubic(
+                t,
+                [from.position, to.position],
+                [velocity(from), velocity(to)],
+            );
+            let turned = cubic(t, [Vector3::zeros(), rotation], [spin(from), end_rate]);
+            (position, from.attitude * exp(&turned))
+        })
+        .collect()
+}
+
+/// The iterate that follows a path as far as the actuation can: momenta from differences of the path, commands that
+/// come nearest to what the steps then miss.
+pub(crate) fn along<S, E, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    body: &RigidBody,
+    path: &[(Vector3<f64>, Matrix3<f64>)],
+    to: &BodyState,
+) -> Result<Iterate<X, U>, Unsolvable>
+where
+    S: Steps<X, U>,
+{
+    let h = problem.h;
+    let mut states: Vec<_> = path
+        .windows(2)
+        .map(|pair| {
+            let [(position, attitude), (next_position, next_attitude)] = [pair[0], pair[1]];
+            let relative = attitude.tr_mul(&next_attitude);
+            let moved = relative * body.inertia().nonstandard();
+            BodyState {
+                position,
+                linear_momentum: (body.mass() / h) * (next_position - position),
+                attitude,
+                angular_momentum: vee(&(moved - moved.transpose())) / h,
+            }
+        })
+        .collect();
+    states.push(*to);
+    states[0] = problem.initial;
+
+    let mut linear = Linearisation {
+        a: SMatrix::zeros(),
+        b: SMatrix::zeros(),
+    };
+    let idle = SVector::zeros();
+    let mut commands = Vec::with_capacity(problem.intervals);
+    for k in 0..problem.intervals {
+        let next = problem.steps.linearise(k, &states[k], &idle, &mut linear)?;
+        let missing = problem.steps.difference(&next, &states[k + 1]);
+        let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
+        // So little of the cost that commands are bounded where they have no effect.
+        let normal = weighted.tr_mul(&linear.b) + (1e-9 * h) * problem.weight;
+        let command = normal
+            .cholesky()
+            .map_or_else(SVector::zeros, |factor| factor.solve(&weighted.tr_mul(&missing)));
+        commands.push(command);
+    }
+    Ok(Iterate {
+        states,
+        commands,
+        nu: SVector::zeros(),
+    })
+}
+
+/// An iterate of other intervals over the same time, linear between its stages.
+pub(crate) fn resampled<S, E, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    from: &Iterate<X, U>,
+) -> Iterate<X, U>
+where
+    S: Steps<X, U>,
+{
+    let (coarse, fine) = (from.commands.len(), problem.intervals);
+    let ratio = coarse as f64 / fine as f64;
+    let between = |position: f64, last: usize| {
+        let below = (position.max(0.0) as usize).min(last.saturating_sub(1));
+        (below, position - below as f64)
+    };
+    let states = (0..=fine)
+        .map(|k| {
+            let (below, part) = between(k as f64 * ratio, coarse);
+            let z = problem
+                .steps
+                .difference(&from.states[below], &from.states[below + 1]);
+            problem.steps.moved(&from.states[below], &(part * z))
+        })
+        .collect();
+    let commands = (0..fine)
+        .map(|k| {
+            let (below, part) = between((k as f64 + 0.5) * ratio - 0.5, coarse - 1);
+            let (w, next) = (from.commands[below], from.commands[(below + 1).min(coarse - 1)]);
+            w + part * (next - w)
+        })
+        .collect();
+    Iterate {
+        states,
+        commands,
+        nu: from.nu,
+    }
+}

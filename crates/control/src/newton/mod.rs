@@ -1,0 +1,16 @@
+//! Newton's method on all stages (multiple shooting): states, commands and multipliers together, a linear-quadratic
+//! problem an iteration.
+
+mod conditions;
+pub(crate) mod guess;
+mod iteration;
+mod model;
+mod point;
+mod problem;
+mod trial;
+
+pub(crate) use conditions::{Ending, Inequalities, Unconstrained};
+pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
+pub(crate) use model::ModelError;
+pub(crate) use point::Point;
+pub(crate) use problem::{Iterate, Problem};

@@ -1,0 +1,193 @@
+use lgvi_dynamics::rotation::Unsolvable;
+use nalgebra::{SMatrix, SVector};
+
+use super::conditions::{Ending, Inequalities};
+use super::problem::{Iterate, Problem};
+use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
+use crate::steps::{Curvature, Linearisation, Steps};
+
+/// What a model takes in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Kind {
+    /// Share of the second derivatives of dynamics and terminal conditions: 1 is Newton's method, 0 that of Gauss and
+    /// Newton.
+    pub(crate) curvature: f64,
+    /// By how much the terminal conditions are augmented, in multiples of the end's stiffness.
+    pub(crate) augmentation: f64,
+}
+
+/// The linear-quadratic model of all stages round an iterate, and its solution.
+pub(crate) struct Model<const X: usize, const U: usize> {
+    /// `A_k`, `B_k`
+    pub(crate) dynamics: Vec<Linearisation<X, U>>,
+    /// `d_k`: by how much the step from `s_k` misses `s_{k+1}`.
+    pub(crate) defects: Vec<SVector<f64, X>>,
+    /// `λ_k`, of the iterate's ν: the multiplier equation (4.26), solved backwards.
+    pub(crate) costates: Vec<SVector<f64, X>>,
+    /// Of the commands.
+    pub(crate) policies: Vec<Policy<X, U>>,
+    /// `c`
+    pub(crate) miss: SVector<f64, X>,
+    /// The cost to go from the start.
+    pub(crate) start: CostToGo<X>,
+    /// Largest component of `h W w + Bᵀ λ`.
+    pub(crate) stationarity: f64,
+    /// Scratch.
+    stage: StageModel<X, U>,
+    curvature: Curvature<X, U>,
+}
+
+/// Why there is no model with a solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ModelError {
+    /// The iterate's step cannot be made.
+    Step { step: usize, source: Unsolvable },
+    /// The model is not convex from this stage on.
+    NotConvex { stage: usize },
+    /// The commands cannot meet the terminal conditions independently.
+    Dependent,
+}
+
+impl<const X: usize, const U: usize> Model<X, U> {
+    pub(crate) fn new(intervals: usize) -> Self {
+        let linearisation = Linearisation {
+            a: SMatrix::zeros(),
+            b: SMatrix::zeros(),
+        };
+        Self {
+            dynamics: vec![linearisation.clone(); intervals],
+            defects: vec![SVector::zeros(); intervals],
+            costates: vec![SVector::zeros(); intervals],
+            policies: vec![Policy::zeros(); intervals],
+            miss: SVector::zeros(),
+            start: CostToGo::end(&EndModel {
+                hessian: SMatrix::zeros(),
+                gradient: SVector::zeros(),
+                jacobian: SMatrix::zeros(),
+                residual: SVector::zeros(),
+            }),
+            stationarity: f64::INFINITY,
+            stage: StageModel {
+                state: SMatrix::zeros(),
+                mixed: SMatrix::zeros(),
+                command: SMatrix::zeros(),
+                state_gradient: SVector::zeros(),
+                command_gradient: SVector::zeros(),
+                dynamics: linearisation,
+                defect: SVector::zeros(),
+            },
+            curvature: Curvature {
+                state: SMatrix::zeros(),
+                mixed: SMatrix::zeros(),
+                command: SMatrix::zeros(),
+            },
+        }
+    }
+
+    /// Builds the model round `iterate` and solves it backwards.
+    pub(crate) fn solve<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+        iterate: &Iterate<X, U>,
+        kind: Kind,
+    ) -> Result<(), ModelError>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let steps = problem.steps;
+        let curvature = kind.curvature;
+        let last = problem.intervals;
+        let end = &iterate.states[last];
+        let (mut costate, end_model) =
+            end_model(problem, inequalities, iterate, kind);
+        self.miss = end_model.residual;
+        let mut cost = CostToGo::end(&end_model);
+        costate += inequalities.state_force(last - 1, end);
+
+        self.stationarity = 0.0;
+        let weight = problem.h * problem.weight;
+        let stage = &mut self.stage;
+        for k in (0..last).rev() {
+            let (state, command) = (&iterate.states[k], &iterate.commands[k]);
+            let next = steps
+                .linearise(k, state, command, &mut stage.dynamics)
+                .map_err(|source| ModelError::Step { step: k, source })?;
+            stage.defect = steps.difference(&iterate.states[k + 1], &next);
+            self.costates[k] = costate;
+            stage.command = weight;
+            stage.command_gradient = weight * command;
+            stage.state.fill(0.0);
+            stage.mixed.fill(0.0);
+            stage.state_gradient.fill(0.0);
+
+            let residual = stage.command_gradient
+                + stage.dynamics.b.tr_mul(&costate)
+                + inequalities.command_force(k, command);
+            self.stationarity = self.stationarity.max(residual.amax());
+
+            if curvature > 0.0 {
+                steps
+                    .curvature(k, state, command, &costate, &mut self.curvature)
+                    .map_err(|source| ModelError::Step { step: k, source })?;
+                stage.state += curvature * self.curvature.state;
+                stage.mixed += curvature * self.curvature.mixed;
+                stage.command += curvature * self.curvature.command;
+            }
+            inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
+            costate = stage.dynamics.a.tr_mul(&costate);
+            if k > 0 {
+                inequalities.add_state(k - 1, state, &mut stage.state, &mut stage.state_gradient);
+                costate += inequalities.state_force(k - 1, state);
+            }
+            cost.sweep(stage, &mut self.policies[k])
+                .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
+            self.dynamics[k].clone_from(&stage.dynamics);
+            self.defects[k] = stage.defect;
+        }
+        self.start = cost;
+        Ok(())
+    }
+}
+
+/// The model of the end, its conditions augmented, and the multipliers' share in the last costate.
+fn end_model<S, E, Q, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    inequalities: &mut Q,
+    iterate: &Iterate<X, U>,
+    kind: Kind,
+) -> (SVector<f64, X>, EndModel<X>)
+where
+    E: Ending<X>,
+    Q: Inequalities<X, U>,
+{
+    let end = &iterate.states[problem.intervals];
+    let jacobian = problem.ending.jacobian(end);
+    let residual = problem.ending.residual(end);
+    let mut augmented = jacobian;
+    for mut row in augmented.row_iter_mut() {
+        let compliance: f64 = row
+            .iter()
+            .zip(&problem.stiffness)
+            .map(|(c, stiffness)| c * c / stiffness)
+            .sum();
+        if compliance > 0.0 {
+            row *= kind.augmentation / compliance;
+        }
+    }
+    let mut hessian = jacobian.tr_mul(&augmented);
+    let mut gradient = augmented.tr_mul(&residual);
+    if kind.curvature > 0.0 {
+        hessian += kind.curvature * problem.ending.curvature(end, &iterate.nu);
+    }
+    inequalities.add_state(problem.intervals - 1, end, &mut hessian, &mut gradient);
+    let model = EndModel {
+        hessian,
+        gradient,
+        jacobian,
+        residual,
+    };
+    (jacobian.tr_mul(&iterate.nu), model)
+}

@@ -1,0 +1,40 @@
+use lgvi_dynamics::BodyState;
+use nalgebra::{SMatrix, SVector};
+
+/// A discrete optimal control problem of `X` coordinates and `U` commands, as the Newton iteration sees it.
+pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
+    /// `s_{k+1} = Φ_k(s_k, w_{k+1})`
+    pub(crate) steps: &'p S,
+    /// Where it is to end.
+    pub(crate) ending: &'p E,
+    /// Where it starts.
+    pub(crate) initial: BodyState,
+    /// `h`
+    pub(crate) h: f64,
+    /// `N`
+    pub(crate) intervals: usize,
+    /// `W`, of the cost `Σ (h/2) wᵀ W w`.
+    pub(crate) weight: SMatrix<f64, U, U>,
+    /// What a unit of each coordinate costs at the end, squared and halved, roughly: the augmentation's metric.
+    pub(crate) stiffness: SVector<f64, X>,
+}
+
+/// States and commands of all stages, and the multipliers of the terminal conditions.
+#[derive(Clone, Debug)]
+pub(crate) struct Iterate<const X: usize, const U: usize> {
+    /// `s_0 … s_N`
+    pub(crate) states: Vec<BodyState>,
+    /// `w_1 … w_N`
+    pub(crate) commands: Vec<SVector<f64, U>>,
+    /// `ν`
+    pub(crate) nu: SVector<f64, X>,
+}
+
+impl<const X: usize, const U: usize> Iterate<X, U> {
+    /// Whether all numbers are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.states.iter().all(BodyState::is_finite)
+            && self.commands.iter().all(|w| w.iter().all(|c| c.is_finite()))
+            && self.nu.iter().all(|c| c.is_finite())
+    }
+}

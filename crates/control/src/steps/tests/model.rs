@@ -1,0 +1,403 @@
+//! A body in a field and its steps in any arithmetic, from potentials alone.
+
+use lgvi_dynamics::gravity::{Fixed, Moments, Multipole, Polyhedron, PolyhedronField, Sources};
+use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
+use nalgebra::{Matrix3, Vector3};
+use num_dual::Dual;
+
+use self::potentials::{
+    Cloud, KINDS, Kind, Model, Number, Source, Triple, add, constant, dot, rotated, subtract,
+    turned, vector,
+};
+use crate::problem::Dynamics;
+use crate::{Actuation, Transfer};
+
+#[path = "../../../../dynamics/tests/suite/potentials.rs"]
+mod potentials;
+
+const MASS: f64 = 1.7;
+const H: f64 = 0.13;
+
+pub(super) fn cross<T: Number>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
+    std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
+}
+
+fn scaled<T: Number>(a: Triple<T>, s: T) -> Triple<T> {
+    a.map(|component| component * s)
+}
+
+/// A state whose attitude is kept as the three columns of `R`.
+#[derive(Clone, Copy)]
+pub(super) struct State<T> {
+    pub(super) x: Triple<T>,
+    pub(super) gamma: Triple<T>,
+    pub(super) r: [Triple<T>; 3],
+    pub(super) pi: Triple<T>,
+}
+
+impl<T: Number> State<T> {
+    pub(super) fn of(state: &BodyState) -> Self {
+        let column = |i| constant(&state.attitude.column(i).into_owned());
+        Self {
+            x: constant(&state.position),
+            gamma: constant(&state.linear_momentum),
+            r: [0, 1, 2].map(column),
+            pi: constant(&state.angular_momentum),
+        }
+    }
+
+    /// `[x + δx, γ + δγ, R exp S(ζ), Π + δΠ]`.
+    pub(super) fn moved(state: &BodyState, z: [T; 12]) -> Self {
+        let part = |which: usize| std::array::from_fn(|i| z[3 * which + i]);
+        let at = Self::of(state);
+        let axis = |i| turned(part(2), constant(&Vector3::ith(i, 1.0)));
+        Self {
+            x: add(at.x, part(0)),
+            gamma: add(at.gamma, part(1)),
+            r: [0, 1, 2].map(|i| at.rotated(axis(i))),
+            pi: add(at.pi, part(3)),
+        }
+    }
+
+    /// `R v`.
+    fn rotated(&self, v: Triple<T>) -> Triple<T> {
+        std::array::from_fn(|i| (0..3).fold(T::from(0.0), |sum, j| sum + self.r[j][i] * v[j]))
+    }
+
+    /// `[x, γ, log(R_endᵀ R), Π]` less those of `end`; the logarithm to second order.
+    pub(super) fn minus(&self, end: &BodyState) -> [T; 12] {
+        let end = State::<T>::of(end);
+        let m = |i: usize, j: usize| dot(end.r[i], self.r[j]);
+        let log = [m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)];
+        let parts = [
+            subtract(self.x, end.x),
+            subtract(self.gamma, end.gamma),
+            log.map(|twice| twice * 0.5),
+            subtract(self.pi, end.pi),
+        ];
+        std::array::from_fn(|i| parts[i / 3][i % 3])
+    }
+
+    /// `h S(Π) = F J_d − J_d Fᵀ` by Newton's method on the Cayley form, `R ← R F`, `Π ← Fᵀ Π`.
+    pub(super) fn turn(&mut self, j: &Matrix3<f64>, h: f64) {
+        let g = scaled(self.pi, T::from(h));
+        let zero = T::from(0.0);
+        let mut f = [zero; 3];
+        for _ in 0..12 {
+            let along = dot(g, f);
+            let jf = rotated(j, f);
+            let residual: Triple<T> = {
+                let gf = cross(g, f);
+                std::array::from_fn(|i| g[i] + gf[i] + along * f[i] - jf[i] * 2.0)
+            };
+            let columns: [Triple<T>; 3] = std::array::from_fn(|c| {
+                let axis: Triple<T> = constant(&Vector3::ith(c, 1.0));
+                let turned = cross(g, axis);
+                std::array::from_fn(|i| {
+                    turned[i] + axis[i] * along + f[i] * g[c] - T::from(2.0 * j[(i, c)])
+                })
+            });
+            let [a, b, c] = columns;
+            let determinant = dot(a, cross(b, c));
+            let solved = [
+                dot(residual, cross(b, c)),
+                dot(a, cross(residual, c)),
+                dot(a, cross(b, residual)),
+            ];
+            f = std::array::from_fn(|i| f[i] - solved[i] / determinant);
+        }
+        let factor = (dot(f, f) + 1.0).recip() * 2.0;
+        let cayley = |v: Triple<T>, sign: f64| {
+            let first = cross(f, v);
+            let second = cross(f, first);
+            let each = |i: usize| v[i] + factor * (first[i] * sign + second[i]);
+            std::array::from_fn(each)
+        };
+        let columns = [0, 1, 2].map(|i| cayley(constant(&Vector3::ith(i, 1.0)), 1.0));
+        self.r = columns.map(|column| self.rotated(column));
+        self.pi = cayley(self.pi, -1.0);
+    }
+}
+
+/// What attracts, as its potential alone and as the library has it.
+enum Attraction {
+    One(Source),
+    Several(Vec<Source>),
+    /// A cuboid of these semi-axes.
+    Cuboid([f64; 3]),
+}
+
+pub(super) struct Scene {
+    pub(super) name: String,
+    attraction: Attraction,
+    cloud: Cloud,
+    pub(super) body: RigidBody,
+    pub(super) state: BodyState,
+    actuation: Actuation,
+}
+
+/// `−Gσ ∫ dV/r` over a cuboid from outside its slabs, corner by corner (W. D. MacMillan, *The Theory of the Potential*,
+/// 1930), `Gσ = 1`.
+fn cuboid<T: Number>(axes: [f64; 3], d: Triple<T>) -> T {
+    let mut sum = T::from(0.0);
+    for corner in 0..8 {
+        let signs = [0, 1, 2].map(|axis| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 });
+        let r: Triple<T> = std::array::from_fn(|i| -d[i] + signs[i] * axes[i]);
+        let distance = dot(r, r).sqrt();
+        for i in 0..3 {
+            let (x, y, z) = (r[i], r[(i + 1) % 3], r[(i + 2) % 3]);
+            let along = if x.re() > 0.0 {
+                (distance + x).ln()
+            } else {
+                ((y * y + z * z) / (distance - x)).ln()
+            };
+            let angle = (y * z / (x * distance)).atan();
+            let sign: f64 = signs.iter().product();
+            sum += (y * z * along - x * x * angle * 0.5) * sign;
+        }
+    }
+    -sum
+}
+
+impl Attraction {
+    fn field(&self) -> Sources {
+        let one = |source: &Source| source.field();
+        Sources::new(match self {
+            Self::One(source) => vec![one(source)],
+            Self::Several(sources) => sources.iter().map(one).collect(),
+            Self::Cuboid(axes) => {
+                let body = Polyhedron::cuboid(*axes, 1.0).unwrap();
+                vec![Box::new(Fixed::new(
+                    PolyhedronField::new(&body, 1.0),
+                    Vector3::zeros(),
+                    Matrix3::identity(),
+                ))]
+            }
+        })
+    }
+
+    /// Potential of a unit mass, and the monopoles that a body's own multipole meets.
+    fn potential<T: Number>(&self, x: Triple<T>) -> T {
+        match self {
+            Self::One(source) => source.potential(x),
+            Self::Several(sources) => {
+                let each = sources.iter().map(|source| source.potential(x));
+                each.fold(T::from(0.0), |sum, one| sum + one)
+            }
+            Self::Cuboid(axes) => cuboid(*axes, x),
+        }
+    }
+
+    fn monopoles(&self) -> Vec<(f64, Vector3<f64>)> {
+        let of = |source: &Source| (source.gm, source.position);
+        match self {
+            Self::One(Source {
+                model: Model::Uniform(_),
+                ..
+            }) => vec![],
+            Self::One(source) => vec![of(source)],
+            Self::Several(sources) => sources.iter().map(of).collect(),
+            Self::Cuboid([a, b, c]) => vec![(8.0 * a * b * c, Vector3::zeros())],
+        }
+    }
+}
+
+impl Scene {
+    pub(super) fn transfer(&self, dynamics: Dynamics) -> Transfer<Sources> {
+        let Self {
+            body,
+            state,
+            attraction,
+            actuation,
+            ..
+        } = self;
+        let field = attraction.field();
+        Transfer::new(body.clone(), field, H, 5, *state, *state, actuation.clone())
+            .unwrap()
+            .with_dynamics(dynamics)
+    }
+
+    /// `U`, the body's points placed about `x` by `place`.
+    fn potential<T: Number>(&self, x: Triple<T>, place: impl Fn(Triple<T>) -> Triple<T>) -> T {
+        if let Kind::Series(_) = self.cloud.kind {
+            let mut sum = self.attraction.potential(x) * MASS;
+            for (gm, position) in self.attraction.monopoles() {
+                let e = subtract(constant(&position), x);
+                sum -= self.cloud.reach(e, 2, &place) * gm;
+            }
+            return sum;
+        }
+        let mut sum = T::from(0.0);
+        for point in self.body.points() {
+            let arm = place(constant(&point.position));
+            sum += self.attraction.potential(add(x, arm)) * point.mass;
+        }
+        sum
+    }
+
+    /// Force and moment: derivatives of `−U` by x and by a turn in the body's frame.
+    pub(super) fn load<T: Number>(&self, state: &State<T>) -> [T; 6] {
+        std::array::from_fn(|axis| {
+            let along = |which: usize| -> Triple<Dual<T, f64>> {
+                std::array::from_fn(|i| {
+                    let part = f64::from(u8::from(axis == 3 * which + i));
+                    Dual::new(T::from(0.0), T::from(part))
+                })
+            };
+            let lift = |v: Triple<T>| v.map(Dual::<T, f64>::from_re);
+            let columns = state.r.map(lift);
+            let x = add(lift(state.x), along(0));
+            let u = self.potential(x, |rho| {
+                let v = turned(along(1), rho);
+                std::array::from_fn(|i| {
+                    columns[0][i] * v[0] + columns[1][i] * v[1] + columns[2][i] * v[2]
+                })
+            });
+            -u.eps
+        })
+    }
+
+    pub(super) fn kick<T: Number>(&self, state: &mut State<T>, control: [T; 6], tau: f64) {
+        let load = self.load(state);
+        for i in 0..3 {
+            state.gamma[i] += (load[i] + control[i]) * tau;
+            state.pi[i] += (load[3 + i] + control[3 + i]) * tau;
+        }
+    }
+
+    /// A step as the equations have it: (4.19)–(4.23), (3.22)–(3.26).
+    pub(super) fn step<T: Number>(
+        &self,
+        dynamics: Dynamics,
+        mut state: State<T>,
+        control: [T; 6],
+    ) -> State<T> {
+        let tau = match dynamics {
+            Dynamics::LieEuler => H,
+            Dynamics::Lgvi => {
+                self.kick(&mut state, control, 0.5 * H);
+                0.5 * H
+            }
+        };
+        state.x = add(state.x, scaled(state.gamma, T::from(H / MASS)));
+        state.turn(self.body.inertia().matrix(), H);
+        self.kick(&mut state, control, tau);
+        state
+    }
+}
+
+fn inertia(points: &[PointMass]) -> Inertia {
+    let second = Moments::of_points(points).second + Matrix3::from_diagonal_element(0.02);
+    Inertia::new(Matrix3::from_diagonal_element(second.trace()) - second).unwrap()
+}
+
+/// A body of a kind and mass [`MASS`], off its principal axes.
+fn body(cloud: &Cloud) -> RigidBody {
+    let inertia = inertia(&cloud.points);
+    let multipole = match cloud.kind {
+        Kind::Series(2) => {
+            let second = Moments::of_points(&cloud.points).second;
+            let own = Matrix3::from_diagonal_element(second.trace()) - second;
+            Multipole::of_inertia(MASS, &Inertia::new(own).unwrap())
+        }
+        Kind::Series(_) => Multipole::of_moments(MASS, &Moments::of_points(&cloud.points)),
+        Kind::Sphere | Kind::Points => {
+            return RigidBody::new(MASS, inertia, cloud.points.clone()).unwrap();
+        }
+    };
+    RigidBody::with_multipole(inertia, multipole).unwrap()
+}
+
+fn heavy(kind: Kind, rng: &mut fastrand::Rng, size: f64) -> Cloud {
+    let mut cloud = Cloud::random(kind, rng, size);
+    cloud.points.iter_mut().for_each(|point| point.mass *= MASS);
+    cloud
+}
+
+fn rock() -> RigidBody {
+    let shape = Polyhedron::ellipsoid([0.3, 0.2, 0.15], 0, 1.0).unwrap();
+    let shape = shape.with_mass(MASS).unwrap();
+    RigidBody::with_polyhedron(None, &shape.recentred(), 4).unwrap()
+}
+
+/// Every kind of source with every kind of body.
+pub(super) fn scenes(rng: &mut fastrand::Rng) -> Vec<Scene> {
+    let mut all = Vec::new();
+    let mut bodies: Vec<(Cloud, RigidBody)> = KINDS
+        .map(|kind| {
+            let cloud = heavy(kind, rng, 0.25);
+            let body = body(&cloud);
+            (cloud, body)
+        })
+        .into();
+    let rock = rock();
+    let points = rock.points().to_vec();
+    let kind = Kind::Points;
+    bodies.push((Cloud { kind, points }, rock));
+    for (index, (cloud, body)) in bodies.into_iter().enumerate() {
+        let place = |name, model, rng: &mut fastrand::Rng| Source {
+            name,
+            model,
+            gm: 1.4,
+            position: vector(rng, 0.4),
+            attitude: lgvi_lie::exp(&vector(rng, 1.8)),
+        };
+        let oblate = || Model::Oblate {
+            j2: 0.1,
+            radius: 0.7,
+        };
+        let series = |order, rng: &mut fastrand::Rng| {
+            Model::Series(Cloud::random(Kind::Series(order), rng, 0.4))
+        };
+        let central = Source {
+            position: Vector3::zeros(),
+            attitude: Matrix3::identity(),
+            ..place("central", Model::Central, rng)
+        };
+        let (second, fourth) = (series(2, rng), series(4, rng));
+        let uniform = Model::Uniform(vector(rng, 1.0));
+        let several = vec![
+            place("first", Model::Central, rng),
+            place("second", oblate(), rng),
+            place("third", series(4, rng), rng),
+        ];
+        let attractions = [
+            ("central", Attraction::One(central)),
+            ("oblate", Attraction::One(place("oblate", oblate(), rng))),
+            ("uniform", Attraction::One(place("uniform", uniform, rng))),
+            (
+                "second order",
+                Attraction::One(place("second", second, rng)),
+            ),
+            (
+                "fourth order",
+                Attraction::One(place("fourth", fourth, rng)),
+            ),
+            ("several", Attraction::Several(several)),
+            ("polyhedron", Attraction::Cuboid([0.5, 0.4, 0.3])),
+        ];
+        for (name, attraction) in attractions {
+            let rate = body.inertia().matrix() * vector(rng, 2.0);
+            let columns: Vec<_> = (0..6)
+                .map(|_| (std::array::from_fn(|_| rng.f64() - 0.5), 1.0 + rng.f64()))
+                .collect();
+            all.push(Scene {
+                name: format!("body {index} in {name}"),
+                attraction,
+                cloud: cloud.clone(),
+                body: body.clone(),
+                state: BodyState {
+                    position: Vector3::new(1.7, 0.8, 0.9) + vector(rng, 0.3),
+                    linear_momentum: vector(rng, 1.0),
+                    attitude: lgvi_lie::exp(&vector(rng, 1.8)),
+                    angular_momentum: rate,
+                },
+                actuation: Actuation::actuators(&columns).unwrap(),
+            });
+        }
+    }
+    all
+}

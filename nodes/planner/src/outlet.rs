@@ -1,20 +1,19 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use lgvi_control::extremal::Extremal;
 use lgvi_middleware::Shutdown;
-use lgvi_middleware::log::Rosout;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
-use lgvi_middleware::shm::ControlPublisher;
+use lgvi_middleware::shm::{ControlPublisher, FeedbackPublisher, ShmNode};
 use lgvi_msgs::RosMessage;
 use lgvi_msgs::msg::{ControlSequence, PlanProgress};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::stamp::StampError;
-use lgvi_node::{Node, NodeError};
-use lgvi_scene::{Maneuver, Scene};
+use lgvi_node::{NodeError, feedback_sequence};
+use lgvi_scene::Scene;
 use tracing::warn;
 
 use crate::messages;
+use crate::sequence::Sequence;
 
 /// How long subscribers that do not keep up are waited for.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -28,45 +27,37 @@ const DISCOVERY: Duration = Duration::from_secs(2);
 /// Where the node publishes.
 pub(crate) struct Outlet {
     shm: ControlPublisher,
+    shm_feedback: FeedbackPublisher,
     controls: Publisher<ControlSequence>,
     progress: Publisher<PlanProgress>,
     path: Publisher<Path>,
     /// Messages sent, by topic.
     sent: BTreeMap<String, u64>,
-    _rosout: Rosout,
-    _ros: RosNode,
 }
 
 impl Outlet {
-    /// Opens the node's topics; late joiners get all of up to `iterations` iterations.
-    pub(crate) fn open(node: &Node, iterations: u32) -> Result<Self, NodeError> {
-        let topic = node
-            .args
+    /// Opens the node's topics; late joiners get the last `history` messages about the progress.
+    pub(crate) fn open(ros: &RosNode, shm: &ShmNode, history: usize) -> Result<Self, NodeError> {
+        let topic = ros
             .resolve("~/control_sequence")
             .map_err(NodeError::input)?;
-        let (ros, rosout) = node.ros()?;
-        let every_iteration = Qos::latched(iterations as usize + 2);
         Ok(Self {
-            shm: node
-                .shm()?
-                .control_publisher(&topic)
-                .map_err(NodeError::runtime)?,
+            shm: shm.control_publisher(&topic).map_err(NodeError::runtime)?,
+            shm_feedback: shm.feedback_publisher(&topic).map_err(NodeError::runtime)?,
             controls: ros
                 .publisher(&topic, &Qos::latched(1))
                 .map_err(NodeError::runtime)?,
             progress: ros
-                .publisher("~/progress", &every_iteration)
+                .publisher("~/progress", &Qos::latched(history))
                 .map_err(NodeError::runtime)?,
             path: ros
                 .publisher("~/planned_path", &Qos::latched(1))
                 .map_err(NodeError::runtime)?,
             sent: BTreeMap::new(),
-            _rosout: rosout,
-            _ros: ros,
         })
     }
 
-    /// Publishes an iteration.
+    /// Publishes an iteration, or how it ended.
     pub(crate) fn progress(&mut self, message: Result<PlanProgress, StampError>) {
         match message {
             Ok(message) => send(&self.progress, &message, &mut self.sent),
@@ -74,25 +65,49 @@ impl Outlet {
         }
     }
 
-    /// Publishes the plan.
+    /// Publishes a plan, to this host's propagator first; what it is as a message.
     pub(crate) fn plan(
         &mut self,
         scene: &Scene,
-        maneuver: &Maneuver,
-        plan: &Extremal,
-    ) -> Result<(), NodeError> {
-        let (header, intervals) =
-            messages::controls(scene, maneuver, plan).map_err(NodeError::runtime)?;
-        let message = header
-            .to_message(&intervals, &scene.frame)
-            .map_err(NodeError::runtime)?;
+        body: usize,
+        sequence: &Sequence,
+    ) -> Result<ControlSequence, NodeError> {
+        let Sequence {
+            first_step,
+            plan,
+            limits,
+        } = sequence;
+        let message = match limits {
+            None => {
+                let (header, intervals) = messages::controls(scene, body, *first_step, plan)
+                    .map_err(NodeError::runtime)?;
+                self.shm
+                    .send(header, &intervals)
+                    .map_err(NodeError::runtime)?;
+                header.to_message(&intervals, &scene.frame)
+            }
+            Some(limits) => {
+                let sequence = feedback_sequence(
+                    scene,
+                    body,
+                    *first_step,
+                    &plan.controls,
+                    &plan.states,
+                    &plan.feedback,
+                    limits,
+                )
+                .map_err(NodeError::runtime)?;
+                self.shm_feedback
+                    .send(sequence.header, &sequence.intervals)
+                    .map_err(NodeError::runtime)?;
+                sequence.to_message(scene)
+            }
+        }
+        .map_err(NodeError::runtime)?;
         send(&self.controls, &message, &mut self.sent);
-        self.shm
-            .send(header, &intervals)
-            .map_err(NodeError::runtime)?;
-        let path = messages::path(scene, plan).map_err(NodeError::runtime)?;
+        let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
-        Ok(())
+        Ok(message)
     }
 
     /// Waits for somebody who hears of the progress, unless somebody does, nobody comes, or the node is to end.
@@ -117,6 +132,11 @@ impl Outlet {
             warn!("{error}");
         }
         self.sent.clone()
+    }
+
+    /// Messages sent so far, by topic.
+    pub(crate) fn sent(&self) -> &BTreeMap<String, u64> {
+        &self.sent
     }
 }
 

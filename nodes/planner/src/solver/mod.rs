@@ -1,0 +1,183 @@
+//! What the worker does: a task in, a plan out, by the method that the scene asks for.
+
+mod duration;
+mod shooting;
+
+use std::sync::Arc;
+
+use lgvi_control::{NewtonSettings, Phase, Plan, PlanError, Progress, Start, Transfer};
+use lgvi_dynamics::BodyState;
+use lgvi_dynamics::gravity::Sources;
+use lgvi_scene::{FinalTime, Scene, Solver, SolverMethod};
+
+/// What is to be planned.
+#[derive(Clone, Debug)]
+pub(crate) struct Task {
+    /// The step that the plan begins at.
+    pub(crate) first_step: u64,
+    /// The body's state there.
+    pub(crate) initial: BodyState,
+    /// When it is to arrive.
+    pub(crate) end: End,
+    /// A plan of the same intervals to start from.
+    pub(crate) guess: Option<Arc<Plan>>,
+}
+
+/// When a plan is to arrive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum End {
+    /// After so many steps.
+    After(usize),
+    /// When it is best.
+    Free(FinalTime),
+}
+
+/// Where the solver is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Iteration {
+    /// Newton iterations so far.
+    pub(crate) iteration: u32,
+    /// Trial points or trajectories so far.
+    pub(crate) trials: u32,
+    /// Accepted part of the last step.
+    pub(crate) step_length: f64,
+    /// Norm of what the conditions are missed by, in the scene's units.
+    pub(crate) violation: f64,
+    /// How far it is from optimal; 0 where the method does not say.
+    pub(crate) stationarity: f64,
+    /// The objective.
+    pub(crate) cost: f64,
+    /// What it is at.
+    pub(crate) phase: &'static str,
+}
+
+/// Why there is no plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reason {
+    /// The conditions cannot be met.
+    Infeasible,
+    /// The iterations are used up, or none makes progress.
+    NotConverged,
+    /// The time is used up.
+    Deadline,
+    /// Somebody asked for its end.
+    Cancelled,
+    /// The task makes no sense.
+    Refused,
+}
+
+/// How a task ended without a plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Unsolved {
+    pub(crate) reason: Reason,
+    pub(crate) message: String,
+    /// The best iterate, where there is one.
+    pub(crate) best: Option<Box<Plan>>,
+}
+
+impl Unsolved {
+    pub(crate) fn new(reason: Reason, message: impl ToString) -> Self {
+        Self {
+            reason,
+            message: message.to_string(),
+            best: None,
+        }
+    }
+}
+
+/// Sees each iteration, and may end the task.
+type Observe<'o> = &'o mut dyn FnMut(&Iteration) -> bool;
+
+/// Solves a task of the scene's manoeuvre.
+pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<Plan, Unsolved> {
+    match task.end {
+        End::After(intervals) => {
+            let transfer = transfer(scene, &task.initial, intervals)?;
+            once(scene, &transfer, task.guess.as_deref(), observe)
+        }
+        End::Free(range) => duration::solve(scene, &task.initial, range, observe),
+    }
+}
+
+fn transfer(
+    scene: &Scene,
+    initial: &BodyState,
+    intervals: usize,
+) -> Result<Transfer<Sources>, Unsolved> {
+    let refused = |error: &dyn std::fmt::Display| Unsolved::new(Reason::Refused, error);
+    scene
+        .transfer_from(*initial, intervals)
+        .ok_or_else(|| refused(&"the scene has no manoeuvre"))?
+        .map_err(|error| refused(&error))
+}
+
+/// Solves one transfer.
+fn once(
+    scene: &Scene,
+    transfer: &Transfer<Sources>,
+    guess: Option<&Plan>,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let solver = scene
+        .maneuver
+        .as_ref()
+        .map_or_else(Solver::default, |maneuver| maneuver.solver);
+    match solver.method {
+        SolverMethod::Shooting => shooting::solve(transfer, &solver.shooting(), observe),
+        SolverMethod::Newton => newton(transfer, guess, &newton_settings(&solver), observe),
+    }
+}
+
+fn newton_settings(solver: &Solver) -> NewtonSettings {
+    let defaults = NewtonSettings::default();
+    NewtonSettings {
+        violation: solver.tolerance.unwrap_or(defaults.violation),
+        iterations: solver.max_iterations.unwrap_or(defaults.iterations),
+        ..defaults
+    }
+}
+
+fn newton(
+    transfer: &Transfer<Sources>,
+    guess: Option<&Plan>,
+    settings: &NewtonSettings,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let start = guess.map_or(Start::Cold, Start::Warm);
+    lgvi_control::solve(transfer, start, settings, |now| observe(&now.into())).map_err(Into::into)
+}
+
+impl From<&Progress> for Iteration {
+    fn from(now: &Progress) -> Self {
+        Self {
+            iteration: now.iteration,
+            trials: now.trials,
+            step_length: now.step_length,
+            violation: now.violation,
+            stationarity: now.stationarity,
+            cost: now.cost,
+            phase: match now.phase {
+                Phase::Coarse => "coarse",
+                Phase::Fine => "fine",
+            },
+        }
+    }
+}
+
+impl From<PlanError> for Unsolved {
+    fn from(error: PlanError) -> Self {
+        let message = error.to_string();
+        let (reason, best) = match error {
+            PlanError::Infeasible { .. } => (Reason::Infeasible, None),
+            PlanError::NotConverged { best, .. } => (Reason::NotConverged, Some(best)),
+            PlanError::Stopped { best } => (Reason::Cancelled, best),
+            PlanError::Unsupported(_) => (Reason::Refused, None),
+            PlanError::Dynamics { .. } => (Reason::NotConverged, None),
+        };
+        Self {
+            reason,
+            message,
+            best,
+        }
+    }
+}

@@ -1,6 +1,8 @@
-//! ROS 2 messages of lgvi and the standard ones it uses, generated from the `.msg` files beside this crate.
+//! ROS 2 interfaces of lgvi and the standard ones it uses, generated from the `.msg`, `.srv` and `.action` files beside
+//! this crate.
 //!
-//! - One module per ROS package ([`geometry_msgs`], [`nav_msgs`], …); our own messages are in [`msg`].
+//! - One module per ROS package ([`geometry_msgs`], [`nav_msgs`], …), services in a module `srv` of theirs; our own are
+//!   in [`msg`] and [`action`].
 //! - [`RosMessage`] and [`lookup`] give type names, hashes and definitions, as bags and peers need them.
 //! - [`cdr`] encodes messages as they lie in bags and on the wire.
 //! - [`shm`] holds the plain samples that cross shared memory and their conversion to messages.
@@ -12,18 +14,56 @@ pub mod cdr;
 pub mod shm;
 pub mod stamp;
 
+use builtin_interfaces::Time;
 use serde::{Serialize, de::DeserializeOwned};
+use unique_identifier_msgs::UUID;
 
 include!(concat!(env!("OUT_DIR"), "/messages.rs"));
 
 /// A ROS 2 message type.
 pub trait RosMessage: Serialize + DeserializeOwned {
-    /// Name in the ROS 2 form, `pkg/msg/Type`.
+    /// Name in the ROS 2 form, `pkg/msg/Type`; `srv` or `action` instead for the parts of a service or an action.
     const TYPE_NAME: &'static str;
     /// REP-2011 type hash, `RIHS01_…`.
     const TYPE_HASH: &'static str;
     /// Text of the `.msg` file followed by those of all messages it needs, as rosbag2 stores it.
     const DEFINITION: &'static str;
+}
+
+/// A ROS 2 service type.
+pub trait Service: 'static {
+    /// Name in the ROS 2 form, `pkg/srv/Type`.
+    const TYPE_NAME: &'static str;
+    /// `pkg/srv/Type_Request`
+    type Request: RosMessage;
+    /// `pkg/srv/Type_Response`
+    type Response: RosMessage;
+}
+
+/// A ROS 2 action type: what a client and a server say to each other, and the envelopes in which they do.
+///
+/// Source: <https://design.ros2.org/articles/actions.html>. Envelopes convert from and to the tuple of their fields.
+pub trait Action: 'static {
+    /// Name in the ROS 2 form, `pkg/action/Type`.
+    const TYPE_NAME: &'static str;
+    /// What is to be done.
+    type Goal: RosMessage + Send;
+    /// What has come of it.
+    type Result: RosMessage + Default;
+    /// How far it is.
+    type Feedback: RosMessage;
+    /// Identity and goal; whether it is accepted, and when.
+    type SendGoal: Service<
+            Request: From<(UUID, Self::Goal)> + Into<(UUID, Self::Goal)>,
+            Response: From<(bool, Time)> + Into<(bool, Time)>,
+        >;
+    /// Identity; status (`action_msgs/msg/GoalStatus`) and result.
+    type GetResult: Service<
+            Request: From<UUID> + Into<UUID>,
+            Response: From<(i8, Self::Result)> + Into<(i8, Self::Result)>,
+        >;
+    /// Identity and feedback.
+    type FeedbackMessage: RosMessage + From<(UUID, Self::Feedback)> + Into<(UUID, Self::Feedback)>;
 }
 
 /// What is known of a message type at run time.

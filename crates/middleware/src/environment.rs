@@ -1,4 +1,4 @@
-//! The environment variables that decide which other nodes are found.
+//! The environment variables that decide which other nodes are found, and how services are called.
 
 use std::env::{self, VarError};
 
@@ -14,13 +14,24 @@ pub enum Reach {
     Subnet,
 }
 
-/// The DDS domain and its reach, as ROS 2 reads them from the environment.
+/// How requests and replies of services carry the identity by which they belong together. Client and server must agree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ServiceMapping {
+    /// Beside the payload, as the related sample identity of DDS-RPC: `rmw_fastrtps_cpp`.
+    FastDds,
+    /// In front of the payload, 16 bytes: `rmw_cyclonedds_cpp`.
+    Cyclone,
+}
+
+/// The DDS domain, its reach and the mapping of services, as ROS 2 reads them from the environment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Environment {
     /// `ROS_DOMAIN_ID`, 0 if unset.
     pub domain_id: u16,
     /// `ROS_LOCALHOST_ONLY` (1 wins over the other), `ROS_AUTOMATIC_DISCOVERY_RANGE`; a subnet if unset.
     pub reach: Reach,
+    /// By `RMW_IMPLEMENTATION`; that of Fast DDS if unset.
+    pub service_mapping: ServiceMapping,
 }
 
 /// An environment variable with a value that cannot be honoured.
@@ -40,6 +51,11 @@ pub enum EnvironmentError {
         "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF is not supported: the DDS stack cannot run without discovery"
     )]
     DiscoveryOff,
+    /// An implementation that our DDS stack does not talk to.
+    #[error(
+        "RMW_IMPLEMENTATION is {0:?}; expected rmw_fastrtps_cpp, rmw_fastrtps_dynamic_cpp or rmw_cyclonedds_cpp"
+    )]
+    RmwImplementation(String),
     /// Not Unicode.
     #[error("{name} is not valid Unicode: {value:?}")]
     NotUnicode {
@@ -68,6 +84,7 @@ impl Environment {
         Self {
             domain_id,
             reach: Reach::Localhost,
+            service_mapping: ServiceMapping::FastDds,
         }
     }
 
@@ -95,8 +112,14 @@ impl Environment {
             Some("OFF") => Reach::Localhost,
             Some(other) => return Err(EnvironmentError::DiscoveryRange(other.into())),
         };
+        let service_mapping = match set("RMW_IMPLEMENTATION")?.as_deref() {
+            None | Some("rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp") => ServiceMapping::FastDds,
+            Some("rmw_cyclonedds_cpp") => ServiceMapping::Cyclone,
+            Some(other) => return Err(EnvironmentError::RmwImplementation(other.into())),
+        };
         Ok(Self {
             domain_id,
+            service_mapping,
             reach: if localhost_only {
                 Reach::Localhost
             } else {
@@ -124,6 +147,7 @@ mod tests {
         let expected = Environment {
             domain_id: 0,
             reach: Reach::Subnet,
+            service_mapping: ServiceMapping::FastDds,
         };
         assert_eq!(read(&[]), Ok(expected.clone()));
         assert_eq!(read(&[("ROS_DOMAIN_ID", "")]), Ok(expected));
@@ -138,6 +162,19 @@ mod tests {
                 Err(EnvironmentError::DomainId(bad.into()))
             );
         }
+    }
+
+    #[test]
+    fn services_are_mapped_as_the_peers_do() {
+        let mapping = |name| {
+            read(&[("RMW_IMPLEMENTATION", name)]).map(|environment| environment.service_mapping)
+        };
+        assert_eq!(mapping("rmw_cyclonedds_cpp"), Ok(ServiceMapping::Cyclone));
+        assert_eq!(mapping("rmw_fastrtps_cpp"), Ok(ServiceMapping::FastDds));
+        assert_eq!(
+            mapping("rmw_zenoh_cpp"),
+            Err(EnvironmentError::RmwImplementation("rmw_zenoh_cpp".into()))
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What the lgvi nodes have in common with the rest of the ROS 2 world and with each other.
 //!
 //! - [`NodeArgs`], [`Parameters`], [`Environment`]: the command line, parameter files and environment of a ROS 2 node.
-//! - [`ros`]: topics over DDS.
+//! - [`ros`]: topics, services and actions over DDS.
 //! - [`shm`]: states and controls over shared memory, on one host.
 //! - [`log`], [`Shutdown`], [`report`]: logging, signals, and the channel to the process that started a node.
 
@@ -21,7 +21,7 @@ pub mod shm;
 mod shutdown;
 
 pub use args::{ArgsError, LogSettings, NodeArgs};
-pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach};
+pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, ServiceMapping};
 pub use names::NameError;
 pub use parameters::{FromParameter, ParameterError, Parameters};
 pub use shutdown::Shutdown;

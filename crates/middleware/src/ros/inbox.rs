@@ -17,7 +17,7 @@ use rustdds::{
 
 use super::{
     cdr::CdrBytes,
-    subscription::{Sample, SampleInfo, TakeError, WriterId},
+    subscription::{Sample, SampleId, SampleInfo, TakeError, WriterId},
 };
 
 type Taken = Result<Sample<Vec<u8>>, TakeError>;
@@ -174,6 +174,7 @@ fn sample(change: DeserializedCacheChange<Vec<u8>>) -> Sample<Vec<u8>> {
             sequence: i64::from(change.sequence_number).unsigned_abs(),
             source_time: change.source_timestamp().and_then(nanoseconds),
             received_time: nanoseconds(change.receive_instant).unwrap_or_default(),
+            related: change.related_sample_identity().map(SampleId::from),
         },
         message: change.into_value(),
     }

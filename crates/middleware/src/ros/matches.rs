@@ -34,6 +34,25 @@ impl Matches {
         count(&remotes, local) >= wanted
     }
 
+    /// Whether a local endpoint is matched with one of the participant that a remote endpoint belongs to.
+    pub(super) fn reaches(&self, local: GUID, remote: GUID) -> bool {
+        self.lock()
+            .get(&local)
+            .is_some_and(|remotes| remotes.iter().any(|other| other.prefix == remote.prefix))
+    }
+
+    /// Blocks until two local endpoints are matched with the same participant, or the time has passed; returns whether
+    /// they are.
+    pub(super) fn wait_for_pair(&self, first: GUID, second: GUID, timeout: Duration) -> bool {
+        let (remotes, _) = self
+            .changed
+            .wait_timeout_while(self.lock(), timeout, |remotes| {
+                !paired(remotes, first, second)
+            })
+            .unwrap_or_else(PoisonError::into_inner);
+        paired(&remotes, first, second)
+    }
+
     /// Forgets a local endpoint.
     pub(super) fn forget(&self, local: GUID) {
         self.lock().remove(&local);
@@ -103,6 +122,15 @@ impl Matches {
     fn lock(&self) -> MutexGuard<'_, BTreeMap<GUID, BTreeSet<GUID>>> {
         self.remotes.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+fn paired(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, first: GUID, second: GUID) -> bool {
+    let (Some(first), Some(second)) = (remotes.get(&first), remotes.get(&second)) else {
+        return false;
+    };
+    first
+        .iter()
+        .any(|one| second.iter().any(|other| one.prefix == other.prefix))
 }
 
 fn count(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {

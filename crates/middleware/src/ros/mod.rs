@@ -1,4 +1,4 @@
-//! Topics of ROS 2 over DDS.
+//! Topics, services and actions of ROS 2 over DDS.
 //!
 //! A [`RosNode`] is one DDS participant with one ROS node in it. Its endpoints are made on RustDDS directly and
 //! announced in the ROS graph (`ros_discovery_info`) by the node itself: `ros2-client`'s own publishers cannot wait for
@@ -12,6 +12,7 @@
 //!   system call of theirs is interrupted. Restart it.
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
 
+mod action;
 mod background;
 mod cdr;
 mod graph;
@@ -21,14 +22,22 @@ mod naming;
 mod node;
 mod publisher;
 mod qos;
+mod service;
 mod subscription;
 
 use crate::NameError;
 
+pub use action::{
+    ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalOutcome, GoalState,
+    SendGoalError, StopReason,
+};
 pub use node::{RosNode, TopicInfo};
 pub use publisher::{PublishError, Publisher, RawPublisher};
 pub use qos::Qos;
-pub use subscription::{RawSubscription, Sample, SampleInfo, Subscription, TakeError, WriterId};
+pub use service::{CallError, Request, RequestId, ServiceClient, ServiceServer};
+pub use subscription::{
+    RawSubscription, Sample, SampleId, SampleInfo, Subscription, TakeError, WriterId,
+};
 
 /// A node or an endpoint that cannot be created.
 #[derive(Debug, thiserror::Error)]

@@ -3,10 +3,22 @@
 use super::RosError;
 
 const TOPIC_PREFIX: &str = "rt";
+const REQUEST: (&str, &str) = ("rq", "Request");
+const REPLY: (&str, &str) = ("rr", "Reply");
 
 /// `/a/b` is `rt/a/b`.
 pub(super) fn dds_topic(topic: &str) -> String {
     format!("{TOPIC_PREFIX}{topic}")
+}
+
+/// Requests of the service `/a/b` go to `rq/a/bRequest`.
+pub(super) fn dds_request(service: &str) -> String {
+    format!("{}{service}{}", REQUEST.0, REQUEST.1)
+}
+
+/// Replies of the service `/a/b` go to `rr/a/bReply`.
+pub(super) fn dds_reply(service: &str) -> String {
+    format!("{}{service}{}", REPLY.0, REPLY.1)
 }
 
 /// The ROS topic of a DDS topic; `None` for services and DDS's own topics.
@@ -16,11 +28,11 @@ pub(super) fn ros_topic(dds_topic: &str) -> Option<&str> {
         .filter(|topic| topic.starts_with('/'))
 }
 
-/// `package/msg/Type` is `package::msg::dds_::Type_`.
+/// `package/msg/Type` is `package::msg::dds_::Type_`; `srv` and `action` likewise.
 pub(super) fn dds_type(type_name: &str) -> Result<String, RosError> {
     let mut parts = type_name.split('/');
     match (parts.next(), parts.next(), parts.next(), parts.next()) {
-        (Some(package), Some(kind @ ("msg" | "action")), Some(name), None)
+        (Some(package), Some(kind @ ("msg" | "srv" | "action")), Some(name), None)
             if !package.is_empty() && !name.is_empty() =>
         {
             Ok(format!("{package}::{kind}::dds_::{name}_"))
@@ -42,6 +54,8 @@ mod tests {
     #[test]
     fn topics_and_types_go_there_and_back() {
         assert_eq!(dds_topic("/tf"), "rt/tf");
+        assert_eq!(dds_request("/a/b"), "rq/a/bRequest");
+        assert_eq!(dds_reply("/a/b"), "rr/a/bReply");
         assert_eq!(ros_topic("rt/a/b"), Some("/a/b"));
         assert_eq!(ros_topic("rq/aRequest"), None);
         assert_eq!(ros_topic("ros_discovery_info"), None);
@@ -58,7 +72,7 @@ mod tests {
             "",
             "Odometry",
             "nav_msgs/Odometry",
-            "a/srv/B",
+            "a/type/B",
             "a/msg/",
             "a/msg/B/c",
         ] {

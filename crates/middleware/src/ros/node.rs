@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use lgvi_msgs::RosMessage;
+use lgvi_msgs::{Action, RosMessage, Service};
 use ros2_client::NodeName;
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{
@@ -19,6 +19,7 @@ use rustdds::{
 
 use super::{
     RosError,
+    action::{ActionClient, ActionServer, Decision},
     background::Background,
     graph::{Graph, Side},
     inbox::Inbox,
@@ -26,9 +27,10 @@ use super::{
     naming,
     publisher::{Publisher, RawPublisher},
     qos::Qos,
+    service::{ServiceClient, ServiceServer},
     subscription::{RawSubscription, Subscription},
 };
-use crate::{Environment, NameError, NodeArgs, Reach};
+use crate::{Environment, NameError, NodeArgs, Reach, ServiceMapping};
 
 /// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
 const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
@@ -42,6 +44,7 @@ pub struct RosNode(Arc<Inner>);
 /// What a node and its endpoints share. Fields are dropped in this order: the participant goes last.
 pub(super) struct Inner {
     args: NodeArgs,
+    pub(super) service_mapping: ServiceMapping,
     graph: Mutex<Graph>,
     pub(super) background: Background,
     pub(super) matches: Arc<Matches>,
@@ -115,11 +118,9 @@ impl RosNode {
         type_name: &str,
         qos: &Qos,
     ) -> Result<RawPublisher, RosError> {
-        self.endpoint(topic, type_name, |topic| {
-            let publisher = &self.0.publisher;
-            publisher.create_datawriter_no_key(topic, Some(qos.offered()))
-        })
-        .map(|(topic, writer)| RawPublisher::new(Arc::clone(&self.0), topic, writer, qos))
+        let topic = self.resolve(topic)?;
+        let dds_topic = naming::dds_topic(&topic);
+        self.writer(topic, dds_topic, type_name, qos)
     }
 
     /// Creates a subscription to the CDR bytes of a topic of the type `package/msg/Type`.
@@ -129,13 +130,34 @@ impl RosNode {
         type_name: &str,
         qos: &Qos,
     ) -> Result<RawSubscription, RosError> {
-        self.endpoint(topic, type_name, |topic| {
-            let subscriber = &self.0.subscriber;
-            subscriber.create_simple_datareader_no_key(topic, Some(qos.requested()))
-        })
-        .map(|(topic, reader)| {
-            RawSubscription::new(Arc::clone(&self.0), Inbox::new(reader, topic, qos.depth()))
-        })
+        let topic = self.resolve(topic)?;
+        let dds_topic = naming::dds_topic(&topic);
+        self.reader(topic, dds_topic, type_name, qos)
+    }
+
+    /// Offers a service; the name is expanded and remapped.
+    pub fn service_server<S: Service>(&self, service: &str) -> Result<ServiceServer<S>, RosError> {
+        ServiceServer::new(self, &self.resolve(service)?)
+    }
+
+    /// Makes a client of a service; the name is expanded and remapped.
+    pub fn service_client<S: Service>(&self, service: &str) -> Result<ServiceClient<S>, RosError> {
+        ServiceClient::new(self, &self.resolve(service)?)
+    }
+
+    /// Offers an action; the name is expanded and remapped. `decide` gets each goal, and how many are active, on the
+    /// server's own thread; what it does holds up the protocol.
+    pub fn action_server<A: Action>(
+        &self,
+        action: &str,
+        decide: impl FnMut(&A::Goal, usize) -> Decision + Send + 'static,
+    ) -> Result<ActionServer<A>, RosError> {
+        ActionServer::new(self, &self.resolve(action)?, decide)
+    }
+
+    /// Makes a client of an action; the name is expanded and remapped.
+    pub fn action_client<A: Action>(&self, action: &str) -> Result<ActionClient<A>, RosError> {
+        ActionClient::new(self, &self.resolve(action)?)
     }
 
     /// The topics of other participants that have been discovered so far, ordered by name and type.
@@ -179,18 +201,54 @@ impl RosNode {
         self.0.args.fully_qualified_name()
     }
 
+    pub(super) fn inner(&self) -> &Arc<Inner> {
+        &self.0
+    }
+
+    /// Creates a publisher on a DDS topic; `topic` is what it is called in ROS.
+    pub(super) fn writer(
+        &self,
+        topic: String,
+        dds_topic: String,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<RawPublisher, RosError> {
+        self.endpoint(topic, dds_topic, type_name, |topic| {
+            let publisher = &self.0.publisher;
+            publisher.create_datawriter_no_key(topic, Some(qos.offered()))
+        })
+        .map(|(topic, writer)| RawPublisher::new(Arc::clone(&self.0), topic, writer, qos))
+    }
+
+    /// Creates a subscription to a DDS topic; `topic` is what it is called in ROS.
+    pub(super) fn reader(
+        &self,
+        topic: String,
+        dds_topic: String,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<RawSubscription, RosError> {
+        self.endpoint(topic, dds_topic, type_name, |topic| {
+            let subscriber = &self.0.subscriber;
+            subscriber.create_simple_datareader_no_key(topic, Some(qos.requested()))
+        })
+        .map(|(topic, reader)| {
+            RawSubscription::new(Arc::clone(&self.0), Inbox::new(reader, topic, qos.depth()))
+        })
+    }
+
     fn endpoint<E>(
         &self,
-        topic: &str,
+        topic: String,
+        dds_topic: String,
         type_name: &str,
         create: impl FnOnce(&Topic) -> CreateResult<E>,
     ) -> Result<(String, E), RosError> {
-        let topic = self.resolve(topic)?;
         let dds_type = naming::dds_type(type_name)?;
         self.0
             .participant
             .create_topic(
-                naming::dds_topic(&topic),
+                dds_topic,
                 dds_type,
                 &QosPolicies::qos_none(),
                 TopicKind::NoKey,
@@ -228,6 +286,7 @@ impl Inner {
         let matches = Arc::new(Matches::default());
         Ok(Self {
             args: args.clone(),
+            service_mapping: environment.service_mapping,
             background: Background::start(&participant, Arc::clone(&matches)).map_err(text)?,
             matches,
             graph: Mutex::new(Graph::new(&participant, &publisher, name).map_err(text)?),

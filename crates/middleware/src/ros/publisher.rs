@@ -12,13 +12,17 @@ use std::{
 };
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
-use rustdds::{RTPSEntity, Timestamp, bytes::Bytes, dds::result::WriteError, no_key::DataWriter};
+use rustdds::{
+    GUID, RTPSEntity, Timestamp, WriteOptionsBuilder, bytes::Bytes, dds::result::WriteError,
+    no_key::DataWriter,
+};
 
 use super::{
     cdr::{CdrBytes, LITTLE_ENDIAN},
     graph::Side,
     node::Inner,
     qos::Qos,
+    subscription::SampleId,
 };
 use crate::block::block_on_for;
 
@@ -176,14 +180,14 @@ impl RawPublisher {
     /// again until a message has found room, so that a subscription that hangs costs one wait, not one a message. The
     /// first message after a match waits for its acknowledgement too, up to the same limit and at most a second.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
-        self.write(cdr, self.limit)
+        self.write(cdr, self.limit, None).map(drop)
     }
 
     /// Publishes CDR bytes, waiting up to `patience` for room, by the rules of [`publish`](Self::publish).
     ///
     /// No message is lost on the way to a reliable subscription whose depth covers what it has yet to take.
     pub fn publish_lossless(&self, cdr: Vec<u8>, patience: Duration) -> Result<(), PublishError> {
-        self.write(cdr, patience)
+        self.write(cdr, patience, None).map(drop)
     }
 
     /// Blocks until every matched reliable subscription has acknowledged every message.
@@ -218,7 +222,25 @@ impl RawPublisher {
         &self.topic
     }
 
-    fn write(&self, cdr: Vec<u8>, limit: Duration) -> Result<(), PublishError> {
+    /// Publishes what belongs to another sample, by the rules of [`publish`](Self::publish).
+    pub(super) fn publish_related(
+        &self,
+        cdr: Vec<u8>,
+        related: Option<SampleId>,
+    ) -> Result<SampleId, PublishError> {
+        self.write(cdr, self.limit, related)
+    }
+
+    pub(super) fn guid(&self) -> GUID {
+        self.writer.guid()
+    }
+
+    fn write(
+        &self,
+        cdr: Vec<u8>,
+        limit: Duration,
+        related: Option<SampleId>,
+    ) -> Result<SampleId, PublishError> {
         if !cdr.starts_with(&LITTLE_ENDIAN[..2]) || cdr.len() < LITTLE_ENDIAN.len() {
             return Err(PublishError::Encapsulation {
                 topic: self.topic.clone(),
@@ -236,8 +258,12 @@ impl RawPublisher {
         if introduce {
             thread::sleep(INTRODUCTION.min(limit));
         }
+        let options = WriteOptionsBuilder::new()
+            .source_timestamp(Timestamp::now())
+            .related_sample_identity_opt(related.map(Into::into))
+            .build();
         let written = block_on_for(
-            self.writer.async_write(payload, Some(Timestamp::now())),
+            self.writer.async_write_with_options(payload, options),
             limit,
         );
         self.stalled.store(
@@ -245,7 +271,7 @@ impl RawPublisher {
             Ordering::Relaxed,
         );
         match written {
-            Some(Ok(())) => {
+            Some(Ok(identity)) => {
                 *self.latest() = Some(Instant::now());
                 if introduce {
                     // Whether all have acknowledged: what follows is sent in any case.
@@ -253,7 +279,7 @@ impl RawPublisher {
                         .writer
                         .wait_for_acknowledgments(limit.min(ACQUAINTANCE));
                 }
-                Ok(())
+                Ok(identity.into())
             }
             None | Some(Err(WriteError::WouldBlock { .. })) => Err(PublishError::Full {
                 topic: self.topic.clone(),

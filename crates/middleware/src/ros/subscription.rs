@@ -1,8 +1,16 @@
 //! Subscriptions, to messages and to their CDR bytes.
 
-use std::{fmt, future::poll_fn, marker::PhantomData, sync::Arc, time::Duration};
+use std::{
+    fmt,
+    future::poll_fn,
+    marker::PhantomData,
+    sync::Arc,
+    task::{Context, Poll},
+    time::Duration,
+};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
+use rustdds::{GUID, rpc::SampleIdentity};
 
 use super::{graph::Side, inbox::Inbox, node::Inner};
 use crate::block::block_on_for;
@@ -50,11 +58,40 @@ pub struct SampleInfo {
     pub source_time: Option<i64>,
     /// When it was received.
     pub received_time: i64,
+    /// What it belongs to, if the publisher says so: DDS-RPC's related sample identity.
+    pub related: Option<SampleId>,
+}
+
+/// The identity of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SampleId {
+    /// The publisher; in what belongs to a service, the client's reader of replies may stand for it.
+    pub writer: WriterId,
+    /// Counts the publisher's samples from 1; -2³² is unknown.
+    pub sequence: i64,
 }
 
 /// The identity of a publisher: its DDS GUID.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct WriterId(pub [u8; 16]);
+
+impl From<SampleIdentity> for SampleId {
+    fn from(identity: SampleIdentity) -> Self {
+        Self {
+            writer: WriterId(identity.writer_guid.to_bytes()),
+            sequence: identity.sequence_number.into(),
+        }
+    }
+}
+
+impl From<SampleId> for SampleIdentity {
+    fn from(id: SampleId) -> Self {
+        Self {
+            writer_guid: GUID::from_bytes(id.writer.0),
+            sequence_number: id.sequence.into(),
+        }
+    }
+}
 
 impl fmt::Display for WriterId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -156,7 +193,18 @@ impl RawSubscription {
 
     /// Waits for the next sample; safe to cancel. Call it in a loop for a stream.
     pub async fn recv(&self) -> Result<Sample<Vec<u8>>, TakeError> {
-        poll_fn(|context| self.inbox.poll_take(context)).await
+        poll_fn(|context| self.poll_take(context)).await
+    }
+
+    pub(super) fn poll_take(
+        &self,
+        context: &Context<'_>,
+    ) -> Poll<Result<Sample<Vec<u8>>, TakeError>> {
+        self.inbox.poll_take(context)
+    }
+
+    pub(super) fn guid(&self) -> GUID {
+        self.inbox.guid()
     }
 
     /// How many publishers of other participants are matched. Cheap.

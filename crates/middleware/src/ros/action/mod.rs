@@ -1,0 +1,104 @@
+//! Actions: goals that take time, can be watched and cancelled, and end with a result.
+//!
+//! An [`ActionServer`] speaks the protocol of ROS 2 on a thread of its own: three services (`send_goal`, `cancel_goal`,
+//! `get_result`) and two topics (`feedback`, `status`) below `<name>/_action`. What works on the goals takes them one by
+//! one from [`ActionServer::next_goal`], each as a [`GoalHandle`] that says whether it is to stop and takes feedback and
+//! result. None of it waits for the network.
+//!
+//! Source: <https://design.ros2.org/articles/actions.html>; in doubt the server does as `rcl_action` and `rclcpp` do.
+//!
+//! # Assumptions and limitations
+//! - A second request to cancel a goal is answered like the first; `rcl_action` calls it an error.
+//! - A goal that is cancelled, or pre-empted, before it was taken up ends at once, with the default result.
+//! - At most 16 goals are active at a time, and 16 results are kept, for 15 minutes. Of 64 unsent feedback messages the
+//!   oldest are dropped.
+//! - [Services](super::ServiceServer)' limitations apply.
+
+mod client;
+mod goals;
+mod handle;
+mod server;
+
+use std::fmt;
+
+use lgvi_msgs::{action_msgs::GoalStatus, unique_identifier_msgs::UUID};
+use uuid::Uuid;
+
+pub use client::{ActionClient, GoalOutcome, SendGoalError};
+pub use handle::{GoalHandle, StopReason};
+pub use server::{ActionServer, Decision};
+
+/// The identity of a goal, which its client has given it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct GoalId(pub [u8; 16]);
+
+impl GoalId {
+    fn random() -> Self {
+        Self(Uuid::new_v4().into_bytes())
+    }
+
+    fn message(self) -> UUID {
+        UUID { uuid: self.0 }
+    }
+}
+
+impl fmt::Display for GoalId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Uuid::from_bytes(self.0).fmt(f)
+    }
+}
+
+/// Where a goal is in its life.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GoalState {
+    /// The server does not know the goal, or no longer.
+    Unknown,
+    /// It waits to be taken up.
+    Accepted,
+    /// It is being worked on.
+    Executing,
+    /// It is to be stopped, as a client has asked for.
+    Canceling,
+    /// It has been reached.
+    Succeeded,
+    /// It has been stopped as a client has asked for.
+    Canceled,
+    /// It has failed, or given way to another.
+    Aborted,
+}
+
+impl GoalState {
+    /// Whether the goal has come to its end.
+    pub const fn is_terminal(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Canceled | Self::Aborted)
+    }
+
+    const fn code(self) -> i8 {
+        match self {
+            Self::Unknown => GoalStatus::STATUS_UNKNOWN,
+            Self::Accepted => GoalStatus::STATUS_ACCEPTED,
+            Self::Executing => GoalStatus::STATUS_EXECUTING,
+            Self::Canceling => GoalStatus::STATUS_CANCELING,
+            Self::Succeeded => GoalStatus::STATUS_SUCCEEDED,
+            Self::Canceled => GoalStatus::STATUS_CANCELED,
+            Self::Aborted => GoalStatus::STATUS_ABORTED,
+        }
+    }
+
+    const fn from_code(code: i8) -> Self {
+        match code {
+            GoalStatus::STATUS_ACCEPTED => Self::Accepted,
+            GoalStatus::STATUS_EXECUTING => Self::Executing,
+            GoalStatus::STATUS_CANCELING => Self::Canceling,
+            GoalStatus::STATUS_SUCCEEDED => Self::Succeeded,
+            GoalStatus::STATUS_CANCELED => Self::Canceled,
+            GoalStatus::STATUS_ABORTED => Self::Aborted,
+            _ => Self::Unknown,
+        }
+    }
+}
+
+/// The name of one of an action's services or topics.
+fn part(action: &str, part: &str) -> String {
+    format!("{action}/_action/{part}")
+}

@@ -1,0 +1,199 @@
+//! The server's side of a service.
+
+use std::{
+    collections::VecDeque,
+    fmt,
+    marker::PhantomData,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    task::{Context, Poll},
+    time::{Duration, Instant},
+};
+
+use lgvi_msgs::{RosMessage, Service};
+use rustdds::GUID;
+
+use super::{DEPTH, QOS, RequestId, wire};
+use crate::{
+    block::block_on_for,
+    ros::{
+        PublishError, RawPublisher, RawSubscription, RosError, RosNode, Sample, TakeError, naming,
+        node::Inner,
+    },
+};
+
+/// How long a request is held back for its client to be reachable.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// How often that is looked at.
+const CYCLE: Duration = Duration::from_millis(2);
+
+/// A request of a client, and the identity by which it is replied to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request<M> {
+    /// To be given back with the reply.
+    pub id: RequestId,
+    /// What the client asks for.
+    pub message: M,
+}
+
+/// Takes requests and sends replies, in any order and at any time: a request that is never replied to costs nothing.
+///
+/// Requests beyond 64 that nobody takes push out the oldest.
+pub struct ServiceServer<S> {
+    requests: RawSubscription,
+    replies: RawPublisher,
+    held: Mutex<VecDeque<Held>>,
+    node: Arc<Inner>,
+    service: PhantomData<fn() -> S>,
+}
+
+/// A request whose client may not yet be reachable.
+struct Held {
+    id: RequestId,
+    cdr: Vec<u8>,
+    sample: Sample<()>,
+    arrived: Instant,
+}
+
+impl<S: Service> ServiceServer<S> {
+    pub(in crate::ros) fn new(node: &RosNode, service: &str) -> Result<Self, RosError> {
+        let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
+        let reply_type = S::Response::TYPE_NAME;
+        Ok(Self {
+            // The replies first: who sees where to send requests can expect an answer.
+            replies: node.writer(service.into(), reply, reply_type, &QOS)?,
+            requests: node.reader(service.into(), request, S::Request::TYPE_NAME, &QOS)?,
+            held: Mutex::default(),
+            node: Arc::clone(node.inner()),
+            service: PhantomData,
+        })
+    }
+
+    /// Takes the next request; `None` if there is none.
+    ///
+    /// # Errors
+    /// A request that is not of the service's type, which its client waits for in vain. Later ones can be taken.
+    pub fn take(&self) -> Result<Option<Request<S::Request>>, TakeError> {
+        while let Some(sample) = self.requests.take()? {
+            self.hold(sample);
+        }
+        self.next().transpose()
+    }
+
+    /// Waits for the next request, up to `timeout`; `None` if none came.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    pub fn recv_timeout(
+        &self,
+        timeout: Duration,
+    ) -> Result<Option<Request<S::Request>>, TakeError> {
+        let deadline = Instant::now() + timeout;
+        loop {
+            if let Some(request) = self.take()? {
+                return Ok(Some(request));
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(None);
+            }
+            let limit = self.next_look().unwrap_or(left).min(left);
+            if let Some(sample) = block_on_for(self.requests.recv(), limit).transpose()? {
+                self.hold(sample);
+            }
+        }
+    }
+
+    /// Takes the next request, or has the task woken when one arrives; [`next_look`](Self::next_look) says when to look
+    /// without being woken.
+    pub(in crate::ros) fn poll_take(
+        &self,
+        context: &Context<'_>,
+    ) -> Poll<Result<Request<S::Request>, TakeError>> {
+        while let Poll::Ready(sample) = self.requests.poll_take(context) {
+            self.hold(sample?);
+        }
+        self.next().map_or(Poll::Pending, Poll::Ready)
+    }
+
+    /// When to look for requests without having been woken, while some are held back.
+    pub(in crate::ros) fn next_look(&self) -> Option<Duration> {
+        (!self.held().is_empty()).then_some(CYCLE)
+    }
+
+    /// Replies to a request. Waits for no client, at most 20 ms for room.
+    ///
+    /// # Errors
+    /// A reply that is not sent, for want of room or because the DDS stack has failed.
+    pub fn reply(&self, id: RequestId, response: &S::Response) -> Result<(), PublishError> {
+        self.reply_cdr(id, lgvi_msgs::cdr::encode(response)?)
+    }
+
+    /// Replies with ready CDR bytes.
+    pub(in crate::ros) fn reply_cdr(
+        &self,
+        id: RequestId,
+        cdr: Vec<u8>,
+    ) -> Result<(), PublishError> {
+        let (cdr, related) = wire::reply(self.node.service_mapping, cdr, id);
+        self.replies.publish_related(cdr, related).map(drop)
+    }
+
+    /// The absolute name of the service.
+    pub fn name(&self) -> &str {
+        self.requests.topic()
+    }
+
+    fn hold(&self, sample: Sample<Vec<u8>>) {
+        let info = sample.info;
+        // Without an identity nobody could be answered.
+        let Some((id, cdr)) = wire::taken_request(self.node.service_mapping, sample) else {
+            return;
+        };
+        let mut held = self.held();
+        if held.len() >= DEPTH {
+            held.pop_front();
+        }
+        held.push_back(Held {
+            id,
+            cdr,
+            sample: Sample { message: (), info },
+            arrived: Instant::now(),
+        });
+    }
+
+    fn next(&self) -> Option<Result<Request<S::Request>, TakeError>> {
+        let mut held = self.held();
+        let ready = held.iter().position(|request| {
+            let client = GUID::from_bytes(request.id.writer.0);
+            request.arrived.elapsed() >= PATIENCE
+                || self.node.matches.reaches(self.replies.guid(), client)
+        })?;
+        let request = held.remove(ready)?;
+        drop(held);
+        Some(
+            lgvi_msgs::cdr::decode(&request.cdr)
+                .map(|message| Request {
+                    id: request.id,
+                    message,
+                })
+                .map_err(|source| TakeError::Decode {
+                    topic: self.name().into(),
+                    info: request.sample.info,
+                    source: Box::new(source),
+                }),
+        )
+    }
+
+    fn held(&self) -> MutexGuard<'_, VecDeque<Held>> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<S> fmt::Debug for ServiceServer<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("ServiceServer")
+            .field(&self.requests)
+            .finish()
+    }
+}

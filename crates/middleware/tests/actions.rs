@@ -1,0 +1,330 @@
+//! Actions between participants of this crate, over the loopback interface.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    thread::{self, Scope},
+    time::{Duration, Instant},
+};
+
+use common::{isolated, node};
+use lgvi_middleware::{
+    Environment, ServiceMapping,
+    ros::{
+        ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalState, SendGoalError,
+        StopReason,
+    },
+};
+use lgvi_msgs::{
+    action::{PlanManeuver, PlanManeuverFeedback, PlanManeuverGoal, PlanManeuverResult},
+    action_msgs::srv::CancelGoalResponse,
+    builtin_interfaces::Time,
+    geometry_msgs::Vector3,
+};
+
+const PATIENCE: Duration = Duration::from_secs(20);
+const ACTION: &str = "~/plan_maneuver";
+
+type Server = ActionServer<PlanManeuver>;
+type Client = ActionClient<PlanManeuver>;
+type Goal = GoalHandle<PlanManeuver>;
+
+fn environment(mapping: ServiceMapping) -> Environment {
+    Environment {
+        service_mapping: mapping,
+        ..isolated()
+    }
+}
+
+fn server(environment: &Environment, decision: Decision) -> Server {
+    node("planner", environment)
+        .action_server(ACTION, move |goal: &PlanManeuverGoal, _| {
+            if goal.deadline < 0.0 {
+                Decision::Refuse
+            } else {
+                decision
+            }
+        })
+        .unwrap()
+}
+
+fn client(environment: &Environment) -> Client {
+    let client = node("client", environment)
+        .action_client("/planner/plan_maneuver")
+        .unwrap();
+    assert!(client.wait_for_server(PATIENCE));
+    client
+}
+
+fn goal(first_step: u64) -> PlanManeuverGoal {
+    PlanManeuverGoal {
+        first_step,
+        ..PlanManeuverGoal::default()
+    }
+}
+
+fn send(client: &Client, first_step: u64) -> GoalId {
+    client.send_goal(goal(first_step), PATIENCE).unwrap()
+}
+
+fn next(server: &Server) -> Goal {
+    server.next_goal(PATIENCE).expect("a goal in time")
+}
+
+/// A plan of so many intervals.
+fn plan(intervals: usize) -> PlanManeuverResult {
+    let mut result = PlanManeuverResult {
+        success: true,
+        cost: 1.5,
+        ..PlanManeuverResult::default()
+    };
+    let vector = Vector3 {
+        x: 1.0,
+        ..Vector3::default()
+    };
+    result.controls.force = vec![vector.clone(); intervals];
+    result.controls.moment = vec![vector; intervals];
+    result
+}
+
+fn failure(reason: u8) -> PlanManeuverResult {
+    PlanManeuverResult {
+        reason,
+        ..PlanManeuverResult::default()
+    }
+}
+
+fn stopped(goal: &Goal) -> StopReason {
+    let start = Instant::now();
+    while start.elapsed() < PATIENCE {
+        if let Some(reason) = goal.stop_reason() {
+            return reason;
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    panic!("the goal was not stopped");
+}
+
+/// Reaches every goal at once, until it is told to stop.
+fn work<'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    server: &'scope Server,
+    stop: &'scope AtomicBool,
+) {
+    scope.spawn(move || {
+        while !stop.load(Ordering::Relaxed) {
+            if let Some(goal) = server.next_goal(Duration::from_millis(5)) {
+                goal.succeed(plan(10));
+            }
+        }
+    });
+}
+
+fn a_plan_is_made(mapping: ServiceMapping) {
+    const ITERATIONS: u32 = 40;
+    const INTERVALS: usize = 3000;
+    let environment = environment(mapping);
+    let server = server(&environment, Decision::Accept);
+    let client = client(&environment);
+    let id = send(&client, 7);
+    let goal = next(&server);
+    assert_eq!((goal.id(), goal.goal().first_step), (id, 7));
+    assert_eq!(goal.stop_reason(), None);
+    thread::scope(|scope| {
+        let early = scope.spawn(|| client.result(id, PATIENCE).unwrap());
+        for iteration in 1..=ITERATIONS {
+            goal.feedback(PlanManeuverFeedback {
+                iteration,
+                phase: "solving".into(),
+                ..PlanManeuverFeedback::default()
+            });
+        }
+        for iteration in 1..=ITERATIONS {
+            let feedback = client.feedback(id, PATIENCE).unwrap().unwrap();
+            assert_eq!(
+                (feedback.iteration, &*feedback.phase),
+                (iteration, "solving")
+            );
+        }
+        goal.succeed(plan(INTERVALS));
+        let outcome = early.join().unwrap();
+        assert_eq!(outcome.state, GoalState::Succeeded);
+        assert_eq!(outcome.result, plan(INTERVALS));
+    });
+    let late = client.result(id, PATIENCE).unwrap();
+    assert_eq!(
+        (late.state, late.result),
+        (GoalState::Succeeded, plan(INTERVALS))
+    );
+    let states = std::iter::from_fn(|| client.states(PATIENCE).unwrap());
+    let last = states
+        .map(|states| states.last().copied())
+        .find(|state| *state == Some((id, GoalState::Succeeded)));
+    assert!(last.is_some());
+    let unknown = client.result(GoalId([5; 16]), PATIENCE).unwrap();
+    assert_eq!(unknown.state, GoalState::Unknown);
+    assert_eq!(unknown.result, PlanManeuverResult::default());
+}
+
+#[test]
+fn a_goal_is_watched_to_its_end_as_with_fast_dds() {
+    a_plan_is_made(ServiceMapping::FastDds);
+}
+
+#[test]
+fn a_goal_is_watched_to_its_end_as_with_cyclone() {
+    a_plan_is_made(ServiceMapping::Cyclone);
+}
+
+#[test]
+fn a_goal_is_cancelled_at_once() {
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment, Decision::Accept);
+    let client = client(&environment);
+    let id = send(&client, 0);
+    let goal = next(&server);
+    assert!(!goal.is_cancel_requested());
+    let start = Instant::now();
+    let response = client.cancel(id, PATIENCE).unwrap();
+    // The answer comes after the fact.
+    assert!(goal.is_cancel_requested());
+    assert!(
+        start.elapsed() < Duration::from_secs(1),
+        "{:?}",
+        start.elapsed()
+    );
+    assert_eq!(response.return_code, CancelGoalResponse::ERROR_NONE);
+    assert_eq!(response.goals_canceling[0].goal_id.uuid, id.0);
+    goal.canceled(failure(PlanManeuverResult::CANCELLED));
+    let outcome = client.result(id, PATIENCE).unwrap();
+    assert_eq!(outcome.state, GoalState::Canceled);
+    assert_eq!(outcome.result.reason, PlanManeuverResult::CANCELLED);
+    let again = client.cancel(id, PATIENCE).unwrap().return_code;
+    assert_eq!(again, CancelGoalResponse::ERROR_GOAL_TERMINATED);
+    let unknown = client.cancel(GoalId([5; 16]), PATIENCE).unwrap();
+    assert_eq!(
+        unknown.return_code,
+        CancelGoalResponse::ERROR_UNKNOWN_GOAL_ID
+    );
+}
+
+#[test]
+fn goals_that_wait_are_cancelled_while_another_is_worked_on() {
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment, Decision::Accept);
+    let client = client(&environment);
+    let first = send(&client, 1);
+    let goal = next(&server);
+    let second = send(&client, 2);
+    client.cancel(second, PATIENCE).unwrap();
+    let outcome = client.result(second, PATIENCE).unwrap();
+    assert_eq!(outcome.state, GoalState::Canceled);
+    assert_eq!(goal.stop_reason(), None);
+
+    send(&client, 3);
+    let response = client.cancel_all(Time::default(), PATIENCE).unwrap();
+    assert_eq!(response.goals_canceling.len(), 2);
+    assert!(goal.is_cancel_requested());
+    assert!(server.next_goal(Duration::ZERO).is_none());
+    drop(goal);
+    let outcome = client.result(first, PATIENCE).unwrap();
+    assert_eq!(outcome.state, GoalState::Canceled);
+}
+
+#[test]
+fn a_goal_is_refused_or_takes_the_place_of_another() {
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment, Decision::Preempt);
+    let client = client(&environment);
+    let bad = PlanManeuverGoal {
+        deadline: -1.0,
+        ..goal(0)
+    };
+    let refusal = client.send_goal(bad, PATIENCE).unwrap_err();
+    assert!(
+        matches!(refusal, SendGoalError::Refused { .. }),
+        "{refusal}"
+    );
+
+    let [worked_on, waiting] = [send(&client, 1), send(&client, 2)];
+    let goal = next(&server);
+    assert_eq!(
+        goal.id(),
+        waiting,
+        "the first has given way before it was taken up"
+    );
+    let outcome = client.result(worked_on, PATIENCE).unwrap();
+    assert_eq!(outcome.state, GoalState::Aborted);
+    send(&client, 3);
+    assert_eq!(stopped(&goal), StopReason::Preempted);
+    assert!(!goal.is_cancel_requested());
+    goal.canceled(failure(PlanManeuverResult::CANCELLED));
+    let outcome = client.result(waiting, PATIENCE).unwrap();
+    assert_eq!(outcome.state, GoalState::Aborted);
+    assert_eq!(next(&server).goal().first_step, 3);
+}
+
+#[test]
+fn goals_that_are_dropped_or_lose_their_server_are_aborted() {
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment, Decision::Accept);
+    let client = client(&environment);
+    let id = send(&client, 1);
+    drop(next(&server));
+    assert_eq!(
+        client.result(id, PATIENCE).unwrap().state,
+        GoalState::Aborted
+    );
+
+    let [worked_on, waiting] = [send(&client, 2), send(&client, 3)];
+    let goal = next(&server);
+    thread::scope(|scope| {
+        let result = scope.spawn(|| client.result(worked_on, PATIENCE).unwrap().state);
+        // The request is on its way before the server leaves.
+        thread::sleep(Duration::from_millis(200));
+        drop(server);
+        assert_eq!(result.join().unwrap(), GoalState::Aborted);
+    });
+    assert_eq!(goal.stop_reason(), Some(StopReason::Closed));
+    assert_ne!(goal.id(), waiting);
+    goal.succeed(plan(1));
+}
+
+/// Neither asks for results nor takes feedback; meanwhile another one gets everything at once.
+#[test]
+fn clients_that_never_ask_do_not_stall_the_server() {
+    const GOALS: u64 = 100;
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment, Decision::Accept);
+    let silent = client(&environment);
+    let other = node("other", &environment)
+        .action_client::<PlanManeuver>("/planner/plan_maneuver")
+        .unwrap();
+    let stop = AtomicBool::new(false);
+    thread::scope(|scope| {
+        work(scope, &server, &stop);
+        let ids: Vec<_> = (0..GOALS).map(|step| send(&silent, step)).collect();
+        let start = Instant::now();
+        let id = send(&other, 0);
+        assert_eq!(
+            other.result(id, PATIENCE).unwrap().state,
+            GoalState::Succeeded
+        );
+        assert!(
+            start.elapsed() < Duration::from_secs(5),
+            "{:?}",
+            start.elapsed()
+        );
+        let state = |id| silent.result(id, PATIENCE).unwrap().state;
+        assert_eq!(
+            state(ids[0]),
+            GoalState::Unknown,
+            "old results are forgotten"
+        );
+        assert_eq!(state(ids[GOALS as usize - 1]), GoalState::Succeeded);
+        stop.store(true, Ordering::Relaxed);
+    });
+}

@@ -1,0 +1,237 @@
+//! Services between participants of this crate, over the loopback interface.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
+
+use common::{isolated, node};
+use lgvi_middleware::{
+    Environment, ServiceMapping,
+    ros::{CallError, Request, ServiceClient, ServiceServer},
+};
+use lgvi_msgs::{
+    RosMessage,
+    action_msgs::{
+        GoalInfo,
+        srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
+    },
+    builtin_interfaces::Time,
+};
+
+const PATIENCE: Duration = Duration::from_secs(20);
+const SERVICE: &str = "~/double";
+
+fn environment(mapping: ServiceMapping) -> Environment {
+    Environment {
+        service_mapping: mapping,
+        ..isolated()
+    }
+}
+
+fn server(environment: &Environment) -> ServiceServer<CancelGoal> {
+    node("server", environment).service_server(SERVICE).unwrap()
+}
+
+fn client(name: &str, environment: &Environment) -> ServiceClient<CancelGoal> {
+    node(name, environment)
+        .service_client("/server/double")
+        .unwrap()
+}
+
+fn request(sec: i32) -> CancelGoalRequest {
+    let mut goal_info = GoalInfo::default();
+    goal_info.stamp.sec = sec;
+    CancelGoalRequest { goal_info }
+}
+
+/// Twice what is asked for, and as many entries more as make the reply longer than a datagram.
+fn response(request: &CancelGoalRequest) -> CancelGoalResponse {
+    let sec = request.goal_info.stamp.sec;
+    let double = GoalInfo {
+        stamp: Time {
+            sec: 2 * sec,
+            nanosec: 0,
+        },
+        ..GoalInfo::default()
+    };
+    CancelGoalResponse {
+        return_code: 0,
+        goals_canceling: vec![double; if sec % 10 == 0 { 5000 } else { 1 }],
+    }
+}
+
+fn serve(server: &ServiceServer<CancelGoal>, count: usize) {
+    for _ in 0..count {
+        let Request { id, message } = server.recv_timeout(PATIENCE).unwrap().unwrap();
+        server.reply(id, &response(&message)).unwrap();
+    }
+}
+
+fn calls_are_answered(mapping: ServiceMapping) {
+    const CALLS: usize = 50;
+    let environment = environment(mapping);
+    let server = server(&environment);
+    let clients = [client("one", &environment), client("other", &environment)];
+    thread::scope(|scope| {
+        for (client, first) in clients.iter().zip([1, 1001]) {
+            scope.spawn(move || {
+                for sec in (first..).take(CALLS) {
+                    let reply = client.call(&request(sec), PATIENCE).unwrap();
+                    assert_eq!(reply, response(&request(sec)));
+                }
+            });
+        }
+        serve(&server, 2 * CALLS);
+    });
+    assert_eq!(server.take().unwrap(), None);
+}
+
+#[test]
+fn each_of_two_clients_gets_its_own_replies_as_with_fast_dds() {
+    calls_are_answered(ServiceMapping::FastDds);
+}
+
+#[test]
+fn each_of_two_clients_gets_its_own_replies_as_with_cyclone() {
+    calls_are_answered(ServiceMapping::Cyclone);
+}
+
+#[test]
+fn replies_may_come_in_any_order_and_not_at_all() {
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment);
+    let clients = [
+        client("first", &environment),
+        client("ignored", &environment),
+        client("last", &environment),
+    ];
+    for client in &clients {
+        assert!(client.wait_for_server(PATIENCE));
+    }
+    thread::scope(|scope| {
+        let calls = [
+            (1, PATIENCE),
+            (2, Duration::from_millis(500)),
+            (3, PATIENCE),
+        ];
+        let calls: Vec<_> = clients
+            .iter()
+            .zip(calls)
+            .map(|(client, (sec, timeout))| {
+                scope.spawn(move || client.call(&request(sec), timeout))
+            })
+            .collect();
+        let mut requests: Vec<_> = (0..3)
+            .map(|_| server.recv_timeout(PATIENCE).unwrap().unwrap())
+            .collect();
+        requests.sort_by_key(|request| std::cmp::Reverse(request.message.goal_info.stamp.sec));
+        for Request { id, message } in requests {
+            if message.goal_info.stamp.sec != 2 {
+                server.reply(id, &response(&message)).unwrap();
+            }
+        }
+        let replies: Vec<_> = calls.into_iter().map(|call| call.join().unwrap()).collect();
+        assert_eq!(*replies[0].as_ref().unwrap(), response(&request(1)));
+        assert!(matches!(replies[1], Err(CallError::NoReply { .. })));
+        assert_eq!(*replies[2].as_ref().unwrap(), response(&request(3)));
+    });
+}
+
+/// Requests of a client that never takes a reply, more than either side has room for.
+#[test]
+fn a_client_that_never_reads_does_not_stall_the_server() {
+    const REQUESTS: i32 = 600;
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment);
+    let deaf = client("deaf", &environment);
+    let other = client("other", &environment);
+    assert!(deaf.wait_for_server(PATIENCE) && other.wait_for_server(PATIENCE));
+    thread::scope(|scope| {
+        let calls = scope.spawn(|| {
+            for sec in 1..=REQUESTS {
+                let reply = deaf.call(&request(sec), Duration::ZERO);
+                assert!(matches!(reply, Err(CallError::NoReply { .. })));
+            }
+        });
+        let mut longest = Duration::ZERO;
+        while !calls.is_finished() {
+            if let Some(Request { id, message }) = server.recv_timeout(Duration::ZERO).unwrap() {
+                let start = Instant::now();
+                server.reply(id, &response(&message)).unwrap();
+                longest = longest.max(start.elapsed());
+            }
+        }
+        assert!(longest < Duration::from_millis(500), "{longest:?}");
+        scope.spawn(|| {
+            while let Some(Request { id, message }) =
+                server.recv_timeout(Duration::from_secs(1)).unwrap()
+            {
+                server.reply(id, &response(&message)).unwrap();
+            }
+        });
+        let reply = other.call(&request(7), PATIENCE).unwrap();
+        assert_eq!(reply, response(&request(7)));
+    });
+}
+
+#[test]
+fn calls_end_in_time_without_a_server_and_with_one_that_leaves() {
+    let environment = environment(ServiceMapping::FastDds);
+    let client = client("client", &environment);
+    let limit = Duration::from_millis(300);
+    let start = Instant::now();
+    let error = client.call(&request(1), limit).unwrap_err();
+    assert!(matches!(error, CallError::NoServer { .. }), "{error}");
+    assert!(start.elapsed() >= limit && start.elapsed() < limit + Duration::from_secs(2));
+
+    let leaving = server(&environment);
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&request(4), PATIENCE));
+        assert!(leaving.recv_timeout(PATIENCE).unwrap().is_some());
+        drop(leaving);
+        serve(&server(&environment), 1);
+        assert_eq!(call.join().unwrap().unwrap(), response(&request(4)));
+    });
+}
+
+#[test]
+fn what_is_no_request_is_reported_and_passed_over() {
+    let environment = environment(ServiceMapping::FastDds);
+    let node = node("server", &environment);
+    let server = node.service_server::<CancelGoal>("/x").unwrap();
+    let other = common::node("client", &environment);
+    let client = other.service_client::<ShortCall>("/x").unwrap();
+    let good = other.service_client::<CancelGoal>("/x").unwrap();
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&Short(3), Duration::from_secs(2)));
+        let error = server.recv_timeout(PATIENCE).unwrap_err();
+        assert!(error.to_string().starts_with("/x: sample 1"), "{error}");
+        let call_after = scope.spawn(|| good.call(&request(1), PATIENCE));
+        serve(&server, 1);
+        assert!(call.join().unwrap().is_err());
+        assert_eq!(call_after.join().unwrap().unwrap(), response(&request(1)));
+    });
+}
+
+/// A request that is too short for its type.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Short(u8);
+
+impl RosMessage for Short {
+    const TYPE_NAME: &'static str = CancelGoalRequest::TYPE_NAME;
+    const TYPE_HASH: &'static str = CancelGoalRequest::TYPE_HASH;
+    const DEFINITION: &'static str = "";
+}
+
+struct ShortCall;
+
+impl lgvi_msgs::Service for ShortCall {
+    const TYPE_NAME: &'static str = "action_msgs/srv/CancelGoal";
+    type Request = Short;
+    type Response = CancelGoalResponse;
+}

@@ -1,12 +1,10 @@
-//! ROS messages and samples of plans and how they come about.
+//! ROS messages of plans and how they come about.
 
-use lgvi_control::Plan;
 use lgvi_msgs::geometry_msgs::PoseStamped;
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_msgs::nav_msgs::Path;
-use lgvi_msgs::shm::{ControlHeader, ControlInterval, Name, NameError};
 use lgvi_msgs::stamp::StampError;
-use lgvi_node::{control_interval, header, pose};
+use lgvi_node::{header, pose};
 use lgvi_scene::Scene;
 
 use crate::sequence::Sequence;
@@ -31,23 +29,6 @@ pub(crate) fn progress(
         cost: now.cost,
         message,
     })
-}
-
-/// An open-loop control sequence as it goes over shared memory.
-pub(crate) fn controls(
-    scene: &Scene,
-    body: usize,
-    first_step: u64,
-    plan: &Plan,
-) -> Result<(ControlHeader, Vec<ControlInterval>), NameError> {
-    let header = ControlHeader {
-        body: Name::try_from(scene.bodies[body].name.as_str())?,
-        first_step,
-        step_size: scene.h() * scene.units.time,
-        stamp_nanoseconds: scene.stamp(first_step),
-    };
-    let interval = |control| control_interval(control, &scene.units);
-    Ok((header, plan.controls.iter().map(interval).collect()))
 }
 
 /// The planned poses, as often as ROS messages are published.

@@ -8,12 +8,12 @@ use lgvi_msgs::RosMessage;
 use lgvi_msgs::msg::{ControlSequence, PlanProgress};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::stamp::StampError;
-use lgvi_node::{NodeError, feedback_sequence};
+use lgvi_node::{FeedbackSequence, NodeError};
 use lgvi_scene::Scene;
 use tracing::warn;
 
 use crate::messages;
-use crate::sequence::Sequence;
+use crate::sequence::{Samples, Sequence};
 
 /// How long subscribers that do not keep up are waited for.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -65,49 +65,26 @@ impl Outlet {
         }
     }
 
-    /// Publishes a plan, to this host's propagator first; what it is as a message.
+    /// Publishes a plan, to this host's propagator first.
     pub(crate) fn plan(
         &mut self,
         scene: &Scene,
         body: usize,
         sequence: &Sequence,
-    ) -> Result<ControlSequence, NodeError> {
-        let Sequence {
-            first_step,
-            plan,
-            limits,
-        } = sequence;
-        let message = match limits {
-            None => {
-                let (header, intervals) = messages::controls(scene, body, *first_step, plan)
-                    .map_err(NodeError::runtime)?;
-                self.shm
-                    .send(header, &intervals)
-                    .map_err(NodeError::runtime)?;
-                header.to_message(&intervals, &scene.frame)
-            }
-            Some(limits) => {
-                let sequence = feedback_sequence(
-                    scene,
-                    body,
-                    *first_step,
-                    &plan.controls,
-                    &plan.states,
-                    &plan.feedback,
-                    limits,
-                )
-                .map_err(NodeError::runtime)?;
-                self.shm_feedback
-                    .send(sequence.header, &sequence.intervals)
-                    .map_err(NodeError::runtime)?;
-                sequence.to_message(scene)
+    ) -> Result<(), NodeError> {
+        let samples = Samples::of(scene, body, sequence).map_err(NodeError::runtime)?;
+        match &samples {
+            Samples::Open(header, intervals) => self.shm.send(*header, intervals),
+            Samples::Closed(FeedbackSequence { header, intervals }) => {
+                self.shm_feedback.send(*header, intervals)
             }
         }
         .map_err(NodeError::runtime)?;
+        let message = samples.to_message(scene).map_err(NodeError::runtime)?;
         send(&self.controls, &message, &mut self.sent);
         let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
-        Ok(message)
+        Ok(())
     }
 
     /// Waits for somebody who hears of the progress, unless somebody does, nobody comes, or the node is to end.

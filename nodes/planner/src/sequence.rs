@@ -2,8 +2,10 @@ use std::sync::Arc;
 
 use lgvi_control::{Constraint, Plan, miss};
 use lgvi_dynamics::{BodyState, Load};
-use lgvi_node::Limits;
-use lgvi_scene::Maneuver;
+use lgvi_msgs::msg::ControlSequence;
+use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError, Name};
+use lgvi_node::{FeedbackSequence, Limits, control_interval, feedback_sequence};
+use lgvi_scene::{Maneuver, Scene};
 use nalgebra::Vector3;
 
 /// A plan as it is flown: from a step on, with or without its feedback law.
@@ -47,6 +49,49 @@ impl Sequence {
             force: control.force - correction.fixed_rows::<3>(0),
             moment: control.moment - correction.fixed_rows::<3>(3),
         }))
+    }
+}
+
+/// A sequence as it goes over shared memory.
+pub(crate) enum Samples {
+    /// Without feedback.
+    Open(ControlHeader, Vec<ControlInterval>),
+    /// With its law.
+    Closed(FeedbackSequence),
+}
+
+impl Samples {
+    /// The samples of a sequence for `body`.
+    pub(crate) fn of(
+        scene: &Scene,
+        body: usize,
+        sequence: &Sequence,
+    ) -> Result<Self, ConversionError> {
+        let Sequence {
+            first_step, plan, ..
+        } = sequence;
+        if let Some(limits) = &sequence.limits {
+            let (states, gains) = (&plan.states, &plan.feedback);
+            let controls = &plan.controls;
+            return feedback_sequence(scene, body, *first_step, controls, states, gains, limits)
+                .map(Self::Closed);
+        }
+        let header = ControlHeader {
+            body: Name::try_from(scene.bodies[body].name.as_str())?,
+            first_step: *first_step,
+            step_size: scene.h() * scene.units.time,
+            stamp_nanoseconds: scene.stamp(*first_step),
+        };
+        let interval = |control| control_interval(control, &scene.units);
+        Ok(Self::Open(header, plan.controls.iter().map(interval).collect()))
+    }
+
+    /// The message that says the same.
+    pub(crate) fn to_message(&self, scene: &Scene) -> Result<ControlSequence, ConversionError> {
+        match self {
+            Self::Open(header, intervals) => header.to_message(intervals, &scene.frame),
+            Self::Closed(sequence) => sequence.to_message(scene),
+        }
     }
 }
 

@@ -8,9 +8,11 @@
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
 
 pub mod extremal;
+mod final_time;
 mod newton;
 mod plan;
 mod problem;
+mod replan;
 mod riccati;
 pub mod shooting;
 mod solver;
@@ -18,10 +20,12 @@ mod stage;
 #[allow(dead_code, reason = "for the structured solver")]
 mod steps;
 
+pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
 pub use plan::{Certificate, Plan};
 pub use problem::{
     Actuation, ActuationError, Constraint, Dynamics, Motion, RotationTarget, Terminal, Transfer,
     TransferError, TranslationTarget, miss,
 };
+pub use replan::TooLate;
 pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};
 pub use shooting::{Iteration, Settings, ShootingError, Solution};

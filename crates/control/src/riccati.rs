@@ -127,7 +127,12 @@ impl<const X: usize> CostToGo<X> {
     /// The multipliers ν of the conditions, where the state is given and does not vary; zero for rows without one.
     /// `None` where the commands cannot meet the conditions independently.
     pub(crate) fn multipliers(&self) -> Option<SVector<f64, X>> {
-        let mut nu = self.offset;
+        self.correction(&self.offset)
+    }
+
+    /// By how much ν must change for the conditions to change by `−miss`.
+    pub(crate) fn correction(&self, miss: &SVector<f64, X>) -> Option<SVector<f64, X>> {
+        let mut nu = *miss;
         let (factor, scale) = self.gram_factor()?;
         nu.component_mul_assign(&scale);
         forward(&factor, &mut nu);

@@ -186,6 +186,22 @@ fn stiffness<F>(transfer: &Transfer<F>) -> SVector<f64, 12> {
     })
 }
 
+fn metric<F>(transfer: &Transfer<F>) -> SVector<f64, 12> {
+    let duration = transfer.h * transfer.intervals as f64;
+    let stiffness = stiffness(transfer);
+    let [translation, rotation] = [0, 6].map(|first| stiffness.fixed_rows::<3>(first).max());
+    SVector::from_fn(|i, _| {
+        let axis = i % 3;
+        let metric = match i / 3 {
+            0 => translation,
+            1 => translation * (duration / transfer.body.mass()).powi(2),
+            2 => rotation,
+            _ => rotation * (duration / transfer.body.inertia().matrix()[(axis, axis)]).powi(2),
+        };
+        metric / duration
+    })
+}
+
 fn problem<'p, F: Field, S>(
     transfer: &Transfer<F>,
     steps: &'p S,
@@ -199,6 +215,7 @@ fn problem<'p, F: Field, S>(
         intervals: transfer.intervals,
         weight: *transfer.actuation.weight(),
         stiffness: stiffness(transfer),
+        metric: metric(transfer),
     }
 }
 
@@ -266,6 +283,7 @@ pub fn solve<F: Field>(
             Phase::Fine
         };
         let mut at = Newton::new(intervals, from);
+        let first = first > 0;
         let ended = at.run(
             &problem,
             &mut Unconstrained,

@@ -3,7 +3,7 @@ use nalgebra::SVector;
 use super::conditions::{Ending, Inequalities};
 use super::model::{Kind, Model, ModelError};
 use super::problem::{Iterate, Problem};
-use super::trial::{Direction, Merit, Path, Weights, trial};
+use super::trial::{Direction, Merit, Move, Trial, Weights};
 use crate::steps::Steps;
 
 /// The iteration at one N, with all its memory.
@@ -14,6 +14,7 @@ pub(crate) struct Newton<const X: usize, const U: usize> {
     /// Where it is.
     pub(crate) iterate: Iterate<X, U>,
     spare: Iterate<X, U>,
+    third: Iterate<X, U>,
 }
 
 /// How an iteration goes on.
@@ -75,31 +76,12 @@ pub(crate) enum Ended {
     Failed(ModelError),
 }
 
-/// Models, from Newton's to that of Gauss and Newton, in the order of trial.
-const KINDS: [Kind; 5] = [
-    Kind {
-        curvature: 1.0,
-        augmentation: 10.0,
-    },
-    Kind {
-        curvature: 1.0,
-        augmentation: 300.0,
-    },
-    Kind {
-        curvature: 1.0,
-        augmentation: 1e4,
-    },
-    Kind {
-        curvature: 0.5,
-        augmentation: 300.0,
-    },
-    Kind {
-        curvature: 0.0,
-        augmentation: 10.0,
-    },
-];
+/// Augmentations in the order of trial.
+const AUGMENTATIONS: [f64; 3] = [10.0, 300.0, 1e4];
+/// The least damping that is not zero, and the most.
+const DAMPINGS: [f64; 2] = [1e-4, 1e8];
 /// The shortest step tried.
-const SHORTEST: f64 = 1e-4;
+const SHORTEST: f64 = 0.2;
 /// Armijo's share of the predicted decrease.
 const ARMIJO: f64 = 1e-4;
 
@@ -113,6 +95,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 miss: SVector::zeros(),
             },
             spare: iterate.clone(),
+            third: iterate.clone(),
             iterate,
         }
     }
@@ -122,7 +105,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         tolerances: &Tolerances,
-        first_kind: usize,
+        rough: bool,
         standing: &mut Standing,
         mut observe: impl FnMut(&Standing) -> bool,
     ) -> Ended
@@ -132,31 +115,42 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         Q: Inequalities<X, U>,
     {
         let first = standing.iteration;
-        let mut choice = first_kind;
+        let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
+        let blend = env("BLEND", 0.0) > 0.0;
+        let raise = env("RAISE", 8.0);
+        let lower = env("LOWER", 4.0);
+        let mut augmentation = 0;
+        let mut damping = if rough { env("DAMP0", 0.0) } else { 0.0 };
+        let mut newton = !rough || env("GN0", 1.0) == 0.0;
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
+        let mut sweeps = 0;
         loop {
-            // The most of the second derivatives that leaves the model convex.
-            loop {
-                let kind = KINDS[choice];
-                standing.curvature = kind.curvature;
-                match self
-                    .model
-                    .solve(problem, inequalities, &self.iterate, kind)
-                {
-                    Ok(()) => break,
-                    Err(ModelError::NotConvex { stage }) if choice + 1 < KINDS.len() => {
+            let kind = loop {
+                let kind = Kind {
+                    curvature: if newton { 1.0 } else { 0.0 },
+                    augmentation: AUGMENTATIONS[augmentation],
+                    damping,
+                };
+                sweeps += 1;
+                match self.model.solve(problem, inequalities, &self.iterate, kind) {
+                    Ok(()) => break kind,
+                    Err(ModelError::NotConvex { stage }) => {
                         if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("not convex {kind:?} at {stage}"); }
-                        choice += 1
+                        if augmentation + 1 < AUGMENTATIONS.len() { augmentation += 1; }
+                        else if blend && newton { newton = false; augmentation = 0; }
+                        else if damping < DAMPINGS[1] { damping = (damping * raise).max(DAMPINGS[0]); }
+                        else { return Ended::Failed(ModelError::NotConvex { stage }); }
                     }
                     Err(error) => return Ended::Failed(error),
                 }
-            }
+            };
+            standing.curvature = kind.curvature;
             let Some(nu) = self.model.start.multipliers() else {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
-            if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("{:?} viol {:.3e} stat {:.3e} cost {:.10} len {}", KINDS[choice], standing.violation, standing.stationarity, standing.cost, standing.length); }
+            if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("{:?} sweeps {sweeps} viol {:.3e} stat {:.3e} cost {:.10} len {}", kind, standing.violation, standing.stationarity, standing.cost, standing.length); }
             if !observe(standing) {
                 return Ended::Stopped;
             }
@@ -169,11 +163,16 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Capped;
             }
             self.direction.solve(&self.model, nu, inequalities);
-            if !self.search(problem, inequalities, standing) {
+            standing.iteration += 1;
+            if self.search(problem, inequalities, standing) {
+                if standing.length < 1.0 { damping = (damping * raise).max(DAMPINGS[0]); }
+                else { damping /= lower; if damping < DAMPINGS[0] { damping = 0.0; } }
+                newton = true;
+            } else if damping < DAMPINGS[1] {
+                damping = (damping * raise * raise).max(DAMPINGS[0] * raise);
+            } else {
                 return Ended::Stuck;
             }
-            standing.iteration += 1;
-            choice = if choice < 3 { choice } else { 0 };
         }
     }
 
@@ -216,8 +215,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             cost: standing.cost,
             objective: standing.cost,
             violation: self.weights.miss.dot(&self.model.miss.abs()),
-            defect: 0.0,
-            miss: 0.0,
+            miss: self.model.miss,
         };
         for defect in &self.model.defects {
             now.violation += self.weights.defects.dot(&defect.abs());
@@ -233,28 +231,42 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let mut length = primal;
         // Below this, differences of merits are rounding.
         let rounding = 1e-10 * (now.objective.abs() + now.violation);
+        let corrections = std::env::var("SOC").ok().and_then(|v| v.parse().ok()).unwrap_or(2);
         loop {
-            for path in [Path::Flown, Path::Straight] {
-                standing.trials += 1;
-                let merit = trial(
-                    problem,
-                    inequalities,
-                    &self.model,
-                    &self.direction,
-                    &self.weights,
-                    &self.iterate,
-                    path,
-                    length,
-                    &mut self.spare,
-                );
-                let Ok(merit) = merit else { continue };
-                let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
-                if merit.total() <= wanted {
-                    std::mem::swap(&mut self.iterate, &mut self.spare);
-                    inequalities.advance(length, dual);
-                    standing.length = length;
-                    return true;
+            let trial = Trial {
+                problem,
+                inequalities: &*inequalities,
+                model: &self.model,
+                weights: &self.weights,
+                length,
+            };
+            let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
+            let mut accepted = false;
+            standing.trials += 1;
+            let flown = trial.make(Move::Flown(&self.direction, length), &self.iterate, &mut self.spare);
+            if let Ok(mut merit) = flown {
+                accepted = merit.total() <= wanted;
+                for _ in 0..corrections {
+                    if accepted { break; }
+                    let Some(nu) = self.model.start.correction(&(merit.miss - (1.0 - length) * now.miss)) else { break };
+                    standing.trials += 1;
+                    let Ok(better) = trial.make(Move::Conditions(nu), &self.spare, &mut self.third) else { break };
+                    if better.total() >= merit.total() { break; }
+                    merit = better;
+                    std::mem::swap(&mut self.spare, &mut self.third);
+                    accepted = merit.total() <= wanted;
                 }
+            }
+            if !accepted {
+                standing.trials += 1;
+                let straight = trial.make(Move::Straight(&self.direction, length), &self.iterate, &mut self.spare);
+                accepted = straight.is_ok_and(|merit| merit.total() <= wanted);
+            }
+            if accepted {
+                std::mem::swap(&mut self.iterate, &mut self.spare);
+                inequalities.advance(length, dual);
+                standing.length = length;
+                return true;
             }
             length *= 0.5;
             if length < SHORTEST {

@@ -14,6 +14,8 @@ pub(crate) struct Kind {
     pub(crate) curvature: f64,
     /// By how much the terminal conditions are augmented, in multiples of the end's stiffness.
     pub(crate) augmentation: f64,
+    /// By how much variations are damped, in multiples of the problem's metric.
+    pub(crate) damping: f64,
 }
 
 /// The linear-quadratic model of all stages round an iterate, and its solution.
@@ -135,6 +137,12 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 stage.state += curvature * self.curvature.state;
                 stage.mixed += curvature * self.curvature.mixed;
                 stage.command += curvature * self.curvature.command;
+            }
+            if kind.damping > 0.0 {
+                stage.command += kind.damping * weight;
+                for (i, metric) in problem.metric.iter().enumerate() {
+                    stage.state[(i, i)] += kind.damping * problem.h * metric;
+                }
             }
             inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
             costate = stage.dynamics.a.tr_mul(&costate);

@@ -17,6 +17,8 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     pub(crate) weight: SMatrix<f64, U, U>,
     /// What a unit of each coordinate costs at the end, squared and halved, roughly: the augmentation's metric.
     pub(crate) stiffness: SVector<f64, X>,
+    /// What variations of a state weigh by its coordinates, a unit of time.
+    pub(crate) metric: SVector<f64, X>,
 }
 
 /// States and commands of all stages, and the multipliers of the terminal conditions.

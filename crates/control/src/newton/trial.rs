@@ -26,20 +26,18 @@ pub(crate) struct Weights<const X: usize> {
 
 /// What counts of a point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Merit {
+pub(crate) struct Merit<const X: usize> {
     /// `J`
     pub(crate) cost: f64,
     /// `J`, barrier included.
     pub(crate) objective: f64,
     /// Weighted violation.
     pub(crate) violation: f64,
-    /// Largest norm of a defect.
-    pub(crate) defect: f64,
-    /// Norm of the terminal conditions.
-    pub(crate) miss: f64,
+    /// `c`
+    pub(crate) miss: SVector<f64, X>,
 }
 
-impl Merit {
+impl<const X: usize> Merit<X> {
     pub(crate) fn total(&self) -> f64 {
         self.objective + self.violation
     }
@@ -74,79 +72,93 @@ impl<const X: usize, const U: usize> Direction<X, U> {
     }
 }
 
-/// How a trial point is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Path {
-    /// States and commands move by themselves: steps may miss.
-    Straight,
-    /// The policies are flown: the misses that were there shrink, no new ones arise.
-    Flown,
+/// How a trial point comes about.
+#[derive(Clone, Copy)]
+pub(crate) enum Move<'d, const X: usize, const U: usize> {
+    /// States and commands move along a direction by themselves: steps may miss.
+    Straight(&'d Direction<X, U>, f64),
+    /// Commands move along a direction, corrected by the policies: the misses that were there shrink, no new ones arise.
+    Flown(&'d Direction<X, U>, f64),
+    /// The policies' response to a change of ν: no miss of a step changes.
+    Conditions(SVector<f64, X>),
 }
 
-/// Moves `from` along `direction` by `length` to `to`, and weighs where that is.
-#[allow(clippy::too_many_arguments)]
-pub(crate) fn trial<S, E, Q, const X: usize, const U: usize>(
-    problem: &Problem<'_, S, E, X, U>,
-    inequalities: &Q,
-    model: &Model<X, U>,
-    direction: &Direction<X, U>,
-    weights: &Weights<X>,
-    from: &Iterate<X, U>,
-    path: Path,
-    length: f64,
-    to: &mut Iterate<X, U>,
-) -> Result<Merit, Unsolvable>
+/// A place to judge trial points from.
+pub(crate) struct Trial<'t, 'p, S, E, Q, const X: usize, const U: usize> {
+    pub(crate) problem: &'t Problem<'p, S, E, X, U>,
+    pub(crate) inequalities: &'t Q,
+    pub(crate) model: &'t Model<X, U>,
+    pub(crate) weights: &'t Weights<X>,
+    /// Length of the step, for defects and slacks.
+    pub(crate) length: f64,
+}
+
+impl<S, E, Q, const X: usize, const U: usize> Trial<'_, '_, S, E, Q, X, U>
 where
     S: Steps<X, U>,
     E: Ending<X>,
     Q: Inequalities<X, U>,
 {
-    let steps = problem.steps;
-    let weight = problem.h * problem.weight;
-    let mut merit = Merit {
-        cost: 0.0,
-        objective: 0.0,
-        violation: 0.0,
-        defect: 0.0,
-        miss: 0.0,
-    };
-    to.nu = from.nu + length * (direction.nu - from.nu);
-    for k in 0..problem.intervals {
-        let state = to.states[k];
-        let mut v = length * direction.commands[k];
-        if path == Path::Flown {
-            let off = steps.difference(&from.states[k], &state) - length * direction.states[k];
-            v -= model.policies[k].state * off;
-        }
-        let command = from.commands[k] + v;
-        let next = steps.next(k, &state, &command)?;
-        let (end, defect) = match path {
-            Path::Straight => {
-                let end = steps.moved(&from.states[k + 1], &(length * direction.states[k + 1]));
-                let defect = steps.difference(&end, &next);
-                (end, defect)
-            }
-            Path::Flown => {
-                let defect = (1.0 - length) * model.defects[k];
-                let end = if length < 1.0 {
-                    steps.moved(&next, &-defect)
-                } else {
-                    next
-                };
-                (end, defect)
-            }
+    /// Moves `from` to `to` and weighs where that is.
+    pub(crate) fn make(
+        &self,
+        how: Move<'_, X, U>,
+        from: &Iterate<X, U>,
+        to: &mut Iterate<X, U>,
+    ) -> Result<Merit<X>, Unsolvable> {
+        let Self { problem, model, .. } = self;
+        let steps = problem.steps;
+        let weight = problem.h * problem.weight;
+        let mut merit = Merit {
+            cost: 0.0,
+            objective: 0.0,
+            violation: 0.0,
+            miss: SVector::zeros(),
         };
-        let (barrier, violation) = inequalities.merit(k, &end, &command, length);
-        merit.cost += 0.5 * command.dot(&(weight * command));
-        merit.objective += barrier;
-        merit.violation += violation + weights.defects.dot(&defect.abs());
-        merit.defect = merit.defect.max(defect.norm());
-        to.commands[k] = command;
-        to.states[k + 1] = end;
+        to.nu = match how {
+            Move::Straight(direction, length) | Move::Flown(direction, length) => {
+                from.nu + length * (direction.nu - from.nu)
+            }
+            Move::Conditions(_) => from.nu,
+        };
+        for k in 0..problem.intervals {
+            let state = to.states[k];
+            let policy = &model.policies[k];
+            let v = match how {
+                Move::Straight(direction, length) => length * direction.commands[k],
+                Move::Flown(direction, length) => {
+                    let off = steps.difference(&from.states[k], &state);
+                    length * direction.commands[k]
+                        - policy.state * (off - length * direction.states[k])
+                }
+                Move::Conditions(nu) => {
+                    let off = steps.difference(&from.states[k], &state);
+                    -(policy.state * off + policy.conditions * nu)
+                }
+            };
+            let command = from.commands[k] + v;
+            let next = steps.next(k, &state, &command)?;
+            let (end, defect) = match how {
+                Move::Straight(direction, length) => {
+                    let end = steps.moved(&from.states[k + 1], &(length * direction.states[k + 1]));
+                    (end, steps.difference(&end, &next))
+                }
+                _ if self.length == 1.0 => (next, SVector::zeros()),
+                _ => {
+                    let defect = (1.0 - self.length) * model.defects[k];
+                    (steps.moved(&next, &-defect), defect)
+                }
+            };
+            let (barrier, violation) = self.inequalities.merit(k, &end, &command, self.length);
+            merit.cost += 0.5 * command.dot(&(weight * command));
+            merit.objective += barrier;
+            merit.violation += violation + self.weights.defects.dot(&defect.abs());
+            to.commands[k] = command;
+            to.states[k + 1] = end;
+        }
+        merit.miss = problem.ending.residual(&to.states[problem.intervals]);
+        merit.violation += self.weights.miss.dot(&merit.miss.abs());
+        merit.objective += merit.cost;
+        Ok(merit)
     }
-    let miss = problem.ending.residual(&to.states[problem.intervals]);
-    merit.miss = miss.norm();
-    merit.violation += weights.miss.dot(&miss.abs());
-    merit.objective += merit.cost;
-    Ok(merit)
 }

@@ -1,29 +1,120 @@
-//! Free motion over a step, and what small changes of poses and momenta make of it.
+//! Free motion over a step, of the centre of mass and of the attitude, and what small changes make of it.
+//!
+//! A change `[p, m]` of pose and momentum becomes `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
 use lgvi_dynamics::rotation::{Chart, Unsolvable};
 use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::{compose, hat, rotate_back};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::stage::inverse;
 
-/// First derivatives of a drift by poses and momenta; poses do not change momenta.
-pub(crate) struct DriftGradient<const P: usize> {
-    pub(crate) pose_by_pose: SMatrix<f64, P, P>,
-    pub(crate) pose_by_momentum: SMatrix<f64, P, P>,
-    pub(crate) momentum_by_momentum: SMatrix<f64, P, P>,
+/// A free motion made.
+pub(crate) enum Drift {
+    /// `x⁺ = x + (h/m) γ`: `P_p = M_m = I`, `P_m = (h/m) I`.
+    Glide(f64),
+    /// The turn of the attitude.
+    Turn(Turn),
 }
 
-/// Second derivatives of a drift in the directions of multipliers; by poses twice there are none.
-pub(crate) struct DriftCurvature<const P: usize> {
-    pub(crate) pose_momentum: SMatrix<f64, P, P>,
+/// First derivatives of a drift.
+pub(crate) enum DriftGradient {
+    /// `h/m`
+    Glide(f64),
+    /// `P_p = Fᵀ`, `P_m = Ξ`, `M_m = Fᵀ + S(P) Ξ`.
+    Turn {
+        pose: Matrix3<f64>,
+        pose_by_momentum: Matrix3<f64>,
+        momentum: Matrix3<f64>,
+    },
+}
+
+/// Second derivatives of a drift in the direction of multipliers; by pose twice there are none.
+pub(crate) struct DriftCurvature {
+    pub(crate) pose_momentum: Matrix3<f64>,
     /// Symmetric.
-    pub(crate) momentum_momentum: SMatrix<f64, P, P>,
+    pub(crate) momentum_momentum: Matrix3<f64>,
 }
 
-/// `x + (h/m) γ`.
-pub(crate) fn glide(body: &RigidBody, h: f64, state: &BodyState) -> Vector3<f64> {
-    state.position + (h / body.mass()) * state.linear_momentum
+impl Drift {
+    /// Moves the centre of mass.
+    #[inline]
+    pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) -> Self {
+        let by_momentum = h / body.mass();
+        state.position += by_momentum * state.linear_momentum;
+        Self::Glide(by_momentum)
+    }
+
+    /// Turns the attitude.
+    #[inline]
+    pub(crate) fn turn(
+        body: &RigidBody,
+        h: f64,
+        state: &mut BodyState,
+    ) -> Result<Self, Unsolvable> {
+        Turn::new(body, h, state).map(Self::Turn)
+    }
+
+    #[inline]
+    pub(crate) fn gradient(&self) -> DriftGradient {
+        match self {
+            Self::Glide(by_momentum) => DriftGradient::Glide(*by_momentum),
+            Self::Turn(turn) => turn.gradient(),
+        }
+    }
+
+    /// Of the product of pose and momentum after the drift with multipliers `λ_p` and `λ_m`.
+    #[inline]
+    pub(crate) fn curvature(
+        &self,
+        gradient: &DriftGradient,
+        by_pose: &Vector3<f64>,
+        by_momentum: &Vector3<f64>,
+    ) -> DriftCurvature {
+        match (self, gradient) {
+            (
+                Self::Turn(turn),
+                DriftGradient::Turn {
+                    pose_by_momentum, ..
+                },
+            ) => turn.curvature(pose_by_momentum, by_pose, by_momentum),
+            _ => DriftCurvature {
+                pose_momentum: Matrix3::zeros(),
+                momentum_momentum: Matrix3::zeros(),
+            },
+        }
+    }
+}
+
+impl DriftGradient {
+    /// `P_p`, `P_m`, `M_m`.
+    #[inline]
+    pub(crate) fn matrices(&self) -> [Matrix3<f64>; 3] {
+        match self {
+            Self::Glide(by_momentum) => {
+                let unit = Matrix3::identity();
+                [unit, Matrix3::from_diagonal_element(*by_momentum), unit]
+            }
+            Self::Turn {
+                pose,
+                pose_by_momentum,
+                momentum,
+            } => [*pose, *pose_by_momentum, *momentum],
+        }
+    }
+
+    /// `m P_p`, `m P_m`.
+    #[inline]
+    pub(crate) fn before(&self, m: &Matrix3<f64>) -> [Matrix3<f64>; 2] {
+        match self {
+            Self::Glide(by_momentum) => [*m, *by_momentum * m],
+            Self::Turn {
+                pose,
+                pose_by_momentum,
+                ..
+            } => [m * pose, m * pose_by_momentum],
+        }
+    }
 }
 
 /// The turn of a drift: `h S(Π) = F J_d − J_d Fᵀ`, `R⁺ = R F`, `P = Π⁺ = FᵀΠ`.
@@ -33,7 +124,6 @@ pub(crate) fn glide(body: &RigidBody, h: f64, state: &BodyState) -> Vector3<f64>
 /// `log(exp S(Fᵀζ) exp S(η)) = Fᵀζ + η + ½ Fᵀζ × η + …`, and `Π⁺ = exp S(η)ᵀ (P + Fᵀδ)`.
 pub(crate) struct Turn {
     h: f64,
-    cayley: Vector3<f64>,
     /// `F`
     relative: Matrix3<f64>,
     /// `P`
@@ -42,57 +132,50 @@ pub(crate) struct Turn {
 }
 
 impl Turn {
-    pub(crate) fn new(
-        body: &RigidBody,
-        h: f64,
-        angular_momentum: &Vector3<f64>,
-    ) -> Result<Self, Unsolvable> {
-        let turn = Chart::Cayley.solve(body.inertia(), &(h * angular_momentum), None)?;
+    #[inline]
+    fn new(body: &RigidBody, h: f64, state: &mut BodyState) -> Result<Self, Unsolvable> {
+        let turn = Chart::Cayley.solve(body.inertia(), &(h * state.angular_momentum), None)?;
+        state.attitude = compose(&state.attitude, &turn.cayley);
+        state.angular_momentum = rotate_back(&turn.cayley, &state.angular_momentum);
         Ok(Self {
             h,
-            cayley: turn.cayley,
             relative: turn.matrix(),
-            momentum: rotate_back(&turn.cayley, angular_momentum),
+            momentum: state.angular_momentum,
             j_d: *body.inertia().nonstandard(),
         })
     }
 
-    /// Turns the attitude and carries the angular momentum over.
-    pub(crate) fn apply(&self, state: &mut BodyState) {
-        state.attitude = compose(&state.attitude, &self.cayley);
-        state.angular_momentum = self.momentum;
-    }
-
-    /// `Fᵀ`, `Ξ`, `Fᵀ + S(P) Ξ`.
-    pub(crate) fn gradient(&self) -> DriftGradient<3> {
+    #[inline]
+    fn gradient(&self) -> DriftGradient {
         let f_t = self.relative.transpose();
         let f_jd = self.relative * self.j_d;
         let b = Matrix3::from_diagonal_element(f_jd.trace()) - f_jd;
         let xi = f_t * (self.h * inverse(&b));
-        DriftGradient {
-            pose_by_pose: f_t,
+        DriftGradient::Turn {
+            pose: f_t,
             pose_by_momentum: xi,
-            momentum_by_momentum: f_t + hat(&self.momentum) * xi,
+            momentum: f_t + hat(&self.momentum) * xi,
         }
     }
 
     /// Of `λ³·log + λ⁴·Π⁺`: with `w = λ³ + λ⁴ × P`, `Q' = Q + λ⁴ Pᵀ` and `X = F S(λ⁴) Ξ`,
     /// `H_ζΠ = −½ F S(λ³) Ξ`, `H_ΠΠ = Ξᵀ(½(Q' + Q'ᵀ) − tr[Q'] I) Ξ − X − Xᵀ`.
-    pub(crate) fn curvature(
+    #[inline]
+    fn curvature(
         &self,
-        gradient: &DriftGradient<3>,
+        xi: &Matrix3<f64>,
         third: &Vector3<f64>,
         fourth: &Vector3<f64>,
-    ) -> DriftCurvature<3> {
-        let xi = &gradient.pose_by_momentum;
+    ) -> DriftCurvature {
+        let xi_t = xi.transpose();
         let w = third + fourth.cross(&self.momentum);
-        let v = xi.tr_mul(&w) / self.h;
-        let q = self.j_d * hat(&v) * self.relative + fourth * self.momentum.transpose();
+        let v = xi_t * w / self.h;
+        let q = self.j_d * (hat(&v) * self.relative) + fourth * self.momentum.transpose();
         let middle = 0.5 * (q + q.transpose()) - Matrix3::from_diagonal_element(q.trace());
-        let x = self.relative * hat(fourth) * xi;
+        let x = self.relative * (hat(fourth) * xi);
         DriftCurvature {
-            pose_momentum: -0.5 * (self.relative * hat(third) * xi),
-            momentum_momentum: xi.tr_mul(&(middle * xi)) - x - x.transpose(),
+            pose_momentum: self.relative * (hat(&(-0.5 * third)) * xi),
+            momentum_momentum: xi_t * (middle * xi) - x - x.transpose(),
         }
     }
 }

@@ -1,7 +1,9 @@
 //! The discrete dynamics with exact first and second derivatives, as the structured solver sees them.
 
+mod commands;
 mod coordinates;
 mod drift;
+mod halves;
 mod kick_drift_kick;
 #[cfg(test)]
 mod tests;
@@ -11,7 +13,9 @@ use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
 #[allow(unused_imports, reason = "for the structured solver")]
-pub(crate) use self::{coordinates::Full, kick_drift_kick::KickDriftKick};
+pub(crate) use self::{
+    commands::HalfCommands, coordinates::Full, halves::HalfError, kick_drift_kick::KickDriftKick,
+};
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.
 ///
@@ -46,6 +50,20 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         lambda: &SVector<f64, X>,
         into: &mut Curvature<X, U>,
     ) -> Result<(), Unsolvable>;
+
+    /// [`Steps::linearise`] and [`Steps::curvature`] at once, at less than the cost of one after the other.
+    fn expand(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        lambda: &SVector<f64, X>,
+        first: &mut Linearisation<X, U>,
+        second: &mut Curvature<X, U>,
+    ) -> Result<BodyState, Unsolvable> {
+        self.curvature(k, state, command, lambda, second)?;
+        self.linearise(k, state, command, first)
+    }
 
     /// `z` with `moved(from, z) = to`.
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;

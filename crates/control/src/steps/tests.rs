@@ -6,8 +6,8 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
-use self::model::{Scene, State, scenes};
-use super::{Curvature, KickDriftKick, Linearisation, Steps};
+use self::model::{Scene, State, scenes, scheme};
+use super::{Curvature, HalfCommands, KickDriftKick, Linearisation, Steps};
 use crate::problem::Dynamics;
 
 fn random<const N: usize>(rng: &mut fastrand::Rng, scale: f64) -> SVector<f64, N> {
@@ -43,7 +43,7 @@ fn differentiated<const X: usize, const U: usize>(
         command: SMatrix::zeros(),
     };
     for i in 0..X + U {
-        for j in 0..X + U {
+        for j in i..X + U {
             let part = |index: usize| {
                 let one = |axis: usize| f64::from(u8::from(axis == index));
                 HyperDual64::new(0.0, one(i), one(j), 0.0)
@@ -55,10 +55,15 @@ fn differentiated<const X: usize, const U: usize>(
             let column = SVector::<f64, X>::from_fn(|row, _| end[row].eps1);
             let curved = SVector::<f64, X>::from_fn(|row, _| end[row].eps1eps2).dot(lambda);
             match (i < X, j < X) {
-                (true, true) => second.state[(i, j)] = curved,
+                (true, true) => {
+                    second.state[(i, j)] = curved;
+                    second.state[(j, i)] = curved;
+                }
                 (true, false) => second.mixed[(i, j - X)] = curved,
-                (false, true) => continue,
-                (false, false) => second.command[(i - X, j - X)] = curved,
+                (false, _) => {
+                    second.command[(i - X, j - X)] = curved;
+                    second.command[(j - X, i - X)] = curved;
+                }
             }
             if i < X {
                 first.a.set_column(i, &column);
@@ -128,13 +133,10 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
             let (end, first, second) = found(&steps, 0, state, &command, &lambda);
             let load = transfer.actuation.matrix();
             let expected = differentiated::<12, 6>(&lambda, |z, v| {
-                let control = std::array::from_fn(|row| {
-                    (0..6).fold(HyperDual64::from(0.0), |sum, column| {
-                        sum + (v[column] + command[column]) * load[(row, column)]
-                    })
-                });
                 let moved = State::moved(state, z);
-                scene.step(dynamics, moved, control).minus(&end)
+                scene
+                    .step(dynamics, moved, control(load, &command, v))
+                    .minus(&end)
             });
             assert_same(
                 &(first, second),
@@ -142,5 +144,184 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
                 &format!("{name}, {dynamics:?}"),
             );
         }
+    }
+}
+
+/// The model's other half is put where it is in the free flight before each kick.
+#[test]
+fn halves_have_the_derivatives_of_steps_made_of_potentials() {
+    let mut rng = fastrand::Rng::with_seed(32);
+    for scene in scenes(&mut rng) {
+        for dynamics in SCHEMES {
+            let transfer = scene.transfer(dynamics);
+            let what = format!("{}, {dynamics:?}", scene.name);
+            let free = KickDriftKick::full(&transfer);
+            let one = free.next(0, &scene.state, &SVector::zeros()).unwrap();
+            let two = free.next(1, &one, &SVector::zeros()).unwrap();
+            let history = [one, two].map(|state| State::of(&state));
+            // Off the free flight in its own half, and with a stale other half.
+            let state = free.moved(&one, &random(&mut rng, 0.05));
+            let (command, lambda) = (random::<3>(&mut rng, 0.5), random::<6>(&mut rng, 1.0));
+
+            let commands = HalfCommands::forces(&transfer.actuation).unwrap();
+            let steps = KickDriftKick::translation(&transfer, &commands).unwrap();
+            let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
+            assert_eq!(
+                (end.attitude, end.angular_momentum),
+                (two.attitude, two.angular_momentum)
+            );
+            let expected = differentiated::<6, 3>(&lambda, |z, v| {
+                let z = std::array::from_fn(|i| if i < 6 { z[i] } else { HyperDual64::from(0.0) });
+                let mut moved = State::moved(&state, z);
+                let forces = control(commands.matrix(), &command, v);
+                let control = std::array::from_fn(|i| if i < 3 { forces[i] } else { 0.0.into() });
+                let [before, after] = scheme(dynamics);
+                (moved.r, moved.pi) = (history[0].r, history[0].pi);
+                scene.kick(&mut moved, control, before);
+                moved.glide();
+                (moved.r, moved.pi) = (history[1].r, history[1].pi);
+                scene.kick(&mut moved, control, after);
+                let all = moved.minus(&end);
+                std::array::from_fn(|i| all[i])
+            });
+            assert_same(&(first, second), &expected, &format!("{what}, translation"));
+
+            let commands = HalfCommands::moments(&transfer.actuation).unwrap();
+            let steps = KickDriftKick::rotation(&transfer, &commands).unwrap();
+            let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
+            assert_eq!(
+                (end.position, end.linear_momentum),
+                (two.position, two.linear_momentum)
+            );
+            let expected = differentiated::<6, 3>(&lambda, |z, v| {
+                let z = std::array::from_fn(|i| {
+                    if i < 6 {
+                        HyperDual64::from(0.0)
+                    } else {
+                        z[i - 6]
+                    }
+                });
+                let mut moved = State::moved(&state, z);
+                let moments = control(commands.matrix(), &command, v);
+                let control =
+                    std::array::from_fn(|i| if i < 3 { 0.0.into() } else { moments[i - 3] });
+                let [before, after] = scheme(dynamics);
+                (moved.x, moved.gamma) = (history[0].x, history[0].gamma);
+                scene.kick(&mut moved, control, before);
+                moved.turn(scene.body.inertia().matrix());
+                (moved.x, moved.gamma) = (history[1].x, history[1].gamma);
+                scene.kick(&mut moved, control, after);
+                let all = moved.minus(&end);
+                std::array::from_fn(|i| all[i + 6])
+            });
+            assert_same(&(first, second), &expected, &format!("{what}, rotation"));
+        }
+    }
+}
+
+/// `B (w + v)`.
+fn control<const R: usize, const U: usize>(
+    columns: &SMatrix<f64, R, U>,
+    command: &SVector<f64, U>,
+    v: [HyperDual64; U],
+) -> [HyperDual64; R] {
+    std::array::from_fn(|row| {
+        (0..U).fold(HyperDual64::from(0.0), |sum, column| {
+            sum + (v[column] + command[column]) * columns[(row, column)]
+        })
+    })
+}
+
+#[test]
+fn speed() {
+    let mut rng = fastrand::Rng::with_seed(31);
+    let all = scenes(&mut rng);
+    for dynamics in SCHEMES {
+        let scene = &all[7];
+        let points = [0.3, -0.3].map(|x| lgvi_dynamics::PointMass {
+            mass: 0.5,
+            position: nalgebra::Vector3::new(x, 0.0, 0.0),
+        });
+        let body = lgvi_dynamics::RigidBody::new(
+            1.0,
+            lgvi_dynamics::Inertia::principal([0.009, 0.03, 0.03]).unwrap(),
+            points.to_vec(),
+        )
+        .unwrap();
+        let transfer = crate::Transfer::new(
+            body,
+            lgvi_dynamics::gravity::Central { gm: 1.0 },
+            0.01,
+            5,
+            scene.state,
+            scene.state,
+            crate::Actuation::full(
+                &nalgebra::Matrix3::identity(),
+                &nalgebra::Matrix3::identity(),
+            )
+            .unwrap(),
+        )
+        .unwrap()
+        .with_dynamics(dynamics);
+        let steps = KickDriftKick::full(&transfer);
+        let (command, lambda) = (random::<6>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
+        let mut state = scene.state;
+        state.angular_momentum *= 0.1;
+        let (_, mut first, mut second) = found(&steps, 0, &state, &command, &lambda);
+        let mut best = [std::time::Duration::MAX; 6];
+        let n = 500;
+        for _ in 0..400 {
+            let mut time = |which: usize, f: &mut dyn FnMut()| {
+                let t = std::time::Instant::now();
+                for _ in 0..n {
+                    f();
+                }
+                best[which] = best[which].min(t.elapsed() / n);
+            };
+            use std::hint::black_box as bb;
+            time(0, &mut || {
+                bb(steps.next(0, bb(&state), &command).unwrap());
+            });
+            time(1, &mut || {
+                bb(steps
+                    .linearise(0, bb(&state), &command, &mut first)
+                    .unwrap());
+            });
+            time(2, &mut || {
+                steps
+                    .curvature(0, bb(&state), &command, &lambda, &mut second)
+                    .unwrap();
+                bb(&second);
+            });
+            time(3, &mut || {
+                bb(steps
+                    .expand(0, bb(&state), &command, &lambda, &mut first, &mut second)
+                    .unwrap());
+            });
+            let f = &transfer.field;
+            let b = &transfer.body;
+            time(4, &mut || {
+                bb(lgvi_dynamics::gravity::Field::gradient(
+                    f,
+                    b,
+                    &state.position,
+                    &state.attitude,
+                ));
+            });
+            let w = lgvi_dynamics::Load {
+                force: nalgebra::Vector3::new(1.0, 2.0, 3.0),
+                moment: nalgebra::Vector3::new(1.0, 2.0, 3.0),
+            };
+            time(5, &mut || {
+                bb(lgvi_dynamics::gravity::Field::curvature(
+                    f,
+                    b,
+                    &state.position,
+                    &state.attitude,
+                    &w,
+                ));
+            });
+        }
+        eprintln!("{dynamics:?} next, linearise, curvature, expand, grad, curv {best:?}");
     }
 }

@@ -1,0 +1,106 @@
+use nalgebra::{Matrix3, SVector, Vector3, Vector6};
+use thiserror::Error;
+
+use crate::Actuation;
+
+/// Why an actuation's commands do not plan one half of a motion.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error(
+    "{found} of the commands have a {what} and nothing else, expected 1 to 3 where the rest of the motion is that of \
+     the free flight"
+)]
+pub struct CommandsError {
+    /// Force or moment.
+    what: &'static str,
+    /// How many commands.
+    found: usize,
+}
+
+/// The commands of an actuation that move one half of the motion and leave the other alone.
+///
+/// A command with both force and moment would take the other half off its free flight: it stays at zero, like those of the
+/// other half.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct HalfCommands {
+    /// Their columns in the actuation.
+    columns: [Option<usize>; 3],
+    /// Force or moment of unit commands; zero beyond the last.
+    matrix: Matrix3<f64>,
+    /// Their weight; the identity beyond the last.
+    weight: Matrix3<f64>,
+}
+
+impl HalfCommands {
+    /// Those with a force alone.
+    pub(crate) fn forces(actuation: &Actuation) -> Result<Self, CommandsError> {
+        Self::of(actuation, "force", [0, 3])
+    }
+
+    /// Those with a moment alone.
+    pub(crate) fn moments(actuation: &Actuation) -> Result<Self, CommandsError> {
+        Self::of(actuation, "moment", [3, 0])
+    }
+
+    /// Those whose load is in the three rows from `own` on, and none in those from `other` on.
+    fn of(
+        actuation: &Actuation,
+        what: &'static str,
+        [own, other]: [usize; 2],
+    ) -> Result<Self, CommandsError> {
+        let part = |column: usize, from: usize| -> Vector3<f64> {
+            let matrix = actuation.matrix();
+            matrix.fixed_view::<3, 1>(from, column).into_owned()
+        };
+        let alone = |column: &usize| {
+            part(*column, own) != Vector3::zeros() && part(*column, other) == Vector3::zeros()
+        };
+        let mut matrix = Matrix3::zeros();
+        let mut columns = [None; 3];
+        let mut found = 0;
+        for column in (0..actuation.commands()).filter(alone) {
+            if let Some(place) = columns.get_mut(found) {
+                *place = Some(column);
+                matrix.set_column(found, &part(column, own));
+            }
+            found += 1;
+        }
+        if !(1..=3).contains(&found) {
+            return Err(CommandsError { what, found });
+        }
+        let weight = Matrix3::from_fn(|i, j| match (columns[i], columns[j]) {
+            (Some(row), Some(column)) => actuation.weight()[(row, column)],
+            _ => f64::from(u8::from(i == j)),
+        });
+        Ok(Self {
+            columns,
+            matrix,
+            weight,
+        })
+    }
+
+    /// `B` (3×3); columns beyond the last command are zero.
+    pub(crate) fn matrix(&self) -> &Matrix3<f64> {
+        &self.matrix
+    }
+
+    /// `W` (3×3); the identity beyond the last command.
+    pub(crate) fn weight(&self) -> &Matrix3<f64> {
+        &self.weight
+    }
+
+    /// The actuation's commands `w`, those of the half given.
+    pub(crate) fn widened(&self, half: &Vector3<f64>) -> Vector6<f64> {
+        let mut all = SVector::zeros();
+        for (place, column) in self.columns.iter().enumerate() {
+            if let Some(column) = *column {
+                all[column] = half[place];
+            }
+        }
+        all
+    }
+
+    /// Those of the actuation's commands `w` that are the half's.
+    pub(crate) fn narrowed(&self, all: &Vector6<f64>) -> Vector3<f64> {
+        Vector3::from_fn(|place, _| self.columns[place].map_or(0.0, |column| all[column]))
+    }
+}

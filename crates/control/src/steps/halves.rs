@@ -1,0 +1,238 @@
+//! Steps of one half of a body's motion, the other half being that of the free flight.
+
+use lgvi_dynamics::gravity::Field;
+use lgvi_dynamics::rotation::Unsolvable;
+use lgvi_dynamics::{BodyState, Load, RigidBody};
+use lgvi_lie::{exp, log};
+use nalgebra::{SVector, Vector3};
+use thiserror::Error;
+
+use super::commands::{CommandsError, HalfCommands};
+use super::coordinates::{Blocks, Coordinates, Full, Variations, symmetric};
+use super::drift::Drift;
+use super::{KickDriftKick, Steps};
+use crate::Transfer;
+
+/// Why one half of a motion cannot be planned by itself.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum HalfError {
+    /// The free flight, which the other half follows, turns too far.
+    #[error("step {step} of the free flight: {source}")]
+    Unsolvable {
+        /// The step, from 0.
+        step: usize,
+        /// By how much.
+        source: Unsolvable,
+    },
+    /// The free flight overflows or hits a source.
+    #[error("step {step} of the free flight: the state is not finite")]
+    NotFinite {
+        /// The step, from 0.
+        step: usize,
+    },
+    /// The actuation does not suit.
+    #[error(transparent)]
+    Commands(#[from] CommandsError),
+}
+
+/// The centre of mass; attitude and angular momentum are those of the free flight.
+pub(crate) struct Translation {
+    history: Vec<BodyState>,
+}
+
+/// The attitude; position and linear momentum are those of the free flight.
+pub(crate) struct Rotation {
+    history: Vec<BodyState>,
+}
+
+/// The states at `0 … N` of the transfer's body without control.
+fn free_flight<F: Field>(transfer: &Transfer<F>) -> Result<Vec<BodyState>, HalfError> {
+    let steps = KickDriftKick::full(transfer);
+    let mut state = transfer.initial;
+    let mut history = Vec::with_capacity(transfer.intervals + 1);
+    history.push(state);
+    for step in 0..transfer.intervals {
+        state = steps
+            .next(step, &state, &SVector::zeros())
+            .map_err(|source| HalfError::Unsolvable { step, source })?;
+        if !state.is_finite() {
+            return Err(HalfError::NotFinite { step });
+        }
+        history.push(state);
+    }
+    Ok(history)
+}
+
+impl<'t, F: Field> KickDriftKick<'t, F, Translation, 1, 3> {
+    /// Those of the centre of mass under the actuation's forces.
+    pub(crate) fn translation(
+        transfer: &'t Transfer<F>,
+        commands: &HalfCommands,
+    ) -> Result<Self, HalfError> {
+        let history = free_flight(transfer)?;
+        Ok(Self::new(
+            transfer,
+            Translation { history },
+            [*commands.matrix()],
+        ))
+    }
+}
+
+impl<'t, F: Field> KickDriftKick<'t, F, Rotation, 1, 3> {
+    /// Those of the attitude under the actuation's moments.
+    pub(crate) fn rotation(
+        transfer: &'t Transfer<F>,
+        commands: &HalfCommands,
+    ) -> Result<Self, HalfError> {
+        let history = free_flight(transfer)?;
+        Ok(Self::new(
+            transfer,
+            Rotation { history },
+            [*commands.matrix()],
+        ))
+    }
+}
+
+impl Translation {
+    /// `state` at step `k` of the free flight's rotation.
+    fn joined(&self, k: usize, state: &BodyState) -> BodyState {
+        BodyState {
+            position: state.position,
+            linear_momentum: state.linear_momentum,
+            ..self.history[k]
+        }
+    }
+}
+
+impl Rotation {
+    /// `state` at step `k` of the free flight's translation.
+    fn joined(&self, k: usize, state: &BodyState) -> BodyState {
+        BodyState {
+            attitude: state.attitude,
+            angular_momentum: state.angular_momentum,
+            ..self.history[k]
+        }
+    }
+}
+
+impl Coordinates<1> for Translation {
+    fn at(&self, k: usize, state: &BodyState) -> BodyState {
+        self.joined(k, state)
+    }
+
+    fn drift(
+        &self,
+        k: usize,
+        body: &RigidBody,
+        h: f64,
+        state: &mut BodyState,
+    ) -> Result<[Drift; 1], Unsolvable> {
+        let drift = Drift::glide(body, h, state);
+        *state = self.joined(k + 1, state);
+        Ok([drift])
+    }
+
+    fn kick(&self, [force]: &[Vector3<f64>; 1], state: &mut BodyState) {
+        state.linear_momentum += force;
+    }
+
+    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 1] {
+        let [force, _] = Full.load(field, body, state);
+        [force]
+    }
+
+    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<1> {
+        let gradient = field.gradient(body, &state.position, &state.attitude);
+        [[gradient.force_by_position]]
+    }
+
+    fn curvature<F: Field>(
+        &self,
+        field: &F,
+        body: &RigidBody,
+        state: &BodyState,
+        &[force]: &[Vector3<f64>; 1],
+    ) -> Blocks<1> {
+        let moment = Vector3::zeros();
+        let weights = Load { force, moment };
+        let curvature = field.curvature(body, &state.position, &state.attitude, &weights);
+        [[curvature.position_position]]
+    }
+}
+
+impl Variations<6> for Translation {
+    fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, 6> {
+        let position = to.position - from.position;
+        let momentum = to.linear_momentum - from.linear_momentum;
+        SVector::from_iterator(position.iter().chain(&momentum).copied())
+    }
+
+    fn moved(&self, state: &BodyState, z: &SVector<f64, 6>) -> BodyState {
+        BodyState {
+            position: state.position + z.fixed_rows::<3>(0),
+            linear_momentum: state.linear_momentum + z.fixed_rows::<3>(3),
+            ..*state
+        }
+    }
+}
+
+impl Coordinates<1> for Rotation {
+    fn at(&self, k: usize, state: &BodyState) -> BodyState {
+        self.joined(k, state)
+    }
+
+    fn drift(
+        &self,
+        k: usize,
+        body: &RigidBody,
+        h: f64,
+        state: &mut BodyState,
+    ) -> Result<[Drift; 1], Unsolvable> {
+        let drift = Drift::turn(body, h, state)?;
+        *state = self.joined(k + 1, state);
+        Ok([drift])
+    }
+
+    fn kick(&self, [moment]: &[Vector3<f64>; 1], state: &mut BodyState) {
+        state.angular_momentum += moment;
+    }
+
+    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 1] {
+        let [_, moment] = Full.load(field, body, state);
+        [moment]
+    }
+
+    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<1> {
+        let gradient = field.gradient(body, &state.position, &state.attitude);
+        [[gradient.moment_by_attitude]]
+    }
+
+    fn curvature<F: Field>(
+        &self,
+        field: &F,
+        body: &RigidBody,
+        state: &BodyState,
+        &[moment]: &[Vector3<f64>; 1],
+    ) -> Blocks<1> {
+        let force = Vector3::zeros();
+        let weights = Load { force, moment };
+        let curvature = field.curvature(body, &state.position, &state.attitude, &weights);
+        [[symmetric(&curvature.attitude_attitude)]]
+    }
+}
+
+impl Variations<6> for Rotation {
+    fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, 6> {
+        let turn = log(&from.attitude.tr_mul(&to.attitude));
+        let momentum = to.angular_momentum - from.angular_momentum;
+        SVector::from_iterator(turn.iter().chain(&momentum).copied())
+    }
+
+    fn moved(&self, state: &BodyState, z: &SVector<f64, 6>) -> BodyState {
+        BodyState {
+            attitude: state.attitude * exp(&z.fixed_rows::<3>(0).into_owned()),
+            angular_momentum: state.angular_momentum + z.fixed_rows::<3>(3),
+            ..*state
+        }
+    }
+}

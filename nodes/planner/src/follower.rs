@@ -68,7 +68,8 @@ impl Follower {
                 Ok(Some(sample)) => {
                     let (header, bodies) = (*sample.header(), sample.elements());
                     if newer(&self.latest, header.step) {
-                        self.latest = observed(&self.scene, &header, bodies, now).or(self.latest.take());
+                        self.latest =
+                            observed(&self.scene, &header, bodies, now).or(self.latest.take());
                     }
                 }
                 Ok(None) => break,
@@ -137,20 +138,28 @@ fn observed(
     let names = bodies.iter().map(|body| body.name.as_str());
     let expected = scene.bodies.iter().map(|body| body.name.as_str());
     if !names.eq(expected) {
-        warn!("state of step {} ignored: its bodies are not the scene's", header.step);
+        warn!(
+            "state of step {} ignored: its bodies are not the scene's",
+            header.step
+        );
         return None;
     }
     if header.step > scene.steps || !bodies.iter().all(BodySample::is_finite) {
-        warn!("state of step {} ignored: not one of this flight", header.step);
+        warn!(
+            "state of step {} ignored: not one of this flight",
+            header.step
+        );
         return None;
     }
     Some(Observed {
         step: header.step,
-        states: bodies.iter().map(|body| body_state(body, &scene.units)).collect(),
+        states: bodies
+            .iter()
+            .map(|body| body_state(body, &scene.units))
+            .collect(),
         at,
     })
 }
 
 #[cfg(test)]
-mod tests {
-}
+mod tests {}

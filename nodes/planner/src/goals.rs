@@ -4,9 +4,7 @@ use std::time::{Duration, Instant};
 
 use lgvi_control::Plan;
 use lgvi_middleware::ros::{Decision, GoalHandle, StopReason};
-use lgvi_msgs::action::{
-    PlanManeuver, PlanManeuverFeedback, PlanManeuverGoal, PlanManeuverResult,
-};
+use lgvi_msgs::action::{PlanManeuver, PlanManeuverFeedback, PlanManeuverGoal, PlanManeuverResult};
 use lgvi_scene::Scene;
 use tracing::warn;
 

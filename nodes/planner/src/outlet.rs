@@ -16,7 +16,7 @@ use crate::messages;
 use crate::sequence::{Samples, Sequence};
 
 /// How long subscribers that do not keep up are waited for.
-const PATIENCE: Duration = Duration::from_secs(5);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// How often the shutdown is looked for while waiting.
 const LOOK: Duration = Duration::from_millis(50);
@@ -98,22 +98,17 @@ impl Outlet {
         {}
     }
 
-    /// Waits for the acknowledgements; the messages sent, by topic.
-    pub(crate) fn settle(&self) -> BTreeMap<String, u64> {
+    /// Waits for the acknowledgements, each up to `patience`; the messages sent, by topic.
+    pub(crate) fn settle(&self, patience: Duration) -> BTreeMap<String, u64> {
         let settled = [
-            self.controls.flush(PATIENCE),
-            self.progress.flush(PATIENCE),
-            self.path.flush(PATIENCE),
+            self.controls.flush(patience),
+            self.progress.flush(patience),
+            self.path.flush(patience),
         ];
         for error in settled.into_iter().filter_map(Result::err) {
             warn!("{error}");
         }
         self.sent.clone()
-    }
-
-    /// Messages sent so far, by topic.
-    pub(crate) fn sent(&self) -> &BTreeMap<String, u64> {
-        &self.sent
     }
 }
 

@@ -12,11 +12,11 @@ use tracing::{info, warn};
 use crate::follower::Follower;
 use crate::goals::Goal;
 use crate::messages;
-use crate::outlet::Outlet;
+use crate::outlet::{Outlet, PATIENCE};
 use crate::prediction::predict;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Iteration, Reason, Task, Unsolved};
+use crate::solver::{End, Guess, Iteration, Reason, Task, Unsolved};
 use crate::worker::{Stop, Update, Worker};
 
 /// How long the worker is listened to before states, goals and the shutdown are looked after.
@@ -24,6 +24,9 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// How long after its deadline a goal waits for the worker to say how far it has come.
 const GRACE: Duration = Duration::from_millis(100);
+
+/// How long acknowledgements are waited for, by topic, when the node ends.
+const FAREWELL: Duration = Duration::from_millis(200);
 
 /// Sequences that may still act, or on which later ones build.
 const SEQUENCES: usize = 4;
@@ -101,7 +104,7 @@ impl Planner<'_> {
         if let Some(goal) = self.waiting.take() {
             goal.fail(&self.scene, body, why, None);
         }
-        self.account();
+        self.account(FAREWELL);
     }
 
     /// The task of the whole manoeuvre.
@@ -133,16 +136,24 @@ impl Planner<'_> {
             ));
         }
         let (scheme, body) = (self.scheme, self.maneuver.body);
-        let initial = predict(&self.scene, scheme, body, latest, &self.sequences, first_step)
-            .map_err(|error| error.to_string())?;
-        let guess = last
-            .filter(|_| warm)
-            .and_then(|last| last.rest(first_step, initial));
+        let initial = predict(
+            &self.scene,
+            scheme,
+            body,
+            latest,
+            &self.sequences,
+            first_step,
+        )
+        .map_err(|error| error.to_string())?;
+        let guess = last.filter(|last| warm && last.first_step <= first_step);
         Ok(Task {
             first_step,
             initial,
             end: End::After(intervals as usize),
-            guess: guess.map(Arc::new),
+            guess: guess.map(|last| Guess {
+                plan: Arc::clone(&last.plan),
+                flown: (first_step - last.first_step) as usize,
+            }),
         })
     }
 
@@ -231,9 +242,9 @@ impl Planner<'_> {
         Ok(sequence)
     }
 
-    /// Tells the supervisor what has been published so far.
-    fn account(&mut self) {
-        let messages = self.outlet.settle();
+    /// Tells the supervisor what has been published so far, when those who listen have it.
+    fn account(&self, patience: Duration) {
+        let messages = self.outlet.settle(patience);
         self.node.report(&Event::Published { messages });
     }
 
@@ -245,7 +256,7 @@ impl Planner<'_> {
                 reason, message, ..
             }) => {
                 self.outlet.await_listener(&self.node.shutdown);
-                self.account();
+                self.account(PATIENCE);
                 return match reason {
                     Reason::Cancelled => Ok(()),
                     Reason::Refused => Err(NodeError::Input(format!("no plan: {message}"))),
@@ -255,7 +266,7 @@ impl Planner<'_> {
         };
         let seconds = current.began.elapsed().as_secs_f64();
         self.publish(current.first_step, plan)?;
-        self.account();
+        self.account(PATIENCE);
         if let Some(now) = &current.last {
             let Iteration {
                 iteration,
@@ -398,7 +409,9 @@ impl Planner<'_> {
     /// Ends goals that are cancelled, or have found no plan in their time, whatever the worker is at.
     fn end_goals(&mut self) {
         let body = self.maneuver.body;
-        if let Some(goal) = self.waiting.take_if(|goal| goal.over(Duration::ZERO).is_some())
+        if let Some(goal) = self
+            .waiting
+            .take_if(|goal| goal.over(Duration::ZERO).is_some())
             && let Some(why) = goal.over(Duration::ZERO)
         {
             goal.fail(&self.scene, body, why, None);

@@ -57,7 +57,9 @@ impl Replanner {
                      {deadline} s could act"
                 );
             } else {
-                info!("the last plan is flown to the end: at step {step} too little is left for another");
+                info!(
+                    "the last plan is flown to the end: at step {step} too little is left for another"
+                );
             }
             return None;
         }
@@ -91,13 +93,20 @@ mod tests {
     fn a_plan_is_due_once_every_so_many_steps_and_begins_after_the_deadline() {
         let mut replanner = replanner(0.5);
         assert_eq!(replanner.due(&at(9), Some(100.0), 200), None);
-        assert_eq!(replanner.due(&at(12), None, 200), None, "no pace is known yet");
+        assert_eq!(
+            replanner.due(&at(12), None, 200),
+            None,
+            "no pace is known yet"
+        );
         let first = replanner.due(&at(12), Some(100.0), 200).unwrap();
         // 50 steps until the deadline, 1 for the transport, and what this test takes.
         assert!((12 + 51..12 + 60).contains(&first), "{first}");
         assert_eq!(replanner.due(&at(19), Some(100.0), 200), None);
         assert!(replanner.due(&at(20), Some(100.0), 200).is_some());
-        assert!(replanner.due(&at(50), Some(100.0), 200).is_some(), "turns that were missed are not made up");
+        assert!(
+            replanner.due(&at(50), Some(100.0), 200).is_some(),
+            "turns that were missed are not made up"
+        );
         assert_eq!(replanner.due(&at(59), Some(100.0), 200), None);
     }
 
@@ -106,7 +115,11 @@ mod tests {
         let mut replanner = replanner(0.5);
         assert!(replanner.due(&at(100), Some(100.0), 200).is_some());
         assert_eq!(replanner.due(&at(150), Some(100.0), 200), None);
-        assert_eq!(replanner.due(&at(160), Some(1.0), 200), None, "not even if the flight slows down");
+        assert_eq!(
+            replanner.due(&at(160), Some(1.0), 200),
+            None,
+            "not even if the flight slows down"
+        );
     }
 
     #[test]

@@ -19,9 +19,7 @@ const HISTORY: u32 = 500;
 pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     let mut parameters = std::mem::take(&mut node.parameters);
     let path: Option<PathBuf> = parameters.take("scene").map_err(NodeError::input)?;
-    let own: Option<bool> = parameters
-        .take("plan_at_start")
-        .map_err(NodeError::input)?;
+    let own: Option<bool> = parameters.take("plan_at_start").map_err(NodeError::input)?;
     parameters.finish().map_err(NodeError::input)?;
     let path = path.ok_or_else(|| {
         NodeError::Input("parameter \"scene\" is missing, expected a path".into())

@@ -83,7 +83,10 @@ impl Samples {
             stamp_nanoseconds: scene.stamp(*first_step),
         };
         let interval = |control| control_interval(control, &scene.units);
-        Ok(Self::Open(header, plan.controls.iter().map(interval).collect()))
+        Ok(Self::Open(
+            header,
+            plan.controls.iter().map(interval).collect(),
+        ))
     }
 
     /// The message that says the same.

@@ -1,6 +1,6 @@
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use lgvi_control::Plan;
@@ -41,7 +41,9 @@ impl Stop {
         if self.cancelled.load(Ordering::Acquire) {
             return Some(Reason::Cancelled);
         }
-        let over = self.deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        let over = self
+            .deadline
+            .is_some_and(|deadline| Instant::now() >= deadline);
         over.then_some(Reason::Deadline)
     }
 }
@@ -104,7 +106,10 @@ fn work(scene: &Scene, jobs: &Receiver<Job>, updates: &Sender<(u64, Update)>) {
             (Reason::Cancelled, Some(reason)) => Unsolved { reason, ..unsolved },
             _ => unsolved,
         });
-        if updates.send((number, Update::Ended(Box::new(ended)))).is_err() {
+        if updates
+            .send((number, Update::Ended(Box::new(ended))))
+            .is_err()
+        {
             return;
         }
     }

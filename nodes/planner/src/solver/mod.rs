@@ -19,8 +19,17 @@ pub(crate) struct Task {
     pub(crate) initial: BodyState,
     /// When it is to arrive.
     pub(crate) end: End,
-    /// A plan of the same intervals to start from.
-    pub(crate) guess: Option<Arc<Plan>>,
+    /// What to start from.
+    pub(crate) guess: Option<Guess>,
+}
+
+/// An earlier plan, of which a part will have been flown.
+#[derive(Clone, Debug)]
+pub(crate) struct Guess {
+    /// The plan.
+    pub(crate) plan: Arc<Plan>,
+    /// Its intervals before the new one begins.
+    pub(crate) flown: usize,
 }
 
 /// When a plan is to arrive.
@@ -93,7 +102,11 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     match task.end {
         End::After(intervals) => {
             let transfer = transfer(scene, &task.initial, intervals)?;
-            once(scene, &transfer, task.guess.as_deref(), observe)
+            let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
+                // What is too short to be shortened is no help.
+                plan.remaining(&transfer, *flown, task.initial).ok()
+            });
+            once(scene, &transfer, guess.as_ref(), observe)
         }
         End::Free(range) => duration::solve(scene, &task.initial, range, observe),
     }

@@ -11,15 +11,17 @@ pub(super) fn solve(
     settings: &Settings,
     observe: Observe<'_>,
 ) -> Result<Plan, Unsolved> {
-    shooting::solve(transfer, SVector::zeros(), settings, |now| observe(&now.into()))
-        .map(|solution| plan(transfer, solution))
-        .map_err(|error| {
-            let reason = match error {
-                ShootingError::Stopped(_) => Reason::Cancelled,
-                _ => Reason::NotConverged,
-            };
-            Unsolved::new(reason, error)
-        })
+    shooting::solve(transfer, SVector::zeros(), settings, |now| {
+        observe(&now.into())
+    })
+    .map(|solution| plan(transfer, solution))
+    .map_err(|error| {
+        let reason = match error {
+            ShootingError::Stopped(_) => Reason::Cancelled,
+            _ => Reason::NotConverged,
+        };
+        Unsolved::new(reason, error)
+    })
 }
 
 /// A plan without costate and feedback, which the shooting does not give. It is an extremal from its start, so that its

@@ -7,6 +7,7 @@
 //! Equation numbers are those of M. Leok, *An Overview of Lie Group Variational Integrators and Their Applications to
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
 
+mod barrier;
 pub mod extremal;
 mod final_time;
 mod newton;
@@ -23,9 +24,9 @@ mod steps;
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
 pub use plan::{Certificate, Plan};
 pub use problem::{
-    Actuation, ActuationError, Constraint, Dynamics, Motion, RotationTarget, Terminal, Transfer,
-    TransferError, TranslationTarget, miss,
+    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, RotationTarget,
+    Terminal, TerminalError, Transfer, TransferError, TranslationTarget, miss,
 };
 pub use replan::TooLate;
-pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
+pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};

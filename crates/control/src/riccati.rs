@@ -145,7 +145,11 @@ impl<const X: usize> CostToGo<X> {
     fn gram_factor(&self) -> Option<(SMatrix<f64, X, X>, SVector<f64, X>)> {
         let scale = SVector::from_fn(|i, _| {
             let diagonal = -self.gram[(i, i)];
-            if diagonal > 0.0 { diagonal.sqrt().recip() } else { 0.0 }
+            if diagonal > 0.0 {
+                diagonal.sqrt().recip()
+            } else {
+                0.0
+            }
         });
         let mut factor = SMatrix::from_fn(|i, j| -scale[i] * self.gram[(i, j)] * scale[j]);
         for i in 0..X {

@@ -6,6 +6,7 @@ use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use thiserror::Error;
 
+use crate::barrier::{Barrier, BarrierTolerances, Given};
 use crate::newton::{
     Ended, Iterate, ModelError, Newton, Point, Problem, Standing, Tolerances, Unconstrained, guess,
 };
@@ -83,7 +84,9 @@ pub enum PlanError {
         violation: f64,
     },
     /// No guess led to a solution.
-    #[error("not converged after {iterations} iterations: violation {violation:.3e}, stationarity {stationarity:.3e}")]
+    #[error(
+        "not converged after {iterations} iterations: violation {violation:.3e}, stationarity {stationarity:.3e}"
+    )]
     NotConverged {
         /// The best iterate, as flown.
         best: Box<Plan>,
@@ -157,6 +160,8 @@ fn resolved<'t, F: Field>(transfer: &'t Transfer<F>, intervals: usize) -> Transf
         dynamics: transfer.dynamics,
         motion: transfer.motion,
         constraints: transfer.constraints.clone(),
+        terminal: transfer.terminal.clone(),
+        inequalities: transfer.inequalities.clone(),
     }
 }
 
@@ -227,10 +232,9 @@ pub fn solve<F: Field>(
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     if transfer.motion != Motion::Full || transfer.dynamics != Dynamics::LieEuler {
-        return Err(PlanError::Unsupported("other than the full motion by Lie–Euler steps"));
-    }
-    if !transfer.constraints.is_empty() {
-        return Err(PlanError::Unsupported("inequalities"));
+        return Err(PlanError::Unsupported(
+            "other than the full motion by Lie–Euler steps",
+        ));
     }
     let Some(target) = transfer.target.state() else {
         return Err(PlanError::Unsupported("terminal sets other than a state"));
@@ -310,17 +314,51 @@ pub fn solve<F: Field>(
         iterate = Some(at.iterate.clone());
         newton = Some(at);
     }
-    let Some(newton) = newton else {
+    let Some(mut newton) = newton else {
         return Err(PlanError::Unsupported("no intervals"));
     };
+    if !transfer.inequalities.is_empty() {
+        let steps = KickDriftKick::full(transfer);
+        let problem = problem(transfer, &steps, &ending);
+        let given = Given {
+            first: transfer.dynamics == Dynamics::LieEuler,
+            last_position: transfer.terminal.translation.fixes_position(),
+            last_attitude: transfer.terminal.rotation.fixes_attitude(),
+        };
+        let mut barrier = Barrier::<12, 6>::new(
+            &transfer.inequalities,
+            &SMatrix::identity(),
+            [Some(0), Some(6)],
+            given,
+            transfer.intervals,
+            standing.cost.max(1e-6),
+            BarrierTolerances::default(),
+        );
+        barrier.start(&newton.iterate.states[1..], &newton.iterate.commands);
+        let ended = newton.run(
+            &problem,
+            &mut barrier,
+            &tolerances,
+            false,
+            &mut standing,
+            |now| observe(&now.progress(Phase::Fine)),
+        );
+        if std::env::var("LGVI_DEBUG").is_ok() {
+            eprintln!("{ended:?} {:?}", barrier.worst());
+        }
+        match ended {
+            Ended::Converged => (),
+            _ => {
+                return Err(PlanError::Infeasible {
+                    violation: barrier.worst().map_or(0.0, |w| w.amount),
+                });
+            }
+        }
+    }
     Ok(finish(transfer, newton, &standing))
 }
 
-fn finish<F: Field>(
-    transfer: &Transfer<F>,
-    newton: Newton<12, 6>,
-    standing: &Standing,
-) -> Plan {
+fn finish<F: Field>(transfer: &Transfer<F>, newton: Newton<12, 6>, standing: &Standing) -> Plan {
     let controls = newton
         .iterate
         .commands
@@ -333,7 +371,12 @@ fn finish<F: Field>(
         commands: newton.iterate.commands,
         controls,
         multipliers: newton.model.costates,
-        feedback: newton.model.policies.iter().map(|policy| policy.state).collect(),
+        feedback: newton
+            .model
+            .policies
+            .iter()
+            .map(|policy| policy.state)
+            .collect(),
         cost: standing.cost,
         certificate: Certificate {
             stationarity: standing.stationarity,

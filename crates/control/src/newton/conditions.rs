@@ -23,11 +23,12 @@ pub(crate) trait Ending<const X: usize> {
 /// [`Inequalities::advance`].
 pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// Adds what the interval's inequalities on the state contribute to gradient and Hessian at `state`, slacks and
-    /// multipliers eliminated.
+    /// multipliers eliminated, with `curvature` times the second derivatives of those that are not convex.
     fn add_state(
         &mut self,
         interval: usize,
         state: &BodyState,
+        curvature: f64,
         hessian: &mut SMatrix<f64, X, X>,
         gradient: &mut SVector<f64, X>,
     );
@@ -72,8 +73,22 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// Largest violation `max(g, 0)` and largest product of slack and multiplier, for all intervals.
     fn residuals(&self) -> (f64, f64);
 
-    /// Lowers β when the subproblem with this β is solved to `error`; `false` when β is the last.
+    /// Lowers β when the subproblem with this β is solved to `error`; `false` when nothing changed.
     fn tighten(&mut self, error: f64) -> bool;
+
+    /// Whether a point that solves the last subproblem satisfies them.
+    fn satisfied(&self) -> Satisfied;
+}
+
+/// What has become of the inequalities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Satisfied {
+    /// They hold, with multipliers that are complementary to them.
+    Yes,
+    /// Not yet.
+    NotYet,
+    /// They cannot: this point violates them least of all near it.
+    Never,
 }
 
 /// No inequalities.
@@ -84,6 +99,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Unconstrained {
         &mut self,
         _: usize,
         _: &BodyState,
+        _: f64,
         _: &mut SMatrix<f64, X, X>,
         _: &mut SVector<f64, X>,
     ) {
@@ -128,5 +144,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Unconstrained {
 
     fn tighten(&mut self, _: f64) -> bool {
         false
+    }
+
+    fn satisfied(&self) -> Satisfied {
+        Satisfied::Yes
     }
 }

@@ -29,9 +29,7 @@ pub(crate) fn hermite(
     }
     let cubic = |t: f64, ends: [Vector3<f64>; 2], rates: [Vector3<f64>; 2]| {
         let (s, r) = (t * t, 1.0 - t);
-        (1.0 - s * (3.0 - 2.0 * t)) * ends[0]
-            + s * (3.0 - 2.0 * t) * ends[1]
-            + t * r * r * rates[0]
+        (1.0 - s * (3.0 - 2.0 * t)) * ends[0] + s * (3.0 - 2.0 * t) * ends[1] + t * r * r * rates[0]
             - s * r * rates[1]
     };
     let end_rate = right_jacobian_inverse(&rotation) * spin(to);
@@ -87,12 +85,13 @@ where
     for k in 0..problem.intervals {
         let next = problem.steps.linearise(k, &states[k], &idle, &mut linear)?;
         let missing = problem.steps.difference(&next, &states[k + 1]);
-        let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
+        let weighted =
+            SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
         // So little of the cost that commands are bounded where they have no effect.
         let normal = weighted.tr_mul(&linear.b) + (1e-9 * h) * problem.weight;
-        let command = normal
-            .cholesky()
-            .map_or_else(SVector::zeros, |factor| factor.solve(&weighted.tr_mul(&missing)));
+        let command = normal.cholesky().map_or_else(SVector::zeros, |factor| {
+            factor.solve(&weighted.tr_mul(&missing))
+        });
         commands.push(command);
     }
     Ok(Iterate {
@@ -128,7 +127,10 @@ where
     let commands = (0..fine)
         .map(|k| {
             let (below, part) = between((k as f64 + 0.5) * ratio - 0.5, coarse - 1);
-            let (w, next) = (from.commands[below], from.commands[(below + 1).min(coarse - 1)]);
+            let (w, next) = (
+                from.commands[below],
+                from.commands[(below + 1).min(coarse - 1)],
+            );
             w + part * (next - w)
         })
         .collect();

@@ -9,7 +9,7 @@ mod point;
 mod problem;
 mod trial;
 
-pub(crate) use conditions::{Ending, Inequalities, Unconstrained};
+pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
 pub(crate) use model::ModelError;
 pub(crate) use point::Point;

@@ -103,8 +103,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let curvature = kind.curvature;
         let last = problem.intervals;
         let end = &iterate.states[last];
-        let (mut costate, end_model) =
-            end_model(problem, inequalities, iterate, kind);
+        let (mut costate, end_model) = end_model(problem, inequalities, iterate, kind);
         self.miss = end_model.residual;
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
@@ -147,7 +146,13 @@ impl<const X: usize, const U: usize> Model<X, U> {
             inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
             costate = stage.dynamics.a.tr_mul(&costate);
             if k > 0 {
-                inequalities.add_state(k - 1, state, &mut stage.state, &mut stage.state_gradient);
+                inequalities.add_state(
+                    k - 1,
+                    state,
+                    curvature,
+                    &mut stage.state,
+                    &mut stage.state_gradient,
+                );
                 costate += inequalities.state_force(k - 1, state);
             }
             cost.sweep(stage, &mut self.policies[k])
@@ -190,7 +195,13 @@ where
     if kind.curvature > 0.0 {
         hessian += kind.curvature * problem.ending.curvature(end, &iterate.nu);
     }
-    inequalities.add_state(problem.intervals - 1, end, &mut hessian, &mut gradient);
+    inequalities.add_state(
+        problem.intervals - 1,
+        end,
+        kind.curvature,
+        &mut hessian,
+        &mut gradient,
+    );
     let model = EndModel {
         hessian,
         gradient,

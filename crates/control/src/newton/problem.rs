@@ -36,7 +36,10 @@ impl<const X: usize, const U: usize> Iterate<X, U> {
     /// Whether all numbers are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.states.iter().all(BodyState::is_finite)
-            && self.commands.iter().all(|w| w.iter().all(|c| c.is_finite()))
+            && self
+                .commands
+                .iter()
+                .all(|w| w.iter().all(|c| c.is_finite()))
             && self.nu.iter().all(|c| c.is_finite())
     }
 }

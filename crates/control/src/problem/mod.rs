@@ -1,14 +1,19 @@
 //! What is asked: dynamics, boundary conditions, actuation, cost and constraints.
 
 mod actuation;
+#[cfg(test)]
+mod automatic;
 mod constraint;
 mod dynamics;
+mod pointing;
 mod terminal;
 mod transfer;
 
 pub use actuation::{Actuation, ActuationError};
-pub use constraint::Constraint;
+pub(crate) use constraint::{CommandInequality, InequalitySet, Place, StateInequality};
+pub use constraint::{Constraint, ConstraintError};
 pub use dynamics::{Dynamics, Motion};
-pub use terminal::{RotationTarget, Terminal, TranslationTarget};
+pub(crate) use terminal::{RotationSet, TerminalSet, TranslationSet};
+pub use terminal::{RotationTarget, Terminal, TerminalError, TranslationTarget};
 pub use transfer::{Transfer, TransferError, miss};
 pub(crate) use transfer::{Vector12, block};

@@ -4,7 +4,10 @@ use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
 
-use super::{Actuation, ActuationError, Constraint, Dynamics, Motion, Terminal};
+use super::{
+    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, InequalitySet, Motion,
+    Terminal, TerminalError, TerminalSet,
+};
 
 /// Components in the order `[x, γ, R, Π]`, three each.
 pub(crate) type Vector12 = SVector<f64, 12>;
@@ -26,6 +29,8 @@ pub struct Transfer<F> {
     pub(crate) dynamics: Dynamics,
     pub(crate) motion: Motion,
     pub(crate) constraints: Vec<Constraint>,
+    pub(crate) terminal: TerminalSet,
+    pub(crate) inequalities: InequalitySet,
 }
 
 /// Why a transfer is not a problem.
@@ -42,6 +47,12 @@ pub enum TransferError {
     /// The actuation is none.
     #[error(transparent)]
     Actuation(#[from] ActuationError),
+    /// The target is none.
+    #[error(transparent)]
+    Terminal(#[from] TerminalError),
+    /// A constraint is none.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
 }
 
 impl<F: Field> Transfer<F> {
@@ -61,17 +72,21 @@ impl<F: Field> Transfer<F> {
         if intervals < 2 {
             return Err(TransferError::Steps);
         }
+        let target = target.into();
+        let terminal = TerminalSet::new(&target, body.mass())?;
         Ok(Self {
             body,
             field,
             h,
             intervals,
             initial,
-            target: target.into(),
+            target,
             actuation,
             dynamics: Dynamics::default(),
             motion: Motion::default(),
             constraints: Vec::new(),
+            terminal,
+            inequalities: InequalitySet::default(),
         })
     }
 }
@@ -88,11 +103,14 @@ impl<F> Transfer<F> {
     }
 
     /// The same under inequalities.
-    pub fn with_constraints(self, constraints: Vec<Constraint>) -> Self {
-        Self {
+    pub fn with_constraints(self, constraints: Vec<Constraint>) -> Result<Self, TransferError> {
+        let inequalities =
+            InequalitySet::new(&constraints, &self.actuation, &self.initial, &self.target)?;
+        Ok(Self {
             constraints,
+            inequalities,
             ..self
-        }
+        })
     }
 
     /// `W_f⁻¹` and `W_m⁻¹` of a problem whose necessary conditions are (4.19)–(4.26); `None` for all others.

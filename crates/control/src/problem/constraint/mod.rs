@@ -1,6 +1,30 @@
+//! InequalitySet on commands and states, as smooth functions `g ≤ 0` with two derivatives.
+//!
+//! Each is scaled to have no dimension: a limit is exceeded by `g` of itself, a sphere is entered by `g` of its radius, a
+//! cone by `g` rad, a corridor left by `g` of its length, all to first order.
+
+mod command;
+mod error;
+mod set;
+mod state;
+
+#[cfg(test)]
+mod tests;
+
 use nalgebra::Vector3;
 
+pub(crate) use command::CommandInequality;
+pub use error::ConstraintError;
+pub(crate) use set::InequalitySet;
+pub(crate) use state::{Place, StateInequality};
+
 /// An inequality, imposed on each control interval or on the state at the end of each step.
+///
+/// # Assumptions and limitations
+///
+/// States are held to it at the ends of steps, not between them. A limit of `+∞` is none. Where start and target decide a
+/// state (the end of the first Lie–Euler step, the last state of a transfer to one state), nothing is left to plan, and
+/// the inequality is only checked there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constraint {
     /// Each command within `±limit`; commands beyond those of the actuation are ignored.
@@ -45,6 +69,9 @@ pub enum Constraint {
         radius: f64,
     },
     /// The centre of mass stays in a cone: `axis · (x − apex) ≥ cos(half_angle) |x − apex|`.
+    ///
+    /// The apex is rounded off by 1e-9 of the corridor's length, which is the distance of start or target from the apex,
+    /// whichever is farther.
     Corridor {
         /// Inertial frame.
         apex: Vector3<f64>,

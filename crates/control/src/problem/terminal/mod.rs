@@ -1,5 +1,26 @@
+//! The sets of states in which a transfer may end, as conditions with two derivatives.
+
+mod direction;
+mod error;
+mod log_curvature;
+mod orbit;
+mod rotation;
+mod set;
+mod translation;
+
+#[cfg(test)]
+mod tests;
+
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
+
+use direction::Direction;
+pub use error::TerminalError;
+pub(super) use error::UNIT;
+use orbit::KeplerOrbit;
+pub(crate) use rotation::RotationSet;
+pub(crate) use set::TerminalSet;
+pub(crate) use translation::TranslationSet;
 
 /// The set of states in which a transfer may end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +46,7 @@ pub enum TranslationTarget {
         /// `x_d`, inertial frame.
         position: Vector3<f64>,
     },
-    /// Anywhere on the Kepler orbit of a state: five conditions, the phase is free.
+    /// Anywhere on the elliptic Kepler orbit of a state: five conditions, the phase is free.
     Orbit {
         /// Gravitational parameter of the attractor.
         gm: f64,

@@ -1,0 +1,121 @@
+use lgvi_dynamics::BodyState;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::problem::pointing::Pointing;
+
+/// An inequality on the state at the end of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct StateInequality {
+    /// Which constraint it belongs to, from 0.
+    pub(crate) constraint: usize,
+    pub(super) kind: Kind,
+}
+
+/// What an inequality sees of a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// `x`, with derivatives by δx.
+    Position,
+    /// `R`, with derivatives by ζ.
+    Attitude,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Kind {
+    /// `(d · R a − cos α)/sin α`
+    Cone {
+        axis: Vector3<f64>,
+        direction: Vector3<f64>,
+        cosine: f64,
+        sine: f64,
+    },
+    /// `½ (1 − |x − c|²/r²)`
+    Sphere { center: Vector3<f64>, radius: f64 },
+    /// `(cos α (√(|ρ|² + ε²) − ε) − n · ρ)/L`, `ρ = x − apex`: convex, smooth at the apex, within `ε/L` of the cone.
+    Corridor {
+        apex: Vector3<f64>,
+        axis: Vector3<f64>,
+        cosine: f64,
+        length: f64,
+    },
+}
+
+/// `ε/L` by which a corridor's apex is rounded off.
+const ROUNDING: f64 = 1e-9;
+
+impl StateInequality {
+    /// What it sees.
+    pub(crate) fn place(&self) -> Place {
+        match self.kind {
+            Kind::Cone { .. } => Place::Attitude,
+            Kind::Sphere { .. } | Kind::Corridor { .. } => Place::Position,
+        }
+    }
+
+    /// Whether `g` is convex, so that its Hessian may always be taken in.
+    pub(crate) fn is_convex(&self) -> bool {
+        matches!(self.kind, Kind::Corridor { .. })
+    }
+
+    /// `g(s)`.
+    pub(crate) fn value(&self, state: &BodyState) -> f64 {
+        match &self.kind {
+            Kind::Cone {
+                axis,
+                direction,
+                cosine,
+                sine,
+            } => ((state.attitude * axis).dot(direction) - cosine) / sine,
+            Kind::Sphere { center, radius } => {
+                0.5 * (1.0 - ((state.position - center) / *radius).norm_squared())
+            }
+            Kind::Corridor {
+                apex,
+                axis,
+                cosine,
+                length,
+            } => {
+                let rho = (state.position - apex) / *length;
+                let rounded = (rho.norm_squared() + ROUNDING * ROUNDING).sqrt();
+                cosine * (rounded - ROUNDING) - axis.dot(&rho)
+            }
+        }
+    }
+
+    /// Gradient and Hessian of `g` by [`StateInequality::place`], the Hessian symmetric and along `Steps::moved`.
+    pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
+        match &self.kind {
+            Kind::Cone {
+                axis,
+                direction,
+                sine,
+                ..
+            } => {
+                let pointing = Pointing::new(&state.attitude, axis, direction);
+                (pointing.gradient / *sine, pointing.hessian / *sine)
+            }
+            Kind::Sphere { center, radius } => {
+                let scale = -1.0 / (radius * radius);
+                (
+                    scale * (state.position - center),
+                    Matrix3::from_diagonal_element(scale),
+                )
+            }
+            Kind::Corridor {
+                apex,
+                axis,
+                cosine,
+                length,
+            } => {
+                let rho = (state.position - apex) / *length;
+                let rounded = (rho.norm_squared() + ROUNDING * ROUNDING).sqrt();
+                let unit = rho / rounded;
+                let flat = Matrix3::identity() - unit * unit.transpose();
+                (
+                    (*cosine * unit - axis) / *length,
+                    flat * (cosine / (rounded * length * length)),
+                )
+            }
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! Residuals against formulas written anew, Jacobians and curvatures against automatic differentiation of those.
+
+use lgvi_dynamics::BodyState;
+use lgvi_lie::exp;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use num_dual::DualNum;
+
+use super::*;
+use crate::newton::Ending;
+use crate::problem::automatic::{
+    Moved, Number, Triple, constant, cross, derivatives, dot, minus, norm, product, random_state,
+    rows,
+};
+use crate::problem::pointing::across;
+
+const MASS: f64 = 1.7;
+const GM: f64 = 0.8;
+
+/// Weights `ν` applied to conditions written anew, `[x, γ]` in six rows and `[R, Π]` in six.
+type Weighted = Box<dyn Fn(&Moved, &SVector<f64, 12>) -> Number>;
+
+fn weigh(nu: &SVector<f64, 12>, from: usize, c: Triple) -> Number {
+    c[0] * nu[from] + c[1] * nu[from + 1] + c[2] * nu[from + 2]
+}
+
+/// `θ/sin θ`: its series in sin² θ to an angle of 0.3, else by the arctangent.
+fn angle_over_sine(sine_squared: Number, cosine: Number) -> Number {
+    if sine_squared.re < 0.09 && cosine.re > 0.0 {
+        let mut sum = Number::from(1.0);
+        for n in (1..24).rev() {
+            let n = f64::from(n);
+            sum =
+                sum * sine_squared * ((2.0 * n - 1.0).powi(2) / (2.0 * n * (2.0 * n + 1.0))) + 1.0;
+        }
+        return sum;
+    }
+    let sine = sine_squared.sqrt();
+    sine.atan2(cosine) / sine
+}
+
+/// `log(R_dᵀ R)` from the skew part and the trace.
+fn logarithm(target: &Matrix3<f64>, attitude: &[Triple; 3]) -> Triple {
+    let columns: [Triple; 3] = std::array::from_fn(|j| attitude.map(|row| row[j]));
+    let relative = columns.map(|column| product(&rows(&target.transpose()), column));
+    let skew = [
+        (relative[1][2] - relative[2][1]) * 0.5,
+        (relative[2][0] - relative[0][2]) * 0.5,
+        (relative[0][1] - relative[1][0]) * 0.5,
+    ];
+    let cosine = (relative[0][0] + relative[1][1] + relative[2][2] - 1.0) * 0.5;
+    let factor = angle_over_sine(dot(skew, skew), cosine);
+    skew.map(|component| component * factor)
+}
+
+fn translation(target: TranslationTarget) -> Weighted {
+    match target {
+        TranslationTarget::State {
+            position,
+            linear_momentum,
+        } => Box::new(move |s, nu| {
+            weigh(nu, 0, minus(s.position, constant(&position)))
+                + weigh(nu, 3, minus(s.linear_momentum, constant(&linear_momentum)))
+        }),
+        TranslationTarget::Position { position } => {
+            Box::new(move |s, nu| weigh(nu, 0, minus(s.position, constant(&position))))
+        }
+        TranslationTarget::Orbit {
+            center,
+            position,
+            linear_momentum,
+            ..
+        } => Box::new(move |s, nu| {
+            let elements = |r: Triple, gamma: Triple| {
+                let v = gamma.map(|component| component / MASS);
+                let h = cross(r, v);
+                let distance = norm(r);
+                let lift = cross(v, h);
+                (h, std::array::from_fn(|i| lift[i] / GM - r[i] / distance))
+            };
+            let (h, e): (Triple, Triple) =
+                elements(minus(s.position, constant(&center)), s.linear_momentum);
+            let (h_d, e_d): (Triple, Triple) =
+                elements(constant(&(position - center)), constant(&linear_momentum));
+            let size = norm(h_d).re;
+            let normal = Vector3::from(h_d.map(|component| component.re)) / size;
+            let [p, q] = across(&normal).map(|axis| dot(constant(&axis), minus(e, e_d)));
+            weigh(nu, 0, minus(h, h_d).map(|component| component / size)) + p * nu[3] + q * nu[4]
+        }),
+        TranslationTarget::Free => Box::new(|_, _| Number::from(0.0)),
+    }
+}
+
+fn rotation(target: RotationTarget) -> Weighted {
+    match target {
+        RotationTarget::State {
+            attitude,
+            angular_momentum,
+        } => Box::new(move |s, nu| {
+            weigh(nu, 6, logarithm(&attitude, &s.attitude))
+                + weigh(
+                    nu,
+                    9,
+                    minus(s.angular_momentum, constant(&angular_momentum)),
+                )
+        }),
+        RotationTarget::Attitude { attitude } => {
+            Box::new(move |s, nu| weigh(nu, 6, logarithm(&attitude, &s.attitude)))
+        }
+        RotationTarget::SpinAxis {
+            axis,
+            direction,
+            angular_momentum,
+        } => Box::new(move |s, nu| {
+            let pointing = product(&s.attitude, constant(&axis));
+            let cosine = dot(pointing, constant(&direction));
+            let [p, q] = across(&direction).map(|axis| dot(constant(&axis), pointing));
+            let factor = angle_over_sine(p * p + q * q, cosine);
+            (p * nu[6] + q * nu[7]) * factor
+                + weigh(
+                    nu,
+                    9,
+                    minus(s.angular_momentum, constant(&angular_momentum)),
+                )
+        }),
+        RotationTarget::Free => Box::new(|_, _| Number::from(0.0)),
+    }
+}
+
+/// Every kind of target, near to and far from `state`.
+fn targets(rng: &mut fastrand::Rng, state: &BodyState) -> Vec<Terminal> {
+    let mut all = Vec::new();
+    for angle in [0.0, 1e-5, 0.19, 0.21, 0.7, 2.0, 3.0] {
+        let goal = random_state(rng);
+        let turn = Vector3::from_fn(|_, _| rng.f64() - 0.5).normalize() * angle;
+        let attitude = state.attitude * exp(&turn);
+        let axis = Vector3::from_fn(|_, _| rng.f64() - 0.5).normalize();
+        let circular = goal.position.cross(&Vector3::x()).normalize();
+        let rotations = [
+            RotationTarget::State {
+                attitude,
+                angular_momentum: goal.angular_momentum,
+            },
+            RotationTarget::Attitude { attitude },
+            RotationTarget::SpinAxis {
+                axis,
+                direction: attitude * axis,
+                angular_momentum: goal.angular_momentum,
+            },
+            RotationTarget::Free,
+        ];
+        let center = Vector3::new(0.2, -0.1, 3.0);
+        let arm = goal.position;
+        let speed = MASS * (GM / arm.norm()).sqrt();
+        let orbit = |linear_momentum| TranslationTarget::Orbit {
+            gm: GM,
+            center,
+            position: center + arm,
+            linear_momentum,
+        };
+        let translations = [
+            TranslationTarget::State {
+                position: goal.position,
+                linear_momentum: goal.linear_momentum,
+            },
+            TranslationTarget::Position {
+                position: goal.position,
+            },
+            orbit(circular * speed),
+            orbit((circular + 0.3 * arm.normalize()) * speed),
+        ];
+        for (translation, rotation) in translations.into_iter().zip(rotations) {
+            all.push(Terminal {
+                translation,
+                rotation,
+            });
+        }
+    }
+    all
+}
+
+#[test]
+fn conditions_and_both_derivatives_are_those_of_automatic_differentiation() {
+    let mut rng = fastrand::Rng::with_seed(3);
+    for _ in 0..5 {
+        let state = random_state(&mut rng);
+        for target in targets(&mut rng, &state) {
+            let set = TerminalSet::new(&target, MASS).expect("a target");
+            let (c, jacobian) = (set.residual(&state), set.jacobian(&state));
+            let (place, turn) = (translation(target.translation), rotation(target.rotation));
+            for row in 0..12 {
+                let nu = SVector::ith(row, 1.0);
+                let (value, gradient, _) = derivatives(&state, |s| place(s, &nu) + turn(s, &nu));
+                let scale = value.abs().max(gradient.amax()).max(1.0);
+                assert!(
+                    (c[row] - value).abs() <= 1e-12 * scale,
+                    "{target:?}: row {row}"
+                );
+                let error = (jacobian.row(row).transpose() - gradient).amax();
+                assert!(error <= 1e-12 * scale, "{target:?}: row {row} by {error:e}");
+            }
+            let nu = SVector::from_fn(|_, _| 2.0 * rng.f64() - 1.0);
+            let (_, _, expected) = derivatives(&state, |s| place(s, &nu) + turn(s, &nu));
+            let found = set.curvature(&state, &nu);
+            let error = (found - expected).amax();
+            assert!(
+                error <= 1e-12 * expected.amax().max(1.0),
+                "{target:?}: curvature by {error:e} of {:e}",
+                expected.amax()
+            );
+            assert!((found - found.transpose()).amax() <= 1e-15 * found.amax().max(1.0));
+        }
+    }
+}
+
+/// A state on the orbit at another phase, by Kepler's equation.
+fn later(
+    center: Vector3<f64>,
+    arm: Vector3<f64>,
+    velocity: Vector3<f64>,
+    anomaly: f64,
+) -> BodyState {
+    let h = arm.cross(&velocity);
+    let e = velocity.cross(&h) / GM - arm / arm.norm();
+    let periapsis = if e.norm() > 1e-8 {
+        e.normalize()
+    } else {
+        arm.normalize()
+    };
+    let side = h.normalize().cross(&periapsis);
+    let p = h.norm_squared() / GM;
+    let (sin, cos) = anomaly.sin_cos();
+    let r = p / (1.0 + e.norm() * cos) * (cos * periapsis + sin * side);
+    let v = (GM / p).sqrt() * (-sin * periapsis + (e.norm() + cos) * side);
+    BodyState {
+        position: center + r,
+        linear_momentum: MASS * v,
+        attitude: Matrix3::identity(),
+        angular_momentum: Vector3::zeros(),
+    }
+}
+
+#[test]
+fn an_orbit_is_met_at_every_phase_and_nowhere_else_and_its_conditions_are_independent() {
+    let center = Vector3::new(0.3, 0.1, -0.4);
+    let arm = Vector3::new(1.1, 0.2, -0.1);
+    let across = arm.cross(&Vector3::new(0.1, -0.4, 0.9)).normalize();
+    let circular = f64::sqrt(GM / arm.norm());
+    for factor in [1.0, 1.2, 0.5] {
+        let velocity = factor * circular * across;
+        let target = TranslationTarget::Orbit {
+            gm: GM,
+            center,
+            position: center + arm,
+            linear_momentum: MASS * velocity,
+        };
+        let set = TranslationSet::new(&target, MASS).expect("an orbit");
+        for phase in 0..12 {
+            let state = later(center, arm, velocity, 0.5 * f64::from(phase));
+            assert!(set.residual(&state).norm() < 1e-14);
+            let singular = set.jacobian(&state).singular_values();
+            assert!(singular[4] > 0.05 && singular[5] < 1e-12, "{singular}");
+            let other = later(center, arm, 1.001 * velocity, 0.5 * f64::from(phase));
+            assert!(set.residual(&other).norm() > 1e-4);
+        }
+    }
+}
+
+#[test]
+fn a_spin_axis_is_met_at_every_turn_about_it_and_nowhere_else_the_way_back_included() {
+    let axis = Vector3::new(0.6, 0.0, 0.8);
+    let direction = Vector3::new(0.0, 0.28, -0.96);
+    let target = RotationTarget::SpinAxis {
+        axis,
+        direction,
+        angular_momentum: Vector3::zeros(),
+    };
+    let set = RotationSet::new(&target).expect("a target");
+    let shortest = axis.cross(&direction);
+    let angle = shortest.norm().atan2(axis.dot(&direction));
+    let aligned = exp(&(shortest.normalize() * angle));
+    for turn in 0..7 {
+        let turned = aligned * exp(&(f64::from(turn) * axis));
+        let at = |attitude: Matrix3<f64>| BodyState {
+            position: Vector3::zeros(),
+            linear_momentum: Vector3::zeros(),
+            attitude,
+            angular_momentum: Vector3::zeros(),
+        };
+        assert!(set.residual(&at(turned)).norm() < 1e-14);
+        let off = set
+            .residual(&at(turned * exp(&(0.3 * Vector3::y()))))
+            .norm();
+        assert!((off - 0.3).abs() < 1e-14);
+        let back = at(turned * exp(&(std::f64::consts::PI * Vector3::y())));
+        assert!((set.residual(&back).norm() - std::f64::consts::PI).abs() < 1e-7);
+        let jacobian: SMatrix<f64, 6, 6> = set.jacobian(&back);
+        let curvature = set.curvature(&back, &SVector::from_element(1.0));
+        assert!(
+            jacobian
+                .iter()
+                .chain(&curvature)
+                .all(|entry| entry.is_finite())
+        );
+    }
+}

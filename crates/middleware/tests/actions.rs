@@ -123,9 +123,8 @@ fn work<'scope>(
     });
 }
 
-fn a_plan_is_made(mapping: ServiceMapping) {
+fn a_plan_is_made(mapping: ServiceMapping, intervals: usize) {
     const ITERATIONS: u32 = 40;
-    const INTERVALS: usize = 3000;
     let environment = environment(mapping);
     let server = server(&environment, Decision::Accept);
     let client = client(&environment);
@@ -149,15 +148,16 @@ fn a_plan_is_made(mapping: ServiceMapping) {
                 (iteration, "solving")
             );
         }
-        goal.succeed(plan(INTERVALS));
+        assert!(goal.fits(&plan(intervals)));
+        goal.succeed(plan(intervals));
         let outcome = early.join().unwrap();
         assert_eq!(outcome.state, GoalState::Succeeded);
-        assert_eq!(outcome.result, plan(INTERVALS));
+        assert_eq!(outcome.result, plan(intervals));
     });
     let late = client.result(id, PATIENCE).unwrap();
     assert_eq!(
         (late.state, late.result),
-        (GoalState::Succeeded, plan(INTERVALS))
+        (GoalState::Succeeded, plan(intervals))
     );
     let states = std::iter::from_fn(|| client.states(PATIENCE).unwrap());
     let last = states
@@ -171,12 +171,26 @@ fn a_plan_is_made(mapping: ServiceMapping) {
 
 #[test]
 fn a_goal_is_watched_to_its_end_as_with_fast_dds() {
-    a_plan_is_made(ServiceMapping::FastDds);
+    a_plan_is_made(ServiceMapping::FastDds, 1000);
 }
 
 #[test]
 fn a_goal_is_watched_to_its_end_as_with_cyclone() {
-    a_plan_is_made(ServiceMapping::Cyclone);
+    a_plan_is_made(ServiceMapping::Cyclone, 3000);
+}
+
+#[test]
+fn a_result_that_is_too_long_does_not_keep_its_client_waiting() {
+    let environment = environment(ServiceMapping::FastDds);
+    let server = server(&environment, Decision::Accept);
+    let client = client(&environment);
+    let id = send(&client, 0);
+    let goal = next(&server);
+    assert!(!goal.fits(&plan(3000)));
+    goal.succeed(plan(3000));
+    let outcome = client.result(id, PATIENCE).unwrap();
+    assert_eq!(outcome.state, GoalState::Succeeded);
+    assert_eq!(outcome.result, PlanManeuverResult::default());
 }
 
 #[test]

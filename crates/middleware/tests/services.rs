@@ -12,7 +12,7 @@ use std::{
 use common::{isolated, node};
 use lgvi_middleware::{
     Environment, ServiceMapping,
-    ros::{CallError, Request, ServiceClient, ServiceServer},
+    ros::{CallError, PublishError, Request, ServiceClient, ServiceServer},
 };
 use lgvi_msgs::{
     RosMessage,
@@ -49,9 +49,14 @@ fn request(sec: i32) -> CancelGoalRequest {
     CancelGoalRequest { goal_info }
 }
 
-/// Twice what is asked for, and as many entries more as make the reply longer than a datagram.
+/// Twice what is asked for, in every tenth reply as often as fills a datagram, from 10 000 on several ones.
 fn response(request: &CancelGoalRequest) -> CancelGoalResponse {
     let sec = request.goal_info.stamp.sec;
+    let entries = match sec {
+        10_000.. => 5000,
+        _ if sec % 10 == 0 => 2000,
+        _ => 1,
+    };
     let double = GoalInfo {
         stamp: Time {
             sec: 2 * sec,
@@ -61,7 +66,7 @@ fn response(request: &CancelGoalRequest) -> CancelGoalResponse {
     };
     CancelGoalResponse {
         return_code: 0,
-        goals_canceling: vec![double; if sec % 10 == 0 { 5000 } else { 1 }],
+        goals_canceling: vec![double; entries],
     }
 }
 
@@ -99,6 +104,34 @@ fn each_of_two_clients_gets_its_own_replies_as_with_fast_dds() {
 #[test]
 fn each_of_two_clients_gets_its_own_replies_as_with_cyclone() {
     calls_are_answered(ServiceMapping::Cyclone);
+}
+
+#[test]
+fn replies_in_fragments_arrive_or_are_refused() {
+    let call = |mapping| {
+        let environment = environment(mapping);
+        let server = server(&environment);
+        let client = client("client", &environment);
+        thread::scope(|scope| {
+            let call = scope.spawn(|| client.call(&request(10_000), Duration::from_secs(2)));
+            let Request { id, message } = server.recv_timeout(PATIENCE).unwrap().unwrap();
+            let sent = server.reply(id, &response(&message));
+            (sent, call.join().unwrap())
+        })
+    };
+    let (sent, reply) = call(ServiceMapping::Cyclone);
+    sent.unwrap();
+    assert_eq!(reply.unwrap(), response(&request(10_000)));
+    let (sent, reply) = call(ServiceMapping::FastDds);
+    assert!(matches!(
+        sent,
+        Err(PublishError::TooLong {
+            length: 120_012..,
+            limit: 60_000,
+            ..
+        })
+    ));
+    assert!(matches!(reply, Err(CallError::NoReply { .. })));
 }
 
 #[test]

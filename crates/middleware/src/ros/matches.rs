@@ -41,6 +41,11 @@ impl Matches {
             .is_some_and(|remotes| remotes.iter().any(|other| other.prefix == remote.prefix))
     }
 
+    /// The remote endpoints that a local one is matched with.
+    pub(super) fn of(&self, local: GUID) -> BTreeSet<GUID> {
+        self.lock().get(&local).cloned().unwrap_or_default()
+    }
+
     /// Blocks until two local endpoints are matched with the same participant, or the time has passed; returns whether
     /// they are.
     pub(super) fn wait_for_pair(&self, first: GUID, second: GUID, timeout: Duration) -> bool {

@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     fmt,
-    net::{IpAddr, Ipv4Addr},
+    net::{IpAddr, Ipv4Addr, SocketAddr},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread,
     time::{Duration, Instant},
@@ -306,6 +306,21 @@ impl Inner {
     pub(super) fn remove(&self, side: Side, endpoint: GUID) {
         self.graph().remove(side, endpoint);
         self.matches.forget(endpoint);
+    }
+
+    /// Whether a writer's matched readers say of themselves that they are on the loopback interface, and nowhere else.
+    pub(super) fn reaches_loopback_only(&self, writer: GUID) -> bool {
+        let mut matched = self.matches.of(writer);
+        for reader in self.participant.discovered_readers() {
+            let locators = &reader.reader_proxy.unicast_locator_list;
+            let loopback = locators
+                .iter()
+                .all(|locator| SocketAddr::from(*locator).ip().is_loopback());
+            if loopback && !locators.is_empty() {
+                matched.remove(&reader.reader_proxy.remote_reader_guid);
+            }
+        }
+        matched.is_empty()
     }
 
     fn graph(&self) -> MutexGuard<'_, Graph> {

@@ -60,6 +60,18 @@ pub enum PublishError {
         /// The first four bytes, or fewer if there are fewer.
         found: Vec<u8>,
     },
+    /// A request or a reply that RustDDS would garble; see the limitations of services.
+    #[error(
+        "{topic}: {length} bytes with an identity; at most {limit} can be sent to the present peers"
+    )]
+    TooLong {
+        /// The service.
+        topic: String,
+        /// How long the message is, encapsulation header included.
+        length: usize,
+        /// How long it may be.
+        limit: usize,
+    },
     /// The DDS stack has failed.
     #[error("{topic}: {reason}")]
     Dds {
@@ -85,6 +97,19 @@ const INTRODUCTION: Duration = Duration::from_millis(2);
 
 /// How long that acknowledgement is waited for at most; some subscriptions never send one.
 const ACQUAINTANCE: Duration = Duration::from_secs(1);
+
+/// The most bytes that RustDDS sends unfragmented to any peer: 1452 less a heartbeat and the head of the submessage.
+///
+/// In a fragment RustDDS 0.15.1 writes the related sample identity a byte too late, behind the tag of an `Option`, so that
+/// nobody understands it; with debug assertions its thread panics.
+const MAX_RELATED: usize = 1452 - 32 - 48;
+
+/// The same to peers that are on the loopback interface alone, whose datagrams may have 65 507 bytes (Linux) or 16 384.
+const MAX_RELATED_ON_LOOPBACK: usize = if cfg!(target_os = "linux") {
+    60_000
+} else {
+    16_000
+};
 
 /// Publishes messages of one type. Dropping it takes up to 0.2 s if it has just published; see [`RawPublisher`].
 pub struct Publisher<M> {
@@ -228,7 +253,26 @@ impl RawPublisher {
         cdr: Vec<u8>,
         related: Option<SampleId>,
     ) -> Result<SampleId, PublishError> {
+        if related.is_some() && cdr.len() > MAX_RELATED {
+            let (topic, length, limit) = (self.topic.clone(), cdr.len(), self.max_related());
+            if length > limit {
+                return Err(PublishError::TooLong {
+                    topic,
+                    length,
+                    limit,
+                });
+            }
+        }
         self.write(cdr, self.limit, related)
+    }
+
+    /// The most bytes of what belongs to another sample.
+    pub(super) fn max_related(&self) -> usize {
+        if self.node.reaches_loopback_only(self.writer.guid()) {
+            MAX_RELATED_ON_LOOPBACK
+        } else {
+            MAX_RELATED
+        }
     }
 
     pub(super) fn guid(&self) -> GUID {

@@ -5,7 +5,7 @@ use std::{
     fmt,
     sync::{
         Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
     task::{Context, Poll},
     thread::{self, JoinHandle, Thread},
@@ -64,6 +64,8 @@ pub(super) struct Shared<A: Action> {
     arrival: Condvar,
     stop: AtomicBool,
     thread: OnceLock<Thread>,
+    /// The most bytes of a response with a result.
+    max_response: AtomicUsize,
 }
 
 struct Table<A: Action> {
@@ -101,6 +103,7 @@ impl<A: Action> ActionServer<A> {
             arrival: Condvar::new(),
             stop: AtomicBool::new(false),
             thread: OnceLock::new(),
+            max_response: AtomicUsize::new(usize::MAX),
         });
         let protocol = Protocol::<A, D> {
             shared: Arc::clone(&shared),
@@ -158,10 +161,21 @@ impl<A: Action> ActionServer<A> {
 impl<A: Action> Shared<A> {
     /// Ends a goal, if it is active, and has those told who wait for its result.
     pub(super) fn finish(&self, id: GoalId, ending: Ending, result: A::Result) {
+        let result = if self.fits(&result) {
+            result
+        } else {
+            warn!(%id, "the result is too long to be sent: replaced by the default one");
+            A::Result::default()
+        };
         let mut table = self.table();
         table.finish(id, ending, result);
         drop(table);
         self.wake();
+    }
+
+    pub(super) fn fits(&self, result: &A::Result) -> bool {
+        // The response has the state before the result, which aligns to eight bytes at most.
+        encode(result).len() + 8 <= self.max_response.load(Ordering::Relaxed)
     }
 
     pub(super) fn feedback(&self, id: GoalId, feedback: A::Feedback) {
@@ -222,6 +236,8 @@ where
         let waker = thread_waker();
         let context = Context::from_waker(&waker);
         while !shared.stop.load(Ordering::Acquire) {
+            let max_response = self.get_result.max_reply();
+            shared.max_response.store(max_response, Ordering::Relaxed);
             self.take_goals(&context);
             self.take_cancellations(&context);
             self.take_result_requests(&context);

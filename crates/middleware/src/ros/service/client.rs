@@ -10,7 +10,7 @@ use std::{
 use lgvi_msgs::{RosMessage, Service, cdr::CdrError};
 use tracing::debug;
 
-use super::{QOS, RequestId, wire};
+use super::{RequestId, SENT, TAKEN, wire};
 use crate::{
     ServiceMapping,
     ros::{
@@ -67,8 +67,8 @@ impl<S: Service> ServiceClient<S> {
         let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
         let request_type = S::Request::TYPE_NAME;
         Ok(Self {
-            replies: node.reader(service.into(), reply, S::Response::TYPE_NAME, &QOS)?,
-            requests: node.writer(service.into(), request, request_type, &QOS)?,
+            replies: node.reader(service.into(), reply, S::Response::TYPE_NAME, &TAKEN)?,
+            requests: node.writer(service.into(), request, request_type, &SENT)?,
             turn: Mutex::new(0),
             node: Arc::clone(node.inner()),
             service: PhantomData,
@@ -81,8 +81,8 @@ impl<S: Service> ServiceClient<S> {
         self.node.matches.wait_for_pair(requests, replies, timeout)
     }
 
-    /// Sends a request and waits for the reply, up to `timeout`, discovery of the server and earlier calls of other
-    /// threads not included in the order they come.
+    /// Sends a request and waits for the reply. `timeout` includes the discovery of the server, but not the wait for
+    /// calls of other threads.
     ///
     /// If the server leaves before it has replied, the request is sent again to the next one.
     ///
@@ -92,13 +92,13 @@ impl<S: Service> ServiceClient<S> {
         let cdr = lgvi_msgs::cdr::encode(request)?;
         let mut number = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
         let deadline = Instant::now() + timeout;
-        let mut sent = false;
+        let mut first = None;
         while self.wait_for_server(left(deadline)) {
             while self.replies.take().is_ok_and(|reply| reply.is_some()) {}
             *number += 1;
             let id = self.send(cdr.clone(), *number)?;
-            sent = true;
-            if let Some(reply) = self.reply_to(id, deadline)? {
+            let first = *first.get_or_insert(id.sequence);
+            if let Some(reply) = self.reply_to(id, first, deadline)? {
                 return Ok(lgvi_msgs::cdr::decode(&reply)?);
             }
             if left(deadline).is_zero() {
@@ -110,7 +110,7 @@ impl<S: Service> ServiceClient<S> {
             );
         }
         let (service, waited) = (self.name().to_owned(), timeout);
-        Err(if sent {
+        Err(if first.is_some() {
             CallError::NoReply { service, waited }
         } else {
             CallError::NoServer { service, waited }
@@ -139,13 +139,19 @@ impl<S: Service> ServiceClient<S> {
         Ok(id)
     }
 
-    /// Waits for the reply until the deadline; `None` if it has passed or the server has left.
-    fn reply_to(&self, id: RequestId, deadline: Instant) -> Result<Option<Vec<u8>>, TakeError> {
+    /// Waits until the deadline for the reply to a request, or to an earlier one of the same call, of which `first` is
+    /// the first; `None` if it has passed or the server has left.
+    fn reply_to(
+        &self,
+        id: RequestId,
+        first: i64,
+        deadline: Instant,
+    ) -> Result<Option<Vec<u8>>, TakeError> {
         loop {
             let limit = left(deadline).min(CYCLE);
             if let Some(sample) = self.replies.recv_timeout(limit)? {
                 if let Some((found, cdr)) = wire::taken_reply(self.node.service_mapping, sample)
-                    && found.sequence == id.sequence
+                    && (first..=id.sequence).contains(&found.sequence)
                     // Servers of DDS-RPC name the writer of the request, those of ROS the reader, if it was named.
                     && (found.client == id.client || found.client == id.writer.0)
                 {

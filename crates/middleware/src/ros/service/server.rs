@@ -6,14 +6,15 @@ use std::{
     marker::PhantomData,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     task::{Context, Poll},
-    time::{Duration, Instant},
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
 use lgvi_msgs::{RosMessage, Service};
 use rustdds::GUID;
 
-use super::{DEPTH, QOS, RequestId, wire};
+use super::{DEPTH, RequestId, SENT, TAKEN, wire};
 use crate::{
+    ServiceMapping,
     block::block_on_for,
     ros::{
         PublishError, RawPublisher, RawSubscription, RosError, RosNode, Sample, TakeError, naming,
@@ -24,7 +25,10 @@ use crate::{
 /// How long a request is held back for its client to be reachable.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// How often that is looked at.
+/// How old, in nanoseconds, a request from before the server may be.
+const MAX_AGE: i64 = 1_000_000_000;
+
+/// How often a request that is held back is looked at.
 const CYCLE: Duration = Duration::from_millis(2);
 
 /// A request of a client, and the identity by which it is replied to.
@@ -43,6 +47,8 @@ pub struct ServiceServer<S> {
     requests: RawSubscription,
     replies: RawPublisher,
     held: Mutex<VecDeque<Held>>,
+    /// Nanoseconds since the UNIX epoch.
+    created: i64,
     node: Arc<Inner>,
     service: PhantomData<fn() -> S>,
 }
@@ -61,9 +67,10 @@ impl<S: Service> ServiceServer<S> {
         let reply_type = S::Response::TYPE_NAME;
         Ok(Self {
             // The replies first: who sees where to send requests can expect an answer.
-            replies: node.writer(service.into(), reply, reply_type, &QOS)?,
-            requests: node.reader(service.into(), request, S::Request::TYPE_NAME, &QOS)?,
+            replies: node.writer(service.into(), reply, reply_type, &SENT)?,
+            requests: node.reader(service.into(), request, S::Request::TYPE_NAME, &TAKEN)?,
             held: Mutex::default(),
+            created: now(),
             node: Arc::clone(node.inner()),
             service: PhantomData,
         })
@@ -139,6 +146,14 @@ impl<S: Service> ServiceServer<S> {
         self.replies.publish_related(cdr, related).map(drop)
     }
 
+    /// The most bytes that a reply may have at present, encapsulation header included.
+    pub(in crate::ros) fn max_reply(&self) -> usize {
+        match self.node.service_mapping {
+            ServiceMapping::FastDds => self.replies.max_related(),
+            ServiceMapping::Cyclone => usize::MAX,
+        }
+    }
+
     /// The absolute name of the service.
     pub fn name(&self) -> &str {
         self.requests.topic()
@@ -146,6 +161,12 @@ impl<S: Service> ServiceServer<S> {
 
     fn hold(&self, sample: Sample<Vec<u8>>) {
         let info = sample.info;
+        // Clients on RustDDS send their latest request to every server that comes.
+        if info.source_time.is_some_and(|sent| {
+            sent < self.created && info.received_time.saturating_sub(sent) > MAX_AGE
+        }) {
+            return;
+        }
         // Without an identity nobody could be answered.
         let Some((id, cdr)) = wire::taken_request(self.node.service_mapping, sample) else {
             return;
@@ -188,6 +209,14 @@ impl<S: Service> ServiceServer<S> {
     fn held(&self) -> MutexGuard<'_, VecDeque<Held>> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Nanoseconds since the UNIX epoch.
+fn now() -> i64 {
+    let elapsed = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
+    i64::try_from(elapsed.as_nanos()).unwrap_or(i64::MAX)
 }
 
 impl<S> fmt::Debug for ServiceServer<S> {

@@ -8,6 +8,7 @@ mod bad_controls;
 mod bad_scenes;
 mod determinism;
 mod failures;
+mod feedback;
 mod inclination_change;
 mod launch_file;
 mod names;

@@ -133,7 +133,7 @@ impl Scene {
             maneuver.target,
             maneuver.actuation.clone(),
         );
-        Some(transfer.map(|transfer| {
+        Some(transfer.and_then(|transfer| {
             transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)

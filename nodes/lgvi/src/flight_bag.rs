@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use lgvi_bag::{BagReader, Message};
+use lgvi_bag::{BagReader, Message, Topic};
 use lgvi_msgs::msg::{self, ControlSequence, SystemState};
 use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::NodeError;
@@ -98,9 +98,19 @@ fn refuse(path: &Path, error: &dyn Display) -> NodeError {
     NodeError::input(format!("bag {}: {error}", path.display()))
 }
 
+/// Decodes a message, unless it was recorded with another definition of its type, which may mean other things.
 fn decode<M: RosMessage>(message: &Message<'_>) -> Result<M, String> {
+    let Topic {
+        name, type_hash, ..
+    } = message.topic;
+    if !(type_hash.is_empty() || type_hash == M::TYPE_HASH) {
+        let (type_name, expected) = (M::TYPE_NAME, M::TYPE_HASH);
+        return Err(format!(
+            "{name}: recorded with another definition of {type_name}, {type_hash}, expected {expected}"
+        ));
+    }
     cdr::decode(&message.data)
-        .map_err(|error| format!("{} at {} ns: {error}", message.topic.name, message.log_time))
+        .map_err(|error| format!("{name} at {} ns: {error}", message.log_time))
 }
 
 /// The scene and the control sequences that were flown, in the order of their acceptance.

@@ -4,6 +4,7 @@
 
 mod bodies;
 mod classes;
+mod disturbances;
 mod gravity;
 mod integrators;
 mod maneuvers;

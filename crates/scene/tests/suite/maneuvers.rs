@@ -16,7 +16,7 @@ attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
 angular_velocity = [0.0, 0.0, 0.0]
 "#;
 
-const ROCK: &str = r#"
+pub(crate) const ROCK: &str = r#"
 [[bodies]]
 name = "rock"
 mass = 5.0
@@ -26,7 +26,7 @@ position = [0.0, 0.0, 0.0]
 attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
 "#;
 
-fn text(gravity: &str, rock: &str) -> String {
+pub(crate) fn text(gravity: &str, rock: &str) -> String {
     let run = with(RUN, "\"lgvi\"", "\"lie_euler\"");
     format!("{run}\n{gravity}\n[[bodies]]\nname = \"craft\"{BODY}{rock}{MANEUVER}")
 }

@@ -34,6 +34,8 @@ struct Explanation {
     bodies: Vec<Body>,
     gravity: Gravity,
     maneuver: Option<Maneuver>,
+    /// Seed of the manoeuvre's disturbance.
+    disturbance: Option<u64>,
     integrator: Integrator,
     warnings: Vec<String>,
 }
@@ -61,6 +63,7 @@ impl Explanation {
             bodies: scene.bodies.iter().map(Body::of).collect(),
             gravity: Gravity::of(scene),
             maneuver: Maneuver::of(scene),
+            disturbance: scene.disturbance.map(|disturbance| disturbance.seed),
             integrator,
             warnings,
         })

@@ -24,6 +24,12 @@ impl Display for Explanation {
         if let Some(maneuver) = &self.maneuver {
             write!(f, "\n  manoeuvre   {maneuver}")?;
         }
+        if let Some(seed) = self.disturbance {
+            write!(
+                f,
+                "\n  disturbed   by seed {seed}: flown from another state, with other thrust than planned"
+            )?;
+        }
         write!(f, "{}", self.integrator)?;
         for warning in &self.warnings {
             write!(f, "\n  warning     {warning}")?;

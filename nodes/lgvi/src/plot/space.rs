@@ -300,7 +300,7 @@ impl Picture<'_> {
                 named.name.clone(),
             );
         }
-        if let Some(orbits) = orbits {
+        if orbits.is_some() {
             add(Mark::Line(initial_orbit()), "initial orbit".into());
         }
         if let Some((orbits, target)) =

@@ -1,0 +1,119 @@
+use lgvi_scene::Scene;
+
+use crate::maneuvers::{ROCK, text};
+use crate::{assert_refused, with};
+
+const DISTURBANCE: &str = r#"
+[disturbance]
+seed = 12
+force_error = 0.01
+moment_error = 0.02
+position = 0.001
+velocity = 0.002
+attitude = 0.003
+angular_velocity = 0.004
+"#;
+
+fn disturbed(disturbance: &str) -> String {
+    format!("{}{disturbance}", text("", ROCK))
+}
+
+#[test]
+fn only_the_manoeuvred_body_starts_elsewhere_and_the_plan_from_the_nominal_state() {
+    let nominal = Scene::parse("test", &disturbed("")).unwrap();
+    let scene = Scene::parse("test", &disturbed(DISTURBANCE)).unwrap();
+    assert_eq!(scene.bodies, nominal.bodies);
+    let [craft, rock] = scene.initial_states()[..] else {
+        panic!("two bodies")
+    };
+    assert_eq!(rock, scene.bodies[1].state);
+    let difference = lgvi_control::miss(&scene.bodies[0].state, &craft);
+    // Mass 2 and inertia up to 2.5: within 5 standard deviations, and not nothing.
+    for (which, deviation) in [0.001, 2.0 * 0.002, 0.003, 2.5 * 0.004]
+        .into_iter()
+        .enumerate()
+    {
+        for axis in 0..3 {
+            let found = difference[3 * which + axis].abs();
+            assert!(
+                found > 1e-3 * deviation && found < 5.0 * deviation,
+                "{difference}"
+            );
+        }
+    }
+    let (body, errors) = scene.actuator_errors().unwrap();
+    assert_eq!(body, 0);
+    assert!(
+        errors
+            .force
+            .iter()
+            .all(|factor| (factor - 1.0).abs() < 0.05)
+    );
+    // The flight starts from there, the plan does not.
+    let simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+    assert_eq!(simulation.states()[0], craft);
+    let plan = lgvi_control::extremal::integrate(
+        &scene.transfer().unwrap().unwrap(),
+        &nalgebra::SVector::zeros(),
+    );
+    assert_eq!(plan.unwrap().states[0], nominal.bodies[0].state);
+}
+
+#[test]
+fn wrong_disturbances_are_refused_by_key_and_value() {
+    let names = [
+        "force_error",
+        "moment_error",
+        "position",
+        "velocity",
+        "attitude",
+        "angular_velocity",
+    ];
+    for (name, line) in names.into_iter().zip(DISTURBANCE.lines().skip(3)) {
+        for (wrong, shown) in [("-0.1", "-0.1"), ("nan", "NaN"), ("inf", "inf")] {
+            let disturbance = with(DISTURBANCE, line, &format!("{name} = {wrong}"));
+            let key = format!("`disturbance.{name}` is {shown}");
+            assert_refused(&disturbed(&disturbance), &[&key, "a finite number ≥ 0"]);
+        }
+    }
+    let changes = [
+        ("seed = 12\n", "", "missing field `seed`"),
+        ("seed = 12", "seed = -1", "`-1`"),
+        ("seed = 12", "seeed = 1", "unknown field `seeed`"),
+    ];
+    for (line, instead, expected) in changes {
+        assert_refused(&disturbed(&with(DISTURBANCE, line, instead)), &[expected]);
+    }
+}
+
+#[test]
+fn what_disturbs_too_much_or_nothing_at_all_is_refused() {
+    let far = with(DISTURBANCE, "position = 0.001", "position = 1e308");
+    let far = with(
+        &disturbed(&far),
+        "[run]",
+        "[units]\nlength = \"1000 km\"\n[run]",
+    );
+    assert_refused(&far, &["`disturbance.seed` is 12", "in SI"]);
+
+    let near = with(DISTURBANCE, "position = 0.001", "position = 0.5");
+    let near = format!("{}{near}", text("[gravity.mutual]\nconstant = 1e-3", ROCK));
+    let near = with(&near, "name = \"rock\"", "name = \"rock\"\nradius = 2.9");
+    let near = with(&near, "seed = 12", "seed = 15");
+    let parts = [
+        "`disturbance.seed` is 15",
+        "craft would start at a distance of",
+        "2.9",
+    ];
+    assert_refused(&near, &parts);
+
+    let run = crate::RUN;
+    let lone = format!(
+        "{run}\n[[bodies]]\nname = \"craft\"{}{DISTURBANCE}",
+        crate::BODY
+    );
+    assert_refused(
+        &lone,
+        &["`disturbance.seed` is 12", "none without a `maneuver`"],
+    );
+}

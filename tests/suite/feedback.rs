@@ -1,0 +1,188 @@
+//! Control sequences with a feedback law, from strangers, under a disturbance.
+
+use std::path::{Path, PathBuf};
+
+use lgvi_middleware::shm::{FeedbackPublisher, ShmNode, ShmOptions};
+use lgvi_msgs::cdr;
+use lgvi_msgs::msg::{ControlSequence, SystemState};
+use lgvi_msgs::shm::{FeedbackHeader, Limits};
+use lgvi_node::{Event, FlightReport};
+use lgvi_tests::{Process, Recording, Summary, World, edited, publish, scene};
+
+const FLOWN: &str = "/lgvi_propagator/flown_control";
+const STATE: &str = "/lgvi_propagator/state";
+const CONTROL: &str = "/lgvi_propagator/control_sequence";
+
+/// A copy of the scene whose flight is not what was planned.
+fn disturbed(world: &World) -> PathBuf {
+    let disturbance = "[maneuver]\n";
+    let with = "[disturbance]\nseed = 5\nforce_error = 0.01\nmoment_error = 0.01\nposition = 1e-3\nvelocity = 1e-3\n\
+                attitude = 1e-2\nangular_velocity = 1e-2\n\n[maneuver]\n";
+    edited(world, "inclination_change", &[(disturbance, with)])
+}
+
+/// The plan of the scene, flown undisturbed, with a law that pulls the body to it.
+fn law(world: &World) -> ControlSequence {
+    let (_, bag) = world.fly(&scene("inclination_change"), "plan");
+    let flight = Recording::read(&bag);
+    let mut message = flight.messages::<ControlSequence>(FLOWN).pop().unwrap();
+    let states = flight.messages::<SystemState>(STATE);
+    let states = states.iter().take(message.force.len());
+    message.reference = states.map(|state| state.bodies[0].clone()).collect();
+    // Damped springs of 30 rad/s for mass 1 and inertia J.
+    let rate: f64 = 30.0;
+    let inertia = [0.009, 0.0315, 0.0315];
+    let mut gain = [[0.0; 12]; 6];
+    for axis in 0..3 {
+        gain[axis][axis] = rate * rate;
+        gain[axis][3 + axis] = 2.0 * rate;
+        gain[3 + axis][6 + axis] = rate * rate * inertia[axis];
+        gain[3 + axis][9 + axis] = 2.0 * rate;
+    }
+    message.feedback = gain.as_flattened().repeat(message.force.len());
+    message.limits = (&Limits::NONE).into();
+    message
+}
+
+/// Sends a sequence over shared memory, also to those who come later; keep the publisher.
+fn send(world: &World, message: &ControlSequence) -> FeedbackPublisher {
+    let options = ShmOptions {
+        domain_id: world.environment().domain_id,
+        root: Some(world.path("shm")),
+    };
+    let node = ShmNode::new("stranger", &options).unwrap();
+    let mut publisher = node.feedback_publisher(CONTROL).unwrap();
+    let (header, intervals) = FeedbackHeader::from_message(message).unwrap().unwrap();
+    publisher.send(header, &intervals).unwrap();
+    publisher
+}
+
+/// Flies the scene with a sequence that comes over DDS and, with its law, over shared memory; its report and its bag.
+fn fly(
+    world: &World,
+    scene: &Path,
+    message: &ControlSequence,
+    bag: &str,
+) -> (FlightReport, PathBuf) {
+    let flight = world.start_flight(scene, bag, &["--no-planner", "--no-plot"]);
+    let stranger = world.ros_node("stranger");
+    let _shm = (!message.feedback.is_empty()).then(|| send(world, message));
+    let _ros = publish(&stranger, message);
+    let summary: Summary = flight.finish().expect(0).json();
+    (summary.flight.unwrap(), summary.bag.unwrap())
+}
+
+#[test]
+fn a_law_that_comes_by_two_ways_counts_once_corrects_the_flight_and_verifies() {
+    let world = World::new();
+    let law = law(&world);
+    let scene = disturbed(&world);
+    let (closed, bag) = fly(&world, &scene, &law, "closed");
+    assert_eq!(
+        Recording::read(&bag).messages::<ControlSequence>(FLOWN),
+        [law.clone()]
+    );
+    let verdict = world.verify(&bag, 0);
+    assert!(verdict.difference.is_none(), "{verdict:?}");
+    assert_eq!((verdict.sequences, verdict.states), (1, 1001));
+
+    // The law is part of what was flown: a bit of a gain is seen.
+    let mut altered = Recording::read(&bag);
+    altered.edit(FLOWN, 0, |flown: &mut ControlSequence| {
+        flown.feedback[400 * 72] *= 1.0 + 1e-9;
+    });
+    altered.write(&world.path("altered"));
+    let difference = world.verify(&world.path("altered"), 1).difference.unwrap();
+    assert!(difference.step >= 401, "{difference:?}");
+
+    let open = ControlSequence {
+        reference: Vec::new(),
+        feedback: Vec::new(),
+        ..law
+    };
+    let (open, bag) = fly(&world, &scene, &open, "open");
+    world.verify_agrees(&bag, 1001);
+    let (closed, open) = (closed.miss.unwrap(), open.miss.unwrap());
+    assert!(open.norm > 1e-2, "{open:?}");
+    assert!(
+        closed.norm < 0.05 * open.norm,
+        "{closed:?} against {open:?}"
+    );
+}
+
+/// Steps flown.
+fn await_end(propagator: &Process) -> u64 {
+    propagator.await_event("flown", |event| match event {
+        Event::Flown(report) => Some(report.steps),
+        _ => None,
+    })
+}
+
+#[test]
+fn without_feedback_the_sequence_is_flown_and_recorded_in_open_loop() {
+    let world = World::new();
+    let law = law(&world);
+    let bag = world.path("flight");
+    let output = format!("output:={}", bag.display());
+    let topics = "topics:=[/lgvi_propagator/scene=lgvi_msgs/msg/Scene, \
+                  /lgvi_propagator/flown_control=lgvi_msgs/msg/ControlSequence, \
+                  /lgvi_propagator/invariants=lgvi_msgs/msg/Invariants]";
+    let recorder = world.node("recorder", &[&output, topics, "use_sim_time:=true"]);
+    recorder.await_ready();
+    let scene = format!("scene:={}", disturbed(&world).display());
+    let parameters = [&scene, "real_time_factor:=0.0", "feedback:=false"];
+    let propagator = world.node("propagator", &parameters);
+    propagator.await_ready();
+    let _shm = send(&world, &law);
+    assert_eq!(await_end(&propagator), 1000);
+    propagator.stop().expect(0);
+    recorder.stop().expect(0);
+    let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);
+    let [flown] = &flown[..] else {
+        panic!("{} sequences", flown.len())
+    };
+    assert!(flown.reference.is_empty() && flown.feedback.is_empty());
+    assert_eq!(flown.force, law.force);
+    world.verify_agrees(&bag, 1001);
+}
+
+#[test]
+fn a_malformed_law_ends_the_flight_with_the_field_named() {
+    let world = World::new();
+    let mut law = law(&world);
+    law.feedback[73] = f64::NAN;
+    let flight = world.start_flight(&scene("inclination_change"), "flight", &["--no-planner"]);
+    let _shm = send(&world, &law);
+    let finished = flight.finish().expect(2);
+    finished.says(&["`feedback[73]` is NaN", "expected a finite number"]);
+}
+
+#[test]
+fn a_bag_with_the_sequences_of_an_earlier_version_is_refused_with_a_reason() {
+    let world = World::new();
+    let (_, bag) = world.fly(&scene("inclination_change"), "flight");
+    let mut flight = Recording::read(&bag);
+    let record = flight
+        .records
+        .iter_mut()
+        .find(|record| record.topic == FLOWN);
+    let data = &mut record.unwrap().data;
+    // Two empty lists and eight limits came later.
+    data.truncate(data.len() - (2 * 4 + 8 * 8));
+    assert!(cdr::decode::<ControlSequence>(data).is_err());
+    for topic in &mut flight.topics {
+        if topic.name == FLOWN {
+            topic.type_hash =
+                "RIHS01_9648e05d8e1355ee24359805b37174c3b4c7e22ae0d03baaa6694ef472f79597".into();
+        }
+    }
+    let old = world.path("old");
+    flight.write(&old);
+    let verify = world.lgvi(["verify".as_ref(), old.as_os_str()]);
+    verify.finish().expect(2).says(&[
+        old.to_str().unwrap(),
+        FLOWN,
+        "lgvi_msgs/msg/ControlSequence",
+        "another definition",
+    ]);
+}

@@ -71,6 +71,7 @@ mod tests {
             body: 0,
             first_step,
             loads: vec![load; count],
+            law: None,
         }
     }
 

@@ -18,7 +18,6 @@ mod riccati;
 pub mod shooting;
 mod solver;
 mod stage;
-#[allow(dead_code, reason = "for the structured solver")]
 mod steps;
 
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};

@@ -10,6 +10,7 @@
 mod barrier;
 pub mod extremal;
 mod final_time;
+mod minima;
 mod newton;
 mod plan;
 mod problem;
@@ -21,6 +22,7 @@ mod stage;
 mod steps;
 
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
+pub use minima::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan};
 pub use problem::{
     Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, RotationTarget,

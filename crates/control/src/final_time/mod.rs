@@ -8,7 +8,7 @@ use lgvi_dynamics::rotation::Unsolvable;
 use thiserror::Error;
 
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve};
-use crate::{Motion, Plan, Transfer};
+use crate::{Motion, Plan, Transfer, TransferError};
 use root::{Next, Root};
 
 /// A free final time `T = N h` and what it costs.
@@ -99,6 +99,17 @@ pub enum FinalTimeError {
         /// The slope there.
         slope: f64,
     },
+}
+
+impl<F> Transfer<F> {
+    /// The same number of steps in another time `T`.
+    pub fn with_final_time(self, final_time: f64) -> Result<Self, TransferError> {
+        let h = final_time / self.intervals as f64;
+        if !(h.is_finite() && h > 0.0) {
+            return Err(TransferError::Step(h));
+        }
+        Ok(Self { h, ..self })
+    }
 }
 
 /// Transfers solved at most.

@@ -3,5 +3,8 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod case;
+mod final_time;
+mod minima;
+mod replan;
 mod sensitivity;
 mod truth;

@@ -1,0 +1,129 @@
+//! Free final times against reference solutions, and the derivative by which they are found.
+
+use lgvi_control::{
+    FinalTime, FinalTimeError, Motion, NewtonSettings, Start, TimeOptimality, TimedPlan, Transfer,
+    solve, solve_final_time,
+};
+use lgvi_dynamics::gravity::Central;
+
+use crate::case::Case;
+
+fn settings() -> NewtonSettings {
+    NewtonSettings {
+        stationarity: 1e-11,
+        ..NewtonSettings::default()
+    }
+}
+
+fn between(shortest: f64, longest: f64) -> FinalTime {
+    FinalTime {
+        shortest,
+        longest,
+        weight: 0.0,
+        tolerance: 1e-11,
+    }
+}
+
+fn transfer(n: usize, duration: f64) -> Transfer<Central> {
+    let transfer = Case::load("B_i").transfer(n);
+    transfer.with_final_time(duration).expect("a time")
+}
+
+fn free(n: usize, duration: f64, time: &FinalTime) -> TimedPlan {
+    let transfer = transfer(n, duration);
+    solve_final_time(&transfer, time, Start::Cold, &settings(), |_| true).expect("a plan")
+}
+
+#[test]
+fn free_final_times_are_those_of_the_references() {
+    for (n, final_time, cost) in Case::free_final_times() {
+        for start in [2.2, 3.1] {
+            let found = free(n, start, &between(1.0, 5.0));
+            println!(
+                "N = {n} from {start}: T {:.1e}, J {:.1e}, {} transfers",
+                found.final_time - final_time,
+                found.plan.cost - cost,
+                found.solves
+            );
+            assert_eq!(found.optimality, TimeOptimality::Stationary);
+            assert!((found.final_time - final_time).abs() < 1e-9);
+            assert!((found.plan.cost - cost).abs() < 1e-9);
+            assert!((found.plan.h * n as f64 - final_time).abs() < 1e-9);
+            assert!(found.solves <= 12, "{}", found.solves);
+        }
+    }
+}
+
+/// The slope found at a bound is the derivative of the cost: central differences of sixth order.
+#[test]
+fn the_slope_is_the_derivative_of_the_cost_by_time() {
+    for duration in [1.2, 2.0] {
+        let cost = |duration: f64| {
+            let plan =
+                solve(&transfer(60, duration), Start::Cold, &settings(), |_| true).expect("a plan");
+            plan.cost
+        };
+        let step = 1e-2;
+        let pair = |times: f64| cost(duration + times * step) - cost(duration - times * step);
+        let difference = (45.0 * pair(1.0) - 9.0 * pair(2.0) + pair(3.0)) / (60.0 * step);
+        let found = free(60, duration, &between(duration, duration));
+        let error = (found.slope / difference - 1.0).abs();
+        assert!(error < 1e-7, "{} for {difference}: {error:e}", found.slope);
+    }
+}
+
+#[test]
+fn bounds_that_hold_the_time_back_are_named() {
+    let longest = free(60, 1.6, &between(1.0, 2.0));
+    assert_eq!(longest.optimality, TimeOptimality::Longest);
+    assert!(longest.final_time == 2.0 && longest.slope < 0.0);
+    let shortest = free(60, 3.4, &between(3.2, 4.0));
+    assert_eq!(shortest.optimality, TimeOptimality::Shortest);
+    assert!(shortest.final_time == 3.2 && shortest.slope > 0.0);
+}
+
+#[test]
+fn time_that_costs_is_saved() {
+    let free_of_cost = free(60, 2.2, &between(1.0, 5.0));
+    let dear = free(
+        60,
+        2.2,
+        &FinalTime {
+            weight: 1.0,
+            ..between(1.0, 5.0)
+        },
+    );
+    assert_eq!(dear.optimality, TimeOptimality::Stationary);
+    assert!(dear.final_time < 0.9 * free_of_cost.final_time);
+    assert!(dear.plan.cost + dear.final_time < free_of_cost.plan.cost + free_of_cost.final_time);
+}
+
+#[test]
+fn what_is_no_range_and_no_tolerance_is_refused() {
+    let transfer = Case::load("B_i").transfer(60);
+    let refused = |time: FinalTime| {
+        solve_final_time(&transfer, &time, Start::Cold, &settings(), |_| true).expect_err("refused")
+    };
+    for (shortest, longest) in [
+        (0.0, 1.0),
+        (2.0, 1.0),
+        (1.0, f64::INFINITY),
+        (f64::NAN, 1.0),
+    ] {
+        let error = refused(between(shortest, longest));
+        assert!(matches!(error, FinalTimeError::Range { .. }), "{error}");
+    }
+    for tolerance in [0.0, f64::NAN] {
+        let error = refused(FinalTime {
+            tolerance,
+            ..between(1.0, 2.0)
+        });
+        assert!(matches!(error, FinalTimeError::Value { .. }), "{error}");
+    }
+    let half = transfer.clone().with_motion(Motion::Translation);
+    let error = solve_final_time(&half, &between(1.0, 2.0), Start::Cold, &settings(), |_| {
+        true
+    })
+    .expect_err("refused");
+    assert_eq!(error, FinalTimeError::Unsupported(Motion::Translation));
+}

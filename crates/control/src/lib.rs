@@ -15,6 +15,7 @@ mod newton;
 mod plan;
 mod problem;
 mod replan;
+pub mod processing;
 mod riccati;
 pub mod shooting;
 mod solver;

@@ -6,5 +6,6 @@ mod case;
 mod final_time;
 mod minima;
 mod replan;
+mod processing;
 mod sensitivity;
 mod truth;

@@ -3,5 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod case;
+mod constraints;
+mod scratch;
 mod sensitivity;
 mod truth;

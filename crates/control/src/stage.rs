@@ -238,3 +238,6 @@ pub(crate) fn inverse(m: &Matrix3<f64>) -> Matrix3<f64> {
     m.try_inverse()
         .unwrap_or_else(|| Matrix3::from_element(f64::NAN))
 }
+
+#[cfg(test)]
+mod tests;

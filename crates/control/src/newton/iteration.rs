@@ -82,10 +82,15 @@ pub(crate) enum Ended {
 const AUGMENTATIONS: [f64; 3] = [10.0, 300.0, 1e4];
 /// The least damping that is not zero, and the most.
 const DAMPINGS: [f64; 2] = [1e-4, 1e8];
-/// The shortest step tried.
+/// Factors by which damping rises and falls.
+const RAISE: f64 = 8.0;
+const LOWER: f64 = 4.0;
+/// The shortest step tried before damping rises.
 const SHORTEST: f64 = 0.2;
 /// Armijo's share of the predicted decrease.
 const ARMIJO: f64 = 1e-4;
+/// Corrections of a trial's terminal miss.
+const CORRECTIONS: u32 = 3;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
@@ -102,6 +107,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
+    /// Iterates until within `tolerances`; a `rough` start takes its first step by Gauss and Newton, for want of
+    /// multipliers.
     pub(crate) fn run<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -116,38 +123,18 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
-        let first = standing.iteration;
-        let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
-        let blend = env("BLEND", 0.0) > 0.0;
-        let raise = env("RAISE", 8.0);
-        let lower = env("LOWER", 4.0);
-        let mut augmentation = 0;
-        let mut damping = if rough { env("DAMP0", 0.0) } else { 0.0 };
-        let mut newton = !rough || env("GN0", 1.0) == 0.0;
+        let last = standing.iteration + tolerances.iterations;
+        let mut kind = Kind {
+            curvature: if rough { 0.0 } else { 1.0 },
+            augmentation: AUGMENTATIONS[0],
+            damping: 0.0,
+        };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
-        let mut sweeps = 0;
         loop {
-            let kind = loop {
-                let kind = Kind {
-                    curvature: if newton { 1.0 } else { 0.0 },
-                    augmentation: AUGMENTATIONS[augmentation],
-                    damping,
-                };
-                sweeps += 1;
-                match self.model.solve(problem, inequalities, &self.iterate, kind) {
-                    Ok(()) => break kind,
-                    Err(ModelError::NotConvex { stage }) => {
-                        if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("not convex {kind:?} at {stage}"); }
-                        if augmentation + 1 < AUGMENTATIONS.len() { augmentation += 1; }
-                        else if blend && newton { newton = false; augmentation = 0; }
-                        else if damping < DAMPINGS[1] { damping = (damping * raise).max(DAMPINGS[0]); }
-                        else { return Ended::Failed(ModelError::NotConvex { stage }); }
-                    }
-                    Err(error) => return Ended::Failed(error),
-                }
-            };
-            standing.curvature = kind.curvature;
+            if let Err(error) = self.model_convex(problem, inequalities, &mut kind) {
+                return Ended::Failed(error);
+            }
             let Some(nu) = self.model.start.multipliers() else {
                 return Ended::Failed(ModelError::Dependent);
             };
@@ -155,7 +142,6 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if inequalities.tighten(standing.violation.max(standing.stationarity)) {
                 continue;
             }
-            if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("{:?} sweeps {sweeps} viol {:.3e} stat {:.3e} cost {:.10} len {}", kind, standing.violation, standing.stationarity, standing.cost, standing.length); }
             if !observe(standing) {
                 return Ended::Stopped;
             }
@@ -168,19 +154,59 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     Satisfied::NotYet => (),
                 }
             }
-            if standing.iteration - first >= tolerances.iterations {
+            if standing.iteration >= last {
                 return Ended::Capped;
             }
             self.direction.solve(&self.model, nu, inequalities);
             standing.iteration += 1;
             if self.search(problem, inequalities, standing) {
-                if standing.length < 1.0 { damping = (damping * raise).max(DAMPINGS[0]); }
-                else { damping /= lower; if damping < DAMPINGS[0] { damping = 0.0; } }
-                newton = true;
-            } else if damping < DAMPINGS[1] {
-                damping = (damping * raise * raise).max(DAMPINGS[0] * raise);
+                kind.curvature = 1.0;
+                if standing.length < 1.0 {
+                    kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
+                } else {
+                    kind.damping /= LOWER;
+                    if kind.damping < DAMPINGS[0] {
+                        kind.damping = 0.0;
+                    }
+                }
+            } else if kind.damping < DAMPINGS[1] {
+                kind.damping = (kind.damping * RAISE * RAISE).max(DAMPINGS[0] * RAISE);
             } else {
                 return Ended::Stuck;
+            }
+        }
+    }
+
+    /// The model with as much augmentation and damping as make it convex.
+    fn model_convex<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+        kind: &mut Kind,
+    ) -> Result<(), ModelError>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        loop {
+            match self
+                .model
+                .solve(problem, inequalities, &self.iterate, *kind)
+            {
+                Err(ModelError::NotConvex { stage }) => {
+                    let more = AUGMENTATIONS
+                        .iter()
+                        .find(|&&augmentation| augmentation > kind.augmentation);
+                    if let Some(&augmentation) = more {
+                        kind.augmentation = augmentation;
+                    } else if kind.damping < DAMPINGS[1] {
+                        kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
+                    } else {
+                        return Err(ModelError::NotConvex { stage });
+                    }
+                }
+                done => return done,
             }
         }
     }
@@ -242,48 +268,67 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let mut length = primal;
         // Below this, differences of merits are rounding.
         let rounding = 1e-10 * (now.objective.abs() + now.violation);
-        let corrections = std::env::var("SOC").ok().and_then(|v| v.parse().ok()).unwrap_or(2);
-        loop {
-            let trial = Trial {
-                problem,
-                inequalities: &*inequalities,
-                model: &self.model,
-                weights: &self.weights,
-                length,
-            };
+        while length >= SHORTEST * primal {
             let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
-            let mut accepted = false;
-            standing.trials += 1;
-            let flown = trial.make(Move::Flown(&self.direction, length), &self.iterate, &mut self.spare);
-            if let Ok(mut merit) = flown {
-                accepted = merit.total() <= wanted;
-                for _ in 0..corrections {
-                    if accepted { break; }
-                    let Some(nu) = self.model.start.correction(&(merit.miss - (1.0 - length) * now.miss)) else { break };
-                    standing.trials += 1;
-                    let Ok(better) = trial.make(Move::Conditions(nu), &self.spare, &mut self.third) else { break };
-                    if better.total() >= merit.total() { break; }
-                    merit = better;
-                    std::mem::swap(&mut self.spare, &mut self.third);
-                    accepted = merit.total() <= wanted;
-                }
-            }
-            if !accepted {
-                standing.trials += 1;
-                let straight = trial.make(Move::Straight(&self.direction, length), &self.iterate, &mut self.spare);
-                accepted = straight.is_ok_and(|merit| merit.total() <= wanted);
-            }
-            if accepted {
+            if self.step(problem, inequalities, length, wanted, standing) {
                 std::mem::swap(&mut self.iterate, &mut self.spare);
                 inequalities.advance(length, dual);
                 standing.length = length;
                 return true;
             }
             length *= 0.5;
-            if length < SHORTEST {
-                return false;
+        }
+        false
+    }
+
+    /// Whether a step of this length gets the merit down to `wanted`: flown, its terminal miss corrected, or straight.
+    fn step<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &Q,
+        length: f64,
+        wanted: f64,
+        standing: &mut Standing,
+    ) -> bool
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let trial = Trial {
+            problem,
+            inequalities,
+            model: &self.model,
+            weights: &self.weights,
+            length,
+        };
+        standing.trials += 1;
+        let flown = Move::Flown(&self.direction, length);
+        if let Ok(mut merit) = trial.make(flown, &self.iterate, &mut self.spare) {
+            for _ in 0..CORRECTIONS {
+                if merit.total() <= wanted {
+                    return true;
+                }
+                let excess = merit.miss - (1.0 - length) * self.model.miss;
+                let Some(nu) = self.model.start.correction(&excess) else {
+                    break;
+                };
+                standing.trials += 1;
+                match trial.make(Move::Conditions(nu), &self.spare, &mut self.third) {
+                    Ok(corrected) if corrected.total() < merit.total() => merit = corrected,
+                    _ => break,
+                }
+                std::mem::swap(&mut self.spare, &mut self.third);
+            }
+            if merit.total() <= wanted {
+                return true;
             }
         }
+        standing.trials += 1;
+        let straight = Move::Straight(&self.direction, length);
+        trial
+            .make(straight, &self.iterate, &mut self.spare)
+            .is_ok_and(|merit| merit.total() <= wanted)
     }
 
     /// Weights of the merit that exceed the multipliers, so that the direction descends.

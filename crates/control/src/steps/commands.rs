@@ -104,3 +104,56 @@ impl HalfCommands {
         Vector3::from_fn(|place, _| self.columns[place].map_or(0.0, |column| all[column]))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_that_move_both_halves_stay_at_zero() {
+        let columns = [
+            ([0.0, 0.0, 0.0, 1.0, 0.0, 0.0], 2.0),
+            ([1.0, 2.0, 0.0, 0.0, 0.0, 0.0], 3.0),
+            ([1.0, 0.0, 0.0, 0.0, 1.0, 0.0], 5.0),
+            ([0.0, 0.0, 4.0, 0.0, 0.0, 0.0], 7.0),
+        ];
+        let actuation = Actuation::actuators(&columns).unwrap();
+        let forces = HalfCommands::forces(&actuation).unwrap();
+        let half = Vector3::new(0.1, 0.2, 0.3);
+        let all = forces.widened(&half);
+        assert_eq!(all, Vector6::new(0.0, 0.1, 0.0, 0.2, 0.0, 0.0));
+        assert_eq!(forces.narrowed(&all), Vector3::new(0.1, 0.2, 0.0));
+        let load = actuation.load(&all);
+        assert_eq!(load.force, forces.matrix() * half);
+        assert_eq!(load.moment, Vector3::zeros());
+        let weight = Matrix3::from_diagonal(&Vector3::new(3.0, 7.0, 1.0));
+        assert_eq!(forces.weight(), &weight);
+        let moments = HalfCommands::moments(&actuation).unwrap();
+        assert_eq!(moments.widened(&half), Vector6::ith(0, 0.1));
+    }
+
+    #[test]
+    fn weights_of_forces_and_moments_are_their_own() {
+        let [force, moment] =
+            [2.0, 3.0].map(|w| Matrix3::new(w, 0.5, 0.0, 0.5, w, 0.0, 0.0, 0.0, w));
+        let actuation = Actuation::full(&force, &moment).unwrap();
+        let forces = HalfCommands::forces(&actuation).unwrap();
+        let moments = HalfCommands::moments(&actuation).unwrap();
+        assert_eq!((forces.weight(), moments.weight()), (&force, &moment));
+        assert_eq!(moments.matrix(), &Matrix3::identity());
+        let half = Vector3::new(0.1, 0.2, 0.3);
+        assert_eq!(
+            moments.widened(&half),
+            Vector6::new(0.0, 0.0, 0.0, 0.1, 0.2, 0.3)
+        );
+    }
+
+    #[test]
+    fn none_or_more_than_three_are_refused() {
+        let thruster = |x: f64| ([x, 1.0, 0.0, 0.0, 0.0, 0.0], 1.0);
+        let four = Actuation::actuators(&[1.0, 2.0, 3.0, 4.0].map(thruster)).unwrap();
+        let refused = |what, found| Err(CommandsError { what, found });
+        assert_eq!(HalfCommands::forces(&four), refused("force", 4));
+        assert_eq!(HalfCommands::moments(&four), refused("moment", 0));
+    }
+}

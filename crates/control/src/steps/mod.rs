@@ -6,7 +6,7 @@ mod drift;
 mod halves;
 mod kick_drift_kick;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;

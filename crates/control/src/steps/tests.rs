@@ -1,8 +1,9 @@
 //! The derivatives of steps against automatic differentiation of steps written anew, from potentials alone.
 
-mod model;
+pub(crate) mod model;
 
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{BodyState, Method, Simulation, System};
 use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
@@ -133,10 +134,10 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
             let (end, first, second) = found(&steps, 0, state, &command, &lambda);
             let load = transfer.actuation.matrix();
             let expected = differentiated::<12, 6>(&lambda, |z, v| {
-                let moved = State::moved(state, z);
+                let moved = State::of(state).moved(z);
                 scene
                     .step(dynamics, moved, control(load, &command, v))
-                    .minus(&end)
+                    .minus(&State::of(&end))
             });
             assert_same(
                 &(first, second),
@@ -172,7 +173,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
             );
             let expected = differentiated::<6, 3>(&lambda, |z, v| {
                 let z = std::array::from_fn(|i| if i < 6 { z[i] } else { HyperDual64::from(0.0) });
-                let mut moved = State::moved(&state, z);
+                let mut moved = State::of(&state).moved(z);
                 let forces = control(commands.matrix(), &command, v);
                 let control = std::array::from_fn(|i| if i < 3 { forces[i] } else { 0.0.into() });
                 let [before, after] = scheme(dynamics);
@@ -181,7 +182,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
                 moved.glide();
                 (moved.r, moved.pi) = (history[1].r, history[1].pi);
                 scene.kick(&mut moved, control, after);
-                let all = moved.minus(&end);
+                let all = moved.minus(&State::of(&end));
                 std::array::from_fn(|i| all[i])
             });
             assert_same(&(first, second), &expected, &format!("{what}, translation"));
@@ -201,7 +202,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
                         z[i - 6]
                     }
                 });
-                let mut moved = State::moved(&state, z);
+                let mut moved = State::of(&state).moved(z);
                 let moments = control(commands.matrix(), &command, v);
                 let control =
                     std::array::from_fn(|i| if i < 3 { 0.0.into() } else { moments[i - 3] });
@@ -211,7 +212,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
                 moved.turn(scene.body.inertia().matrix());
                 (moved.x, moved.gamma) = (history[1].x, history[1].gamma);
                 scene.kick(&mut moved, control, after);
-                let all = moved.minus(&end);
+                let all = moved.minus(&State::of(&end));
                 std::array::from_fn(|i| all[i + 6])
             });
             assert_same(&(first, second), &expected, &format!("{what}, rotation"));
@@ -232,96 +233,61 @@ fn control<const R: usize, const U: usize>(
     })
 }
 
+/// Flown by the propagator's integrator, a plan's controls lead to the plan's states.
 #[test]
-fn speed() {
-    let mut rng = fastrand::Rng::with_seed(31);
-    let all = scenes(&mut rng);
-    for dynamics in SCHEMES {
-        let scene = &all[7];
-        let points = [0.3, -0.3].map(|x| lgvi_dynamics::PointMass {
-            mass: 0.5,
-            position: nalgebra::Vector3::new(x, 0.0, 0.0),
-        });
-        let body = lgvi_dynamics::RigidBody::new(
-            1.0,
-            lgvi_dynamics::Inertia::principal([0.009, 0.03, 0.03]).unwrap(),
-            points.to_vec(),
-        )
-        .unwrap();
-        let transfer = crate::Transfer::new(
-            body,
-            lgvi_dynamics::gravity::Central { gm: 1.0 },
-            0.01,
-            5,
-            scene.state,
-            scene.state,
-            crate::Actuation::full(
-                &nalgebra::Matrix3::identity(),
-                &nalgebra::Matrix3::identity(),
-            )
-            .unwrap(),
-        )
-        .unwrap()
-        .with_dynamics(dynamics);
-        let steps = KickDriftKick::full(&transfer);
-        let (command, lambda) = (random::<6>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
-        let mut state = scene.state;
-        state.angular_momentum *= 0.1;
-        let (_, mut first, mut second) = found(&steps, 0, &state, &command, &lambda);
-        let mut best = [std::time::Duration::MAX; 6];
-        let n = 500;
-        for _ in 0..400 {
-            let mut time = |which: usize, f: &mut dyn FnMut()| {
-                let t = std::time::Instant::now();
-                for _ in 0..n {
-                    f();
-                }
-                best[which] = best[which].min(t.elapsed() / n);
+fn propagators_fly_the_same_steps() {
+    let mut rng = fastrand::Rng::with_seed(33);
+    for scene in scenes(&mut rng) {
+        for dynamics in SCHEMES {
+            let rotor = Rotor::default();
+            let method = match dynamics {
+                Dynamics::LieEuler => Method::LieEuler(rotor),
+                Dynamics::Lgvi => Method::Lgvi(rotor),
             };
-            use std::hint::black_box as bb;
-            time(0, &mut || {
-                bb(steps.next(0, bb(&state), &command).unwrap());
-            });
-            time(1, &mut || {
-                bb(steps
-                    .linearise(0, bb(&state), &command, &mut first)
-                    .unwrap());
-            });
-            time(2, &mut || {
-                steps
-                    .curvature(0, bb(&state), &command, &lambda, &mut second)
+            let transfer = scene.transfer(dynamics);
+            let steps = KickDriftKick::full(&transfer);
+            let system = System::new(vec![scene.body.clone()], vec![Box::new(scene.field())]);
+            let mut flight =
+                Simulation::new(system, vec![scene.state], method, transfer.h).unwrap();
+            let mut state = scene.state;
+            let mut furthest = 0.0_f64;
+            for k in 0..5 {
+                let command = random::<6>(&mut rng, 0.1);
+                state = steps.next(k, &state, &command).unwrap();
+                flight
+                    .advance(&[transfer.actuation.load(&command)])
                     .unwrap();
-                bb(&second);
-            });
-            time(3, &mut || {
-                bb(steps
-                    .expand(0, bb(&state), &command, &lambda, &mut first, &mut second)
-                    .unwrap());
-            });
-            let f = &transfer.field;
-            let b = &transfer.body;
-            time(4, &mut || {
-                bb(lgvi_dynamics::gravity::Field::gradient(
-                    f,
-                    b,
-                    &state.position,
-                    &state.attitude,
-                ));
-            });
-            let w = lgvi_dynamics::Load {
-                force: nalgebra::Vector3::new(1.0, 2.0, 3.0),
-                moment: nalgebra::Vector3::new(1.0, 2.0, 3.0),
-            };
-            time(5, &mut || {
-                bb(lgvi_dynamics::gravity::Field::curvature(
-                    f,
-                    b,
-                    &state.position,
-                    &state.attitude,
-                    &w,
-                ));
-            });
+                let apart = steps.difference(&flight.states()[0], &state).amax();
+                furthest = furthest.max(apart);
+            }
+            assert!(
+                furthest < 2e-13,
+                "{}, {dynamics:?}: {furthest:e}",
+                scene.name
+            );
         }
-        eprintln!("{dynamics:?} next, linearise, curvature, expand, grad, curv {best:?}");
+    }
+}
+
+#[test]
+fn moving_by_the_difference_arrives() {
+    let mut rng = fastrand::Rng::with_seed(34);
+    let scene = &scenes(&mut rng)[0];
+    let transfer = scene.transfer(Dynamics::Lgvi);
+    let full = KickDriftKick::full(&transfer);
+    let forces = HalfCommands::forces(&transfer.actuation).unwrap();
+    let moments = HalfCommands::moments(&transfer.actuation).unwrap();
+    let translation = KickDriftKick::translation(&transfer, &forces).unwrap();
+    let rotation = KickDriftKick::rotation(&transfer, &moments).unwrap();
+    for _ in 0..20 {
+        let z = random::<12>(&mut rng, 1.0);
+        let halves = [0, 6].map(|row| z.fixed_rows::<6>(row).into_owned());
+        let there = full.moved(&scene.state, &z);
+        assert!((full.difference(&scene.state, &there) - z).amax() < 1e-14);
+        let part = translation.moved(&scene.state, &halves[0]);
+        assert!((translation.difference(&scene.state, &part) - halves[0]).amax() < 1e-14);
+        let whole = rotation.moved(&part, &halves[1]);
+        assert!((rotation.difference(&part, &whole) - halves[1]).amax() < 1e-14);
+        assert_eq!(whole, there);
     }
 }

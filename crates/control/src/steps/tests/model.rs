@@ -18,7 +18,7 @@ mod potentials;
 const MASS: f64 = 1.7;
 const H: f64 = 0.13;
 
-pub(super) fn cross<T: Number>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
+pub(crate) fn cross<T: Number>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
     std::array::from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         a[j] * b[k] - a[k] * b[j]
@@ -31,15 +31,15 @@ fn scaled<T: Number>(a: Triple<T>, s: T) -> Triple<T> {
 
 /// A state whose attitude is kept as the three columns of `R`.
 #[derive(Clone, Copy)]
-pub(super) struct State<T> {
-    pub(super) x: Triple<T>,
-    pub(super) gamma: Triple<T>,
-    pub(super) r: [Triple<T>; 3],
-    pub(super) pi: Triple<T>,
+pub(crate) struct State<T> {
+    pub(crate) x: Triple<T>,
+    pub(crate) gamma: Triple<T>,
+    pub(crate) r: [Triple<T>; 3],
+    pub(crate) pi: Triple<T>,
 }
 
 impl<T: Number> State<T> {
-    pub(super) fn of(state: &BodyState) -> Self {
+    pub(crate) fn of(state: &BodyState) -> Self {
         let column = |i| constant(&state.attitude.column(i).into_owned());
         Self {
             x: constant(&state.position),
@@ -50,15 +50,24 @@ impl<T: Number> State<T> {
     }
 
     /// `[x + δx, γ + δγ, R exp S(ζ), Π + δΠ]`.
-    pub(super) fn moved(state: &BodyState, z: [T; 12]) -> Self {
+    pub(crate) fn moved(self, z: [T; 12]) -> Self {
         let part = |which: usize| std::array::from_fn(|i| z[3 * which + i]);
-        let at = Self::of(state);
         let axis = |i| turned(part(2), constant(&Vector3::ith(i, 1.0)));
         Self {
-            x: add(at.x, part(0)),
-            gamma: add(at.gamma, part(1)),
-            r: [0, 1, 2].map(|i| at.rotated(axis(i))),
-            pi: add(at.pi, part(3)),
+            x: add(self.x, part(0)),
+            gamma: add(self.gamma, part(1)),
+            r: [0, 1, 2].map(|i| self.rotated(axis(i))),
+            pi: add(self.pi, part(3)),
+        }
+    }
+
+    /// The same in an arithmetic made of this one.
+    pub(crate) fn map<D>(&self, lift: impl Fn(T) -> D + Copy) -> State<D> {
+        State {
+            x: self.x.map(lift),
+            gamma: self.gamma.map(lift),
+            r: self.r.map(|column| column.map(lift)),
+            pi: self.pi.map(lift),
         }
     }
 
@@ -68,8 +77,7 @@ impl<T: Number> State<T> {
     }
 
     /// `[x, γ, log(R_endᵀ R), Π]` less those of `end`; the logarithm to second order.
-    pub(super) fn minus(&self, end: &BodyState) -> [T; 12] {
-        let end = State::<T>::of(end);
+    pub(crate) fn minus(&self, end: &Self) -> [T; 12] {
         let m = |i: usize, j: usize| dot(end.r[i], self.r[j]);
         let log = [m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)];
         let parts = [
@@ -82,12 +90,12 @@ impl<T: Number> State<T> {
     }
 
     /// `x ← x + (h/m) γ`.
-    pub(super) fn glide(&mut self) {
+    pub(crate) fn glide(&mut self) {
         self.x = add(self.x, scaled(self.gamma, T::from(H / MASS)));
     }
 
     /// `h S(Π) = F J_d − J_d Fᵀ` by Newton's method on the Cayley form, `R ← R F`, `Π ← Fᵀ Π`.
-    pub(super) fn turn(&mut self, j: &Matrix3<f64>) {
+    pub(crate) fn turn(&mut self, j: &Matrix3<f64>) {
         let g = scaled(self.pi, T::from(H));
         let zero = T::from(0.0);
         let mut f = [zero; 3];
@@ -135,12 +143,12 @@ enum Attraction {
     Cuboid([f64; 3]),
 }
 
-pub(super) struct Scene {
-    pub(super) name: String,
+pub(crate) struct Scene {
+    pub(crate) name: String,
     attraction: Attraction,
     cloud: Cloud,
-    pub(super) body: RigidBody,
-    pub(super) state: BodyState,
+    pub(crate) body: RigidBody,
+    pub(crate) state: BodyState,
     actuation: Actuation,
 }
 
@@ -211,18 +219,20 @@ impl Attraction {
 }
 
 impl Scene {
-    pub(super) fn transfer(&self, dynamics: Dynamics) -> Transfer<Sources> {
-        let Self {
-            body,
-            state,
-            attraction,
-            actuation,
-            ..
-        } = self;
-        let field = attraction.field();
-        Transfer::new(body.clone(), field, H, 5, *state, *state, actuation.clone())
-            .unwrap()
+    pub(crate) fn field(&self) -> Sources {
+        self.attraction.field()
+    }
+
+    pub(crate) fn transfer(&self, dynamics: Dynamics) -> Transfer<Sources> {
+        self.transfer_by(self.actuation.clone())
             .with_dynamics(dynamics)
+    }
+
+    /// Three Lie–Euler steps, of which nothing but the dynamics matters.
+    pub(crate) fn transfer_by(&self, actuation: Actuation) -> Transfer<Sources> {
+        let Self { body, state, .. } = self;
+        let (body, field) = (body.clone(), self.field());
+        Transfer::new(body, field, H, 3, *state, *state, actuation).unwrap()
     }
 
     /// `U`, the body's points placed about `x` by `place`.
@@ -244,7 +254,7 @@ impl Scene {
     }
 
     /// Force and moment: derivatives of `−U` by x and by a turn in the body's frame.
-    pub(super) fn load<T: Number>(&self, state: &State<T>) -> [T; 6] {
+    pub(crate) fn load<T: Number>(&self, state: &State<T>) -> [T; 6] {
         std::array::from_fn(|axis| {
             let along = |which: usize| -> Triple<Dual<T, f64>> {
                 std::array::from_fn(|i| {
@@ -265,7 +275,7 @@ impl Scene {
         })
     }
 
-    pub(super) fn kick<T: Number>(&self, state: &mut State<T>, control: [T; 6], tau: f64) {
+    pub(crate) fn kick<T: Number>(&self, state: &mut State<T>, control: [T; 6], tau: f64) {
         let load = self.load(state);
         for i in 0..3 {
             state.gamma[i] += (load[i] + control[i]) * tau;
@@ -274,7 +284,7 @@ impl Scene {
     }
 
     /// A step as the equations have it: (4.19)–(4.23), (3.22)–(3.26).
-    pub(super) fn step<T: Number>(
+    pub(crate) fn step<T: Number>(
         &self,
         dynamics: Dynamics,
         mut state: State<T>,
@@ -290,7 +300,7 @@ impl Scene {
 }
 
 /// How long a scheme kicks before and after its drift.
-pub(super) fn scheme(dynamics: Dynamics) -> [f64; 2] {
+pub(crate) fn scheme(dynamics: Dynamics) -> [f64; 2] {
     match dynamics {
         Dynamics::LieEuler => [0.0, H],
         Dynamics::Lgvi => [0.5 * H, 0.5 * H],
@@ -328,11 +338,11 @@ fn heavy(kind: Kind, rng: &mut fastrand::Rng, size: f64) -> Cloud {
 fn rock() -> RigidBody {
     let shape = Polyhedron::ellipsoid([0.3, 0.2, 0.15], 0, 1.0).unwrap();
     let shape = shape.with_mass(MASS).unwrap();
-    RigidBody::with_polyhedron(None, &shape.recentred(), 3).unwrap()
+    RigidBody::with_polyhedron(None, &shape.recentred(), 2).unwrap()
 }
 
 /// Every kind of source with every kind of body.
-pub(super) fn scenes(rng: &mut fastrand::Rng) -> Vec<Scene> {
+pub(crate) fn scenes(rng: &mut fastrand::Rng) -> Vec<Scene> {
     let mut all = Vec::new();
     let mut bodies: Vec<(Cloud, RigidBody)> = KINDS
         .map(|kind| {

@@ -65,7 +65,8 @@ impl Schedule {
     pub(super) fn tighten(&mut self, error: f64, gap: f64, largest: f64, violation: f64) -> bool {
         let Penalty { beta, rho } = self.penalty;
         let part = beta / self.share;
-        self.solved = gap <= beta && error <= part.clamp(1e-9, 0.1);
+        if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("  part {part:.2e} gap/beta {:.2e} error {error:.2e} largest/rho {:.2e} violation {violation:.2e}", gap/beta, largest/rho); }
+        self.solved = gap <= beta && error <= part.clamp(1e-8, 0.1);
         if !self.solved {
             return false;
         }

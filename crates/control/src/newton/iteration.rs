@@ -213,19 +213,17 @@ impl<const X: usize, const U: usize> Newton<X, U> {
 
     fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
         let weight = problem.h * problem.weight;
-        let mut largest = 0.0_f64;
         standing.cost = 0.0;
         standing.violation = self.model.miss.norm();
         for (k, command) in self.iterate.commands.iter().enumerate() {
             let gradient = weight * command;
             standing.cost += 0.5 * command.dot(&gradient);
-            largest = largest.max(gradient.amax());
             standing.violation = standing.violation.max(self.model.defects[k].norm());
         }
         standing.stationarity = if self.model.stationarity == 0.0 {
             0.0
         } else {
-            self.model.stationarity / largest.max(f64::MIN_POSITIVE)
+            self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE)
         };
     }
 

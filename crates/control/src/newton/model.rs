@@ -32,8 +32,10 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) miss: SVector<f64, X>,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
-    /// Largest component of `h W w + Bᵀ λ`.
+    /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`.
     pub(crate) stationarity: f64,
+    /// Largest component of any of its terms.
+    pub(crate) largest: f64,
     /// Scratch.
     stage: StageModel<X, U>,
     curvature: Curvature<X, U>,
@@ -69,6 +71,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 residual: SVector::zeros(),
             }),
             stationarity: f64::INFINITY,
+            largest: 0.0,
             stage: StageModel {
                 state: SMatrix::zeros(),
                 mixed: SMatrix::zeros(),
@@ -109,6 +112,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         costate += inequalities.state_force(last - 1, end);
 
         self.stationarity = 0.0;
+        self.largest = 0.0;
         let weight = problem.h * problem.weight;
         let stage = &mut self.stage;
         for k in (0..last).rev() {
@@ -127,10 +131,14 @@ impl<const X: usize, const U: usize> Model<X, U> {
             stage.mixed.fill(0.0);
             stage.state_gradient.fill(0.0);
 
-            let residual = stage.command_gradient
-                + stage.dynamics.b.tr_mul(&costate)
-                + inequalities.command_force(k, command);
+            let terms = [
+                stage.command_gradient,
+                stage.dynamics.b.tr_mul(&costate),
+                inequalities.command_force(k, command),
+            ];
+            let residual = terms[0] + terms[1] + terms[2];
             self.stationarity = self.stationarity.max(residual.amax());
+            self.largest = terms.iter().fold(self.largest, |most, term| most.max(term.amax()));
 
             if curvature > 0.0 {
                 stage.state += curvature * self.curvature.state;

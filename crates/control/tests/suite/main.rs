@@ -7,5 +7,7 @@ mod final_time;
 mod minima;
 mod replan;
 mod processing;
+mod constraints;
+mod scratch;
 mod sensitivity;
 mod truth;

@@ -43,11 +43,11 @@ fn collect(
     referenced: &mut BTreeMap<String, String>,
 ) -> Result<(), String> {
     for field in message.get_fields() {
-        if let Some(nested) = nested(field, messages)? {
-            if let Entry::Vacant(entry) = referenced.entry(type_name(nested)?) {
-                entry.insert(description(nested, messages)?);
-                collect(nested, messages, referenced)?;
-            }
+        if let Some(nested) = nested(field, messages)?
+            && let Entry::Vacant(entry) = referenced.entry(type_name(nested)?)
+        {
+            entry.insert(description(nested, messages)?);
+            collect(nested, messages, referenced)?;
         }
     }
     Ok(())

@@ -196,7 +196,7 @@ class Action:
 
 
 def show(**what):
-    print(json.dumps(what), flush=True)
+    print(json.dumps(what, default=list), flush=True)
 
 
 def shown(reply):
@@ -229,7 +229,7 @@ def plan(action, first_step, cancel_after, deadline):
     count = 0
     while time.monotonic() < deadline:
         for sample in action.feedback.take(100):
-            if isinstance(sample, FeedbackMessage) and sample.goal_id.uuid == goal_id.uuid:
+            if isinstance(sample, FeedbackMessage) and bytes(sample.goal_id.uuid) == bytes(goal_id.uuid):
                 show(feedback=dataclasses.asdict(sample.feedback))
                 count += 1
                 if count == cancel_after:

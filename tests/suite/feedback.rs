@@ -7,7 +7,7 @@ use lgvi_msgs::cdr;
 use lgvi_msgs::msg::{ControlSequence, SystemState};
 use lgvi_msgs::shm::{FeedbackHeader, Limits};
 use lgvi_node::{Event, FlightReport};
-use lgvi_tests::{Process, Recording, Summary, World, edited, publish, scene};
+use lgvi_tests::{PATIENCE, Process, Recording, Summary, World, edited, publish, scene};
 
 const FLOWN: &str = "/lgvi_propagator/flown_control";
 const STATE: &str = "/lgvi_propagator/state";
@@ -44,7 +44,7 @@ fn law(world: &World) -> ControlSequence {
     message
 }
 
-/// Sends a sequence over shared memory, also to those who come later; keep the publisher.
+/// Sends a sequence over shared memory to the propagator, once it is there; keep the publisher.
 fn send(world: &World, message: &ControlSequence) -> FeedbackPublisher {
     let options = ShmOptions {
         domain_id: world.environment().domain_id,
@@ -53,11 +53,13 @@ fn send(world: &World, message: &ControlSequence) -> FeedbackPublisher {
     let node = ShmNode::new("stranger", &options).unwrap();
     let mut publisher = node.feedback_publisher(CONTROL).unwrap();
     let (header, intervals) = FeedbackHeader::from_message(message).unwrap().unwrap();
-    publisher.send(header, &intervals).unwrap();
+    assert!(publisher.wait_for_subscribers(1, PATIENCE).unwrap());
+    let delivered = publisher.send(header, &intervals).unwrap();
+    assert_eq!((delivered.receivers, delivered.refused), (1, 0));
     publisher
 }
 
-/// Flies the scene with a sequence that comes over DDS and, with its law, over shared memory; its report and its bag.
+/// Flies the scene with a sequence, over shared memory where it has a law, else over DDS; its report and its bag.
 fn fly(
     world: &World,
     scene: &Path,
@@ -66,25 +68,22 @@ fn fly(
 ) -> (FlightReport, PathBuf) {
     let flight = world.start_flight(scene, bag, &["--no-planner", "--no-plot"]);
     let stranger = world.ros_node("stranger");
-    let _shm = (!message.feedback.is_empty()).then(|| send(world, message));
-    let _ros = publish(&stranger, message);
+    let has_law = !message.feedback.is_empty();
+    let _shm = has_law.then(|| send(world, message));
+    let _ros = (!has_law).then(|| publish(&stranger, message));
     let summary: Summary = flight.finish().expect(0).json();
     (summary.flight.unwrap(), summary.bag.unwrap())
 }
 
 #[test]
-fn a_law_that_comes_by_two_ways_counts_once_corrects_the_flight_and_verifies() {
+fn a_law_corrects_the_flight_and_verifies() {
     let world = World::new();
     let law = law(&world);
     let scene = disturbed(&world);
     let (closed, bag) = fly(&world, &scene, &law, "closed");
-    assert_eq!(
-        Recording::read(&bag).messages::<ControlSequence>(FLOWN),
-        [law.clone()]
-    );
-    let verdict = world.verify(&bag, 0);
-    assert!(verdict.difference.is_none(), "{verdict:?}");
-    assert_eq!((verdict.sequences, verdict.states), (1, 1001));
+    let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);
+    assert!(flown == [law.clone()], "{} sequences", flown.len());
+    world.verify_agrees(&bag, 1001);
 
     // The law is part of what was flown: a bit of a gain is seen.
     let mut altered = Recording::read(&bag);
@@ -93,7 +92,7 @@ fn a_law_that_comes_by_two_ways_counts_once_corrects_the_flight_and_verifies() {
     });
     altered.write(&world.path("altered"));
     let difference = world.verify(&world.path("altered"), 1).difference.unwrap();
-    assert!(difference.step >= 401, "{difference:?}");
+    assert_eq!(difference.step, 401);
 
     let open = ControlSequence {
         reference: Vec::new(),
@@ -104,10 +103,30 @@ fn a_law_that_comes_by_two_ways_counts_once_corrects_the_flight_and_verifies() {
     world.verify_agrees(&bag, 1001);
     let (closed, open) = (closed.miss.unwrap(), open.miss.unwrap());
     assert!(open.norm > 1e-2, "{open:?}");
-    assert!(
-        closed.norm < 0.05 * open.norm,
-        "{closed:?} against {open:?}"
-    );
+    assert!(closed.norm < 0.1 * open.norm, "{closed:?} against {open:?}");
+}
+
+#[test]
+fn a_law_that_comes_by_two_ways_counts_once() {
+    let world = World::new();
+    let mut law = law(&world);
+    // It starts late enough for both to come in time.
+    let start = 500;
+    law.first_step = start as u64;
+    law.force.drain(..start);
+    law.moment.drain(..start);
+    law.reference.drain(..start);
+    law.feedback.drain(..72 * start);
+    let arguments = ["--no-planner", "--no-plot", "--real-time-factor", "0.2"];
+    let flight = world.start_flight(&disturbed(&world), "flight", &arguments);
+    let stranger = world.ros_node("stranger");
+    let _ros = publish(&stranger, &law);
+    let _shm = send(&world, &law);
+    let summary: Summary = flight.finish().expect(0).json();
+    let bag = summary.bag.unwrap();
+    let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);
+    assert!(flown == [law], "{} sequences", flown.len());
+    world.verify_agrees(&bag, 1001);
 }
 
 /// Steps flown.
@@ -135,6 +154,13 @@ fn without_feedback_the_sequence_is_flown_and_recorded_in_open_loop() {
     propagator.await_ready();
     let _shm = send(&world, &law);
     assert_eq!(await_end(&propagator), 1000);
+    recorder.await_event("scene and sequence recorded", |event| match event {
+        Event::Recording { messages, .. } => {
+            let recorded = |topic| messages.contains_key(topic);
+            (recorded(FLOWN) && recorded("/lgvi_propagator/scene")).then_some(())
+        }
+        _ => None,
+    });
     propagator.stop().expect(0);
     recorder.stop().expect(0);
     let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);

@@ -5,10 +5,14 @@ mod shooting;
 
 use std::sync::Arc;
 
-use lgvi_control::{NewtonSettings, Phase, Plan, PlanError, Progress, Start, Transfer};
+use lgvi_control::processing::{ProcessingError, flown, processed};
+use lgvi_control::{
+    NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start, Transfer,
+};
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Sources;
-use lgvi_scene::{FinalTime, Scene, Solver, SolverMethod};
+use lgvi_scene::{FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
+use tracing::info;
 
 /// What is to be planned.
 #[derive(Clone, Debug)]
@@ -131,14 +135,60 @@ fn once(
     guess: Option<&Plan>,
     observe: Observe<'_>,
 ) -> Result<Plan, Unsolved> {
-    let solver = scene
-        .maneuver
-        .as_ref()
-        .map_or_else(Solver::default, |maneuver| maneuver.solver);
-    match solver.method {
-        SolverMethod::Shooting => shooting::solve(transfer, &solver.shooting(), observe),
-        SolverMethod::Newton => newton(transfer, guess, &newton_settings(&solver), observe),
+    let Some(maneuver) = &scene.maneuver else {
+        return Err(Unsolved::new(Reason::Refused, "the scene has no manoeuvre"));
+    };
+    if !maneuver.processed {
+        return by_method(maneuver, transfer, guess, observe);
     }
+    let refused = |error: ProcessingError| Unsolved::new(Reason::Refused, error);
+    let early = processed(transfer.clone()).map_err(refused)?;
+    let plan = by_method(maneuver, &early, None, observe)?;
+    flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)
+}
+
+fn by_method(
+    maneuver: &Maneuver,
+    transfer: &Transfer<Sources>,
+    guess: Option<&Plan>,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let solver = &maneuver.solver;
+    let settings = newton_settings(solver);
+    match (solver.method, maneuver.search, guess) {
+        (SolverMethod::Shooting, ..) => shooting::solve(transfer, &solver.shooting(), observe),
+        (SolverMethod::Newton, Some(search), None) => best(transfer, search, settings, observe),
+        (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe),
+    }
+}
+
+/// The cheapest local minimum of a search; the ranking goes to the log.
+fn best(
+    transfer: &Transfer<Sources>,
+    Search { starts, seed }: Search,
+    newton: NewtonSettings,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let settings = SearchSettings {
+        starts,
+        seed,
+        newton,
+    };
+    let minima = lgvi_control::search(transfer, &settings, |now| observe(&now.into()))?;
+    for (rank, minimum) in (1..).zip(&minima) {
+        let (cost, winding) = (minimum.plan.cost, minimum.winding);
+        let rotation: [f64; 3] = winding.rotation.into();
+        let flown = if rank == 1 { ", which is flown" } else { "" };
+        info!(
+            "minimum {rank} of {}{flown}: cost {cost}, turns by {:.2} rad in all, {rotation:.2?} about the body's axes, \
+             from {} starts",
+            minima.len(),
+            winding.angle,
+            minimum.starts
+        );
+    }
+    let best = minima.into_iter().next().map(|minimum| minimum.plan);
+    best.ok_or_else(|| Unsolved::new(Reason::NotConverged, "no start leads to a minimum"))
 }
 
 fn newton_settings(solver: &Solver) -> NewtonSettings {
@@ -172,6 +222,7 @@ impl From<&Progress> for Iteration {
             phase: match now.phase {
                 Phase::Coarse => "coarse",
                 Phase::Fine => "fine",
+                Phase::Constrained => "constrained",
             },
         }
     }
@@ -184,7 +235,7 @@ impl From<PlanError> for Unsolved {
             PlanError::Infeasible { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, Some(best)),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
-            PlanError::Unsupported(_) => (Reason::Refused, None),
+            PlanError::Half(_) => (Reason::Refused, None),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),
         };
         Self {

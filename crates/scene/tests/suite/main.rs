@@ -8,6 +8,7 @@ mod disturbances;
 mod gravity;
 mod integrators;
 mod maneuvers;
+mod planned;
 mod shipped;
 
 use lgvi_scene::{Scene, SceneError};

@@ -192,7 +192,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         loop {
             match self
                 .model
-                .solve(problem, inequalities, &self.iterate, *kind)
+                .solve(problem, inequalities, &self.iterate, *kind, |_, _, _| ())
             {
                 Err(ModelError::NotConvex { stage }) => {
                     let more = AUGMENTATIONS
@@ -224,7 +224,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             0.0
         } else {
             self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE)
-        };
+        standing.stationarity = self.model.stationarity / largest.max(f64::MIN_POSITIVE);
     }
 
     fn search<S, E, Q>(

@@ -16,7 +16,6 @@ mod riccati;
 pub mod shooting;
 mod solver;
 mod stage;
-#[allow(dead_code, reason = "for the structured solver")]
 mod steps;
 
 pub use plan::{Certificate, Plan};

@@ -54,7 +54,7 @@ pub(crate) fn along<S, E, const X: usize, const U: usize>(
     body: &RigidBody,
     path: &[(Vector3<f64>, Matrix3<f64>)],
     to: &BodyState,
-) -> Result<Iterate<X, U>, Unsolvable>
+) -> Result<Iterate<X, U>, (usize, Unsolvable)>
 where
     S: Steps<X, U>,
 {
@@ -83,7 +83,10 @@ where
     let idle = SVector::zeros();
     let mut commands = Vec::with_capacity(problem.intervals);
     for k in 0..problem.intervals {
-        let next = problem.steps.linearise(k, &states[k], &idle, &mut linear)?;
+        let next = problem
+            .steps
+            .linearise(k, &states[k], &idle, &mut linear)
+            .map_err(|source| (k, source))?;
         let missing = problem.steps.difference(&next, &states[k + 1]);
         let weighted =
             SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);

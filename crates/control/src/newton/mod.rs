@@ -5,12 +5,10 @@ mod conditions;
 pub(crate) mod guess;
 mod iteration;
 mod model;
-mod point;
 mod problem;
 mod trial;
 
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
 pub(crate) use model::ModelError;
-pub(crate) use point::Point;
 pub(crate) use problem::{Iterate, Problem};

@@ -117,9 +117,12 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let stage = &mut self.stage;
         for k in (0..last).rev() {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
-            let next = steps
-                .linearise(k, state, command, &mut stage.dynamics)
-                .map_err(|source| ModelError::Step { step: k, source })?;
+            let next = if curvature > 0.0 {
+                steps.expand(k, state, command, &costate, &mut stage.dynamics, &mut self.curvature)
+            } else {
+                steps.linearise(k, state, command, &mut stage.dynamics)
+            }
+            .map_err(|source| ModelError::Step { step: k, source })?;
             stage.defect = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             stage.command = weight;
@@ -138,9 +141,6 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.largest = terms.iter().fold(self.largest, |most, term| most.max(term.amax()));
 
             if curvature > 0.0 {
-                steps
-                    .curvature(k, state, command, &costate, &mut self.curvature)
-                    .map_err(|source| ModelError::Step { step: k, source })?;
                 stage.state += curvature * self.curvature.state;
                 stage.mixed += curvature * self.curvature.mixed;
                 stage.command += curvature * self.curvature.command;

@@ -14,7 +14,7 @@ use nalgebra::{SMatrix, SVector};
 
 #[allow(unused_imports, reason = "for the structured solver")]
 pub(crate) use self::{
-    commands::HalfCommands, coordinates::Full, halves::HalfError, kick_drift_kick::KickDriftKick,
+    commands::HalfCommands, coordinates::Full, halves::{HalfError, Rotation as RotationHalf, Translation as TranslationHalf}, kick_drift_kick::KickDriftKick,
 };
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.

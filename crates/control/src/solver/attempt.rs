@@ -1,0 +1,398 @@
+use lgvi_dynamics::gravity::Field;
+use lgvi_dynamics::{BodyState, RigidBody};
+use nalgebra::SVector;
+
+use super::class::Class;
+use super::error::PlanError;
+use super::progress::{NewtonSettings, Phase, Progress, Start};
+use super::resolution::{resolved, slenderness, stouter};
+use super::scale::{metric, stiffness};
+use crate::barrier::{Barrier, BarrierTolerances, Given};
+use crate::newton::{Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained, guess};
+use crate::steps::Steps;
+use crate::{Dynamics, Plan, Transfer};
+
+/// One call's worth of attempts.
+pub(super) struct Solver<'s, F, C> {
+    pub(super) class: C,
+    pub(super) transfer: &'s Transfer<F>,
+    pub(super) standing: Standing,
+    tolerances: Tolerances,
+    coarse: usize,
+    observe: &'s mut dyn FnMut(&Progress) -> bool,
+}
+
+/// Paths to start from, in the order of trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Guess {
+    /// A smooth path between both ends, the attitude by the shorter way round or with further turns.
+    Smooth { turns: f64 },
+    /// The plans of ever less stout bodies.
+    Stout,
+}
+
+const GUESSES: [Guess; 4] = [
+    Guess::Smooth { turns: 0.0 },
+    Guess::Stout,
+    Guess::Smooth { turns: -1.0 },
+    Guess::Smooth { turns: 1.0 },
+];
+
+/// Slenderness of the first stout body, and how fast it falls.
+const STOUT: f64 = 0.3;
+const THINNER: f64 = 0.6;
+/// By how much stages may multiply at once.
+const REFINEMENT: usize = 20;
+/// How far a body may turn in a step of the first resolution (rad), by what is known before.
+const TURN: f64 = 0.3;
+
+/// An iteration that did not converge, and where it is.
+pub(super) type Failure<const X: usize, const U: usize> = (Ended, Newton<X, U>);
+
+impl<'s, F: Field, C> Solver<'s, F, C> {
+    pub(super) fn new(
+        class: C,
+        transfer: &'s Transfer<F>,
+        settings: &NewtonSettings,
+        observe: &'s mut dyn FnMut(&Progress) -> bool,
+    ) -> Self {
+        Self {
+            class,
+            transfer,
+            standing: Standing::default(),
+            tolerances: Tolerances {
+                violation: settings.violation,
+                stationarity: settings.stationarity,
+                iterations: settings.iterations,
+            },
+            coarse: settings.coarse.max(2),
+            observe,
+        }
+    }
+
+    /// The problem of `view`, a resolution of the transfer.
+    pub(super) fn problem<'p, V, S, const X: usize, const U: usize>(
+        &self,
+        view: &'p Transfer<V>,
+        steps: &'p S,
+    ) -> Problem<'p, S, C::Ending, X, U>
+    where
+        C: Class<X, U>,
+    {
+        let own = |all: SVector<f64, 12>| all.fixed_rows::<X>(C::FIRST).into_owned();
+        Problem {
+            steps,
+            ending: self.class.ending(view),
+            initial: view.initial,
+            h: view.h,
+            intervals: view.intervals,
+            weight: self.class.weight(view),
+            stiffness: own(stiffness(view)),
+            metric: own(metric(view)),
+        }
+    }
+
+    /// The whole strategy.
+    pub(super) fn solve<const X: usize, const U: usize>(
+        mut self,
+        start: Start<'_>,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let found = match start {
+            Start::Warm(plan) => match self.warm(plan)? {
+                Err((ended, _)) if ended != Ended::Stopped => self.cold()?,
+                found => found,
+            },
+            Start::Cold => self.cold()?,
+        };
+        match found {
+            Ok(newton) if self.transfer.inequalities.is_empty() => {
+                self.finish(&newton.iterate, &mut Unconstrained)
+            }
+            Ok(newton) => self.constrain(newton),
+            Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
+                best: self.flown(&newton.iterate)?.map(Box::new),
+            }),
+            Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
+        }
+    }
+
+    fn warm<const X: usize, const U: usize>(
+        &mut self,
+        plan: &Plan,
+    ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let nu = match plan.multipliers.last() {
+            Some(last) => last.fixed_rows::<X>(C::FIRST).into_owned(),
+            None => SVector::zeros(),
+        };
+        let iterate = Iterate {
+            states: plan.states.clone(),
+            commands: plan.commands.iter().map(|w| self.class.narrowed(w)).collect(),
+            nu,
+        };
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
+        let mut iterate = guess::resampled(&problem, &iterate);
+        iterate.states[0] = self.transfer.initial;
+        Ok(self.level(&problem, iterate, false, Phase::Fine))
+    }
+
+    /// Guess after guess, until one leads to a plan.
+    fn cold<const X: usize, const U: usize>(
+        &mut self,
+    ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let mut first = None;
+        let mut unsolvable = None;
+        for guess in GUESSES {
+            let coarse = match guess {
+                Guess::Smooth { turns } => self.smooth(turns),
+                Guess::Stout => match self.stout() {
+                    Some(attempt) => attempt,
+                    None => continue,
+                },
+            };
+            let found = match coarse {
+                Ok(Ok(newton)) => self.refine(newton)?,
+                Ok(failure) => failure,
+                Err(error @ PlanError::Dynamics { .. }) => {
+                    unsolvable = unsolvable.or(Some(error));
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            match found {
+                Err(failure) if failure.0 != Ended::Stopped => {
+                    first = first.or(Some(failure));
+                }
+                done => return Ok(done),
+            }
+        }
+        match (first, unsolvable) {
+            (Some(failure), _) => Ok(Err(failure)),
+            (None, Some(error)) => Err(error),
+            (None, None) => Err(PlanError::Stopped { best: None }),
+        }
+    }
+
+    /// Intervals of the first resolution: enough that the body turns little in a step.
+    fn first_intervals(&self) -> usize {
+        let transfer = self.transfer;
+        let duration = transfer.h * transfer.intervals as f64;
+        let goal = self.goal();
+        let rate = |state: &BodyState| state.angular_velocity(&transfer.body).norm();
+        let swing = 2.0 * lgvi_lie::log(&transfer.initial.attitude.tr_mul(&goal.attitude)).norm();
+        let turn = (duration * rate(&transfer.initial).max(rate(&goal))).max(swing);
+        let least = (turn / TURN).min(transfer.intervals as f64);
+        self.coarse.max(least as usize).min(transfer.intervals)
+    }
+
+    /// At the first resolution, from a smooth path.
+    fn smooth<const X: usize, const U: usize>(
+        &mut self,
+        turns: f64,
+    ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let view = resolved(self.transfer, self.first_intervals());
+        let steps = self.class.steps(&view)?;
+        let problem = self.problem(&view, &steps);
+        let goal = self.goal();
+        let path = guess::hermite(
+            &view.body,
+            view.h * view.intervals as f64,
+            view.intervals,
+            &view.initial,
+            &goal,
+            turns,
+        );
+        let iterate = guess::along(&problem, &view.body, &path, &goal)
+            .map_err(|(step, source)| PlanError::Dynamics { step, source })?;
+        Ok(self.level(&problem, iterate, true, Phase::Coarse))
+    }
+
+    /// At the first resolution, from the plan of a stout body to that of the body by less and less stout ones; `None`
+    /// where the body is not slender.
+    fn stout<const X: usize, const U: usize>(
+        &mut self,
+    ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
+    where
+        C: Class<X, U>,
+    {
+        let own = slenderness(&self.transfer.body);
+        if own >= STOUT {
+            return None;
+        }
+        let goal = self.goal();
+        let mut least = STOUT;
+        let mut plan: Option<Newton<X, U>> = None;
+        loop {
+            let mut view = resolved(self.transfer, self.first_intervals());
+            if least > own {
+                view.body = stouter(&view.body, least)?;
+                view.initial = spun(&self.transfer.body, &view.body, &view.initial);
+            }
+            let goal = spun(&self.transfer.body, &view.body, &goal);
+            let steps = match self.class.steps(&view) {
+                Ok(steps) => steps,
+                Err(error) => return Some(Err(error.into())),
+            };
+            let problem = self.problem(&view, &steps);
+            let path = match &plan {
+                Some(newton) => newton
+                    .iterate
+                    .states
+                    .iter()
+                    .map(|state| (state.position, state.attitude))
+                    .collect(),
+                None => guess::hermite(
+                    &view.body,
+                    view.h * view.intervals as f64,
+                    view.intervals,
+                    &view.initial,
+                    &goal,
+                    0.0,
+                ),
+            };
+            let mut iterate = guess::along(&problem, &view.body, &path, &goal).ok()?;
+            if let Some(newton) = &plan {
+                iterate.nu = newton.iterate.nu;
+            }
+            let rough = plan.is_none();
+            match self.level(&problem, iterate, rough, Phase::Coarse) {
+                Ok(newton) if least <= own => return Some(Ok(Ok(newton))),
+                Ok(newton) => plan = Some(newton),
+                failure => return Some(Ok(failure)),
+            }
+            least = (least * THINNER).max(own);
+        }
+    }
+
+    /// From a plan over a few intervals to all.
+    fn refine<const X: usize, const U: usize>(
+        &mut self,
+        mut newton: Newton<X, U>,
+    ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        loop {
+            let (now, all) = (newton.iterate.commands.len(), self.transfer.intervals);
+            if now == all {
+                return Ok(Ok(newton));
+            }
+            let mut next = all;
+            while next > REFINEMENT * now {
+                next = next.div_ceil(REFINEMENT);
+            }
+            let view = resolved(self.transfer, next);
+            let steps = self.class.steps(&view)?;
+            let problem = self.problem(&view, &steps);
+            let iterate = guess::resampled(&problem, &newton.iterate);
+            let phase = if next < all {
+                Phase::Coarse
+            } else {
+                Phase::Fine
+            };
+            match self.level(&problem, iterate, false, phase) {
+                Ok(finer) => newton = finer,
+                failure => return Ok(failure),
+            }
+        }
+    }
+
+    /// At one resolution, without inequalities.
+    fn level<S, const X: usize, const U: usize>(
+        &mut self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        iterate: Iterate<X, U>,
+        rough: bool,
+        phase: Phase,
+    ) -> Result<Newton<X, U>, Failure<X, U>>
+    where
+        S: Steps<X, U>,
+        C: Class<X, U>,
+    {
+        let mut newton = Newton::new(problem.intervals, iterate);
+        let observe = &mut *self.observe;
+        let ended = newton.run(
+            problem,
+            &mut Unconstrained,
+            &self.tolerances,
+            rough,
+            &mut self.standing,
+            |now| observe(&now.progress(phase)),
+        );
+        match ended {
+            Ended::Converged => Ok(newton),
+            ended => Err((ended, newton)),
+        }
+    }
+
+    /// Imposes the inequalities on the plan that is best without them.
+    fn constrain<const X: usize, const U: usize>(
+        mut self,
+        mut newton: Newton<X, U>,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let transfer = self.transfer;
+        let steps = self.class.steps(transfer)?;
+        let problem = self.problem(transfer, &steps);
+        let given = Given {
+            first: transfer.dynamics == Dynamics::LieEuler,
+            last_position: transfer.terminal.translation.fixes_position(),
+            last_attitude: transfer.terminal.rotation.fixes_attitude(),
+        };
+        let mut barrier = Barrier::new(
+            &transfer.inequalities,
+            &self.class.selection(),
+            C::OFFSETS,
+            given,
+            transfer.intervals,
+            self.standing.cost.max(1e-6),
+            BarrierTolerances::default(),
+        );
+        barrier.start(&newton.iterate.states[1..], &newton.iterate.commands);
+        let observe = &mut *self.observe;
+        let ended = newton.run(
+            &problem,
+            &mut barrier,
+            &self.tolerances,
+            false,
+            &mut self.standing,
+            |now| observe(&now.progress(Phase::Constrained)),
+        );
+        match ended {
+            Ended::Converged => self.finish(&newton.iterate, &mut barrier),
+            Ended::Stopped => Err(PlanError::Stopped {
+                best: self.flown(&newton.iterate)?.map(Box::new),
+            }),
+            _ => match barrier.worst() {
+                Some(worst) if worst.amount > 0.0 => Err(PlanError::Infeasible {
+                    constraint: worst.constraint,
+                    step: worst.step,
+                    violation: worst.amount,
+                }),
+                _ => Err(self.not_converged(&newton.iterate)?),
+            },
+        }
+    }
+}
+
+/// `state` of `body` as one of `other` with the same velocities.
+fn spun(body: &RigidBody, other: &RigidBody, state: &BodyState) -> BodyState {
+    BodyState {
+        angular_momentum: other.inertia().matrix() * state.angular_velocity(body),
+        ..*state
+    }
+}

@@ -1,0 +1,147 @@
+//! Classes of motion: what the iteration sees of a transfer that plans all coordinates or half of them.
+
+use lgvi_dynamics::gravity::Field;
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use crate::Transfer;
+use crate::newton::Ending;
+use crate::problem::{RotationSet, TerminalSet, TranslationSet};
+use crate::steps::{
+    Full, HalfCommands, HalfError, KickDriftKick, RotationHalf, Steps, TranslationHalf,
+};
+
+/// A class of motion of `X` coordinates under `U` commands.
+pub(super) trait Class<const X: usize, const U: usize> {
+    /// Its steps.
+    type Steps<'t, F: Field + 't>: Steps<X, U>;
+    /// Its terminal conditions.
+    type Ending: Ending<X>;
+    /// Where its coordinates begin among the twelve.
+    const FIRST: usize;
+    /// Where δx and ζ lie in z, if at all.
+    const OFFSETS: [Option<usize>; 2];
+
+    fn steps<'t, F: Field>(&self, transfer: &'t Transfer<F>)
+    -> Result<Self::Steps<'t, F>, HalfError>;
+
+    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t Self::Ending;
+
+    /// `W` of its commands.
+    fn weight<F>(&self, transfer: &Transfer<F>) -> SMatrix<f64, U, U>;
+
+    /// The actuation's commands, those of the class given.
+    fn widened(&self, command: &SVector<f64, U>) -> SVector<f64, 6>;
+
+    /// Those of the actuation's commands that are the class's.
+    fn narrowed(&self, command: &SVector<f64, 6>) -> SVector<f64, U>;
+
+    /// `w = S w_U`, by columns.
+    fn selection(&self) -> SMatrix<f64, 6, U> {
+        let mut selection = SMatrix::<f64, 6, U>::zeros();
+        for column in 0..U {
+            let mut unit = SVector::<f64, U>::zeros();
+            unit[column] = 1.0;
+            selection.set_column(column, &self.widened(&unit));
+        }
+        selection
+    }
+}
+
+/// Position and attitude.
+pub(super) struct Both;
+
+impl Class<12, 6> for Both {
+    type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, Full, 2, 6>;
+    type Ending = TerminalSet;
+    const FIRST: usize = 0;
+    const OFFSETS: [Option<usize>; 2] = [Some(0), Some(6)];
+
+    fn steps<'t, F: Field>(
+        &self,
+        transfer: &'t Transfer<F>,
+    ) -> Result<Self::Steps<'t, F>, HalfError> {
+        Ok(KickDriftKick::full(transfer))
+    }
+
+    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t TerminalSet {
+        &transfer.terminal
+    }
+
+    fn weight<F>(&self, transfer: &Transfer<F>) -> SMatrix<f64, 6, 6> {
+        *transfer.actuation.weight()
+    }
+
+    fn widened(&self, command: &SVector<f64, 6>) -> SVector<f64, 6> {
+        *command
+    }
+
+    fn narrowed(&self, command: &SVector<f64, 6>) -> SVector<f64, 6> {
+        *command
+    }
+}
+
+/// The centre of mass alone.
+pub(super) struct Translation(pub(super) HalfCommands);
+
+impl Class<6, 3> for Translation {
+    type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, TranslationHalf, 1, 3>;
+    type Ending = TranslationSet;
+    const FIRST: usize = 0;
+    const OFFSETS: [Option<usize>; 2] = [Some(0), None];
+
+    fn steps<'t, F: Field>(
+        &self,
+        transfer: &'t Transfer<F>,
+    ) -> Result<Self::Steps<'t, F>, HalfError> {
+        KickDriftKick::translation(transfer, &self.0)
+    }
+
+    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t TranslationSet {
+        &transfer.terminal.translation
+    }
+
+    fn weight<F>(&self, _: &Transfer<F>) -> SMatrix<f64, 3, 3> {
+        *self.0.weight()
+    }
+
+    fn widened(&self, command: &Vector3<f64>) -> SVector<f64, 6> {
+        self.0.widened(command)
+    }
+
+    fn narrowed(&self, command: &SVector<f64, 6>) -> Vector3<f64> {
+        self.0.narrowed(command)
+    }
+}
+
+/// The attitude alone.
+pub(super) struct Rotation(pub(super) HalfCommands);
+
+impl Class<6, 3> for Rotation {
+    type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, RotationHalf, 1, 3>;
+    type Ending = RotationSet;
+    const FIRST: usize = 6;
+    const OFFSETS: [Option<usize>; 2] = [None, Some(0)];
+
+    fn steps<'t, F: Field>(
+        &self,
+        transfer: &'t Transfer<F>,
+    ) -> Result<Self::Steps<'t, F>, HalfError> {
+        KickDriftKick::rotation(transfer, &self.0)
+    }
+
+    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t RotationSet {
+        &transfer.terminal.rotation
+    }
+
+    fn weight<F>(&self, _: &Transfer<F>) -> SMatrix<f64, 3, 3> {
+        *self.0.weight()
+    }
+
+    fn widened(&self, command: &Vector3<f64>) -> SVector<f64, 6> {
+        self.0.widened(command)
+    }
+
+    fn narrowed(&self, command: &SVector<f64, 6>) -> Vector3<f64> {
+        self.0.narrowed(command)
+    }
+}

@@ -1,0 +1,53 @@
+use lgvi_dynamics::rotation::Unsolvable;
+use thiserror::Error;
+
+use crate::Plan;
+use crate::steps::HalfError;
+
+/// Why there is no plan.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum PlanError {
+    /// The inequalities cannot be met near the plan that meets all else.
+    #[error(
+        "the transfer is infeasible: constraint {constraint} is violated by {violation:.3e} in step {step} at least"
+    )]
+    Infeasible {
+        /// Which constraint, from 0.
+        constraint: usize,
+        /// Where, from 0.
+        step: usize,
+        /// The smallest violation found.
+        violation: f64,
+    },
+    /// No guess led to a solution.
+    #[error(
+        "not converged after {iterations} iterations: violation {violation:.3e}, stationarity {stationarity:.3e}"
+    )]
+    NotConverged {
+        /// The best iterate, as flown.
+        best: Box<Plan>,
+        /// Newton steps made.
+        iterations: u32,
+        /// Of the last iterate.
+        violation: f64,
+        /// Of the last iterate.
+        stationarity: f64,
+    },
+    /// The caller asked to stop.
+    #[error("stopped")]
+    Stopped {
+        /// The iterate, as flown, where it can be flown.
+        best: Option<Box<Plan>>,
+    },
+    /// One half of the motion cannot be planned by itself.
+    #[error(transparent)]
+    Half(#[from] HalfError),
+    /// The body turns too far in a step on every path that was tried.
+    #[error("step {step}: {source}")]
+    Dynamics {
+        /// The step, from 0.
+        step: usize,
+        /// By how much.
+        source: Unsolvable,
+    },
+}

@@ -1,0 +1,48 @@
+//! The whole strategy of the structured solver behind one call: guesses, a few stages first, then all, then the
+//! inequalities, then what the plan carries with it.
+
+mod attempt;
+mod class;
+mod error;
+mod finish;
+mod progress;
+mod resolution;
+mod scale;
+
+use lgvi_dynamics::gravity::Field;
+
+pub use error::PlanError;
+pub use progress::{NewtonSettings, Phase, Progress, Start};
+
+use crate::steps::{HalfCommands, HalfError};
+use crate::{Motion, Plan, Transfer};
+use attempt::Solver;
+use class::{Both, Rotation, Translation};
+
+/// Solves `transfer` by Newton's method on all stages, from a plan or from nothing.
+///
+/// Cold starts go from smooth paths over a few stages to all of them. What comes back flies: its states are those of its
+/// commands, to rounding. `observe` sees every iteration and may end it by returning `false`.
+///
+/// # Assumptions and limitations
+/// A plan is a local minimum; windings of the attitude make others. Inequalities are imposed on the plan that is best
+/// without them, and hold where they are sampled.
+pub fn solve<F: Field>(
+    transfer: &Transfer<F>,
+    start: Start<'_>,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    let actuation = &transfer.actuation;
+    match transfer.motion {
+        Motion::Full => Solver::new(Both, transfer, settings, &mut observe).solve(start),
+        Motion::Translation => {
+            let commands = HalfCommands::forces(actuation).map_err(HalfError::from)?;
+            Solver::new(Translation(commands), transfer, settings, &mut observe).solve(start)
+        }
+        Motion::Rotation => {
+            let commands = HalfCommands::moments(actuation).map_err(HalfError::from)?;
+            Solver::new(Rotation(commands), transfer, settings, &mut observe).solve(start)
+        }
+    }
+}

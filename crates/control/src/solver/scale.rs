@@ -1,0 +1,52 @@
+//! What variations weigh: the metrics of augmentation and damping.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::Transfer;
+use crate::problem::Vector12;
+
+/// What a unit of each coordinate costs at the end, from the rest-to-rest motion of a free body in the time given.
+pub(super) fn stiffness<F>(transfer: &Transfer<F>) -> Vector12 {
+    let duration = transfer.h * transfer.intervals as f64;
+    let actuation = &transfer.actuation;
+    let inverse = actuation
+        .weight()
+        .try_inverse()
+        .unwrap_or_else(SMatrix::identity);
+    let compliance = (actuation.matrix() * inverse * actuation.matrix().transpose()).diagonal();
+    let floor = 1e-6 * compliance.mean();
+    SVector::from_fn(|i, _| {
+        let (which, axis) = (i / 3, i % 3);
+        let inertia = if which < 2 {
+            transfer.body.mass()
+        } else {
+            transfer.body.inertia().matrix()[(axis, axis)]
+        };
+        let weight = compliance[3 * (which / 2) + axis].max(floor).recip();
+        if which % 2 == 0 {
+            12.0 * weight * inertia * inertia / (duration * duration * duration)
+        } else {
+            4.0 * weight / duration
+        }
+    })
+}
+
+/// What a unit of each coordinate weighs all along the way, a unit of time: displacements by the stiffness of the
+/// stiffest axis, momenta by the displacement they make in the time given. Slender axes count as much as others: not
+/// what turning costs limits a step, but how far it turns.
+pub(super) fn metric<F>(transfer: &Transfer<F>) -> Vector12 {
+    let duration = transfer.h * transfer.intervals as f64;
+    let stiffness = stiffness(transfer);
+    let [translation, rotation] = [0, 6].map(|first| stiffness.fixed_rows::<3>(first).max());
+    SVector::from_fn(|i, _| {
+        let axis = i % 3;
+        let per_time = |inertia: f64| (duration / inertia) * (duration / inertia);
+        let weight = match i / 3 {
+            0 => translation,
+            1 => translation * per_time(transfer.body.mass()),
+            2 => rotation,
+            _ => rotation * per_time(transfer.body.inertia().matrix()[(axis, axis)]),
+        };
+        weight / duration
+    })
+}

@@ -345,6 +345,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
 
     fn satisfied(&self) -> Satisfied {
         let (violation, product) = <Self as Inequalities<X, U>>::residuals(self);
-        self.schedule.satisfied(violation, product)
+        let largest = self.all_rows().fold(0.0, |most, row| f64::max(most, row.multiplier));
+        self.schedule.satisfied(violation, product, largest)
     }
 }

@@ -38,19 +38,23 @@ pub(super) struct Schedule {
 /// β at the start, in parts of an inequality's share of the cost.
 const FIRST: f64 = 0.1;
 /// ρ at the start and at most, in parts of the cost.
-const PRICES: [f64; 2] = [1e2, 1e9];
+const PRICES: [f64; 2] = [1e2, 1e5];
+/// How near to the highest ρ a multiplier is where inequalities cannot be satisfied.
+const HOPELESS: f64 = 0.9;
 /// How near to ρ a multiplier may come before ρ rises, and by how much.
 const NEAR: f64 = 0.1;
-const RISE: f64 = 100.0;
+const RISE: f64 = 1e3;
 
 impl Schedule {
     /// For `rows` inequalities under a cost of the size `scale`.
     pub(super) fn new(scale: f64, rows: usize, tolerances: BarrierTolerances) -> Self {
         let share = scale / rows.max(1) as f64;
+        let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
+        let rho = env("RHO", PRICES[0]) * scale;
         Self {
             penalty: Penalty {
-                beta: FIRST * share,
-                rho: PRICES[0] * scale,
+                beta: (env("FIRST", FIRST) * share).max(env("WIDTH", 0.0) * rho),
+                rho,
             },
             last: (tolerances.gap * share).min(0.1 * tolerances.complementarity),
             tolerances,
@@ -71,8 +75,8 @@ impl Schedule {
             return false;
         }
         let most = PRICES[1] * self.scale;
-        if largest > NEAR * rho && rho < most {
-            self.penalty.rho = (RISE * rho).min(most);
+        let near: f64 = std::env::var("NEAR").ok().and_then(|v| v.parse().ok()).unwrap_or(NEAR);if largest > near * rho && rho < most {
+            self.penalty.rho = (std::env::var("RISE").ok().and_then(|v| v.parse().ok()).unwrap_or(RISE) * rho).min(most);
             return true;
         }
         if beta > self.last && !(violation > self.tolerances.violation && rho == most) {
@@ -83,15 +87,15 @@ impl Schedule {
         false
     }
 
-    /// Of a point with these largest violations and products, stationary within tolerance.
-    pub(super) fn satisfied(&self, violation: f64, product: f64) -> Satisfied {
-        let within =
-            violation <= self.tolerances.violation && product <= self.tolerances.complementarity;
-        let last = self.penalty.beta <= self.last;
-        if within && last {
-            Satisfied::Yes
-        } else if self.solved && self.penalty.rho >= PRICES[1] * self.scale {
+    /// Of a point with these largest violations, products and multipliers.
+    pub(super) fn satisfied(&self, violation: f64, product: f64, largest: f64) -> Satisfied {
+        let within = violation <= self.tolerances.violation
+            && product <= self.tolerances.complementarity;
+        let dear = self.penalty.rho >= PRICES[1] * self.scale;
+        if self.solved && dear && violation > self.tolerances.violation && largest > HOPELESS * self.penalty.rho {
             Satisfied::Never
+        } else if within && self.penalty.beta <= self.last {
+            Satisfied::Yes
         } else {
             Satisfied::NotYet
         }

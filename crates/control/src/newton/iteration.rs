@@ -145,14 +145,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if !observe(standing) {
                 return Ended::Stopped;
             }
-            if standing.violation <= tolerances.violation
-                && standing.stationarity <= tolerances.stationarity
-            {
-                match inequalities.satisfied() {
-                    Satisfied::Yes => return Ended::Converged,
-                    Satisfied::Never => return Ended::Infeasible,
-                    Satisfied::NotYet => (),
-                }
+            let solved = standing.violation <= tolerances.violation
+                && standing.stationarity <= tolerances.stationarity;
+            match inequalities.satisfied() {
+                Satisfied::Yes if solved => return Ended::Converged,
+                Satisfied::Never => return Ended::Infeasible,
+                _ => (),
             }
             if standing.iteration >= last {
                 return Ended::Capped;

@@ -232,6 +232,29 @@ fn calls_end_in_time_without_a_server_and_with_one_that_leaves() {
     });
 }
 
+/// RustDDS gives to every server that comes what a client has sent last.
+#[test]
+fn a_server_does_not_answer_what_an_earlier_one_was_asked() {
+    let environment = environment(ServiceMapping::FastDds);
+    let client = client("client", &environment);
+    let earlier = server(&environment);
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&request(1), PATIENCE));
+        serve(&earlier, 1);
+        call.join().unwrap().unwrap();
+    });
+    drop(earlier);
+    thread::sleep(Duration::from_millis(1500));
+    let later = server(&environment);
+    assert!(client.wait_for_server(PATIENCE));
+    assert_eq!(later.recv_timeout(Duration::from_secs(1)).unwrap(), None);
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&request(2), PATIENCE));
+        serve(&later, 1);
+        assert_eq!(call.join().unwrap().unwrap(), response(&request(2)));
+    });
+}
+
 #[test]
 fn what_is_no_request_is_reported_and_passed_over() {
     let environment = environment(ServiceMapping::FastDds);

@@ -155,11 +155,11 @@ fn what_acts_is_the_control_less_the_gain_times_the_deviation() {
     let acting = scene.units.load_to_si(&flight.loads()[0]);
     let (force, moment) = (&message.force[0], &message.moment[0]);
     let planned = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
-    for row in 0..6 {
+    for (row, planned) in planned.iter().enumerate() {
         let correction: f64 = (0..12)
             .map(|column| message.feedback[12 * row + column] * deviation[column])
             .sum();
-        let expected = planned[row] - correction;
+        let expected = planned - correction;
         let found = acting.force.iter().chain(&acting.moment).nth(row).unwrap();
         assert!(
             (found - expected).abs() < 1e-14,

@@ -1,4 +1,5 @@
-//! Force and moment on the bodies, as they acted.
+//! Force and moment on the bodies by the sequences that were flown; what feedback laws and a disturbance's errors made of
+//! them is not in it.
 
 use lgvi_dynamics::Load;
 use lgvi_propagator::Controls;

@@ -222,7 +222,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             0.0
         } else {
             self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE)
-        standing.stationarity = self.model.stationarity / largest.max(f64::MIN_POSITIVE);
+        };
     }
 
     fn search<S, E, Q>(

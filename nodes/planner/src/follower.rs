@@ -160,6 +160,3 @@ fn observed(
         at,
     })
 }
-
-#[cfg(test)]
-mod tests {}

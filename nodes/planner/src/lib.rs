@@ -6,6 +6,8 @@
 //!
 //! Solving is the worker thread's; the node's own thread never waits for it.
 
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
+
 mod follower;
 mod goals;
 mod messages;

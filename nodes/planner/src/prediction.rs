@@ -64,3 +64,91 @@ pub(crate) fn predict(
     }
     Ok(simulation.states()[body])
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use lgvi_control::miss;
+    use lgvi_propagator::{Controls, Flight};
+
+    use super::*;
+    use crate::sequence::Samples;
+    use crate::solver::{End, Task, solve};
+
+    const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
+
+    fn plan(scene: &Scene, first_step: u64, initial: BodyState) -> Sequence {
+        let task = Task {
+            first_step,
+            initial,
+            end: End::After((scene.steps - first_step) as usize),
+            guess: None,
+        };
+        let plan = solve(scene, &task, &mut |_| true).unwrap();
+        Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, plan)
+    }
+
+    fn controls(scene: &Scene, sequence: &Sequence) -> Controls {
+        let message = Samples::of(scene, 0, sequence)
+            .unwrap()
+            .to_message(scene)
+            .unwrap();
+        Controls::of_message(scene, &message).unwrap()
+    }
+
+    /// The same as what the propagator makes of the same sequences where actuators do not err, but for rounding, of which the
+    /// propagator's integrator remembers what is past.
+    #[test]
+    fn what_is_foretold_is_what_is_flown() {
+        let nominal = SCENE
+            .replace("time = \"10 s\"", "time = \"1 s\"")
+            .replace("steps = 500", "steps = 100")
+            .replace("every = 50", "every = 10")
+            .replace("force_error = 0.01\nmoment_error = 0.01\n", "");
+        let scene = Scene::parse("test", &nominal).unwrap();
+        let scheme = scene.scheme().unwrap();
+        let sequences = [
+            plan(&scene, 0, scene.bodies[0].state),
+            plan(
+                &scene,
+                60,
+                *plan(&scene, 0, scene.bodies[0].state)
+                    .plan
+                    .states
+                    .get(60)
+                    .unwrap(),
+            ),
+        ];
+        assert!(sequences.iter().all(|sequence| sequence.limits.is_some()));
+        let mut flight = Flight::new(&scene).unwrap();
+        for sequence in &sequences {
+            flight.accept(controls(&scene, sequence)).unwrap();
+        }
+        let mut heard = None;
+        while flight.step() < 90 {
+            if flight.step() == 40 {
+                heard = Some(Observed {
+                    step: 40,
+                    states: flight.states().to_vec(),
+                    at: Instant::now(),
+                });
+            }
+            flight.advance().unwrap();
+        }
+        let heard = heard.unwrap();
+        let predicted = predict(&scene, scheme, 0, &heard, &sequences, 90).unwrap();
+        let error = miss(&flight.states()[0], &predicted).norm();
+        assert!(error < 1e-14, "{error:e}");
+        let planned = miss(&sequences[1].plan.states[30], &predicted).norm();
+        assert!(planned > 1e-6, "the start was disturbed: {planned:e}");
+        let error = predict(&scene, scheme, 0, &heard, &sequences, 39).unwrap_err();
+        assert_eq!(
+            error,
+            PredictionError::Past {
+                reached: 40,
+                step: 39
+            }
+        );
+    }
+}

@@ -114,3 +114,53 @@ fn work(scene: &Scene, jobs: &Receiver<Job>, updates: &Sender<(u64, Update)>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::End;
+
+    /// What would take minutes.
+    fn long() -> (Arc<Scene>, Task) {
+        let text = include_str!("../../../scenes/inclination_change.toml");
+        let text = text.replace("steps = 1000", "steps = 300000");
+        let scene = Scene::parse("test", &text).unwrap();
+        let task = Task {
+            first_step: 0,
+            initial: scene.bodies[0].state,
+            end: End::After(300_000),
+            guess: None,
+        };
+        (Arc::new(scene), task)
+    }
+
+    /// The reason for which a task ends.
+    fn ending(worker: &Worker, task: u64) -> Reason {
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(30) {
+            if let Some((number, Update::Ended(ended))) =
+                worker.hear(Duration::from_millis(10)).unwrap()
+                && number == task
+            {
+                return ended.unwrap_err().reason;
+            }
+        }
+        panic!("task {task} does not end")
+    }
+
+    #[test]
+    fn tasks_end_when_they_are_cancelled_or_late_and_the_next_is_begun() {
+        let (scene, task) = long();
+        let mut worker = Worker::start(scene).unwrap();
+        let cancelled = Arc::new(Stop::new(None));
+        let first = worker.give(task.clone(), Arc::clone(&cancelled)).unwrap();
+        let deadline = Instant::now() + Duration::from_millis(50);
+        let late = worker
+            .give(task.clone(), Arc::new(Stop::new(Some(deadline))))
+            .unwrap();
+        assert!(worker.hear(Duration::from_secs(30)).unwrap().is_some());
+        cancelled.cancel();
+        assert_eq!(ending(&worker, first), Reason::Cancelled);
+        assert_eq!(ending(&worker, late), Reason::Deadline);
+    }
+}

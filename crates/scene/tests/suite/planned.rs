@@ -45,11 +45,17 @@ fn the_telescope_turns_past_the_sun_within_the_moment_of_its_wheels() {
     else {
         panic!("{constraints:?}")
     };
-    let angles = states.iter().map(|state| direction.angle(&(state.attitude * axis)));
+    let angles = states
+        .iter()
+        .map(|state| direction.angle(&(state.attitude * axis)));
     let nearest = angles.fold(f64::INFINITY, f64::min);
     // The shortest way goes straight through the cone: what keeps out touches it.
     assert!((nearest - half_angle).abs() < 1e-4, "{nearest}");
-    let largest = plan.controls.iter().map(|u| u.moment.amax()).fold(0.0, f64::max);
+    let largest = plan
+        .controls
+        .iter()
+        .map(|u| u.moment.amax())
+        .fold(0.0, f64::max);
     assert!((largest - limit.x).abs() < 1e-6, "{largest}");
     assert!(plan.controls.iter().all(|u| u.force.norm() == 0.0));
 }
@@ -73,10 +79,16 @@ fn the_chaser_stays_in_the_corridor_within_the_force_of_its_thrusters() {
     else {
         panic!("{constraints:?}")
     };
-    let angles = states.iter().map(|state| axis.angle(&(state.position - apex)));
+    let angles = states
+        .iter()
+        .map(|state| axis.angle(&(state.position - apex)));
     let widest = angles.fold(0.0, f64::max);
     assert!((widest - half_angle).abs() < 1e-4, "{widest}");
-    let largest = plan.controls.iter().map(|u| u.force.norm()).fold(0.0, f64::max);
+    let largest = plan
+        .controls
+        .iter()
+        .map(|u| u.force.norm())
+        .fold(0.0, f64::max);
     assert!((largest - limit).abs() < 1e-6, "{largest}");
     assert!(plan.controls.iter().all(|u| u.moment.norm() == 0.0));
 }

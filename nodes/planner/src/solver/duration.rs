@@ -145,3 +145,111 @@ impl Durations<'_, '_> {
         Ok(cost)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{End, Task, solve};
+    use super::*;
+
+    /// A body of mass 2 at rest, to be at rest 3 further on: `J = 6 m² d² / T³` in continuous time.
+    const SCENE: &str = r#"
+        title = "A push"
+        [run]
+        duration = 8.0
+        steps = 80
+        integrator = "lgvi"
+        [[bodies]]
+        name = "craft"
+        mass = 2.0
+        inertia = [1, 1, 1]
+        position = [0, 0, 0]
+        velocity = [0, 0, 0]
+        attitude = { w = 1, x = 0, y = 0, z = 0 }
+        angular_velocity = [0, 0, 0]
+        [maneuver]
+        body = "craft"
+        motion = "translation"
+        final_time = { min = 1.0, weight = 10.0 }
+        [maneuver.target]
+        position = [3, 0, 0]
+        velocity = [0, 0, 0]
+    "#;
+
+    fn scene(from: &str, to: &str) -> Scene {
+        assert!(SCENE.contains(from));
+        Scene::parse("test", &SCENE.replace(from, to)).unwrap()
+    }
+
+    fn planned(scene: &Scene, end: End) -> Result<Plan, Unsolved> {
+        let task = Task {
+            first_step: 0,
+            initial: scene.bodies[0].state,
+            end,
+            guess: None,
+        };
+        solve(scene, &task, &mut |_| true)
+    }
+
+    fn free(scene: &Scene) -> Result<Plan, Unsolved> {
+        planned(
+            scene,
+            End::Free(scene.maneuver.as_ref().unwrap().final_time.unwrap()),
+        )
+    }
+
+    #[test]
+    fn the_duration_is_the_best_whole_number_of_steps() {
+        let scene = scene("", "");
+        let plan = free(&scene).unwrap();
+        let total = |plan: &Plan| plan.cost + 10.0 * plan.controls.len() as f64 * scene.h();
+        let each = (10..=80).map(|steps| total(&planned(&scene, End::After(steps)).unwrap()));
+        let least = each.fold(f64::INFINITY, f64::min);
+        assert!(
+            (total(&plan) - least).abs() < 1e-9 * least,
+            "{} for {least}",
+            total(&plan)
+        );
+        // dJ/dT + weight = 0 at T⁴ = 18 m² d² / weight, to half a step and what the steps differ from a continuum in.
+        let expected = (18.0 * 4.0 * 9.0 / 10.0_f64).sqrt().sqrt();
+        let found = plan.controls.len() as f64 * scene.h();
+        assert!((found - expected).abs() < 0.1, "{found} for {expected}");
+    }
+
+    #[test]
+    fn without_a_weight_the_longest_is_best_and_the_shortest_where_time_is_all() {
+        assert_eq!(
+            free(&scene("weight = 10.0", "weight = 0.0"))
+                .unwrap()
+                .controls
+                .len(),
+            80
+        );
+        assert_eq!(
+            free(&scene("weight = 10.0", "weight = 1e6"))
+                .unwrap()
+                .controls
+                .len(),
+            10
+        );
+    }
+
+    #[test]
+    fn what_no_duration_reaches_says_why_and_what_is_stopped_stops() {
+        let weak = "final_time = { min = 1.0, weight = 10.0 }\nconstraints = [{ kind = \"force_norm\", limit = 0.01 }]";
+        let unsolved = free(&scene("final_time = { min = 1.0, weight = 10.0 }", weak)).unwrap_err();
+        assert_eq!(unsolved.reason, Reason::Infeasible, "{}", unsolved.message);
+        let scene = scene("", "");
+        let task = Task {
+            first_step: 0,
+            initial: scene.bodies[0].state,
+            end: End::Free(scene.maneuver.as_ref().unwrap().final_time.unwrap()),
+            guess: None,
+        };
+        let mut seen = 0;
+        let unsolved = solve(&scene, &task, &mut |_| {
+            seen += 1;
+            seen < 3
+        });
+        assert_eq!((unsolved.unwrap_err().reason, seen), (Reason::Cancelled, 3));
+    }
+}

@@ -60,17 +60,15 @@ impl Follower {
         })
     }
 
-    /// Takes in what has come since.
-    pub(crate) fn look(&mut self) {
+    /// Takes in what has come since; whether that was so much that the next look should come soon.
+    pub(crate) fn look(&mut self) -> bool {
         let now = Instant::now();
-        loop {
+        let (mut taken, mut last) = (0, None);
+        while taken < BUFFER {
             match self.shm.receive() {
                 Ok(Some(sample)) => {
-                    let (header, bodies) = (*sample.header(), sample.elements());
-                    if newer(&self.latest, header.step) {
-                        self.latest =
-                            observed(&self.scene, &header, bodies, now).or(self.latest.take());
-                    }
+                    last = Some(sample);
+                    taken += 1;
                 }
                 Ok(None) => break,
                 Err(error) => {
@@ -79,14 +77,13 @@ impl Follower {
                 }
             }
         }
+        if let Some(sample) = last {
+            self.hear(sample.header(), sample.elements(), now);
+        }
         while let Some(ros) = &self.ros {
             match ros.take() {
-                Ok(Some(sample)) if !newer(&self.latest, sample.message.step) => {}
                 Ok(Some(sample)) => match StateHeader::from_message(&sample.message) {
-                    Ok((header, bodies)) => {
-                        let found = observed(&self.scene, &header, &bodies, now);
-                        self.latest = found.or(self.latest.take());
-                    }
+                    Ok((header, bodies)) => self.hear(&header, &bodies, now),
                     Err(error) => warn!("state ignored: {error}"),
                 },
                 Ok(None) => break,
@@ -96,7 +93,27 @@ impl Follower {
                 }
             }
         }
-        self.mark();
+        taken > BUFFER / 8
+    }
+
+    /// Takes note of a state that is newer than those before.
+    fn hear(&mut self, header: &StateHeader, bodies: &[BodySample], at: Instant) {
+        let step = header.step;
+        if self
+            .latest
+            .as_ref()
+            .is_some_and(|latest| latest.step >= step)
+        {
+            return;
+        }
+        let Some(observed) = observed(&self.scene, header, bodies, at) else {
+            return;
+        };
+        self.latest = Some(observed);
+        self.marks.push_back((step, at));
+        while self.marks.len() > 2 && at.duration_since(self.marks[1].1) > WINDOW {
+            self.marks.pop_front();
+        }
     }
 
     /// The last state heard.
@@ -110,22 +127,6 @@ impl Follower {
         let span = end.duration_since(start);
         (span >= SPAN && to > from).then(|| (to - from) as f64 / span.as_secs_f64())
     }
-
-    fn mark(&mut self) {
-        let Some(Observed { step, at, .. }) = self.latest else {
-            return;
-        };
-        if self.marks.back().is_none_or(|(last, _)| *last < step) {
-            self.marks.push_back((step, at));
-        }
-        while self.marks.len() > 2 && at.duration_since(self.marks[1].1) > WINDOW {
-            self.marks.pop_front();
-        }
-    }
-}
-
-fn newer(latest: &Option<Observed>, step: u64) -> bool {
-    latest.as_ref().is_none_or(|latest| latest.step < step)
 }
 
 /// A state of this scene; `None`, with a warning, of another.

@@ -79,11 +79,13 @@ impl Planner<'_> {
             let task = self.whole();
             self.begin(task, Purpose::Own, None)?;
         }
+        let mut busy = false;
         while !self.node.shutdown.requested() {
-            if let Some((number, update)) = self.worker.hear(LOOK)? {
+            let pause = if busy { LOOK / 10 } else { LOOK };
+            if let Some((number, update)) = self.worker.hear(pause)? {
                 self.take(number, update)?;
             }
-            self.follower.look();
+            busy = self.follower.look();
             self.attend_goals()?;
             self.replan()?;
         }

@@ -454,6 +454,12 @@ fn wrong_manoeuvres_are_named() {
         &lie_euler,
         &["`maneuver.processed` is true", "second order"],
     );
+    let long = with(
+        &text("feedback = true", STATE),
+        "steps = 100",
+        "steps = 200000",
+    );
+    assert_refused(&long, &["`run.steps` is 200000", "100000", "feedback"]);
     let nowhere = with(
         &text("", "orbit = { position = [1, 0, 0], velocity = [0, 1, 0] }"),
         "[gravity.central]\ngm = 4.0\n",

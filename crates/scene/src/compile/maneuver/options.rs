@@ -12,6 +12,9 @@ use crate::{
 /// Starts of the longest search.
 const MAX_STARTS: u32 = 10_000;
 
+/// Steps of the longest sequence with feedback: what shared memory carries.
+const MAX_FEEDBACK_STEPS: u64 = 100_000;
+
 /// How far the bounds of a duration may be from whole steps, in steps.
 const ROUNDING: f64 = 1e-6;
 
@@ -124,6 +127,10 @@ pub(super) fn check_combination(
         }
         let beyond = [("dynamics", maneuver.dynamics != Dynamics::LieEuler)];
         check_plain(maneuver, &beyond, "`processed` is true")?;
+    }
+    if maneuver.feedback && scene.steps > MAX_FEEDBACK_STEPS {
+        let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
+        return Err(SceneError::value("run.steps", scene.steps, expected));
     }
     if maneuver.search.is_some() && maneuver.final_time.is_some() {
         let key = "maneuver.search";

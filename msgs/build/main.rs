@@ -35,10 +35,20 @@ const MAX_PLAIN_ARRAY: usize = 32;
 type Messages = BTreeMap<String, MessageFile>;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for path in ["build", "package.xml", "msg", "srv", "action", "vendor"] {
+    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).canonicalize()?;
+    // A path that is missing would have this run at every build; a first file in it must be in CMakeLists.txt too.
+    let inputs = [
+        "CMakeLists.txt",
+        "build",
+        "package.xml",
+        "msg",
+        "srv",
+        "action",
+        "vendor",
+    ];
+    for path in inputs.iter().filter(|path| root.join(path).exists()) {
         println!("cargo::rerun-if-changed={path}");
     }
-    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).canonicalize()?;
     let output = PathBuf::from(env::var("OUT_DIR")?).canonicalize()?;
     let expanded = output.join("interfaces");
     let interfaces = expand_interfaces(&root, &expanded)?;

@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{isolated, node};
+use common::{isolated, node, own_name};
 use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{
@@ -26,7 +26,6 @@ use lgvi_msgs::{
 };
 
 const PATIENCE: Duration = Duration::from_secs(20);
-const ACTION: &str = "~/plan_maneuver";
 
 type Server = ActionServer<PlanManeuver>;
 type Client = ActionClient<PlanManeuver>;
@@ -41,19 +40,22 @@ fn environment(mapping: ServiceMapping) -> Environment {
 
 fn server(environment: &Environment, decision: Decision) -> Server {
     node("planner", environment)
-        .action_server(ACTION, move |goal: &PlanManeuverGoal, _| {
-            if goal.deadline < 0.0 {
-                Decision::Refuse
-            } else {
-                decision
-            }
-        })
+        .action_server(
+            &own_name("~/plan_maneuver"),
+            move |goal: &PlanManeuverGoal, _| {
+                if goal.deadline < 0.0 {
+                    Decision::Refuse
+                } else {
+                    decision
+                }
+            },
+        )
         .unwrap()
 }
 
 fn client(environment: &Environment) -> Client {
     let client = node("client", environment)
-        .action_client("/planner/plan_maneuver")
+        .action_client(&own_name("/planner/plan_maneuver"))
         .unwrap();
     assert!(client.wait_for_server(PATIENCE));
     client
@@ -315,7 +317,7 @@ fn clients_that_never_ask_do_not_stall_the_server() {
     let server = server(&environment, Decision::Accept);
     let silent = client(&environment);
     let other = node("other", &environment)
-        .action_client::<PlanManeuver>("/planner/plan_maneuver")
+        .action_client::<PlanManeuver>(&own_name("/planner/plan_maneuver"))
         .unwrap();
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {

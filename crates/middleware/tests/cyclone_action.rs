@@ -15,7 +15,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{isolated, node};
+use common::{isolated, node, own_name};
 use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{ActionServer, Decision, GoalHandle, GoalState},
@@ -32,7 +32,6 @@ use nix::{
 use serde_json::{Value, json};
 
 const PATIENCE: Duration = Duration::from_secs(20);
-const ACTION: &str = "/planner/plan_maneuver";
 
 /// A peer that is killed when the test ends.
 struct Peer {
@@ -85,6 +84,10 @@ impl Drop for Peer {
     }
 }
 
+fn action() -> String {
+    own_name("/planner/plan_maneuver")
+}
+
 fn environment() -> Environment {
     Environment {
         service_mapping: ServiceMapping::Cyclone,
@@ -94,13 +97,16 @@ fn environment() -> Environment {
 
 fn server(environment: &Environment) -> ActionServer<PlanManeuver> {
     node("planner", environment)
-        .action_server("~/plan_maneuver", |goal: &PlanManeuverGoal, _| {
-            if goal.first_step == 99 {
-                Decision::Refuse
-            } else {
-                Decision::Accept
-            }
-        })
+        .action_server(
+            &own_name("~/plan_maneuver"),
+            |goal: &PlanManeuverGoal, _| {
+                if goal.first_step == 99 {
+                    Decision::Refuse
+                } else {
+                    Decision::Accept
+                }
+            },
+        )
         .unwrap()
 }
 
@@ -119,7 +125,7 @@ fn a_stranger_plans_and_gets_feedback_and_a_long_result() {
     const ITERATIONS: u32 = 30;
     let environment = environment();
     let server = server(&environment);
-    let mut peer = Peer::start(&environment, &["--plan", ACTION, "--first-step", "7"]);
+    let mut peer = Peer::start(&environment, &["--plan", &action(), "--first-step", "7"]);
     let goal = server.next_goal(PATIENCE).unwrap();
     let expected = PlanManeuverGoal {
         first_step: 7,
@@ -175,7 +181,7 @@ fn a_stranger_plans_and_gets_feedback_and_a_long_result() {
 fn a_stranger_cancels_its_goal_and_is_refused_another() {
     let environment = environment();
     let server = server(&environment);
-    let mut peer = Peer::start(&environment, &["--plan", ACTION, "--cancel-after", "3"]);
+    let mut peer = Peer::start(&environment, &["--plan", &action(), "--cancel-after", "3"]);
     let goal = server.next_goal(PATIENCE).unwrap();
     let start = Instant::now();
     let mut iteration = 0;
@@ -204,7 +210,7 @@ fn a_stranger_cancels_its_goal_and_is_refused_another() {
     assert_eq!(result["status"], 5, "action_msgs/GoalStatus: canceled");
     assert_eq!(result["result"]["reason"], PlanManeuverResult::CANCELLED);
 
-    let mut peer = Peer::start(&environment, &["--plan", ACTION, "--first-step", "99"]);
+    let mut peer = Peer::start(&environment, &["--plan", &action(), "--first-step", "99"]);
     assert_eq!(peer.line()["accepted"]["accepted"], false);
 }
 
@@ -212,7 +218,7 @@ fn a_stranger_cancels_its_goal_and_is_refused_another() {
 fn a_stranger_calls_a_service() {
     let environment = environment();
     let server = server(&environment);
-    let mut peer = Peer::start(&environment, &["--cancel-all", ACTION]);
+    let mut peer = Peer::start(&environment, &["--cancel-all", &action()]);
     let reply = peer.line();
     assert_eq!(
         reply["cancelled"]["return_code"],
@@ -228,7 +234,7 @@ fn a_client_that_hangs_does_not_stall_the_others() {
     const GOALS: u32 = 20;
     let environment = environment();
     let server = server(&environment);
-    let mut deaf = Peer::start(&environment, &["--deaf", ACTION]);
+    let mut deaf = Peer::start(&environment, &["--deaf", &action()]);
     let mut sent = String::new();
     BufReader::new(deaf.child.stderr.as_mut().unwrap())
         .read_line(&mut sent)
@@ -243,7 +249,7 @@ fn a_client_that_hangs_does_not_stall_the_others() {
     goal.succeed(PlanManeuverResult::default());
 
     let client = node("client", &environment)
-        .action_client::<PlanManeuver>(ACTION)
+        .action_client::<PlanManeuver>(&action())
         .unwrap();
     assert!(client.wait_for_server(PATIENCE));
     let start = Instant::now();

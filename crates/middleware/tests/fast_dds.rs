@@ -13,7 +13,7 @@ use std::{
     time::Duration,
 };
 
-use common::{isolated, node};
+use common::{isolated, node, own_name};
 use lgvi_middleware::{Environment, ros::Request};
 use lgvi_msgs::action_msgs::{
     GoalInfo,
@@ -27,7 +27,7 @@ fn peer(environment: &Environment, side: &str) -> Command {
     let mut command = Command::new(env::var_os("LGVI_FASTDDS_PEER").unwrap());
     command
         .arg(environment.domain_id.to_string())
-        .args([side, "/node/cancel", &CALLS.to_string()])
+        .args([side, &own_name("/node/cancel"), &CALLS.to_string()])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
     command
@@ -43,7 +43,7 @@ fn succeeded(output: &Output) {
 fn a_stranger_gets_the_replies_to_its_requests() {
     let environment = isolated();
     let server = node("node", &environment)
-        .service_server::<CancelGoal>("~/cancel")
+        .service_server::<CancelGoal>(&own_name("~/cancel"))
         .unwrap();
     let peer = peer(&environment, "client").spawn().unwrap();
     for call in 0..CALLS {
@@ -68,7 +68,7 @@ fn a_stranger_gets_the_replies_to_its_requests() {
 fn a_stranger_s_replies_find_the_calls() {
     let environment = isolated();
     let client = node("node", &environment)
-        .service_client::<CancelGoal>("~/cancel")
+        .service_client::<CancelGoal>(&own_name("~/cancel"))
         .unwrap();
     let peer = peer(&environment, "server").spawn().unwrap();
     thread::scope(|scope| {

@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{isolated, node};
+use common::{isolated, node, own_name};
 use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{CallError, PublishError, Request, ServiceClient, ServiceServer},
@@ -24,7 +24,6 @@ use lgvi_msgs::{
 };
 
 const PATIENCE: Duration = Duration::from_secs(20);
-const SERVICE: &str = "~/double";
 
 fn environment(mapping: ServiceMapping) -> Environment {
     Environment {
@@ -34,12 +33,14 @@ fn environment(mapping: ServiceMapping) -> Environment {
 }
 
 fn server(environment: &Environment) -> ServiceServer<CancelGoal> {
-    node("server", environment).service_server(SERVICE).unwrap()
+    node("server", environment)
+        .service_server(&own_name("~/double"))
+        .unwrap()
 }
 
 fn client(name: &str, environment: &Environment) -> ServiceClient<CancelGoal> {
     node(name, environment)
-        .service_client("/server/double")
+        .service_client(&own_name("/server/double"))
         .unwrap()
 }
 
@@ -175,7 +176,7 @@ fn replies_may_come_in_any_order_and_not_at_all() {
     });
 }
 
-/// Requests of a client that never takes a reply, more than either side has room for.
+/// Requests of a client that never takes a reply, more than anybody has room for.
 #[test]
 fn a_client_that_never_reads_does_not_stall_the_server() {
     const REQUESTS: i32 = 600;
@@ -187,8 +188,8 @@ fn a_client_that_never_reads_does_not_stall_the_server() {
     thread::scope(|scope| {
         let calls = scope.spawn(|| {
             for sec in 1..=REQUESTS {
-                let reply = deaf.call(&request(sec), Duration::ZERO);
-                assert!(matches!(reply, Err(CallError::NoReply { .. })));
+                // Whether there is room for it: it is not waited for.
+                let _ = deaf.call(&request(sec), Duration::ZERO);
             }
         });
         let mut longest = Duration::ZERO;
@@ -259,14 +260,14 @@ fn a_server_does_not_answer_what_an_earlier_one_was_asked() {
 fn what_is_no_request_is_reported_and_passed_over() {
     let environment = environment(ServiceMapping::FastDds);
     let node = node("server", &environment);
-    let server = node.service_server::<CancelGoal>("/x").unwrap();
+    let server = node.service_server::<CancelGoal>(&own_name("/x")).unwrap();
     let other = common::node("client", &environment);
-    let client = other.service_client::<ShortCall>("/x").unwrap();
-    let good = other.service_client::<CancelGoal>("/x").unwrap();
+    let client = other.service_client::<ShortCall>(&own_name("/x")).unwrap();
+    let good = other.service_client::<CancelGoal>(&own_name("/x")).unwrap();
     thread::scope(|scope| {
         let call = scope.spawn(|| client.call(&Short(3), Duration::from_secs(2)));
         let error = server.recv_timeout(PATIENCE).unwrap_err();
-        assert!(error.to_string().starts_with("/x: sample 1"), "{error}");
+        assert!(error.to_string().contains(": sample 1 of"), "{error}");
         let call_after = scope.spawn(|| good.call(&request(1), PATIENCE));
         serve(&server, 1);
         assert!(call.join().unwrap().is_err());

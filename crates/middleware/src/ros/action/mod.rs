@@ -19,6 +19,7 @@
 mod client;
 mod goals;
 mod handle;
+mod protocol;
 mod server;
 
 use std::fmt;

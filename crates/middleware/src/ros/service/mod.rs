@@ -31,8 +31,8 @@ pub use client::{CallError, ServiceClient};
 pub use server::{Request, ServiceServer};
 pub use wire::RequestId;
 
-/// Requests that wait for the server, and replies that wait for a client.
-const DEPTH: usize = 64;
+/// Samples that wait to be taken: requests of all clients, or replies to all of them.
+const DEPTH: usize = 1000;
 
 /// The longest a reply waits for a hanging client, or for one that has just been found to be introduced.
 const MAX_WAIT: Duration = Duration::from_millis(20);

@@ -12,7 +12,7 @@ use std::{
 use lgvi_msgs::{RosMessage, Service};
 use rustdds::GUID;
 
-use super::{DEPTH, RequestId, SENT, TAKEN, wire};
+use super::{RequestId, SENT, TAKEN, wire};
 use crate::{
     ServiceMapping,
     block::block_on_for,
@@ -28,6 +28,10 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// How old, in nanoseconds, a request from before the server may be.
 const MAX_AGE: i64 = 1_000_000_000;
 
+/// Requests that wait: of one client, so that one that floods the server crowds out none but itself, and of all.
+const MAX_HELD_OF_CLIENT: usize = 16;
+const MAX_HELD: usize = 256;
+
 /// How often a request that is held back is looked at.
 const CYCLE: Duration = Duration::from_millis(2);
 
@@ -42,7 +46,7 @@ pub struct Request<M> {
 
 /// Takes requests and sends replies, in any order and at any time: a request that is never replied to costs nothing.
 ///
-/// Requests beyond 64 that nobody takes push out the oldest.
+/// Of requests that nobody takes, 16 of each client and 256 of all are kept, the latest.
 pub struct ServiceServer<S> {
     requests: RawSubscription,
     replies: RawPublisher,
@@ -172,7 +176,12 @@ impl<S: Service> ServiceServer<S> {
             return;
         };
         let mut held = self.held();
-        if held.len() >= DEPTH {
+        let is_own = |other: &Held| other.id.writer == id.writer;
+        if held.iter().filter(|other| is_own(other)).count() >= MAX_HELD_OF_CLIENT
+            && let Some(oldest) = held.iter().position(is_own)
+        {
+            held.remove(oldest);
+        } else if held.len() >= MAX_HELD {
             held.pop_front();
         }
         held.push_back(Held {

@@ -1,0 +1,212 @@
+//! The protocol of an action server, on a thread of its own.
+
+use std::{
+    fmt,
+    sync::{Arc, atomic::Ordering},
+    task::{Context, Poll},
+    thread,
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+};
+
+use lgvi_msgs::{
+    Action, RosMessage, Service,
+    action_msgs::{GoalStatusArray, srv::CancelGoal},
+    builtin_interfaces::Time,
+    stamp,
+    unique_identifier_msgs::UUID,
+};
+use tracing::warn;
+
+use super::{
+    Decision, GoalId, GoalState, StopReason,
+    goals::{Answer, Ending, MAX_ACTIVE},
+    part,
+    server::{Shared, response},
+};
+use crate::{
+    block::thread_waker,
+    ros::{Publisher, Qos, RawPublisher, Request, RosError, RosNode, ServiceServer},
+};
+
+/// The longest a message waits for a hanging client, or for one that has just been found to be introduced.
+const MAX_WAIT: Duration = Duration::from_millis(20);
+
+/// How often expired results are looked for.
+const CYCLE: Duration = Duration::from_secs(1);
+
+/// What the server's thread works with.
+pub(super) struct Protocol<A: Action, D> {
+    shared: Arc<Shared<A>>,
+    decide: D,
+    send_goal: ServiceServer<A::SendGoal>,
+    cancel_goal: ServiceServer<CancelGoal>,
+    get_result: ServiceServer<A::GetResult>,
+    feedback: RawPublisher,
+    status: Publisher<GoalStatusArray>,
+}
+
+impl<A, D> Protocol<A, D>
+where
+    A: Action,
+    D: FnMut(&A::Goal, usize) -> Decision,
+{
+    pub(super) fn new(
+        node: &RosNode,
+        action: &str,
+        shared: Arc<Shared<A>>,
+        decide: D,
+    ) -> Result<Self, RosError> {
+        Ok(Self {
+            shared,
+            decide,
+            feedback: node.raw_publisher(
+                &part(action, "feedback"),
+                A::FeedbackMessage::TYPE_NAME,
+                &Qos::reliable(10).max_wait(MAX_WAIT),
+            )?,
+            status: node.publisher(&part(action, "status"), &Qos::latched(1).max_wait(MAX_WAIT))?,
+            send_goal: node.service_server(&part(action, "send_goal"))?,
+            cancel_goal: node.service_server(&part(action, "cancel_goal"))?,
+            get_result: node.service_server(&part(action, "get_result"))?,
+        })
+    }
+
+    pub(super) fn run(mut self) {
+        let shared = Arc::clone(&self.shared);
+        shared.thread.get_or_init(thread::current);
+        let waker = thread_waker();
+        let context = Context::from_waker(&waker);
+        while !shared.stop.load(Ordering::Acquire) {
+            let max_response = self.get_result.max_reply();
+            shared.max_response.store(max_response, Ordering::Relaxed);
+            self.take_goals(&context);
+            self.take_cancellations(&context);
+            self.take_result_requests(&context);
+            self.send();
+            let looks = [
+                self.send_goal.next_look(),
+                self.cancel_goal.next_look(),
+                self.get_result.next_look(),
+            ];
+            thread::park_timeout(looks.into_iter().flatten().min().unwrap_or(CYCLE));
+        }
+        self.close();
+    }
+
+    fn take_goals(&mut self, context: &Context<'_>) {
+        while let Some(Request { id, message }) = taken(&self.send_goal, context) {
+            let (goal_id, goal) = message.into();
+            let goal_id = GoalId(goal_id.uuid);
+            let (accepted, now) = (self.decided(goal_id, &goal), now());
+            // The goal is known before the client may ask for it, and worked on after the reply is on its way.
+            let stop = accepted.then(|| self.shared.table().goals.accept(goal_id, now.clone()));
+            warn_of(self.send_goal.reply(id, &(accepted, now).into()));
+            if let Some(stop) = stop {
+                self.shared.table().queue.push_back((goal_id, goal, stop));
+                self.shared.arrival.notify_one();
+            }
+        }
+    }
+
+    fn decided(&mut self, id: GoalId, goal: &A::Goal) -> bool {
+        let table = self.shared.table();
+        let active = table.goals.active();
+        if table.goals.contains(id) {
+            return false;
+        }
+        drop(table);
+        let decision = (self.decide)(goal, active);
+        if decision == Decision::Refuse {
+            return false;
+        }
+        let mut table = self.shared.table();
+        if decision == Decision::Preempt {
+            table.goals.stop_all(StopReason::Preempted);
+            table.finish_stopped();
+        }
+        table.goals.active() < MAX_ACTIVE
+    }
+
+    fn take_cancellations(&self, context: &Context<'_>) {
+        while let Some(Request { id, message }) = taken(&self.cancel_goal, context) {
+            let mut table = self.shared.table();
+            let response = table.goals.cancel(&message);
+            table.finish_stopped();
+            drop(table);
+            warn_of(self.cancel_goal.reply(id, &response));
+        }
+    }
+
+    fn take_result_requests(&self, context: &Context<'_>) {
+        while let Some(Request { id, message }) = taken(&self.get_result, context) {
+            let goal: UUID = message.into();
+            let answer = self.shared.table().goals.result(GoalId(goal.uuid), id);
+            let cdr = match answer {
+                Answer::Now(cdr) => cdr,
+                Answer::Unknown => response::<A>(GoalState::Unknown, A::Result::default()),
+                Answer::Later => continue,
+            };
+            warn_of(self.get_result.reply_cdr(id, cdr));
+        }
+    }
+
+    /// Sends what waits to be sent: feedback before the states, and these before the results.
+    fn send(&self) {
+        let mut table = self.shared.table();
+        table.goals.expire(Instant::now());
+        let feedback = std::mem::take(&mut table.feedback);
+        let states = table.goals.changed_states();
+        let results = std::mem::take(&mut table.results);
+        drop(table);
+        for cdr in feedback {
+            warn_of(self.feedback.publish(cdr));
+        }
+        if let Some(states) = states {
+            warn_of(self.status.publish(&states));
+        }
+        for (id, cdr) in results {
+            warn_of(self.get_result.reply_cdr(id, cdr));
+        }
+    }
+
+    fn close(&self) {
+        let mut table = self.shared.table();
+        table.goals.stop_all(StopReason::Closed);
+        for id in table.goals.unfinished_ids() {
+            table.finish(id, Ending::Stopped, A::Result::default());
+        }
+        table.queue.clear();
+        drop(table);
+        self.send();
+    }
+}
+
+/// The next request that is one.
+fn taken<S: Service>(
+    server: &ServiceServer<S>,
+    context: &Context<'_>,
+) -> Option<Request<S::Request>> {
+    loop {
+        match server.poll_take(context) {
+            Poll::Ready(Ok(request)) => return Some(request),
+            Poll::Ready(Err(error)) => warn!(%error, "dropped a request of an action client"),
+            Poll::Pending => return None,
+        }
+    }
+}
+
+fn warn_of(sent: Result<(), impl fmt::Display>) {
+    if let Err(error) = sent {
+        warn!(%error, "an action client misses a message");
+    }
+}
+
+fn now() -> Time {
+    let elapsed = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
+    i64::try_from(elapsed.as_nanos())
+        .ok()
+        .and_then(|nanoseconds| stamp::to_message(nanoseconds).ok())
+        .unwrap_or_default()
+}

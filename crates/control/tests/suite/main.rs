@@ -9,5 +9,6 @@ mod replan;
 mod processing;
 mod constraints;
 mod scratch;
+mod newton;
 mod sensitivity;
 mod truth;

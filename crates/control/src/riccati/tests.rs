@@ -1,0 +1,219 @@
+//! The sweep against the whole system of optimality conditions, solved densely.
+
+use fastrand::Rng;
+use nalgebra::{DMatrix, DVector};
+
+use super::*;
+
+fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f64, R, C> {
+    SMatrix::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
+}
+
+/// A random problem with `conditions` of its X conditions, convex by `convexity`.
+fn problem<const X: usize, const U: usize>(
+    rng: &mut Rng,
+    intervals: usize,
+    conditions: usize,
+    convexity: f64,
+) -> (Vec<StageModel<X, U>>, EndModel<X>) {
+    let symmetric = |m: SMatrix<f64, X, X>| 0.5 * (m + m.transpose());
+    let stages = (0..intervals)
+        .map(|_| {
+            let command = random::<U, U>(rng, 0.3);
+            StageModel {
+                state: symmetric(random(rng, 0.1)) + convexity * SMatrix::identity(),
+                mixed: random(rng, 0.1),
+                command: 0.5 * (command + command.transpose()) + 3.0 * SMatrix::identity(),
+                state_gradient: random(rng, 1.0),
+                command_gradient: random(rng, 1.0),
+                dynamics: Linearisation {
+                    a: SMatrix::identity() + random::<X, X>(rng, 0.3),
+                    b: random(rng, 1.0),
+                },
+                defect: random(rng, 1.0),
+            }
+        })
+        .collect();
+    let mut jacobian = random::<X, X>(rng, 1.0);
+    let mut residual = random::<X, 1>(rng, 1.0);
+    for row in conditions..X {
+        jacobian.fill_row(row, 0.0);
+        residual[row] = 0.0;
+    }
+    let end = EndModel {
+        hessian: symmetric(random(rng, 0.1)) + convexity * SMatrix::identity(),
+        gradient: random(rng, 1.0),
+        jacobian,
+        residual,
+    };
+    (stages, end)
+}
+
+/// States `z_1 … z_N`, commands and ν by the sweep.
+fn swept<const X: usize, const U: usize>(
+    stages: &[StageModel<X, U>],
+    end: &EndModel<X>,
+) -> Result<(Vec<SVector<f64, X>>, Vec<SVector<f64, U>>, SVector<f64, X>), NotConvex> {
+    let mut cost = CostToGo::end(end);
+    let mut policies = vec![Policy::zeros(); stages.len()];
+    for (stage, policy) in stages.iter().zip(&mut policies).rev() {
+        cost.sweep(stage, policy)?;
+    }
+    let nu = cost.multipliers().ok_or(NotConvex)?;
+    let mut z = SVector::zeros();
+    let (mut states, mut commands) = (vec![], vec![]);
+    for (stage, policy) in stages.iter().zip(&policies) {
+        let v = policy.command(&z, &nu);
+        z = stage.dynamics.a * z + stage.dynamics.b * v + stage.defect;
+        states.push(z);
+        commands.push(v);
+    }
+    Ok((states, commands, nu))
+}
+
+/// Commands and states by LU of the optimality conditions in all unknowns at once: `[v_k, z_{k+1}]`, `λ_k`, ν.
+fn dense<const X: usize, const U: usize>(
+    stages: &[StageModel<X, U>],
+    end: &EndModel<X>,
+    conditions: usize,
+) -> DVector<f64> {
+    let (n, width) = (stages.len(), X + U);
+    let primal = n * width;
+    let size = primal + n * X + conditions;
+    let mut kkt = DMatrix::zeros(size, size);
+    let mut right = DVector::zeros(size);
+    for (k, stage) in stages.iter().enumerate() {
+        let (v, z, row) = (k * width, k * width + U, primal + k * X);
+        kkt.view_mut((v, v), (U, U)).copy_from(&stage.command);
+        right.rows_mut(v, U).copy_from(&-stage.command_gradient);
+        // z⁺ − A z − B v = d
+        kkt.view_mut((row, z), (X, X)).fill_with_identity();
+        kkt.view_mut((row, v), (X, U)).copy_from(&-stage.dynamics.b);
+        right.rows_mut(row, X).copy_from(&stage.defect);
+        if k > 0 {
+            let before = z - width;
+            kkt.view_mut((before, before), (X, X)).copy_from(&stage.state);
+            kkt.view_mut((before, v), (X, U)).copy_from(&stage.mixed);
+            kkt.view_mut((v, before), (U, X)).copy_from(&stage.mixed.transpose());
+            right.rows_mut(before, X).copy_from(&-stage.state_gradient);
+            kkt.view_mut((row, before), (X, X)).copy_from(&-stage.dynamics.a);
+        }
+    }
+    let last = primal - X;
+    kkt.view_mut((last, last), (X, X)).copy_from(&end.hessian);
+    right.rows_mut(last, X).copy_from(&-end.gradient);
+    let rows = end.jacobian.rows(0, conditions);
+    kkt.view_mut((size - conditions, last), (conditions, X)).copy_from(&rows);
+    right
+        .rows_mut(size - conditions, conditions)
+        .copy_from(&-end.residual.rows(0, conditions));
+    let below = kkt.view((primal, 0), (size - primal, primal)).transpose();
+    kkt.view_mut((0, primal), (primal, size - primal)).copy_from(&below);
+    kkt.lu().solve(&right).unwrap()
+}
+
+fn agrees<const X: usize, const U: usize>(seed: u64, intervals: usize, conditions: usize) {
+    let mut rng = Rng::with_seed(seed);
+    let (stages, end) = problem::<X, U>(&mut rng, intervals, conditions, 0.5);
+    let (states, commands, nu) = swept(&stages, &end).unwrap();
+    let expected = dense(&stages, &end, conditions);
+    let scale = expected.amax();
+    for k in 0..intervals {
+        let at = k * (X + U);
+        let off = (expected.rows(at, U) - commands[k]).amax() + (expected.rows(at + U, X) - states[k]).amax();
+        assert!(off < 1e-9 * scale, "stage {k} of {intervals}: off by {off:e} of {scale:e}");
+    }
+    let multipliers = expected.rows(expected.len() - conditions, conditions);
+    assert!((multipliers - nu.rows(0, conditions)).amax() < 1e-9 * scale);
+    assert!(nu.rows(conditions, X - conditions).amax() == 0.0);
+}
+
+#[test]
+fn the_sweep_solves_the_optimality_conditions() {
+    for intervals in [2, 3, 10, 30] {
+        agrees::<12, 6>(intervals as u64, intervals, 12);
+        agrees::<6, 3>(intervals as u64, intervals, 6);
+    }
+    for conditions in [0, 1, 5, 9, 11] {
+        agrees::<12, 6>(7, 8, conditions);
+    }
+    agrees::<6, 3>(7, 8, 3);
+}
+
+/// An indefinite end without conditions is refused; conditions that fix what is indefinite, augmented, make it convex.
+#[test]
+fn convexity_is_that_of_what_the_conditions_leave_free() {
+    let mut rng = Rng::with_seed(3);
+    let (stages, mut end) = problem::<6, 3>(&mut rng, 12, 6, 0.2);
+    end.hessian -= 5.0 * SMatrix::<f64, 6, 6>::identity();
+    assert!(swept(&stages, &end).is_err());
+    let expected = dense(&stages, &end, 6);
+    end.hessian += 1e3 * end.jacobian.tr_mul(&end.jacobian);
+    end.gradient += 1e3 * end.jacobian.tr_mul(&end.residual);
+    let (_, commands, _) = swept(&stages, &end).unwrap();
+    for (k, command) in commands.iter().enumerate() {
+        assert!((expected.rows(9 * k, 3) - command).amax() < 1e-7 * expected.amax());
+    }
+}
+
+/// The double integrator brought to rest: `v` is linear in time, at every number of stages; the conditions are met.
+#[test]
+fn long_arcs_lose_nothing() {
+    for intervals in [2_usize, 1000, 100_000] {
+        let h = (intervals as f64).recip();
+        let stage = StageModel::<2, 1> {
+            state: SMatrix::zeros(),
+            mixed: SMatrix::zeros(),
+            command: SMatrix::identity() * h,
+            state_gradient: SVector::zeros(),
+            command_gradient: SVector::zeros(),
+            dynamics: Linearisation {
+                a: SMatrix::<f64, 2, 2>::new(1.0, h, 0.0, 1.0),
+                b: SMatrix::<f64, 2, 1>::new(0.0, h),
+            },
+            defect: SVector::zeros(),
+        };
+        let wanted = SVector::<f64, 2>::new(1.0, 0.0);
+        let weights = SMatrix::<f64, 2, 2>::from_diagonal(&SVector::<f64, 2>::new(120.0, 40.0));
+        let end = EndModel {
+            hessian: weights,
+            gradient: -(weights * wanted),
+            jacobian: SMatrix::identity(),
+            residual: -wanted,
+        };
+        let stages = vec![stage; intervals];
+        let (states, commands, _) = swept(&stages, &end).unwrap();
+        assert!((states[intervals - 1] - wanted).amax() < 1e-11);
+        let (first, last) = (commands[0][0], commands[intervals - 1][0]);
+        for (k, command) in commands.iter().enumerate() {
+            let part = k as f64 / (intervals - 1) as f64;
+            let linear = first + part * (last - first);
+            assert!((command[0] - linear).abs() < 1e-9 * first.abs(), "{k} of {intervals}");
+        }
+    }
+}
+
+/// Under the gain, commands follow a change of state as the optimum does, while many stages are left.
+#[test]
+fn gains_are_those_of_neighbouring_optima() {
+    let mut rng = Rng::with_seed(11);
+    let (stages, end) = problem::<6, 3>(&mut rng, 20, 6, 0.5);
+    let mut cost = CostToGo::end(&end);
+    let mut policy = Policy::zeros();
+    for stage in stages.iter().rev() {
+        cost.sweep(stage, &mut policy).unwrap();
+    }
+    let gain = cost.gain(&policy, &SVector::zeros());
+    let (_, commands, _) = swept(&stages, &end).unwrap();
+    for i in 0..6 {
+        let mut off = SVector::<f64, 6>::zeros();
+        off[i] = 1.0;
+        // A start off by `off` is a first defect and command gradient off by what it would have contributed.
+        let mut moved = stages.clone();
+        moved[0].defect += stages[0].dynamics.a * off;
+        moved[0].command_gradient += stages[0].mixed.tr_mul(&off);
+        let (_, others, _) = swept(&moved, &end).unwrap();
+        let change = others[0] - commands[0];
+        assert!((change + gain.column(i)).amax() < 1e-9);
+    }
+}

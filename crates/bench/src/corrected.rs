@@ -9,6 +9,7 @@ use lgvi_scene::Scene;
 use lgvi_truth::random::Random;
 use nalgebra::{SVector, Vector3};
 
+use crate::clock::Moment;
 use crate::error::BenchError;
 
 /// How a flight is corrected.
@@ -39,6 +40,8 @@ pub(crate) struct Task {
     target: BodyState,
     pub transfer: Transfer<Sources>,
     pub plan: Plan,
+    /// Time (ms) that the plan took, for an interval.
+    pub cold: f64,
 }
 
 /// What one flight has come to.
@@ -47,8 +50,8 @@ pub(crate) struct Arrival {
     pub miss: SVector<f64, 12>,
     /// Cost of the controls that were commanded.
     pub cost: f64,
-    /// Newton steps of each new plan.
-    pub iterations: Vec<u32>,
+    /// Newton steps of each new plan, and the time (ms) that it took for an interval.
+    pub replans: Vec<[f64; 2]>,
 }
 
 /// What differs from the plan in one flight.
@@ -66,9 +69,9 @@ impl Task {
         let refuse = || BenchError::Plan(format!("scene {name} has no manoeuvre to a state"));
         let transfer = scene.transfer().ok_or_else(refuse)?.map_err(plan_error)?;
         let index = scene.maneuver.as_ref().ok_or_else(refuse)?.body;
-        let settings = NewtonSettings::default();
-        let plan = solve(&transfer, Start::Cold, &settings, |_| true).map_err(plan_error)?;
+        let (plan, [_, milliseconds]) = timed(&transfer, Start::Cold)?;
         Ok(Self {
+            cold: milliseconds / intervals as f64,
             body: scene.bodies[index].body.clone(),
             target: transfer.target().state().ok_or_else(refuse)?,
             index,
@@ -98,15 +101,14 @@ impl Task {
         let mut arrival = Arrival {
             miss: SVector::zeros(),
             cost: 0.0,
-            iterations: Vec::new(),
+            replans: Vec::new(),
         };
         for step in 0..intervals {
             let state = flight.states()[self.index];
             if every.is_some_and(|every| step % every == 0)
-                && let Some((new, iterations)) =
-                    self.plan_again(&plan, step - begun, step, state)?
+                && let Some((new, effort)) = self.plan_again(&plan, step - begun, step, state)?
             {
-                arrival.iterations.push(iterations);
+                arrival.replans.push(effort);
                 plan = new;
                 begun = step;
             }
@@ -136,19 +138,15 @@ impl Task {
         flown: usize,
         step: usize,
         state: BodyState,
-    ) -> Result<Option<(Plan, u32)>, BenchError> {
+    ) -> Result<Option<(Plan, [f64; 2])>, BenchError> {
         let rest = self.transfer.remaining(step, state);
         let shifted = plan.remaining(&self.transfer, flown, state);
         let (Ok(rest), Ok(shifted)) = (rest, shifted) else {
             return Ok(None);
         };
-        let mut iterations = 0;
-        let settings = NewtonSettings::default();
-        let plan = solve(&rest, Start::Warm(&shifted), &settings, |now| {
-            iterations = now.iteration;
-            true
-        });
-        Ok(Some((plan.map_err(plan_error)?, iterations)))
+        let (plan, [iterations, milliseconds]) = timed(&rest, Start::Warm(&shifted))?;
+        let effort = [iterations, milliseconds / rest.intervals() as f64];
+        Ok(Some((plan, effort)))
     }
 
     /// A correction of force and moment, shortened to the largest of the plan: near the end gains grow without bound.
@@ -185,6 +183,22 @@ impl Task {
             initial,
         }
     }
+}
+
+/// A plan with its Newton steps and the time (ms) that it took.
+fn timed(transfer: &Transfer<Sources>, start: Start<'_>) -> Result<(Plan, [f64; 2]), BenchError> {
+    let settings = NewtonSettings::default();
+    let mut iterations = 0;
+    let begun = Moment::now();
+    let plan = solve(transfer, start, &settings, |now| {
+        iterations = now.iteration;
+        true
+    });
+    let milliseconds = 1e3 * begun.elapsed();
+    Ok((
+        plan.map_err(plan_error)?,
+        [f64::from(iterations), milliseconds],
+    ))
 }
 
 fn plan_error(error: impl ToString) -> BenchError {

@@ -65,6 +65,8 @@ struct Row {
     cost: [f64; 2],
     /// Newton steps of new plans.
     iterations: [f64; 2],
+    /// Their time for an interval, in units of that of the plan from nothing.
+    time: [f64; 2],
 }
 
 #[derive(Serialize)]
@@ -83,11 +85,14 @@ pub(crate) fn run(flights: u64, intervals: usize, directory: &Path) -> Result<()
         "{flights} flights of {intervals} steps; thrust errors {}, translation {}, rotation {}; {PLANS} new plans a flight",
         NOISE.thrust, NOISE.translation, NOISE.rotation
     );
-    println!("median and 95 % of the arrival error; cost; iterations of a new plan");
+    println!(
+        "median and 95 % of the arrival error; median cost; iterations of a new plan, and its time for an interval beside that \
+         of the plan from nothing"
+    );
     println!(
         "| scene | correction | position | attitude | velocity | angular momentum | cost | iterations |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let mut rows = Vec::new();
     for scene in SCENES {
         let task = Task::load(scene, intervals)?;
@@ -131,14 +136,17 @@ fn measure(
     flights: u64,
 ) -> Result<(Row, Vec<f64>), BenchError> {
     let mut errors: [Vec<f64>; 4] = Default::default();
-    let (mut costs, mut iterations) = (Vec::new(), Vec::new());
+    let (mut costs, mut iterations, mut times) = (Vec::new(), Vec::new(), Vec::new());
     for flight in 0..flights {
         let arrival = task.fly(flight, &NOISE, law)?;
         for (which, errors) in errors.iter_mut().enumerate() {
             errors.push(arrival.miss.fixed_rows::<3>(3 * which).norm());
         }
         costs.push(arrival.cost);
-        iterations.extend(arrival.iterations.into_iter().map(f64::from));
+        for [steps, time] in arrival.replans {
+            iterations.push(steps);
+            times.push(time / task.cold);
+        }
     }
     let spread = |values: &mut Vec<f64>| {
         values.sort_by(f64::total_cmp);
@@ -155,6 +163,7 @@ fn measure(
         angular_momentum,
         cost: spread(&mut costs),
         iterations: spread(&mut iterations),
+        time: spread(&mut times),
     };
     let [positions, ..] = errors;
     Ok((row, positions))
@@ -164,12 +173,14 @@ impl Row {
     fn print(&self) {
         let error = |[median, most]: [f64; 2]| format!("{median:.1e}, {most:.1e}");
         let [cost, _] = self.cost;
-        let iterations = match self.iterations {
-            [median, _] if median.is_nan() => String::new(),
-            [median, most] => format!("{median:.0}, {most:.0}"),
+        let replans = match (self.iterations, self.time) {
+            ([median, _], _) if median.is_nan() => " | ".into(),
+            ([median, most], [time, longest]) => {
+                format!("{median:.0}, {most:.0} | {time:.2}, {longest:.2}")
+            }
         };
         println!(
-            "| {} | {} | {} | {} | {} | {} | {cost:.3} | {iterations} |",
+            "| {} | {} | {} | {} | {} | {} | {cost:.3} | {replans} |",
             self.scene,
             self.correction,
             error(self.position),

@@ -4,11 +4,11 @@ mod root;
 mod slope;
 
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::rotation::Unsolvable;
 use thiserror::Error;
 
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve};
-use crate::{Motion, Plan, Transfer, TransferError};
+use crate::steps::HalfError;
+use crate::{Plan, Transfer, TransferError};
 use root::{Next, Root};
 
 /// A free final time `T = N h` and what it costs.
@@ -73,9 +73,6 @@ pub enum FinalTimeError {
         /// What was expected.
         expected: &'static str,
     },
-    /// No derivative by time: what does not move in the plan depends on it.
-    #[error("a free final time is planned for the full motion only, not for {0:?}")]
-    Unsupported(Motion),
     /// There is no plan at the first final time, nor nearer and nearer to one where there was.
     #[error("final time {final_time}: {source}")]
     Plan {
@@ -86,7 +83,7 @@ pub enum FinalTimeError {
     },
     /// The derivative cannot be had.
     #[error(transparent)]
-    Unsolvable(#[from] Unsolvable),
+    Slope(#[from] HalfError),
     /// The search has not ended.
     #[error(
         "the final time is not found after {solves} transfers: slope {slope:.3e} at {final_time}"
@@ -130,7 +127,7 @@ pub fn solve_final_time<F: Field + Clone>(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<TimedPlan, FinalTimeError> {
-    check(transfer, time)?;
+    check(time)?;
     let intervals = transfer.intervals as f64;
     let mut search = Root::new([time.shortest, time.longest], time.tolerance);
     let mut final_time = (transfer.h * intervals).clamp(time.shortest, time.longest);
@@ -190,7 +187,7 @@ pub fn solve_final_time<F: Field + Clone>(
     })
 }
 
-fn check<F>(transfer: &Transfer<F>, time: &FinalTime) -> Result<(), FinalTimeError> {
+fn check(time: &FinalTime) -> Result<(), FinalTimeError> {
     let FinalTime {
         shortest,
         longest,
@@ -214,9 +211,6 @@ fn check<F>(transfer: &Transfer<F>, time: &FinalTime) -> Result<(), FinalTimeErr
             value: tolerance,
             expected: "> 0",
         });
-    }
-    if transfer.motion != Motion::Full {
-        return Err(FinalTimeError::Unsupported(transfer.motion));
     }
     Ok(())
 }

@@ -3,6 +3,8 @@
 mod paths;
 mod winding;
 
+use std::cell::Cell;
+
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 
@@ -49,8 +51,8 @@ const SAME: f64 = 1e-6;
 /// Searches local minima of `transfer` from paths that wind otherwise about the geodesic's axis and the body's, and from
 /// random ones; each found once, the cheapest first.
 ///
-/// Minima are searched at the solver's coarse resolution and then refined. `observe` sees the iterations of all; if it
-/// returns `false`, the search ends with what was found, if there is something.
+/// Minima are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the
+/// iterations of all; if it returns `false`, the search ends with what is refined, if there is something.
 ///
 /// # Assumptions and limitations
 /// A search proves nothing about what it has not found. Of plans that are no strict minima none are returned.
@@ -71,59 +73,61 @@ pub fn search<F: Field + Clone>(
         ..transfer.clone()
     };
     let end = end(transfer);
-    let mut stopped = false;
+    let stopped = Cell::new(false);
     let mut watch = |now: &Progress| {
+        stopped.set(stopped.get() || !observe(now));
+        !stopped.get()
+    };
+    let mut as_coarse = |now: &Progress| {
         let phase = Phase::Coarse;
-        stopped |= !observe(&Progress { phase, ..*now });
-        !stopped
+        watch(&Progress { phase, ..*now })
     };
     let mut found: Vec<Minimum> = Vec::new();
     let mut failure = None;
-    let cold = solve(&coarse, Start::Cold, newton, &mut watch);
+    let cold = solve(&coarse, Start::Cold, newton, &mut as_coarse);
     match cold {
-        Ok(plan) => keep(&mut found, plan),
+        Ok(plan) => keep(&mut found, plan, 1),
         Err(error) => failure = Some(error),
     }
     for detour in Detours::new(settings.seed).take(settings.starts.saturating_sub(1) as usize) {
+        if stopped.get() {
+            break;
+        }
         let path = paths::plan(&coarse, &end, &detour);
-        if let Ok(plan) = solve(&coarse, Start::Warm(&path), newton, &mut watch) {
-            keep(&mut found, plan);
+        if let Ok(plan) = solve(&coarse, Start::Warm(&path), newton, &mut as_coarse) {
+            keep(&mut found, plan, 1);
         }
     }
+    rank(&mut found);
     let mut refined: Vec<Minimum> = Vec::new();
     for Minimum { plan, starts, .. } in found {
-        let fine = solve(transfer, Start::Warm(&plan), newton, |now| {
-            stopped |= !observe(now);
-            !stopped
-        });
-        match fine {
-            Ok(plan) => {
-                keep(&mut refined, plan);
-                if let Some(last) = refined.last_mut() {
-                    last.starts = starts;
-                }
-            }
+        match solve(transfer, Start::Warm(&plan), newton, &mut watch) {
+            Ok(plan) => keep(&mut refined, plan, starts),
             Err(error) => failure = failure.or(Some(error)),
         }
     }
-    refined.sort_by(|a, b| a.plan.cost.total_cmp(&b.plan.cost));
+    rank(&mut refined);
     match failure {
         Some(error) if refined.is_empty() => Err(error),
         _ => Ok(refined),
     }
 }
 
-/// Adds a minimum or counts it again.
-fn keep(found: &mut Vec<Minimum>, plan: Plan) {
-    if false && !plan.certificate.sufficient {
+fn rank(minima: &mut [Minimum]) {
+    minima.sort_by(|a, b| a.plan.cost.total_cmp(&b.plan.cost));
+}
+
+/// Adds a minimum to which so many starts led, or counts them to it.
+fn keep(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
+    if !plan.certificate.sufficient {
         return;
     }
     match found.iter_mut().find(|known| same(&known.plan, &plan)) {
-        Some(known) => known.starts += 1,
+        Some(known) => known.starts += starts,
         None => found.push(Minimum {
             winding: plan.winding(),
             plan,
-            starts: 1,
+            starts,
         }),
     }
 }

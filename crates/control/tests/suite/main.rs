@@ -4,6 +4,7 @@
 
 mod case;
 mod final_time;
+mod maneuvers;
 mod minima;
 mod replan;
 mod processing;

@@ -7,6 +7,7 @@
 //! each constant over its interval, by an accurate integrator or by the LGVI, they miss the target by `O(h²)` where a plain
 //! Lie–Euler plan's miss it by `O(h)`, and the cost is that close to the continuous problem's.
 
+use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{Matrix3, SMatrix};
@@ -14,10 +15,10 @@ use thiserror::Error;
 
 use crate::problem::Dynamics;
 use crate::steps::{Coordinates, Full};
-use crate::{Plan, Transfer};
+use crate::{Plan, Transfer, TransferError};
 
 /// Why a transfer or a plan is not processed.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 pub enum ProcessingError {
     /// The dynamics are of second order already.
     #[error("the LGVI needs no processing: expected Lie–Euler dynamics")]
@@ -33,6 +34,9 @@ pub enum ProcessingError {
         /// By how much.
         source: Unsolvable,
     },
+    /// Half a drift early it is no transfer.
+    #[error("half a drift early: {0}")]
+    Transfer(#[from] TransferError),
 }
 
 /// The transfer to plan instead of `transfer`: between its boundary states half a drift early.
@@ -40,22 +44,28 @@ pub enum ProcessingError {
 /// # Assumptions and limitations
 /// Its states are half a drift early, and so inequalities on states are imposed early by half a step. The step is given: a
 /// free final time would shift the boundary states with it.
-pub fn processed<F>(transfer: Transfer<F>) -> Result<Transfer<F>, ProcessingError> {
+pub fn processed<F: Field>(transfer: Transfer<F>) -> Result<Transfer<F>, ProcessingError> {
     if transfer.dynamics != Dynamics::LieEuler {
         return Err(ProcessingError::Dynamics);
     }
     let target = transfer.target.state().ok_or(ProcessingError::Terminal)?;
     let early = |which, state: &BodyState| {
-        let (early, _) = drifted(&transfer.body, -0.5 * transfer.h, state, which)?;
-        Ok(early)
+        drifted(&transfer.body, -0.5 * transfer.h, state, which).map(|(early, _)| early)
     };
     let initial = early("the initial state", &transfer.initial)?;
-    let target = early("the target", &target)?.into();
-    Ok(Transfer {
-        initial,
-        target,
-        ..transfer
-    })
+    let target = early("the target", &target)?;
+    let Transfer {
+        body,
+        field,
+        h,
+        intervals,
+        actuation,
+        motion,
+        constraints,
+        ..
+    } = transfer;
+    let early = Transfer::new(body, field, h, intervals, initial, target, actuation)?;
+    Ok(early.with_motion(motion).with_constraints(constraints)?)
 }
 
 /// What the `plan` of a [`processed`] transfer of `body` is in the transfer's own terms: its states half a drift later, from

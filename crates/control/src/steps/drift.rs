@@ -18,6 +18,7 @@ pub(crate) enum Drift {
 }
 
 /// First derivatives of a drift.
+#[expect(clippy::large_enum_variant, reason = "one of each, on the stack")]
 pub(crate) enum DriftGradient {
     /// `h/m`
     Glide(f64),

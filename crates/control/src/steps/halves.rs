@@ -1,4 +1,9 @@
 //! Steps of one half of a body's motion, the other half being that of the free flight.
+//!
+//! # Assumptions and limitations
+//! The other half is frozen: what the half planned does to it by gravity (a body elsewhere in its orbit is turned
+//! otherwise, one turned otherwise is pulled otherwise) is left out. For a body of size ρ at the distance r it is of the
+//! order `(ρ/r)²` of the loads. The full propagator misses a plan's end by that.
 
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;

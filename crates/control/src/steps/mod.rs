@@ -4,7 +4,9 @@ mod commands;
 mod coordinates;
 mod drift;
 mod halves;
+mod kick;
 mod kick_drift_kick;
+mod passage;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -12,9 +14,11 @@ use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
-#[allow(unused_imports, reason = "for the structured solver")]
 pub(crate) use self::{
-    commands::HalfCommands, coordinates::Coordinates, coordinates::Full, halves::{HalfError, Rotation as RotationHalf, Translation as TranslationHalf}, kick_drift_kick::KickDriftKick,
+    commands::HalfCommands,
+    coordinates::{Coordinates, Full},
+    halves::{HalfError, Rotation as RotationHalf, Translation as TranslationHalf},
+    kick_drift_kick::KickDriftKick,
 };
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
 use self::model::{Scene, State, scenes, scheme};
-use super::{Curvature, HalfCommands, KickDriftKick, Linearisation, Steps};
+use super::{Curvature, HalfCommands, HalfError, KickDriftKick, Linearisation, Steps};
 use crate::problem::Dynamics;
 
 fn random<const N: usize>(rng: &mut fastrand::Rng, scale: f64) -> SVector<f64, N> {
@@ -99,6 +99,15 @@ fn found<const X: usize, const U: usize>(
     steps
         .curvature(k, state, command, lambda, &mut second)
         .unwrap();
+    let (mut one, mut two) = (first.clone(), second.clone());
+    one.a.fill(unset);
+    two.state.fill(unset);
+    let at_once = steps
+        .expand(k, state, command, lambda, &mut one, &mut two)
+        .unwrap();
+    assert_eq!(at_once, end);
+    assert_eq!((one.a, one.b), (first.a, first.b));
+    assert_eq!((two.state, two.mixed), (second.state, second.mixed));
     (end, first, second)
 }
 
@@ -290,4 +299,22 @@ fn moving_by_the_difference_arrives() {
         assert!((rotation.difference(&part, &whole) - halves[1]).amax() < 1e-14);
         assert_eq!(whole, there);
     }
+}
+
+#[test]
+fn a_free_flight_that_turns_too_far_is_an_error_with_its_step() {
+    let mut rng = fastrand::Rng::with_seed(36);
+    let mut transfer = scenes(&mut rng)[0].transfer(Dynamics::LieEuler);
+    let forces = HalfCommands::forces(&transfer.actuation).unwrap();
+    transfer.initial.angular_momentum *= 100.0;
+    let steps = KickDriftKick::translation(&transfer, &forces);
+    assert!(matches!(
+        steps.err(),
+        Some(HalfError::Unsolvable { step: 0, source }) if source.turn > 1.0
+    ));
+    transfer.initial.angular_momentum.fill(0.0);
+    transfer.initial.position.fill(0.0);
+    transfer.initial.linear_momentum.fill(0.0);
+    let steps = KickDriftKick::translation(&transfer, &forces);
+    assert!(matches!(steps.err(), Some(HalfError::NotFinite { .. })));
 }

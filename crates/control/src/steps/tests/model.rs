@@ -12,6 +12,7 @@ use self::potentials::{
 use crate::problem::Dynamics;
 use crate::{Actuation, Transfer};
 
+#[allow(dead_code, reason = "the tests of gravity use more of it")]
 #[path = "../../../../dynamics/tests/suite/potentials.rs"]
 mod potentials;
 

@@ -141,6 +141,52 @@ impl<const X: usize> CostToGo<X> {
         Some(nu)
     }
 
+    /// Condition number, in the 1-norm, of the map from multipliers to terminal conditions, each condition in the unit
+    /// that its augmentation implies; infinite where the map is singular.
+    ///
+    /// The augmentation, by `½ Σ ρ c²`, is taken out again: `Λ = −M⁻¹ − ρ` is the inverse of the map without it.
+    pub(crate) fn condition(&self, augmentation: &SVector<f64, X>) -> f64 {
+        let Some((factor, scale)) = self.gram_factor() else {
+            return f64::INFINITY;
+        };
+        let mut inverse = SMatrix::<f64, X, X>::identity();
+        forward(&factor, &mut inverse);
+        backward(&factor, &mut inverse);
+        let unit = augmentation.map(|weight| if weight > 0.0 { weight.sqrt().recip() } else { 0.0 });
+        for i in 0..X {
+            for j in 0..X {
+                inverse[(i, j)] *= scale[i] * unit[i] * scale[j] * unit[j];
+            }
+            inverse[(i, i)] += if unit[i] > 0.0 { -1.0 } else { 1.0 };
+        }
+        let norm = |m: &SMatrix<f64, X, X>| m.column_iter().map(|c| c.abs().sum()).fold(0.0, f64::max);
+        inverse.try_inverse().map_or(f64::INFINITY, |map| norm(&inverse) * norm(&map))
+    }
+
+    /// The gain `K + N (E − M)⁻¹ Gᵀ` of the policy under which ν follows the state: that of the neighbouring extremals.
+    ///
+    /// With `E = 0` it is the gain of the fixed end, which grows without bound as the end draws near and fewer stages are
+    /// left than conditions. A positive diagonal `E` imposes the conditions with weight `E⁻¹` instead: the same gain as
+    /// long as the conditions cost less than that, bounded to the last stage.
+    pub(crate) fn gain<const U: usize>(
+        &self,
+        policy: &Policy<X, U>,
+        softness: &SVector<f64, X>,
+    ) -> SMatrix<f64, U, X> {
+        let soft = Self {
+            gram: self.gram - SMatrix::from_diagonal(softness),
+            ..self.clone()
+        };
+        let Some((factor, scale)) = soft.gram_factor() else {
+            return policy.state;
+        };
+        let mut response = SMatrix::<f64, X, X>::from_fn(|i, j| scale[i] * self.border[(j, i)]);
+        forward(&factor, &mut response);
+        backward(&factor, &mut response);
+        let scaled = SMatrix::<f64, U, X>::from_fn(|i, j| policy.conditions[(i, j)] * scale[j]);
+        policy.state + scaled * response
+    }
+
     /// The Cholesky factor of `−S M S` with `S` such that its diagonal is 1, and `S`; zero rows count as not there.
     fn gram_factor(&self) -> Option<(SMatrix<f64, X, X>, SVector<f64, X>)> {
         let scale = SVector::from_fn(|i, _| {

@@ -143,3 +143,39 @@ where
         nu: from.nu,
     }
 }
+
+/// The path of `states` with other intervals over the same time: cubics between them, with slopes from the neighbours.
+pub(crate) fn refined(states: &[BodyState], intervals: usize) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
+    let last = states.len() - 1;
+    let turn = |from: usize, to: usize| log(&states[from].attitude.tr_mul(&states[to].attitude));
+    // Displacement and turn a coarse interval, at a coarse stage.
+    let slope = |k: usize| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+        let share = ((after - before) as f64).recip();
+        let displacement = states[after].position - states[before].position;
+        (share * displacement, share * (turn(k, after) - turn(k, before)))
+    };
+    let basis = |t: f64| {
+        let r = 1.0 - t;
+        [t * t * (3.0 - 2.0 * t), t * r * r, -t * t * r]
+    };
+    (0..=intervals)
+        .map(|k| {
+            let at = k as f64 * (last as f64 / intervals as f64);
+            let below = (at as usize).min(last - 1);
+            let (from, to) = (&states[below], &states[below + 1]);
+            let [end, first, second] = basis(at - below as f64);
+            let (velocity, spin) = slope(below);
+            let (next_velocity, next_spin) = slope(below + 1);
+            let rotation = turn(below, below + 1);
+            let position = from.position
+                + end * (to.position - from.position)
+                + first * velocity
+                + second * next_velocity;
+            let turned = end * rotation
+                + first * spin
+                + second * (right_jacobian_inverse(&rotation) * next_spin);
+            (position, from.attitude * exp(&turned))
+        })
+        .collect()
+}

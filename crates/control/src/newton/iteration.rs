@@ -190,7 +190,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         loop {
             match self
                 .model
-                .solve(problem, inequalities, &self.iterate, *kind)
+                .solve(problem, inequalities, &self.iterate, *kind, |_, _, _| ())
             {
                 Err(ModelError::NotConvex { stage }) => {
                     let more = AUGMENTATIONS
@@ -218,11 +218,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             standing.cost += 0.5 * command.dot(&gradient);
             standing.violation = standing.violation.max(self.model.defects[k].norm());
         }
-        standing.stationarity = if self.model.stationarity == 0.0 {
-            0.0
-        } else {
-            self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE)
-        };
+        standing.stationarity =
+            self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE);
     }
 
     fn search<S, E, Q>(

@@ -10,5 +10,5 @@ mod trial;
 
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
-pub(crate) use model::ModelError;
+pub(crate) use model::{Kind, Model, ModelError};
 pub(crate) use problem::{Iterate, Problem};

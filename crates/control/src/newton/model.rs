@@ -30,6 +30,8 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) policies: Vec<Policy<X, U>>,
     /// `c`
     pub(crate) miss: SVector<f64, X>,
+    /// `ρ`, the weights of the terminal conditions' augmentation; zero for rows without one.
+    pub(crate) augmentation: SVector<f64, X>,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
     /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`.
@@ -64,6 +66,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             costates: vec![SVector::zeros(); intervals],
             policies: vec![Policy::zeros(); intervals],
             miss: SVector::zeros(),
+            augmentation: SVector::zeros(),
             start: CostToGo::end(&EndModel {
                 hessian: SMatrix::zeros(),
                 gradient: SVector::zeros(),
@@ -89,13 +92,15 @@ impl<const X: usize, const U: usize> Model<X, U> {
         }
     }
 
-    /// Builds the model round `iterate` and solves it backwards.
+    /// Builds the model round `iterate` and solves it backwards; `visit` sees the policy of every stage and the cost to
+    /// go from it.
     pub(crate) fn solve<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         iterate: &Iterate<X, U>,
         kind: Kind,
+        mut visit: impl FnMut(usize, &Policy<X, U>, &CostToGo<X>),
     ) -> Result<(), ModelError>
     where
         S: Steps<X, U>,
@@ -106,7 +111,8 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let curvature = kind.curvature;
         let last = problem.intervals;
         let end = &iterate.states[last];
-        let (mut costate, end_model) = end_model(problem, inequalities, iterate, kind);
+        let (mut costate, end_model) =
+            end_model(problem, inequalities, iterate, kind, &mut self.augmentation);
         self.miss = end_model.residual;
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
@@ -165,6 +171,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             }
             cost.sweep(stage, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
+            visit(k, &self.policies[k], &cost);
             self.dynamics[k].clone_from(&stage.dynamics);
             self.defects[k] = stage.defect;
         }
@@ -179,6 +186,7 @@ fn end_model<S, E, Q, const X: usize, const U: usize>(
     inequalities: &mut Q,
     iterate: &Iterate<X, U>,
     kind: Kind,
+    augmentation: &mut SVector<f64, X>,
 ) -> (SVector<f64, X>, EndModel<X>)
 where
     E: Ending<X>,
@@ -188,15 +196,18 @@ where
     let jacobian = problem.ending.jacobian(end);
     let residual = problem.ending.residual(end);
     let mut augmented = jacobian;
-    for mut row in augmented.row_iter_mut() {
+    for (weight, mut row) in augmentation.iter_mut().zip(augmented.row_iter_mut()) {
         let compliance: f64 = row
             .iter()
             .zip(&problem.stiffness)
             .map(|(c, stiffness)| c * c / stiffness)
             .sum();
-        if compliance > 0.0 {
-            row *= kind.augmentation / compliance;
-        }
+        *weight = if compliance > 0.0 {
+            kind.augmentation / compliance
+        } else {
+            0.0
+        };
+        row *= *weight;
     }
     let mut hessian = jacobian.tr_mul(&augmented);
     let mut gradient = augmented.tr_mul(&residual);

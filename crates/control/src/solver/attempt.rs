@@ -41,7 +41,7 @@ const GUESSES: [Guess; 4] = [
 const STOUT: f64 = 0.3;
 const THINNER: f64 = 0.6;
 /// By how much stages may multiply at once.
-const REFINEMENT: usize = 20;
+const REFINEMENT: usize = 5;
 /// How far a body may turn in a step of the first resolution (rad), by what is known before.
 const TURN: f64 = 0.3;
 
@@ -295,7 +295,11 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             let view = resolved(self.transfer, next);
             let steps = self.class.steps(&view)?;
             let problem = self.problem(&view, &steps);
-            let iterate = guess::resampled(&problem, &newton.iterate);
+            let path = guess::refined(&newton.iterate.states, next);
+            let end = &newton.iterate.states[now];
+            let mut iterate = guess::along(&problem, &view.body, &path, end)
+                .map_err(|(step, source)| PlanError::Dynamics { step, source })?;
+            iterate.nu = newton.iterate.nu;
             let phase = if next < all {
                 Phase::Coarse
             } else {

@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
-use crate::newton::{Ending, Inequalities, Iterate};
+use crate::newton::{Ending, Inequalities, Iterate, Kind, Model, Problem};
 use crate::problem::{RotationTarget, TranslationTarget};
 use crate::steps::Steps;
 use crate::{Certificate, Plan};
@@ -67,7 +67,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         goal
     }
 
-    /// The plan with all that it carries.
+    /// The plan with all that it carries, computed from its states and commands alone.
     pub(super) fn finish<Q, const X: usize, const U: usize>(
         &self,
         iterate: &Iterate<X, U>,
@@ -77,11 +77,65 @@ impl<F: Field, C> Solver<'_, F, C> {
         C: Class<X, U>,
         Q: Inequalities<X, U>,
     {
-        let _ = inequalities;
-        match self.flown(iterate)? {
-            Some(plan) => Ok(plan),
-            None => Err(PlanError::Stopped { best: None }),
+        let Some(mut plan) = self.flown(iterate)? else {
+            return Err(PlanError::Stopped { best: None });
+        };
+        let iterate = Iterate {
+            states: plan.states.clone(),
+            commands: iterate.commands.clone(),
+            nu: iterate.nu,
+        };
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
+        let softness = softness(&problem, &iterate);
+        let mut model = Model::new(problem.intervals);
+        let mut sufficient = false;
+        for kind in KINDS {
+            let solved = model.solve(
+                &problem,
+                inequalities,
+                &iterate,
+                kind,
+                |k, policy, cost| {
+                    plan.feedback[k] = self.widened_gain(&cost.gain(policy, &softness));
+                },
+            );
+            if solved.is_ok() {
+                sufficient = kind.curvature == 1.0;
+                break;
+            }
         }
+        for (wide, own) in plan.multipliers.iter_mut().zip(&model.costates) {
+            wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
+        }
+        let gradient = |command: &SVector<f64, U>| (problem.h * problem.weight * command).amax();
+        let largest = iterate.commands.iter().map(gradient).fold(0.0, f64::max);
+        let (inequality, complementarity) = inequalities.residuals();
+        plan.certificate = Certificate {
+            stationarity: model.stationarity / largest.max(f64::MIN_POSITIVE),
+            defect: model.defects.iter().map(SVector::norm).fold(0.0, f64::max),
+            terminal: model.miss.norm(),
+            inequality,
+            complementarity,
+            condition: model.start.condition(&model.augmentation),
+            sufficient: sufficient && model.start.multipliers().is_some(),
+        };
+        Ok(plan)
+    }
+
+    fn widened_gain<const X: usize, const U: usize>(
+        &self,
+        gain: &SMatrix<f64, U, X>,
+    ) -> SMatrix<f64, 6, 12>
+    where
+        C: Class<X, U>,
+    {
+        let mut wide = SMatrix::<f64, 6, 12>::zeros();
+        for (i, column) in gain.column_iter().enumerate() {
+            let command = self.class.widened(&column.into_owned());
+            wide.set_column(C::FIRST + i, &(self.transfer.actuation.matrix() * command));
+        }
+        wide
     }
 
     /// What the solver has where it has not converged.
@@ -141,6 +195,49 @@ impl<F: Field, C> Solver<'_, F, C> {
         plan.certificate.terminal = self.class.ending(transfer).residual(&state).norm();
         Ok(Some(plan))
     }
+}
+
+/// Models to certify a plan by: the exact Hessian, augmented more and more, and that of Gauss and Newton, which is always
+/// convex, for gains where the plan is no minimum.
+const KINDS: [Kind; 5] = [
+    exact(10.0),
+    exact(1e3),
+    exact(1e5),
+    exact(1e7),
+    Kind {
+        curvature: 0.0,
+        ..exact(10.0)
+    },
+];
+
+const fn exact(augmentation: f64) -> Kind {
+    Kind {
+        curvature: 1.0,
+        augmentation,
+        damping: 0.0,
+    }
+}
+
+/// Part of the duration, and intervals at least, for which feedback keeps the terminal conditions soft.
+const SOFT: f64 = 0.02;
+const SOFT_INTERVALS: f64 = 3.0;
+
+/// What a terminal condition gives way by, a unit of its multiplier: as if it were met in the time that is soft.
+fn softness<S, E: Ending<X>, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    iterate: &Iterate<X, U>,
+) -> SVector<f64, X> {
+    let part = SOFT.max(SOFT_INTERVALS / problem.intervals as f64).min(1.0);
+    let jacobian = problem.ending.jacobian(&iterate.states[problem.intervals]);
+    SVector::from_fn(|row, _| {
+        let compliance = |column: usize| {
+            // Poses, then momenta, by threes.
+            let power = if (column / 3) % 2 == 0 { 3 } else { 1 };
+            let share = (0..power).fold(1.0, |share, _| share * part);
+            jacobian[(row, column)] * jacobian[(row, column)] * share / problem.stiffness[column]
+        };
+        (0..X).map(compliance).sum()
+    })
 }
 
 /// The rotation vector of the shortest way from one direction to another.

@@ -2,7 +2,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
 use super::row::Row;
-use super::set::Barrier;
+use super::set::{Barrier, StateRow};
 use crate::newton::{Inequalities, Satisfied};
 
 /// The part of the way to 0 or ρ that a multiplier goes in a step at most.
@@ -19,21 +19,17 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     ) {
         let count = self.states.len();
         let rows = &mut self.state_rows[interval * count..(interval + 1) * count];
-        for (placed, (row, slope)) in self.states.iter().zip(rows) {
+        for (placed, StateRow { row, gradient: slope, scale }) in self.states.iter().zip(rows) {
             if !placed.plans(interval) {
                 continue;
             }
             let inequality = &placed.inequality;
-            row.model(&self.schedule.penalty, inequality.value(state));
+            row.model(&self.schedule.penalty, *scale * inequality.value(state));
             let (by_place, twice) = inequality.derivatives(state);
+            let by_place = *scale * by_place;
             *slope = by_place;
-            let share = if inequality.is_convex() {
-                1.0
-            } else {
-                curvature
-            };
-            let added =
-                (share * row.multiplier) * twice + (row.weight * by_place) * by_place.transpose();
+            let added = (curvature * row.multiplier * *scale) * twice
+                + (row.weight * by_place) * by_place.transpose();
             let mut block = hessian.fixed_view_mut::<3, 3>(placed.offset, placed.offset);
             block += added;
             let mut part = gradient.fixed_rows_mut::<3>(placed.offset);
@@ -63,13 +59,13 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let count = self.states.len();
         let rows = &self.state_rows[interval * count..(interval + 1) * count];
         let mut force = SVector::<f64, X>::zeros();
-        for (placed, (row, _)) in self.states.iter().zip(rows) {
+        for (placed, StateRow { row, scale, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
-                let value = placed.inequality.value(state);
+                let value = scale * placed.inequality.value(state);
                 let (by_place, _) = placed.inequality.derivatives(state);
                 let y = row.multiplier_at(&self.schedule.penalty, value);
                 let mut part = force.fixed_rows_mut::<3>(placed.offset);
-                part += y * by_place;
+                part += (y * scale) * by_place;
             }
         }
         force
@@ -103,7 +99,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         }
         let count = self.states.len();
         let rows = &mut self.state_rows[interval * count..(interval + 1) * count];
-        for (placed, (row, gradient)) in self.states.iter().zip(rows) {
+        for (placed, StateRow { row, gradient, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
                 take(row, gradient.dot(&z.fixed_rows::<3>(placed.offset)));
             }
@@ -126,9 +122,10 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         for inequality in &self.commands {
             sum += penalty.value(inequality.value(command));
         }
-        for placed in &self.states {
+        let rows = &self.state_rows[interval * self.states.len()..];
+        for (placed, StateRow { scale, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
-                sum += penalty.value(placed.inequality.value(state));
+                sum += penalty.value(scale * placed.inequality.value(state));
             }
         }
         (sum, 0.0)
@@ -142,7 +139,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         for (row, _) in &mut self.command_rows {
             row.multiplier += dual * row.change;
         }
-        for (row, _) in &mut self.state_rows {
+        for StateRow { row, .. } in &mut self.state_rows {
             row.multiplier += dual * row.change;
         }
     }

@@ -18,7 +18,7 @@ impl Default for BarrierTolerances {
         Self {
             violation: 1e-9,
             complementarity: 1e-9,
-            gap: 1e-9,
+            gap: 1e-8,
         }
     }
 }
@@ -57,18 +57,26 @@ pub(super) struct Schedule {
     highest: f64,
     /// Whether the subproblem was solved when last looked at.
     solved: bool,
+    /// How often in a row it was as good as rounding may leave it.
+    rough: u32,
 }
 
 /// β at the start, in parts of an inequality's share of the cost.
 const FIRST: f64 = 0.1;
 /// ρ at the start and at most, in parts of the cost.
-const PRICES: [f64; 2] = [1e2, 1e5];
+const PRICES: [f64; 2] = [1e2, 1e6];
 /// How near to ρ a multiplier may come before ρ rises to the highest.
 const NEAR: f64 = 0.1;
 /// How near to the highest ρ one is where inequalities cannot be satisfied.
 const HOPELESS: f64 = 0.9;
 /// Errors to which subproblems are solved, relative: at most, and at least.
 const ERRORS: [f64; 2] = [0.1, 1e-8];
+
+/// Where products of slack and multiplier are this near to β, stationarity this near to 0, and that so many times in a
+/// row, only rounding is left: `g` of rounding ε puts `y² ε/β` into the multipliers.
+const ROUGH_GAP: f64 = 1e-3;
+const ROUGH_ERROR: f64 = 1e-5;
+const ROUGH_TIMES: u32 = 4;
 
 impl Schedule {
     /// For `rows` inequalities under a cost of the size `scale`.
@@ -81,9 +89,10 @@ impl Schedule {
             },
             tolerances,
             share,
-            last: (tolerances.gap * share).min(0.1 * tolerances.complementarity),
+            last: (tolerances.gap * share).min(0.5 * tolerances.complementarity),
             highest: PRICES[1] * scale,
             solved: false,
+            rough: 0,
         }
     }
 
@@ -97,7 +106,10 @@ impl Schedule {
     pub(super) fn tighten(&mut self, error: f64, now: &Measure) -> bool {
         let Penalty { beta, rho } = self.penalty;
         let part = beta / self.share;
-        self.solved = now.gap <= beta && error <= part.min(ERRORS[0]).max(ERRORS[1]);
+        let rough = now.gap <= ROUGH_GAP * beta && error <= ROUGH_ERROR;
+        self.rough = if rough { self.rough + 1 } else { 0 };
+        self.solved = now.gap <= beta && error <= part.min(ERRORS[0]).max(ERRORS[1])
+            || self.rough > ROUGH_TIMES;
         if !self.solved {
             return false;
         }
@@ -106,6 +118,7 @@ impl Schedule {
             return true;
         }
         if beta > self.last && !self.hopeless(now) {
+            self.rough = 0;
             self.penalty.beta = (self.share * (0.2 * part).min(part * part.sqrt())).max(self.last);
             return true;
         }
@@ -119,7 +132,11 @@ impl Schedule {
         if self.solved && self.hopeless(now) {
             Satisfied::Never
         } else if within && self.penalty.beta <= self.last {
-            Satisfied::Yes
+            if self.rough > ROUGH_TIMES {
+                Satisfied::ToRounding
+            } else {
+                Satisfied::Yes
+            }
         } else {
             Satisfied::NotYet
         }

@@ -14,8 +14,8 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) schedule: Schedule,
     /// A row for each interval and command inequality, and the gradient there.
     pub(super) command_rows: Vec<(Row, SVector<f64, U>)>,
-    /// A row for each interval and state inequality, and the gradient there.
-    pub(super) state_rows: Vec<(Row, Vector3<f64>)>,
+    /// A row for each interval and state inequality.
+    pub(super) state_rows: Vec<StateRow>,
     /// The longest step of the multipliers along the direction.
     pub(super) reach: f64,
     /// The slope of the penalties along the direction.
@@ -34,6 +34,16 @@ impl Placed {
     pub(super) fn plans(&self, interval: usize) -> bool {
         self.planned.contains(&interval)
     }
+}
+
+/// The row of a state inequality at an interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StateRow {
+    pub(super) row: Row,
+    /// The gradient by the place.
+    pub(super) gradient: Vector3<f64>,
+    /// What `g` and its derivatives are multiplied by.
+    pub(super) scale: f64,
 }
 
 /// Which states nothing is left to plan of.
@@ -91,9 +101,14 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let states: Vec<_> = set.state.iter().map(placed).collect();
         let planned: usize = states.iter().map(|placed| placed.planned.len()).sum();
         let rows = planned + intervals * commands.len();
+        let row = StateRow {
+            row: Row::default(),
+            gradient: Vector3::zeros(),
+            scale: 1.0,
+        };
         Self {
             command_rows: vec![(Row::default(), SVector::zeros()); intervals * commands.len()],
-            state_rows: vec![(Row::default(), Vector3::zeros()); intervals * states.len()],
+            state_rows: vec![row; intervals * states.len()],
             schedule: Schedule::new(scale, rows, tolerances),
             commands,
             states,
@@ -158,9 +173,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             let constraint = commands[at % commands.len()].constraint;
             (constraint, at / commands.len(), row.value)
         });
-        let of_states = self.state_rows.iter().enumerate().map(|(at, (row, _))| {
+        let of_states = self.state_rows.iter().enumerate().map(|(at, state)| {
             let constraint = states[at % states.len()].inequality.constraint;
-            (constraint, at / states.len(), row.value)
+            (constraint, at / states.len(), state.row.value)
         });
         let worst = of_commands
             .chain(of_states)
@@ -179,7 +194,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             now.take(row);
         }
         let count = self.states.len();
-        for (at, (row, _)) in self.state_rows.iter().enumerate() {
+        for (at, StateRow { row, .. }) in self.state_rows.iter().enumerate() {
             if self.states[at % count].plans(at / count) {
                 now.take(row);
             }
@@ -203,14 +218,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             visit(&self.schedule, row, inequality.value(command), along);
         }
         let count = self.states.len();
-        for (at, (row, _)) in self.state_rows.iter_mut().enumerate() {
+        for (at, StateRow { row, scale, .. }) in self.state_rows.iter_mut().enumerate() {
             let (interval, placed) = (at / count, &self.states[at % count]);
             if placed.plans(interval) {
                 let state = &states[interval];
+                *scale = placed.inequality.scale(state);
                 let (gradient, _) = placed.inequality.derivatives(state);
-                let gradient = Gradient::State(placed.offset, gradient);
+                let gradient = Gradient::State(placed.offset, *scale * gradient);
                 let along = Along { interval, gradient };
-                visit(&self.schedule, row, placed.inequality.value(state), along);
+                let value = *scale * placed.inequality.value(state);
+                visit(&self.schedule, row, value, along);
             }
         }
     }

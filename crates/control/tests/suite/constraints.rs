@@ -20,7 +20,7 @@ fn vector(value: &Value) -> Vector3<f64> {
     Vector3::from_fn(|i, _| number(&value[i]))
 }
 
-fn references() -> Value {
+pub fn references() -> Value {
     let path = format!(
         "{}/../../tests/truth/constrained_control.json",
         env!("CARGO_MANIFEST_DIR")
@@ -92,7 +92,7 @@ fn terminal(kinds: &Value, state: &BodyState) -> Terminal {
     terminal
 }
 
-fn transfer(file: &Value, case: &Value) -> Transfer<Central> {
+pub fn transfer(file: &Value, case: &Value) -> Transfer<Central> {
     let n = number(&case["N"]) as usize;
     let set = case["set"].as_str().expect("a set");
     let given = &file["sets"][set];
@@ -116,7 +116,7 @@ fn transfer(file: &Value, case: &Value) -> Transfer<Central> {
         let actuation = Actuation::actuators(&rows.iter().map(column).collect::<Vec<_>>());
         let inertia = Inertia::principal(vector(&given["J"]).into()).expect("inertia");
         let still = |attitude: &Value| BodyState {
-            position: Vector3::zeros(),
+            position: Vector3::x(),
             linear_momentum: Vector3::zeros(),
             attitude: Matrix3::from_fn(|i, j| number(&attitude[i][j])),
             angular_momentum: Vector3::zeros(),

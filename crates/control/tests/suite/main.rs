@@ -5,5 +5,6 @@
 mod case;
 mod constraints;
 mod scratch;
+mod sweep;
 mod sensitivity;
 mod truth;

@@ -62,7 +62,7 @@ pub(crate) struct CostToGo<const X: usize> {
     pub(crate) hessian: SMatrix<f64, X, X>,
     /// `p`
     pub(crate) gradient: SVector<f64, X>,
-    /// `G`
+    /// `Gᵀ`
     pub(crate) border: SMatrix<f64, X, X>,
     /// `m`
     pub(crate) offset: SVector<f64, X>,
@@ -80,7 +80,7 @@ impl<const X: usize> CostToGo<X> {
         Self {
             hessian: model.hessian,
             gradient: model.gradient,
-            border: model.jacobian.transpose(),
+            border: model.jacobian,
             offset: model.residual,
             gram: SMatrix::zeros(),
         }
@@ -93,24 +93,27 @@ impl<const X: usize> CostToGo<X> {
         policy: &mut Policy<X, U>,
     ) -> Result<(), NotConvex> {
         let Linearisation { a, b } = &stage.dynamics;
-        let pa = self.hessian * a;
-        let pb = self.hessian * b;
-        let gradient = self.gradient + self.hessian * stage.defect;
+        let pa = product(&self.hessian, a);
+        let pb = product(&self.hessian, b);
+        let gradient = self.gradient + product(&self.hessian, &stage.defect);
 
-        let mut factor = stage.command + b.tr_mul(&pb);
+        let mut factor = stage.command + product(&pb.transpose(), b);
         factorise(&mut factor)?;
-        let mut by_state = stage.mixed.transpose() + pb.tr_mul(a);
-        let mut by_conditions = b.tr_mul(&self.border);
+        let pa_t = pa.transpose();
+        let mut by_state = (stage.mixed + product(&pa_t, b)).transpose();
+        let mut by_conditions = product(&self.border, b).transpose();
         let mut constant = stage.command_gradient + b.tr_mul(&gradient);
         forward(&factor, &mut by_state);
         forward(&factor, &mut by_conditions);
         forward(&factor, &mut constant);
 
-        self.offset += self.border.tr_mul(&stage.defect) - by_conditions.tr_mul(&constant);
-        self.gram -= by_conditions.tr_mul(&by_conditions);
-        self.border = a.tr_mul(&self.border) - by_state.tr_mul(&by_conditions);
-        self.gradient = stage.state_gradient + a.tr_mul(&gradient) - by_state.tr_mul(&constant);
-        let hessian = stage.state + a.tr_mul(&pa) - by_state.tr_mul(&by_state);
+        let (state_t, conditions_t) = (by_state.transpose(), by_conditions.transpose());
+        self.offset += product(&self.border, &stage.defect) - product(&conditions_t, &constant);
+        self.gram -= product(&conditions_t, &by_conditions);
+        self.border = product(&self.border, a) - product(&conditions_t, &by_state);
+        self.gradient =
+            stage.state_gradient + a.tr_mul(&gradient) - product(&state_t, &constant);
+        let hessian = stage.state + product(&pa_t, a) - product(&state_t, &by_state);
         self.hessian = 0.5 * (hessian + hessian.transpose());
 
         backward(&factor, &mut by_state);
@@ -180,11 +183,12 @@ impl<const X: usize> CostToGo<X> {
         let Some((factor, scale)) = soft.gram_factor() else {
             return policy.state;
         };
-        let mut response = SMatrix::<f64, X, X>::from_fn(|i, j| scale[i] * self.border[(j, i)]);
+        let mut response =
+            SMatrix::<f64, X, U>::from_fn(|i, j| scale[i] * policy.conditions[(j, i)]);
         forward(&factor, &mut response);
         backward(&factor, &mut response);
-        let scaled = SMatrix::<f64, U, X>::from_fn(|i, j| policy.conditions[(i, j)] * scale[j]);
-        policy.state + scaled * response
+        let response = SMatrix::<f64, U, X>::from_fn(|i, j| response[(j, i)] * scale[j]);
+        policy.state + product(&response, &self.border)
     }
 
     /// The Cholesky factor of `−S M S` with `S` such that its diagonal is 1, and `S`; zero rows count as not there.
@@ -283,6 +287,73 @@ fn backward<const D: usize, const C: usize>(
                 entry -= factor[(k, i)] * rhs[(k, c)];
             }
             rhs[(i, c)] = entry * reciprocal;
+        }
+    }
+}
+
+/// `a b`, by columns, without what the zeros of `b` would contribute: the derivatives of a step are sparse.
+#[inline]
+fn product<const R: usize, const K: usize, const C: usize>(
+    a: &SMatrix<f64, R, K>,
+    b: &SMatrix<f64, K, C>,
+) -> SMatrix<f64, R, C> {
+    let mut product = SMatrix::<f64, R, C>::zeros();
+    for (column, factors) in product.data.0.iter_mut().zip(&b.data.0) {
+        let mut sum = [0.0; R];
+        for (a, factor) in a.data.0.iter().zip(factors) {
+            if *factor == 0.0 {
+                continue;
+            }
+            for (sum, a) in sum.iter_mut().zip(a) {
+                *sum += a * factor;
+            }
+        }
+        *column = sum;
+    }
+    product
+}
+
+#[cfg(test)]
+mod timing {
+    use super::*;
+    #[test]
+    #[ignore]
+    fn speed() {
+        let mut rng = fastrand::Rng::with_seed(1);
+        let mut r = || rng.f64() - 0.5;
+        let stage = StageModel::<12, 6> {
+            state: SMatrix::identity() * 0.01,
+            mixed: SMatrix::zeros(),
+            command: SMatrix::identity() * 0.01,
+            state_gradient: SVector::zeros(),
+            command_gradient: SVector::from_fn(|_, _| 0.01 * r()),
+            dynamics: Linearisation { a: SMatrix::identity() + SMatrix::from_fn(|i, j| { let z = [[0,2,0,0],[1,1,1,1],[0,0,1,1],[1,1,1,1]][i/3][j/3]; if z == 1 || (z == 2 && i % 3 == j % 3) { 0.01 * r() } else { 0.0 } }), b: SMatrix::from_fn(|i, j| if (j < 3 && i == j + 3) || (j >= 3 && i == j + 6) { 0.01 } else { 0.0 }) },
+            defect: SVector::zeros(),
+        };
+        let end = EndModel::<12> { hessian: SMatrix::identity(), gradient: SVector::zeros(), jacobian: SMatrix::identity(), residual: SVector::zeros() };
+        let mut policy = Policy::zeros();
+        for _ in 0..3 {
+            let t = std::time::Instant::now();
+            let mut cost = CostToGo::end(&end);
+            for _ in 0..20000 { cost.sweep(&stage, &mut policy).unwrap(); }
+            println!("sweep {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, cost.hessian[(0, 0)]);
+            let a = stage.dynamics.a; let mut p = cost.hessian;
+            let t = std::time::Instant::now();
+            for _ in 0..20000 { p = std::hint::black_box(std::hint::black_box(p) * std::hint::black_box(a)); }
+            println!("mul12 {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
+            let t = std::time::Instant::now();
+            for _ in 0..20000 { p = std::hint::black_box(product(std::hint::black_box(&p), std::hint::black_box(&a))); }
+            println!("product12 {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
+            let t = std::time::Instant::now();
+            for _ in 0..20000 { p = std::hint::black_box(std::hint::black_box(&p).transpose()); }
+            println!("transpose {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
+            let t = std::time::Instant::now();
+            for _ in 0..20000 { p = std::hint::black_box(std::hint::black_box(a).tr_mul(&std::hint::black_box(p))); }
+            println!("tr_mul12 {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, p[(0, 0)]);
+            let t = std::time::Instant::now();
+            let mut y = policy.state;
+            for _ in 0..20000 { y = std::hint::black_box(policy.state); forward(&std::hint::black_box(stage.command), &mut y); }
+            println!("forward {:.3} us {}", t.elapsed().as_secs_f64() / 20000.0 * 1e6, y[(0, 0)]);
         }
     }
 }

@@ -24,6 +24,8 @@ pub(crate) struct Tolerances {
     pub(crate) violation: f64,
     /// Of the stationarity, relative to the largest multiplier.
     pub(crate) stationarity: f64,
+    /// Of both, where a full step is taken to have converged.
+    pub(crate) near: f64,
     /// Newton steps at most.
     pub(crate) iterations: u32,
 }
@@ -159,6 +161,15 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             self.direction.solve(&self.model, nu, inequalities);
             standing.iteration += 1;
             if self.search(problem, inequalities, standing) {
+                if self.is_near(tolerances, standing) && kind.damping == 0.0 {
+                    let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
+                    if miss <= tolerances.violation
+                        && inequalities.satisfied() == Satisfied::Yes
+                    {
+                        standing.violation = miss;
+                        return Ended::Converged;
+                    }
+                }
                 kind.curvature = 1.0;
                 if standing.length < 1.0 {
                     kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
@@ -174,6 +185,53 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Stuck;
             }
         }
+    }
+
+    /// Whether the step just taken from where `standing` was must have converged, quadratically.
+    fn is_near(&self, tolerances: &Tolerances, standing: &Standing) -> bool {
+        let near = tolerances.near;
+        standing.length == 1.0 && standing.violation <= near && standing.stationarity <= near
+    }
+
+    /// Flies the policies until the terminal miss is `wanted` or stays, and gives what it is then.
+    fn fly_home<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &Q,
+        wanted: f64,
+        standing: &mut Standing,
+    ) -> f64
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let mut miss = problem.ending.residual(&self.iterate.states[problem.intervals]);
+        for _ in 0..CORRECTIONS {
+            if miss.norm() <= wanted {
+                break;
+            }
+            let trial = Trial {
+                problem,
+                inequalities,
+                model: &self.model,
+                weights: &self.weights,
+                length: 1.0,
+            };
+            let Some(nu) = self.model.start.correction(&miss) else {
+                break;
+            };
+            standing.trials += 1;
+            match trial.make(Move::Conditions(nu), &self.iterate, &mut self.spare) {
+                Ok(merit) if merit.miss.norm() < miss.norm() => {
+                    miss = merit.miss;
+                    standing.cost = merit.cost;
+                    std::mem::swap(&mut self.iterate, &mut self.spare);
+                }
+                _ => break,
+            }
+        }
+        miss.norm()
     }
 
     /// The model with as much augmentation and damping as make it convex.

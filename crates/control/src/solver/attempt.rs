@@ -40,6 +40,10 @@ const GUESSES: [Guess; 4] = [
 /// Slenderness of the first stout body, and how fast it falls.
 const STOUT: f64 = 0.3;
 const THINNER: f64 = 0.6;
+/// What errors count as near, by the root of the stationarity asked for: a full step from there squares them.
+const NEAR: f64 = 0.3;
+/// What suffices of a plan over a few intervals, to start from.
+const ROUGH: f64 = 3e-3;
 /// By how much stages may multiply at once.
 const REFINEMENT: usize = 5;
 /// How far a body may turn in a step of the first resolution (rad), by what is known before.
@@ -62,6 +66,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             tolerances: Tolerances {
                 violation: settings.violation,
                 stationarity: settings.stationarity,
+                near: NEAR * settings.stationarity.sqrt(),
                 iterations: settings.iterations,
             },
             coarse: settings.coarse.max(2),
@@ -110,7 +115,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             Start::Cold => self.cold()?,
         };
         match found {
-            Ok(newton) => self.finish(&newton.iterate, &mut Unconstrained),
+            Ok(newton) => self.certified(newton),
             Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
                 best: self.flown(&newton.iterate)?.map(Box::new),
             }),
@@ -326,10 +331,19 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     {
         let mut newton = Newton::new(problem.intervals, iterate);
         let observe = &mut *self.observe;
+        let tolerances = if problem.intervals < self.transfer.intervals {
+            Tolerances {
+                violation: ROUGH,
+                stationarity: ROUGH,
+                ..self.tolerances
+            }
+        } else {
+            self.tolerances
+        };
         let ended = newton.run(
             problem,
             &mut Unconstrained,
-            &self.tolerances,
+            &tolerances,
             rough,
             &mut self.standing,
             |now| observe(&now.progress(phase)),
@@ -337,6 +351,33 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         match ended {
             Ended::Converged => Ok(newton),
             ended => Err((ended, newton)),
+        }
+    }
+
+    /// The plan, iterated on where its certificate does not confirm that it has converged.
+    fn certified<const X: usize, const U: usize>(
+        mut self,
+        newton: Newton<X, U>,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let plan = self.finish(&newton.iterate, &mut Unconstrained)?;
+        let found = &plan.certificate;
+        if found.stationarity <= self.tolerances.stationarity
+            && found.terminal <= self.tolerances.violation
+        {
+            return Ok(plan);
+        }
+        self.tolerances.near = 0.0;
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
+        match self.level(&problem, newton.iterate, false, Phase::Fine) {
+            Ok(newton) => self.finish(&newton.iterate, &mut Unconstrained),
+            Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
+                best: self.flown(&newton.iterate)?.map(Box::new),
+            }),
+            Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
         }
     }
 }

@@ -125,6 +125,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         }
         let tolerances = Tolerances {
             iterations: PATIENCE * self.tolerances.iterations,
+            near: 0.0,
             ..self.tolerances
         };
         let observe = &mut *self.observe;

@@ -195,7 +195,7 @@ CASES = [
     ("commands", "C_ii", C_II, {}, [{"kind": "commands", "limit": 5.5}]),
     ("sphere", "C_i", C_I, {}, [{"kind": "keep_out_sphere", "center": [0.4, 0.44, 0.46], "radius": 0.12}]),
     ("cone", "C_i", C_I, {},
-     [{"kind": "keep_out_cone", "axis": [0.0, 1.0, 0.0], "direction": [0.36, -0.8, -0.48], "half_angle": 0.1}]),
+     [{"kind": "keep_out_cone", "axis": [0.0, 1.0, 0.0], "direction": [0.36, -0.8, -0.48], "half_angle": 0.3}]),
     ("corridor", "C_ii", C_II, {},
      [{"kind": "corridor", "apex": [1.0, 0.0, 0.0], "axis": [-0.8, -0.6, 0.0], "half_angle": 0.35}]),
     ("orbit", "C_i", C_I, {"terminal": {"translation": "orbit", "rotation": "state"}}, []),

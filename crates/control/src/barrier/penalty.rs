@@ -46,6 +46,11 @@ impl Penalty {
         self.rho * elastic - self.beta * (libm::log(elastic) + libm::log(inner))
     }
 
+    /// A multiplier to start from where `g` is `value`: as if the slack were at least `slack`.
+    pub(super) fn start(&self, value: f64, slack: f64) -> f64 {
+        (self.beta / slack.max(-value)).min(0.5 * self.rho)
+    }
+
     /// The multiplier kept within `range` times of what it is at these slacks, from either side of `(0, ρ)`.
     pub(super) fn settled(&self, y: f64, slacks: &Slacks, range: f64) -> f64 {
         let (least, most) = (

@@ -27,14 +27,6 @@ pub(super) struct Row {
 const RANGE: f64 = 1e6;
 
 impl Row {
-    /// At the start, where `g` is `value`: as if the slack were at least `slack`.
-    pub(super) fn start(penalty: &Penalty, value: f64, slack: f64) -> Self {
-        Self {
-            multiplier: (penalty.beta / slack.max(-value)).min(0.5 * penalty.rho),
-            ..Self::default()
-        }
-    }
-
     /// The multiplier where `g` is `value`.
     pub(super) fn multiplier_at(&self, penalty: &Penalty, value: f64) -> f64 {
         penalty.settled(self.multiplier, &penalty.slacks(value), RANGE)

@@ -1,4 +1,5 @@
 use super::penalty::Penalty;
+use super::row::Row;
 use crate::newton::Satisfied;
 
 /// What an accepted plan satisfies.
@@ -8,7 +9,7 @@ pub(crate) struct BarrierTolerances {
     pub(crate) violation: f64,
     /// Largest product of slack and multiplier.
     pub(crate) complementarity: f64,
-    /// What the barrier may cost at the end, `β` times the number of inequalities, in parts of the cost.
+    /// What the barrier may cost at the end, β times the number of inequalities, in parts of the cost.
     pub(crate) gap: f64,
 }
 
@@ -17,8 +18,30 @@ impl Default for BarrierTolerances {
         Self {
             violation: 1e-9,
             complementarity: 1e-9,
-            gap: 1e-9,
+            gap: 1e-8,
         }
+    }
+}
+
+/// How far the subproblem of the present β and ρ is solved, over all inequalities.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Measure {
+    /// Largest deviation of `y s` and `(ρ − y) t` from β.
+    pub(super) gap: f64,
+    /// Largest multiplier.
+    pub(super) multiplier: f64,
+    /// Largest `g`; 0 where none is violated.
+    pub(super) violation: f64,
+    /// Largest `y s`.
+    pub(super) product: f64,
+}
+
+impl Measure {
+    pub(super) fn take(&mut self, row: &Row) {
+        self.gap = self.gap.max(row.gap);
+        self.multiplier = self.multiplier.max(row.multiplier);
+        self.violation = self.violation.max(row.value);
+        self.product = self.product.max(row.product);
     }
 }
 
@@ -26,78 +49,101 @@ impl Default for BarrierTolerances {
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     pub(super) penalty: Penalty,
-    tolerances: BarrierTolerances,
-    /// The size of the cost, and that of an inequality's share in it.
-    scale: f64,
+    pub(super) tolerances: BarrierTolerances,
+    /// An inequality's share of the cost.
     share: f64,
-    /// The last β.
+    /// The last β and the highest ρ.
     last: f64,
+    highest: f64,
+    /// Whether the subproblem was solved when last looked at.
     solved: bool,
+    /// How often in a row it was as good as rounding may leave it.
+    rough: u32,
 }
 
 /// β at the start, in parts of an inequality's share of the cost.
 const FIRST: f64 = 0.1;
 /// ρ at the start and at most, in parts of the cost.
-const PRICES: [f64; 2] = [1e2, 1e5];
-/// How near to the highest ρ a multiplier is where inequalities cannot be satisfied.
-const HOPELESS: f64 = 0.9;
-/// How near to ρ a multiplier may come before ρ rises, and by how much.
+const PRICES: [f64; 2] = [1e2, 1e6];
+/// How near to ρ a multiplier may come before ρ rises to the highest.
 const NEAR: f64 = 0.1;
-const RISE: f64 = 1e3;
+/// How near to the highest ρ one is where inequalities cannot be satisfied.
+const HOPELESS: f64 = 0.9;
+/// Errors to which subproblems are solved, relative: at most, and at least.
+const ERRORS: [f64; 2] = [0.1, 1e-8];
+
+/// Where products of slack and multiplier are this near to β, stationarity this near to 0, and that so many times in a
+/// row, only rounding is left: `g` of rounding ε puts `y² ε/β` into the multipliers.
+const ROUGH_GAP: f64 = 1e-3;
+const ROUGH_ERROR: f64 = 1e-5;
+const ROUGH_TIMES: u32 = 4;
 
 impl Schedule {
     /// For `rows` inequalities under a cost of the size `scale`.
     pub(super) fn new(scale: f64, rows: usize, tolerances: BarrierTolerances) -> Self {
         let share = scale / rows.max(1) as f64;
-        let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
-        let rho = env("RHO", PRICES[0]) * scale;
         Self {
             penalty: Penalty {
-                beta: (env("FIRST", FIRST) * share).max(env("WIDTH", 0.0) * rho),
-                rho,
+                beta: FIRST * share,
+                rho: PRICES[0] * scale,
             },
-            last: (tolerances.gap * share).min(0.1 * tolerances.complementarity),
             tolerances,
-            scale,
             share,
+            last: (tolerances.gap * share).min(0.5 * tolerances.complementarity),
+            highest: PRICES[1] * scale,
             solved: false,
+            rough: 0,
         }
     }
 
-    /// Changes β or ρ where the subproblem is solved: to `error`, its complementarity to `gap`, with multipliers up to
-    /// `largest` and violations up to `violation`.
-    pub(super) fn tighten(&mut self, error: f64, gap: f64, largest: f64, violation: f64) -> bool {
+    /// Starts at a smaller β, in parts of an inequality's share of the cost.
+    pub(super) fn start_at(&mut self, part: f64) {
+        self.penalty.beta = (part * self.share).max(self.last);
+    }
+
+    /// Lowers β or raises ρ where the subproblem is solved, its stationarity and violations to `error`; `false` where
+    /// nothing changed.
+    pub(super) fn tighten(&mut self, error: f64, now: &Measure) -> bool {
         let Penalty { beta, rho } = self.penalty;
         let part = beta / self.share;
-        if std::env::var("LGVI_DEBUG").is_ok() { eprintln!("  part {part:.2e} gap/beta {:.2e} error {error:.2e} largest/rho {:.2e} violation {violation:.2e}", gap/beta, largest/rho); }
-        self.solved = gap <= beta && error <= part.clamp(1e-8, 0.1);
+        let rough = now.gap <= ROUGH_GAP * beta && error <= ROUGH_ERROR;
+        self.rough = if rough { self.rough + 1 } else { 0 };
+        self.solved = now.gap <= beta && error <= part.min(ERRORS[0]).max(ERRORS[1])
+            || self.rough > ROUGH_TIMES;
         if !self.solved {
             return false;
         }
-        let most = PRICES[1] * self.scale;
-        let near: f64 = std::env::var("NEAR").ok().and_then(|v| v.parse().ok()).unwrap_or(NEAR);if largest > near * rho && rho < most {
-            self.penalty.rho = (std::env::var("RISE").ok().and_then(|v| v.parse().ok()).unwrap_or(RISE) * rho).min(most);
+        if now.multiplier > NEAR * rho && rho < self.highest {
+            self.penalty.rho = self.highest;
             return true;
         }
-        if beta > self.last && !(violation > self.tolerances.violation && rho == most) {
-            let next = f64::min(0.2 * part, part * part.sqrt());
-            self.penalty.beta = f64::max(self.last, self.share * next);
+        if beta > self.last && !self.hopeless(now) {
+            self.rough = 0;
+            self.penalty.beta = (self.share * (0.2 * part).min(part * part.sqrt())).max(self.last);
             return true;
         }
         false
     }
 
-    /// Of a point with these largest violations, products and multipliers.
-    pub(super) fn satisfied(&self, violation: f64, product: f64, largest: f64) -> Satisfied {
-        let within = violation <= self.tolerances.violation
-            && product <= self.tolerances.complementarity;
-        let dear = self.penalty.rho >= PRICES[1] * self.scale;
-        if self.solved && dear && violation > self.tolerances.violation && largest > HOPELESS * self.penalty.rho {
+    /// What has become of the inequalities.
+    pub(super) fn satisfied(&self, now: &Measure) -> Satisfied {
+        let within = now.violation <= self.tolerances.violation
+            && now.product <= self.tolerances.complementarity;
+        if self.solved && self.hopeless(now) {
             Satisfied::Never
         } else if within && self.penalty.beta <= self.last {
-            Satisfied::Yes
+            if self.rough > ROUGH_TIMES {
+                Satisfied::ToRounding
+            } else {
+                Satisfied::Yes
+            }
         } else {
             Satisfied::NotYet
         }
+    }
+
+    /// Whether a violation remains at the highest price.
+    fn hopeless(&self, now: &Measure) -> bool {
+        now.violation > self.tolerances.violation && now.multiplier > HOPELESS * self.highest
     }
 }

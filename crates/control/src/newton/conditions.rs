@@ -23,7 +23,7 @@ pub(crate) trait Ending<const X: usize> {
 /// [`Inequalities::advance`].
 pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// Adds what the interval's inequalities on the state contribute to gradient and Hessian at `state`, slacks and
-    /// multipliers eliminated, with `curvature` times the second derivatives of those that are not convex.
+    /// multipliers eliminated, with `curvature` times the second derivatives.
     fn add_state(
         &mut self,
         interval: usize,
@@ -85,6 +85,8 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
 pub(crate) enum Satisfied {
     /// They hold, with multipliers that are complementary to them.
     Yes,
+    /// They do, and the multipliers are as good as rounding leaves them.
+    ToRounding,
     /// Not yet.
     NotYet,
     /// They cannot: this point violates them least of all near it.

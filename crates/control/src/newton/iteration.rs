@@ -147,10 +147,11 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if !observe(standing) {
                 return Ended::Stopped;
             }
-            let solved = standing.violation <= tolerances.violation
-                && standing.stationarity <= tolerances.stationarity;
+            let meets = standing.violation <= tolerances.violation;
+            let stationary = standing.stationarity <= tolerances.stationarity;
             match inequalities.satisfied() {
-                Satisfied::Yes if solved => return Ended::Converged,
+                Satisfied::Yes if meets && stationary => return Ended::Converged,
+                Satisfied::ToRounding if meets => return Ended::Converged,
                 Satisfied::Never => return Ended::Infeasible,
                 _ => (),
             }

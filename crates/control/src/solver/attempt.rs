@@ -7,19 +7,18 @@ use super::error::PlanError;
 use super::progress::{NewtonSettings, Phase, Progress, Start};
 use super::resolution::{resolved, slenderness, stouter};
 use super::scale::{metric, stiffness};
-use crate::barrier::{Barrier, BarrierTolerances, Given};
 use crate::newton::{Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained, guess};
 use crate::steps::Steps;
-use crate::{Dynamics, Plan, Transfer};
+use crate::{Plan, Transfer};
 
 /// One call's worth of attempts.
 pub(super) struct Solver<'s, F, C> {
     pub(super) class: C,
     pub(super) transfer: &'s Transfer<F>,
     pub(super) standing: Standing,
-    tolerances: Tolerances,
+    pub(super) tolerances: Tolerances,
     coarse: usize,
-    observe: &'s mut dyn FnMut(&Progress) -> bool,
+    pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
 }
 
 /// Paths to start from, in the order of trial.
@@ -105,6 +104,9 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     where
         C: Class<X, U>,
     {
+        if !self.transfer.inequalities.is_empty() {
+            return self.constrained(start);
+        }
         let found = match start {
             Start::Warm(plan) => match self.warm(plan)? {
                 Err((ended, _)) if ended != Ended::Stopped => self.cold()?,
@@ -113,8 +115,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             Start::Cold => self.cold()?,
         };
         match found {
-            Ok(newton) if self.transfer.inequalities.is_empty() => self.certified(newton),
-            Ok(newton) => self.constrain(newton),
+            Ok(newton) => self.certified(newton),
             Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
                 best: self.flown(&newton.iterate)?.map(Box::new),
             }),
@@ -146,7 +147,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     }
 
     /// Guess after guess, until one leads to a plan.
-    fn cold<const X: usize, const U: usize>(
+    pub(super) fn cold<const X: usize, const U: usize>(
         &mut self,
     ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
     where
@@ -377,57 +378,6 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
                 best: self.flown(&newton.iterate)?.map(Box::new),
             }),
             Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
-        }
-    }
-
-    /// Imposes the inequalities on the plan that is best without them.
-    fn constrain<const X: usize, const U: usize>(
-        mut self,
-        mut newton: Newton<X, U>,
-    ) -> Result<Plan, PlanError>
-    where
-        C: Class<X, U>,
-    {
-        let transfer = self.transfer;
-        let steps = self.class.steps(transfer)?;
-        let problem = self.problem(transfer, &steps);
-        let given = Given {
-            first: transfer.dynamics == Dynamics::LieEuler,
-            last_position: transfer.terminal.translation.fixes_position(),
-            last_attitude: transfer.terminal.rotation.fixes_attitude(),
-        };
-        let mut barrier = Barrier::new(
-            &transfer.inequalities,
-            &self.class.selection(),
-            C::OFFSETS,
-            given,
-            transfer.intervals,
-            self.standing.cost.max(1e-6),
-            BarrierTolerances::default(),
-        );
-        barrier.start(&newton.iterate.states[1..], &newton.iterate.commands);
-        let observe = &mut *self.observe;
-        let ended = newton.run(
-            &problem,
-            &mut barrier,
-            &self.tolerances,
-            false,
-            &mut self.standing,
-            |now| observe(&now.progress(Phase::Constrained)),
-        );
-        match ended {
-            Ended::Converged => self.finish(&newton.iterate, &mut barrier),
-            Ended::Stopped => Err(PlanError::Stopped {
-                best: self.flown(&newton.iterate)?.map(Box::new),
-            }),
-            _ => match barrier.worst() {
-                Some(worst) if worst.amount > 0.0 => Err(PlanError::Infeasible {
-                    constraint: worst.constraint,
-                    step: worst.step,
-                    violation: worst.amount,
-                }),
-                _ => Err(self.not_converged(&newton.iterate)?),
-            },
         }
     }
 }

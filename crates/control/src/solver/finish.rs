@@ -108,11 +108,9 @@ impl<F: Field, C> Solver<'_, F, C> {
         for (wide, own) in plan.multipliers.iter_mut().zip(&model.costates) {
             wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
         }
-        let gradient = |command: &SVector<f64, U>| (problem.h * problem.weight * command).amax();
-        let largest = iterate.commands.iter().map(gradient).fold(0.0, f64::max);
         let (inequality, complementarity) = inequalities.residuals();
         plan.certificate = Certificate {
-            stationarity: model.stationarity / largest.max(f64::MIN_POSITIVE),
+            stationarity: model.stationarity / model.largest.max(f64::MIN_POSITIVE),
             defect: model.defects.iter().map(SVector::norm).fold(0.0, f64::max),
             terminal: model.miss.norm(),
             inequality,

@@ -3,6 +3,7 @@
 
 mod attempt;
 mod class;
+mod constrained;
 mod error;
 mod finish;
 mod progress;

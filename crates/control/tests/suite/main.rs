@@ -11,5 +11,6 @@ mod processing;
 mod constraints;
 mod scratch;
 mod newton;
+mod sweep;
 mod sensitivity;
 mod truth;

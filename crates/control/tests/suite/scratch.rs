@@ -1,17 +1,10 @@
-use lgvi_control::{Constraint, NewtonSettings, Start, solve};
-use crate::case::Case;
+use lgvi_control::{NewtonSettings, Start, solve};
 #[test]
 fn scratch() {
-    let get = |n: &str, d: &str| std::env::var(n).unwrap_or(d.into());
-    let free = Case::load(&get("SET", "C_ii")).transfer(100);
-    let plan = solve(&free, Start::Cold, &NewtonSettings::default(), |_| true).expect("a plan");
-    eprintln!("=====");
-    let most = plan.controls.iter().map(|u| u.force.norm()).fold(0.0, f64::max);
-    let mm = plan.controls.iter().map(|u| u.moment.amax()).fold(0.0, f64::max);
-    let part: f64 = get("PART", "0.7").parse().unwrap();
-    let mut c = vec![Constraint::ForceNorm { limit: part * most }];
-    if get("BOTH", "") != "" { c.push(Constraint::MomentComponents { limit: nalgebra::Vector3::from_element(part * mm) }); }
-    let bound = free.clone().with_constraints(c).unwrap();
-    let r = solve(&bound, Start::Cold, &NewtonSettings::default(), |_| true).map(|p| p.cost);
-    eprintln!("{r:?}");
+    let file = crate::constraints::references();
+    let name = std::env::var("NAME").unwrap();
+    let case = file["cases"].as_array().unwrap().iter().find(|c| c["name"] == *name).unwrap();
+    let t = crate::constraints::transfer(&file, case);
+    let r = solve(&t, Start::Cold, &NewtonSettings::default(), |p| { println!("  {} tr {} len {} viol {:.1e} stat {:.1e} cost {:.10} {:?}", p.iteration, p.trials, p.step_length, p.violation, p.stationarity, p.cost, p.phase); true });
+    match r { Ok(p) => println!("{} {:?}", p.cost, p.certificate), Err(e) => println!("{e}") }
 }

@@ -70,8 +70,8 @@ pub enum Constraint {
     },
     /// The centre of mass stays in a cone: `axis · (x − apex) ≥ cos(half_angle) |x − apex|`.
     ///
-    /// The apex is rounded off by 1e-9 of the corridor's length, which is the distance of start or target from the apex,
-    /// whichever is farther.
+    /// The apex is rounded off by 1e-12 of the corridor's length, the distance of start or target from the apex, whichever
+    /// is farther.
     Corridor {
         /// Inertial frame.
         apex: Vector3<f64>,

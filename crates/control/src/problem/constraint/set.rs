@@ -72,12 +72,13 @@ impl InequalitySet {
                     half_angle,
                 } => {
                     let apex = read.point("apex", apex)?;
+                    let angle = read.angle(*half_angle, FRAC_PI_2)?;
                     all.keep(
                         read,
                         Kind::Corridor {
                             apex,
                             axis: read.unit("axis", axis)?,
-                            cosine: libm::cos(read.angle(*half_angle, FRAC_PI_2)?),
+                            cosine: libm::cos(angle),
                             length: corridor_length(&apex, initial, target),
                         },
                     );

@@ -31,7 +31,7 @@ pub(super) enum Kind {
     },
     /// `½ (1 − |x − c|²/r²)`
     Sphere { center: Vector3<f64>, radius: f64 },
-    /// `(cos α (√(|ρ|² + ε²) − ε) − n · ρ)/L`, `ρ = x − apex`: convex, smooth at the apex, within `ε/L` of the cone.
+    /// `(cos α (r − ε) − n · ρ)/L` with `ρ = x − apex`, `r = √(|ρ|² + ε²)`: convex, and smooth at the apex.
     Corridor {
         apex: Vector3<f64>,
         axis: Vector3<f64>,
@@ -41,7 +41,9 @@ pub(super) enum Kind {
 }
 
 /// `ε/L` by which a corridor's apex is rounded off.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-12;
+/// The least distance from an apex that counts, in parts of `L`.
+const NEAREST: f64 = 1e-4;
 
 impl StateInequality {
     /// What it sees.
@@ -52,9 +54,15 @@ impl StateInequality {
         }
     }
 
-    /// Whether `g` is convex, so that its Hessian may always be taken in.
-    pub(crate) fn is_convex(&self) -> bool {
-        matches!(self.kind, Kind::Corridor { .. })
+    /// What to multiply `g` by near `state`, so that it keeps its meaning there: a corridor's is relative to the distance
+    /// from the apex.
+    pub(crate) fn scale(&self, state: &BodyState) -> f64 {
+        match &self.kind {
+            Kind::Corridor { apex, length, .. } => {
+                1.0 / ((state.position - apex).norm() / length).clamp(NEAREST, 1.0)
+            }
+            Kind::Cone { .. } | Kind::Sphere { .. } => 1.0,
+        }
     }
 
     /// `g(s)`.
@@ -76,8 +84,8 @@ impl StateInequality {
                 length,
             } => {
                 let rho = (state.position - apex) / *length;
-                let rounded = (rho.norm_squared() + ROUNDING * ROUNDING).sqrt();
-                cosine * (rounded - ROUNDING) - axis.dot(&rho)
+                let r = (rho.norm_squared() + ROUNDING * ROUNDING).sqrt();
+                cosine * (r - ROUNDING) - axis.dot(&rho)
             }
         }
     }
@@ -108,12 +116,12 @@ impl StateInequality {
                 length,
             } => {
                 let rho = (state.position - apex) / *length;
-                let rounded = (rho.norm_squared() + ROUNDING * ROUNDING).sqrt();
-                let unit = rho / rounded;
-                let flat = Matrix3::identity() - unit * unit.transpose();
+                let r = (rho.norm_squared() + ROUNDING * ROUNDING).sqrt();
+                let unit = rho / r;
+                let across = Matrix3::identity() - unit * unit.transpose();
                 (
                     (*cosine * unit - axis) / *length,
-                    flat * (cosine / (rounded * length * length)),
+                    across * (cosine / (r * length * length)),
                 )
             }
         }

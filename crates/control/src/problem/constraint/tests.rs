@@ -60,7 +60,7 @@ fn written(rng: &mut fastrand::Rng) -> [Written; 3] {
             },
             Box::new(move |s| {
                 let arm = minus(s.position, constant(&apex));
-                let epsilon = 1e-9 * (start().position - apex).norm();
+                let epsilon = 1e-12 * (start().position - apex).norm();
                 let rounded = (dot(arm, arm) + epsilon * epsilon).sqrt();
                 (rounded - epsilon) * half_angle.cos() - dot(arm, constant(&axis))
             }),

@@ -1,0 +1,246 @@
+use std::ops::Range;
+
+use lgvi_dynamics::BodyState;
+use nalgebra::{SMatrix, SVector, Vector3};
+
+use super::row::Row;
+use super::schedule::{BarrierTolerances, Measure, Schedule};
+use crate::problem::{CommandInequality, InequalitySet, Place, StateInequality};
+
+/// Inequalities of `X` coordinates and `U` commands over all intervals, with their multipliers.
+pub(crate) struct Barrier<const X: usize, const U: usize> {
+    pub(super) commands: Vec<CommandInequality<U>>,
+    pub(super) states: Vec<Placed>,
+    pub(super) schedule: Schedule,
+    /// A row for each interval and command inequality, and the gradient there.
+    pub(super) command_rows: Vec<(Row, SVector<f64, U>)>,
+    /// A row for each interval and state inequality.
+    pub(super) state_rows: Vec<StateRow>,
+    /// The longest step of the multipliers along the direction.
+    pub(super) reach: f64,
+    /// The slope of the penalties along the direction.
+    pub(super) slope: f64,
+}
+
+/// An inequality on the state, and where its place lies in z.
+pub(super) struct Placed {
+    pub(super) inequality: StateInequality,
+    pub(super) offset: usize,
+    /// Intervals at whose ends there is something to plan.
+    planned: Range<usize>,
+}
+
+impl Placed {
+    pub(super) fn plans(&self, interval: usize) -> bool {
+        self.planned.contains(&interval)
+    }
+}
+
+/// The row of a state inequality at an interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StateRow {
+    pub(super) row: Row,
+    /// The gradient by the place.
+    pub(super) gradient: Vector3<f64>,
+    /// What `g` and its derivatives are multiplied by.
+    pub(super) scale: f64,
+}
+
+/// Which states nothing is left to plan of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Given {
+    /// The pose at the end of the first step.
+    pub(crate) first: bool,
+    /// The position at the end.
+    pub(crate) last_position: bool,
+    /// The attitude at the end.
+    pub(crate) last_attitude: bool,
+}
+
+/// An inequality that does not hold, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Violation {
+    /// Which constraint, from 0.
+    pub(crate) constraint: usize,
+    /// During, or at the end of, which step, from 0.
+    pub(crate) step: usize,
+    /// `g`
+    pub(crate) amount: f64,
+}
+
+/// The slack that multipliers start from at least.
+const SLACK: f64 = 0.1;
+/// The β of multipliers that are known, in parts of an inequality's share of the cost.
+const RESUMED: f64 = 1e-4;
+
+impl<const X: usize, const U: usize> Barrier<X, U> {
+    /// Those of `set` over `intervals`, where `selection` makes the actuation's commands of the `U` that are planned and
+    /// `offsets` say where δx and ζ lie in z, if at all; `scale` is the size of the cost.
+    pub(crate) fn new(
+        set: &InequalitySet,
+        selection: &SMatrix<f64, 6, U>,
+        offsets: [Option<usize>; 2],
+        given: Given,
+        intervals: usize,
+        scale: f64,
+        tolerances: BarrierTolerances,
+    ) -> Self {
+        let placed = |inequality: &StateInequality| {
+            let (offset, last) = match inequality.place() {
+                Place::Position => (offsets[0], given.last_position),
+                Place::Attitude => (offsets[1], given.last_attitude),
+            };
+            let planned = usize::from(given.first)..intervals - usize::from(last);
+            Placed {
+                inequality: inequality.clone(),
+                offset: offset.unwrap_or(0),
+                planned: if offset.is_some() { planned } else { 0..0 },
+            }
+        };
+        let commands: Vec<_> = set.command.iter().map(|row| row.of(selection)).collect();
+        let states: Vec<_> = set.state.iter().map(placed).collect();
+        let planned: usize = states.iter().map(|placed| placed.planned.len()).sum();
+        let rows = planned + intervals * commands.len();
+        let row = StateRow {
+            row: Row::default(),
+            gradient: Vector3::zeros(),
+            scale: 1.0,
+        };
+        Self {
+            command_rows: vec![(Row::default(), SVector::zeros()); intervals * commands.len()],
+            state_rows: vec![row; intervals * states.len()],
+            schedule: Schedule::new(scale, rows, tolerances),
+            commands,
+            states,
+            reach: 1.0,
+            slope: 0.0,
+        }
+    }
+
+    /// Starts the multipliers at states `s_1 … s_N` and commands `w_1 … w_N`.
+    pub(crate) fn start(&mut self, states: &[BodyState], commands: &[SVector<f64, U>]) {
+        self.each(states, commands, |schedule, row, value, _| {
+            row.multiplier = schedule.penalty.start(value, SLACK);
+        });
+    }
+
+    /// Starts the multipliers of a point that is nearly a solution: `forces` has `Σ y ∂g/∂z` and `Σ y ∂g/∂w` of every
+    /// interval, from which each multiplier is taken as if it were the only one there.
+    pub(crate) fn resume(
+        &mut self,
+        states: &[BodyState],
+        commands: &[SVector<f64, U>],
+        forces: &[(SVector<f64, X>, SVector<f64, U>)],
+    ) {
+        self.schedule.start_at(RESUMED);
+        self.each(states, commands, |schedule, row, value, along| {
+            let least = schedule.penalty.start(value, SLACK);
+            let (state, command) = &forces[along.interval];
+            let (force, size) = match along.gradient {
+                Gradient::State(offset, g) => (g.dot(&state.fixed_rows::<3>(offset)), g.norm_squared()),
+                Gradient::Command(g) => (g.dot(command), g.norm_squared()),
+            };
+            if size > 0.0 {
+                row.multiplier = (force / size).clamp(least, 0.5 * schedule.penalty.rho);
+            }
+        });
+    }
+
+    /// The largest violation of states `s_1 … s_N` where nothing is left to plan, if it is one.
+    pub(crate) fn given_violation(&self, states: &[BodyState]) -> Option<Violation> {
+        let mut worst = None::<Violation>;
+        for placed in &self.states {
+            for (step, state) in states.iter().enumerate() {
+                let amount = placed.inequality.value(state);
+                let most = worst.map_or(self.schedule.tolerances.violation, |worst| worst.amount);
+                if !placed.plans(step) && amount > most {
+                    let constraint = placed.inequality.constraint;
+                    worst = Some(Violation {
+                        constraint,
+                        step,
+                        amount,
+                    });
+                }
+            }
+        }
+        worst
+    }
+
+    /// The largest violation of the present iterate, if it is one.
+    pub(crate) fn violated(&self) -> Option<Violation> {
+        let (commands, states) = (&self.commands, &self.states);
+        let of_commands = self.command_rows.iter().enumerate().map(|(at, (row, _))| {
+            let constraint = commands[at % commands.len()].constraint;
+            (constraint, at / commands.len(), row.value)
+        });
+        let of_states = self.state_rows.iter().enumerate().map(|(at, state)| {
+            let constraint = states[at % states.len()].inequality.constraint;
+            (constraint, at / states.len(), state.row.value)
+        });
+        let worst = of_commands
+            .chain(of_states)
+            .reduce(|worst, next| if next.2 > worst.2 { next } else { worst })?;
+        (worst.2 > self.schedule.tolerances.violation).then_some(Violation {
+            constraint: worst.0,
+            step: worst.1,
+            amount: worst.2,
+        })
+    }
+
+    /// How far the subproblem is solved at the present iterate.
+    pub(super) fn measure(&self) -> Measure {
+        let mut now = Measure::default();
+        for (row, _) in &self.command_rows {
+            now.take(row);
+        }
+        let count = self.states.len();
+        for (at, StateRow { row, .. }) in self.state_rows.iter().enumerate() {
+            if self.states[at % count].plans(at / count) {
+                now.take(row);
+            }
+        }
+        now
+    }
+
+    /// Visits every row that is planned with the value and the gradient of its inequality.
+    fn each(
+        &mut self,
+        states: &[BodyState],
+        commands: &[SVector<f64, U>],
+        mut visit: impl FnMut(&Schedule, &mut Row, f64, Along<U>),
+    ) {
+        let count = self.commands.len();
+        for (at, (row, _)) in self.command_rows.iter_mut().enumerate() {
+            let (interval, inequality) = (at / count, &self.commands[at % count]);
+            let command = &commands[interval];
+            let gradient = Gradient::Command(inequality.gradient(command));
+            let along = Along { interval, gradient };
+            visit(&self.schedule, row, inequality.value(command), along);
+        }
+        let count = self.states.len();
+        for (at, StateRow { row, scale, .. }) in self.state_rows.iter_mut().enumerate() {
+            let (interval, placed) = (at / count, &self.states[at % count]);
+            if placed.plans(interval) {
+                let state = &states[interval];
+                *scale = placed.inequality.scale(state);
+                let (gradient, _) = placed.inequality.derivatives(state);
+                let gradient = Gradient::State(placed.offset, *scale * gradient);
+                let along = Along { interval, gradient };
+                let value = *scale * placed.inequality.value(state);
+                visit(&self.schedule, row, value, along);
+            }
+        }
+    }
+}
+
+/// Where a row is and what it depends on.
+struct Along<const U: usize> {
+    interval: usize,
+    gradient: Gradient<U>,
+}
+
+enum Gradient<const U: usize> {
+    /// By three coordinates of z from an offset on.
+    State(usize, Vector3<f64>),
+    Command(SVector<f64, U>),
+}

@@ -1,0 +1,161 @@
+use lgvi_dynamics::gravity::Field;
+use nalgebra::SVector;
+
+use super::attempt::Solver;
+use super::class::Class;
+use super::error::PlanError;
+use super::progress::{Phase, Start};
+use crate::barrier::{Barrier, BarrierTolerances, Given, Violation, forces};
+use crate::newton::{Ended, Ending, Iterate, Newton, Tolerances};
+use crate::{Dynamics, Plan};
+
+/// Newton steps at most, in multiples of those without inequalities.
+const PATIENCE: u32 = 3;
+/// The least size of the cost that the barrier reckons with.
+const LEAST_COST: f64 = 1e-6;
+
+/// States, commands and what inequalities add to the gradient of the Lagrangian there, interval by interval.
+type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<(SVector<f64, X>, SVector<f64, U>)>);
+
+impl<F: Field, C> Solver<'_, F, C> {
+    /// Imposes the inequalities on a plan that nearly meets them or, where there is none, on the best without them.
+    pub(super) fn constrained<const X: usize, const U: usize>(
+        mut self,
+        start: Start<'_>,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        if let Start::Warm(plan) = start
+            && let Some((newton, forces)) = self.known(plan)?
+        {
+            match self.impose(newton, Some(&forces)) {
+                Err(PlanError::Infeasible { .. } | PlanError::NotConverged { .. }) => (),
+                done => return done,
+            }
+        }
+        match self.cold()? {
+            Ok(newton) => self.impose(newton, None),
+            Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
+                best: self.flown(&newton.iterate)?.map(Box::new),
+            }),
+            Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
+        }
+    }
+
+    /// A plan of as many intervals as an iterate, with the multipliers of its terminal conditions and inequalities.
+    fn known<const X: usize, const U: usize>(
+        &self,
+        plan: &Plan,
+    ) -> Result<Option<Known<X, U>>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let transfer = self.transfer;
+        let counts = [plan.commands.len(), plan.multipliers.len()];
+        if counts != [transfer.intervals; 2] || plan.states.len() != transfer.intervals + 1 {
+            return Ok(None);
+        }
+        let steps = self.class.steps(transfer)?;
+        let problem = self.problem(transfer, &steps);
+        let own = |lambda: &SVector<f64, 12>| lambda.fixed_rows::<X>(C::FIRST).into_owned();
+        let costates: Vec<_> = plan.multipliers.iter().map(own).collect();
+        let mut states = plan.states.clone();
+        states[0] = transfer.initial;
+        let jacobian = problem.ending.jacobian(&states[transfer.intervals]);
+        // `Cᵀ ν = λ_{N−1}` at its best; rows without a condition keep ν = 0.
+        let mut normal = jacobian * jacobian.transpose();
+        for row in 0..X {
+            if normal[(row, row)] == 0.0 {
+                normal[(row, row)] = 1.0;
+            }
+        }
+        let last = jacobian * costates[transfer.intervals - 1];
+        let nu = normal
+            .cholesky()
+            .map_or(SVector::zeros(), |factor| factor.solve(&last));
+        let iterate = Iterate {
+            states,
+            commands: plan.commands.iter().map(|w| self.class.narrowed(w)).collect(),
+            nu,
+        };
+        let Ok(forces) = forces(&problem, &iterate, &costates) else {
+            return Ok(None);
+        };
+        Ok(Some((Newton::new(transfer.intervals, iterate), forces)))
+    }
+
+    fn impose<const X: usize, const U: usize>(
+        &mut self,
+        mut newton: Newton<X, U>,
+        known: Option<&[(SVector<f64, X>, SVector<f64, U>)]>,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let transfer = self.transfer;
+        let steps = self.class.steps(transfer)?;
+        let problem = self.problem(transfer, &steps);
+        let given = Given {
+            first: transfer.dynamics == Dynamics::LieEuler,
+            last_position: transfer.terminal.translation.fixes_position(),
+            last_attitude: transfer.terminal.rotation.fixes_attitude(),
+        };
+        let weight = problem.h * problem.weight;
+        let commands = newton.iterate.commands.iter();
+        let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
+        let mut barrier = Barrier::new(
+            &transfer.inequalities,
+            &self.class.selection(),
+            C::OFFSETS,
+            given,
+            transfer.intervals,
+            cost.max(LEAST_COST),
+            BarrierTolerances::default(),
+        );
+        let Iterate {
+            states, commands, ..
+        } = &newton.iterate;
+        if let Some(violation) = barrier.given_violation(&states[1..]) {
+            return Err(violation.into());
+        }
+        match known {
+            Some(forces) => barrier.resume(&states[1..], commands, forces),
+            None => barrier.start(&states[1..], commands),
+        }
+        let tolerances = Tolerances {
+            iterations: PATIENCE * self.tolerances.iterations,
+            near: 0.0,
+            ..self.tolerances
+        };
+        let observe = &mut *self.observe;
+        let ended = newton.run(
+            &problem,
+            &mut barrier,
+            &tolerances,
+            false,
+            &mut self.standing,
+            |now| observe(&now.progress(Phase::Constrained)),
+        );
+        match ended {
+            Ended::Converged => self.finish(&newton.iterate, &mut barrier),
+            Ended::Stopped => Err(PlanError::Stopped {
+                best: self.flown(&newton.iterate)?.map(Box::new),
+            }),
+            _ => match barrier.violated() {
+                Some(violation) => Err(violation.into()),
+                None => Err(self.not_converged(&newton.iterate)?),
+            },
+        }
+    }
+}
+
+impl From<Violation> for PlanError {
+    fn from(violation: Violation) -> Self {
+        Self::Infeasible {
+            constraint: violation.constraint,
+            step: violation.step,
+            violation: violation.amount,
+        }
+    }
+}

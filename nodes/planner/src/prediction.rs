@@ -28,41 +28,57 @@ pub(crate) enum PredictionError {
     },
 }
 
-/// The planned body's state at `step` of the flight: flown on by the scene's own scheme from where it was heard of last,
-/// under the sequences that have been published, without disturbance. Each acts from its first step on, the last first.
-pub(crate) fn predict(
-    scene: &Scene,
-    scheme: Scheme,
-    body: usize,
-    from: &Observed,
-    sequences: &[Sequence],
-    step: u64,
-) -> Result<BodyState, PredictionError> {
-    if from.step > step {
-        let reached = from.step;
-        return Err(PredictionError::Past { reached, step });
+/// What the flight was heard of last, and what will act on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Forecast {
+    /// What flies the scene.
+    pub(crate) scheme: Scheme,
+    /// The last state heard.
+    pub(crate) from: Observed,
+    /// What has been published, in the order of the first steps.
+    pub(crate) sequences: Vec<Sequence>,
+}
+
+impl Forecast {
+    /// The state of `body` at `step` of the flight: flown on by the scene's own scheme from where it was heard of last, under
+    /// the sequences that have been published, without disturbance. Each acts from its first step on, the last first.
+    pub(crate) fn state(
+        &self,
+        scene: &Scene,
+        body: usize,
+        step: u64,
+    ) -> Result<BodyState, PredictionError> {
+        let Self {
+            scheme,
+            from,
+            sequences,
+        } = self;
+        if from.step > step {
+            let reached = from.step;
+            return Err(PredictionError::Past { reached, step });
+        }
+        let fail = |reason: String| PredictionError::Steps {
+            from: from.step,
+            step,
+            reason,
+        };
+        let states = from.states.clone();
+        let mut simulation = Simulation::new(scene.system(), states, scheme.method, scene.h())
+            .map_err(|error| fail(error.to_string()))?
+            .with_substeps(scheme.substeps);
+        let mut loads = vec![Load::default(); scene.bodies.len()];
+        for step in from.step..step {
+            let state = &simulation.states()[body];
+            let mut newest = sequences.iter().rev();
+            loads[body] = newest
+                .find_map(|sequence| sequence.at(step, state))
+                .unwrap_or_default();
+            simulation
+                .advance(&loads)
+                .map_err(|error| fail(error.to_string()))?;
+        }
+        Ok(simulation.states()[body])
     }
-    let fail = |reason: String| PredictionError::Steps {
-        from: from.step,
-        step,
-        reason,
-    };
-    let states = from.states.clone();
-    let mut simulation = Simulation::new(scene.system(), states, scheme.method, scene.h())
-        .map_err(|error| fail(error.to_string()))?
-        .with_substeps(scheme.substeps);
-    let mut loads = vec![Load::default(); scene.bodies.len()];
-    for step in from.step..step {
-        let state = &simulation.states()[body];
-        let mut newest = sequences.iter().rev();
-        loads[body] = newest
-            .find_map(|sequence| sequence.at(step, state))
-            .unwrap_or_default();
-        simulation
-            .advance(&loads)
-            .map_err(|error| fail(error.to_string()))?;
-    }
-    Ok(simulation.states()[body])
 }
 
 #[cfg(test)]
@@ -74,14 +90,14 @@ mod tests {
 
     use super::*;
     use crate::sequence::Samples;
-    use crate::solver::{End, Task, solve};
+    use crate::solver::{End, Initial, Task, solve};
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
 
     fn plan(scene: &Scene, first_step: u64, initial: BodyState) -> Sequence {
         let task = Task {
             first_step,
-            initial,
+            initial: Initial::State(initial),
             end: End::After((scene.steps - first_step) as usize),
             guess: None,
         };
@@ -107,7 +123,6 @@ mod tests {
             .replace("every = 50", "every = 10")
             .replace("force_error = 0.01\nmoment_error = 0.01\n", "");
         let scene = Scene::parse("test", &nominal).unwrap();
-        let scheme = scene.scheme().unwrap();
         let sequences = [
             plan(&scene, 0, scene.bodies[0].state),
             plan(
@@ -136,13 +151,17 @@ mod tests {
             }
             flight.advance().unwrap();
         }
-        let heard = heard.unwrap();
-        let predicted = predict(&scene, scheme, 0, &heard, &sequences, 90).unwrap();
+        let forecast = Forecast {
+            scheme: scene.scheme().unwrap(),
+            from: heard.unwrap(),
+            sequences: sequences.into(),
+        };
+        let predicted = forecast.state(&scene, 0, 90).unwrap();
         let error = miss(&flight.states()[0], &predicted).norm();
         assert!(error < 1e-14, "{error:e}");
-        let planned = miss(&sequences[1].plan.states[30], &predicted).norm();
+        let planned = miss(&forecast.sequences[1].plan.states[30], &predicted).norm();
         assert!(planned > 1e-6, "the start was disturbed: {planned:e}");
-        let error = predict(&scene, scheme, 0, &heard, &sequences, 39).unwrap_err();
+        let error = forecast.state(&scene, 0, 39).unwrap_err();
         assert_eq!(
             error,
             PredictionError::Past {

@@ -118,7 +118,7 @@ fn work(scene: &Scene, jobs: &Receiver<Job>, updates: &Sender<(u64, Update)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::End;
+    use crate::solver::{End, Initial};
 
     /// What would take minutes.
     fn long() -> (Arc<Scene>, Task) {
@@ -127,7 +127,7 @@ mod tests {
         let scene = Scene::parse("test", &text).unwrap();
         let task = Task {
             first_step: 0,
-            initial: scene.bodies[0].state,
+            initial: Initial::State(scene.bodies[0].state),
             end: End::After(300_000),
             guess: None,
         };

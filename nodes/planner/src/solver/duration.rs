@@ -148,7 +148,7 @@ impl Durations<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{End, Task, solve};
+    use super::super::{End, Initial, Task, solve};
     use super::*;
 
     /// A body of mass 2 at rest, to be at rest 3 further on: `J = 6 m² d² / T³` in continuous time.
@@ -183,7 +183,7 @@ mod tests {
     fn planned(scene: &Scene, end: End) -> Result<Plan, Unsolved> {
         let task = Task {
             first_step: 0,
-            initial: scene.bodies[0].state,
+            initial: Initial::State(scene.bodies[0].state),
             end,
             guess: None,
         };
@@ -241,7 +241,7 @@ mod tests {
         let scene = scene("", "");
         let task = Task {
             first_step: 0,
-            initial: scene.bodies[0].state,
+            initial: Initial::State(scene.bodies[0].state),
             end: End::Free(scene.maneuver.as_ref().unwrap().final_time.unwrap()),
             guess: None,
         };

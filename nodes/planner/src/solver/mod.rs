@@ -14,17 +14,30 @@ use lgvi_dynamics::gravity::Sources;
 use lgvi_scene::{FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
+use crate::prediction::Forecast;
+
+const NO_MANEUVER: &str = "the scene has no manoeuvre";
+
 /// What is to be planned.
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
     /// The step that the plan begins at.
     pub(crate) first_step: u64,
     /// The body's state there.
-    pub(crate) initial: BodyState,
+    pub(crate) initial: Initial,
     /// When it is to arrive.
     pub(crate) end: End,
     /// What to start from.
     pub(crate) guess: Option<Guess>,
+}
+
+/// The state that a plan begins in.
+#[derive(Clone, Debug)]
+pub(crate) enum Initial {
+    /// This one.
+    State(BodyState),
+    /// That in which the flight will be.
+    Forecast(Box<Forecast>),
 }
 
 /// An earlier plan, of which a part will have been flown.
@@ -103,16 +116,25 @@ type Observe<'o> = &'o mut dyn FnMut(&Iteration) -> bool;
 
 /// Solves a task of the scene's manoeuvre.
 pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<Plan, Unsolved> {
+    let Some(maneuver) = &scene.maneuver else {
+        return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
+    };
+    let initial = match &task.initial {
+        Initial::State(state) => *state,
+        Initial::Forecast(forecast) => forecast
+            .state(scene, maneuver.body, task.first_step)
+            .map_err(|error| Unsolved::new(Reason::Refused, error))?,
+    };
     match task.end {
         End::After(intervals) => {
-            let transfer = transfer(scene, &task.initial, intervals)?;
+            let transfer = transfer(scene, &initial, intervals)?;
             let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
                 // What is too short to be shortened is no help.
-                plan.remaining(&transfer, *flown, task.initial).ok()
+                plan.remaining(&transfer, *flown, initial).ok()
             });
             once(scene, &transfer, guess.as_ref(), observe)
         }
-        End::Free(range) => duration::solve(scene, &task.initial, range, observe),
+        End::Free(range) => duration::solve(scene, &initial, range, observe),
     }
 }
 
@@ -124,7 +146,7 @@ fn transfer(
     let refused = |error: &dyn std::fmt::Display| Unsolved::new(Reason::Refused, error);
     scene
         .transfer_from(*initial, intervals)
-        .ok_or_else(|| refused(&"the scene has no manoeuvre"))?
+        .ok_or_else(|| refused(&NO_MANEUVER))?
         .map_err(|error| refused(&error))
 }
 
@@ -136,7 +158,7 @@ fn once(
     observe: Observe<'_>,
 ) -> Result<Plan, Unsolved> {
     let Some(maneuver) = &scene.maneuver else {
-        return Err(Unsolved::new(Reason::Refused, "the scene has no manoeuvre"));
+        return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
     if !maneuver.processed {
         return by_method(maneuver, transfer, guess, observe);

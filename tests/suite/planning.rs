@@ -4,8 +4,10 @@ use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::{ActionClient, GoalId, GoalOutcome, GoalState, Qos};
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal, PlanManeuverResult};
-use lgvi_msgs::msg::ControlSequence;
-use lgvi_tests::{Process, Signal, Summary, World, edited, eventually, optimal_cost, scene};
+use lgvi_msgs::msg::{ControlSequence, SystemState};
+use lgvi_tests::{
+    Process, Recording, Signal, Summary, World, edited, eventually, optimal_cost, scene,
+};
 
 const ACTION: &str = "/lgvi_planner/plan_maneuver";
 
@@ -284,4 +286,29 @@ fn scenes_of_other_classes_fly_as_planned() {
         );
         world.verify_agrees(&bag, 301);
     }
+}
+
+/// The run goes on after the arrival, which is what counts.
+#[test]
+fn a_duration_that_is_found_is_flown_to_its_end() {
+    let world = World::new();
+    let motion = "motion = \"translation\"";
+    let free = format!("{motion}\nfinal_time = {{ min = 150.0, weight = 5.0 }}");
+    let changes = [
+        (motion, &*free),
+        ("limit = 2.5 ", "limit = 25.0 "),
+        ("velocity = [0.0, 0.0, 0.0]", "velocity = [0.01, 0.0, 0.0]"),
+    ];
+    let scene = edited(&world, "docking_corridor", &changes);
+    let (summary, bag) = world.fly(&scene, "flight");
+    assert!(miss(&summary) < 1e-9, "{}", miss(&summary));
+    let recording = Recording::read(&bag);
+    let flown: Vec<ControlSequence> = recording.messages("/lgvi_propagator/flown_control");
+    let steps = flown[0].force.len();
+    assert!((151..300).contains(&steps), "{steps}");
+    let last: Vec<SystemState> = recording.messages("/lgvi_propagator/state");
+    assert_eq!(last.len(), 301);
+    // It leaves the port with the speed that it has there.
+    let away = 0.01 * (300 - steps) as f64;
+    assert!((last[300].bodies[0].position[0] - away).abs() < 1e-6);
 }

@@ -2,6 +2,8 @@
 
 mod duration;
 mod shooting;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 

@@ -297,7 +297,10 @@ fn a_duration_that_is_found_is_flown_to_its_end() {
     let changes = [
         (motion, &*free),
         ("limit = 2.5 ", "limit = 25.0 "),
-        ("velocity = [0.0, 0.0, 0.0]", "velocity = [0.01, 0.0, 0.0]"),
+        (
+            "position = [0.0, 0.0, 0.0]\nvelocity = [0.0,",
+            "position = [0.0, 0.0, 0.0]\nvelocity = [0.01,",
+        ),
     ];
     let scene = edited(&world, "docking_corridor", &changes);
     let (summary, bag) = world.fly(&scene, "flight");

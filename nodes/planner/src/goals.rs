@@ -9,7 +9,7 @@ use lgvi_scene::Scene;
 use tracing::warn;
 
 use crate::sequence::{Samples, Sequence};
-use crate::solver::{Iteration, Reason};
+use crate::solver::{Iteration, Reason, violation};
 
 /// A goal in the node's hands.
 pub(crate) struct Goal {
@@ -119,10 +119,7 @@ fn with(scene: &Scene, body: usize, sequence: &Sequence) -> PlanManeuverResult {
     let message = Samples::of(scene, body, sequence).and_then(|samples| samples.to_message(scene));
     PlanManeuverResult {
         cost: *cost,
-        violation: certificate
-            .terminal
-            .max(certificate.defect)
-            .max(certificate.inequality),
+        violation: violation(certificate),
         stationarity: certificate.stationarity,
         condition: certificate.condition,
         sufficient: certificate.sufficient,

@@ -153,6 +153,9 @@ impl Planner<'_> {
                 Ok(())
             }
             Update::Ended(ended) => {
+                if let (Some(now), Ok(plan)) = (&mut current.last, &*ended) {
+                    now.settle(plan);
+                }
                 self.conclude(&current, &ended);
                 match current.purpose {
                     Purpose::Own => self.own(&current, *ended),

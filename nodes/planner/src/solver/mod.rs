@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
 use lgvi_control::{
-    NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start, Transfer,
+    Certificate, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start, Transfer,
 };
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Sources;
@@ -232,6 +232,26 @@ fn newton(
 ) -> Result<Plan, Unsolved> {
     let start = guess.map_or(Start::Cold, Start::Warm);
     lgvi_control::solve(transfer, start, settings, |now| observe(&now.into())).map_err(Into::into)
+}
+
+impl Iteration {
+    /// Says of the plan that the iteration has led to what the plan says of itself: its last step is seen by nobody.
+    pub(crate) fn settle(&mut self, plan: &Plan) {
+        self.cost = plan.cost;
+        self.violation = violation(&plan.certificate);
+        self.stationarity = plan.certificate.stationarity;
+    }
+}
+
+/// What a plan misses its conditions by.
+pub(crate) fn violation(certificate: &Certificate) -> f64 {
+    let Certificate {
+        defect,
+        terminal,
+        inequality,
+        ..
+    } = certificate;
+    terminal.max(*defect).max(*inequality)
 }
 
 impl From<&Progress> for Iteration {

@@ -40,8 +40,6 @@ pub(crate) enum BenchError {
     Picture(String),
     #[error(transparent)]
     Maneuver(#[from] ManeuverError),
-    #[error("{0}")]
-    Plan(String),
     #[error("{path}: {source}")]
     Write {
         path: PathBuf,

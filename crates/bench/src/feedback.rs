@@ -90,7 +90,7 @@ pub(crate) fn run(flights: u64, intervals: usize, directory: &Path) -> Result<()
          of the plan from nothing"
     );
     println!(
-        "| scene | correction | position | attitude | velocity | angular momentum | cost | iterations |"
+        "| scene | correction | position | attitude | velocity | angular momentum | cost | iterations | time |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut rows = Vec::new();

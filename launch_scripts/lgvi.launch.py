@@ -47,6 +47,7 @@ def generate_launch_description():
             node(
                 "lgvi_planner",
                 [("scene", ["'", scene, "'"])],
+                remaps=["~/state:=/lgvi_propagator/state"],
                 condition=IfCondition(LaunchConfiguration("plan")),
             ),
             node(

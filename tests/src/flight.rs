@@ -22,6 +22,8 @@ const J2000: i32 = 946_728_000;
 pub struct Summary {
     /// The planner's last iteration.
     pub plan: Option<PlanReport>,
+    /// Plans made in flight.
+    pub replanned: Option<Replanned>,
     /// What the propagator has flown.
     pub flight: Option<FlightReport>,
     /// Messages that planner and propagator have published, by topic.
@@ -36,6 +38,15 @@ pub struct Summary {
     pub bag: Option<PathBuf>,
     /// What went wrong.
     pub failure: Option<Failure>,
+}
+
+/// What has become of plans made in flight.
+#[derive(Debug, Deserialize)]
+pub struct Replanned {
+    /// Plans published.
+    pub published: u64,
+    /// Times when the old plan was kept.
+    pub kept: u64,
 }
 
 /// The first thing that went wrong in a flight.

@@ -23,7 +23,7 @@ use std::path::PathBuf;
 
 pub use binaries::binary;
 pub use controls::{coast, publish};
-pub use flight::{Difference, Failure, Summary, Verdict};
+pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
 pub use nix::sys::signal::Signal;
 pub use process::{Finished, Process};
 pub use python::python;

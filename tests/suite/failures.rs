@@ -49,11 +49,7 @@ fn a_plan_that_does_not_converge_is_said() {
         .json();
     let message = summary.failure.unwrap().message;
     assert!(
-        message.starts_with("planner: no plan: terminal error "),
-        "{message}"
-    );
-    assert!(
-        message.contains("after 3 iterations, expected at most 1.0e-12"),
+        message.starts_with("planner: no plan: not converged after "),
         "{message}"
     );
     assert!(summary.flight.is_none());

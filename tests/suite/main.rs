@@ -15,6 +15,7 @@ mod names;
 mod one_flight;
 mod outsider;
 mod pace;
+mod planning;
 mod recorder;
 mod reference_bags;
 mod replay;

@@ -1,9 +1,11 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lgvi_dynamics::auto::ChoiceError;
 use lgvi_dynamics::{MethodError, StepError};
 use lgvi_scene::SceneError;
 use lgvi_truth::TruthError;
+use lgvi_truth::maneuvers::ManeuverError;
+use serde::Serialize;
 use thiserror::Error;
 
 /// Why a benchmark cannot be run.
@@ -36,9 +38,31 @@ pub(crate) enum BenchError {
     Report(String),
     #[error("{0}")]
     Picture(String),
+    #[error(transparent)]
+    Maneuver(#[from] ManeuverError),
+    #[error("{path}: {source}")]
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("unknown case {name:?}, expected one of {known:?}")]
     Case {
         name: String,
         known: Vec<&'static str>,
     },
+}
+
+/// Writes figures to the file at `path`, whose directory is made.
+pub(crate) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), BenchError> {
+    let refuse = |source| BenchError::Write {
+        path: path.into(),
+        source,
+    };
+    if let Some(directory) = path.parent() {
+        std::fs::create_dir_all(directory).map_err(refuse)?;
+    }
+    let text = serde_json::to_string_pretty(figures).map_err(|error| refuse(error.into()))?;
+    std::fs::write(path, text).map_err(refuse)?;
+    println!("{}", path.display());
+    Ok(())
 }

@@ -6,12 +6,15 @@
 
 mod auto;
 mod clock;
+mod corrected;
 mod cost;
 mod costs;
 mod dumbbells;
 mod error;
+mod feedback;
 mod flight;
 mod free;
+mod maneuvers;
 mod methods;
 mod peer;
 mod picture;
@@ -68,6 +71,24 @@ enum Command {
     Planner(planner::Options),
     /// The two-dumbbell figure of the paper's §3.4, as pictures.
     Dumbbells,
+    /// How many random manoeuvres the planner solves from nothing, beside plain shooting.
+    Maneuvers {
+        /// How many, from the first on.
+        #[arg(long, default_value_t = 1000)]
+        count: u64,
+        /// Of the generator.
+        #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
+        seed: u64,
+    },
+    /// How far disturbed flights of a plan miss, with and without feedback and new plans on the way.
+    Feedback {
+        /// Flights of each kind.
+        #[arg(long, default_value_t = 200)]
+        flights: u64,
+        /// Steps of a flight.
+        #[arg(long, default_value_t = 200)]
+        intervals: usize,
+    },
 }
 
 fn main() -> Result<(), BenchError> {
@@ -92,5 +113,9 @@ fn main() -> Result<(), BenchError> {
             planner::run(&options, peer.as_ref(), repeats, &arguments.images)
         }
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
+        Command::Maneuvers { count, seed } => maneuvers::run(count, seed, &arguments.images),
+        Command::Feedback { flights, intervals } => {
+            feedback::run(flights, intervals, &arguments.images)
+        }
     }
 }

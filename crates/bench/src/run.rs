@@ -35,6 +35,17 @@ enum Source {
     Case(Box<Case>),
 }
 
+/// The shipped scene called `name`.
+pub(crate) fn scene(name: &str) -> Result<Scene, BenchError> {
+    let path = Path::new(SCENES).join(name).with_extension("toml");
+    let text =
+        std::fs::read_to_string(&path).map_err(|source| BenchError::Read { path, source })?;
+    Scene::parse(name, &text).map_err(|source| BenchError::Scene {
+        name: name.into(),
+        source,
+    })
+}
+
 /// Where a run ends.
 pub(crate) enum Truth {
     /// As a case says.
@@ -48,16 +59,8 @@ impl Run {
     pub(crate) fn all() -> Result<Vec<Self>, BenchError> {
         let mut runs = Vec::new();
         for path in scenes()? {
-            let read = std::fs::read_to_string(&path);
-            let text = read.map_err(|source| BenchError::Read {
-                path: path.clone(),
-                source,
-            })?;
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            let scene = Scene::parse(&name, &text).map_err(|source| BenchError::Scene {
-                name: name.to_string(),
-                source,
-            })?;
+            let scene = scene(&name)?;
             if scene.maneuver.is_none() {
                 runs.push(Self::of_scene(scene));
             }

@@ -9,20 +9,26 @@
 
 mod barrier;
 pub mod extremal;
+mod final_time;
+mod minima;
 mod newton;
 mod plan;
 mod problem;
 pub mod processing;
+mod replan;
 mod riccati;
 pub mod shooting;
 mod solver;
 mod stage;
 mod steps;
 
+pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
+pub use minima::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan};
 pub use problem::{
     Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, RotationTarget,
     Terminal, TerminalError, Transfer, TransferError, TranslationTarget, miss,
 };
+pub use replan::TooLate;
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
 pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};

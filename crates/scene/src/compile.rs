@@ -32,7 +32,7 @@ impl Scene {
             frame: file.frame,
             units,
             epoch: run::epoch(&file.run)?,
-            integration: run::integration(&file.run, file.maneuver.is_some())?,
+            integration: run::integration(&file.run, file.maneuver.as_ref())?,
             substeps: run::substeps(&file.run)?,
             subdivide: run::subdivide(&file.run)?,
             duration: check::positive("run.duration", file.run.duration)?,

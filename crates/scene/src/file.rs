@@ -12,7 +12,10 @@ pub(crate) use body::{
 };
 pub(crate) use disturbance::DisturbanceFile;
 pub(crate) use gravity::{CentralFile, GravityFile};
-pub(crate) use maneuver::{ManeuverFile, WeightFile};
+pub(crate) use maneuver::{
+    ActuatorFile, ConstraintFile, DynamicsFile, FinalTimeFile, LimitFile, ManeuverFile, MotionFile,
+    ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
+};
 
 use crate::integrator::IntegratorFile;
 

@@ -11,6 +11,8 @@ mod error;
 mod file;
 mod gravity;
 mod integrator;
+mod maneuver;
+mod miss;
 mod scene;
 mod units;
 
@@ -18,5 +20,6 @@ pub use disturbance::{ActuatorErrors, Disturbance};
 pub use error::{SceneError, SchemeError};
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
 pub use integrator::{Integration, Scheme};
-pub use scene::{Maneuver, NamedBody, Publishing, Scene};
+pub use maneuver::{FinalTime, Maneuver, Replan, Search, Solver, SolverMethod};
+pub use scene::{NamedBody, Publishing, Scene};
 pub use units::Units;

@@ -1,9 +1,7 @@
-use lgvi_control::{Actuation, Settings, Transfer, TransferError};
 use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
-use lgvi_dynamics::gravity::Sources;
-use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
+use lgvi_dynamics::{BodyState, RigidBody, Simulation, System};
 
-use crate::{Disturbance, Integration, SceneGravity, Scheme, SchemeError, Units};
+use crate::{Disturbance, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units};
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
@@ -60,26 +58,6 @@ pub struct Publishing {
     pub state_every: u64,
     /// Steps from one set of ROS messages to the next.
     pub ros_every: u64,
-}
-
-/// A controlled body that is to reach a target at the end of the run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Maneuver {
-    /// Which of the scene's bodies.
-    pub body: usize,
-    /// The state to be reached.
-    pub target: BodyState,
-    /// What its commands do and cost.
-    pub actuation: Actuation,
-    /// Of the solver.
-    pub settings: Settings,
-}
-
-impl Maneuver {
-    /// What a control of one step `h` costs.
-    pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
-        self.actuation.cost_of(h, control)
-    }
 }
 
 impl Scene {
@@ -151,21 +129,5 @@ impl Scene {
     /// Whether steps by this scheme are cut where they cannot be made as one.
     pub fn subdivides(&self, scheme: Scheme) -> bool {
         self.subdivide > 0 && !scheme.method.has_error_control()
-    }
-
-    /// The optimal control problem of the scene's manoeuvre; `None` without one.
-    pub fn transfer(&self) -> Option<Result<Transfer<Sources>, TransferError>> {
-        self.maneuver.as_ref().map(|maneuver| {
-            let controlled = &self.bodies[maneuver.body];
-            Transfer::new(
-                controlled.body.clone(),
-                self.gravity.on_body(maneuver.body, &self.bodies),
-                self.h(),
-                self.steps as usize,
-                controlled.state,
-                maneuver.target,
-                maneuver.actuation.clone(),
-            )
-        })
     }
 }

@@ -20,7 +20,14 @@ pub enum Event {
         /// Wall-clock time of the solution (s).
         seconds: f64,
     },
-    /// The planner or the propagator publishes no more.
+    /// The planner has looked for a new plan in flight.
+    Replanned {
+        /// Plans published in flight so far.
+        published: u64,
+        /// Times so far when there was none in time, and the old one was kept.
+        kept: u64,
+    },
+    /// What the planner or the propagator has published so far; the propagator publishes no more.
     Published {
         /// Messages published, by topic.
         messages: BTreeMap<String, u64>,

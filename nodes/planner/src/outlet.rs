@@ -1,23 +1,22 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use lgvi_control::extremal::Extremal;
 use lgvi_middleware::Shutdown;
-use lgvi_middleware::log::Rosout;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
-use lgvi_middleware::shm::ControlPublisher;
+use lgvi_middleware::shm::{ControlPublisher, FeedbackPublisher, ShmNode};
 use lgvi_msgs::RosMessage;
 use lgvi_msgs::msg::{ControlSequence, PlanProgress};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::stamp::StampError;
-use lgvi_node::{Node, NodeError};
-use lgvi_scene::{Maneuver, Scene};
+use lgvi_node::{FeedbackSequence, NodeError};
+use lgvi_scene::Scene;
 use tracing::warn;
 
 use crate::messages;
+use crate::sequence::{Samples, Sequence};
 
 /// How long subscribers that do not keep up are waited for.
-const PATIENCE: Duration = Duration::from_secs(5);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// How often the shutdown is looked for while waiting.
 const LOOK: Duration = Duration::from_millis(50);
@@ -28,45 +27,37 @@ const DISCOVERY: Duration = Duration::from_secs(2);
 /// Where the node publishes.
 pub(crate) struct Outlet {
     shm: ControlPublisher,
+    shm_feedback: FeedbackPublisher,
     controls: Publisher<ControlSequence>,
     progress: Publisher<PlanProgress>,
     path: Publisher<Path>,
     /// Messages sent, by topic.
     sent: BTreeMap<String, u64>,
-    _rosout: Rosout,
-    _ros: RosNode,
 }
 
 impl Outlet {
-    /// Opens the node's topics; late joiners get all of up to `iterations` iterations.
-    pub(crate) fn open(node: &Node, iterations: u32) -> Result<Self, NodeError> {
-        let topic = node
-            .args
+    /// Opens the node's topics; late joiners get the last `history` messages about the progress.
+    pub(crate) fn open(ros: &RosNode, shm: &ShmNode, history: usize) -> Result<Self, NodeError> {
+        let topic = ros
             .resolve("~/control_sequence")
             .map_err(NodeError::input)?;
-        let (ros, rosout) = node.ros()?;
-        let every_iteration = Qos::latched(iterations as usize + 2);
         Ok(Self {
-            shm: node
-                .shm()?
-                .control_publisher(&topic)
-                .map_err(NodeError::runtime)?,
+            shm: shm.control_publisher(&topic).map_err(NodeError::runtime)?,
+            shm_feedback: shm.feedback_publisher(&topic).map_err(NodeError::runtime)?,
             controls: ros
                 .publisher(&topic, &Qos::latched(1))
                 .map_err(NodeError::runtime)?,
             progress: ros
-                .publisher("~/progress", &every_iteration)
+                .publisher("~/progress", &Qos::latched(history))
                 .map_err(NodeError::runtime)?,
             path: ros
                 .publisher("~/planned_path", &Qos::latched(1))
                 .map_err(NodeError::runtime)?,
             sent: BTreeMap::new(),
-            _rosout: rosout,
-            _ros: ros,
         })
     }
 
-    /// Publishes an iteration.
+    /// Publishes an iteration, or how it ended.
     pub(crate) fn progress(&mut self, message: Result<PlanProgress, StampError>) {
         match message {
             Ok(message) => send(&self.progress, &message, &mut self.sent),
@@ -74,23 +65,24 @@ impl Outlet {
         }
     }
 
-    /// Publishes the plan.
+    /// Publishes a plan, to this host's propagator first.
     pub(crate) fn plan(
         &mut self,
         scene: &Scene,
-        maneuver: &Maneuver,
-        plan: &Extremal,
+        body: usize,
+        sequence: &Sequence,
     ) -> Result<(), NodeError> {
-        let (header, intervals) =
-            messages::controls(scene, maneuver, plan).map_err(NodeError::runtime)?;
-        let message = header
-            .to_message(&intervals, &scene.frame)
-            .map_err(NodeError::runtime)?;
+        let samples = Samples::of(scene, body, sequence).map_err(NodeError::runtime)?;
+        match &samples {
+            Samples::Open(header, intervals) => self.shm.send(*header, intervals),
+            Samples::Closed(FeedbackSequence { header, intervals }) => {
+                self.shm_feedback.send(*header, intervals)
+            }
+        }
+        .map_err(NodeError::runtime)?;
+        let message = samples.to_message(scene).map_err(NodeError::runtime)?;
         send(&self.controls, &message, &mut self.sent);
-        self.shm
-            .send(header, &intervals)
-            .map_err(NodeError::runtime)?;
-        let path = messages::path(scene, plan).map_err(NodeError::runtime)?;
+        let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
         Ok(())
     }
@@ -106,12 +98,12 @@ impl Outlet {
         {}
     }
 
-    /// Waits for the acknowledgements; the messages sent, by topic.
-    pub(crate) fn settle(&self) -> BTreeMap<String, u64> {
+    /// Waits for the acknowledgements, each up to `patience`; the messages sent, by topic.
+    pub(crate) fn settle(&self, patience: Duration) -> BTreeMap<String, u64> {
         let settled = [
-            self.controls.flush(PATIENCE),
-            self.progress.flush(PATIENCE),
-            self.path.flush(PATIENCE),
+            self.controls.flush(patience),
+            self.progress.flush(patience),
+            self.path.flush(patience),
         ];
         for error in settled.into_iter().filter_map(Result::err) {
             warn!("{error}");

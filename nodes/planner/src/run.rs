@@ -1,87 +1,74 @@
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
 
-use lgvi_control::{Iteration, ShootingError, shooting};
-use lgvi_node::{Event, Node, NodeError, PlanReport, load_scene};
-use nalgebra::SVector;
-use tracing::info;
+use lgvi_node::{Event, Node, NodeError, load_scene};
+use lgvi_scene::Scene;
+use tracing::warn;
 
-use crate::messages;
+use crate::follower::Follower;
+use crate::goals;
 use crate::outlet::Outlet;
+use crate::planner::Planner;
+use crate::replanner::Replanner;
+use crate::worker::Worker;
 
-/// How often the shutdown is looked for.
-const IDLE: Duration = Duration::from_millis(100);
+/// Messages about the progress that are kept for late joiners where the scene does not limit the iterations.
+const HISTORY: u32 = 500;
 
 /// The node's work, from parameters to shutdown.
 pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
     let mut parameters = std::mem::take(&mut node.parameters);
     let path: Option<PathBuf> = parameters.take("scene").map_err(NodeError::input)?;
+    let own: Option<bool> = parameters.take("plan_at_start").map_err(NodeError::input)?;
     parameters.finish().map_err(NodeError::input)?;
     let path = path.ok_or_else(|| {
         NodeError::Input("parameter \"scene\" is missing, expected a path".into())
     })?;
-    let scene = load_scene(&path)?;
-    let (Some(maneuver), Some(transfer)) = (&scene.maneuver, scene.transfer()) else {
+    let scene = Arc::new(load_scene(&path)?);
+    let Some(maneuver) = scene.maneuver.clone() else {
         let path = path.display();
         return Err(NodeError::Input(format!(
             "scene {path}: `maneuver` is missing: nothing to plan"
         )));
     };
-    let transfer = transfer.map_err(NodeError::input)?;
-
-    let mut outlet = Outlet::open(node, maneuver.settings.max_iterations)?;
-    node.report(&Event::Ready);
-
-    let start = Instant::now();
-    let mut last = None;
-    let outcome = shooting::solve(&transfer, SVector::zeros(), &maneuver.settings, |now| {
-        last = Some(*now);
-        node.report(&Event::Planning(report(now)));
-        outlet.progress(messages::progress(&scene, maneuver, now, None));
-        !node.shutdown.requested()
-    });
-    if let Some(last) = &last {
-        let ended = outcome.as_ref().map(|_| ());
-        outlet.progress(messages::progress(&scene, maneuver, last, Some(ended)));
+    let scheme = scene.scheme().map_err(NodeError::input)?;
+    if let Some(warning) = scene.flown_otherwise(scheme) {
+        warn!("{warning}");
     }
-    let solution = match outcome {
-        Ok(solution) => solution,
-        Err(error) => {
-            outlet.await_listener(&node.shutdown);
-            let messages = outlet.settle();
-            node.report(&Event::Published { messages });
-            return match error {
-                ShootingError::Stopped(_) => Ok(()),
-                error => Err(NodeError::Runtime(format!("no plan: {error}"))),
-            };
-        }
-    };
-    let seconds = start.elapsed().as_secs_f64();
-    let Iteration {
-        iteration,
-        cost,
-        violation,
-        ..
-    } = solution.last;
-    info!("planned in {iteration} iterations: cost {cost}, terminal error {violation:.1e}");
 
-    let plan = outlet.plan(&scene, maneuver, &solution.extremal);
-    let messages = outlet.settle();
-    node.report(&Event::Published { messages });
-    plan?;
-    node.report(&Event::Planned {
-        plan: report(&solution.last),
-        seconds,
-    });
-    while !node.shutdown.wait_timeout(IDLE) {}
-    Ok(())
+    let (ros, _rosout) = node.ros()?;
+    let shm = node.shm()?;
+    let states = node.args.resolve("~/state").map_err(NodeError::input)?;
+    // What corrects the flight must hear of it, wherever it is; goals make do with the one on this host.
+    let remote = maneuver.replan.is_some().then_some(&ros);
+    let mut planner = Planner {
+        node,
+        outlet: Outlet::open(&ros, &shm, history(&scene))?,
+        follower: Follower::open(Arc::clone(&scene), &states, &shm, remote)?,
+        worker: Worker::start(Arc::clone(&scene))?,
+        actions: ros
+            .action_server("~/plan_maneuver", goals::decide)
+            .map_err(NodeError::runtime)?,
+        replanner: maneuver.replan.map(Replanner::new),
+        scheme,
+        current: None,
+        waiting: None,
+        sequences: Vec::new(),
+        maneuver,
+        scene,
+    };
+    node.report(&Event::Ready);
+    planner.run(own.unwrap_or(true))
 }
 
-fn report(now: &Iteration) -> PlanReport {
-    PlanReport {
-        iterations: now.iteration,
-        trials: now.trials,
-        violation: now.violation,
-        cost: now.cost,
-    }
+/// Messages about the progress: all iterations of the first plan, and the outcomes of those in flight.
+fn history(scene: &Scene) -> usize {
+    let Some(maneuver) = &scene.maneuver else {
+        return 1;
+    };
+    let iterations = maneuver.solver.max_iterations.unwrap_or(HISTORY) as usize;
+    let turns = maneuver
+        .replan
+        .map_or(0, |replan| scene.steps / replan.every);
+    iterations.min(10_000) + 2 + turns.min(10_000) as usize
 }

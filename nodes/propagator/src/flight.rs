@@ -67,6 +67,12 @@ impl Flight {
         !self.accepted[body].is_empty()
     }
 
+    /// The step at which the sequence of `body` that acts last ends.
+    pub fn sequence_end(&self, body: usize) -> Option<u64> {
+        let last = self.accepted[body].last()?;
+        Some(last.first_step + last.loads.len() as u64)
+    }
+
     /// Makes one step. Allocates nothing.
     pub fn advance(&mut self) -> Result<StepReport, StepError> {
         let step = self.simulation.step();

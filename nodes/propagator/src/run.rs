@@ -1,7 +1,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lgvi_dynamics::Invariants;
+use lgvi_dynamics::{BodyState, Invariants};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::shm::{Delivery, StatePublisher};
 use lgvi_msgs::shm::{BodySample, Name};
@@ -67,6 +67,7 @@ pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
         state_topic,
         samples: 0,
         cost: 0.0,
+        arrival: None,
         cuts: Cuts::default(),
         link,
         shutdown: node.shutdown.clone(),
@@ -112,6 +113,8 @@ struct Propagation {
     samples: u64,
     /// Cost of the manoeuvre's controls so far.
     cost: f64,
+    /// The planned body's state where its last control sequence has ended, if that is before the end of the run.
+    arrival: Option<BodyState>,
     /// Steps that could not be made as one.
     cuts: Cuts,
     link: LinkEnd,
@@ -213,8 +216,11 @@ impl Propagation {
             warn!("{warning}");
         }
         if let Some(maneuver) = &self.scene.maneuver {
-            self.cost +=
-                maneuver.interval_cost(&self.flight.loads()[maneuver.body], self.scene.h());
+            let body = maneuver.body;
+            self.cost += maneuver.interval_cost(&self.flight.loads()[body], self.scene.h());
+            if maneuver.final_time.is_some() && self.flight.sequence_end(body) == Some(step + 1) {
+                self.arrival = Some(self.flight.states()[body]);
+            }
         }
         Ok(())
     }
@@ -270,10 +276,11 @@ impl Propagation {
         }
     }
 
-    /// How far the flight has ended from the manoeuvre's target.
+    /// How far the flight has arrived from the manoeuvre's target.
     fn miss(&self) -> Option<Miss> {
-        let maneuver = self.scene.maneuver.as_ref()?;
-        let miss = lgvi_control::miss(&maneuver.target, &self.flight.states()[maneuver.body]);
+        let body = self.scene.maneuver.as_ref()?.body;
+        let end = self.arrival.unwrap_or(self.flight.states()[body]);
+        let miss = self.scene.miss(&end)?;
         let part = |which: usize| miss.fixed_rows::<3>(3 * which).norm();
         let units = &self.scene.units;
         Some(Miss {

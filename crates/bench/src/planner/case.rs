@@ -71,6 +71,12 @@ impl Case {
         Ok(&self.scene.bodies[self.maneuver()?.body])
     }
 
+    /// The state to be reached.
+    pub(crate) fn target(&self) -> Result<BodyState, BenchError> {
+        let target = self.maneuver()?.target.state();
+        target.ok_or_else(|| self.without("a target that is one state"))
+    }
+
     pub(crate) fn transfer(&self) -> Result<Transfer<Sources>, BenchError> {
         let transfer = self.scene.transfer();
         let transfer = transfer.ok_or_else(|| self.without("a manoeuvre"))?;
@@ -93,7 +99,8 @@ impl Case {
             loads[maneuver.body] = *control;
             simulation.advance(&loads)?;
         }
-        Ok(miss(&maneuver.target, &simulation.states()[maneuver.body]).norm())
+        let target = self.target()?;
+        Ok(miss(&target, &simulation.states()[maneuver.body]).norm())
     }
 
     fn without(&self, what: &str) -> BenchError {

@@ -98,7 +98,7 @@ mod tests {
     fn its_controls_fly_its_states_from_the_first_step_to_the_target() {
         for scene in crate::planner::SCENES {
             let case = Case::load(scene).unwrap().with_steps(100);
-            let (named, target) = (case.body().unwrap(), case.maneuver().unwrap().target);
+            let (named, target) = (case.body().unwrap(), case.target().unwrap());
             let field = Central {
                 gm: case.attractor().unwrap().gm,
             };

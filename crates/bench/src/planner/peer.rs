@@ -154,13 +154,13 @@ impl Drop for Casadi {
 
 /// The problem and the guess as the script reads them.
 fn problem(case: &Case) -> Result<Value, BenchError> {
-    let (named, maneuver) = (case.body()?, case.maneuver()?);
+    let (named, maneuver, target) = (case.body()?, case.maneuver()?, case.target()?);
     let (body, h) = (&named.body, case.scene.h());
     let field = Central {
         gm: case.attractor()?.gm,
     };
     let steps = case.scene.steps as usize;
-    let guess = guess::cold(body, &field, h, steps, &named.state, &maneuver.target);
+    let guess = guess::cold(body, &field, h, steps, &named.state, &target);
     let weight = maneuver.actuation.weight();
     let weights = [0, 3].map(|first| rows(&weight.fixed_view::<3, 3>(first, first).into_owned()));
     let points = body.points().iter();
@@ -187,7 +187,7 @@ fn problem(case: &Case) -> Result<Value, BenchError> {
         "points": points,
         "weights": weights,
         "initial": state(&named.state),
-        "target": state(&maneuver.target),
+        "target": state(&target),
         "guess": {
             "states": guess.states.iter().map(state).collect::<Vec<_>>(),
             "controls": guess.controls.iter().map(control).collect::<Vec<_>>(),

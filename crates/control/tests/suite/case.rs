@@ -102,6 +102,17 @@ impl Case {
         .expect("a transfer")
     }
 
+    /// Solutions with a free final time: N, T, J.
+    pub fn free_final_times() -> Vec<(usize, f64, f64)> {
+        let all = Self::load("free_T_i").json;
+        let entry = |(n, found): (&String, &Value)| {
+            let n = n.parse().expect("a number of intervals");
+            (n, number(&found["T"]), number(&found["J"]))
+        };
+        let entries = all.as_object().expect("entries");
+        entries.iter().map(entry).collect()
+    }
+
     /// The terminal error before each Newton iteration of a prototype of the same method, from zero at N = 200.
     pub fn prototype_history(&self) -> Vec<f64> {
         let history = &self.json["paper_newton_armijo_from_zero_N200"]["hist"];

@@ -5,8 +5,12 @@
 mod case;
 mod classes;
 mod constraints;
+mod final_time;
+mod maneuvers;
+mod minima;
 mod newton;
 mod processing;
+mod replan;
 mod sensitivity;
 mod terminal;
 mod truth;

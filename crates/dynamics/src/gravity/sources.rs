@@ -1,18 +1,22 @@
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Central, Field, Fixed, Intrusion, LoadCurvature, LoadGradient};
 use crate::{BodyState, Load, MassDistribution, PointMass, RigidBody};
 
 /// The field of several fixed sources together.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Sources {
-    fields: Vec<Box<dyn Field>>,
+    fields: Arc<[Box<dyn Field>]>,
 }
 
 impl Sources {
     /// The sum of `fields`.
     pub fn new(fields: Vec<Box<dyn Field>>) -> Self {
-        Self { fields }
+        Self {
+            fields: fields.into(),
+        }
     }
 
     /// What bodies held in their states do to another: the same as by [`Mutual`](super::Mutual) with gravitational
@@ -53,7 +57,7 @@ impl Sources {
                 }
             }
         }
-        Self { fields }
+        Self::new(fields)
     }
 }
 
@@ -64,7 +68,7 @@ impl Field for Sources {
 
     fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load {
         let mut sum = Load::default();
-        for field in &self.fields {
+        for field in self.fields.iter() {
             sum += field.load(body, x, r);
         }
         sum
@@ -77,7 +81,7 @@ impl Field for Sources {
 
     fn gradient(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> LoadGradient {
         let mut sum = LoadGradient::default();
-        for field in &self.fields {
+        for field in self.fields.iter() {
             sum += field.gradient(body, x, r);
         }
         sum
@@ -91,7 +95,7 @@ impl Field for Sources {
         weights: &Load,
     ) -> LoadCurvature {
         let mut sum = LoadCurvature::default();
-        for field in &self.fields {
+        for field in self.fields.iter() {
             sum += field.curvature(body, x, r, weights);
         }
         sum

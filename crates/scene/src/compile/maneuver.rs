@@ -1,10 +1,15 @@
-use lgvi_control::{Actuation, ActuationError, Settings};
-use lgvi_dynamics::{BodyState, Mobility};
-use nalgebra::{Matrix3, Vector3};
+mod actuation;
+mod constraints;
+mod options;
+mod target;
 
-use crate::file::{ManeuverFile, WeightFile};
-use crate::scene::{Maneuver, NamedBody, Scene};
-use crate::{SceneError, check};
+use lgvi_control::{Dynamics, Motion};
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{Method, Mobility};
+
+use crate::file::{DynamicsFile, ManeuverFile, MotionFile};
+use crate::scene::{NamedBody, Scene};
+use crate::{Integration, Maneuver, SceneError};
 
 /// Steps of the longest manoeuvre: what the planner keeps in memory, and a sequence in one message.
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
@@ -24,30 +29,54 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         let expected = format!("2 to {MAX_MANEUVER_STEPS} steps for a manoeuvre");
         return Err(SceneError::value("run.steps", scene.steps, expected));
     }
-    let target = &file.target;
-    let target = BodyState::from_velocities(
-        &scene.bodies[body].body,
-        check::vector("maneuver.target.position", target.position)?,
-        check::vector("maneuver.target.velocity", target.velocity)?,
-        check::rotation("maneuver.target.attitude", &target.attitude)?,
-        check::vector("maneuver.target.angular_velocity", target.angular_velocity)?,
-    );
-    let defaults = Settings::default();
-    let solver = &file.solver;
-    Ok(Maneuver {
+    let motion = match file.motion {
+        MotionFile::Full => Motion::Full,
+        MotionFile::Translation => Motion::Translation,
+        MotionFile::Rotation => Motion::Rotation,
+    };
+    let actuation = actuation::actuation(file, motion)?;
+    let maneuver = Maneuver {
         body,
-        target,
-        actuation: Actuation::full(&weight(&file.force_weight), &weight(&file.moment_weight))
-            .map_err(refuse)?,
-        settings: Settings {
-            tolerance: match solver.tolerance {
-                Some(tolerance) => check::positive("maneuver.solver.tolerance", tolerance)?,
-                None => defaults.tolerance,
-            },
-            max_iterations: solver.max_iterations.unwrap_or(defaults.max_iterations),
-            ..defaults
-        },
-    })
+        target: target::target(scene, body, &file.target, motion)?,
+        constraints: constraints::constraints(&file.constraints, motion, &actuation)?,
+        actuation,
+        dynamics: dynamics(scene, file),
+        processed: file.processed,
+        motion,
+        final_time: options::final_time(scene, file.final_time.as_ref())?,
+        solver: options::solver(&file.solver)?,
+        search: options::search(file.search.as_ref())?,
+        replan: options::replan(scene, file.replan.as_ref())?,
+        feedback: file.feedback,
+    };
+    options::check_combination(scene, &maneuver, file)?;
+    Ok(maneuver)
+}
+
+/// Whether an axis of the motion is planned.
+fn moves(motion: Motion) -> (bool, bool) {
+    (motion != Motion::Rotation, motion != Motion::Translation)
+}
+
+/// What a manoeuvre asks for, or what flies it, or what comes nearest to that.
+fn dynamics(scene: &Scene, file: &ManeuverFile) -> Dynamics {
+    match (file.dynamics, scene.integration) {
+        (Some(DynamicsFile::LieEuler), _) => Dynamics::LieEuler,
+        (Some(DynamicsFile::Lgvi), _) => Dynamics::Lgvi,
+        (None, _) if file.processed => Dynamics::LieEuler,
+        (None, Integration::Method(Method::LieEuler(_))) => Dynamics::LieEuler,
+        (None, _) => Dynamics::Lgvi,
+    }
+}
+
+/// What flies a manoeuvre whose scene leaves the choice: the steps that it is planned in, or for a processed plan those
+/// that it is conjugate to.
+pub(super) fn method(file: &ManeuverFile) -> Method {
+    if file.processed || matches!(file.dynamics, Some(DynamicsFile::Lgvi)) {
+        Method::Lgvi(Rotor::default())
+    } else {
+        Method::LieEuler(Rotor::default())
+    }
 }
 
 /// The planner knows one free body in a field that does not change.
@@ -82,24 +111,5 @@ fn check_field(scene: &Scene, body: usize) -> Result<(), SceneError> {
                 expected,
             ))
         }
-    }
-}
-
-fn refuse(error: ActuationError) -> SceneError {
-    match error {
-        ActuationError::Weight { which, rows } => SceneError::value(
-            format!("maneuver.{which}_weight"),
-            rows,
-            "a symmetric positive definite matrix",
-        ),
-        other => SceneError::value("maneuver.actuators", other.to_string(), "actuators"),
-    }
-}
-
-fn weight(file: &WeightFile) -> Matrix3<f64> {
-    match *file {
-        WeightFile::Scalar(weight) => Matrix3::from_diagonal_element(weight),
-        WeightFile::Diagonal(weights) => Matrix3::from_diagonal(&Vector3::from(weights)),
-        WeightFile::Matrix(rows) => check::matrix(rows),
     }
 }

@@ -1,9 +1,9 @@
 use std::ops::RangeInclusive;
 
-use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::{Method, MethodError, System};
+use lgvi_dynamics::{MethodError, System};
 
-use crate::file::RunFile;
+use super::maneuver;
+use crate::file::{ManeuverFile, RunFile};
 use crate::{Integration, Scene, SceneError};
 
 /// J2000, 2000-01-01T12:00:00Z (ns since the UNIX epoch).
@@ -35,16 +35,19 @@ pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
     }
 }
 
-/// What is to fly the scene. A manoeuvre is planned in Lie–Euler steps, so what suits it best is that.
-pub(super) fn integration(run: &RunFile, maneuver: bool) -> Result<Integration, SceneError> {
+/// What is to fly the scene. What suits a manoeuvre best are the steps that it is planned in.
+pub(super) fn integration(
+    run: &RunFile,
+    planned: Option<&ManeuverFile>,
+) -> Result<Integration, SceneError> {
     match run.integrator.integration(run.chart) {
         Integration::Auto { tolerance } if !TOLERANCES.contains(&tolerance) => {
             let key = "run.integrator.tolerance";
             Err(SceneError::value(key, tolerance, "1e-14 to 0.1"))
         }
-        Integration::Auto { .. } if maneuver => {
-            Ok(Integration::Method(Method::LieEuler(Rotor::default())))
-        }
+        integration @ Integration::Auto { .. } => Ok(planned.map_or(integration, |planned| {
+            Integration::Method(maneuver::method(planned))
+        })),
         integration => Ok(integration),
     }
 }

@@ -1,5 +1,3 @@
-use nalgebra::Matrix3;
-
 use super::run::J2000;
 use super::*;
 

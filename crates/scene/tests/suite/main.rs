@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod bodies;
+mod classes;
 mod disturbances;
 mod gravity;
 mod integrators;
 mod maneuvers;
+mod planned;
 mod shipped;
 
 use lgvi_scene::{Scene, SceneError};

@@ -34,16 +34,23 @@ pub(crate) fn text(gravity: &str, rock: &str) -> String {
 /// The plan, flown by the simulation with the scene's own gravity, ends where the planner says.
 fn assert_flown_as_planned(text: &str) {
     let scene = Scene::parse("test", text).unwrap();
+    assert_eq!(scene.flown_otherwise(scene.scheme().unwrap()), None);
     let maneuver = scene.maneuver.as_ref().unwrap();
     let transfer = scene.transfer().unwrap().unwrap();
-    let plan = shooting::solve(&transfer, SVector::zeros(), &maneuver.settings, |_| true).unwrap();
+    let plan = shooting::solve(
+        &transfer,
+        SVector::zeros(),
+        &maneuver.solver.shooting(),
+        |_| true,
+    )
+    .unwrap();
     let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
     let mut controls = vec![Default::default(); scene.bodies.len()];
     for control in &plan.extremal.controls {
         controls[maneuver.body] = *control;
         simulation.advance(&controls).unwrap();
     }
-    let miss = lgvi_control::miss(&maneuver.target, &simulation.states()[maneuver.body]);
+    let miss = scene.miss(&simulation.states()[maneuver.body]).unwrap();
     assert!(miss.norm() < 1e-11, "{miss}");
 }
 

@@ -8,7 +8,7 @@ fn folder() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"))
 }
 
-fn shipped(name: &str) -> Scene {
+pub(crate) fn shipped(name: &str) -> Scene {
     let path = folder().join(name).with_extension("toml");
     let text = std::fs::read_to_string(&path).unwrap();
     Scene::parse(name, &text).unwrap_or_else(|error| panic!("{path:?}: {error}"))

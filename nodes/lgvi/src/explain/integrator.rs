@@ -65,7 +65,7 @@ impl Integrator {
         };
         let mut warnings = integrator.turn_warnings();
         warnings.extend(trial.failure);
-        if let Some(warning) = planned_otherwise(scene, scheme) {
+        if let Some(warning) = scene.flown_otherwise(scheme) {
             warnings.push(warning);
         }
         Ok((integrator, warnings))
@@ -83,20 +83,6 @@ impl Integrator {
             )],
             _ => Vec::new(),
         }
-    }
-}
-
-/// A plan is one in Lie–Euler steps of the run.
-fn planned_otherwise(scene: &Scene, scheme: Scheme) -> Option<String> {
-    scene.maneuver.as_ref()?;
-    match scheme {
-        Scheme {
-            method: Method::LieEuler(Rotor::Discrete(_)),
-            substeps: 1,
-        } => None,
-        Scheme { method, substeps } => Some(format!(
-            "the manoeuvre is planned in Lie–Euler steps and flown by {method} with {substeps} substeps: it will miss its target"
-        )),
     }
 }
 

@@ -4,6 +4,7 @@ mod bodies;
 mod choice;
 mod gravity;
 mod integrator;
+mod maneuver;
 mod text;
 mod trial;
 
@@ -18,6 +19,7 @@ use crate::output::say;
 use bodies::Body;
 use gravity::Gravity;
 use integrator::Integrator;
+use maneuver::Maneuver;
 
 /// A scene in SI, its integrator, and what is to be said of both.
 #[derive(Debug, Serialize)]
@@ -31,9 +33,8 @@ struct Explanation {
     step_size: f64,
     bodies: Vec<Body>,
     gravity: Gravity,
-    /// Name of the body that a manoeuvre is planned for.
-    maneuver: Option<String>,
-    /// Seed of its disturbance.
+    maneuver: Option<Maneuver>,
+    /// Seed of the manoeuvre's disturbance.
     disturbance: Option<u64>,
     integrator: Integrator,
     warnings: Vec<String>,
@@ -53,7 +54,6 @@ pub(crate) fn explain(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
 impl Explanation {
     fn of(scene: &Scene) -> Result<Self, NodeError> {
         let (integrator, warnings) = Integrator::of(scene)?;
-        let controlled = scene.maneuver.as_ref();
         Ok(Self {
             scene: scene.name.clone(),
             title: scene.title.clone(),
@@ -62,7 +62,7 @@ impl Explanation {
             step_size: scene.h() * scene.units.time,
             bodies: scene.bodies.iter().map(Body::of).collect(),
             gravity: Gravity::of(scene),
-            maneuver: controlled.map(|maneuver| scene.bodies[maneuver.body].name.clone()),
+            maneuver: Maneuver::of(scene),
             disturbance: scene.disturbance.map(|disturbance| disturbance.seed),
             integrator,
             warnings,

@@ -124,12 +124,21 @@ fn turns_that_are_too_far_are_warned_of() {
 #[test]
 fn a_plan_that_is_flown_otherwise_is_warned_of() {
     let maneuver = "angular_velocity = [0, 0, 5]\n    [maneuver]\n    body = \"top\"\n    [maneuver.target]\n    position = [3, 1, 0]\n    velocity = [0, 1, 0]\n    attitude = { w = 1, x = 0, y = 0, z = 0 }\n    angular_velocity = [0, 0, 0]\n";
-    let otherwise = explained("angular_velocity = [0, 0, 5]\n", maneuver);
-    assert_eq!(otherwise.maneuver.as_deref(), Some("top"));
+    let planned = |integrator: &str| {
+        let text = TEXT.replace("angular_velocity = [0, 0, 5]\n", maneuver);
+        let scene = Scene::parse("test", &text.replace("\"lgvi\"", integrator)).unwrap();
+        Explanation::of(&scene).unwrap()
+    };
+    let otherwise = planned("\"runge_kutta4\"");
+    assert_eq!(otherwise.maneuver.as_ref().unwrap().body, "top");
     assert!(otherwise.warnings[0].contains("miss its target"));
-    let text = TEXT
-        .replace("angular_velocity = [0, 0, 5]\n", maneuver)
-        .replace("\"lgvi\"", "\"lie_euler\"");
-    let scene = Scene::parse("test", &text).unwrap();
-    assert!(Explanation::of(&scene).unwrap().warnings.is_empty());
+    for (integrator, steps) in [("\"lgvi\"", "LGVI"), ("\"lie_euler\"", "Lie–Euler")] {
+        let explanation = planned(integrator);
+        assert!(explanation.warnings.is_empty());
+        let text = explanation.to_string();
+        let part = format!(
+            "of top to a position and velocity, an attitude and angular velocity: full motion, planned in {steps} steps"
+        );
+        assert!(text.contains(&part), "{text}");
+    }
 }

@@ -21,8 +21,8 @@ impl Display for Explanation {
             )?;
         }
         write!(f, "\n  gravity     {}", self.gravity)?;
-        if let Some(body) = &self.maneuver {
-            write!(f, "\n  manoeuvre   of {body}, planned in Lie–Euler steps")?;
+        if let Some(maneuver) = &self.maneuver {
+            write!(f, "\n  manoeuvre   {maneuver}")?;
         }
         if let Some(seed) = self.disturbance {
             write!(

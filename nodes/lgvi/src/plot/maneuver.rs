@@ -1,6 +1,6 @@
 //! Where a manoeuvre comes from and goes to.
 
-use lgvi_dynamics::BodyState;
+use lgvi_control::TranslationTarget;
 use nalgebra::Vector3;
 
 use super::data::FlightData;
@@ -13,7 +13,8 @@ const OPEN: f64 = 1.0;
 /// The orbits before and after a manoeuvre.
 pub(super) struct Orbits {
     pub(super) initial: Orbit,
-    pub(super) target: Orbit,
+    /// None where the target is no orbit.
+    pub(super) target: Option<Orbit>,
     /// The attractor, inertial frame (m).
     centre: Vector3<f64>,
     /// Farthest that the flight gets from the attractor (m).
@@ -29,17 +30,29 @@ impl Orbits {
         let centre = central.position * units.length;
         let maneuver = scene.maneuver.as_ref()?;
         let named = &scene.bodies[maneuver.body];
-        let orbit = |state: &BodyState| {
-            let velocity = state.velocity(&named.body) * (units.length / units.time);
-            Orbit::osculating(&(state.position * units.length - centre), &velocity, gm)
+        let orbit = |position: &Vector3<f64>, linear_momentum: &Vector3<f64>| {
+            let velocity = linear_momentum * (units.length / units.time / named.body.mass());
+            Orbit::osculating(&(position * units.length - centre), &velocity, gm)
+        };
+        let target = match &maneuver.target.translation {
+            TranslationTarget::State {
+                position,
+                linear_momentum,
+            }
+            | TranslationTarget::Orbit {
+                position,
+                linear_momentum,
+                ..
+            } => orbit(position, linear_momentum),
+            TranslationTarget::Position { .. } | TranslationTarget::Free => None,
         };
         let positions = flight
             .samples
             .iter()
             .map(|sample| sample.bodies[maneuver.body].position - centre);
         Some(Self {
-            initial: orbit(&named.state)?,
-            target: orbit(&maneuver.target)?,
+            initial: orbit(&named.state.position, &named.state.linear_momentum)?,
+            target,
             centre,
             farthest: positions
                 .map(|position| position.norm())
@@ -58,9 +71,9 @@ impl Orbits {
         orbit.closes_within(CLOSED * self.farthest)
     }
 
-    /// Angle between the planes [°].
-    pub(super) fn plane_change(&self) -> f64 {
-        let cos = self.initial.normal().dot(&self.target.normal());
+    /// Angle between the initial plane and another's [°].
+    pub(super) fn plane_change(&self, target: &Orbit) -> f64 {
+        let cos = self.initial.normal().dot(&target.normal());
         libm::acos(cos.clamp(-1.0, 1.0)).to_degrees()
     }
 }

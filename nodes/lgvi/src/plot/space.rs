@@ -53,10 +53,8 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
     let curves: Vec<_> = orbits
         .iter()
         .flat_map(|orbits| {
-            [
-                orbits.points(&orbits.initial),
-                orbits.points(&orbits.target),
-            ]
+            let all = std::iter::once(&orbits.initial).chain(&orbits.target);
+            all.map(|orbit| orbits.points(orbit))
         })
         .collect();
 
@@ -173,6 +171,8 @@ impl Picture<'_> {
         let Orbits {
             initial, target, ..
         } = orbits;
+        let colored = std::iter::once((initial, style::SOFT_INK))
+            .chain(target.iter().map(|target| (target, style::GREEN)));
         let outline = |orbit: &Orbit| -> Vec<_> {
             orbits
                 .points(orbit)
@@ -180,13 +180,15 @@ impl Picture<'_> {
                 .map(|point| self.cage.place(point))
                 .collect()
         };
-        for (orbit, color) in [(initial, style::SOFT_INK), (target, style::GREEN)] {
+        for (orbit, color) in colored {
             if orbits.close(orbit) {
                 canvas.area(&outline(orbit), color.mix(0.08));
             }
         }
         canvas.path(&outline(initial), initial_orbit());
-        canvas.dashed(&outline(target), target_orbit(), [7.0, 4.0]);
+        if let Some(target) = target {
+            canvas.dashed(&outline(target), target_orbit(), [7.0, 4.0]);
+        }
     }
 
     /// The trajectory in pieces, farther ones paler.
@@ -298,9 +300,13 @@ impl Picture<'_> {
                 named.name.clone(),
             );
         }
-        if let Some(orbits) = orbits {
+        if orbits.is_some() {
             add(Mark::Line(initial_orbit()), "initial orbit".into());
-            let turned = orbits.plane_change();
+        }
+        if let Some((orbits, target)) =
+            orbits.and_then(|orbits| Some((orbits, orbits.target.as_ref()?)))
+        {
+            let turned = orbits.plane_change(target);
             let text = if turned >= 0.05 {
                 format!("target orbit, plane turned by {turned:.1}°")
             } else {

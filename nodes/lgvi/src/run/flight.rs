@@ -10,7 +10,7 @@ use lgvi_middleware::Shutdown;
 use lgvi_node::{Event, NodeError};
 use lgvi_scene::Scene;
 
-use super::flown::{Failure, Flown};
+use super::flown::{Failure, Flown, Replanned};
 use super::process::{Heard, NodeProcess, Update};
 use super::progress::Progress;
 use super::recording::{recorder, topics};
@@ -62,16 +62,19 @@ pub(crate) fn fly(
         course.ready.contains(&NodeKind::Recorder)
     });
     if course.under_way(shutdown) {
+        let factor = options.real_time_factor.unwrap_or(default_factor(scene));
         let mut propagator = ros_arguments([
             scene_file.clone(),
-            format!("real_time_factor:={:?}", options.real_time_factor),
+            format!("real_time_factor:={factor:?}"),
             "await_subscribers:=1".into(),
         ]);
         if planned {
             propagator.extend(
                 ["-r", "~/control_sequence:=/lgvi_planner/control_sequence"].map(Into::into),
             );
-            course.start(NodeKind::Planner, ros_arguments([scene_file]))?;
+            let mut planner = ros_arguments([scene_file]);
+            planner.extend(["-r", "~/state:=/lgvi_propagator/state"].map(Into::into));
+            course.start(NodeKind::Planner, planner)?;
         }
         course.start(NodeKind::Propagator, propagator)?;
         course.attend(shutdown, |course| {
@@ -87,6 +90,14 @@ pub(crate) fn fly(
         });
     }
     Ok(course.end())
+}
+
+/// As fast as possible, or in real time where it is planned anew on the way: there is no time for that otherwise.
+fn default_factor(scene: &Scene) -> f64 {
+    let maneuver = scene.maneuver.as_ref();
+    f64::from(u8::from(
+        maneuver.is_some_and(|maneuver| maneuver.replan.is_some()),
+    ))
 }
 
 impl Course {
@@ -163,6 +174,9 @@ impl Course {
                 self.progress.planned(&plan);
                 self.flown.plan = Some(plan);
                 self.flown.planning_seconds = Some(seconds);
+            }
+            Event::Replanned { published, kept } => {
+                self.flown.replanned = Some(Replanned { published, kept });
             }
             Event::Flying { step } => self.progress.flying(step),
             Event::Flown(flight) => {

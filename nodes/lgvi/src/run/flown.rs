@@ -12,6 +12,8 @@ pub(crate) struct Flown {
     pub(crate) plan: Option<PlanReport>,
     /// Wall-clock time of the plan (s).
     pub(crate) planning_seconds: Option<f64>,
+    /// Plans made in flight; none where there are no such.
+    pub(crate) replanned: Option<Replanned>,
     pub(crate) flight: Option<FlightReport>,
     /// Messages that planner and propagator have published, as far as they have said so, by topic.
     pub(crate) published: BTreeMap<String, u64>,
@@ -27,6 +29,15 @@ pub(crate) struct Flown {
     pub(crate) picture: Option<PathBuf>,
     /// What went wrong, and the exit code that it calls for.
     pub(crate) failure: Option<Failure>,
+}
+
+/// What has become of the plans made in flight.
+#[derive(Debug, Serialize)]
+pub(crate) struct Replanned {
+    /// Plans published.
+    pub(crate) published: u64,
+    /// Times when there was none in time, and the old one was kept.
+    pub(crate) kept: u64,
 }
 
 /// The first thing that went wrong.

@@ -30,9 +30,10 @@ pub(crate) struct Options {
     /// The bag's directory, which must not exist (default: `flights/<scene>_<time>`).
     #[arg(long, value_parser = values::path())]
     bag: Option<PathBuf>,
-    /// Simulated seconds a second; 0 means as fast as possible, without loss.
-    #[arg(long, default_value_t = 0.0, value_parser = values::rate, allow_negative_numbers = true)]
-    real_time_factor: f64,
+    /// Simulated seconds a second; 0 means as fast as possible, without loss (default: 0, or 1 where the scene is planned
+    /// anew in flight).
+    #[arg(long, value_parser = values::rate, allow_negative_numbers = true)]
+    real_time_factor: Option<f64>,
     /// Do not start the planner: the control sequence of the scene's manoeuvre comes from elsewhere.
     #[arg(long)]
     no_planner: bool,

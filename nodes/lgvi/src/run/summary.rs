@@ -20,6 +20,13 @@ impl Display for Summary<'_> {
                 plan.cost, plan.iterations, plan.trials, plan.violation
             )?;
         }
+        if let Some(replanned) = &flown.replanned {
+            write!(
+                f,
+                "\n  replanned {} times in flight, the old plan kept {} times",
+                replanned.published, replanned.kept
+            )?;
+        }
         if let Some(flight) = &flown.flight {
             let rate = flight.steps as f64 / flight.seconds;
             write!(

@@ -1,0 +1,240 @@
+//! Transfers whose final time is free within a range.
+
+mod root;
+mod slope;
+
+use lgvi_dynamics::gravity::Field;
+use thiserror::Error;
+
+use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve};
+use crate::steps::HalfError;
+use crate::{Plan, Transfer, TransferError};
+use root::{Next, Root};
+
+/// A free final time `T = N h` and what it costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinalTime {
+    /// `T` at least.
+    pub shortest: f64,
+    /// `T` at most.
+    pub longest: f64,
+    /// Cost of a unit of time: `J + weight·T` is minimised.
+    pub weight: f64,
+    /// Relative tolerance of `T`.
+    pub tolerance: f64,
+}
+
+/// Where the final time ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeOptimality {
+    /// Where any change of it costs more.
+    Stationary,
+    /// At the shortest, though a shorter one would cost less.
+    Shortest,
+    /// At the longest, though a longer one would cost less.
+    Longest,
+}
+
+/// A plan with its final time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedPlan {
+    /// The plan; its step is `T/N`.
+    pub plan: Plan,
+    /// `T`
+    pub final_time: f64,
+    /// Where it ends.
+    pub optimality: TimeOptimality,
+    /// `d(J + weight·T)/dT` there.
+    pub slope: f64,
+    /// Transfers solved.
+    pub solves: u32,
+}
+
+/// Why there is no plan with a free final time.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum FinalTimeError {
+    /// The range is none.
+    #[error(
+        "the final time ranges from {shortest} to {longest}, expected finite numbers, 0 < shortest <= longest"
+    )]
+    Range {
+        /// Its lower end.
+        shortest: f64,
+        /// Its upper end.
+        longest: f64,
+    },
+    /// The cost of time or the tolerance is not a number that can be used.
+    #[error("{what} is {value}, expected a finite number {expected}")]
+    Value {
+        /// Of what.
+        what: &'static str,
+        /// The value.
+        value: f64,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// There is no plan at the first final time, nor nearer and nearer to one where there was.
+    #[error("final time {final_time}: {source}")]
+    Plan {
+        /// `T`
+        final_time: f64,
+        /// Why.
+        source: Box<PlanError>,
+    },
+    /// The derivative cannot be had.
+    #[error(transparent)]
+    Slope(#[from] HalfError),
+    /// The search has not ended.
+    #[error(
+        "the final time is not found after {solves} transfers: slope {slope:.3e} at {final_time}"
+    )]
+    NotConverged {
+        /// Transfers solved.
+        solves: u32,
+        /// The last `T`.
+        final_time: f64,
+        /// The slope there.
+        slope: f64,
+    },
+}
+
+impl<F> Transfer<F> {
+    /// The same number of steps in another time `T`.
+    pub fn with_final_time(self, final_time: f64) -> Result<Self, TransferError> {
+        let h = final_time / self.intervals as f64;
+        if !(h.is_finite() && h > 0.0) {
+            return Err(TransferError::Step(h));
+        }
+        Ok(Self { h, ..self })
+    }
+}
+
+/// Transfers solved at most.
+const MOST: u32 = 100;
+
+/// How often a step to another final time is halved where there is no plan.
+const HALVINGS: u32 = 12;
+
+/// Minimises `J + weight·T`: finds the local minimum downhill from the transfer's own final time, or from the end of the
+/// range that is nearest to it. Each transfer starts from the path of the plan before, so that the attitude winds the same way.
+///
+/// # Assumptions and limitations
+/// `J` may have several minima by `T`; one is found. The number of intervals stays, so steps grow with `T`.
+pub fn solve_final_time<F: Field + Clone>(
+    transfer: &Transfer<F>,
+    time: &FinalTime,
+    start: Start<'_>,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<TimedPlan, FinalTimeError> {
+    check(time)?;
+    let intervals = transfer.intervals as f64;
+    let mut search = Root::new([time.shortest, time.longest], time.tolerance);
+    let mut final_time = (transfer.h * intervals).clamp(time.shortest, time.longest);
+    let mut last: Option<(f64, Plan)> = None;
+    let mut halvings = 0;
+    let mut slope = f64::NAN;
+    for solves in 1..=MOST {
+        let timed = Transfer {
+            h: final_time / intervals,
+            ..transfer.clone()
+        };
+        let before = match (&last, start) {
+            (Some((_, plan)), _) => Some(retimed(plan, timed.h)),
+            (None, Start::Warm(plan)) => Some(retimed(plan, timed.h)),
+            (None, Start::Cold) => None,
+        };
+        let start = before.as_ref().map_or(Start::Cold, Start::Warm);
+        let plan = match (solve(&timed, start, settings, &mut observe), &last) {
+            (Ok(plan), _) => plan,
+            (
+                Err(
+                    PlanError::NotConverged { .. }
+                    | PlanError::Infeasible { .. }
+                    | PlanError::Dynamics { .. },
+                ),
+                Some((good, _)),
+            ) if halvings < HALVINGS => {
+                halvings += 1;
+                final_time = 0.5 * (final_time + good);
+                continue;
+            }
+            (Err(source), _) => {
+                return Err(FinalTimeError::Plan {
+                    final_time,
+                    source: Box::new(source),
+                });
+            }
+        };
+        slope = slope::by_step(&timed, &plan)? / intervals + time.weight;
+        let optimality = match search.next(final_time, slope) {
+            Next::Try(next) => {
+                last = Some((final_time, plan));
+                final_time = next;
+                continue;
+            }
+            Next::Minimum => TimeOptimality::Stationary,
+            Next::Lower => TimeOptimality::Shortest,
+            Next::Upper => TimeOptimality::Longest,
+        };
+        return Ok(TimedPlan {
+            plan,
+            final_time,
+            optimality,
+            slope,
+            solves,
+        });
+    }
+    Err(FinalTimeError::NotConverged {
+        solves: MOST,
+        final_time,
+        slope,
+    })
+}
+
+/// The plan's path at another step: momenta go as `1/h`, commands and multipliers as `1/h²`.
+fn retimed(plan: &Plan, h: f64) -> Plan {
+    let ratio = plan.h / h;
+    let mut plan = plan.clone();
+    plan.h = h;
+    let last = plan.states.len().saturating_sub(1);
+    for state in plan.states.iter_mut().take(last).skip(1) {
+        state.linear_momentum *= ratio;
+        state.angular_momentum *= ratio;
+    }
+    for command in &mut plan.commands {
+        *command *= ratio * ratio;
+    }
+    for multiplier in &mut plan.multipliers {
+        *multiplier *= ratio * ratio;
+    }
+    plan
+}
+
+fn check(time: &FinalTime) -> Result<(), FinalTimeError> {
+    let FinalTime {
+        shortest,
+        longest,
+        weight,
+        tolerance,
+    } = *time;
+    let range = shortest > 0.0 && shortest <= longest && longest.is_finite();
+    if !range {
+        return Err(FinalTimeError::Range { shortest, longest });
+    }
+    if !weight.is_finite() {
+        return Err(FinalTimeError::Value {
+            what: "the cost of time",
+            value: weight,
+            expected: "",
+        });
+    }
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(FinalTimeError::Value {
+            what: "the tolerance",
+            value: tolerance,
+            expected: "> 0",
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,154 @@
+use lgvi_dynamics::gravity::Field;
+use lgvi_dynamics::{BodyState, Load};
+use nalgebra::{SMatrix, SVector};
+
+use crate::problem::{Vector12, block};
+use crate::steps::{HalfCommands, HalfError, KickDriftKick, Linearisation, Steps};
+use crate::{Dynamics, Motion, Plan, Transfer};
+
+/// `dJ/dh` of a transfer's solution, exact: by the envelope theorem the derivative of the Lagrangian by the step at fixed
+/// states, commands and multipliers, `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions and inequalities do not know the step, so
+/// they have no part in it. What a plan leaves to the free flight depends on the step, and the rest of it on that.
+pub(super) fn by_step<F: Field>(transfer: &Transfer<F>, plan: &Plan) -> Result<f64, HalfError> {
+    match transfer.motion {
+        Motion::Full => {
+            let steps = KickDriftKick::full(transfer);
+            lagrangian(transfer, plan, &steps, 0, |command| *command, &[])
+        }
+        Motion::Translation => {
+            let commands = HalfCommands::forces(&transfer.actuation)?;
+            let steps = KickDriftKick::translation(transfer, &commands)?;
+            let free = free_flight(transfer, 6)?;
+            lagrangian(
+                transfer,
+                plan,
+                &steps,
+                0,
+                |all| commands.narrowed(all),
+                &free,
+            )
+        }
+        Motion::Rotation => {
+            let commands = HalfCommands::moments(&transfer.actuation)?;
+            let steps = KickDriftKick::rotation(transfer, &commands)?;
+            let free = free_flight(transfer, 0)?;
+            lagrangian(
+                transfer,
+                plan,
+                &steps,
+                6,
+                |all| commands.narrowed(all),
+                &free,
+            )
+        }
+    }
+}
+
+/// The Lagrangian's derivative where the plan's coordinates begin with the one numbered `first`, and the others change
+/// as `free` tells, if there are others.
+fn lagrangian<F: Field, S: Steps<X, U>, const X: usize, const U: usize>(
+    transfer: &Transfer<F>,
+    plan: &Plan,
+    steps: &S,
+    first: usize,
+    narrowed: impl Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+    free: &[Vector12],
+) -> Result<f64, HalfError> {
+    let own = |all: &Vector12| all.fixed_rows::<X>(first).into_owned();
+    let mut linear = Linearisation {
+        a: SMatrix::zeros(),
+        b: SMatrix::zeros(),
+    };
+    let mut slope = 0.0;
+    let intervals = plan.commands.iter().zip(&plan.multipliers);
+    for (k, ((command, lambda), ends)) in intervals.zip(plan.states.windows(2)).enumerate() {
+        steps
+            .linearise(k, &ends[0], &narrowed(command), &mut linear)
+            .map_err(|source| HalfError::Unsolvable { step: k, source })?;
+        let control = transfer.actuation.load(command);
+        let [begin, end] = changes(transfer, ends, &control, free.get(k..k + 2));
+        let change = linear.a * own(&begin) + own(&end);
+        slope += transfer.actuation.cost(1.0, command) + own(lambda).dot(&change);
+    }
+    Ok(slope)
+}
+
+/// `[0, δγ, 0, δΠ]` at the beginning and at the end of a step that together are `∂Φ/∂h = A begin + end`.
+///
+/// A step is a kick, a drift and a kick, and knows `h` only by `h m` and `h² load`, `m` the momenta: with `c h`, `m/c`
+/// and `load/c²` it leads to the same pose and to momenta `m⁺/c`. With `m_b` and `m_d` the momenta where the drift begins and
+/// ends, Euler's theorem on homogeneous functions gives `h ∂Φ/∂h = A [0, 2 m_b − m] + [0, m⁺ − 2 m_d]`. (Lie–Euler has
+/// `m_b = m`.) To this comes what coordinates that are not planned, `free` at both ends, change of the kicks.
+fn changes<F: Field>(
+    transfer: &Transfer<F>,
+    ends: &[BodyState],
+    control: &Load,
+    free: Option<&[Vector12]>,
+) -> [Vector12; 2] {
+    let (h, field, body) = (transfer.h, &transfer.field, &transfer.body);
+    let lengths = match transfer.dynamics {
+        Dynamics::LieEuler => [0.0, h],
+        Dynamics::Lgvi => [0.5 * h, 0.5 * h],
+    };
+    std::array::from_fn(|at| {
+        let state = &ends[at];
+        let (x, r) = (&state.position, &state.attitude);
+        let momenta = Load {
+            force: state.linear_momentum,
+            moment: state.angular_momentum,
+        };
+        let sign = if at == 0 { 1.0 } else { -1.0 };
+        let load = impulses(&(field.load(body, x, r) + *control));
+        let mut change = (sign * impulses(&momenta) + 2.0 * lengths[at] * load) / h;
+        if let Some(free) = free {
+            let (position, attitude) = (block(&free[at], 0), block(&free[at], 2));
+            let g = field.gradient(body, x, r);
+            change += lengths[at]
+                * impulses(&Load {
+                    force: g.force_by_position * position + g.force_by_attitude * attitude,
+                    moment: g.moment_by_position * position + g.moment_by_attitude * attitude,
+                });
+        }
+        change
+    })
+}
+
+/// How the free flight's states at `0 … N` change with the step: six coordinates from the one numbered `first` on, the
+/// others zero.
+fn free_flight<F: Field>(transfer: &Transfer<F>, first: usize) -> Result<Vec<Vector12>, HalfError> {
+    let steps = KickDriftKick::full(transfer);
+    let mut linear = Linearisation {
+        a: SMatrix::zeros(),
+        b: SMatrix::zeros(),
+    };
+    let mut state = transfer.initial;
+    let mut change = Vector12::zeros();
+    let half = |change: &Vector12| {
+        let mut half = Vector12::zeros();
+        let own = change.fixed_rows::<6>(first);
+        half.fixed_rows_mut::<6>(first).copy_from(&own);
+        half
+    };
+    let mut all = vec![half(&change)];
+    for step in 0..transfer.intervals {
+        let next = steps
+            .linearise(step, &state, &SVector::zeros(), &mut linear)
+            .map_err(|source| HalfError::Unsolvable { step, source })?;
+        let [begin, end] = changes(transfer, &[state, next], &Load::default(), None);
+        change = linear.a * (change + begin) + end;
+        all.push(half(&change));
+        state = next;
+    }
+    Ok(all)
+}
+
+/// `[0, force, 0, moment]`
+fn impulses(load: &Load) -> Vector12 {
+    let mut z = Vector12::zeros();
+    z.fixed_rows_mut::<3>(3).copy_from(&load.force);
+    z.fixed_rows_mut::<3>(9).copy_from(&load.moment);
+    z
+}
+
+#[cfg(test)]
+mod tests;

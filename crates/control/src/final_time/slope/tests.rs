@@ -1,0 +1,149 @@
+//! The derivative by the step against differences.
+
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::{Inertia, PointMass, RigidBody};
+use nalgebra::{Matrix3, Vector3};
+
+use super::*;
+use crate::{Actuation, Certificate};
+
+const N: usize = 12;
+
+fn transfer(h: f64, motion: Motion, dynamics: Dynamics) -> Transfer<Central> {
+    let inertia = Inertia::principal([0.03, 0.08, 0.09]).unwrap();
+    let arm = Vector3::new(0.3, 0.1, -0.2);
+    let points = [arm, -arm].map(|position| PointMass {
+        mass: 0.7,
+        position,
+    });
+    let body = RigidBody::new(1.4, inertia, points.to_vec()).unwrap();
+    let weight = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0));
+    let state = BodyState {
+        position: Vector3::new(1.0, 0.1, -0.2),
+        linear_momentum: Vector3::new(0.1, 1.3, 0.2),
+        attitude: lgvi_lie::exp(&Vector3::new(0.3, -0.5, 0.8)),
+        angular_momentum: Vector3::new(0.05, -0.04, 0.06),
+    };
+    let actuation = Actuation::full(&weight, &weight).unwrap();
+    Transfer::new(body, Central { gm: 1.0 }, h, N, state, state, actuation)
+        .unwrap()
+        .with_motion(motion)
+        .with_dynamics(dynamics)
+}
+
+/// Numbers without a pattern.
+fn wave<const D: usize>(seed: usize) -> SVector<f64, D> {
+    SVector::from_fn(|i, _| libm::sin((7 * seed + 3 * i) as f64 + 0.4))
+}
+
+/// What is done with the steps of any motion.
+trait Visit {
+    fn visit<S: Steps<X, U>, const X: usize, const U: usize>(
+        &mut self,
+        steps: &S,
+        first: usize,
+        narrowed: &dyn Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+    );
+}
+
+fn with_steps(transfer: &Transfer<Central>, visit: &mut impl Visit) {
+    let actuation = &transfer.actuation;
+    match transfer.motion {
+        Motion::Full => visit.visit(&KickDriftKick::full(transfer), 0, &|w| *w),
+        Motion::Translation => {
+            let commands = HalfCommands::forces(actuation).unwrap();
+            let steps = KickDriftKick::translation(transfer, &commands).unwrap();
+            visit.visit(&steps, 0, &|w| commands.narrowed(w));
+        }
+        Motion::Rotation => {
+            let commands = HalfCommands::moments(actuation).unwrap();
+            let steps = KickDriftKick::rotation(transfer, &commands).unwrap();
+            visit.visit(&steps, 6, &|w| commands.narrowed(w));
+        }
+    }
+}
+
+/// Flies the plan's commands.
+struct Fly<'p>(&'p mut Plan);
+
+impl Visit for Fly<'_> {
+    fn visit<S: Steps<X, U>, const X: usize, const U: usize>(
+        &mut self,
+        steps: &S,
+        _: usize,
+        narrowed: &dyn Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+    ) {
+        let Plan {
+            states, commands, ..
+        } = &mut *self.0;
+        for (k, command) in commands.iter().enumerate() {
+            states.push(steps.next(k, &states[k], &narrowed(command)).unwrap());
+        }
+    }
+}
+
+/// `Σ λ · Φ(s, w)` at fixed states, up to a constant.
+struct Product<'p>(&'p Plan, f64);
+
+impl Visit for Product<'_> {
+    fn visit<S: Steps<X, U>, const X: usize, const U: usize>(
+        &mut self,
+        steps: &S,
+        first: usize,
+        narrowed: &dyn Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+    ) {
+        let plan = self.0;
+        for (k, command) in plan.commands.iter().enumerate() {
+            let next = steps.next(k, &plan.states[k], &narrowed(command)).unwrap();
+            let z = steps.difference(&plan.states[k + 1], &next);
+            self.1 += plan.multipliers[k].fixed_rows::<X>(first).dot(&z);
+        }
+    }
+}
+
+/// A flight under any commands of the motion, with any multipliers: the derivative of the Lagrangian is that of central
+/// differences of sixth order.
+#[test]
+fn the_derivative_of_the_lagrangian_is_that_of_differences() {
+    let h = 0.08;
+    for (motion, commanded) in [
+        (Motion::Full, 0..6),
+        (Motion::Translation, 0..3),
+        (Motion::Rotation, 3..6),
+    ] {
+        for dynamics in [Dynamics::LieEuler, Dynamics::Lgvi] {
+            let at = |h: f64| transfer(h, motion, dynamics);
+            let command = |k: usize| {
+                let wave = 0.05 * wave::<6>(k);
+                SVector::from_fn(|i, _| if commanded.contains(&i) { wave[i] } else { 0.0 })
+            };
+            let mut plan = Plan {
+                h,
+                states: vec![at(h).initial],
+                controls: Vec::new(),
+                commands: (0..N).map(command).collect(),
+                multipliers: (0..N).map(|k| wave(100 + k)).collect(),
+                feedback: Vec::new(),
+                cost: 0.0,
+                certificate: Certificate::default(),
+            };
+            with_steps(&at(h), &mut Fly(&mut plan));
+            let value = |h: f64| {
+                let transfer = at(h);
+                let mut product = Product(&plan, 0.0);
+                with_steps(&transfer, &mut product);
+                let costs = plan.commands.iter().map(|w| transfer.actuation.cost(h, w));
+                costs.sum::<f64>() + product.1
+            };
+            let step = 3e-4;
+            let pair = |times: f64| value(h + times * step) - value(h - times * step);
+            let difference = (45.0 * pair(1.0) - 9.0 * pair(2.0) + pair(3.0)) / (60.0 * step);
+            let exact = by_step(&at(h), &plan).unwrap();
+            let error = (exact / difference - 1.0).abs();
+            assert!(
+                error < 1e-10,
+                "{motion:?}, {dynamics:?}: {exact} for {difference}"
+            );
+        }
+    }
+}

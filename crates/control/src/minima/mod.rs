@@ -1,0 +1,176 @@
+//! The local minima of a transfer, ranked.
+
+mod paths;
+mod winding;
+
+use std::cell::Cell;
+
+use lgvi_dynamics::BodyState;
+use lgvi_dynamics::gravity::Field;
+
+use crate::solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};
+use crate::{Plan, RotationTarget, Transfer, TranslationTarget};
+use paths::Detours;
+pub use winding::Winding;
+
+/// How local minima are searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchSettings {
+    /// Paths to start from, the cold start included.
+    pub starts: u32,
+    /// Of the random ones among them.
+    pub seed: u64,
+    /// Of each solution.
+    pub newton: NewtonSettings,
+}
+
+impl Default for SearchSettings {
+    fn default() -> Self {
+        Self {
+            starts: 40,
+            seed: 1,
+            newton: NewtonSettings::default(),
+        }
+    }
+}
+
+/// A local minimum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Minimum {
+    /// The plan.
+    pub plan: Plan,
+    /// How it turns the body.
+    pub winding: Winding,
+    /// How many starts led to it at the coarse resolution.
+    pub starts: u32,
+}
+
+/// Costs and multipliers of one minimum agree to this, relatively.
+const SAME: f64 = 1e-6;
+
+/// Searches local minima of `transfer` from paths that wind otherwise about the geodesic's axis and the body's, and from
+/// random ones; each found once, the cheapest first.
+///
+/// Minima are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the
+/// iterations of all; if it returns `false`, the search ends with what is refined, if there is something.
+///
+/// # Assumptions and limitations
+/// A search proves nothing about what it has not found. Of plans that are no strict minima none are returned.
+///
+/// # Errors
+/// What the solver says of the cold start, if no start leads to a minimum.
+pub fn search<F: Field + Clone>(
+    transfer: &Transfer<F>,
+    settings: &SearchSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
+    let newton = &settings.newton;
+    let intervals = transfer.intervals.min(newton.coarse.max(2));
+    let duration = transfer.h * transfer.intervals as f64;
+    let coarse = Transfer {
+        h: duration / intervals as f64,
+        intervals,
+        ..transfer.clone()
+    };
+    let end = end(transfer);
+    let stopped = Cell::new(false);
+    let mut watch = |now: &Progress| {
+        stopped.set(stopped.get() || !observe(now));
+        !stopped.get()
+    };
+    let mut as_coarse = |now: &Progress| {
+        let phase = Phase::Coarse;
+        watch(&Progress { phase, ..*now })
+    };
+    let mut found: Vec<Minimum> = Vec::new();
+    let mut failure = None;
+    let cold = solve(&coarse, Start::Cold, newton, &mut as_coarse);
+    match cold {
+        Ok(plan) => keep(&mut found, plan, 1),
+        Err(error) => failure = Some(error),
+    }
+    for detour in Detours::new(settings.seed).take(settings.starts.saturating_sub(1) as usize) {
+        if stopped.get() {
+            break;
+        }
+        let path = paths::plan(&coarse, &end, &detour);
+        if let Ok(plan) = solve(&coarse, Start::Warm(&path), newton, &mut as_coarse) {
+            keep(&mut found, plan, 1);
+        }
+    }
+    rank(&mut found);
+    let mut refined: Vec<Minimum> = Vec::new();
+    for Minimum { plan, starts, .. } in found {
+        match solve(transfer, Start::Warm(&plan), newton, &mut watch) {
+            Ok(plan) => keep(&mut refined, plan, starts),
+            Err(error) => failure = failure.or(Some(error)),
+        }
+    }
+    rank(&mut refined);
+    match failure {
+        Some(error) if refined.is_empty() => Err(error),
+        _ => Ok(refined),
+    }
+}
+
+fn rank(minima: &mut [Minimum]) {
+    minima.sort_by(|a, b| a.plan.cost.total_cmp(&b.plan.cost));
+}
+
+/// Adds a minimum to which so many starts led, or counts them to it.
+fn keep(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
+    if !plan.certificate.sufficient {
+        return;
+    }
+    match found.iter_mut().find(|known| same(&known.plan, &plan)) {
+        Some(known) => known.starts += starts,
+        None => found.push(Minimum {
+            winding: plan.winding(),
+            plan,
+            starts,
+        }),
+    }
+}
+
+fn same(a: &Plan, b: &Plan) -> bool {
+    let multipliers = a.multipliers.iter().zip(&b.multipliers);
+    let apart: f64 = multipliers.map(|(a, b)| (a - b).norm_squared()).sum();
+    let size: f64 = a.multipliers.iter().map(|a| a.norm_squared()).sum();
+    (a.cost - b.cost).abs() <= SAME * a.cost.abs() && apart <= SAME * SAME * size
+}
+
+/// An end for paths to lead to: what the terminal set leaves free is as at the start.
+fn end<F>(transfer: &Transfer<F>) -> BodyState {
+    let mut end = transfer.initial;
+    match transfer.target.translation {
+        TranslationTarget::State {
+            position,
+            linear_momentum,
+        }
+        | TranslationTarget::Orbit {
+            position,
+            linear_momentum,
+            ..
+        } => {
+            end.position = position;
+            end.linear_momentum = linear_momentum;
+        }
+        TranslationTarget::Position { position } => end.position = position,
+        TranslationTarget::Free => (),
+    }
+    match transfer.target.rotation {
+        RotationTarget::State {
+            attitude,
+            angular_momentum,
+        } => {
+            end.attitude = attitude;
+            end.angular_momentum = angular_momentum;
+        }
+        RotationTarget::Attitude { attitude } => end.attitude = attitude,
+        RotationTarget::SpinAxis {
+            angular_momentum, ..
+        } => end.angular_momentum = angular_momentum,
+        RotationTarget::Free => (),
+    }
+    end
+}

@@ -1,0 +1,99 @@
+//! Local minima of the change of inclination.
+
+use lgvi_control::{Minimum, PlanError, SearchSettings, Settings, Transfer, search, shooting};
+use lgvi_dynamics::gravity::Central;
+
+use crate::case::Case;
+
+fn transfer() -> Transfer<Central> {
+    let transfer = Case::load("C_i").transfer(100);
+    transfer.with_final_time(0.9046).expect("a time")
+}
+
+fn minima(settings: &SearchSettings) -> Vec<Minimum> {
+    search(&transfer(), settings, |_| true).expect("minima")
+}
+
+/// Costs that another solver found.
+const KNOWN: [f64; 4] = [12.9478, 12.9611, 13.0054, 13.0373];
+
+#[test]
+fn the_minima_that_are_known_are_found_and_ranked() {
+    let found = minima(&SearchSettings::default());
+    for minimum in &found {
+        let Minimum {
+            plan,
+            winding,
+            starts,
+        } = minimum;
+        let [x, y, z] = winding.rotation.into();
+        println!(
+            "{:.4} from {starts} starts, ∫Ω dt ({x:.2}, {y:.2}, {z:.2}), ∫|Ω| dt {:.2}",
+            plan.cost, winding.angle
+        );
+        assert!(plan.certificate.sufficient);
+        assert!(plan.certificate.terminal <= 1e-12);
+    }
+    for cost in KNOWN {
+        let same = |minimum: &&Minimum| (minimum.plan.cost - cost).abs() <= 5e-5;
+        assert_eq!(found.iter().filter(same).count(), 1, "{cost}");
+    }
+    for pair in found.windows(2) {
+        assert!(pair[0].plan.cost < pair[1].plan.cost);
+        let apart = pair[0].winding.rotation - pair[1].winding.rotation;
+        assert!(apart.norm() > 0.1);
+    }
+}
+
+/// Shooting, which integrates the necessary conditions forward, confirms each from its multipliers.
+#[test]
+fn minima_are_extremals() {
+    let transfer = transfer();
+    for Minimum { plan, .. } in minima(&SearchSettings::default()).iter().take(5) {
+        let multipliers = plan.multipliers[0];
+        let found = shooting::solve(&transfer, multipliers, &Settings::default(), |_| true)
+            .expect("an extremal");
+        let moved = (found.multipliers - multipliers).norm() / multipliers.norm();
+        assert!(found.last.iteration <= 3 && moved < 1e-6, "{moved:e}");
+        assert!((found.extremal.cost / plan.cost - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_search_is_a_function_of_its_seed_and_of_nothing_else() {
+    let few = |seed| {
+        let settings = SearchSettings {
+            starts: 20,
+            seed,
+            ..SearchSettings::default()
+        };
+        let minima = minima(&settings);
+        minima.iter().map(|m| m.plan.cost).collect::<Vec<_>>()
+    };
+    assert_eq!(few(3), few(3));
+    assert_ne!(few(3), few(4));
+}
+
+#[test]
+fn a_search_that_is_stopped_returns_what_is_refined_or_says_so() {
+    let mut all = 0;
+    let whole = search(&transfer(), &SearchSettings::default(), |_| {
+        all += 1;
+        true
+    })
+    .expect("minima");
+    let stopped = |after: u32| {
+        let mut seen = 0;
+        let found = search(&transfer(), &SearchSettings::default(), |_| {
+            seen += 1;
+            seen < after
+        });
+        assert!(seen <= after + whole.len() as u32);
+        found
+    };
+    let some = stopped(all - 1).expect("minima");
+    assert!(!some.is_empty() && some.len() < whole.len());
+    assert_eq!(some[0], whole[0]);
+    assert!(matches!(stopped(1), Err(PlanError::Stopped { .. })));
+    assert!(matches!(stopped(30), Err(PlanError::Stopped { .. })));
+}

@@ -1,0 +1,83 @@
+use lgvi_control::{Actuation, ActuationError, Motion};
+use nalgebra::{Matrix3, Vector3};
+
+use super::moves;
+use crate::file::{ActuatorFile, ManeuverFile, WeightFile};
+use crate::{SceneError, check};
+
+/// The manoeuvre's commands: force and moment themselves with their weights, or those of its actuators.
+pub(super) fn actuation(file: &ManeuverFile, motion: Motion) -> Result<Actuation, SceneError> {
+    let Some(actuators) = &file.actuators else {
+        let force = weight("maneuver.force_weight", file.force_weight)?;
+        let moment = weight("maneuver.moment_weight", file.moment_weight)?;
+        return Actuation::full(&force, &moment).map_err(refuse);
+    };
+    for (given, name) in [
+        (&file.force_weight, "force"),
+        (&file.moment_weight, "moment"),
+    ] {
+        if given.is_some() {
+            let expected = "none beside `actuators`, which have weights of their own";
+            let key = format!("maneuver.{name}_weight");
+            return Err(SceneError::value(key, "given", expected));
+        }
+    }
+    let columns = actuators
+        .iter()
+        .enumerate()
+        .map(|(index, actuator)| column(&format!("maneuver.actuators[{index}]"), actuator, motion))
+        .collect::<Result<Vec<_>, _>>()?;
+    Actuation::actuators(&columns).map_err(refuse)
+}
+
+/// Force and moment of a unit command, and its weight.
+fn column(key: &str, file: &ActuatorFile, motion: Motion) -> Result<([f64; 6], f64), SceneError> {
+    let (translates, rotates) = moves(motion);
+    for (name, value, used) in [
+        ("force", file.force, translates),
+        ("moment", file.moment, rotates),
+    ] {
+        let key = format!("{key}.{name}");
+        check::vector(&key, value)?;
+        if !used && value != [0.0; 3] {
+            let expected = "none: that motion is not planned";
+            return Err(SceneError::value(key, value, expected));
+        }
+    }
+    let column = [file.force, file.moment].concat();
+    if column.iter().all(|component| *component == 0.0) {
+        let expected = "a `force` or a `moment` that is not zero";
+        return Err(SceneError::value(key, &column, expected));
+    }
+    let weight = check::positive(&format!("{key}.weight"), file.weight)?;
+    Ok((std::array::from_fn(|row| column[row]), weight))
+}
+
+fn refuse(error: ActuationError) -> SceneError {
+    match error {
+        ActuationError::Weight { which, rows } => SceneError::value(
+            format!("maneuver.{which}_weight"),
+            rows,
+            "a symmetric positive definite matrix",
+        ),
+        ActuationError::Commands { found } => {
+            SceneError::value("maneuver.actuators", found, "1 to 6 actuators")
+        }
+        other => SceneError::value("maneuver.actuators", other.to_string(), "actuators"),
+    }
+}
+
+fn weight(key: &str, file: Option<WeightFile>) -> Result<Matrix3<f64>, SceneError> {
+    let expected = "a symmetric positive definite matrix";
+    let weight = match file {
+        None => Matrix3::identity(),
+        Some(WeightFile::Scalar(weight)) => Matrix3::from_diagonal_element(weight),
+        Some(WeightFile::Diagonal(weights)) => Matrix3::from_diagonal(&Vector3::from(weights)),
+        Some(WeightFile::Matrix(rows)) => check::matrix(rows),
+    };
+    if weight.iter().all(|element| element.is_finite()) {
+        Ok(weight)
+    } else {
+        Err(SceneError::value(key, weight.as_slice(), expected))
+    }
+}

@@ -1,0 +1,169 @@
+use lgvi_control::{Dynamics, Motion};
+use lgvi_dynamics::Method;
+
+use crate::file::{
+    FinalTimeFile, ManeuverFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile,
+};
+use crate::{
+    FinalTime, Integration, Maneuver, Replan, Scene, SceneError, Search, Solver, SolverMethod,
+    check,
+};
+
+/// Starts of the longest search.
+const MAX_STARTS: u32 = 10_000;
+
+/// Steps of the longest sequence with feedback: what shared memory carries.
+const MAX_FEEDBACK_STEPS: u64 = 100_000;
+
+/// How far the bounds of a duration may be from whole steps, in steps.
+const ROUNDING: f64 = 1e-6;
+
+pub(super) fn solver(file: &SolverFile) -> Result<Solver, SceneError> {
+    if let Some(tolerance) = file.tolerance {
+        check::positive("maneuver.solver.tolerance", tolerance)?;
+    }
+    Ok(Solver {
+        method: match file.method {
+            SolverMethodFile::Newton => SolverMethod::Newton,
+            SolverMethodFile::Shooting => SolverMethod::Shooting,
+        },
+        tolerance: file.tolerance,
+        max_iterations: file.max_iterations,
+    })
+}
+
+/// The durations in whole steps of the run: what is flown in steps is planned in them.
+pub(super) fn final_time(
+    scene: &Scene,
+    file: Option<&FinalTimeFile>,
+) -> Result<Option<FinalTime>, SceneError> {
+    let Some(file) = file else {
+        return Ok(None);
+    };
+    let (h, duration) = (scene.h(), scene.duration);
+    let min = check::positive("maneuver.final_time.min", file.min)?;
+    let max = check::positive("maneuver.final_time.max", file.max.unwrap_or(duration))?;
+    if max > duration {
+        let expected = format!("at most {duration}, the duration of the run");
+        return Err(SceneError::value("maneuver.final_time.max", max, expected));
+    }
+    let min_steps = ((min / h - ROUNDING).ceil() as u64).max(2);
+    let max_steps = ((max / h + ROUNDING).floor() as u64).min(scene.steps);
+    if min_steps > max_steps {
+        let expected = format!("a range that holds a whole number of 2 or more steps of {h}");
+        return Err(SceneError::value(
+            "maneuver.final_time",
+            [min, max],
+            expected,
+        ));
+    }
+    if !(file.weight.is_finite() && file.weight >= 0.0) {
+        let expected = "a finite number ≥ 0";
+        return Err(SceneError::value(
+            "maneuver.final_time.weight",
+            file.weight,
+            expected,
+        ));
+    }
+    Ok(Some(FinalTime {
+        min_steps,
+        max_steps,
+        weight: file.weight,
+    }))
+}
+
+pub(super) fn search(file: Option<&SearchFile>) -> Result<Option<Search>, SceneError> {
+    let Some(&SearchFile { starts, seed }) = file else {
+        return Ok(None);
+    };
+    if (1..=MAX_STARTS).contains(&starts) {
+        Ok(Some(Search { starts, seed }))
+    } else {
+        let expected = format!("1 to {MAX_STARTS} starts");
+        Err(SceneError::value(
+            "maneuver.search.starts",
+            starts,
+            expected,
+        ))
+    }
+}
+
+pub(super) fn replan(
+    scene: &Scene,
+    file: Option<&ReplanFile>,
+) -> Result<Option<Replan>, SceneError> {
+    let Some(&ReplanFile { every, deadline }) = file else {
+        return Ok(None);
+    };
+    if !(1..=scene.steps).contains(&every) {
+        let expected = format!("1 to {} steps, those of the run", scene.steps);
+        return Err(SceneError::value("maneuver.replan.every", every, expected));
+    }
+    let deadline = check::positive("maneuver.replan.deadline", deadline)?;
+    Ok(Some(Replan { every, deadline }))
+}
+
+/// Refuses by name what does not go together.
+pub(super) fn check_combination(
+    scene: &Scene,
+    maneuver: &Maneuver,
+    file: &ManeuverFile,
+) -> Result<(), SceneError> {
+    if maneuver.solver.method == SolverMethod::Shooting {
+        let beyond = [
+            ("dynamics", maneuver.dynamics != Dynamics::LieEuler),
+            ("actuators", file.actuators.is_some()),
+            ("final_time", maneuver.final_time.is_some()),
+            ("search", maneuver.search.is_some()),
+        ];
+        check_plain(maneuver, &beyond, "`solver.method` is \"shooting\"")?;
+    }
+    if maneuver.processed {
+        let flown = matches!(scene.integration, Integration::Method(Method::LieEuler(_)));
+        if flown {
+            let expected = "false where `run.integrator` is \"lie_euler\": a processed plan is flown by a method of \
+                            second order or higher";
+            return Err(SceneError::value("maneuver.processed", true, expected));
+        }
+        let beyond = [("dynamics", maneuver.dynamics != Dynamics::LieEuler)];
+        check_plain(maneuver, &beyond, "`processed` is true")?;
+    }
+    if maneuver.feedback && scene.steps > MAX_FEEDBACK_STEPS {
+        let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
+        return Err(SceneError::value("run.steps", scene.steps, expected));
+    }
+    if maneuver.search.is_some() && maneuver.final_time.is_some() {
+        let key = "maneuver.search";
+        return Err(SceneError::value(key, "given", "none beside `final_time`"));
+    }
+    Ok(())
+}
+
+/// Refuses what goes beyond an open-loop plan of the full motion to a state by Lie–Euler steps.
+fn check_plain(maneuver: &Maneuver, beyond: &[(&str, bool)], why: &str) -> Result<(), SceneError> {
+    let always = [
+        ("motion", maneuver.motion != Motion::Full),
+        ("constraints", !maneuver.constraints.is_empty()),
+        ("target", maneuver.target.state().is_none()),
+        ("replan", maneuver.replan.is_some()),
+        ("feedback", maneuver.feedback),
+    ];
+    let Some((key, _)) = beyond.iter().chain(&always).find(|(_, given)| *given) else {
+        return Ok(());
+    };
+    let (value, expected) = match *key {
+        "dynamics" => ("\"lgvi\"", "\"lie_euler\""),
+        "motion" => ("a part of the motion", "\"full\""),
+        "target" => (
+            "free in parts",
+            "position, velocity, attitude and angular velocity",
+        ),
+        "feedback" => ("true", "false"),
+        _ => ("given", "none"),
+    };
+    Err(SceneError::Value {
+        key: format!("maneuver.{key}"),
+        value: value.into(),
+        expected: format!("{expected} where {why}"),
+    })
+}

@@ -1,0 +1,530 @@
+//! What a scene can ask of a plan, what it compiles to, and what is said of what does not go together.
+
+use std::f64::consts::FRAC_PI_2;
+
+use lgvi_control::{Constraint, Dynamics, Motion, RotationTarget, Terminal, TranslationTarget};
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{BodyState, Method};
+use lgvi_lie::exp;
+use lgvi_scene::{FinalTime, Integration, Maneuver, Replan, Scene, Search, SolverMethod};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{BODY, RUN, assert_refused, with};
+
+const STATE: &str = "position = [3, 1, 0]\nvelocity = [0, 1, 0]\nattitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0.1, 0, 0]";
+
+/// A scene whose manoeuvre has these keys and this target.
+fn text(keys: &str, target: &str) -> String {
+    format!(
+        "{RUN}\n[gravity.central]\ngm = 4.0\n[[bodies]]\nname = \"craft\"{BODY}\n\
+         [maneuver]\nbody = \"craft\"\n{keys}\n[maneuver.target]\n{target}\n"
+    )
+}
+
+fn parse(keys: &str, target: &str) -> Scene {
+    let text = text(keys, target);
+    Scene::parse("test", &text).unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+fn maneuver(keys: &str, target: &str) -> Maneuver {
+    parse(keys, target).maneuver.unwrap()
+}
+
+#[test]
+fn what_the_target_leaves_out_is_free() {
+    let momentum = Vector3::new(0.0, 2.0, 0.0);
+    let position = Vector3::new(3.0, 1.0, 0.0);
+    let attitude = Matrix3::identity();
+    let z = Vector3::z();
+    let identity = "attitude = { w = 1, x = 0, y = 0, z = 0 }";
+    for (target, translation, rotation) in [
+        (
+            STATE,
+            TranslationTarget::State {
+                position,
+                linear_momentum: momentum,
+            },
+            RotationTarget::State {
+                attitude,
+                angular_momentum: Vector3::new(0.1, 0.0, 0.0),
+            },
+        ),
+        (
+            "position = [3, 1, 0]",
+            TranslationTarget::Position { position },
+            RotationTarget::Free,
+        ),
+        (
+            identity,
+            TranslationTarget::Free,
+            RotationTarget::Attitude { attitude },
+        ),
+        (
+            "orbit = { position = [3, 1, 0], velocity = [0, 1, 0] }\n\
+             spin_axis = { axis = [0, 0, 2], direction = [0, 0, 5] }\nangular_velocity = [0, 0, 2]",
+            TranslationTarget::Orbit {
+                gm: 4.0,
+                center: Vector3::zeros(),
+                position,
+                linear_momentum: momentum,
+            },
+            RotationTarget::SpinAxis {
+                axis: z,
+                direction: z,
+                angular_momentum: 5.0 * z,
+            },
+        ),
+    ] {
+        let expected = Terminal {
+            translation,
+            rotation,
+        };
+        assert_eq!(maneuver("", target).target, expected, "{target}");
+    }
+}
+
+#[test]
+fn constraints_are_compiled_one_by_one() {
+    let keys = "constraints = [\n\
+        { kind = \"force_components\", limit = [1, 2, 3] }, { kind = \"moment_components\", limit = 0.5 },\n\
+        { kind = \"force_norm\", limit = 4 }, { kind = \"moment_norm\", limit = 5 },\n\
+        { kind = \"keep_out_cone\", axis = [3, 0, 0], direction = [0, 4, 0], half_angle = 0.25 },\n\
+        { kind = \"keep_out_sphere\", centre = [1, 2, 3], radius = 0.5 },\n\
+        { kind = \"corridor\", apex = [3, 1, 0], axis = [0, 0, 9], half_angle = 0.3 },\n\
+        { kind = \"commands\", limit = 7 }]";
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let commands = [7.0; 6];
+    let expected = [
+        Constraint::ForceComponents {
+            limit: Vector3::new(1.0, 2.0, 3.0),
+        },
+        Constraint::MomentComponents {
+            limit: Vector3::from_element(0.5),
+        },
+        Constraint::ForceNorm { limit: 4.0 },
+        Constraint::MomentNorm { limit: 5.0 },
+        Constraint::KeepOutCone {
+            axis: x,
+            direction: y,
+            half_angle: 0.25,
+        },
+        Constraint::KeepOutSphere {
+            center: Vector3::new(1.0, 2.0, 3.0),
+            radius: 0.5,
+        },
+        Constraint::Corridor {
+            apex: Vector3::new(3.0, 1.0, 0.0),
+            axis: z,
+            half_angle: 0.3,
+        },
+        Constraint::Commands { limit: commands },
+    ];
+    assert_eq!(maneuver(keys, STATE).constraints, expected);
+}
+
+#[test]
+fn actuators_take_the_place_of_force_and_moment() {
+    let keys = "actuators = [{ force = [1, 0, 0], moment = [0, 0, 0.5], weight = 3 }, { moment = [0, 1, 0] }]\n\
+                constraints = [{ kind = \"commands\", limit = [1, 2] }]";
+    let maneuver = maneuver(keys, STATE);
+    assert_eq!(maneuver.actuation.commands(), 2);
+    let matrix = maneuver.actuation.matrix();
+    assert_eq!(matrix.column(0).as_slice(), [1.0, 0.0, 0.0, 0.0, 0.0, 0.5]);
+    assert_eq!(matrix.column(1).as_slice(), [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    assert_eq!(maneuver.actuation.weight()[(0, 0)], 3.0);
+    assert_eq!(maneuver.actuation.weight()[(1, 1)], 1.0);
+    let [Constraint::Commands { limit }] = maneuver.constraints[..] else {
+        panic!("{:?}", maneuver.constraints)
+    };
+    assert_eq!(limit[..2], [1.0, 2.0]);
+}
+
+#[test]
+fn options_are_what_the_file_says_and_modest_unless_it_does() {
+    let plain = maneuver("", STATE);
+    assert_eq!(plain.solver.method, SolverMethod::Newton);
+    assert_eq!((plain.motion, plain.processed), (Motion::Full, false));
+    assert_eq!(
+        (plain.search, plain.replan, plain.final_time),
+        (None, None, None)
+    );
+    assert!(!plain.feedback && plain.constraints.is_empty());
+
+    let keys = "search = { starts = 16, seed = 7 }\nreplan = { every = 10, deadline = 0.25 }\nfeedback = true";
+    let rich = maneuver(keys, STATE);
+    assert_eq!(
+        rich.search,
+        Some(Search {
+            starts: 16,
+            seed: 7
+        })
+    );
+    let replan = Replan {
+        every: 10,
+        deadline: 0.25,
+    };
+    assert_eq!((rich.replan, rich.feedback), (Some(replan), true));
+    let rotation = "motion = \"rotation\"\nconstraints = [{ kind = \"moment_norm\", limit = 1 }]";
+    let target = "attitude = { w = 1, x = 0, y = 0, z = 0 }";
+    assert_eq!(maneuver(rotation, target).motion, Motion::Rotation);
+}
+
+/// 100 steps of 0.01: bounds that fall between steps move inwards.
+#[test]
+fn a_final_time_is_a_whole_number_of_steps() {
+    let final_time = |keys: &str| maneuver(keys, STATE).final_time.unwrap();
+    let found = final_time("final_time = { min = 0.305, max = 0.5, weight = 2 }");
+    let expected = FinalTime {
+        min_steps: 31,
+        max_steps: 50,
+        weight: 2.0,
+    };
+    assert_eq!(found, expected);
+    let found = final_time("final_time = { min = 0.29 }");
+    assert_eq!((found.min_steps, found.max_steps), (29, 100));
+    let scene = parse("final_time = { min = 0.2, max = 0.8 }", STATE);
+    assert_eq!(scene.transfer().unwrap().unwrap().intervals(), 80);
+    let state = scene.bodies[0].state;
+    let rest = scene.transfer_from(state, 7).unwrap().unwrap();
+    assert_eq!((rest.intervals(), rest.h()), (7, scene.h()));
+}
+
+/// A plan is made for what flies it, and an automatic integrator is what the plan is made for.
+#[test]
+fn a_plan_obeys_the_dynamics_that_fly_it() {
+    let rotor = Rotor::default();
+    for (integrator, keys, dynamics, method, otherwise) in [
+        ("\"lgvi\"", "", Dynamics::Lgvi, Method::Lgvi(rotor), None),
+        (
+            "\"lie_euler\"",
+            "",
+            Dynamics::LieEuler,
+            Method::LieEuler(rotor),
+            None,
+        ),
+        (
+            "\"auto\"",
+            "",
+            Dynamics::LieEuler,
+            Method::LieEuler(rotor),
+            None,
+        ),
+        (
+            "\"auto\"",
+            "dynamics = \"lgvi\"",
+            Dynamics::Lgvi,
+            Method::Lgvi(rotor),
+            None,
+        ),
+        (
+            "\"auto\"",
+            "processed = true",
+            Dynamics::LieEuler,
+            Method::Lgvi(rotor),
+            None,
+        ),
+        (
+            "\"lgvi\"",
+            "processed = true",
+            Dynamics::LieEuler,
+            Method::Lgvi(rotor),
+            None,
+        ),
+        (
+            "\"lgvi\"",
+            "dynamics = \"lie_euler\"",
+            Dynamics::LieEuler,
+            Method::Lgvi(rotor),
+            Some("Lie–Euler"),
+        ),
+        (
+            "\"runge_kutta4\"",
+            "",
+            Dynamics::Lgvi,
+            Method::RungeKutta4,
+            Some("LGVI"),
+        ),
+    ] {
+        let text = with(
+            &text(keys, STATE),
+            "integrator = \"lgvi\"",
+            &format!("integrator = {integrator}"),
+        );
+        let scene = Scene::parse("test", &text).unwrap();
+        assert_eq!(
+            scene.maneuver.as_ref().unwrap().dynamics,
+            dynamics,
+            "{integrator} {keys}"
+        );
+        assert_eq!(
+            scene.integration,
+            Integration::Method(method),
+            "{integrator} {keys}"
+        );
+        let said = scene.flown_otherwise(scene.scheme().unwrap());
+        assert_eq!(said.is_some(), otherwise.is_some(), "{said:?}");
+        if let (Some(said), Some(planned)) = (said, otherwise) {
+            assert!(
+                said.contains(&format!("planned in {planned} steps")),
+                "{said}"
+            );
+        }
+    }
+}
+
+#[test]
+fn wrong_manoeuvres_are_named() {
+    let rotation = "attitude = { w = 1, x = 0, y = 0, z = 0 }";
+    for (keys, target, parts) in [
+        ("", "", ["`maneuver.target` is missing", "position"]),
+        (
+            "",
+            "velocity = [0, 1, 0]",
+            ["`maneuver.target.velocity` is [0.0, 1.0, 0.0]", "position"],
+        ),
+        (
+            "",
+            "angular_velocity = [0, 1, 0]",
+            ["`maneuver.target.angular_velocity`", "attitude"],
+        ),
+        (
+            "",
+            "position = [1, 0, 0]\norbit = { position = [1, 0, 0], velocity = [0, 1, 0] }",
+            ["`maneuver.target.orbit`", "none beside"],
+        ),
+        (
+            "",
+            "orbit = { position = [1, 0, 0], velocity = [0, 3, 0] }",
+            [
+                "`maneuver.target.orbit.velocity` is [0.0, 3.0, 0.0]",
+                "escape",
+            ],
+        ),
+        (
+            "",
+            "orbit = { position = [1, 0, 0], velocity = [1, 0, 0] }",
+            ["`maneuver.target.orbit`", "through the attractor"],
+        ),
+        (
+            "",
+            "spin_axis = { axis = [1, 0, 0], direction = [0, 0, 1] }",
+            ["`maneuver.target.angular_velocity` is missing", "spin_axis"],
+        ),
+        (
+            "",
+            "spin_axis = { axis = [0, 0, 0], direction = [0, 0, 1] }\nangular_velocity = [0, 0, 0]",
+            ["`maneuver.target.spin_axis.axis`", "not zero"],
+        ),
+        (
+            "motion = \"rotation\"",
+            STATE,
+            ["`maneuver.target.position`", "not planned"],
+        ),
+        (
+            "motion = \"translation\"",
+            rotation,
+            ["`maneuver.target.attitude`", "not planned"],
+        ),
+        (
+            "motion = \"rotation\"\nconstraints = [{ kind = \"force_norm\", limit = 1 }]",
+            rotation,
+            ["`maneuver.constraints[0].kind` is \"force_norm\"", "motion"],
+        ),
+        (
+            "motion = \"rotation\"\nactuators = [{ force = [1, 0, 0] }]",
+            rotation,
+            ["`maneuver.actuators[0].force`", "not planned"],
+        ),
+        (
+            "constraints = [{ kind = \"force_norm\", limit = -1 }]",
+            STATE,
+            ["`maneuver.constraints[0].limit` is -1.0", "> 0"],
+        ),
+        (
+            "constraints = [{ kind = \"force_components\", limit = [1, 2] }]",
+            STATE,
+            ["`maneuver.constraints[0].limit` is [1.0, 2.0]", "3 of them"],
+        ),
+        (
+            "constraints = [{ kind = \"corridor\", apex = [0, 0, 0], axis = [0, 0, 1], half_angle = 2 }]",
+            STATE,
+            ["`maneuver.constraints[0].half_angle` is 2.0", "π/2"],
+        ),
+        (
+            "actuators = []",
+            STATE,
+            ["`maneuver.actuators` is 0", "1 to 6"],
+        ),
+        (
+            "actuators = [{ weight = 2 }]",
+            STATE,
+            ["`maneuver.actuators[0]`", "not zero"],
+        ),
+        (
+            "actuators = [{ force = [1, 0, 0], weight = 0 }]",
+            STATE,
+            ["`maneuver.actuators[0].weight` is 0.0", "> 0"],
+        ),
+        (
+            "actuators = [{ force = [1, 0, 0] }]\nforce_weight = 1",
+            STATE,
+            ["`maneuver.force_weight`", "actuators"],
+        ),
+        (
+            "final_time = { min = 0.5, max = 1.5 }",
+            STATE,
+            ["`maneuver.final_time.max` is 1.5", "at most 1"],
+        ),
+        (
+            "final_time = { min = 0.5, max = 0.4 }",
+            STATE,
+            ["`maneuver.final_time` is [0.5, 0.4]", "whole number"],
+        ),
+        (
+            "final_time = { min = 0.5, weight = -1 }",
+            STATE,
+            ["`maneuver.final_time.weight` is -1.0", "≥ 0"],
+        ),
+        (
+            "search = { starts = 0 }",
+            STATE,
+            ["`maneuver.search.starts` is 0", "1 to"],
+        ),
+        (
+            "search = { starts = 2 }\nfinal_time = { min = 0.5 }",
+            STATE,
+            ["`maneuver.search`", "final_time"],
+        ),
+        (
+            "replan = { every = 0, deadline = 1 }",
+            STATE,
+            ["`maneuver.replan.every` is 0", "1 to 100"],
+        ),
+        (
+            "replan = { every = 10, deadline = 0 }",
+            STATE,
+            ["`maneuver.replan.deadline` is 0.0", "> 0"],
+        ),
+        (
+            "solver = { method = \"shooting\" }",
+            STATE,
+            ["`maneuver.dynamics` is \"lgvi\"", "shooting"],
+        ),
+        (
+            "dynamics = \"lie_euler\"\nsolver = { method = \"shooting\" }\nfeedback = true",
+            STATE,
+            ["`maneuver.feedback` is true", "false where `solver.method`"],
+        ),
+        (
+            "dynamics = \"lie_euler\"\nsolver = { method = \"shooting\" }\n",
+            "position = [1, 0, 0]",
+            ["`maneuver.target`", "shooting"],
+        ),
+        (
+            "processed = true\ndynamics = \"lgvi\"",
+            STATE,
+            ["`maneuver.dynamics` is \"lgvi\"", "processed"],
+        ),
+        (
+            "processed = true\nreplan = { every = 10, deadline = 1 }",
+            STATE,
+            ["`maneuver.replan`", "processed"],
+        ),
+    ] {
+        assert_refused(&text(keys, target), &parts);
+    }
+    for (keys, part) in [
+        ("motion = \"sideways\"", "sideways"),
+        ("constraints = [{ kind = \"force\", limit = 1 }]", "force"),
+        (
+            "constraints = [{ kind = \"force_norm\", limit = 1, axis = 2 }]",
+            "axis",
+        ),
+        ("replan = { every = 10 }", "deadline"),
+        ("search = { starts = 3, seeds = 3 }", "seeds"),
+    ] {
+        assert_refused(&text(keys, STATE), &[part]);
+    }
+    let lie_euler = with(
+        &text("processed = true", STATE),
+        "\"lgvi\"",
+        "\"lie_euler\"",
+    );
+    assert_refused(
+        &lie_euler,
+        &["`maneuver.processed` is true", "second order"],
+    );
+    let long = with(
+        &text("feedback = true", STATE),
+        "steps = 100",
+        "steps = 200000",
+    );
+    assert_refused(&long, &["`run.steps` is 200000", "100000", "feedback"]);
+    let nowhere = with(
+        &text("", "orbit = { position = [1, 0, 0], velocity = [0, 1, 0] }"),
+        "[gravity.central]\ngm = 4.0\n",
+        "",
+    );
+    assert_refused(&nowhere, &["`maneuver.target.orbit`", "gravity.central"]);
+}
+
+/// What is free is not missed, and the rest by as much as it is missed.
+#[test]
+fn a_miss_is_that_of_the_target() {
+    let end = |position: [f64; 3], momentum: [f64; 3], turn: Vector3<f64>, spin: Vector3<f64>| {
+        BodyState {
+            position: position.into(),
+            linear_momentum: momentum.into(),
+            attitude: exp(&turn),
+            angular_momentum: spin,
+        }
+    };
+    let turn = Vector3::new(0.2, 0.0, 0.0);
+    let away = end(
+        [3.0, 1.0, 0.5],
+        [0.0, 2.0, 1.0],
+        turn,
+        Vector3::new(0.1, 0.3, 0.0),
+    );
+    let parts = |target: &str, end: &BodyState| {
+        let miss = parse("", target).miss(end).unwrap();
+        [0, 3, 6, 9].map(|row| miss.fixed_rows::<3>(row).norm())
+    };
+    let near = |found: [f64; 4], expected: [f64; 4]| {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-14, "{found} for {expected}");
+        }
+    };
+    near(parts(STATE, &away), [0.5, 1.0, 0.2, 0.3]);
+    near(parts("position = [3, 1, 0]", &away), [0.5, 0.0, 0.0, 0.0]);
+    near(
+        parts("attitude = { w = 1, x = 0, y = 0, z = 0 }", &away),
+        [0.0, 0.0, 0.2, 0.0],
+    );
+    let spin =
+        "spin_axis = { axis = [0, 0, 1], direction = [0, 0, 1] }\nangular_velocity = [0, 0, 0]";
+    near(
+        parts(spin, &end([0.0; 3], [0.0; 3], turn, Vector3::zeros())),
+        [0.0, 0.0, 0.2, 0.0],
+    );
+    let about = Vector3::new(0.0, 0.0, 1.3);
+    near(
+        parts(spin, &end([0.0; 3], [0.0; 3], about, Vector3::zeros())),
+        [0.0; 4],
+    );
+    let over = Vector3::new(std::f64::consts::PI, 0.0, 0.0);
+    assert!(
+        (parts(spin, &end([0.0; 3], [0.0; 3], over, Vector3::zeros()))[2] - 2.0 * FRAC_PI_2).abs()
+            < 1e-7
+    );
+
+    // A circle of radius 4 and speed 1, mass 2: another place on it misses nothing, a speed more by 1 % twice that.
+    let orbit = "orbit = { position = [4, 0, 0], velocity = [0, 1, 0] }";
+    let there = end([0.0, 4.0, 0.0], [-2.0, 0.0, 0.0], turn, about);
+    near(parts(orbit, &there), [0.0; 4]);
+    let faster = end([0.0, 4.0, 0.0], [-2.02, 0.0, 0.0], turn, about);
+    near(
+        parts(orbit, &faster),
+        [4.0 * (1.01 * 1.01 - 1.0), 0.02, 0.0, 0.0],
+    );
+}

@@ -1,0 +1,103 @@
+use std::fmt::{self, Display, Formatter};
+
+use lgvi_control::{Dynamics, Motion, RotationTarget, TranslationTarget};
+use lgvi_scene::{Scene, SolverMethod};
+use serde::Serialize;
+
+/// What is planned, and how.
+#[derive(Debug, Serialize)]
+pub(super) struct Maneuver {
+    /// Name of the body that moves.
+    pub(super) body: String,
+    /// Where to.
+    target: String,
+    /// Which motion, in which steps.
+    motion: &'static str,
+    dynamics: &'static str,
+    solver: &'static str,
+    constraints: usize,
+    /// What is done beside planning once.
+    options: Vec<String>,
+}
+
+impl Maneuver {
+    pub(super) fn of(scene: &Scene) -> Option<Self> {
+        let maneuver = scene.maneuver.as_ref()?;
+        let translation = match maneuver.target.translation {
+            TranslationTarget::State { .. } => Some("a position and velocity"),
+            TranslationTarget::Position { .. } => Some("a position"),
+            TranslationTarget::Orbit { .. } => Some("an orbit"),
+            TranslationTarget::Free => None,
+        };
+        let rotation = match maneuver.target.rotation {
+            RotationTarget::State { .. } => Some("an attitude and angular velocity"),
+            RotationTarget::Attitude { .. } => Some("an attitude"),
+            RotationTarget::SpinAxis { .. } => Some("a spin axis"),
+            RotationTarget::Free => None,
+        };
+        let target: Vec<_> = translation.into_iter().chain(rotation).collect();
+        let mut options = Vec::new();
+        if let Some(range) = maneuver.final_time {
+            let seconds = |steps| scene.seconds(steps);
+            let (least, most) = (seconds(range.min_steps), seconds(range.max_steps));
+            options.push(format!("its duration found between {least} s and {most} s"));
+        }
+        if let Some(search) = maneuver.search {
+            options.push(format!("the best of {} starts", search.starts));
+        }
+        if maneuver.feedback {
+            options.push("flown with feedback".into());
+        }
+        if let Some(replan) = maneuver.replan {
+            let (every, deadline) = (scene.seconds(replan.every), replan.deadline);
+            options.push(format!("planned anew every {every} s within {deadline} s"));
+        }
+        Some(Self {
+            body: scene.bodies[maneuver.body].name.clone(),
+            target: target.join(", "),
+            motion: match maneuver.motion {
+                Motion::Full => "full motion",
+                Motion::Translation => "translation",
+                Motion::Rotation => "rotation",
+            },
+            dynamics: match maneuver.dynamics {
+                Dynamics::LieEuler if maneuver.processed => "processed Lie–Euler",
+                Dynamics::LieEuler => "Lie–Euler",
+                Dynamics::Lgvi => "LGVI",
+            },
+            solver: match maneuver.solver.method {
+                SolverMethod::Newton => "Newton's method on all steps",
+                SolverMethod::Shooting => "shooting",
+            },
+            constraints: maneuver.constraints.len(),
+            options,
+        })
+    }
+}
+
+impl Display for Maneuver {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self {
+            body,
+            target,
+            motion,
+            dynamics,
+            solver,
+            constraints,
+            options,
+        } = self;
+        write!(
+            f,
+            "of {body} to {target}: {motion}, planned in {dynamics} steps by {solver}"
+        )?;
+        match constraints {
+            0 => {}
+            1 => write!(f, ", under a constraint")?,
+            _ => write!(f, ", under {constraints} constraints")?,
+        }
+        for option in options {
+            write!(f, "; {option}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,261 @@
+mod flight;
+mod on_demand;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use lgvi_control::Plan;
+use lgvi_middleware::ros::ActionServer;
+use lgvi_msgs::action::PlanManeuver;
+use lgvi_msgs::msg::PlanProgress;
+use lgvi_node::{Event, Node, NodeError, PlanReport};
+use lgvi_scene::{Maneuver, Scene, Scheme};
+use tracing::info;
+
+use crate::follower::Follower;
+use crate::goals::Goal;
+use crate::messages;
+use crate::outlet::{Outlet, PATIENCE};
+use crate::replanner::Replanner;
+use crate::sequence::Sequence;
+use crate::solver::{End, Initial, Iteration, Reason, Task, Unsolved};
+use crate::worker::{Stop, Update, Worker};
+
+/// How long the worker is listened to before states, goals and the shutdown are looked after.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// How long acknowledgements are waited for, by topic, when the node ends.
+const FAREWELL: Duration = Duration::from_millis(200);
+
+/// Sequences that may still act, or on which later ones build.
+const SEQUENCES: usize = 4;
+
+/// The node between its start and its end.
+pub(crate) struct Planner<'n> {
+    pub(crate) node: &'n Node,
+    pub(crate) scene: Arc<Scene>,
+    /// That of `scene`.
+    pub(crate) maneuver: Maneuver,
+    /// What flies it.
+    pub(crate) scheme: Scheme,
+    pub(crate) outlet: Outlet,
+    pub(crate) follower: Follower,
+    pub(crate) worker: Worker,
+    pub(crate) actions: ActionServer<PlanManeuver>,
+    pub(crate) replanner: Option<Replanner>,
+    /// What the worker is at.
+    pub(crate) current: Option<Current>,
+    /// A goal that waits for its turn.
+    pub(crate) waiting: Option<Goal>,
+    /// What has been published, the last ones, in the order of their first steps.
+    pub(crate) sequences: Vec<Sequence>,
+}
+
+/// A task in the worker's hands.
+pub(crate) struct Current {
+    number: u64,
+    purpose: Purpose,
+    first_step: u64,
+    stop: Arc<Stop>,
+    began: Instant,
+    last: Option<Iteration>,
+}
+
+/// What a plan is made for.
+enum Purpose {
+    /// To have one at all.
+    Own,
+    /// To correct what has happened since the last one.
+    Replan,
+    /// To reach a goal.
+    Goal(Goal),
+}
+
+impl Planner<'_> {
+    /// Plans the manoeuvre from the scene's start, where `own` says so, and serves until the shutdown.
+    pub(crate) fn run(&mut self, own: bool) -> Result<(), NodeError> {
+        if own {
+            let task = self.whole();
+            self.begin(task, Purpose::Own, None)?;
+        }
+        let mut busy = false;
+        while !self.node.shutdown.requested() {
+            let pause = if busy { LOOK / 10 } else { LOOK };
+            if let Some((number, update)) = self.worker.hear(pause)? {
+                self.take(number, update)?;
+            }
+            busy = self.follower.look();
+            self.attend_goals()?;
+            self.replan()?;
+        }
+        self.leave();
+        Ok(())
+    }
+
+    /// Ends in order: the worker ends with the process.
+    fn leave(&mut self) {
+        let body = self.maneuver.body;
+        let why = (Reason::Cancelled, "the planner ends");
+        if let Some(current) = self.current.take() {
+            current.stop.cancel();
+            if let Purpose::Goal(goal) = current.purpose {
+                goal.fail(&self.scene, body, why, None);
+            }
+        }
+        if let Some(goal) = self.waiting.take() {
+            goal.fail(&self.scene, body, why, None);
+        }
+        self.account(FAREWELL);
+    }
+
+    /// The task of the whole manoeuvre.
+    fn whole(&self) -> Task {
+        Task {
+            first_step: 0,
+            initial: Initial::State(self.scene.bodies[self.maneuver.body].state),
+            end: match self.maneuver.final_time {
+                Some(range) => End::Free(range),
+                None => End::After(self.scene.steps as usize),
+            },
+            guess: None,
+        }
+    }
+
+    fn begin(
+        &mut self,
+        task: Task,
+        purpose: Purpose,
+        deadline: Option<Instant>,
+    ) -> Result<(), NodeError> {
+        let stop = Arc::new(Stop::new(deadline));
+        let first_step = task.first_step;
+        self.current = Some(Current {
+            number: self.worker.give(task, Arc::clone(&stop))?,
+            purpose,
+            first_step,
+            stop,
+            began: Instant::now(),
+            last: None,
+        });
+        Ok(())
+    }
+
+    /// Takes in what the worker says of the present task; of others it no longer matters.
+    fn take(&mut self, number: u64, update: Update) -> Result<(), NodeError> {
+        let Some(mut current) = self.current.take_if(|current| current.number == number) else {
+            return Ok(());
+        };
+        match update {
+            Update::Iteration(now) => {
+                current.last = Some(now);
+                self.tell(&current, &now);
+                self.current = Some(current);
+                Ok(())
+            }
+            Update::Ended(ended) => {
+                if let (Some(now), Ok(plan)) = (&mut current.last, &*ended) {
+                    now.settle(plan);
+                }
+                self.conclude(&current, &ended);
+                match current.purpose {
+                    Purpose::Own => self.own(&current, *ended),
+                    Purpose::Replan => self.replanned(&current, *ended),
+                    Purpose::Goal(goal) => self.reached(goal, current.first_step, *ended),
+                }
+            }
+        }
+    }
+
+    /// Says where the solver is. Of plans made in flight only the outcome is told.
+    fn tell(&mut self, current: &Current, now: &Iteration) {
+        match &current.purpose {
+            Purpose::Own => self.node.report(&Event::Planning(report(now))),
+            Purpose::Goal(goal) => goal.tell(now),
+            Purpose::Replan => return,
+        }
+        self.progress(current, (PlanProgress::SOLVING, String::new()));
+    }
+
+    /// Says how the solver has ended. Of a plan made in flight that is not enough to know what becomes of it.
+    fn conclude(&mut self, current: &Current, ended: &Result<Plan, Unsolved>) {
+        let outcome = match (&current.purpose, ended) {
+            (Purpose::Replan, _) => return,
+            (_, Ok(_)) => (PlanProgress::CONVERGED, String::new()),
+            (_, Err(unsolved)) => (PlanProgress::FAILED, unsolved.message.clone()),
+        };
+        self.progress(current, outcome);
+    }
+
+    /// Publishes the last iteration as it stands.
+    fn progress(&mut self, current: &Current, outcome: (u8, String)) {
+        if let Some(now) = &current.last {
+            let (body, first_step) = (self.maneuver.body, current.first_step);
+            let message = messages::progress(&self.scene, body, first_step, now, outcome);
+            self.outlet.progress(message);
+        }
+    }
+
+    fn publish(&mut self, first_step: u64, plan: Plan) -> Result<Sequence, NodeError> {
+        let sequence = Sequence::new(&self.maneuver, first_step, plan);
+        self.outlet
+            .plan(&self.scene, self.maneuver.body, &sequence)?;
+        // As the propagator does: the later one takes the place of those that would begin after it.
+        self.sequences
+            .retain(|earlier| earlier.first_step < first_step);
+        if self.sequences.len() == SEQUENCES {
+            self.sequences.remove(0);
+        }
+        self.sequences.push(sequence.clone());
+        Ok(sequence)
+    }
+
+    /// Tells the supervisor what has been published so far, when those who listen have it.
+    fn account(&self, patience: Duration) {
+        let messages = self.outlet.settle(patience);
+        self.node.report(&Event::Published { messages });
+    }
+
+    /// The plan of the whole manoeuvre, without which the node has nothing to do.
+    fn own(&mut self, current: &Current, ended: Result<Plan, Unsolved>) -> Result<(), NodeError> {
+        let plan = match ended {
+            Ok(plan) => plan,
+            Err(Unsolved {
+                reason, message, ..
+            }) => {
+                self.outlet.await_listener(&self.node.shutdown);
+                self.account(PATIENCE);
+                return match reason {
+                    Reason::Cancelled => Ok(()),
+                    Reason::Refused => Err(NodeError::Input(format!("no plan: {message}"))),
+                    _ => Err(NodeError::Runtime(format!("no plan: {message}"))),
+                };
+            }
+        };
+        let seconds = current.began.elapsed().as_secs_f64();
+        self.publish(current.first_step, plan)?;
+        self.account(PATIENCE);
+        if let Some(now) = &current.last {
+            let Iteration {
+                iteration,
+                cost,
+                violation,
+                ..
+            } = now;
+            info!("planned in {iteration} iterations: cost {cost}, violation {violation:.1e}");
+            self.node.report(&Event::Planned {
+                plan: report(now),
+                seconds,
+            });
+        }
+        Ok(())
+    }
+}
+
+fn report(now: &Iteration) -> PlanReport {
+    PlanReport {
+        iterations: now.iteration,
+        trials: now.trials,
+        violation: now.violation,
+        cost: now.cost,
+    }
+}

@@ -1,0 +1,132 @@
+//! The plans that are made in flight.
+
+use std::sync::Arc;
+
+use lgvi_control::Plan;
+use lgvi_msgs::msg::PlanProgress;
+use lgvi_node::{Event, NodeError};
+use tracing::{info, warn};
+
+use super::{Current, Planner, Purpose};
+use crate::prediction::Forecast;
+use crate::replanner::Replanner;
+use crate::sequence::Sequence;
+use crate::solver::{End, Guess, Initial, Task, Unsolved};
+
+impl Planner<'_> {
+    /// The task of the rest of the manoeuvre from a later step on, to arrive when the last plan does.
+    pub(super) fn rest(&self, first_step: u64, warm: bool) -> Result<Task, String> {
+        let latest = self
+            .follower
+            .latest()
+            .ok_or("no state of the flight has been heard of")?;
+        let last = self.sequences.last();
+        let arrival = last.map_or(self.scene.steps, Sequence::arrival);
+        let intervals = arrival.saturating_sub(first_step);
+        if intervals < 2 {
+            let arrival = format!("the arrival at step {arrival}");
+            return Err(format!(
+                "`first_step` is {first_step}, expected at least two steps before {arrival}"
+            ));
+        }
+        let forecast = Forecast {
+            scheme: self.scheme,
+            from: latest.clone(),
+            sequences: self.sequences.clone(),
+        };
+        let guess = last.filter(|last| warm && last.first_step <= first_step);
+        Ok(Task {
+            first_step,
+            initial: Initial::Forecast(Box::new(forecast)),
+            end: End::After(intervals as usize),
+            guess: guess.map(|last| Guess {
+                plan: Arc::clone(&last.plan),
+                flown: (first_step - last.first_step) as usize,
+            }),
+        })
+    }
+
+    /// Begins a plan in flight where one is due.
+    pub(super) fn replan(&mut self) -> Result<(), NodeError> {
+        let (None, None, Some(replanner)) = (&self.current, &self.waiting, &mut self.replanner)
+        else {
+            return Ok(());
+        };
+        let (Some(now), Some(sequence)) = (self.follower.latest(), self.sequences.last()) else {
+            return Ok(());
+        };
+        let deadline = now.at + replanner.deadline();
+        let pace = self.follower.pace();
+        let Some(first_step) = replanner.due(now, pace, sequence.arrival()) else {
+            return Ok(());
+        };
+        match self.rest(first_step, true) {
+            Ok(task) => self.begin(task, Purpose::Replan, Some(deadline)),
+            Err(why) => {
+                self.keep(first_step, &why);
+                Ok(())
+            }
+        }
+    }
+
+    /// A plan made in flight is flown if it is there in time, else the old one.
+    pub(super) fn replanned(
+        &mut self,
+        current: &Current,
+        ended: Result<Plan, Unsolved>,
+    ) -> Result<(), NodeError> {
+        let first_step = current.first_step;
+        let plan = match ended.map_err(|unsolved| unsolved.message) {
+            Ok(plan) => self.in_time(first_step).map(|()| plan),
+            Err(why) => Err(why),
+        };
+        match plan {
+            Ok(plan) => {
+                self.publish(first_step, plan)?;
+                self.progress(current, (PlanProgress::CONVERGED, String::new()));
+                if let Some(replanner) = &mut self.replanner {
+                    replanner.published += 1;
+                }
+                let milliseconds = current.began.elapsed().as_secs_f64() * 1e3;
+                info!("planned anew from step {first_step} on in {milliseconds:.1} ms");
+                self.count();
+            }
+            Err(why) => {
+                self.progress(current, (PlanProgress::KEPT, why.clone()));
+                self.keep(first_step, &why);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a sequence that begins at `first_step` can still be flown.
+    pub(super) fn in_time(&mut self, first_step: u64) -> Result<(), String> {
+        self.follower.look();
+        match self.follower.latest() {
+            // The flight holds at step 0 until it has a sequence.
+            Some(latest) if latest.step >= first_step && latest.step > 0 => Err(format!(
+                "the flight has reached step {} meanwhile",
+                latest.step
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes note that the old plan is flown on.
+    fn keep(&mut self, first_step: u64, why: &str) {
+        warn!("the old plan is kept, there is no new one from step {first_step} on: {why}");
+        if let Some(replanner) = &mut self.replanner {
+            replanner.kept += 1;
+        }
+        self.count();
+    }
+
+    fn count(&self) {
+        if let Some(Replanner {
+            published, kept, ..
+        }) = self.replanner
+        {
+            self.node.report(&Event::Replanned { published, kept });
+        }
+    }
+}

@@ -1,0 +1,173 @@
+use lgvi_dynamics::{BodyState, Load, Simulation};
+use lgvi_scene::{Scene, Scheme};
+use thiserror::Error;
+
+use crate::follower::Observed;
+use crate::sequence::Sequence;
+
+/// Why nobody can say where the body will be.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub(crate) enum PredictionError {
+    /// The flight is past it.
+    #[error("the flight has reached step {reached}, expected at most {step}")]
+    Past {
+        /// The flight's step.
+        reached: u64,
+        /// The step asked for.
+        step: u64,
+    },
+    /// The steps until then cannot be made.
+    #[error("the flight cannot be foretold from step {from} to {step}: {reason}")]
+    Steps {
+        /// The flight's step.
+        from: u64,
+        /// The step asked for.
+        step: u64,
+        /// What the integrator says.
+        reason: String,
+    },
+}
+
+/// What the flight was heard of last, and what will act on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Forecast {
+    /// What flies the scene.
+    pub(crate) scheme: Scheme,
+    /// The last state heard.
+    pub(crate) from: Observed,
+    /// What has been published, in the order of the first steps.
+    pub(crate) sequences: Vec<Sequence>,
+}
+
+impl Forecast {
+    /// The state of `body` at `step` of the flight: flown on by the scene's own scheme from where it was heard of last, under
+    /// the sequences that have been published, without disturbance. Each acts from its first step on, the last first.
+    pub(crate) fn state(
+        &self,
+        scene: &Scene,
+        body: usize,
+        step: u64,
+    ) -> Result<BodyState, PredictionError> {
+        let Self {
+            scheme,
+            from,
+            sequences,
+        } = self;
+        if from.step > step {
+            let reached = from.step;
+            return Err(PredictionError::Past { reached, step });
+        }
+        let fail = |reason: String| PredictionError::Steps {
+            from: from.step,
+            step,
+            reason,
+        };
+        let states = from.states.clone();
+        let mut simulation = Simulation::new(scene.system(), states, scheme.method, scene.h())
+            .map_err(|error| fail(error.to_string()))?
+            .with_substeps(scheme.substeps);
+        let mut loads = vec![Load::default(); scene.bodies.len()];
+        for step in from.step..step {
+            let state = &simulation.states()[body];
+            let mut newest = sequences.iter().rev();
+            loads[body] = newest
+                .find_map(|sequence| sequence.at(step, state))
+                .unwrap_or_default();
+            simulation
+                .advance(&loads)
+                .map_err(|error| fail(error.to_string()))?;
+        }
+        Ok(simulation.states()[body])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use lgvi_control::miss;
+    use lgvi_propagator::{Controls, Flight};
+
+    use super::*;
+    use crate::sequence::Samples;
+    use crate::solver::{End, Initial, Task, solve};
+
+    const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
+
+    fn plan(scene: &Scene, first_step: u64, initial: BodyState) -> Sequence {
+        let task = Task {
+            first_step,
+            initial: Initial::State(initial),
+            end: End::After((scene.steps - first_step) as usize),
+            guess: None,
+        };
+        let plan = solve(scene, &task, &mut |_| true).unwrap();
+        Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, plan)
+    }
+
+    fn controls(scene: &Scene, sequence: &Sequence) -> Controls {
+        let message = Samples::of(scene, 0, sequence)
+            .unwrap()
+            .to_message(scene)
+            .unwrap();
+        Controls::of_message(scene, &message).unwrap()
+    }
+
+    /// The same as what the propagator makes of the same sequences where actuators do not err, but for rounding, of which the
+    /// propagator's integrator remembers what is past.
+    #[test]
+    fn what_is_foretold_is_what_is_flown() {
+        let nominal = SCENE
+            .replace("time = \"10 s\"", "time = \"1 s\"")
+            .replace("steps = 500", "steps = 100")
+            .replace("every = 50", "every = 10")
+            .replace("force_error = 0.01\nmoment_error = 0.01\n", "");
+        let scene = Scene::parse("test", &nominal).unwrap();
+        let sequences = [
+            plan(&scene, 0, scene.bodies[0].state),
+            plan(
+                &scene,
+                60,
+                *plan(&scene, 0, scene.bodies[0].state)
+                    .plan
+                    .states
+                    .get(60)
+                    .unwrap(),
+            ),
+        ];
+        assert!(sequences.iter().all(|sequence| sequence.limits.is_some()));
+        let mut flight = Flight::new(&scene).unwrap();
+        for sequence in &sequences {
+            flight.accept(controls(&scene, sequence)).unwrap();
+        }
+        let mut heard = None;
+        while flight.step() < 90 {
+            if flight.step() == 40 {
+                heard = Some(Observed {
+                    step: 40,
+                    states: flight.states().to_vec(),
+                    at: Instant::now(),
+                });
+            }
+            flight.advance().unwrap();
+        }
+        let forecast = Forecast {
+            scheme: scene.scheme().unwrap(),
+            from: heard.unwrap(),
+            sequences: sequences.into(),
+        };
+        let predicted = forecast.state(&scene, 0, 90).unwrap();
+        let error = miss(&flight.states()[0], &predicted).norm();
+        assert!(error < 1e-14, "{error:e}");
+        let planned = miss(&forecast.sequences[1].plan.states[30], &predicted).norm();
+        assert!(planned > 1e-6, "the start was disturbed: {planned:e}");
+        let error = forecast.state(&scene, 0, 39).unwrap_err();
+        assert_eq!(
+            error,
+            PredictionError::Past {
+                reached: 40,
+                step: 39
+            }
+        );
+    }
+}

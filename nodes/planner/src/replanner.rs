@@ -1,0 +1,131 @@
+use std::time::Duration;
+
+use lgvi_scene::Replan;
+use tracing::{info, warn};
+
+use crate::follower::Observed;
+
+/// What a sequence needs from the planner to the propagator's loop, and states on their way here.
+const TRANSPORT: Duration = Duration::from_millis(10);
+
+/// Decides when the manoeuvre is planned anew in flight, and from which step on.
+pub(crate) struct Replanner {
+    options: Replan,
+    /// The last multiple of [`Replan::every`] that has had its plan.
+    last: u64,
+    /// No plan is made any more.
+    over: bool,
+    /// Plans that have been published in flight.
+    pub(crate) published: u64,
+    /// Times when the old plan was kept because there was no new one.
+    pub(crate) kept: u64,
+}
+
+impl Replanner {
+    pub(crate) fn new(options: Replan) -> Self {
+        Self {
+            options,
+            last: 0,
+            over: false,
+            published: 0,
+            kept: 0,
+        }
+    }
+
+    /// Wall-clock time from the state that is planned from to the plan.
+    pub(crate) fn deadline(&self) -> Duration {
+        Duration::from_secs_f64(self.options.deadline.min(1e9))
+    }
+
+    /// The step that a plan made now begins at: the one that the flight will have reached by the deadline at `pace` (steps
+    /// a second). `None` where none is due, and once fewer than [`Replan::every`] steps, or two, would be left to it.
+    pub(crate) fn due(&mut self, now: &Observed, pace: Option<f64>, arrival: u64) -> Option<u64> {
+        let turn = now.step / self.options.every;
+        if self.over || turn <= self.last {
+            return None;
+        }
+        let pace = pace?;
+        let lead = self.deadline() + TRANSPORT + now.at.elapsed();
+        let first_step = now.step + (pace * lead.as_secs_f64()).ceil() as u64 + 1;
+        if first_step + self.options.every.max(2) > arrival {
+            self.over = true;
+            let step = now.step;
+            if self.published + self.kept == 0 {
+                let deadline = self.options.deadline;
+                warn!(
+                    "no plan is made in flight: at {pace:.0} steps/s it arrives before one made at step {step} within \
+                     {deadline} s could act"
+                );
+            } else {
+                info!(
+                    "the last plan is flown to the end: at step {step} too little is left for another"
+                );
+            }
+            return None;
+        }
+        self.last = turn;
+        Some(first_step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+
+    fn at(step: u64) -> Observed {
+        Observed {
+            step,
+            states: Vec::new(),
+            at: Instant::now(),
+        }
+    }
+
+    fn replanner(deadline: f64) -> Replanner {
+        Replanner::new(Replan {
+            every: 10,
+            deadline,
+        })
+    }
+
+    #[test]
+    fn a_plan_is_due_once_every_so_many_steps_and_begins_after_the_deadline() {
+        let mut replanner = replanner(0.5);
+        assert_eq!(replanner.due(&at(9), Some(100.0), 200), None);
+        assert_eq!(
+            replanner.due(&at(12), None, 200),
+            None,
+            "no pace is known yet"
+        );
+        let first = replanner.due(&at(12), Some(100.0), 200).unwrap();
+        // 50 steps until the deadline, 1 for the transport, and what this test takes.
+        assert!((12 + 51..12 + 60).contains(&first), "{first}");
+        assert_eq!(replanner.due(&at(19), Some(100.0), 200), None);
+        assert!(replanner.due(&at(20), Some(100.0), 200).is_some());
+        assert!(
+            replanner.due(&at(50), Some(100.0), 200).is_some(),
+            "turns that were missed are not made up"
+        );
+        assert_eq!(replanner.due(&at(59), Some(100.0), 200), None);
+    }
+
+    #[test]
+    fn near_the_arrival_no_plan_is_made_any_more() {
+        let mut replanner = replanner(0.5);
+        assert!(replanner.due(&at(100), Some(100.0), 200).is_some());
+        assert_eq!(replanner.due(&at(150), Some(100.0), 200), None);
+        assert_eq!(
+            replanner.due(&at(160), Some(1.0), 200),
+            None,
+            "not even if the flight slows down"
+        );
+    }
+
+    #[test]
+    fn a_flight_that_is_too_fast_is_not_planned_anew() {
+        let mut replanner = replanner(0.5);
+        assert_eq!(replanner.due(&at(10), Some(1e6), 1000), None);
+        assert!(replanner.over);
+    }
+}

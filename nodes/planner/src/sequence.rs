@@ -1,0 +1,118 @@
+use std::sync::Arc;
+
+use lgvi_control::{Constraint, Plan, miss};
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_msgs::msg::ControlSequence;
+use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError, Name};
+use lgvi_node::{FeedbackSequence, Limits, control_interval, feedback_sequence};
+use lgvi_scene::{Maneuver, Scene};
+use nalgebra::Vector3;
+
+/// A plan as it is flown: from a step on, with or without its feedback law.
+#[derive(Clone, Debug)]
+pub(crate) struct Sequence {
+    /// The step that it begins at.
+    pub(crate) first_step: u64,
+    /// The plan.
+    pub(crate) plan: Arc<Plan>,
+    /// Of the corrected control; `None` in open loop.
+    pub(crate) limits: Option<Limits>,
+}
+
+impl Sequence {
+    pub(crate) fn new(maneuver: &Maneuver, first_step: u64, plan: Plan) -> Self {
+        Self {
+            first_step,
+            limits: (maneuver.feedback && plan.feedback.len() == plan.controls.len())
+                .then(|| limits(&maneuver.constraints)),
+            plan: Arc::new(plan),
+        }
+    }
+
+    /// The step at which it arrives.
+    pub(crate) fn arrival(&self) -> u64 {
+        self.first_step + self.plan.controls.len() as u64
+    }
+
+    /// What it lets act during `step` on a body in `state`; `None` before its first step.
+    pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
+        let interval = usize::try_from(step.checked_sub(self.first_step)?).ok()?;
+        let plan = &self.plan;
+        let Some(control) = plan.controls.get(interval) else {
+            return Some(Load::default());
+        };
+        let Some(limits) = &self.limits else {
+            return Some(*control);
+        };
+        let correction = plan.feedback[interval] * miss(&plan.states[interval], state);
+        Some(limits.hold(&Load {
+            force: control.force - correction.fixed_rows::<3>(0),
+            moment: control.moment - correction.fixed_rows::<3>(3),
+        }))
+    }
+}
+
+/// A sequence as it goes over shared memory.
+pub(crate) enum Samples {
+    /// Without feedback.
+    Open(ControlHeader, Vec<ControlInterval>),
+    /// With its law.
+    Closed(FeedbackSequence),
+}
+
+impl Samples {
+    /// The samples of a sequence for `body`.
+    pub(crate) fn of(
+        scene: &Scene,
+        body: usize,
+        sequence: &Sequence,
+    ) -> Result<Self, ConversionError> {
+        let Sequence {
+            first_step, plan, ..
+        } = sequence;
+        if let Some(limits) = &sequence.limits {
+            let (states, gains) = (&plan.states, &plan.feedback);
+            let controls = &plan.controls;
+            return feedback_sequence(scene, body, *first_step, controls, states, gains, limits)
+                .map(Self::Closed);
+        }
+        let header = ControlHeader {
+            body: Name::try_from(scene.bodies[body].name.as_str())?,
+            first_step: *first_step,
+            step_size: scene.h() * scene.units.time,
+            stamp_nanoseconds: scene.stamp(*first_step),
+        };
+        let interval = |control| control_interval(control, &scene.units);
+        Ok(Self::Open(
+            header,
+            plan.controls.iter().map(interval).collect(),
+        ))
+    }
+
+    /// The message that says the same.
+    pub(crate) fn to_message(&self, scene: &Scene) -> Result<ControlSequence, ConversionError> {
+        match self {
+            Self::Open(header, intervals) => header.to_message(intervals, &scene.frame),
+            Self::Closed(sequence) => sequence.to_message(scene),
+        }
+    }
+}
+
+/// The limits that constraints put on force and moment, the tightest of each kind.
+fn limits(constraints: &[Constraint]) -> Limits {
+    let tighter = |limit: &mut Vector3<f64>, other: &Vector3<f64>| *limit = limit.inf(other);
+    let mut limits = Limits::NONE;
+    for constraint in constraints {
+        match constraint {
+            Constraint::ForceComponents { limit } => tighter(&mut limits.force, limit),
+            Constraint::MomentComponents { limit } => tighter(&mut limits.moment, limit),
+            Constraint::ForceNorm { limit } => limits.force_norm = limits.force_norm.min(*limit),
+            Constraint::MomentNorm { limit } => limits.moment_norm = limits.moment_norm.min(*limit),
+            Constraint::Commands { .. }
+            | Constraint::KeepOutCone { .. }
+            | Constraint::KeepOutSphere { .. }
+            | Constraint::Corridor { .. } => {}
+        }
+    }
+    limits
+}

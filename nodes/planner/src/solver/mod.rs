@@ -1,0 +1,291 @@
+//! What the worker does: a task in, a plan out, by the method that the scene asks for.
+
+mod duration;
+mod shooting;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use lgvi_control::processing::{ProcessingError, flown, processed};
+use lgvi_control::{
+    Certificate, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start, Transfer,
+};
+use lgvi_dynamics::BodyState;
+use lgvi_dynamics::gravity::Sources;
+use lgvi_scene::{FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
+use tracing::info;
+
+use crate::prediction::Forecast;
+
+const NO_MANEUVER: &str = "the scene has no manoeuvre";
+
+/// What is to be planned.
+#[derive(Clone, Debug)]
+pub(crate) struct Task {
+    /// The step that the plan begins at.
+    pub(crate) first_step: u64,
+    /// The body's state there.
+    pub(crate) initial: Initial,
+    /// When it is to arrive.
+    pub(crate) end: End,
+    /// What to start from.
+    pub(crate) guess: Option<Guess>,
+}
+
+/// The state that a plan begins in.
+#[derive(Clone, Debug)]
+pub(crate) enum Initial {
+    /// This one.
+    State(BodyState),
+    /// That in which the flight will be.
+    Forecast(Box<Forecast>),
+}
+
+/// An earlier plan, of which a part will have been flown.
+#[derive(Clone, Debug)]
+pub(crate) struct Guess {
+    /// The plan.
+    pub(crate) plan: Arc<Plan>,
+    /// Its intervals before the new one begins.
+    pub(crate) flown: usize,
+}
+
+/// When a plan is to arrive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum End {
+    /// After so many steps.
+    After(usize),
+    /// When it is best.
+    Free(FinalTime),
+}
+
+/// Where the solver is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Iteration {
+    /// Newton iterations so far.
+    pub(crate) iteration: u32,
+    /// Trial points or trajectories so far.
+    pub(crate) trials: u32,
+    /// Accepted part of the last step.
+    pub(crate) step_length: f64,
+    /// Norm of what the conditions are missed by, in the scene's units.
+    pub(crate) violation: f64,
+    /// How far it is from optimal; 0 where the method does not say.
+    pub(crate) stationarity: f64,
+    /// The objective.
+    pub(crate) cost: f64,
+    /// What it is at.
+    pub(crate) phase: &'static str,
+}
+
+/// Why there is no plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reason {
+    /// The conditions cannot be met.
+    Infeasible,
+    /// The iterations are used up, or none makes progress.
+    NotConverged,
+    /// The time is used up.
+    Deadline,
+    /// Somebody asked for its end.
+    Cancelled,
+    /// The task makes no sense.
+    Refused,
+}
+
+/// How a task ended without a plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Unsolved {
+    pub(crate) reason: Reason,
+    pub(crate) message: String,
+    /// The best iterate, where there is one.
+    pub(crate) best: Option<Box<Plan>>,
+}
+
+impl Unsolved {
+    pub(crate) fn new(reason: Reason, message: impl ToString) -> Self {
+        Self {
+            reason,
+            message: message.to_string(),
+            best: None,
+        }
+    }
+}
+
+/// Sees each iteration, and may end the task.
+type Observe<'o> = &'o mut dyn FnMut(&Iteration) -> bool;
+
+/// Solves a task of the scene's manoeuvre.
+pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<Plan, Unsolved> {
+    let Some(maneuver) = &scene.maneuver else {
+        return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
+    };
+    let initial = match &task.initial {
+        Initial::State(state) => *state,
+        Initial::Forecast(forecast) => forecast
+            .state(scene, maneuver.body, task.first_step)
+            .map_err(|error| Unsolved::new(Reason::Refused, error))?,
+    };
+    match task.end {
+        End::After(intervals) => {
+            let transfer = transfer(scene, &initial, intervals)?;
+            let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
+                // What is too short to be shortened is no help.
+                plan.remaining(&transfer, *flown, initial).ok()
+            });
+            once(scene, &transfer, guess.as_ref(), observe)
+        }
+        End::Free(range) => duration::solve(scene, &initial, range, observe),
+    }
+}
+
+fn transfer(
+    scene: &Scene,
+    initial: &BodyState,
+    intervals: usize,
+) -> Result<Transfer<Sources>, Unsolved> {
+    let refused = |error: &dyn std::fmt::Display| Unsolved::new(Reason::Refused, error);
+    scene
+        .transfer_from(*initial, intervals)
+        .ok_or_else(|| refused(&NO_MANEUVER))?
+        .map_err(|error| refused(&error))
+}
+
+/// Solves one transfer.
+fn once(
+    scene: &Scene,
+    transfer: &Transfer<Sources>,
+    guess: Option<&Plan>,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let Some(maneuver) = &scene.maneuver else {
+        return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
+    };
+    if !maneuver.processed {
+        return by_method(maneuver, transfer, guess, observe);
+    }
+    let refused = |error: ProcessingError| Unsolved::new(Reason::Refused, error);
+    let early = processed(transfer.clone()).map_err(refused)?;
+    let plan = by_method(maneuver, &early, None, observe)?;
+    flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)
+}
+
+fn by_method(
+    maneuver: &Maneuver,
+    transfer: &Transfer<Sources>,
+    guess: Option<&Plan>,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let solver = &maneuver.solver;
+    let settings = newton_settings(solver);
+    match (solver.method, maneuver.search, guess) {
+        (SolverMethod::Shooting, ..) => shooting::solve(transfer, &solver.shooting(), observe),
+        (SolverMethod::Newton, Some(search), None) => best(transfer, search, settings, observe),
+        (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe),
+    }
+}
+
+/// The cheapest local minimum of a search; the ranking goes to the log.
+fn best(
+    transfer: &Transfer<Sources>,
+    Search { starts, seed }: Search,
+    newton: NewtonSettings,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let settings = SearchSettings {
+        starts,
+        seed,
+        newton,
+    };
+    let minima = lgvi_control::search(transfer, &settings, |now| observe(&now.into()))?;
+    for (rank, minimum) in (1..).zip(&minima) {
+        let (cost, winding) = (minimum.plan.cost, minimum.winding);
+        let rotation: [f64; 3] = winding.rotation.into();
+        let flown = if rank == 1 { ", which is flown" } else { "" };
+        info!(
+            "minimum {rank} of {}{flown}: cost {cost}, turns by {:.2} rad in all, {rotation:.2?} about the body's axes, \
+             from {} starts",
+            minima.len(),
+            winding.angle,
+            minimum.starts
+        );
+    }
+    let best = minima.into_iter().next().map(|minimum| minimum.plan);
+    best.ok_or_else(|| Unsolved::new(Reason::NotConverged, "no start leads to a minimum"))
+}
+
+fn newton_settings(solver: &Solver) -> NewtonSettings {
+    let defaults = NewtonSettings::default();
+    NewtonSettings {
+        violation: solver.tolerance.unwrap_or(defaults.violation),
+        iterations: solver.max_iterations.unwrap_or(defaults.iterations),
+        ..defaults
+    }
+}
+
+fn newton(
+    transfer: &Transfer<Sources>,
+    guess: Option<&Plan>,
+    settings: &NewtonSettings,
+    observe: Observe<'_>,
+) -> Result<Plan, Unsolved> {
+    let start = guess.map_or(Start::Cold, Start::Warm);
+    lgvi_control::solve(transfer, start, settings, |now| observe(&now.into())).map_err(Into::into)
+}
+
+impl Iteration {
+    /// Says of the plan that the iteration has led to what the plan says of itself: its last step is seen by nobody.
+    pub(crate) fn settle(&mut self, plan: &Plan) {
+        self.cost = plan.cost;
+        self.violation = violation(&plan.certificate);
+        self.stationarity = plan.certificate.stationarity;
+    }
+}
+
+/// What a plan misses its conditions by.
+pub(crate) fn violation(certificate: &Certificate) -> f64 {
+    let Certificate {
+        defect,
+        terminal,
+        inequality,
+        ..
+    } = certificate;
+    terminal.max(*defect).max(*inequality)
+}
+
+impl From<&Progress> for Iteration {
+    fn from(now: &Progress) -> Self {
+        Self {
+            iteration: now.iteration,
+            trials: now.trials,
+            step_length: now.step_length,
+            violation: now.violation,
+            stationarity: now.stationarity,
+            cost: now.cost,
+            phase: match now.phase {
+                Phase::Coarse => "coarse",
+                Phase::Fine => "fine",
+                Phase::Constrained => "constrained",
+            },
+        }
+    }
+}
+
+impl From<PlanError> for Unsolved {
+    fn from(error: PlanError) -> Self {
+        let message = error.to_string();
+        let (reason, best) = match error {
+            PlanError::Infeasible { .. } => (Reason::Infeasible, None),
+            PlanError::NotConverged { best, .. } => (Reason::NotConverged, Some(best)),
+            PlanError::Stopped { best } => (Reason::Cancelled, best),
+            PlanError::Half(_) => (Reason::Refused, None),
+            PlanError::Dynamics { .. } => (Reason::NotConverged, None),
+        };
+        Self {
+            reason,
+            message,
+            best,
+        }
+    }
+}

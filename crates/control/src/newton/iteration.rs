@@ -298,7 +298,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         for (command, v) in self.iterate.commands.iter().zip(&self.direction.commands) {
             slope += v.dot(&(weight * command));
         }
-        self.reweigh();
+        self.reweigh(problem);
         let mut now = Merit {
             cost: standing.cost,
             objective: standing.cost,
@@ -386,11 +386,15 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             .is_ok_and(|merit| merit.total() <= wanted)
     }
 
-    /// Weights of the merit that exceed the multipliers, so that the direction descends.
-    fn reweigh(&mut self) {
+    /// Weights of the merit that exceed the multipliers, those there are and those the direction calls for, so that it
+    /// descends.
+    fn reweigh<S, E: Ending<X>>(&mut self, problem: &Problem<'_, S, E, X, U>) {
+        let end = &self.iterate.states[problem.intervals];
+        let mut costate = problem.ending.jacobian(end).tr_mul(&self.direction.nu);
         let mut largest = SVector::<f64, X>::zeros();
-        for costate in &self.model.costates {
-            largest = largest.sup(&costate.abs());
+        for k in (0..problem.intervals).rev() {
+            largest = largest.sup(&self.model.costates[k].abs().sup(&costate.abs()));
+            costate = self.model.dynamics[k].a.tr_mul(&costate);
         }
         self.weights.defects = (0.5 * self.weights.defects).sup(&(2.0 * largest));
         let nu = self.direction.nu.abs().sup(&self.iterate.nu.abs());

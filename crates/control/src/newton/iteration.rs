@@ -93,6 +93,8 @@ const LOWER: f64 = 4.0;
 const SHORTEST: f64 = 0.2;
 /// Armijo's share of the predicted decrease.
 const ARMIJO: f64 = 1e-4;
+/// What a step between stationary iterates must leave of the violation at most.
+const LEFT: f64 = 0.99;
 /// Corrections of a trial's terminal miss.
 const CORRECTIONS: u32 = 3;
 
@@ -135,6 +137,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
+        // Violation of the last iterate that was stationary.
+        let mut left = f64::INFINITY;
         loop {
             if let Err(error) = self.model_convex(problem, inequalities, &mut kind) {
                 return Ended::Failed(error);
@@ -155,8 +159,17 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 Satisfied::Yes if meets && stationary => return Ended::Converged,
                 Satisfied::ToRounding if meets => return Ended::Converged,
                 Satisfied::Never => return Ended::Infeasible,
+                // Conditions that no command moves, to first order.
+                Satisfied::Yes if stationary && standing.violation > LEFT * left => {
+                    return Ended::Stuck;
+                }
                 _ => (),
             }
+            left = if stationary {
+                standing.violation
+            } else {
+                f64::INFINITY
+            };
             if standing.iteration >= last {
                 return Ended::Capped;
             }

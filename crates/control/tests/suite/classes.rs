@@ -180,6 +180,7 @@ fn free_ends_are_cheaper_the_freer_they_are_and_end_with_costate_zero_where_free
     };
     assert!(plan(&transfer(free, full())).cost < 1e-20);
 }
+
 #[test]
 fn one_thruster_plans_what_it_reaches() {
     let thruster = ([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3.0);

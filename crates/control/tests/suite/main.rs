@@ -10,3 +10,4 @@ mod processing;
 mod sensitivity;
 mod terminal;
 mod truth;
+mod underactuated;

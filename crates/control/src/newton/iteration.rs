@@ -143,7 +143,11 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if let Err(error) = self.model_convex(problem, inequalities, &mut kind) {
                 return Ended::Failed(error);
             }
-            let Some(nu) = self.model.start.multipliers() else {
+            let start = &mut self.model.start;
+            let nu = start
+                .multipliers()
+                .or_else(|| start.dependent_multipliers(tolerances.violation));
+            let Some(nu) = nu else {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);

@@ -330,3 +330,65 @@ fn an_observer_stops_a_constrained_plan_with_what_there_is() {
     });
     assert!(matches!(stopped, Err(PlanError::Stopped { best: Some(_) })));
 }
+
+/// Every kind of terminal set, and freer ends cost less.
+#[test]
+fn all_kinds_of_ends_are_reached_cold() {
+    for set in ["C_i", "C_ii"] {
+        let case = Case::load(set);
+        let plain = case.transfer(50);
+        let state = plain.target().state().expect("a state");
+        let fixed = Terminal::from(state);
+        let position = TranslationTarget::Position {
+            position: state.position,
+        };
+        let orbit = TranslationTarget::Orbit {
+            gm: 1.0,
+            center: Vector3::zeros(),
+            position: state.position,
+            linear_momentum: state.linear_momentum,
+        };
+        let attitude = RotationTarget::Attitude {
+            attitude: state.attitude,
+        };
+        let spin = |axis: Vector3<f64>| RotationTarget::SpinAxis {
+            axis,
+            direction: state.attitude * axis,
+            angular_momentum: state.angular_momentum,
+        };
+        for translation in [fixed.translation, position, orbit, TranslationTarget::Free] {
+            let rotations = [
+                fixed.rotation,
+                attitude,
+                RotationTarget::Free,
+                spin(Vector3::x()),
+                spin(Vector3::z()),
+            ];
+            let costs = rotations.map(|rotation| {
+                let identity = Matrix3::identity();
+                let transfer = Transfer::new(
+                    case.body(),
+                    Central { gm: 1.0 },
+                    plain.h(),
+                    50,
+                    *plain.initial(),
+                    Terminal {
+                        translation,
+                        rotation,
+                    },
+                    Actuation::full(&identity, &identity).expect("weights"),
+                );
+                let (plan, iterations) = planned(&transfer.expect("a transfer"), Start::Cold);
+                let name = format!("{set}: {translation:?}, {rotation:?}");
+                assert!(iterations <= 60, "{name}: {iterations}");
+                let found = &plan.certificate;
+                assert!(
+                    found.terminal <= 1e-12 && found.stationarity <= 1e-8 && found.sufficient,
+                    "{name}: {found:?}"
+                );
+                plan.cost
+            });
+            assert!(costs[1] <= costs[0] && costs[2] <= costs[1]);
+        }
+    }
+}

@@ -99,6 +99,44 @@ fn two_wheels_cost_the_same_in_the_full_motion_and_in_many_steps() {
     assert!((moved.cost / (coarse.cost + pushed.cost) - 1.0).abs() < 1e-8);
 }
 
+/// Forces with an arm turn the body by what they push: the momentum about the third axis is bound to those along the
+/// others, and a condition on it that agrees with theirs adds nothing.
+#[test]
+fn conditions_that_follow_from_others_are_harmless() {
+    let arm = 0.5;
+    let actuation = || {
+        Actuation::actuators(&[
+            ([1.0, 0.0, 0.0, 0.0, 0.0, arm], 1.0),
+            ([0.0, 1.0, 0.0, 0.0, 0.0, arm], 1.0),
+        ])
+        .expect("actuators")
+    };
+    let translation = TranslationTarget::State {
+        position: Vector3::new(0.4, 0.3, 0.0),
+        linear_momentum: Vector3::new(0.3, 0.4, 0.0),
+    };
+    let [alone, bound, against] = [None, Some(0.7 * arm), Some(0.6 * arm)].map(|momentum| {
+        let rotation = momentum.map_or(RotationTarget::Free, |momentum| RotationTarget::SpinAxis {
+            axis: Vector3::z(),
+            direction: Vector3::z(),
+            angular_momentum: momentum * Vector3::z(),
+        });
+        let target = Terminal {
+            translation,
+            rotation,
+        };
+        transfer(40, target, actuation(), Motion::Full)
+    });
+    let [(alone, _), (bound, _)] = [alone, bound].map(|problem| planned(&problem));
+    assert!((bound.cost / alone.cost - 1.0).abs() < 1e-10);
+    assert!(bound.certificate.terminal <= 1e-12 && bound.certificate.stationarity <= 1e-8);
+    assert_eq!(bound.certificate.condition, f64::INFINITY);
+    match solve(&against, Start::Cold, &NewtonSettings::default(), |_| true) {
+        Err(PlanError::NotConverged { iterations, .. }) => assert!(iterations <= 60),
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn what_no_command_reaches_ends_soon_with_what_there_is() {
     let aside = at_rest(Vector3::new(1.0, 0.1, 0.0), Vector3::zeros());

@@ -27,7 +27,8 @@ use class::{Both, Class, Rotation, Translation};
 ///
 /// # Assumptions and limitations
 /// A plan is a local minimum; windings of the attitude make others. Inequalities are imposed on the plan that is best
-/// without them, and hold where they are sampled.
+/// without them, and hold where they are sampled. Conditions that no command moves at first order are reached by way of
+/// additional actuators that grow dear, where the actuation has places left for them among its commands.
 pub fn solve<F: Field>(
     transfer: &Transfer<F>,
     start: Start<'_>,

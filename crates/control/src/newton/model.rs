@@ -38,7 +38,6 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) stationarity: f64,
     /// Scratch.
     stage: StageModel<X, U>,
-    curvature: Curvature<X, U>,
 }
 
 /// Why there is no model with a solution.
@@ -59,7 +58,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             b: SMatrix::zeros(),
         };
         Self {
-            dynamics: vec![linearisation.clone(); intervals],
+            dynamics: vec![linearisation; intervals],
             defects: vec![SVector::zeros(); intervals],
             costates: vec![SVector::zeros(); intervals],
             policies: vec![Policy::zeros(); intervals],
@@ -73,18 +72,14 @@ impl<const X: usize, const U: usize> Model<X, U> {
             }),
             stationarity: f64::INFINITY,
             stage: StageModel {
-                state: SMatrix::zeros(),
-                mixed: SMatrix::zeros(),
-                command: SMatrix::zeros(),
+                hessian: Curvature {
+                    state: SMatrix::zeros(),
+                    mixed: SMatrix::zeros(),
+                    command: SMatrix::zeros(),
+                },
                 state_gradient: SVector::zeros(),
                 command_gradient: SVector::zeros(),
-                dynamics: linearisation,
                 defect: SVector::zeros(),
-            },
-            curvature: Curvature {
-                state: SMatrix::zeros(),
-                mixed: SMatrix::zeros(),
-                command: SMatrix::zeros(),
             },
         }
     }
@@ -119,62 +114,59 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let stage = &mut self.stage;
         for k in (0..last).rev() {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
+            let dynamics = &mut self.dynamics[k];
             let next = if curvature > 0.0 {
-                steps.expand(
-                    k,
-                    state,
-                    command,
-                    &costate,
-                    &mut stage.dynamics,
-                    &mut self.curvature,
-                )
+                steps.expand(k, state, command, &costate, dynamics, &mut stage.hessian)
             } else {
-                steps.linearise(k, state, command, &mut stage.dynamics)
+                stage.hessian.state.fill(0.0);
+                stage.hessian.mixed.fill(0.0);
+                stage.hessian.command.fill(0.0);
+                steps.linearise(k, state, command, dynamics)
             }
             .map_err(|source| ModelError::Step { step: k, source })?;
             stage.defect = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
-            stage.command = weight;
             stage.command_gradient = weight * command;
-            stage.state.fill(0.0);
-            stage.mixed.fill(0.0);
             stage.state_gradient.fill(0.0);
 
             let residual = stage.command_gradient
-                + stage.dynamics.b.tr_mul(&costate)
+                + dynamics.b.tr_mul(&costate)
                 + inequalities.command_force(k, command);
             self.stationarity = self.stationarity.max(residual.amax());
 
             if curvature > 0.0 {
-                stage.state += curvature * self.curvature.state;
-                stage.mixed += curvature * self.curvature.mixed;
-                stage.command += curvature * self.curvature.command;
+                if curvature < 1.0 {
+                    stage.hessian.state *= curvature;
+                    stage.hessian.mixed *= curvature;
+                    stage.hessian.command *= curvature;
+                }
                 if let Some(turning) = problem.turning {
-                    turning.curve(&residual, command, &mut stage.state, &mut stage.mixed);
+                    let Curvature { state, mixed, .. } = &mut stage.hessian;
+                    turning.curve(&residual, command, state, mixed);
                 }
             }
+            stage.hessian.command += weight;
             if kind.damping > 0.0 {
-                stage.command += kind.damping * weight;
+                stage.hessian.command += kind.damping * weight;
                 for (i, metric) in problem.metric.iter().enumerate() {
-                    stage.state[(i, i)] += kind.damping * problem.h * metric;
+                    stage.hessian.state[(i, i)] += kind.damping * problem.h * metric;
                 }
             }
-            inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
-            costate = stage.dynamics.a.tr_mul(&costate);
+            inequalities.add_command(k, command, &mut stage.hessian.command, &mut stage.command_gradient);
+            costate = dynamics.a.tr_mul(&costate);
             if k > 0 {
                 inequalities.add_state(
                     k - 1,
                     state,
                     curvature,
-                    &mut stage.state,
+                    &mut stage.hessian.state,
                     &mut stage.state_gradient,
                 );
                 costate += inequalities.state_force(k - 1, state);
             }
-            cost.sweep(stage, &mut self.policies[k])
+            cost.sweep(stage, dynamics, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
             visit(k, &self.policies[k], &cost);
-            self.dynamics[k].clone_from(&stage.dynamics);
             self.defects[k] = stage.defect;
         }
         self.start = cost;

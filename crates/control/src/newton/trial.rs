@@ -136,9 +136,9 @@ where
                 Move::Straight(direction, length) => length * direction.commands[k],
                 Move::Flown(direction, length) => {
                     length * direction.commands[k]
-                        - policy.state * (off - length * direction.states[k])
+                        + policy.state.tr_mul(&(off - length * direction.states[k]))
                 }
-                Move::Conditions(nu) => -(policy.state * off + policy.conditions * nu),
+                Move::Conditions(nu) => policy.state.tr_mul(&off) + policy.conditions.tr_mul(&nu),
             };
             let mut command = from.commands[k] + v;
             if let Some((turning, zeta)) = turned {

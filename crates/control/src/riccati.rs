@@ -3,7 +3,7 @@
 //! Stage k has the model `½ [z; v]ᵀ H [z; v] + g · [z; v]` and the dynamics `z⁺ = A z + B v + d`; the end has
 //! `½ zᵀ P z + p · z` and the conditions `C z + c = 0` with multipliers ν. The cost to go from stage k is
 //! `½ zᵀ P z + p · z + νᵀ (Gᵀ z + m) + ½ νᵀ M ν` (Bryson and Ho's sweep), minimal in the commands, stationary in ν.
-//! With `Q_vv = H_vv + BᵀPB = L Lᵀ` the command is `v = K z + N ν + κ`, and −M is a Gram matrix of the commands: it
+//! With `Q_vv = H_vv + BᵀPB = L D Lᵀ` the command is `v = K z + N ν + κ`, and −M is a Gram matrix of the commands: it
 //! is positive definite where the conditions can be met independently. The problem is convex on what dynamics and
 //! conditions leave free if `Q_vv` is positive definite at every stage once the end's P has been augmented by enough of
 //! `CᵀC`; that the augmentation is finite keeps P within its own size to the last stage, so that nothing cancels.
@@ -47,6 +47,8 @@ pub(crate) struct Policy<const X: usize, const U: usize> {
     pub(crate) conditions: SMatrix<f64, X, U>,
     /// `κ`
     pub(crate) constant: SVector<f64, U>,
+    /// The factors of `Q_vv`.
+    factor: Square<U>,
 }
 
 /// The cost to go from a stage.
@@ -149,6 +151,7 @@ impl<const X: usize> CostToGo<X> {
         backward(&factor, conditions);
         backward(&factor, &mut constant);
         policy.constant.data.0 = transposed(&constant);
+        policy.factor = factor;
         Ok(())
     }
 
@@ -256,7 +259,25 @@ impl<const X: usize, const U: usize> Policy<X, U> {
             state: SMatrix::zeros(),
             conditions: SMatrix::zeros(),
             constant: SVector::zeros(),
+            factor: [[0.0; U]; U],
         }
+    }
+
+    /// Turns gradient `p` and offset `m` of the cost to go from the stage's end into those from its start, where only the
+    /// gradient `g_v` of the commands is another than it was, and gives the κ that belongs to it.
+    pub(crate) fn follow(
+        &mut self,
+        command_gradient: &SVector<f64, U>,
+        dynamics: &Linearisation<X, U>,
+        gradient: &mut SVector<f64, X>,
+        offset: &mut SVector<f64, X>,
+    ) {
+        let slope = command_gradient + dynamics.b.tr_mul(gradient);
+        let mut constant = (-slope).transpose().data.0;
+        solve(&self.factor, &mut constant);
+        *gradient = dynamics.a.tr_mul(gradient) + self.state * slope;
+        *offset += self.conditions * slope;
+        self.constant.data.0 = transposed(&constant);
     }
 
     /// `v = K z + N ν + κ`

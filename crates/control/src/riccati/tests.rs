@@ -94,7 +94,8 @@ fn dense<const X: usize, const U: usize>(
     let mut right = DVector::zeros(size);
     for (k, (stage, dynamics)) in stages.iter().enumerate() {
         let (v, z, row) = (k * width, k * width + U, primal + k * X);
-        kkt.view_mut((v, v), (U, U)).copy_from(&stage.hessian.command);
+        kkt.view_mut((v, v), (U, U))
+            .copy_from(&stage.hessian.command);
         right.rows_mut(v, U).copy_from(&-stage.command_gradient);
         // z⁺ − A z − B v = d
         kkt.view_mut((row, z), (X, X)).fill_with_identity();
@@ -104,12 +105,12 @@ fn dense<const X: usize, const U: usize>(
             let before = z - width;
             kkt.view_mut((before, before), (X, X))
                 .copy_from(&stage.hessian.state);
-            kkt.view_mut((before, v), (X, U)).copy_from(&stage.hessian.mixed);
+            kkt.view_mut((before, v), (X, U))
+                .copy_from(&stage.hessian.mixed);
             kkt.view_mut((v, before), (U, X))
                 .copy_from(&stage.hessian.mixed.transpose());
             right.rows_mut(before, X).copy_from(&-stage.state_gradient);
-            kkt.view_mut((row, before), (X, X))
-                .copy_from(&-dynamics.a);
+            kkt.view_mut((row, before), (X, X)).copy_from(&-dynamics.a);
         }
     }
     let last = primal - X;

@@ -1,5 +1,5 @@
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{BodyState, RigidBody};
+use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::SVector;
 
 use super::class::Class;
@@ -147,7 +147,45 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         let problem = self.problem(self.transfer, &steps);
         let mut iterate = guess::resampled(&problem, &iterate);
         iterate.states[0] = self.transfer.initial;
+        self.corrected(&problem, plan, &mut iterate);
         Ok(self.level(&problem, iterate, false, Phase::Fine))
+    }
+
+    /// Flies a plan over the same intervals with its feedback, from where the transfer starts.
+    fn corrected<S, const X: usize, const U: usize>(
+        &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        plan: &Plan,
+        iterate: &mut Iterate<X, U>,
+    ) where
+        S: Steps<X, U>,
+        C: Class<X, U>,
+    {
+        let lengths = [
+            plan.feedback.len(),
+            plan.commands.len(),
+            plan.states.len().saturating_sub(1),
+        ];
+        if lengths != [problem.intervals; 3] {
+            return;
+        }
+        let actuation = &self.transfer.actuation;
+        let mut flown = iterate.clone();
+        for k in 0..problem.intervals {
+            let off = problem.steps.difference(&plan.states[k], &flown.states[k]);
+            let gain = plan.feedback[k].fixed_columns::<X>(C::FIRST);
+            let load = gain * off;
+            let load = Load {
+                force: load.fixed_rows::<3>(0).into_owned(),
+                moment: load.fixed_rows::<3>(3).into_owned(),
+            };
+            flown.commands[k] -= self.class.narrowed(&actuation.command(&load));
+            match problem.steps.next(k, &flown.states[k], &flown.commands[k]) {
+                Ok(next) if next.is_finite() => flown.states[k + 1] = next,
+                _ => return,
+            }
+        }
+        *iterate = flown;
     }
 
     /// Guess after guess, until one leads to a plan.
@@ -342,6 +380,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
                 ..self.tolerances
             }
         } else {
+            newton.model.want_gains();
             self.tolerances
         };
         let ended = newton.run(
@@ -366,7 +405,8 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     where
         C: Class<X, U>,
     {
-        let plan = self.finish(&newton.iterate, &mut Unconstrained)?;
+        let iterate = newton.iterate.clone();
+        let plan = self.finish(newton, &mut Unconstrained)?;
         let found = &plan.certificate;
         if found.stationarity <= self.tolerances.stationarity
             && found.terminal <= self.tolerances.violation
@@ -376,8 +416,8 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         self.tolerances.near = 0.0;
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
-        match self.level(&problem, newton.iterate, false, Phase::Fine) {
-            Ok(newton) => self.finish(&newton.iterate, &mut Unconstrained),
+        match self.level(&problem, iterate, false, Phase::Fine) {
+            Ok(newton) => self.finish(newton, &mut Unconstrained),
             Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
                 best: self.flown(&newton.iterate)?.map(Box::new),
             }),
@@ -410,6 +450,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             self.standing.cost.max(1e-6),
             BarrierTolerances::default(),
         );
+        newton.model.gains.clear();
         barrier.start(&newton.iterate.states[1..], &newton.iterate.commands);
         let observe = &mut *self.observe;
         let ended = newton.run(
@@ -421,7 +462,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             |now| observe(&now.progress(Phase::Constrained)),
         );
         match ended {
-            Ended::Converged => self.finish(&newton.iterate, &mut barrier),
+            Ended::Converged => self.finish(newton, &mut barrier),
             Ended::Stopped => Err(PlanError::Stopped {
                 best: self.flown(&newton.iterate)?.map(Box::new),
             }),

@@ -3,30 +3,24 @@
 //! Stage k has the model `½ [z; v]ᵀ H [z; v] + g · [z; v]` and the dynamics `z⁺ = A z + B v + d`; the end has
 //! `½ zᵀ P z + p · z` and the conditions `C z + c = 0` with multipliers ν. The cost to go from stage k is
 //! `½ zᵀ P z + p · z + νᵀ (Gᵀ z + m) + ½ νᵀ M ν` (Bryson and Ho's sweep), minimal in the commands, stationary in ν.
-//! With `Q_vv = H_vv + BᵀPB = L Lᵀ` the command is `v = −(K z + N ν + κ)`, and −M is a Gram matrix of the commands: it
+//! With `Q_vv = H_vv + BᵀPB = L D Lᵀ` the command is `v = K z + N ν + κ`, and −M is a Gram matrix of the commands: it
 //! is positive definite where the conditions can be met independently. The problem is convex on what dynamics and
 //! conditions leave free if `Q_vv` is positive definite at every stage once the end's P has been augmented by enough of
 //! `CᵀC`; that the augmentation is finite keeps P within its own size to the last stage, so that nothing cancels.
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::steps::Linearisation;
+use crate::steps::{Curvature, Linearisation};
 
 /// A quadratic model of a stage: `½ zᵀ H_zz z + zᵀ H_zv v + ½ vᵀ H_vv v + g_z · z + g_v · v`.
 #[derive(Clone, Debug)]
 pub(crate) struct StageModel<const X: usize, const U: usize> {
-    /// `H_zz`, symmetric.
-    pub(crate) state: SMatrix<f64, X, X>,
-    /// `H_zv`
-    pub(crate) mixed: SMatrix<f64, X, U>,
-    /// `H_vv`, symmetric.
-    pub(crate) command: SMatrix<f64, U, U>,
+    /// `H`
+    pub(crate) hessian: Curvature<X, U>,
     /// `g_z`
     pub(crate) state_gradient: SVector<f64, X>,
     /// `g_v`
     pub(crate) command_gradient: SVector<f64, U>,
-    /// `A` and `B`.
-    pub(crate) dynamics: Linearisation<X, U>,
     /// `d`
     pub(crate) defect: SVector<f64, X>,
 }
@@ -44,15 +38,17 @@ pub(crate) struct EndModel<const X: usize> {
     pub(crate) residual: SVector<f64, X>,
 }
 
-/// The command of a stage, `v = −(K z + N ν + κ)`.
+/// The command of a stage, `v = K z + N ν + κ`.
 #[derive(Clone, Debug)]
 pub(crate) struct Policy<const X: usize, const U: usize> {
-    /// `K`
-    pub(crate) state: SMatrix<f64, U, X>,
-    /// `N`
-    pub(crate) conditions: SMatrix<f64, U, X>,
+    /// `Kᵀ`
+    pub(crate) state: SMatrix<f64, X, U>,
+    /// `Nᵀ`
+    pub(crate) conditions: SMatrix<f64, X, U>,
     /// `κ`
     pub(crate) constant: SVector<f64, U>,
+    /// The factors of `Q_vv`.
+    factor: Square<U>,
 }
 
 /// The cost to go from a stage.
@@ -90,39 +86,72 @@ impl<const X: usize> CostToGo<X> {
     pub(crate) fn sweep<const U: usize>(
         &mut self,
         stage: &StageModel<X, U>,
+        dynamics: &Linearisation<X, U>,
         policy: &mut Policy<X, U>,
     ) -> Result<(), NotConvex> {
-        let Linearisation { a, b } = &stage.dynamics;
-        let pa = product(&self.hessian, a);
-        let pb = product(&self.hessian, b);
-        let gradient = self.gradient + product(&self.hessian, &stage.defect);
+        let (a, b) = (&dynamics.a.data.0, &dynamics.b.data.0);
+        let Curvature {
+            state,
+            mixed,
+            command,
+        } = &stage.hessian;
 
-        let mut factor = stage.command + product(&pb.transpose(), b);
+        let mut gradient = [self.gradient.data.0[0]];
+        let (hessian, border) = (&self.hessian.data.0, &self.border.data.0);
+        accumulate(hessian, &stage.defect.data.0, &mut gradient);
+        accumulate(border, &stage.defect.data.0, &mut self.offset.data.0);
+        let mut pa = [[0.0; X]; X];
+        let mut pb = [[0.0; X]; U];
+        let mut ga = [[0.0; X]; X];
+        let mut by_conditions = [[0.0; X]; U];
+        accumulate(hessian, a, &mut pa);
+        accumulate(hessian, b, &mut pb);
+        accumulate(border, a, &mut ga);
+        accumulate(border, b, &mut by_conditions);
+        let (pa_t, pb_t) = (transposed(&pa), transposed(&pb));
+
+        let mut factor = command.data.0;
+        let mut by_state_t = transposed(&mixed.data.0);
+        accumulate(&pb_t, b, &mut factor);
+        accumulate(&pb_t, a, &mut by_state_t);
+        self.hessian.clone_from(state);
+        accumulate(&pa_t, a, &mut self.hessian.data.0);
+        let mut by_state = transposed(&by_state_t);
+        let gradient = SVector::from(gradient[0]);
+        self.gradient = stage.state_gradient + dynamics.a.tr_mul(&gradient);
+        let mut constant = (stage.command_gradient + dynamics.b.tr_mul(&gradient))
+            .transpose()
+            .data
+            .0;
+
         factorise(&mut factor)?;
-        let pa_t = pa.transpose();
-        let mut by_state = (stage.mixed + product(&pa_t, b)).transpose();
-        let mut by_conditions = product(&self.border, b).transpose();
-        let mut constant = stage.command_gradient + b.tr_mul(&gradient);
         forward(&factor, &mut by_state);
         forward(&factor, &mut by_conditions);
         forward(&factor, &mut constant);
+        let [state, conditions] = [&mut policy.state.data.0, &mut policy.conditions.data.0];
+        let mut share = [[0.0; U]];
+        for u in 0..U {
+            let reciprocal = factor[u][u];
+            state[u] = by_state[u].map(|entry| -reciprocal * entry);
+            conditions[u] = by_conditions[u].map(|entry| -reciprocal * entry);
+            share[0][u] = -reciprocal * constant[u][0];
+        }
+        let (state_t, conditions_t) = (transposed(state), transposed(conditions));
+        accumulate(&by_state, &state_t, &mut self.hessian.data.0);
+        accumulate(&by_conditions, &state_t, &mut ga);
+        accumulate(&by_conditions, &conditions_t, &mut self.gram.data.0);
+        accumulate(&by_state, &share, &mut self.gradient.data.0);
+        accumulate(&by_conditions, &share, &mut self.offset.data.0);
+        self.border.data.0 = ga;
+        // One triangle of two that rounding would let drift apart.
+        self.hessian.fill_upper_triangle_with_lower_triangle();
 
-        let (state_t, conditions_t) = (by_state.transpose(), by_conditions.transpose());
-        self.offset += product(&self.border, &stage.defect) - product(&conditions_t, &constant);
-        self.gram -= product(&conditions_t, &by_conditions);
-        self.border = product(&self.border, a) - product(&conditions_t, &by_state);
-        self.gradient = stage.state_gradient + a.tr_mul(&gradient) - product(&state_t, &constant);
-        let hessian = stage.state + product(&pa_t, a) - product(&state_t, &by_state);
-        self.hessian = 0.5 * (hessian + hessian.transpose());
-
-        backward(&factor, &mut by_state);
-        backward(&factor, &mut by_conditions);
+        let mut constant = transposed(&share);
+        backward(&factor, state);
+        backward(&factor, conditions);
         backward(&factor, &mut constant);
-        *policy = Policy {
-            state: by_state,
-            conditions: by_conditions,
-            constant,
-        };
+        policy.constant.data.0 = transposed(&constant);
+        policy.factor = factor;
         Ok(())
     }
 
@@ -134,13 +163,10 @@ impl<const X: usize> CostToGo<X> {
 
     /// By how much ν must change for the conditions to change by `−miss`.
     pub(crate) fn correction(&self, miss: &SVector<f64, X>) -> Option<SVector<f64, X>> {
-        let mut nu = *miss;
-        let (factor, scale) = self.gram_factor()?;
-        nu.component_mul_assign(&scale);
-        forward(&factor, &mut nu);
-        backward(&factor, &mut nu);
-        nu.component_mul_assign(&scale);
-        Some(nu)
+        let (factor, scale) = self.gram_factor(&SVector::zeros())?;
+        let mut nu: [[f64; 1]; X] = std::array::from_fn(|i| [scale[i] * miss[i]]);
+        solve(&factor, &mut nu);
+        Some(SVector::from_fn(|i, _| scale[i] * nu[i][0]))
     }
 
     /// Condition number, in the 1-norm, of the map from multipliers to terminal conditions, each condition in the unit
@@ -148,12 +174,11 @@ impl<const X: usize> CostToGo<X> {
     ///
     /// The augmentation, by `½ Σ ρ c²`, is taken out again: `Λ = −M⁻¹ − ρ` is the inverse of the map without it.
     pub(crate) fn condition(&self, augmentation: &SVector<f64, X>) -> f64 {
-        let Some((factor, scale)) = self.gram_factor() else {
+        let Some((factor, scale)) = self.gram_factor(&SVector::zeros()) else {
             return f64::INFINITY;
         };
         let mut inverse = SMatrix::<f64, X, X>::identity();
-        forward(&factor, &mut inverse);
-        backward(&factor, &mut inverse);
+        solve(&factor, &mut inverse.data.0);
         let unit = augmentation.map(|weight| {
             if weight > 0.0 {
                 weight.sqrt().recip()
@@ -174,7 +199,7 @@ impl<const X: usize> CostToGo<X> {
             .map_or(f64::INFINITY, |map| norm(&inverse) * norm(&map))
     }
 
-    /// The gain `K + N (E − M)⁻¹ Gᵀ` of the policy under which ν follows the state: that of the neighbouring extremals.
+    /// The gain `−K − N (E − M)⁻¹ Gᵀ` of the policy under which ν follows the state: that of the neighbouring extremals.
     ///
     /// With `E = 0` it is the gain of the fixed end, which grows without bound as the end draws near and fewer stages are
     /// left than conditions. A positive diagonal `E` imposes the conditions with weight `E⁻¹` instead: the same gain as
@@ -184,36 +209,43 @@ impl<const X: usize> CostToGo<X> {
         policy: &Policy<X, U>,
         softness: &SVector<f64, X>,
     ) -> SMatrix<f64, U, X> {
-        let soft = Self {
-            gram: self.gram - SMatrix::from_diagonal(softness),
-            ..self.clone()
+        let mut gain = -policy.state.transpose();
+        let Some((factor, scale)) = self.gram_factor(softness) else {
+            return gain;
         };
-        let Some((factor, scale)) = soft.gram_factor() else {
-            return policy.state;
-        };
-        let mut response =
-            SMatrix::<f64, X, U>::from_fn(|i, j| scale[i] * policy.conditions[(j, i)]);
-        forward(&factor, &mut response);
-        backward(&factor, &mut response);
-        let response = SMatrix::<f64, U, X>::from_fn(|i, j| response[(j, i)] * scale[j]);
-        policy.state + product(&response, &self.border)
+        let mut response: [[f64; U]; X] = std::array::from_fn(|i| {
+            std::array::from_fn(|u| -scale[i] * policy.conditions.data.0[u][i])
+        });
+        solve(&factor, &mut response);
+        for (i, row) in response.iter_mut().enumerate() {
+            for entry in row {
+                *entry *= scale[i];
+            }
+        }
+        for (column, border) in gain.data.0.iter_mut().zip(&self.border.data.0) {
+            for (weight, row) in border.iter().zip(&response) {
+                add(column, *weight, row);
+            }
+        }
+        gain
     }
 
-    /// The Cholesky factor of `−S M S` with `S` such that its diagonal is 1, and `S`; zero rows count as not there.
-    fn gram_factor(&self) -> Option<(SMatrix<f64, X, X>, SVector<f64, X>)> {
+    /// The factors of `S (E − M) S` with `S` such that its diagonal is 1, and `S`; rows that are zero in M count as not
+    /// there.
+    fn gram_factor(&self, softness: &SVector<f64, X>) -> Option<(Square<X>, SVector<f64, X>)> {
         let scale = SVector::from_fn(|i, _| {
-            let diagonal = -self.gram[(i, i)];
+            let diagonal = softness[i] - self.gram[(i, i)];
             if diagonal > 0.0 {
                 diagonal.sqrt().recip()
             } else {
                 0.0
             }
         });
-        let mut factor = SMatrix::from_fn(|i, j| -scale[i] * self.gram[(i, j)] * scale[j]);
-        for i in 0..X {
-            if scale[i] == 0.0 {
-                factor[(i, i)] = 1.0;
-            }
+        let mut factor: Square<X> = std::array::from_fn(|j| {
+            std::array::from_fn(|i| -scale[i] * self.gram.data.0[j][i] * scale[j])
+        });
+        for (i, column) in factor.iter_mut().enumerate() {
+            column[i] = 1.0;
         }
         factorise(&mut factor).ok()?;
         Some((factor, scale))
@@ -227,98 +259,127 @@ impl<const X: usize, const U: usize> Policy<X, U> {
             state: SMatrix::zeros(),
             conditions: SMatrix::zeros(),
             constant: SVector::zeros(),
+            factor: [[0.0; U]; U],
         }
     }
 
-    /// `v = −(K z + N ν + κ)`
+    /// Turns gradient `p` and offset `m` of the cost to go from the stage's end into those from its start, where only the
+    /// gradient `g_v` of the commands is another than it was, and gives the κ that belongs to it.
+    pub(crate) fn follow(
+        &mut self,
+        command_gradient: &SVector<f64, U>,
+        dynamics: &Linearisation<X, U>,
+        gradient: &mut SVector<f64, X>,
+        offset: &mut SVector<f64, X>,
+    ) {
+        let slope = command_gradient + dynamics.b.tr_mul(gradient);
+        let mut constant = (-slope).transpose().data.0;
+        solve(&self.factor, &mut constant);
+        *gradient = dynamics.a.tr_mul(gradient) + self.state * slope;
+        *offset += self.conditions * slope;
+        self.constant.data.0 = transposed(&constant);
+    }
+
+    /// `v = K z + N ν + κ`
     pub(crate) fn command(&self, z: &SVector<f64, X>, nu: &SVector<f64, X>) -> SVector<f64, U> {
-        -(self.state * z + self.conditions * nu + self.constant)
+        self.state.tr_mul(z) + self.conditions.tr_mul(nu) + self.constant
     }
 }
 
 /// Relative size below which a pivot counts as not positive.
 const PIVOT: f64 = 1e-14;
 
-/// Cholesky's factor of `m`, in its lower triangle.
-fn factorise<const D: usize>(m: &mut SMatrix<f64, D, D>) -> Result<(), NotConvex> {
+/// A square matrix by columns.
+type Square<const D: usize> = [[f64; D]; D];
+
+/// The factors of `L D Lᵀ = m`, symmetric: L, whose diagonal is 1, in the lower triangle, `D⁻¹` on the diagonal.
+#[inline(always)]
+fn factorise<const D: usize>(m: &mut Square<D>) -> Result<(), NotConvex> {
+    let diagonal: [f64; D] = std::array::from_fn(|i| m[i][i]);
     for j in 0..D {
-        let diagonal = m[(j, j)];
-        let mut pivot = diagonal;
-        for k in 0..j {
-            pivot -= m[(j, k)] * m[(j, k)];
-        }
+        let pivot = m[j][j];
         // The negation refuses NaN too.
-        if !(pivot > PIVOT * diagonal.abs() && pivot.is_finite()) {
+        if !(pivot > PIVOT * diagonal[j].abs() && pivot.is_finite()) {
             return Err(NotConvex);
         }
-        let pivot = pivot.sqrt();
-        m[(j, j)] = pivot;
         let reciprocal = pivot.recip();
-        for i in j + 1..D {
-            let mut entry = m[(i, j)];
-            for k in 0..j {
-                entry -= m[(i, k)] * m[(j, k)];
+        let column = m[j];
+        for c in j + 1..D {
+            let factor = reciprocal * column[c];
+            for i in c..D {
+                m[c][i] -= factor * column[i];
             }
-            m[(i, j)] = entry * reciprocal;
+            m[j][c] = factor;
         }
+        m[j][j] = reciprocal;
     }
     Ok(())
 }
 
-/// `L⁻¹ rhs`
-fn forward<const D: usize, const C: usize>(
-    factor: &SMatrix<f64, D, D>,
-    rhs: &mut SMatrix<f64, D, C>,
-) {
-    for i in 0..D {
-        let reciprocal = factor[(i, i)].recip();
-        for c in 0..C {
-            let mut entry = rhs[(i, c)];
-            for k in 0..i {
-                entry -= factor[(i, k)] * rhs[(k, c)];
-            }
-            rhs[(i, c)] = entry * reciprocal;
+/// `L⁻¹ rows`
+#[inline(always)]
+fn forward<const D: usize, const C: usize>(factor: &Square<D>, rows: &mut [[f64; C]; D]) {
+    for i in 1..D {
+        let mut row = rows[i];
+        for k in 0..i {
+            add(&mut row, -factor[k][i], &rows[k]);
         }
+        rows[i] = row;
     }
 }
 
-/// `L⁻ᵀ rhs`
-fn backward<const D: usize, const C: usize>(
-    factor: &SMatrix<f64, D, D>,
-    rhs: &mut SMatrix<f64, D, C>,
-) {
+/// `L⁻ᵀ rows`
+#[inline(always)]
+fn backward<const D: usize, const C: usize>(factor: &Square<D>, rows: &mut [[f64; C]; D]) {
     for i in (0..D).rev() {
-        let reciprocal = factor[(i, i)].recip();
-        for c in 0..C {
-            let mut entry = rhs[(i, c)];
-            for k in i + 1..D {
-                entry -= factor[(k, i)] * rhs[(k, c)];
-            }
-            rhs[(i, c)] = entry * reciprocal;
+        let mut row = rows[i];
+        for k in i + 1..D {
+            add(&mut row, -factor[i][k], &rows[k]);
         }
+        rows[i] = row;
     }
 }
 
-/// `a b`, by columns, without what the zeros of `b` would contribute: the derivatives of a step are sparse.
-#[inline]
-fn product<const R: usize, const K: usize, const C: usize>(
-    a: &SMatrix<f64, R, K>,
-    b: &SMatrix<f64, K, C>,
-) -> SMatrix<f64, R, C> {
-    let mut product = SMatrix::<f64, R, C>::zeros();
-    for (column, factors) in product.data.0.iter_mut().zip(&b.data.0) {
-        let mut sum = [0.0; R];
-        for (a, factor) in a.data.0.iter().zip(factors) {
-            if *factor == 0.0 {
-                continue;
-            }
-            for (sum, a) in sum.iter_mut().zip(a) {
-                *sum += a * factor;
+/// `(L D Lᵀ)⁻¹ rows`
+fn solve<const D: usize, const C: usize>(factor: &Square<D>, rows: &mut [[f64; C]; D]) {
+    forward(factor, rows);
+    for (i, row) in rows.iter_mut().enumerate() {
+        for entry in row {
+            *entry *= factor[i][i];
+        }
+    }
+    backward(factor, rows);
+}
+
+/// `sum += factor · part`
+#[inline(always)]
+fn add<const D: usize>(sum: &mut [f64; D], factor: f64, part: &[f64; D]) {
+    for (sum, part) in sum.iter_mut().zip(part) {
+        *sum += factor * part;
+    }
+}
+
+/// `sum += a b`, all by columns, without what the zeros of `b` would contribute: the derivatives of a step are sparse.
+#[inline(never)]
+fn accumulate<const R: usize, const K: usize, const C: usize>(
+    a: &[[f64; R]; K],
+    b: &[[f64; K]; C],
+    sum: &mut [[f64; R]; C],
+) {
+    for (sum, factors) in sum.iter_mut().zip(b) {
+        let mut column = *sum;
+        for (part, factor) in a.iter().zip(factors) {
+            if *factor != 0.0 {
+                add(&mut column, *factor, part);
             }
         }
-        *column = sum;
+        *sum = column;
     }
-    product
+}
+
+#[inline(always)]
+fn transposed<const R: usize, const C: usize>(m: &[[f64; R]; C]) -> [[f64; C]; R] {
+    std::array::from_fn(|r| std::array::from_fn(|c| m[c][r]))
 }
 
 mod rank;

@@ -22,6 +22,9 @@ pub(crate) trait Ending<const X: usize> {
 /// interval, then [`Inequalities::direct`] for every interval, then the merit of trials, then
 /// [`Inequalities::advance`].
 pub(crate) trait Inequalities<const X: usize, const U: usize> {
+    /// Whether there are none.
+    const NONE: bool = false;
+
     /// Adds what the interval's inequalities on the state contribute to gradient and Hessian at `state`, slacks and
     /// multipliers eliminated, with `curvature` times the second derivatives.
     fn add_state(
@@ -97,6 +100,8 @@ pub(crate) enum Satisfied {
 pub(crate) struct Unconstrained;
 
 impl<const X: usize, const U: usize> Inequalities<X, U> for Unconstrained {
+    const NONE: bool = true;
+
     fn add_state(
         &mut self,
         _: usize,

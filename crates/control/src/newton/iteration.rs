@@ -9,6 +9,8 @@ use crate::steps::Steps;
 /// The iteration at one N, with all its memory.
 pub(crate) struct Newton<const X: usize, const U: usize> {
     pub(crate) model: Model<X, U>,
+    /// The error where the model was made, if it is exact and has gains.
+    pub(crate) solved_at: f64,
     direction: Direction<X, U>,
     weights: Weights<X>,
     /// Where it is.
@@ -95,6 +97,11 @@ const SHORTEST: f64 = 0.2;
 const ARMIJO: f64 = 1e-4;
 /// What a step between stationary iterates must leave of the violation at most.
 const LEFT: f64 = 0.99;
+/// Stationarity from which a full step may lead to where the same model is good for more.
+const CLOSE: f64 = 0.1;
+/// The most error, relative, that a model made elsewhere corrects, and the least part by which it must.
+const FOLLOWED: f64 = 0.02;
+const FALL: f64 = 0.2;
 /// Corrections of a trial's terminal miss.
 const CORRECTIONS: u32 = 3;
 
@@ -102,6 +109,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
         Self {
             model: Model::new(intervals),
+            solved_at: f64::INFINITY,
             direction: Direction::new(intervals),
             weights: Weights {
                 defects: SVector::zeros(),
@@ -129,11 +137,13 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
-        let last = standing.iteration + tolerances.iterations;
+        let begun = standing.iteration;
+        let last = begun + tolerances.iterations;
         let mut kind = Kind {
             curvature: if rough { 0.0 } else { 1.0 },
             augmentation: AUGMENTATIONS[0],
             damping: if rough { BEGIN } else { 0.0 },
+            gains: begun == 0 && !rough,
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
@@ -151,6 +161,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
+            let exact = kind.curvature == 1.0 && kind.damping == 0.0;
+            self.solved_at = if exact && kind.gains {
+                standing.violation.max(standing.stationarity)
+            } else {
+                f64::INFINITY
+            };
             if inequalities.tighten(standing.violation.max(standing.stationarity)) {
                 continue;
             }
@@ -177,8 +193,10 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if standing.iteration >= last {
                 return Ended::Capped;
             }
-            self.direction.solve(&self.model, nu, inequalities);
+            let whole = SVector::zeros();
+            self.direction.solve(&self.model, nu, &whole, inequalities);
             standing.iteration += 1;
+            let close = standing.stationarity <= CLOSE;
             if self.search(problem, inequalities, standing) {
                 if self.is_near(tolerances, standing) && kind.damping == 0.0 {
                     let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
@@ -186,8 +204,22 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                         standing.violation = miss;
                         return Ended::Converged;
                     }
+                } else if Q::NONE && exact && close && standing.length == 1.0 {
+                    let followed = self.follow(
+                        problem,
+                        inequalities,
+                        tolerances,
+                        last,
+                        standing,
+                        &mut observe,
+                    );
+                    if let Some(ended) = followed {
+                        return ended;
+                    }
                 }
                 kind.curvature = 1.0;
+                // Those of a level's first model, made far from where it leads, are of no use.
+                kind.gains = true;
                 if standing.length < 1.0 {
                     kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
                 } else {
@@ -201,6 +233,63 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             } else {
                 return Ended::Stuck;
             }
+        }
+    }
+
+    /// Goes on with the model that there is, its second derivatives those of where it was made (the chord method), as long
+    /// as that converges fast; `None` where it does not.
+    fn follow<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+        tolerances: &Tolerances,
+        last: u32,
+        standing: &mut Standing,
+        observe: &mut impl FnMut(&Standing) -> bool,
+    ) -> Option<Ended>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let mut error = FOLLOWED;
+        loop {
+            let change = self.model.follow(problem, &self.iterate).ok()?;
+            self.measure(problem, standing);
+            let found = standing.violation.max(standing.stationarity);
+            let missed = self.model.defects.iter().any(|d| d.amax() > 0.0);
+            if found.is_nan() || found > error || missed {
+                return None;
+            }
+            if standing.stationarity <= tolerances.stationarity {
+                let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
+                if miss <= tolerances.violation {
+                    standing.violation = miss;
+                    return Some(Ended::Converged);
+                }
+                return None;
+            }
+            if standing.iteration >= last {
+                return None;
+            }
+            if !observe(standing) {
+                return Some(Ended::Stopped);
+            }
+            error = FALL * found;
+            let nu = self.iterate.nu;
+            self.direction.solve(&self.model, change, &nu, inequalities);
+            standing.iteration += 1;
+            standing.trials += 1;
+            let trial = Trial {
+                problem,
+                inequalities: &*inequalities,
+                model: &self.model,
+                weights: &self.weights,
+                length: 1.0,
+            };
+            let flown = Move::Flown(&self.direction, 1.0);
+            trial.make(flown, &self.iterate, &mut self.spare).ok()?;
+            std::mem::swap(&mut self.iterate, &mut self.spare);
         }
     }
 
@@ -268,7 +357,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         loop {
             match self
                 .model
-                .solve(problem, inequalities, &self.iterate, *kind, |_, _, _| ())
+                .solve(problem, inequalities, &self.iterate, *kind)
             {
                 Err(ModelError::NotConvex { stage }) => {
                     let more = AUGMENTATIONS

@@ -11,6 +11,6 @@ mod turning;
 
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
-pub(crate) use model::{Kind, Model};
+pub(crate) use model::Kind;
 pub(crate) use problem::{Iterate, Problem};
 pub(crate) use turning::Turning;

@@ -16,6 +16,8 @@ pub(crate) struct Kind {
     pub(crate) augmentation: f64,
     /// By how much variations are damped, in multiples of the problem's metric.
     pub(crate) damping: f64,
+    /// Whether gains are wanted, where there is room for them.
+    pub(crate) gains: bool,
 }
 
 /// The linear-quadratic model of all stages round an iterate, and its solution.
@@ -32,6 +34,8 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) miss: SVector<f64, X>,
     /// `ρ`, the weights of the terminal conditions' augmentation; zero for rows without one.
     pub(crate) augmentation: SVector<f64, X>,
+    /// Gains of the neighbouring extremals (see [`CostToGo::gain`]), where they are wanted.
+    pub(crate) gains: Vec<SMatrix<f64, U, X>>,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
     /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`.
@@ -40,7 +44,6 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) largest: f64,
     /// Scratch.
     stage: StageModel<X, U>,
-    curvature: Curvature<X, U>,
 }
 
 /// Why there is no model with a solution.
@@ -61,10 +64,11 @@ impl<const X: usize, const U: usize> Model<X, U> {
             b: SMatrix::zeros(),
         };
         Self {
-            dynamics: vec![linearisation.clone(); intervals],
+            dynamics: vec![linearisation; intervals],
             defects: vec![SVector::zeros(); intervals],
             costates: vec![SVector::zeros(); intervals],
             policies: vec![Policy::zeros(); intervals],
+            gains: Vec::new(),
             miss: SVector::zeros(),
             augmentation: SVector::zeros(),
             start: CostToGo::end(&EndModel {
@@ -76,31 +80,30 @@ impl<const X: usize, const U: usize> Model<X, U> {
             stationarity: f64::INFINITY,
             largest: 0.0,
             stage: StageModel {
-                state: SMatrix::zeros(),
-                mixed: SMatrix::zeros(),
-                command: SMatrix::zeros(),
+                hessian: Curvature {
+                    state: SMatrix::zeros(),
+                    mixed: SMatrix::zeros(),
+                    command: SMatrix::zeros(),
+                },
                 state_gradient: SVector::zeros(),
                 command_gradient: SVector::zeros(),
-                dynamics: linearisation,
                 defect: SVector::zeros(),
-            },
-            curvature: Curvature {
-                state: SMatrix::zeros(),
-                mixed: SMatrix::zeros(),
-                command: SMatrix::zeros(),
             },
         }
     }
 
-    /// Builds the model round `iterate` and solves it backwards; `visit` sees the policy of every stage and the cost to
-    /// go from it.
+    /// Makes room for gains.
+    pub(crate) fn want_gains(&mut self) {
+        self.gains = vec![SMatrix::zeros(); self.policies.len()];
+    }
+
+    /// Builds the model round `iterate` and solves it backwards.
     pub(crate) fn solve<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         iterate: &Iterate<X, U>,
         kind: Kind,
-        mut visit: impl FnMut(usize, &Policy<X, U>, &CostToGo<X>),
     ) -> Result<(), ModelError>
     where
         S: Steps<X, U>,
@@ -114,6 +117,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let (mut costate, end_model) =
             end_model(problem, inequalities, iterate, kind, &mut self.augmentation);
         self.miss = end_model.residual;
+        let softness = softness(problem, &end_model.jacobian);
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
 
@@ -123,30 +127,24 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let stage = &mut self.stage;
         for k in (0..last).rev() {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
+            let dynamics = &mut self.dynamics[k];
             let next = if curvature > 0.0 {
-                steps.expand(
-                    k,
-                    state,
-                    command,
-                    &costate,
-                    &mut stage.dynamics,
-                    &mut self.curvature,
-                )
+                steps.expand(k, state, command, &costate, dynamics, &mut stage.hessian)
             } else {
-                steps.linearise(k, state, command, &mut stage.dynamics)
+                stage.hessian.state.fill(0.0);
+                stage.hessian.mixed.fill(0.0);
+                stage.hessian.command.fill(0.0);
+                steps.linearise(k, state, command, dynamics)
             }
             .map_err(|source| ModelError::Step { step: k, source })?;
             stage.defect = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
-            stage.command = weight;
             stage.command_gradient = weight * command;
-            stage.state.fill(0.0);
-            stage.mixed.fill(0.0);
             stage.state_gradient.fill(0.0);
 
             let terms = [
                 stage.command_gradient,
-                stage.dynamics.b.tr_mul(&costate),
+                dynamics.b.tr_mul(&costate),
                 inequalities.command_force(k, command),
             ];
             let residual = terms[0] + terms[1] + terms[2];
@@ -156,39 +154,89 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 .fold(self.largest, |most, term| most.max(term.amax()));
 
             if curvature > 0.0 {
-                stage.state += curvature * self.curvature.state;
-                stage.mixed += curvature * self.curvature.mixed;
-                stage.command += curvature * self.curvature.command;
+                if curvature < 1.0 {
+                    stage.hessian.state *= curvature;
+                    stage.hessian.mixed *= curvature;
+                    stage.hessian.command *= curvature;
+                }
                 if let Some(turning) = problem.turning {
-                    turning.curve(&residual, command, &mut stage.state, &mut stage.mixed);
+                    let Curvature { state, mixed, .. } = &mut stage.hessian;
+                    turning.curve(&residual, command, state, mixed);
                 }
             }
+            stage.hessian.command += weight;
             if kind.damping > 0.0 {
-                stage.command += kind.damping * weight;
+                stage.hessian.command += kind.damping * weight;
                 for (i, metric) in problem.metric.iter().enumerate() {
-                    stage.state[(i, i)] += kind.damping * problem.h * metric;
+                    stage.hessian.state[(i, i)] += kind.damping * problem.h * metric;
                 }
             }
-            inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
-            costate = stage.dynamics.a.tr_mul(&costate);
+            inequalities.add_command(
+                k,
+                command,
+                &mut stage.hessian.command,
+                &mut stage.command_gradient,
+            );
+            costate = dynamics.a.tr_mul(&costate);
             if k > 0 {
                 inequalities.add_state(
                     k - 1,
                     state,
                     curvature,
-                    &mut stage.state,
+                    &mut stage.hessian.state,
                     &mut stage.state_gradient,
                 );
                 costate += inequalities.state_force(k - 1, state);
             }
-            cost.sweep(stage, &mut self.policies[k])
+            cost.sweep(stage, dynamics, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
-            visit(k, &self.policies[k], &cost);
-            self.dynamics[k].clone_from(&stage.dynamics);
+            if let (true, Some(gain)) = (kind.gains, self.gains.get_mut(k)) {
+                *gain = cost.gain(&self.policies[k], &softness);
+            }
             self.defects[k] = stage.defect;
         }
         self.start = cost;
         Ok(())
+    }
+
+    /// Moves the model to an iterate without defects near the one that it was solved round, where there are no
+    /// inequalities: first derivatives are those of the new iterate, second derivatives and policies stay. Gives the change
+    /// of ν that the model then calls for, its constants `κ` being those of the change.
+    ///
+    /// With the costate of the new iterate the Lagrangian's gradient by states vanishes, so that only its gradient by
+    /// commands, the terminal conditions and their augmentation are left to correct.
+    pub(crate) fn follow<S, E>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        iterate: &Iterate<X, U>,
+    ) -> Result<SVector<f64, X>, ModelError>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+    {
+        let steps = problem.steps;
+        let end = &iterate.states[problem.intervals];
+        let jacobian = problem.ending.jacobian(end);
+        self.miss = problem.ending.residual(end);
+        let mut costate = jacobian.tr_mul(&iterate.nu);
+        let mut gradient = jacobian.tr_mul(&self.augmentation.component_mul(&self.miss));
+        let mut offset = self.miss;
+        self.stationarity = 0.0;
+        let weight = problem.h * problem.weight;
+        for k in (0..problem.intervals).rev() {
+            let (state, command) = (&iterate.states[k], &iterate.commands[k]);
+            let dynamics = &mut self.dynamics[k];
+            let next = steps
+                .linearise(k, state, command, dynamics)
+                .map_err(|source| ModelError::Step { step: k, source })?;
+            self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
+            self.costates[k] = costate;
+            let residual = weight * command + dynamics.b.tr_mul(&costate);
+            self.stationarity = self.stationarity.max(residual.amax());
+            costate = dynamics.a.tr_mul(&costate);
+            self.policies[k].follow(&residual, dynamics, &mut gradient, &mut offset);
+        }
+        self.start.correction(&offset).ok_or(ModelError::Dependent)
     }
 }
 
@@ -240,4 +288,25 @@ where
         residual,
     };
     (jacobian.tr_mul(&iterate.nu), model)
+}
+
+/// Part of the duration, and intervals at least, for which feedback keeps the terminal conditions soft.
+const SOFT: f64 = 0.02;
+const SOFT_INTERVALS: f64 = 3.0;
+
+/// What a terminal condition gives way by, a unit of its multiplier: as if it were met in the time that is soft.
+fn softness<S, E, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    jacobian: &SMatrix<f64, X, X>,
+) -> SVector<f64, X> {
+    let part = SOFT.max(SOFT_INTERVALS / problem.intervals as f64).min(1.0);
+    SVector::from_fn(|row, _| {
+        let compliance = |column: usize| {
+            // Poses, then momenta, by threes.
+            let power = if (column / 3).is_multiple_of(2) { 3 } else { 1 };
+            let share = (0..power).fold(1.0, |share, _| share * part);
+            jacobian[(row, column)] * jacobian[(row, column)] * share / problem.stiffness[column]
+        };
+        (0..X).map(compliance).sum()
+    })
 }

@@ -52,14 +52,15 @@ impl<const X: usize, const U: usize> Direction<X, U> {
         }
     }
 
-    /// Forwards through the model with multipliers `nu`.
+    /// Forwards through the model with multipliers `nu`, which its constants take to be those beyond `before`.
     pub(crate) fn solve(
         &mut self,
         model: &Model<X, U>,
         nu: SVector<f64, X>,
+        before: &SVector<f64, X>,
         inequalities: &mut impl Inequalities<X, U>,
     ) {
-        self.nu = nu;
+        self.nu = before + nu;
         let mut z = SVector::zeros();
         for (k, policy) in model.policies.iter().enumerate() {
             let v = policy.command(&z, &nu);
@@ -136,9 +137,9 @@ where
                 Move::Straight(direction, length) => length * direction.commands[k],
                 Move::Flown(direction, length) => {
                     length * direction.commands[k]
-                        - policy.state * (off - length * direction.states[k])
+                        + policy.state.tr_mul(&(off - length * direction.states[k]))
                 }
-                Move::Conditions(nu) => -(policy.state * off + policy.conditions * nu),
+                Move::Conditions(nu) => policy.state.tr_mul(&off) + policy.conditions.tr_mul(&nu),
             };
             let mut command = from.commands[k] + v;
             if let Some((turning, zeta)) = turned {

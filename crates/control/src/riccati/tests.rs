@@ -9,29 +9,35 @@ fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f
     SMatrix::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
 }
 
+/// A stage's model and dynamics.
+type Stage<const X: usize, const U: usize> = (StageModel<X, U>, Linearisation<X, U>);
+
 /// A random problem with `conditions` of its X conditions, convex by `convexity`.
 fn problem<const X: usize, const U: usize>(
     rng: &mut Rng,
     intervals: usize,
     conditions: usize,
     convexity: f64,
-) -> (Vec<StageModel<X, U>>, EndModel<X>) {
+) -> (Vec<Stage<X, U>>, EndModel<X>) {
     let symmetric = |m: SMatrix<f64, X, X>| 0.5 * (m + m.transpose());
     let stages = (0..intervals)
         .map(|_| {
             let command = random::<U, U>(rng, 0.3);
-            StageModel {
-                state: symmetric(random(rng, 0.1)) + convexity * SMatrix::identity(),
-                mixed: random(rng, 0.1),
-                command: 0.5 * (command + command.transpose()) + 3.0 * SMatrix::identity(),
+            let model = StageModel {
+                hessian: Curvature {
+                    state: symmetric(random(rng, 0.1)) + convexity * SMatrix::identity(),
+                    mixed: random(rng, 0.1),
+                    command: 0.5 * (command + command.transpose()) + 3.0 * SMatrix::identity(),
+                },
                 state_gradient: random(rng, 1.0),
                 command_gradient: random(rng, 1.0),
-                dynamics: Linearisation {
-                    a: SMatrix::identity() + random::<X, X>(rng, 0.3),
-                    b: random(rng, 1.0),
-                },
                 defect: random(rng, 1.0),
-            }
+            };
+            let dynamics = Linearisation {
+                a: SMatrix::identity() + random::<X, X>(rng, 0.3),
+                b: random(rng, 1.0),
+            };
+            (model, dynamics)
         })
         .collect();
     let mut jacobian = random::<X, X>(rng, 1.0);
@@ -55,20 +61,20 @@ type Swept<const X: usize, const U: usize> =
 
 /// They by the sweep.
 fn swept<const X: usize, const U: usize>(
-    stages: &[StageModel<X, U>],
+    stages: &[Stage<X, U>],
     end: &EndModel<X>,
 ) -> Result<Swept<X, U>, NotConvex> {
     let mut cost = CostToGo::end(end);
     let mut policies = vec![Policy::zeros(); stages.len()];
-    for (stage, policy) in stages.iter().zip(&mut policies).rev() {
-        cost.sweep(stage, policy)?;
+    for ((model, dynamics), policy) in stages.iter().zip(&mut policies).rev() {
+        cost.sweep(model, dynamics, policy)?;
     }
     let nu = cost.multipliers().ok_or(NotConvex)?;
     let mut z = SVector::zeros();
     let (mut states, mut commands) = (vec![], vec![]);
-    for (stage, policy) in stages.iter().zip(&policies) {
+    for ((model, dynamics), policy) in stages.iter().zip(&policies) {
         let v = policy.command(&z, &nu);
-        z = stage.dynamics.a * z + stage.dynamics.b * v + stage.defect;
+        z = dynamics.a * z + dynamics.b * v + model.defect;
         states.push(z);
         commands.push(v);
     }
@@ -77,7 +83,7 @@ fn swept<const X: usize, const U: usize>(
 
 /// Commands and states by LU of the optimality conditions in all unknowns at once: `[v_k, z_{k+1}]`, `λ_k`, ν.
 fn dense<const X: usize, const U: usize>(
-    stages: &[StageModel<X, U>],
+    stages: &[Stage<X, U>],
     end: &EndModel<X>,
     conditions: usize,
 ) -> DVector<f64> {
@@ -86,24 +92,25 @@ fn dense<const X: usize, const U: usize>(
     let size = primal + n * X + conditions;
     let mut kkt = DMatrix::zeros(size, size);
     let mut right = DVector::zeros(size);
-    for (k, stage) in stages.iter().enumerate() {
+    for (k, (stage, dynamics)) in stages.iter().enumerate() {
         let (v, z, row) = (k * width, k * width + U, primal + k * X);
-        kkt.view_mut((v, v), (U, U)).copy_from(&stage.command);
+        kkt.view_mut((v, v), (U, U))
+            .copy_from(&stage.hessian.command);
         right.rows_mut(v, U).copy_from(&-stage.command_gradient);
         // z⁺ − A z − B v = d
         kkt.view_mut((row, z), (X, X)).fill_with_identity();
-        kkt.view_mut((row, v), (X, U)).copy_from(&-stage.dynamics.b);
+        kkt.view_mut((row, v), (X, U)).copy_from(&-dynamics.b);
         right.rows_mut(row, X).copy_from(&stage.defect);
         if k > 0 {
             let before = z - width;
             kkt.view_mut((before, before), (X, X))
-                .copy_from(&stage.state);
-            kkt.view_mut((before, v), (X, U)).copy_from(&stage.mixed);
+                .copy_from(&stage.hessian.state);
+            kkt.view_mut((before, v), (X, U))
+                .copy_from(&stage.hessian.mixed);
             kkt.view_mut((v, before), (U, X))
-                .copy_from(&stage.mixed.transpose());
+                .copy_from(&stage.hessian.mixed.transpose());
             right.rows_mut(before, X).copy_from(&-stage.state_gradient);
-            kkt.view_mut((row, before), (X, X))
-                .copy_from(&-stage.dynamics.a);
+            kkt.view_mut((row, before), (X, X)).copy_from(&-dynamics.a);
         }
     }
     let last = primal - X;
@@ -175,16 +182,18 @@ fn long_arcs_lose_nothing() {
     for intervals in [2_usize, 1000, 100_000] {
         let h = (intervals as f64).recip();
         let stage = StageModel::<2, 1> {
-            state: SMatrix::zeros(),
-            mixed: SMatrix::zeros(),
-            command: SMatrix::identity() * h,
+            hessian: Curvature {
+                state: SMatrix::zeros(),
+                mixed: SMatrix::zeros(),
+                command: SMatrix::identity() * h,
+            },
             state_gradient: SVector::zeros(),
             command_gradient: SVector::zeros(),
-            dynamics: Linearisation {
-                a: SMatrix::<f64, 2, 2>::new(1.0, h, 0.0, 1.0),
-                b: SMatrix::<f64, 2, 1>::new(0.0, h),
-            },
             defect: SVector::zeros(),
+        };
+        let dynamics = Linearisation {
+            a: SMatrix::<f64, 2, 2>::new(1.0, h, 0.0, 1.0),
+            b: SMatrix::<f64, 2, 1>::new(0.0, h),
         };
         let wanted = SVector::<f64, 2>::new(1.0, 0.0);
         let weights = SMatrix::<f64, 2, 2>::from_diagonal(&SVector::<f64, 2>::new(120.0, 40.0));
@@ -194,7 +203,7 @@ fn long_arcs_lose_nothing() {
             jacobian: SMatrix::identity(),
             residual: -wanted,
         };
-        let stages = vec![stage; intervals];
+        let stages = vec![(stage, dynamics); intervals];
         let (states, commands, _) = swept(&stages, &end).unwrap();
         assert!((states[intervals - 1] - wanted).amax() < 1e-11);
         let (first, last) = (commands[0][0], commands[intervals - 1][0]);
@@ -216,8 +225,8 @@ fn gains_are_those_of_neighbouring_optima() {
     let (stages, end) = problem::<6, 3>(&mut rng, 20, 6, 0.5);
     let mut cost = CostToGo::end(&end);
     let mut policy = Policy::zeros();
-    for stage in stages.iter().rev() {
-        cost.sweep(stage, &mut policy).unwrap();
+    for (model, dynamics) in stages.iter().rev() {
+        cost.sweep(model, dynamics, &mut policy).unwrap();
     }
     let gain = cost.gain(&policy, &SVector::zeros());
     let (_, commands, _) = swept(&stages, &end).unwrap();
@@ -226,8 +235,8 @@ fn gains_are_those_of_neighbouring_optima() {
         off[i] = 1.0;
         // A start off by `off` is a first defect and command gradient off by what it would have contributed.
         let mut moved = stages.clone();
-        moved[0].defect += stages[0].dynamics.a * off;
-        moved[0].command_gradient += stages[0].mixed.tr_mul(&off);
+        moved[0].0.defect += stages[0].1.a * off;
+        moved[0].0.command_gradient += stages[0].0.hessian.mixed.tr_mul(&off);
         let (_, others, _) = swept(&moved, &end).unwrap();
         let change = others[0] - commands[0];
         assert!((change + gain.column(i)).amax() < 1e-9);

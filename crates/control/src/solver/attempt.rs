@@ -1,5 +1,5 @@
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{BodyState, RigidBody};
+use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::SVector;
 
 use super::class::Class;
@@ -151,7 +151,45 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         let problem = self.problem(self.transfer, &steps);
         let mut iterate = guess::resampled(&problem, &iterate);
         iterate.states[0] = self.transfer.initial;
+        self.corrected(&problem, plan, &mut iterate);
         Ok(self.level(&problem, iterate, false, Phase::Fine))
+    }
+
+    /// Flies a plan over the same intervals with its feedback, from where the transfer starts.
+    fn corrected<S, const X: usize, const U: usize>(
+        &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        plan: &Plan,
+        iterate: &mut Iterate<X, U>,
+    ) where
+        S: Steps<X, U>,
+        C: Class<X, U>,
+    {
+        let lengths = [
+            plan.feedback.len(),
+            plan.commands.len(),
+            plan.states.len().saturating_sub(1),
+        ];
+        if lengths != [problem.intervals; 3] {
+            return;
+        }
+        let actuation = &self.transfer.actuation;
+        let mut flown = iterate.clone();
+        for k in 0..problem.intervals {
+            let off = problem.steps.difference(&plan.states[k], &flown.states[k]);
+            let gain = plan.feedback[k].fixed_columns::<X>(C::FIRST);
+            let load = gain * off;
+            let load = Load {
+                force: load.fixed_rows::<3>(0).into_owned(),
+                moment: load.fixed_rows::<3>(3).into_owned(),
+            };
+            flown.commands[k] -= self.class.narrowed(&actuation.command(&load));
+            match problem.steps.next(k, &flown.states[k], &flown.commands[k]) {
+                Ok(next) if next.is_finite() => flown.states[k + 1] = next,
+                _ => return,
+            }
+        }
+        *iterate = flown;
     }
 
     /// Guess after guess, until one leads to a plan.
@@ -350,6 +388,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
                 ..self.tolerances
             }
         } else {
+            newton.model.want_gains();
             self.tolerances
         };
         let ended = newton.run(
@@ -374,7 +413,8 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     where
         C: Class<X, U>,
     {
-        let plan = self.finish(&newton.iterate, &mut Unconstrained)?;
+        let iterate = newton.iterate.clone();
+        let plan = self.finish(newton, &mut Unconstrained)?;
         let found = &plan.certificate;
         if found.stationarity <= self.tolerances.stationarity
             && found.terminal <= self.tolerances.violation
@@ -384,8 +424,8 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         self.tolerances.near = 0.0;
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
-        match self.level(&problem, newton.iterate, false, Phase::Fine) {
-            Ok(newton) => self.finish(&newton.iterate, &mut Unconstrained),
+        match self.level(&problem, iterate, false, Phase::Fine) {
+            Ok(newton) => self.finish(newton, &mut Unconstrained),
             Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
                 best: self.flown(&newton.iterate)?.map(Box::new),
             }),

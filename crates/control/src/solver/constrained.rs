@@ -105,6 +105,7 @@ impl<F: Field, C> Solver<'_, F, C> {
             last_position: transfer.terminal.translation.fixes_position(),
             last_attitude: transfer.terminal.rotation.fixes_attitude(),
         };
+        newton.model.gains.clear();
         let weight = problem.h * problem.weight;
         let commands = newton.iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
@@ -142,7 +143,7 @@ impl<F: Field, C> Solver<'_, F, C> {
             |now| observe(&now.progress(Phase::Constrained)),
         );
         match ended {
-            Ended::Converged => self.finish(&newton.iterate, &mut barrier),
+            Ended::Converged => self.finish(newton, &mut barrier),
             Ended::Stopped => Err(PlanError::Stopped {
                 best: self.flown(&newton.iterate)?.map(Box::new),
             }),

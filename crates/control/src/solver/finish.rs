@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
-use crate::newton::{Ending, Inequalities, Iterate, Kind, Model, Problem};
+use crate::newton::{Ending, Inequalities, Iterate, Kind, Newton};
 use crate::problem::{RotationTarget, TranslationTarget};
 use crate::steps::Steps;
 use crate::{Certificate, Plan};
@@ -68,36 +68,40 @@ impl<F: Field, C> Solver<'_, F, C> {
     }
 
     /// The plan with all that it carries, computed from its states and commands alone.
+    ///
+    /// Where the last model was solved so near that the plan is but a small step away, gains, condition and convexity are
+    /// that model's; what the plan misses is always computed anew.
     pub(super) fn finish<Q, const X: usize, const U: usize>(
         &self,
-        iterate: &Iterate<X, U>,
+        mut newton: Newton<X, U>,
         inequalities: &mut Q,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
         Q: Inequalities<X, U>,
     {
-        let Some(mut plan) = self.flown(iterate)? else {
+        let Some(mut plan) = self.flown(&newton.iterate)? else {
             return Err(PlanError::Stopped { best: None });
         };
-        let iterate = Iterate {
-            states: plan.states.clone(),
-            commands: iterate.commands.clone(),
-            nu: iterate.nu,
-        };
+        newton.iterate.states.clone_from(&plan.states);
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
-        let softness = softness(&problem, &iterate);
-        let mut model = Model::new(problem.intervals);
-        let mut sufficient = false;
-        for kind in KINDS {
-            let solved = model.solve(&problem, inequalities, &iterate, kind, |k, policy, cost| {
-                plan.feedback[k] = self.widened_gain(&cost.gain(policy, &softness));
-            });
-            if solved.is_ok() {
-                sufficient = kind.curvature == 1.0;
-                break;
+        let mut sufficient = Q::NONE
+            && newton.solved_at <= REUSED
+            && !newton.model.gains.is_empty()
+            && newton.model.follow(&problem, &newton.iterate).is_ok();
+        let Newton { model, iterate, .. } = &mut newton;
+        if !sufficient {
+            model.want_gains();
+            for kind in KINDS {
+                if model.solve(&problem, inequalities, iterate, kind).is_ok() {
+                    sufficient = kind.curvature == 1.0;
+                    break;
+                }
             }
+        }
+        for (wide, own) in plan.feedback.iter_mut().zip(&model.gains) {
+            *wide = self.widened_gain(own);
         }
         for (wide, own) in plan.multipliers.iter_mut().zip(&model.costates) {
             wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
@@ -189,6 +193,10 @@ impl<F: Field, C> Solver<'_, F, C> {
     }
 }
 
+/// The error, relative, from which the step that follows is so small that gains and condition change by a percent at most:
+/// less than feedback is good for. Convexity with a margin, as the pivots have it, survives such steps.
+const REUSED: f64 = 2e-3;
+
 /// Models to certify a plan by: the exact Hessian, augmented more and more, and that of Gauss and Newton, which is always
 /// convex, for gains where the plan is no minimum.
 const KINDS: [Kind; 5] = [
@@ -207,29 +215,8 @@ const fn exact(augmentation: f64) -> Kind {
         curvature: 1.0,
         augmentation,
         damping: 0.0,
+        gains: true,
     }
-}
-
-/// Part of the duration, and intervals at least, for which feedback keeps the terminal conditions soft.
-const SOFT: f64 = 0.02;
-const SOFT_INTERVALS: f64 = 3.0;
-
-/// What a terminal condition gives way by, a unit of its multiplier: as if it were met in the time that is soft.
-fn softness<S, E: Ending<X>, const X: usize, const U: usize>(
-    problem: &Problem<'_, S, E, X, U>,
-    iterate: &Iterate<X, U>,
-) -> SVector<f64, X> {
-    let part = SOFT.max(SOFT_INTERVALS / problem.intervals as f64).min(1.0);
-    let jacobian = problem.ending.jacobian(&iterate.states[problem.intervals]);
-    SVector::from_fn(|row, _| {
-        let compliance = |column: usize| {
-            // Poses, then momenta, by threes.
-            let power = if (column / 3).is_multiple_of(2) { 3 } else { 1 };
-            let share = (0..power).fold(1.0, |share, _| share * part);
-            jacobian[(row, column)] * jacobian[(row, column)] * share / problem.stiffness[column]
-        };
-        (0..X).map(compliance).sum()
-    })
 }
 
 /// The rotation vector of the shortest way from one direction to another.

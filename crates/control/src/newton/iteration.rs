@@ -82,10 +82,10 @@ pub(crate) enum Ended {
     Failed(ModelError),
 }
 
-/// Augmentations in the order of trial.
-const AUGMENTATIONS: [f64; 3] = [10.0, 300.0, 1e4];
+/// Augmentations in the order of trial: a slender axis is less stiff than others by the square of the inertia.
+const AUGMENTATIONS: [f64; 5] = [10.0, 300.0, 1e4, 1e6, 1e8];
 /// The least damping that is not zero, and the most.
-const DAMPINGS: [f64; 2] = [1e-4, 1e8];
+const DAMPINGS: [f64; 2] = [1e-7, 1e8];
 /// Damping of the first step from a rough start.
 const BEGIN: f64 = 10.0;
 /// Factors by which damping rises and falls.
@@ -342,7 +342,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         miss.norm()
     }
 
-    /// The model with as much augmentation and damping as make it convex.
+    /// The model with as much augmentation as makes it convex, or that of Gauss and Newton, damped if it must be.
     fn model_convex<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -365,6 +365,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                         .find(|&&augmentation| augmentation > kind.augmentation);
                     if let Some(&augmentation) = more {
                         kind.augmentation = augmentation;
+                    } else if kind.curvature > 0.0 {
+                        kind.curvature = 0.0;
                     } else if kind.damping < DAMPINGS[1] {
                         kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
                     } else {

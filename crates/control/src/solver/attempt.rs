@@ -45,6 +45,8 @@ const STOUT: f64 = 0.3;
 const THINNER: f64 = 0.6;
 /// What errors count as near, by the root of the stationarity asked for: a full step from there squares them.
 const NEAR: f64 = 1.0;
+/// Newton steps at most over a few intervals.
+const COARSE_ITERATIONS: u32 = 40;
 /// What suffices of a plan over a few intervals, to start from.
 pub(super) const ROUGH: f64 = 3e-3;
 /// By how much stages may multiply at once.
@@ -215,6 +217,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             };
             let found = match coarse {
                 Ok(Ok(newton)) => self.refine(newton)?,
+                Ok(Err((ended, newton))) if self.goes_on(ended, &newton) => self.refine(*newton)?,
                 Ok(failure) => failure,
                 Err(error @ PlanError::Dynamics { .. }) => {
                     unsolvable = unsolvable.or(Some(error));
@@ -362,9 +365,16 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             };
             match self.level(&problem, iterate, false, phase) {
                 Ok(finer) => newton = finer,
+                Err((ended, finer)) if self.goes_on(ended, &finer) => newton = *finer,
                 failure => return Ok(failure),
             }
         }
+    }
+
+    /// Whether an iteration that did not converge is worth refining: at few intervals a slender body may turn so far in a
+    /// step that there is no minimum, and yet be near that of more.
+    fn goes_on<const X: usize, const U: usize>(&self, ended: Ended, newton: &Newton<X, U>) -> bool {
+        ended == Ended::Capped && newton.iterate.commands.len() < self.transfer.intervals
     }
 
     /// At one resolution, without inequalities.
@@ -385,6 +395,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             Tolerances {
                 violation: ROUGH,
                 stationarity: ROUGH,
+                iterations: self.tolerances.iterations.min(COARSE_ITERATIONS),
                 ..self.tolerances
             }
         } else {

@@ -19,7 +19,7 @@ impl Default for NewtonSettings {
         Self {
             violation: 1e-12,
             stationarity: 1e-8,
-            iterations: 100,
+            iterations: 300,
             coarse: 50,
         }
     }

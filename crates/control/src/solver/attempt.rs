@@ -252,7 +252,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     }
 
     /// At the first resolution, from a smooth path.
-    fn smooth<const X: usize, const U: usize>(
+    pub(super) fn smooth<const X: usize, const U: usize>(
         &mut self,
         turns: f64,
     ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
@@ -334,7 +334,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     }
 
     /// From a plan over a few intervals to all.
-    fn refine<const X: usize, const U: usize>(
+    pub(super) fn refine<const X: usize, const U: usize>(
         &mut self,
         mut newton: Newton<X, U>,
     ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
@@ -417,7 +417,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     }
 
     /// The plan, iterated on where its certificate does not confirm that it has converged.
-    fn certified<const X: usize, const U: usize>(
+    pub(super) fn certified<const X: usize, const U: usize>(
         mut self,
         newton: Newton<X, U>,
     ) -> Result<Plan, PlanError>

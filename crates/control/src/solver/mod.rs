@@ -10,6 +10,8 @@ mod finish;
 mod progress;
 mod resolution;
 mod scale;
+#[cfg(test)]
+mod tests;
 
 use lgvi_dynamics::gravity::Field;
 

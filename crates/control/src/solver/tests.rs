@@ -1,0 +1,73 @@
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::{BodyState, Inertia, RigidBody};
+use lgvi_lie::exp;
+use nalgebra::{Matrix3, Vector3};
+
+use super::attempt::Solver;
+use super::class::Both;
+use super::progress::NewtonSettings;
+use crate::newton::{Iterate, Newton, Unconstrained};
+use crate::{Actuation, Plan, Progress, Transfer, miss};
+
+/// From rest to rest by .5 rad about z, far from all that attracts.
+fn turn() -> Transfer<Central> {
+    let inertia = Inertia::principal([0.2, 0.3, 0.4]).unwrap();
+    let body = RigidBody::new(1.0, inertia, vec![]).unwrap();
+    let rest = |angle: f64| BodyState {
+        position: Vector3::new(1.0, 0.0, 0.0),
+        linear_momentum: Vector3::zeros(),
+        attitude: exp(&Vector3::new(0.0, 0.0, angle)),
+        angular_momentum: Vector3::zeros(),
+    };
+    let identity = Matrix3::identity();
+    let actuation = Actuation::full(&identity, &identity).unwrap();
+    let field = Central { gm: 1e-12 };
+    Transfer::new(body, field, 0.02, 100, rest(0.0), rest(0.5), actuation).unwrap()
+}
+
+/// The plan with this many turns more about z.
+fn plan(transfer: &Transfer<Central>, turns: f64) -> Plan {
+    let mut observe = |_: &Progress| true;
+    let mut solver = Solver::new(Both, transfer, &NewtonSettings::default(), &mut observe);
+    let coarse: Newton<12, 6> = solver.smooth(turns).unwrap().ok().unwrap();
+    let newton = solver.refine(coarse).unwrap().ok().unwrap();
+    solver.certified(newton).unwrap()
+}
+
+/// Two turns more are stationary by symmetry, but a tilt lets them shrink.
+#[test]
+fn a_saddle_is_stationary_and_not_sufficient() {
+    let transfer = turn();
+    let [direct, wound] = [0.0, 2.0].map(|turns| plan(&transfer, turns));
+    for plan in [&direct, &wound] {
+        let found = &plan.certificate;
+        assert!(found.stationarity <= 1e-8, "{found:?}");
+        assert!(found.terminal <= 1e-12, "{found:?}");
+    }
+    assert!(direct.certificate.sufficient && !wound.certificate.sufficient);
+    assert!(wound.cost > 100.0 * direct.cost);
+}
+
+/// One command altered by hand: where it then ends, and by how much it is not stationary.
+#[test]
+fn a_certificate_sees_an_altered_command() {
+    let transfer = turn();
+    let plan = plan(&transfer, 0.0);
+    let mut iterate = Iterate {
+        states: plan.states.clone(),
+        commands: plan.commands.clone(),
+        nu: *plan.multipliers.last().unwrap(),
+    };
+    iterate.commands[40][5] *= 1.01;
+    let mut observe = |_: &Progress| true;
+    let solver = Solver::new(Both, &transfer, &NewtonSettings::default(), &mut observe);
+    let altered = solver.finish(&iterate, &mut Unconstrained).unwrap();
+    let found = &altered.certificate;
+    let target = transfer.target().state().unwrap();
+    let end = miss(&target, altered.states.last().unwrap()).norm();
+    assert!(end > 1e-6 && (found.terminal - end).abs() < 1e-15);
+    let share = transfer.h() * 0.01 * plan.commands[40][5].abs();
+    let largest = plan.commands.iter().map(|w| w.amax()).fold(0.0, f64::max);
+    assert!(found.stationarity > 0.5 * share / (transfer.h() * largest));
+    assert!(found.stationarity > 1e3 * plan.certificate.stationarity);
+}

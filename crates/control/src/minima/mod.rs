@@ -27,7 +27,7 @@ pub struct SearchSettings {
 impl Default for SearchSettings {
     fn default() -> Self {
         Self {
-            starts: 40,
+            starts: 80,
             seed: 1,
             newton: NewtonSettings::default(),
         }

@@ -61,7 +61,8 @@ fn a_certificate_sees_an_altered_command() {
     iterate.commands[40][5] *= 1.01;
     let mut observe = |_: &Progress| true;
     let solver = Solver::new(Both, &transfer, &NewtonSettings::default(), &mut observe);
-    let altered = solver.finish(&iterate, &mut Unconstrained).unwrap();
+    let newton = Newton::new(transfer.intervals, iterate);
+    let altered = solver.finish(newton, &mut Unconstrained).unwrap();
     let found = &altered.certificate;
     let target = transfer.target().state().unwrap();
     let end = miss(&target, altered.states.last().unwrap()).norm();

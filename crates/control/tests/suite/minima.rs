@@ -91,9 +91,14 @@ fn a_search_that_is_stopped_returns_what_is_refined_or_says_so() {
         assert!(seen <= after + whole.len() as u32);
         found
     };
-    let some = stopped(all - 1).expect("minima");
-    assert!(!some.is_empty() && some.len() < whole.len());
-    assert_eq!(some[0], whole[0]);
+    // The last iterations may be those of minima that turn out to be the same.
+    let some = [5, 10, 20, 40, 80]
+        .into_iter()
+        .map(|before| stopped(all - before).expect("minima"))
+        .find(|some| some.len() < whole.len())
+        .expect("fewer minima");
+    assert!(!some.is_empty());
+    assert!(some[0].plan == whole[0].plan);
     assert!(matches!(stopped(1), Err(PlanError::Stopped { .. })));
     assert!(matches!(stopped(30), Err(PlanError::Stopped { .. })));
 }

@@ -6,6 +6,7 @@ use lgvi_lie::{exp, log, right_jacobian_inverse, vee};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::problem::{Iterate, Problem};
+use crate::riccati::Policy;
 use crate::steps::{Linearisation, Steps};
 
 /// Position and attitude at `0 … N` between the two states: cubics by Hermite, the attitude's in the rotation vector
@@ -142,6 +143,34 @@ where
         commands,
         nu: from.nu,
     }
+}
+
+/// The flight over more intervals that the policies of a model keep near its iterate; `None` where it ends early.
+pub(crate) fn kept<S, E, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    from: &Iterate<X, U>,
+    policies: &[Policy<X, U>],
+) -> Option<Iterate<X, U>>
+where
+    S: Steps<X, U>,
+{
+    let mut iterate = resampled(problem, from);
+    let ratio = policies.len() as f64 / problem.intervals as f64;
+    iterate.states[0] = problem.initial;
+    let mut state = problem.initial;
+    for k in 0..problem.intervals {
+        let policy = &policies[((k as f64 + 0.5) * ratio) as usize];
+        let off = problem.steps.difference(&iterate.states[k], &state);
+        iterate.commands[k] += policy.state.tr_mul(&off);
+        iterate.states[k] = state;
+        state = problem
+            .steps
+            .next(k, &state, &iterate.commands[k])
+            .ok()
+            .filter(BodyState::is_finite)?;
+    }
+    iterate.states[problem.intervals] = state;
+    Some(iterate)
 }
 
 /// The path of `states` with other intervals over the same time: cubics between them, with slopes from the neighbours.

@@ -98,7 +98,7 @@ const ARMIJO: f64 = 1e-4;
 /// What a step between stationary iterates must leave of the violation at most.
 const LEFT: f64 = 0.99;
 /// Stationarity from which a full step may lead to where the same model is good for more.
-const CLOSE: f64 = 0.1;
+const CLOSE: f64 = 2e-3;
 /// The most error, relative, that a model made elsewhere corrects, and the least part by which it must.
 const FOLLOWED: f64 = 0.02;
 const FALL: f64 = 0.2;

@@ -353,11 +353,18 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             let view = resolved(self.transfer, next);
             let steps = self.class.steps(&view)?;
             let problem = self.problem(&view, &steps);
-            let path = guess::refined(&newton.iterate.states, next);
-            let end = &newton.iterate.states[now];
-            let mut iterate = guess::along(&problem, &view.body, &path, end)
-                .map_err(|(step, source)| PlanError::Dynamics { step, source })?;
-            iterate.nu = newton.iterate.nu;
+            let kept = guess::kept(&problem, &newton.iterate, &newton.model.policies);
+            let iterate = match kept {
+                Some(iterate) => iterate,
+                None => {
+                    let path = guess::refined(&newton.iterate.states, next);
+                    let end = &newton.iterate.states[now];
+                    let mut iterate = guess::along(&problem, &view.body, &path, end)
+                        .map_err(|(step, source)| PlanError::Dynamics { step, source })?;
+                    iterate.nu = newton.iterate.nu;
+                    iterate
+                }
+            };
             let phase = if next < all {
                 Phase::Coarse
             } else {

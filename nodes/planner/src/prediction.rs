@@ -1,4 +1,4 @@
-use lgvi_dynamics::{BodyState, Load, Simulation};
+use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::{Scene, Scheme};
 use thiserror::Error;
 
@@ -63,9 +63,9 @@ impl Forecast {
             reason,
         };
         let states = from.states.clone();
-        let mut simulation = Simulation::new(scene.system(), states, scheme.method, scene.h())
-            .map_err(|error| fail(error.to_string()))?
-            .with_substeps(scheme.substeps);
+        let mut simulation = scene
+            .simulation_from(states, *scheme)
+            .map_err(|error| fail(error.to_string()))?;
         let mut loads = vec![Load::default(); scene.bodies.len()];
         for step in from.step..step {
             let state = &simulation.states()[body];
@@ -101,8 +101,8 @@ mod tests {
             end: End::After((scene.steps - first_step) as usize),
             guess: None,
         };
-        let plan = solve(scene, &task, &mut |_| true).unwrap();
-        Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, plan)
+        let solved = solve(scene, &task, &mut |_| true).unwrap();
+        Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, solved.plan)
     }
 
     fn controls(scene: &Scene, sequence: &Sequence) -> Controls {

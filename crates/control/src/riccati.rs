@@ -321,5 +321,6 @@ fn product<const R: usize, const K: usize, const C: usize>(
     product
 }
 
+mod rank;
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,4 @@
-//! Waiting for a future on the calling thread, for a bounded time.
+//! Waiting on the calling thread, for a bounded time.
 
 use std::{
     pin::pin,
@@ -22,9 +22,26 @@ pub(crate) fn thread_waker() -> Waker {
     Arc::new(Unpark(thread::current())).into()
 }
 
+/// When waiting ends; never, if that is later than any time.
+#[derive(Clone, Copy)]
+pub(crate) struct Deadline(Option<Instant>);
+
+impl Deadline {
+    pub(crate) fn after(limit: Duration) -> Self {
+        Self(Instant::now().checked_add(limit))
+    }
+
+    /// The time until then, zero once it has passed.
+    pub(crate) fn left(self) -> Duration {
+        self.0.map_or(Duration::MAX, |end| {
+            end.saturating_duration_since(Instant::now())
+        })
+    }
+}
+
 /// Polls a future until it is ready or the limit has passed, at least once; `None` if it is not ready then.
 pub(crate) fn block_on_for<F: Future>(future: F, limit: Duration) -> Option<F::Output> {
-    let deadline = Instant::now().checked_add(limit);
+    let deadline = Deadline::after(limit);
     let mut future = pin!(future);
     let waker = thread_waker();
     let mut context = Context::from_waker(&waker);
@@ -32,10 +49,9 @@ pub(crate) fn block_on_for<F: Future>(future: F, limit: Duration) -> Option<F::O
         if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
             return Some(output);
         }
-        match deadline.map(|deadline| deadline.saturating_duration_since(Instant::now())) {
-            None => thread::park(),
-            Some(Duration::ZERO) => return None,
-            Some(left) => thread::park_timeout(left),
+        match deadline.left() {
+            Duration::ZERO => return None,
+            left => thread::park_timeout(left),
         }
     }
 }
@@ -49,6 +65,12 @@ mod tests {
     #[test]
     fn a_ready_future_needs_no_time() {
         assert_eq!(block_on_for(future::ready(1), Duration::ZERO), Some(1));
+    }
+
+    #[test]
+    fn the_longest_limit_is_no_limit() {
+        assert_eq!(Deadline::after(Duration::MAX).left(), Duration::MAX);
+        assert_eq!(Deadline::after(Duration::ZERO).left(), Duration::ZERO);
     }
 
     #[test]

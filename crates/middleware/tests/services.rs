@@ -109,21 +109,22 @@ fn each_of_two_clients_gets_its_own_replies_as_with_cyclone() {
 
 #[test]
 fn replies_in_fragments_arrive_or_are_refused() {
-    let call = |mapping| {
+    let call = |mapping, timeout| {
         let environment = environment(mapping);
         let server = server(&environment);
         let client = client("client", &environment);
+        assert!(client.wait_for_server(PATIENCE));
         thread::scope(|scope| {
-            let call = scope.spawn(|| client.call(&request(10_000), Duration::from_secs(2)));
+            let call = scope.spawn(|| client.call(&request(10_000), timeout));
             let Request { id, message } = server.recv_timeout(PATIENCE).unwrap().unwrap();
             let sent = server.reply(id, &response(&message));
             (sent, call.join().unwrap())
         })
     };
-    let (sent, reply) = call(ServiceMapping::Cyclone);
+    let (sent, reply) = call(ServiceMapping::Cyclone, PATIENCE);
     sent.unwrap();
     assert_eq!(reply.unwrap(), response(&request(10_000)));
-    let (sent, reply) = call(ServiceMapping::FastDds);
+    let (sent, reply) = call(ServiceMapping::FastDds, Duration::from_secs(2));
     assert!(matches!(
         sent,
         Err(PublishError::TooLong {
@@ -200,7 +201,8 @@ fn a_client_that_never_reads_does_not_stall_the_server() {
                 longest = longest.max(start.elapsed());
             }
         }
-        assert!(longest < Duration::from_millis(500), "{longest:?}");
+        // Far above what a loaded machine takes for 20 ms, and below the lease of 10 s.
+        assert!(longest < Duration::from_secs(5), "{longest:?}");
         scope.spawn(|| {
             while let Some(Request { id, message }) =
                 server.recv_timeout(Duration::from_secs(1)).unwrap()
@@ -221,7 +223,7 @@ fn calls_end_in_time_without_a_server_and_with_one_that_leaves() {
     let start = Instant::now();
     let error = client.call(&request(1), limit).unwrap_err();
     assert!(matches!(error, CallError::NoServer { .. }), "{error}");
-    assert!(start.elapsed() >= limit && start.elapsed() < limit + Duration::from_secs(2));
+    assert!(start.elapsed() >= limit && start.elapsed() < limit + PATIENCE);
 
     let leaving = server(&environment);
     thread::scope(|scope| {
@@ -229,6 +231,25 @@ fn calls_end_in_time_without_a_server_and_with_one_that_leaves() {
         assert!(leaving.recv_timeout(PATIENCE).unwrap().is_some());
         drop(leaving);
         serve(&server(&environment), 1);
+        assert_eq!(call.join().unwrap().unwrap(), response(&request(4)));
+    });
+}
+
+/// The next server is there before the one that was asked leaves, but too late to have got the request.
+#[test]
+fn a_call_outlives_its_server_where_another_is_there_already() {
+    let environment = environment(ServiceMapping::FastDds);
+    let client = client("client", &environment);
+    let leaving = server(&environment);
+    assert!(client.wait_for_server(Duration::MAX));
+    thread::scope(|scope| {
+        let call = scope.spawn(|| client.call(&request(4), 2 * PATIENCE));
+        assert!(leaving.recv_timeout(PATIENCE).unwrap().is_some());
+        thread::sleep(Duration::from_millis(1200));
+        let next = server(&environment);
+        assert_eq!(next.recv_timeout(Duration::from_secs(2)).unwrap(), None);
+        drop(leaving);
+        serve(&next, 1);
         assert_eq!(call.join().unwrap().unwrap(), response(&request(4)));
     });
 }
@@ -264,6 +285,7 @@ fn what_is_no_request_is_reported_and_passed_over() {
     let other = common::node("client", &environment);
     let client = other.service_client::<ShortCall>(&own_name("/x")).unwrap();
     let good = other.service_client::<CancelGoal>(&own_name("/x")).unwrap();
+    assert!(client.wait_for_server(PATIENCE) && good.wait_for_server(PATIENCE));
     thread::scope(|scope| {
         let call = scope.spawn(|| client.call(&Short(3), Duration::from_secs(2)));
         let error = server.recv_timeout(PATIENCE).unwrap_err();

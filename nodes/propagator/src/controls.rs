@@ -39,6 +39,14 @@ pub enum ControlError {
         /// The scene's bodies.
         known: Vec<String>,
     },
+    /// Forces in another frame.
+    #[error("`header.frame_id` is {found:?}, expected the scene's inertial frame, {expected:?}")]
+    Frame {
+        /// The frame of the sequence.
+        found: String,
+        /// The scene's.
+        expected: String,
+    },
     /// Made for another step.
     #[error("`step_size` is {found} s, expected the scene's step {expected} s")]
     StepSize {
@@ -76,8 +84,15 @@ pub enum ControlError {
 }
 
 impl Controls {
-    /// Checks a received message against the scene.
+    /// Checks a received message against the scene. One without a frame is taken to be in the scene's.
     pub fn of_message(scene: &Scene, message: &ControlSequence) -> Result<Self, ControlError> {
+        let (found, expected) = (&message.header.frame_id, &scene.frame);
+        if !found.is_empty() && found != expected {
+            return Err(ControlError::Frame {
+                found: found.clone(),
+                expected: expected.clone(),
+            });
+        }
         match FeedbackHeader::from_message(message)? {
             Some((header, intervals)) => Self::check_feedback(scene, &header, &intervals),
             None => {

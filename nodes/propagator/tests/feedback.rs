@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::f64::consts::PI;
+
 use lgvi_control::miss;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::exp;
@@ -257,7 +259,11 @@ fn every_malformed_field_is_refused_by_its_name() {
     let good = sequence(|_| springs(), &Limits::NONE);
     let scene = scene("");
     assert!(Controls::of_message(&scene, &good).unwrap().law.is_some());
-    let cases: [Case; 17] = [
+    let cases: [Case; 18] = [
+        (
+            |m| m.header.frame_id = "craft".into(),
+            "`header.frame_id` is \"craft\", expected the scene's inertial frame, \"inertial\"",
+        ),
         (
             |m| m.reference[5].name = "moon".into(),
             "`reference[5].name` is \"moon\", expected the sequence's `body`, craft",
@@ -329,6 +335,12 @@ fn every_malformed_field_is_refused_by_its_name() {
             .to_string();
         assert!(error.contains(expected), "{expected}: {error}");
     }
+    let mut unstated = good.clone();
+    unstated.header.frame_id.clear();
+    assert_eq!(
+        Controls::of_message(&scene, &unstated),
+        Controls::of_message(&scene, &good)
+    );
     let controls = controls();
     let lengths = [
         (STEPS, STEPS - 1),
@@ -342,6 +354,37 @@ fn every_malformed_field_is_refused_by_its_name() {
         let limits = Limits::NONE;
         let built = feedback_sequence(&scene, 0, 0, &controls, &reference, &gains, &limits);
         assert!(built.is_err(), "{references} references");
+    }
+}
+
+/// Half a turn and all but half a turn away from the reference, under limits: what acts is within them, and is a number.
+#[test]
+fn a_huge_gain_far_from_the_reference_stays_within_the_limits() {
+    let limits = Limits {
+        force_norm: 0.024,
+        moment_norm: 0.012,
+        ..Limits::NONE
+    };
+    let huge = sequence(|_| 1e250 * springs(), &limits);
+    let scene = scene("");
+    for angle in [PI, PI - 1e-12, 1e-9] {
+        let mut message = huge.clone();
+        for reference in &mut message.reference {
+            let turned = exp(&Vector3::new(0.0, 0.0, angle)).transpose();
+            reference.attitude = std::array::from_fn(|i| turned[i]);
+            reference.position[0] += 1.0;
+        }
+        let (_, loads) = fly(&scene, Some(&message));
+        let first = scene.units.load_to_si(&loads[0]);
+        let limits = limits.to_si(&scene.units);
+        // The body is behind its reference and has turned less.
+        assert!((first.force.x / limits.force_norm - 1.0).abs() < 1e-9);
+        assert!((first.moment.z.abs() / limits.moment_norm - 1.0).abs() < 1e-9);
+        for load in &loads {
+            let load = scene.units.load_to_si(load);
+            assert!(load.force.norm() < limits.force_norm * (1.0 + 1e-14));
+            assert!(load.moment.norm() < limits.moment_norm * (1.0 + 1e-14));
+        }
     }
 }
 

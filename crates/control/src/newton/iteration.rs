@@ -93,6 +93,8 @@ const LOWER: f64 = 4.0;
 const SHORTEST: f64 = 0.2;
 /// Armijo's share of the predicted decrease.
 const ARMIJO: f64 = 1e-4;
+/// What a step between stationary iterates must leave of the violation at most.
+const LEFT: f64 = 0.99;
 /// Corrections of a trial's terminal miss.
 const CORRECTIONS: u32 = 3;
 
@@ -135,11 +137,17 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
+        // Violation of the last iterate that was stationary.
+        let mut left = f64::INFINITY;
         loop {
             if let Err(error) = self.model_convex(problem, inequalities, &mut kind) {
                 return Ended::Failed(error);
             }
-            let Some(nu) = self.model.start.multipliers() else {
+            let start = &mut self.model.start;
+            let nu = start
+                .multipliers()
+                .or_else(|| start.dependent_multipliers(tolerances.violation));
+            let Some(nu) = nu else {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
@@ -155,8 +163,17 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 Satisfied::Yes if meets && stationary => return Ended::Converged,
                 Satisfied::ToRounding if meets => return Ended::Converged,
                 Satisfied::Never => return Ended::Infeasible,
+                // Conditions that no command moves, to first order.
+                Satisfied::Yes if stationary && standing.violation > LEFT * left => {
+                    return Ended::Stuck;
+                }
                 _ => (),
             }
+            left = if stationary {
+                standing.violation
+            } else {
+                f64::INFINITY
+            };
             if standing.iteration >= last {
                 return Ended::Capped;
             }
@@ -298,7 +315,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         for (command, v) in self.iterate.commands.iter().zip(&self.direction.commands) {
             slope += v.dot(&(weight * command));
         }
-        self.reweigh();
+        self.reweigh(problem);
         let mut now = Merit {
             cost: standing.cost,
             objective: standing.cost,
@@ -386,11 +403,15 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             .is_ok_and(|merit| merit.total() <= wanted)
     }
 
-    /// Weights of the merit that exceed the multipliers, so that the direction descends.
-    fn reweigh(&mut self) {
+    /// Weights of the merit that exceed the multipliers, those there are and those the direction calls for, so that it
+    /// descends.
+    fn reweigh<S, E: Ending<X>>(&mut self, problem: &Problem<'_, S, E, X, U>) {
+        let end = &self.iterate.states[problem.intervals];
+        let mut costate = problem.ending.jacobian(end).tr_mul(&self.direction.nu);
         let mut largest = SVector::<f64, X>::zeros();
-        for costate in &self.model.costates {
-            largest = largest.sup(&costate.abs());
+        for k in (0..problem.intervals).rev() {
+            largest = largest.sup(&self.model.costates[k].abs().sup(&costate.abs()));
+            costate = self.model.dynamics[k].a.tr_mul(&costate);
         }
         self.weights.defects = (0.5 * self.weights.defects).sup(&(2.0 * largest));
         let nu = self.direction.nu.abs().sup(&self.iterate.nu.abs());

@@ -28,9 +28,12 @@ enum Guess {
     Smooth { turns: f64 },
     /// The plans of ever less stout bodies.
     Stout,
+    /// The plans with actuators that are missing, ever dearer.
+    Assisted,
 }
 
-const GUESSES: [Guess; 4] = [
+const GUESSES: [Guess; 5] = [
+    Guess::Assisted,
     Guess::Smooth { turns: 0.0 },
     Guess::Stout,
     Guess::Smooth { turns: -1.0 },
@@ -43,7 +46,7 @@ const THINNER: f64 = 0.6;
 /// What errors count as near, by the root of the stationarity asked for: a full step from there squares them.
 const NEAR: f64 = 1.0;
 /// What suffices of a plan over a few intervals, to start from.
-const ROUGH: f64 = 3e-3;
+pub(super) const ROUGH: f64 = 3e-3;
 /// By how much stages may multiply at once.
 const REFINEMENT: usize = 5;
 /// How far a body may turn in a step of the first resolution (rad), by what is known before.
@@ -163,6 +166,10 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         for guess in GUESSES {
             let coarse = match guess {
                 Guess::Smooth { turns } => self.smooth(turns),
+                Guess::Assisted => match self.assisted() {
+                    Some(attempt) => attempt,
+                    None => continue,
+                },
                 Guess::Stout => match self.stout() {
                     Some(attempt) => attempt,
                     None => continue,
@@ -192,7 +199,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     }
 
     /// Intervals of the first resolution: enough that the body turns little in a step.
-    fn first_intervals(&self) -> usize {
+    pub(super) fn first_intervals(&self) -> usize {
         let transfer = self.transfer;
         let duration = transfer.h * transfer.intervals as f64;
         let goal = self.goal();
@@ -323,7 +330,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     }
 
     /// At one resolution, without inequalities.
-    fn level<S, const X: usize, const U: usize>(
+    pub(super) fn level<S, const X: usize, const U: usize>(
         &mut self,
         problem: &Problem<'_, S, C::Ending, X, U>,
         iterate: Iterate<X, U>,

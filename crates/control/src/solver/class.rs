@@ -3,12 +3,12 @@
 use lgvi_dynamics::gravity::Field;
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::Transfer;
 use crate::newton::{Ending, Turning};
 use crate::problem::{RotationSet, TerminalSet, TranslationSet};
 use crate::steps::{
     Full, HalfCommands, HalfError, KickDriftKick, RotationHalf, Steps, TranslationHalf,
 };
+use crate::{Actuation, Transfer};
 
 /// A class of motion of `X` coordinates under `U` commands.
 pub(super) trait Class<const X: usize, const U: usize> {
@@ -20,6 +20,11 @@ pub(super) trait Class<const X: usize, const U: usize> {
     const FIRST: usize;
     /// Where δx and ζ lie in z, if at all.
     const OFFSETS: [Option<usize>; 2];
+
+    /// The class under the commands of `actuation`.
+    fn of(actuation: &Actuation) -> Result<Self, HalfError>
+    where
+        Self: Sized;
 
     fn steps<'t, F: Field>(
         &self,
@@ -70,6 +75,10 @@ impl Class<12, 6> for Both {
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), Some(6)];
 
+    fn of(_: &Actuation) -> Result<Self, HalfError> {
+        Ok(Self)
+    }
+
     fn steps<'t, F: Field>(
         &self,
         transfer: &'t Transfer<F>,
@@ -107,6 +116,10 @@ impl Class<6, 3> for Translation {
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), None];
 
+    fn of(actuation: &Actuation) -> Result<Self, HalfError> {
+        Ok(Self(HalfCommands::forces(actuation)?))
+    }
+
     fn steps<'t, F: Field>(
         &self,
         transfer: &'t Transfer<F>,
@@ -143,6 +156,10 @@ impl Class<6, 3> for Rotation {
     type Ending = RotationSet;
     const FIRST: usize = 6;
     const OFFSETS: [Option<usize>; 2] = [None, Some(0)];
+
+    fn of(actuation: &Actuation) -> Result<Self, HalfError> {
+        Ok(Self(HalfCommands::moments(actuation)?))
+    }
 
     fn steps<'t, F: Field>(
         &self,

@@ -1,6 +1,7 @@
 //! The whole strategy of the structured solver behind one call: guesses, a few stages first, then all, then the
 //! inequalities, then what the plan carries with it.
 
+mod assisted;
 mod attempt;
 mod class;
 mod constrained;
@@ -15,10 +16,9 @@ use lgvi_dynamics::gravity::Field;
 pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
-use crate::steps::{HalfCommands, HalfError};
 use crate::{Motion, Plan, Transfer};
 use attempt::Solver;
-use class::{Both, Rotation, Translation};
+use class::{Both, Class, Rotation, Translation};
 
 /// Solves `transfer` by Newton's method on all stages, from a plan or from nothing.
 ///
@@ -27,7 +27,8 @@ use class::{Both, Rotation, Translation};
 ///
 /// # Assumptions and limitations
 /// A plan is a local minimum; windings of the attitude make others. Inequalities are imposed on the plan that is best
-/// without them, and hold where they are sampled.
+/// without them, and hold where they are sampled. Conditions that no command moves at first order are reached by way of
+/// additional actuators that grow dear, where the actuation has places left for them among its commands.
 pub fn solve<F: Field>(
     transfer: &Transfer<F>,
     start: Start<'_>,
@@ -38,12 +39,12 @@ pub fn solve<F: Field>(
     match transfer.motion {
         Motion::Full => Solver::new(Both, transfer, settings, &mut observe).solve(start),
         Motion::Translation => {
-            let commands = HalfCommands::forces(actuation).map_err(HalfError::from)?;
-            Solver::new(Translation(commands), transfer, settings, &mut observe).solve(start)
+            let class = Translation::of(actuation)?;
+            Solver::new(class, transfer, settings, &mut observe).solve(start)
         }
         Motion::Rotation => {
-            let commands = HalfCommands::moments(actuation).map_err(HalfError::from)?;
-            Solver::new(Rotation(commands), transfer, settings, &mut observe).solve(start)
+            let class = Rotation::of(actuation)?;
+            Solver::new(class, transfer, settings, &mut observe).solve(start)
         }
     }
 }

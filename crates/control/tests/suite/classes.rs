@@ -180,3 +180,18 @@ fn free_ends_are_cheaper_the_freer_they_are_and_end_with_costate_zero_where_free
     };
     assert!(plan(&transfer(free, full())).cost < 1e-20);
 }
+
+#[test]
+fn one_thruster_plans_what_it_reaches() {
+    let thruster = ([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3.0);
+    let wheel = ([0.0, 0.0, 0.0, 0.0, 1.0, 0.0], 1.0);
+    let actuation = Actuation::actuators(&[wheel, thruster]).expect("actuators");
+    let target = at_rest(Vector3::x(), Vector3::zeros());
+    let plan = plan(&transfer(target, actuation).with_motion(Motion::Translation));
+    for (k, expected) in energy_optimal(1.0, MASS).iter().enumerate() {
+        assert!((plan.commands[k][1] - expected).abs() < 1e-7);
+        assert_eq!(plan.commands[k].norm(), plan.commands[k][1].abs());
+        assert_eq!(plan.controls[k].force.x, plan.commands[k][1]);
+    }
+    assert!(plan.certificate.terminal < 1e-12);
+}

@@ -14,3 +14,4 @@ mod replan;
 mod sensitivity;
 mod terminal;
 mod truth;
+mod underactuated;

@@ -46,16 +46,21 @@ impl Matches {
         self.lock().get(&local).cloned().unwrap_or_default()
     }
 
+    /// The remote endpoints that a local one is matched with, of participants that another one is matched with too.
+    pub(super) fn paired(&self, local: GUID, other: GUID) -> BTreeSet<GUID> {
+        paired(&self.lock(), local, other).collect()
+    }
+
     /// Blocks until two local endpoints are matched with the same participant, or the time has passed; returns whether
     /// they are.
     pub(super) fn wait_for_pair(&self, first: GUID, second: GUID, timeout: Duration) -> bool {
         let (remotes, _) = self
             .changed
             .wait_timeout_while(self.lock(), timeout, |remotes| {
-                !paired(remotes, first, second)
+                paired(remotes, first, second).next().is_none()
             })
             .unwrap_or_else(PoisonError::into_inner);
-        paired(&remotes, first, second)
+        paired(&remotes, first, second).next().is_some()
     }
 
     /// Forgets a local endpoint.
@@ -129,13 +134,15 @@ impl Matches {
     }
 }
 
-fn paired(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, first: GUID, second: GUID) -> bool {
-    let (Some(first), Some(second)) = (remotes.get(&first), remotes.get(&second)) else {
-        return false;
-    };
-    first
-        .iter()
-        .any(|one| second.iter().any(|other| one.prefix == other.prefix))
+fn paired(
+    remotes: &BTreeMap<GUID, BTreeSet<GUID>>,
+    local: GUID,
+    other: GUID,
+) -> impl Iterator<Item = GUID> {
+    let of = |local| remotes.get(&local).into_iter().flatten();
+    of(local)
+        .filter(move |remote| of(other).any(|other| remote.prefix == other.prefix))
+        .copied()
 }
 
 fn count(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {

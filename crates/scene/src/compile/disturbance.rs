@@ -1,3 +1,5 @@
+use std::f64::consts::PI;
+
 use crate::file::DisturbanceFile;
 use crate::{Disturbance, Scene, SceneError};
 
@@ -16,7 +18,7 @@ pub(super) fn disturbance(
         moment_error: deviation("moment_error", file.moment_error)?,
         position: deviation("position", file.position)?,
         velocity: deviation("velocity", file.velocity)?,
-        attitude: deviation("attitude", file.attitude)?,
+        attitude: rotation_deviation(file.attitude)?,
         angular_velocity: deviation("angular_velocity", file.angular_velocity)?,
     })
 }
@@ -40,6 +42,12 @@ pub(super) fn check_states(scene: &Scene) -> Result<(), SceneError> {
     {
         return refuse("deviations that leave the state in the range of numbers in SI".into());
     }
+    let errors = scene.actuator_errors();
+    if !errors.is_none_or(|(_, errors)| errors.is_finite()) {
+        return refuse(
+            "deviations that leave the actuators' errors in the range of numbers".into(),
+        );
+    }
     match scene.system().check_clearance(&states) {
         Ok(()) => Ok(()),
         Err(approach) => {
@@ -49,6 +57,17 @@ pub(super) fn check_states(scene: &Scene) -> Result<(), SceneError> {
                 "deviations that keep the bodies apart: {name} would start at a distance of {distance}, at least {limit} is needed"
             ))
         }
+    }
+}
+
+/// Beyond half a turn it would say no more about the attitude, and rounding would leave no rotation.
+fn rotation_deviation(value: f64) -> Result<f64, SceneError> {
+    let value = deviation("attitude", value)?;
+    if value <= PI {
+        Ok(value)
+    } else {
+        let expected = "a standard deviation of at most half a turn, π";
+        Err(SceneError::value("disturbance.attitude", value, expected))
     }
 }
 

@@ -77,6 +77,12 @@ fn wrong_disturbances_are_refused_by_key_and_value() {
         }
     }
     let changes = [
+        (
+            "attitude = 0.003",
+            "attitude = 3.15",
+            "`disturbance.attitude` is 3.15, expected a standard deviation of at most half a turn",
+        ),
+        ("seed = 12", "seed = 18446744073709551616", "seed"),
         ("seed = 12\n", "", "missing field `seed`"),
         ("seed = 12", "seed = -1", "`-1`"),
         ("seed = 12", "seeed = 1", "unknown field `seeed`"),
@@ -95,6 +101,13 @@ fn what_disturbs_too_much_or_nothing_at_all_is_refused() {
         "[units]\nlength = \"1000 km\"\n[run]",
     );
     assert_refused(&far, &["`disturbance.seed` is 12", "in SI"]);
+
+    let strong = with(DISTURBANCE, "force_error = 0.01", "force_error = 1.7e308");
+    let strong = with(&strong, "moment_error = 0.02", "moment_error = 1.7e308");
+    assert_refused(
+        &disturbed(&strong),
+        &["`disturbance.seed` is 12", "the actuators' errors"],
+    );
 
     let near = with(DISTURBANCE, "position = 0.001", "position = 0.5");
     let near = format!("{}{near}", text("[gravity.mutual]\nconstant = 1e-3", ROCK));
@@ -116,4 +129,13 @@ fn what_disturbs_too_much_or_nothing_at_all_is_refused() {
         &lone,
         &["`disturbance.seed` is 12", "none without a `maneuver`"],
     );
+}
+
+#[test]
+fn a_seed_is_any_integer_of_64_bits() {
+    for seed in [0, i64::MAX.cast_unsigned() + 1, u64::MAX] {
+        let disturbance = with(DISTURBANCE, "seed = 12", &format!("seed = {seed}"));
+        let scene = Scene::parse("test", &disturbed(&disturbance)).unwrap();
+        assert_eq!(scene.disturbance.unwrap().seed, seed);
+    }
 }

@@ -72,7 +72,7 @@ impl Limits {
     }
 
     /// The load held within them: components cut, then force and moment scaled to their norms. What is within them stays
-    /// the same to the last bit.
+    /// the same to the last bit; what is no number stays none.
     pub fn hold(&self, load: &Load) -> Load {
         Load {
             force: hold(&load.force, &self.force, self.force_norm),
@@ -89,9 +89,10 @@ fn hold(vector: &Vector3<f64>, components: &Vector3<f64>, norm: f64) -> Vector3<
             value
         }
     });
-    let length = cut.norm();
-    if length > norm {
-        cut * (norm / length)
+    if cut.norm() > norm {
+        // By the largest component first, so that no square overflows.
+        let direction = cut / cut.amax();
+        direction * (norm / direction.norm())
     } else {
         cut
     }
@@ -193,4 +194,50 @@ fn gain_units(units: &Units) -> Gain {
         units.angular_momentum(),
     ];
     Gain::from_fn(|row, column| rows[row / 3] / columns[column / 3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn held(force: [f64; 3], limits: Limits) -> Vector3<f64> {
+        let force = force.into();
+        let moment = Vector3::zeros();
+        limits.hold(&Load { force, moment }).force
+    }
+
+    /// Lengths of 0.5 √2 of axes that are equal, whatever the size of what is cut.
+    #[test]
+    fn a_control_of_any_size_is_held_to_the_bound_of_its_norm() {
+        let limits = Limits {
+            force_norm: 0.5,
+            ..Limits::NONE
+        };
+        for size in [1.0, 1e100, 1e200, 1e308] {
+            let force = held([size, -size, 0.0], limits);
+            let expected = 0.5 * Vector3::new(0.5_f64.sqrt(), -0.5_f64.sqrt(), 0.0);
+            assert!((force - expected).norm() < 1e-15, "{size}: {force}");
+        }
+        let within = [0.1, 0.2, -0.4];
+        assert_eq!(held(within, limits), Vector3::from(within));
+        assert_eq!(held([1e308; 3], Limits::NONE), Vector3::from([1e308; 3]));
+    }
+
+    #[test]
+    fn what_is_infinite_is_cut_by_components_and_is_no_number_by_norm() {
+        let force = [f64::INFINITY, f64::NEG_INFINITY, 1.0];
+        let components = Limits {
+            force: Vector3::from_element(2.0),
+            ..Limits::NONE
+        };
+        assert_eq!(held(force, components), Vector3::new(2.0, -2.0, 1.0));
+        let norm = Limits {
+            force_norm: 2.0,
+            ..Limits::NONE
+        };
+        assert!(held(force, norm).x.is_nan());
+        let unknown = [f64::NAN, 0.0, 0.0];
+        assert!(held(unknown, components).x.is_nan());
+        assert!(held(unknown, norm).x.is_nan());
+    }
 }

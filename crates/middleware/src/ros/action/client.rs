@@ -1,9 +1,6 @@
 //! The client's side of an action.
 
-use std::{
-    fmt,
-    time::{Duration, Instant},
-};
+use std::{fmt, time::Duration};
 
 use lgvi_msgs::{
     Action,
@@ -15,7 +12,10 @@ use lgvi_msgs::{
 };
 
 use super::{GoalId, GoalState, part};
-use crate::ros::{CallError, Qos, RosError, RosNode, ServiceClient, Subscription, TakeError};
+use crate::{
+    block::Deadline,
+    ros::{CallError, Qos, RosError, RosNode, ServiceClient, Subscription, TakeError},
+};
 
 /// Feedback that waits to be taken.
 const FEEDBACK: usize = 1000;
@@ -67,12 +67,11 @@ impl<A: Action> ActionClient<A> {
 
     /// Blocks until a server and its feedback are found or the time has passed; returns whether they are.
     pub fn wait_for_server(&self, timeout: Duration) -> bool {
-        let deadline = Instant::now() + timeout;
-        let left = || deadline.saturating_duration_since(Instant::now());
-        self.send_goal.wait_for_server(left())
-            && self.cancel_goal.wait_for_server(left())
-            && self.get_result.wait_for_server(left())
-            && self.feedback.wait_for_publishers(1, left())
+        let deadline = Deadline::after(timeout);
+        self.send_goal.wait_for_server(deadline.left())
+            && self.cancel_goal.wait_for_server(deadline.left())
+            && self.get_result.wait_for_server(deadline.left())
+            && self.feedback.wait_for_publishers(1, deadline.left())
     }
 
     /// Sends a goal and waits for the server to accept it.
@@ -148,10 +147,9 @@ impl<A: Action> ActionClient<A> {
         id: GoalId,
         timeout: Duration,
     ) -> Result<Option<A::Feedback>, TakeError> {
-        let deadline = Instant::now() + timeout;
+        let deadline = Deadline::after(timeout);
         loop {
-            let left = deadline.saturating_duration_since(Instant::now());
-            let Some(sample) = self.feedback.recv_timeout(left)? else {
+            let Some(sample) = self.feedback.recv_timeout(deadline.left())? else {
                 return Ok(None);
             };
             let (goal, feedback) = sample.message.into();

@@ -27,6 +27,9 @@ pub(super) const MAX_ACTIVE: usize = 16;
 const MAX_RESULTS: usize = 16;
 const MAX_AGE: Duration = Duration::from_secs(15 * 60);
 
+/// The most bytes of results that are kept, unless the latest alone has more.
+const MAX_BYTES: usize = 1 << 26;
+
 /// Requests that may wait for one result; further ones push out the oldest.
 const MAX_WAITING: usize = 64;
 
@@ -101,6 +104,12 @@ impl Entry {
             goal_id: self.id.message(),
             stamp: self.stamp.clone(),
         }
+    }
+
+    /// When it ended, its identity and the response, if it has ended.
+    fn result(&self) -> Option<(Instant, GoalId, &[u8])> {
+        let (ended, response) = self.ended.as_ref()?;
+        Some((*ended, self.id, response))
     }
 }
 
@@ -243,12 +252,17 @@ impl Goals {
     }
 
     fn forget_oldest(&mut self) {
-        let ended = self.entries.iter().filter(|entry| entry.ended.is_some());
-        if ended.clone().count() > MAX_RESULTS
-            && let Some(oldest) = ended
-                .min_by_key(|entry| entry.ended.as_ref().map(|(ended, _)| *ended))
-                .map(|entry| entry.id)
-        {
+        loop {
+            let ended = || self.entries.iter().filter_map(Entry::result);
+            let bytes: usize = ended().map(|(.., response)| response.len()).sum();
+            let count = ended().count();
+            if count <= MAX_RESULTS && (count <= 1 || bytes <= MAX_BYTES) {
+                return;
+            }
+            let oldest = ended().min_by_key(|(ended, ..)| *ended);
+            let Some(oldest) = oldest.map(|(_, id, _)| id) else {
+                return;
+            };
             self.entries.retain(|entry| entry.id != oldest);
         }
     }
@@ -272,179 +286,4 @@ fn refusal(return_code: i8) -> CancelGoalResponse {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::ros::service::RequestId;
-
-    const NONE: i8 = CancelGoalResponse::ERROR_NONE;
-
-    fn id(number: u8) -> GoalId {
-        GoalId([number; 16])
-    }
-
-    fn stamp(sec: i32) -> Time {
-        Time { sec, nanosec: 5 }
-    }
-
-    /// Goals 1 … `count`, accepted at so many seconds.
-    fn goals(count: u8) -> Goals {
-        let mut goals = Goals::default();
-        for number in 1..=count {
-            goals.accept(id(number), stamp(number.into()));
-        }
-        goals
-    }
-
-    fn cancel(goals: &mut Goals, id: GoalId, stamp: Time) -> (i8, Vec<u8>) {
-        let goal_info = GoalInfo {
-            goal_id: id.message(),
-            stamp,
-        };
-        let response = goals.cancel(&CancelGoalRequest { goal_info });
-        let cancelled = response.goals_canceling.iter();
-        (
-            response.return_code,
-            cancelled.map(|info| info.goal_id.uuid[0]).collect(),
-        )
-    }
-
-    fn finish(goals: &mut Goals, number: u8, ending: Ending) -> Option<GoalState> {
-        let mut last = None;
-        goals.finish(id(number), ending, |state| {
-            last = Some(state);
-            vec![number]
-        });
-        last
-    }
-
-    #[test]
-    fn cancels_one_all_or_those_up_to_a_time() {
-        let all = id(0);
-        assert_eq!(
-            cancel(&mut goals(3), id(2), Time::default()),
-            (NONE, vec![2])
-        );
-        assert_eq!(
-            cancel(&mut goals(3), all, Time::default()),
-            (NONE, vec![1, 2, 3])
-        );
-        assert_eq!(cancel(&mut goals(3), all, stamp(2)), (NONE, vec![1, 2]));
-        assert_eq!(cancel(&mut goals(3), id(3), stamp(1)), (NONE, vec![1, 3]));
-        assert_eq!(
-            cancel(&mut goals(3), all, Time { sec: 0, nanosec: 1 }),
-            (NONE, vec![])
-        );
-        assert_eq!(cancel(&mut goals(0), all, Time::default()), (NONE, vec![]));
-        let unknown = CancelGoalResponse::ERROR_UNKNOWN_GOAL_ID;
-        assert_eq!(
-            cancel(&mut goals(3), id(4), Time::default()),
-            (unknown, vec![])
-        );
-    }
-
-    #[test]
-    fn what_has_ended_is_not_cancelled_and_a_second_wish_changes_nothing() {
-        let mut goals = goals(2);
-        finish(&mut goals, 1, Ending::Success);
-        let terminated = CancelGoalResponse::ERROR_GOAL_TERMINATED;
-        assert_eq!(
-            cancel(&mut goals, id(1), Time::default()),
-            (terminated, vec![])
-        );
-        for _ in 0..2 {
-            assert_eq!(cancel(&mut goals, id(0), Time::default()), (NONE, vec![2]));
-        }
-        assert_eq!(
-            finish(&mut goals, 2, Ending::Stopped),
-            Some(GoalState::Canceled)
-        );
-    }
-
-    #[test]
-    fn a_goal_ends_once_and_is_cancelled_only_if_a_client_wanted_it() {
-        let mut goals = goals(4);
-        assert_eq!(
-            finish(&mut goals, 1, Ending::Stopped),
-            Some(GoalState::Aborted)
-        );
-        assert_eq!(finish(&mut goals, 1, Ending::Success), None);
-        cancel(&mut goals, id(0), Time::default());
-        assert_eq!(
-            finish(&mut goals, 2, Ending::Success),
-            Some(GoalState::Succeeded)
-        );
-        assert_eq!(
-            finish(&mut goals, 3, Ending::Failure),
-            Some(GoalState::Aborted)
-        );
-        assert_eq!(finish(&mut goals, 9, Ending::Failure), None);
-        assert_eq!(goals.active(), 1);
-    }
-
-    #[test]
-    fn a_client_s_wish_comes_before_the_server_s() {
-        let mut goals = Goals::default();
-        let stop = goals.accept(id(1), stamp(1));
-        assert_eq!(stop.reason(), None);
-        goals.stop_all(StopReason::Preempted);
-        goals.stop_all(StopReason::Closed);
-        assert_eq!(stop.reason(), Some(StopReason::Preempted));
-        cancel(&mut goals, id(1), Time::default());
-        assert_eq!(stop.reason(), Some(StopReason::Cancelled));
-        goals.stop_all(StopReason::Preempted);
-        assert_eq!(stop.reason(), Some(StopReason::Cancelled));
-    }
-
-    #[test]
-    fn results_are_for_who_waits_and_who_asks_later_until_they_expire() {
-        let request = RequestId::numbered;
-        let mut goals = goals(1);
-        assert_eq!(goals.result(id(2), request(1)), Answer::Unknown);
-        assert_eq!(goals.result(id(1), request(2)), Answer::Later);
-        let (response, waiting) = goals.finish(id(1), Ending::Success, |_| vec![7]).unwrap();
-        assert_eq!((response, waiting), (vec![7], VecDeque::from([request(2)])));
-        assert_eq!(goals.result(id(1), request(3)), Answer::Now(vec![7]));
-        goals.expire(Instant::now());
-        assert!(goals.contains(id(1)));
-        goals.expire(Instant::now() + MAX_AGE);
-        assert_eq!(goals.result(id(1), request(4)), Answer::Unknown);
-    }
-
-    #[test]
-    fn memory_is_bounded() {
-        let mut goals = goals(200);
-        for number in 1..=MAX_WAITING as i64 + 1 {
-            goals.result(id(200), RequestId::numbered(number));
-        }
-        for number in 1..=199 {
-            finish(&mut goals, number, Ending::Success);
-        }
-        assert_eq!(goals.entries.len(), MAX_RESULTS + 1);
-        assert!(goals.contains(id(199)) && !goals.contains(id(183)));
-        let (_, waiting) = goals.finish(id(200), Ending::Failure, |_| vec![]).unwrap();
-        assert_eq!(waiting.front(), Some(&RequestId::numbered(2)));
-        assert_eq!(waiting.len(), MAX_WAITING);
-    }
-
-    #[test]
-    fn states_are_told_when_they_have_changed() {
-        let mut goals = goals(1);
-        let mut states = || {
-            goals.changed_states().map(|states| {
-                let states = states.status_list.into_iter();
-                states
-                    .map(|state| GoalState::from_code(state.status))
-                    .collect::<Vec<_>>()
-            })
-        };
-        assert_eq!(states(), Some(vec![GoalState::Accepted]));
-        assert_eq!(states(), None);
-        goals.execute(id(1));
-        goals.execute(id(1));
-        let states = goals.changed_states().unwrap();
-        assert_eq!(states.status_list[0].status, GoalStatus::STATUS_EXECUTING);
-        assert_eq!(states.status_list[0].goal_info.stamp, stamp(1));
-        goals.execute(id(1));
-        assert_eq!(goals.changed_states(), None);
-    }
-}
+mod tests;

@@ -21,11 +21,11 @@ use super::{
     Decision, GoalId, GoalState, StopReason,
     goals::{Answer, Ending, MAX_ACTIVE},
     part,
-    server::{Shared, response},
+    server::{Shared, response, without_result},
 };
 use crate::{
     block::thread_waker,
-    ros::{Publisher, Qos, RawPublisher, Request, RosError, RosNode, ServiceServer},
+    ros::{Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer},
 };
 
 /// The longest a message waits for a hanging client, or for one that has just been found to be introduced.
@@ -33,6 +33,9 @@ const MAX_WAIT: Duration = Duration::from_millis(20);
 
 /// How often expired results are looked for.
 const CYCLE: Duration = Duration::from_secs(1);
+
+/// Requests of a kind that are answered in a row, so that a flood of them holds up no others.
+const ROW: usize = 16;
 
 /// What the server's thread works with.
 pub(super) struct Protocol<A: Action, D> {
@@ -79,8 +82,8 @@ where
         while !shared.stop.load(Ordering::Acquire) {
             let max_response = self.get_result.max_reply();
             shared.max_response.store(max_response, Ordering::Relaxed);
-            self.take_goals(&context);
             self.take_cancellations(&context);
+            self.take_goals(&context);
             self.take_result_requests(&context);
             self.send();
             let looks = [
@@ -94,7 +97,7 @@ where
     }
 
     fn take_goals(&mut self, context: &Context<'_>) {
-        while let Some(Request { id, message }) = taken(&self.send_goal, context) {
+        for Request { id, message } in taken(&self.send_goal, context) {
             let (goal_id, goal) = message.into();
             let goal_id = GoalId(goal_id.uuid);
             let (accepted, now) = (self.decided(goal_id, &goal), now());
@@ -116,19 +119,23 @@ where
         }
         drop(table);
         let decision = (self.decide)(goal, active);
-        if decision == Decision::Refuse {
-            return false;
-        }
         let mut table = self.shared.table();
-        if decision == Decision::Preempt {
-            table.goals.stop_all(StopReason::Preempted);
-            table.finish_stopped();
+        let active = table.goals.active();
+        match decision {
+            Decision::Refuse => false,
+            Decision::Accept => active < MAX_ACTIVE,
+            // Those that nobody works on yet make room.
+            Decision::Preempt if active.saturating_sub(table.queue.len()) < MAX_ACTIVE => {
+                table.goals.stop_all(StopReason::Preempted);
+                table.finish_stopped();
+                true
+            }
+            Decision::Preempt => false,
         }
-        table.goals.active() < MAX_ACTIVE
     }
 
     fn take_cancellations(&self, context: &Context<'_>) {
-        while let Some(Request { id, message }) = taken(&self.cancel_goal, context) {
+        for Request { id, message } in taken(&self.cancel_goal, context) {
             let mut table = self.shared.table();
             let response = table.goals.cancel(&message);
             table.finish_stopped();
@@ -138,16 +145,28 @@ where
     }
 
     fn take_result_requests(&self, context: &Context<'_>) {
-        while let Some(Request { id, message }) = taken(&self.get_result, context) {
+        for Request { id, message } in taken(&self.get_result, context) {
             let goal: UUID = message.into();
             let answer = self.shared.table().goals.result(GoalId(goal.uuid), id);
-            let cdr = match answer {
-                Answer::Now(cdr) => cdr,
-                Answer::Unknown => response::<A>(GoalState::Unknown, A::Result::default()),
-                Answer::Later => continue,
-            };
-            warn_of(self.get_result.reply_cdr(id, cdr));
+            match answer {
+                Answer::Now(cdr) => self.reply_result(id, cdr),
+                Answer::Unknown => {
+                    self.reply_result(id, response::<A>(GoalState::Unknown, A::Result::default()));
+                }
+                Answer::Later => {}
+            }
         }
+    }
+
+    /// Replies with a response, without its result if that has become too long for the peers that are there now.
+    fn reply_result(&self, id: RequestId, cdr: Vec<u8>) {
+        let cdr = if cdr.len() <= self.get_result.max_reply() {
+            cdr
+        } else {
+            warn!("a result is too long to be sent: replaced by the default one");
+            without_result::<A>(&cdr)
+        };
+        warn_of(self.get_result.reply_cdr(id, cdr));
     }
 
     /// Sends what waits to be sent: feedback before the states, and these before the results.
@@ -165,7 +184,7 @@ where
             warn_of(self.status.publish(&states));
         }
         for (id, cdr) in results {
-            warn_of(self.get_result.reply_cdr(id, cdr));
+            self.reply_result(id, cdr);
         }
     }
 
@@ -181,18 +200,18 @@ where
     }
 }
 
-/// The next request that is one.
-fn taken<S: Service>(
-    server: &ServiceServer<S>,
-    context: &Context<'_>,
-) -> Option<Request<S::Request>> {
-    loop {
+/// The next requests that are some. Where a row is full, the thread is woken to look for more.
+fn taken<S: Service>(server: &ServiceServer<S>, context: &Context<'_>) -> Vec<Request<S::Request>> {
+    let mut requests = Vec::new();
+    for _ in 0..ROW {
         match server.poll_take(context) {
-            Poll::Ready(Ok(request)) => return Some(request),
+            Poll::Ready(Ok(request)) => requests.push(request),
             Poll::Ready(Err(error)) => warn!(%error, "dropped a request of an action client"),
-            Poll::Pending => return None,
+            Poll::Pending => return requests,
         }
     }
+    context.waker().wake_by_ref();
+    requests
 }
 
 fn warn_of(sent: Result<(), impl fmt::Display>) {

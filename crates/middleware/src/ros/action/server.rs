@@ -187,9 +187,19 @@ impl<A: Action> Table<A> {
     }
 }
 
+type Response<A> = <<A as Action>::GetResult as Service>::Response;
+
 pub(super) fn response<A: Action>(state: GoalState, result: A::Result) -> Vec<u8> {
-    type Response<A> = <<A as Action>::GetResult as Service>::Response;
     encode(&Response::<A>::from((state.code(), result)))
+}
+
+/// The same response with the default result.
+pub(super) fn without_result<A: Action>(response: &[u8]) -> Vec<u8> {
+    let code = cdr::decode::<Response<A>>(response).map_or(GoalState::Unknown.code(), |response| {
+        let (code, _) = response.into();
+        code
+    });
+    encode(&Response::<A>::from((code, A::Result::default())))
 }
 
 /// Nothing if it cannot be encoded, which no generated message type can cause; sending that is an error.
@@ -214,5 +224,24 @@ impl<A: Action> fmt::Debug for ActionServer<A> {
         f.debug_struct("ActionServer")
             .field("name", &self.name)
             .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lgvi_msgs::action::{PlanManeuver, PlanManeuverResult};
+
+    use super::*;
+
+    #[test]
+    fn a_response_without_its_result_keeps_the_state() {
+        let result = PlanManeuverResult {
+            message: "a long one".repeat(1000),
+            ..PlanManeuverResult::default()
+        };
+        let long = response::<PlanManeuver>(GoalState::Canceled, result);
+        let default = PlanManeuverResult::default();
+        let short = response::<PlanManeuver>(GoalState::Canceled, default);
+        assert_eq!(without_result::<PlanManeuver>(&long), short);
     }
 }

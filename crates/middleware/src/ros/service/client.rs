@@ -1,18 +1,21 @@
 //! The client's side of a service.
 
 use std::{
+    collections::BTreeSet,
     fmt,
     marker::PhantomData,
     sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use lgvi_msgs::{RosMessage, Service, cdr::CdrError};
+use rustdds::GUID;
 use tracing::debug;
 
 use super::{RequestId, SENT, TAKEN, wire};
 use crate::{
     ServiceMapping,
+    block::Deadline,
     ros::{
         PublishError, RawPublisher, RawSubscription, RosError, RosNode, TakeError, WriterId,
         naming, node::Inner,
@@ -91,17 +94,18 @@ impl<S: Service> ServiceClient<S> {
     pub fn call(&self, request: &S::Request, timeout: Duration) -> Result<S::Response, CallError> {
         let cdr = lgvi_msgs::cdr::encode(request)?;
         let mut number = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        let deadline = Instant::now() + timeout;
+        let deadline = Deadline::after(timeout);
         let mut first = None;
-        while self.wait_for_server(left(deadline)) {
+        while self.wait_for_server(deadline.left()) {
             while self.replies.take().is_ok_and(|reply| reply.is_some()) {}
             *number += 1;
+            let asked = self.servers();
             let id = self.send(cdr.clone(), *number)?;
             let first = *first.get_or_insert(id.sequence);
-            if let Some(reply) = self.reply_to(id, first, deadline)? {
+            if let Some(reply) = self.reply_to(id, first, &asked, deadline)? {
                 return Ok(lgvi_msgs::cdr::decode(&reply)?);
             }
-            if left(deadline).is_zero() {
+            if deadline.left().is_zero() {
                 break;
             }
             debug!(
@@ -139,16 +143,23 @@ impl<S: Service> ServiceClient<S> {
         Ok(id)
     }
 
+    /// The servers' readers of requests.
+    fn servers(&self) -> BTreeSet<GUID> {
+        let (requests, replies) = (self.requests.guid(), self.replies.guid());
+        self.node.matches.paired(requests, replies)
+    }
+
     /// Waits until the deadline for the reply to a request, or to an earlier one of the same call, of which `first` is
-    /// the first; `None` if it has passed or the server has left.
+    /// the first; `None` if it has passed or the servers that were `asked` have left.
     fn reply_to(
         &self,
         id: RequestId,
         first: i64,
-        deadline: Instant,
+        asked: &BTreeSet<GUID>,
+        deadline: Deadline,
     ) -> Result<Option<Vec<u8>>, TakeError> {
         loop {
-            let limit = left(deadline).min(CYCLE);
+            let limit = deadline.left().min(CYCLE);
             if let Some(sample) = self.replies.recv_timeout(limit)? {
                 if let Some((found, cdr)) = wire::taken_reply(self.node.service_mapping, sample)
                     && (first..=id.sequence).contains(&found.sequence)
@@ -157,15 +168,11 @@ impl<S: Service> ServiceClient<S> {
                 {
                     return Ok(Some(cdr));
                 }
-            } else if left(deadline).is_zero() || !self.wait_for_server(Duration::ZERO) {
+            } else if deadline.left().is_zero() || asked.is_disjoint(&self.servers()) {
                 return Ok(None);
             }
         }
     }
-}
-
-fn left(deadline: Instant) -> Duration {
-    deadline.saturating_duration_since(Instant::now())
 }
 
 impl<S> fmt::Debug for ServiceClient<S> {

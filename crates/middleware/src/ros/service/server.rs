@@ -15,7 +15,7 @@ use rustdds::GUID;
 use super::{RequestId, SENT, TAKEN, wire};
 use crate::{
     ServiceMapping,
-    block::block_on_for,
+    block::{Deadline, block_on_for},
     ros::{
         PublishError, RawPublisher, RawSubscription, RosError, RosNode, Sample, TakeError, naming,
         node::Inner,
@@ -99,12 +99,12 @@ impl<S: Service> ServiceServer<S> {
         &self,
         timeout: Duration,
     ) -> Result<Option<Request<S::Request>>, TakeError> {
-        let deadline = Instant::now() + timeout;
+        let deadline = Deadline::after(timeout);
         loop {
             if let Some(request) = self.take()? {
                 return Ok(Some(request));
             }
-            let left = deadline.saturating_duration_since(Instant::now());
+            let left = deadline.left();
             if left.is_zero() {
                 return Ok(None);
             }

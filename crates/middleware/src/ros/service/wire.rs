@@ -36,6 +36,9 @@ const IDENTITY: usize = 16;
 /// A related sample identity that names the client's reader only, as Fast DDS sends with requests.
 const UNKNOWN_SEQUENCE: i64 = -(1 << 32);
 
+/// A related sample identity that names nobody.
+const UNKNOWN_WRITER: WriterId = WriterId([0; 16]);
+
 /// What a client sends: the identity is `id`'s where the payload carries it, and otherwise that of the sample itself,
 /// beside which the client's reader of replies is named.
 pub(super) fn request(
@@ -82,7 +85,9 @@ pub(super) fn taken_request(
     let Sample { message, info } = sample;
     match mapping {
         ServiceMapping::FastDds => {
-            let client = info.related.map_or(info.writer, |related| related.writer);
+            let named = info.related.map(|related| related.writer);
+            let client = named.filter(|writer| *writer != UNKNOWN_WRITER);
+            let client = client.unwrap_or(info.writer);
             let id = RequestId {
                 writer: info.writer,
                 client: client.0,
@@ -231,7 +236,14 @@ mod tests {
         };
         assert_eq!(related, Some(expected));
         // Without a reader, the writer of the request stands for the client.
-        let (id, _) = taken_request(ServiceMapping::FastDds, sample(Vec::new(), None)).unwrap();
-        assert_eq!((id.client, id.sequence), ([3; 16], 7));
+        let nobody = SampleId {
+            writer: UNKNOWN_WRITER,
+            sequence: UNKNOWN_SEQUENCE,
+        };
+        for related in [None, Some(nobody)] {
+            let sample = sample(Vec::new(), related);
+            let (id, _) = taken_request(ServiceMapping::FastDds, sample).unwrap();
+            assert_eq!((id.client, id.sequence), ([3; 16], 7));
+        }
     }
 }

@@ -1,0 +1,186 @@
+//! Transfers with fewer commands than coordinates, from nothing.
+
+use lgvi_control::{
+    Actuation, Motion, NewtonSettings, Plan, PlanError, RotationTarget, Start, Terminal, Transfer,
+    TranslationTarget, solve,
+};
+use lgvi_dynamics::gravity::Uniform;
+use lgvi_dynamics::{BodyState, Inertia, RigidBody};
+use lgvi_lie::exp;
+use nalgebra::Vector3;
+
+const INERTIA: [f64; 3] = [1.0, 1.4, 1.9];
+
+fn at_rest(position: Vector3<f64>, turn: Vector3<f64>) -> BodyState {
+    BodyState {
+        position,
+        linear_momentum: Vector3::zeros(),
+        attitude: exp(&turn),
+        angular_momentum: Vector3::zeros(),
+    }
+}
+
+/// Commands of unit weight: forces along axes 0 to 2, moments about 3 to 5.
+fn along(axes: &[usize]) -> Actuation {
+    let unit = |axis: usize| std::array::from_fn(|i| f64::from(u8::from(i == axis)));
+    let columns: Vec<_> = axes.iter().map(|&axis| (unit(axis), 1.0)).collect();
+    Actuation::actuators(&columns).expect("actuators")
+}
+
+/// From rest without gravity in 2 units of time.
+fn transfer(
+    n: usize,
+    target: impl Into<Terminal>,
+    actuation: Actuation,
+    motion: Motion,
+) -> Transfer<Uniform> {
+    let inertia = Inertia::principal(INERTIA).expect("inertia");
+    let body = RigidBody::new(2.0, inertia, Vec::new()).expect("a body");
+    let field = Uniform {
+        acceleration: Vector3::zeros(),
+    };
+    let start = at_rest(Vector3::zeros(), Vector3::zeros());
+    let transfer = Transfer::new(body, field, 2.0 / n as f64, n, start, target, actuation);
+    transfer.expect("a transfer").with_motion(motion)
+}
+
+fn planned(transfer: &Transfer<Uniform>) -> (Plan, u32) {
+    let mut iterations = 0;
+    let plan = solve(transfer, Start::Cold, &NewtonSettings::default(), |now| {
+        iterations = now.iteration;
+        true
+    });
+    (plan.expect("a plan"), iterations)
+}
+
+/// At rest a moment about the third axis is out of the reach of first derivatives.
+#[test]
+fn two_wheels_turn_a_body_to_any_attitude() {
+    let turns = [
+        [0.3, -0.2, 0.7],
+        [0.0, 0.0, 0.5],
+        [0.02, 0.01, -0.05],
+        [-1.1, 0.8, 0.9],
+        [0.5, 1.5, -0.4],
+        [0.0, 0.0, -1.8],
+    ];
+    for (k, turn) in turns.into_iter().enumerate() {
+        let target = at_rest(Vector3::zeros(), turn.into());
+        for missing in 3..6 {
+            let pair: Vec<usize> = (3..6).filter(|&axis| axis != missing).collect();
+            let problem = transfer(50, target, along(&pair), Motion::Rotation);
+            let (plan, iterations) = planned(&problem);
+            assert!(iterations <= 60, "{k} without {missing}: {iterations}");
+            let found = &plan.certificate;
+            assert!(found.terminal <= 1e-12 && found.stationarity <= 1e-8 && found.sufficient);
+            assert!(
+                plan.controls
+                    .iter()
+                    .all(|load| load.moment[missing - 3] == 0.0 && load.force == Vector3::zeros())
+            );
+        }
+    }
+}
+
+/// The centre of mass does not care for wheels, nor the cost for the number of steps.
+#[test]
+fn two_wheels_cost_the_same_in_the_full_motion_and_in_many_steps() {
+    let target = at_rest(Vector3::zeros(), Vector3::new(0.3, -0.2, 0.7));
+    let (coarse, _) = planned(&transfer(50, target, along(&[3, 4]), Motion::Rotation));
+    let (full, _) = planned(&transfer(50, target, along(&[3, 4]), Motion::Full));
+    assert!((full.cost / coarse.cost - 1.0).abs() < 1e-10);
+    let (fine, iterations) = planned(&transfer(400, target, along(&[3, 4]), Motion::Rotation));
+    assert!((fine.cost / coarse.cost - 1.0).abs() < 1e-3 && iterations <= 60);
+    let displaced = at_rest(Vector3::new(0.5, 0.0, -0.5), Vector3::new(0.3, -0.2, 0.7));
+    let thrust = along(&[3, 0, 2, 4]);
+    let (moved, _) = planned(&transfer(50, displaced, thrust, Motion::Full));
+    let alone = transfer(50, displaced, along(&[0, 2]), Motion::Translation);
+    let (pushed, _) = planned(&alone);
+    assert!((moved.cost / (coarse.cost + pushed.cost) - 1.0).abs() < 1e-8);
+}
+
+/// Forces with an arm turn the body by what they push: the momentum about the third axis is bound to those along the
+/// others, and a condition on it that agrees with theirs adds nothing.
+#[test]
+fn conditions_that_follow_from_others_are_harmless() {
+    let arm = 0.5;
+    let actuation = || {
+        Actuation::actuators(&[
+            ([1.0, 0.0, 0.0, 0.0, 0.0, arm], 1.0),
+            ([0.0, 1.0, 0.0, 0.0, 0.0, arm], 1.0),
+        ])
+        .expect("actuators")
+    };
+    let translation = TranslationTarget::State {
+        position: Vector3::new(0.4, 0.3, 0.0),
+        linear_momentum: Vector3::new(0.3, 0.4, 0.0),
+    };
+    let [alone, bound, against] = [None, Some(0.7 * arm), Some(0.6 * arm)].map(|momentum| {
+        let rotation = momentum.map_or(RotationTarget::Free, |momentum| RotationTarget::SpinAxis {
+            axis: Vector3::z(),
+            direction: Vector3::z(),
+            angular_momentum: momentum * Vector3::z(),
+        });
+        let target = Terminal {
+            translation,
+            rotation,
+        };
+        transfer(40, target, actuation(), Motion::Full)
+    });
+    let [(alone, _), (bound, _)] = [alone, bound].map(|problem| planned(&problem));
+    assert!((bound.cost / alone.cost - 1.0).abs() < 1e-10);
+    assert!(bound.certificate.terminal <= 1e-12 && bound.certificate.stationarity <= 1e-8);
+    assert_eq!(bound.certificate.condition, f64::INFINITY);
+    match solve(&against, Start::Cold, &NewtonSettings::default(), |_| true) {
+        Err(PlanError::NotConverged { iterations, .. }) => assert!(iterations <= 60),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_no_command_reaches_ends_soon_with_what_there_is() {
+    let aside = at_rest(Vector3::new(1.0, 0.1, 0.0), Vector3::zeros());
+    let turned = at_rest(Vector3::zeros(), 0.5 * Vector3::x());
+    let free = Terminal {
+        translation: TranslationTarget::Position {
+            position: Vector3::y(),
+        },
+        rotation: RotationTarget::Free,
+    };
+    let cases = [
+        (transfer(40, aside, along(&[0]), Motion::Translation), 0.1),
+        (transfer(40, aside, along(&[0, 4]), Motion::Full), 0.1),
+        (transfer(40, free, along(&[0]), Motion::Full), 1.0),
+        (transfer(40, turned, along(&[4]), Motion::Rotation), 0.1),
+    ];
+    for (k, (problem, missed)) in cases.iter().enumerate() {
+        match solve(problem, Start::Cold, &NewtonSettings::default(), |_| true) {
+            Err(PlanError::NotConverged {
+                best,
+                iterations,
+                violation,
+                ..
+            }) => {
+                assert!(iterations <= 60, "{k}: {iterations}");
+                assert!(violation > 0.99 * missed, "{k}: {violation}");
+                assert_eq!(best.commands.len(), 40);
+            }
+            other => panic!("{k}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn an_observer_stops_at_any_weight_of_the_missing_wheel() {
+    let target = at_rest(Vector3::zeros(), Vector3::new(0.3, -0.2, 0.7));
+    let problem = transfer(50, target, along(&[3, 4]), Motion::Rotation);
+    for last in 0..planned(&problem).1 {
+        let mut seen = 0;
+        let stopped = solve(&problem, Start::Cold, &NewtonSettings::default(), |now| {
+            seen += 1;
+            now.iteration < last
+        });
+        assert!(matches!(stopped, Err(PlanError::Stopped { best: Some(_) })));
+        assert!(seen >= last);
+    }
+}

@@ -83,7 +83,7 @@ impl<F: Field> Transfer<F> {
             return Err(TransferError::Steps(intervals));
         }
         if *body.mobility() != Mobility::Free {
-            return Err(TransferError::Mobility(body.mobility().clone()));
+            return Err(TransferError::Mobility(*body.mobility()));
         }
         if !initial.is_finite() {
             return Err(TransferError::Initial(Box::new(initial)));
@@ -234,7 +234,7 @@ mod tests {
     fn only_free_bodies_in_finite_states_are_planned() {
         assert!(transfer(Mobility::Free, at_rest()).is_ok());
         for held in [Mobility::Pivoted, Mobility::Fixed] {
-            let refused = transfer(held.clone(), at_rest()).err();
+            let refused = transfer(held, at_rest()).err();
             assert_eq!(refused, Some(TransferError::Mobility(held)));
         }
         let mut nowhere = at_rest();

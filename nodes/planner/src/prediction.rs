@@ -170,4 +170,38 @@ mod tests {
             }
         );
     }
+
+    /// The scene turns too far for a step of its own, and cuts it.
+    #[test]
+    fn steps_that_the_flight_cuts_are_cut() {
+        let fast = SCENE
+            .replace("integrator = ", "subdivide = 4\nintegrator = ")
+            .replace(
+                "angular_velocity = [0.0, 0.0, 0.983]",
+                "angular_velocity = [0.0, 0.0, 700.0]",
+            );
+        let forecast = |scene: &Scene| {
+            let from = Observed {
+                step: 0,
+                states: scene.initial_states(),
+                at: Instant::now(),
+            };
+            let forecast = Forecast {
+                scheme: scene.scheme().unwrap(),
+                from,
+                sequences: Vec::new(),
+            };
+            forecast.state(scene, 0, 5)
+        };
+        let scene = Scene::parse("test", &fast).unwrap();
+        let mut flight = scene.simulation(scene.scheme().unwrap()).unwrap();
+        for _ in 0..5 {
+            flight.advance(&[Load::default()]).unwrap();
+        }
+        assert_eq!(forecast(&scene), Ok(flight.states()[0]));
+
+        let whole = fast.replace("subdivide = 4", "subdivide = 0");
+        let error = forecast(&Scene::parse("test", &whole).unwrap()).unwrap_err();
+        assert!(matches!(error, PredictionError::Steps { .. }), "{error}");
+    }
 }

@@ -144,7 +144,10 @@ fn write_round(sample: &mut Sample, k: u32) -> Result<(), Box<dyn Error>> {
         trials: 2 * k,
         step_length: 0.5,
         violation: 1e-9,
+        stationarity: 1e-11,
         cost: 12.5,
+        condition: 1e4,
+        sufficient: true,
         message: "ünïcode — λ".to_owned(),
     };
     sample.write("/lgvi_planner/progress", stream, &progress)?;

@@ -35,8 +35,6 @@ pub(crate) enum BenchError {
     #[error("no plan: {0}")]
     Plan(String),
     #[error("{0}")]
-    Report(String),
-    #[error("{0}")]
     Picture(String),
     #[error(transparent)]
     Maneuver(#[from] ManeuverError),

@@ -14,7 +14,7 @@ use std::path::Path;
 use clap::Args;
 use serde::Serialize;
 
-use crate::error::BenchError;
+use crate::error::{BenchError, write_json};
 use crate::peer::Peer;
 use case::Case;
 
@@ -86,16 +86,5 @@ pub(crate) fn run(
     if all || options.replan {
         report.replan = replan::run(&cases, options, repeats)?;
     }
-    write(&report, &images.join("planner.json"))
-}
-
-fn write(report: &Report, path: &Path) -> Result<(), BenchError> {
-    let refuse = |error: String| BenchError::Report(format!("{}: {error}", path.display()));
-    let text = serde_json::to_string_pretty(report).map_err(|error| refuse(error.to_string()))?;
-    if let Some(directory) = path.parent() {
-        std::fs::create_dir_all(directory).map_err(|error| refuse(error.to_string()))?;
-    }
-    std::fs::write(path, text).map_err(|error| refuse(error.to_string()))?;
-    println!("{}", path.display());
-    Ok(())
+    write_json(&images.join("planner.json"), &report)
 }

@@ -116,7 +116,15 @@ impl Scene {
 
     /// The simulation by a scheme, at step 0 from [`Scene::initial_states`].
     pub fn simulation(&self, scheme: Scheme) -> Result<Simulation, SchemeError> {
-        let states = self.initial_states();
+        self.simulation_from(self.initial_states(), scheme)
+    }
+
+    /// The simulation by a scheme from other states, one a body.
+    pub fn simulation_from(
+        &self,
+        states: Vec<BodyState>,
+        scheme: Scheme,
+    ) -> Result<Simulation, SchemeError> {
         let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
             .with_substeps(scheme.substeps);
         Ok(if self.subdivides(scheme) {

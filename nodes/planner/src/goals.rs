@@ -71,10 +71,11 @@ impl Goal {
         });
     }
 
-    /// Ends it with a plan that is flown from now on.
-    pub(crate) fn succeed(self, scene: &Scene, body: usize, sequence: &Sequence) {
+    /// Ends it with a plan that is flown from now on, and what is to be said of it.
+    pub(crate) fn succeed(self, scene: &Scene, body: usize, sequence: &Sequence, remark: String) {
         let result = PlanManeuverResult {
             success: true,
+            message: remark,
             ..with(scene, body, sequence)
         };
         self.handle.succeed(result);

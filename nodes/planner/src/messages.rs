@@ -26,7 +26,10 @@ pub(crate) fn progress(
         trials: now.trials,
         step_length: now.step_length,
         violation: now.violation,
+        stationarity: now.stationarity,
         cost: now.cost,
+        condition: now.condition,
+        sufficient: now.sufficient,
         message,
     })
 }

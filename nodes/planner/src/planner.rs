@@ -18,7 +18,7 @@ use crate::messages;
 use crate::outlet::{Outlet, PATIENCE};
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Initial, Iteration, Reason, Task, Unsolved};
+use crate::solver::{End, Initial, Iteration, Reason, Solved, Task, Unsolved};
 use crate::worker::{Stop, Update, Worker};
 
 /// How long the worker is listened to before states, goals and the shutdown are looked after.
@@ -58,7 +58,7 @@ pub(crate) struct Current {
     first_step: u64,
     stop: Arc<Stop>,
     began: Instant,
-    last: Option<Iteration>,
+    last: Iteration,
 }
 
 /// What a plan is made for.
@@ -75,7 +75,7 @@ impl Planner<'_> {
     /// Plans the manoeuvre from the scene's start, where `own` says so, and serves until the shutdown.
     pub(crate) fn run(&mut self, own: bool) -> Result<(), NodeError> {
         if own {
-            let task = self.whole();
+            let task = self.whole(false);
             self.begin(task, Purpose::Own, None)?;
         }
         let mut busy = false;
@@ -108,8 +108,8 @@ impl Planner<'_> {
         self.account(FAREWELL);
     }
 
-    /// The task of the whole manoeuvre.
-    fn whole(&self) -> Task {
+    /// The task of the whole manoeuvre, from the last plan of it or from nothing.
+    fn whole(&self, warm: bool) -> Task {
         Task {
             first_step: 0,
             initial: Initial::State(self.scene.bodies[self.maneuver.body].state),
@@ -117,7 +117,7 @@ impl Planner<'_> {
                 Some(range) => End::Free(range),
                 None => End::After(self.scene.steps as usize),
             },
-            guess: None,
+            guess: warm.then(|| self.guess(0)).flatten(),
         }
     }
 
@@ -135,7 +135,7 @@ impl Planner<'_> {
             first_step,
             stop,
             began: Instant::now(),
-            last: None,
+            last: Iteration::NONE,
         });
         Ok(())
     }
@@ -147,14 +147,14 @@ impl Planner<'_> {
         };
         match update {
             Update::Iteration(now) => {
-                current.last = Some(now);
+                current.last = now;
                 self.tell(&current, &now);
                 self.current = Some(current);
                 Ok(())
             }
             Update::Ended(ended) => {
-                if let (Some(now), Ok(plan)) = (&mut current.last, &*ended) {
-                    now.settle(plan);
+                if let Ok(solved) = &*ended {
+                    current.last.settle(&solved.plan);
                 }
                 self.conclude(&current, &ended);
                 match current.purpose {
@@ -169,30 +169,33 @@ impl Planner<'_> {
     /// Says where the solver is. Of plans made in flight only the outcome is told.
     fn tell(&mut self, current: &Current, now: &Iteration) {
         match &current.purpose {
-            Purpose::Own => self.node.report(&Event::Planning(report(now))),
+            // JSON has no other numbers.
+            Purpose::Own if now.violation.is_finite() && now.cost.is_finite() => {
+                self.node.report(&Event::Planning(report(now)));
+            }
+            Purpose::Own => {}
             Purpose::Goal(goal) => goal.tell(now),
             Purpose::Replan => return,
         }
-        self.progress(current, (PlanProgress::SOLVING, String::new()));
+        let outcome = (PlanProgress::SOLVING, String::new());
+        self.progress(current.first_step, now, outcome);
     }
 
     /// Says how the solver has ended. Of a plan made in flight that is not enough to know what becomes of it.
-    fn conclude(&mut self, current: &Current, ended: &Result<Plan, Unsolved>) {
+    fn conclude(&mut self, current: &Current, ended: &Result<Solved, Unsolved>) {
         let outcome = match (&current.purpose, ended) {
             (Purpose::Replan, _) => return,
-            (_, Ok(_)) => (PlanProgress::CONVERGED, String::new()),
+            (_, Ok(solved)) => (PlanProgress::CONVERGED, solved.remark.clone()),
             (_, Err(unsolved)) => (PlanProgress::FAILED, unsolved.message.clone()),
         };
-        self.progress(current, outcome);
+        self.progress(current.first_step, &current.last, outcome);
     }
 
-    /// Publishes the last iteration as it stands.
-    fn progress(&mut self, current: &Current, outcome: (u8, String)) {
-        if let Some(now) = &current.last {
-            let (body, first_step) = (self.maneuver.body, current.first_step);
-            let message = messages::progress(&self.scene, body, first_step, now, outcome);
-            self.outlet.progress(message);
-        }
+    /// Publishes an iteration of a plan that begins at `first_step`, with what has become of it.
+    fn progress(&mut self, first_step: u64, now: &Iteration, outcome: (u8, String)) {
+        let body = self.maneuver.body;
+        let message = messages::progress(&self.scene, body, first_step, now, outcome);
+        self.outlet.progress(message);
     }
 
     fn publish(&mut self, first_step: u64, plan: Plan) -> Result<Sequence, NodeError> {
@@ -216,9 +219,9 @@ impl Planner<'_> {
     }
 
     /// The plan of the whole manoeuvre, without which the node has nothing to do.
-    fn own(&mut self, current: &Current, ended: Result<Plan, Unsolved>) -> Result<(), NodeError> {
+    fn own(&mut self, current: &Current, ended: Result<Solved, Unsolved>) -> Result<(), NodeError> {
         let plan = match ended {
-            Ok(plan) => plan,
+            Ok(solved) => solved.plan,
             Err(Unsolved {
                 reason, message, ..
             }) => {
@@ -234,19 +237,23 @@ impl Planner<'_> {
         let seconds = current.began.elapsed().as_secs_f64();
         self.publish(current.first_step, plan)?;
         self.account(PATIENCE);
-        if let Some(now) = &current.last {
-            let Iteration {
-                iteration,
-                cost,
-                violation,
-                ..
-            } = now;
-            info!("planned in {iteration} iterations: cost {cost}, violation {violation:.1e}");
-            self.node.report(&Event::Planned {
-                plan: report(now),
-                seconds,
-            });
-        }
+        let Iteration {
+            iteration,
+            cost,
+            violation,
+            stationarity,
+            condition,
+            sufficient,
+            ..
+        } = current.last;
+        info!(
+            "planned in {iteration} iterations: cost {cost}, violation {violation:.1e}, stationarity {stationarity:.1e}, \
+             condition {condition:.1e}, known to be a strict minimum: {sufficient}"
+        );
+        self.node.report(&Event::Planned {
+            plan: report(&current.last),
+            seconds,
+        });
         Ok(())
     }
 }

@@ -1,4 +1,4 @@
-use lgvi_dynamics::{BodyState, Load, Simulation};
+use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::{Scene, Scheme};
 use thiserror::Error;
 
@@ -63,9 +63,9 @@ impl Forecast {
             reason,
         };
         let states = from.states.clone();
-        let mut simulation = Simulation::new(scene.system(), states, scheme.method, scene.h())
-            .map_err(|error| fail(error.to_string()))?
-            .with_substeps(scheme.substeps);
+        let mut simulation = scene
+            .simulation_from(states, *scheme)
+            .map_err(|error| fail(error.to_string()))?;
         let mut loads = vec![Load::default(); scene.bodies.len()];
         for step in from.step..step {
             let state = &simulation.states()[body];
@@ -101,8 +101,8 @@ mod tests {
             end: End::After((scene.steps - first_step) as usize),
             guess: None,
         };
-        let plan = solve(scene, &task, &mut |_| true).unwrap();
-        Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, plan)
+        let solved = solve(scene, &task, &mut |_| true).unwrap();
+        Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, solved.plan)
     }
 
     fn controls(scene: &Scene, sequence: &Sequence) -> Controls {
@@ -169,5 +169,39 @@ mod tests {
                 step: 39
             }
         );
+    }
+
+    /// The scene turns too far for a step of its own, and cuts it.
+    #[test]
+    fn steps_that_the_flight_cuts_are_cut() {
+        let fast = SCENE
+            .replace("integrator = ", "subdivide = 4\nintegrator = ")
+            .replace(
+                "angular_velocity = [0.0, 0.0, 0.983]",
+                "angular_velocity = [0.0, 0.0, 700.0]",
+            );
+        let forecast = |scene: &Scene| {
+            let from = Observed {
+                step: 0,
+                states: scene.initial_states(),
+                at: Instant::now(),
+            };
+            let forecast = Forecast {
+                scheme: scene.scheme().unwrap(),
+                from,
+                sequences: Vec::new(),
+            };
+            forecast.state(scene, 0, 5)
+        };
+        let scene = Scene::parse("test", &fast).unwrap();
+        let mut flight = scene.simulation(scene.scheme().unwrap()).unwrap();
+        for _ in 0..5 {
+            flight.advance(&[Load::default()]).unwrap();
+        }
+        assert_eq!(forecast(&scene), Ok(flight.states()[0]));
+
+        let whole = fast.replace("subdivide = 4", "subdivide = 0");
+        let error = forecast(&Scene::parse("test", &whole).unwrap()).unwrap_err();
+        assert!(matches!(error, PredictionError::Steps { .. }), "{error}");
     }
 }

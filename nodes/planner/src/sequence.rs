@@ -6,7 +6,7 @@ use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError, Name};
 use lgvi_node::{FeedbackSequence, Limits, control_interval, feedback_sequence};
 use lgvi_scene::{Maneuver, Scene};
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 
 /// A plan as it is flown: from a step on, with or without its feedback law.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ impl Sequence {
         Self {
             first_step,
             limits: (maneuver.feedback && plan.feedback.len() == plan.controls.len())
-                .then(|| limits(&maneuver.constraints)),
+                .then(|| limits(maneuver)),
             plan: Arc::new(plan),
         }
     }
@@ -98,16 +98,23 @@ impl Samples {
     }
 }
 
-/// The limits that constraints put on force and moment, the tightest of each kind.
-fn limits(constraints: &[Constraint]) -> Limits {
+/// The limits that constraints put on force and moment, the tightest of each kind. Those on commands are such limits only
+/// where commands are force and moment themselves.
+fn limits(maneuver: &Maneuver) -> Limits {
+    let direct = *maneuver.actuation.matrix() == SMatrix::<f64, 6, 6>::identity();
     let tighter = |limit: &mut Vector3<f64>, other: &Vector3<f64>| *limit = limit.inf(other);
     let mut limits = Limits::NONE;
-    for constraint in constraints {
+    for constraint in &maneuver.constraints {
         match constraint {
             Constraint::ForceComponents { limit } => tighter(&mut limits.force, limit),
             Constraint::MomentComponents { limit } => tighter(&mut limits.moment, limit),
             Constraint::ForceNorm { limit } => limits.force_norm = limits.force_norm.min(*limit),
             Constraint::MomentNorm { limit } => limits.moment_norm = limits.moment_norm.min(*limit),
+            Constraint::Commands { limit } if direct => {
+                let [fx, fy, fz, mx, my, mz] = *limit;
+                tighter(&mut limits.force, &Vector3::new(fx, fy, fz));
+                tighter(&mut limits.moment, &Vector3::new(mx, my, mz));
+            }
             Constraint::Commands { .. }
             | Constraint::KeepOutCone { .. }
             | Constraint::KeepOutSphere { .. }
@@ -115,4 +122,40 @@ fn limits(constraints: &[Constraint]) -> Limits {
         }
     }
     limits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
+
+    fn of(keys: &str) -> Limits {
+        let keys = format!("feedback = true\n{keys}\n");
+        let text = SCENE.replace("feedback = true\n", &keys);
+        let scene = Scene::parse("test", &text).unwrap();
+        limits(scene.maneuver.as_ref().unwrap())
+    }
+
+    #[test]
+    fn what_feedback_adds_is_held_within_the_tightest_constraints() {
+        assert_eq!(of(""), Limits::NONE);
+        let several = of("constraints = [{ kind = \"commands\", limit = 3.0 }, \
+             { kind = \"force_components\", limit = [1.0, 2.0, 4.0] }, { kind = \"moment_norm\", limit = 5.0 }]");
+        let expected = Limits {
+            force: Vector3::new(1.0, 2.0, 3.0),
+            moment: Vector3::new(3.0, 3.0, 3.0),
+            moment_norm: 5.0,
+            ..Limits::NONE
+        };
+        assert_eq!(several, expected);
+        let thruster = "actuators = [{ force = [2.0, 0.0, 0.0] }, { force = [0.0, 2.0, 0.0] }, \
+             { force = [0.0, 0.0, 2.0] }, { moment = [1.0, 0.0, 0.0] }, { moment = [0.0, 1.0, 0.0] }, \
+             { moment = [0.0, 0.0, 1.0] }]\nconstraints = [{ kind = \"commands\", limit = 3.0 }]";
+        assert_eq!(
+            of(thruster),
+            Limits::NONE,
+            "three units of a command are six of force"
+        );
+    }
 }

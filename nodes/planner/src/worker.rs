@@ -3,18 +3,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use lgvi_control::Plan;
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
-use crate::solver::{self, Iteration, Reason, Task, Unsolved};
+use crate::solver::{self, Iteration, Reason, Solved, Task, Unsolved};
 
 /// What the worker says of a task, by its number.
 pub(crate) enum Update {
     /// Where the solver is.
     Iteration(Iteration),
     /// The task is over.
-    Ended(Box<Result<Plan, Unsolved>>),
+    Ended(Box<Result<Solved, Unsolved>>),
 }
 
 /// The right to end a task before it has ended by itself.
@@ -104,6 +103,12 @@ fn work(scene: &Scene, jobs: &Receiver<Job>, updates: &Sender<(u64, Update)>) {
         let ended = solver::solve(scene, &task, &mut observe);
         let ended = ended.map_err(|unsolved| match (unsolved.reason, stop.reason()) {
             (Reason::Cancelled, Some(reason)) => Unsolved { reason, ..unsolved },
+            // The solver stops by itself where not even its best iterate can be flown.
+            (Reason::Cancelled, None) => Unsolved {
+                reason: Reason::NotConverged,
+                message: "not converged: no iterate can be flown".into(),
+                ..unsolved
+            },
             _ => unsolved,
         });
         if updates

@@ -52,7 +52,7 @@ const SAME: f64 = 1e-6;
 /// random ones; each found once, the cheapest first.
 ///
 /// Minima are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the
-/// iterations of all; if it returns `false`, the search ends with what is refined, if there is something.
+/// iterations of all, counted through; if it returns `false`, the search ends with what is refined, if there is something.
 ///
 /// # Assumptions and limitations
 /// A search proves nothing about what it has not found. Of plans that are no strict minima none are returned.
@@ -74,8 +74,18 @@ pub fn search<F: Field + Clone>(
     };
     let end = end(transfer);
     let stopped = Cell::new(false);
+    // Iterations and trials of the solutions before, and of this one too.
+    let (before, made) = (Cell::new([0; 2]), Cell::new([0; 2]));
     let mut watch = |now: &Progress| {
-        stopped.set(stopped.get() || !observe(now));
+        let [iteration, trials] = before.get();
+        let (iteration, trials) = (iteration + now.iteration, trials + now.trials);
+        made.set([iteration, trials]);
+        let all = Progress {
+            iteration,
+            trials,
+            ..*now
+        };
+        stopped.set(stopped.get() || !observe(&all));
         !stopped.get()
     };
     let mut as_coarse = |now: &Progress| {
@@ -93,6 +103,7 @@ pub fn search<F: Field + Clone>(
         if stopped.get() {
             break;
         }
+        before.set(made.get());
         let path = paths::plan(&coarse, &end, &detour);
         if let Ok(plan) = solve(&coarse, Start::Warm(&path), newton, &mut as_coarse) {
             keep(&mut found, plan, 1);
@@ -101,8 +112,10 @@ pub fn search<F: Field + Clone>(
     rank(&mut found);
     let mut refined: Vec<Minimum> = Vec::new();
     for Minimum { plan, starts, .. } in found {
+        before.set(made.get());
         match solve(transfer, Start::Warm(&plan), newton, &mut watch) {
             Ok(plan) => keep(&mut refined, plan, starts),
+            Err(error @ PlanError::Stopped { .. }) => failure = Some(error),
             Err(error) => failure = failure.or(Some(error)),
         }
     }

@@ -1,5 +1,5 @@
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{BodyState, RigidBody};
+use lgvi_dynamics::{BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
@@ -39,11 +39,17 @@ pub enum TransferError {
     /// The step is not a positive number.
     #[error("the step is {0}, expected a finite number > 0")]
     Step(f64),
-    /// There are no steps.
+    /// There are too few steps.
     #[error(
-        "the transfer has 0 steps, expected at least 2: one interval cannot reach all twelve coordinates"
+        "the transfer has {0} steps, expected at least 2: one interval cannot reach all twelve coordinates"
     )]
-    Steps,
+    Steps(usize),
+    /// The body does not move as loads tell.
+    #[error("the body is {0:?}, expected one that is free to move and turn")]
+    Mobility(Mobility),
+    /// The initial state is not finite.
+    #[error("the initial state is {0:?}, expected finite numbers")]
+    Initial(Box<BodyState>),
     /// The actuation is none.
     #[error(transparent)]
     Actuation(#[from] ActuationError),
@@ -57,6 +63,10 @@ pub enum TransferError {
 
 impl<F: Field> Transfer<F> {
     /// From `initial` into `target` in `intervals` steps of `h`.
+    ///
+    /// # Errors
+    /// A step that is not positive, fewer than two steps, a body that is held or driven, an initial state or a target that is
+    /// none.
     pub fn new(
         body: RigidBody,
         field: F,
@@ -70,7 +80,13 @@ impl<F: Field> Transfer<F> {
             return Err(TransferError::Step(h));
         }
         if intervals < 2 {
-            return Err(TransferError::Steps);
+            return Err(TransferError::Steps(intervals));
+        }
+        if *body.mobility() != Mobility::Free {
+            return Err(TransferError::Mobility(*body.mobility()));
+        }
+        if !initial.is_finite() {
+            return Err(TransferError::Initial(Box::new(initial)));
         }
         let target = target.into();
         let terminal = TerminalSet::new(&target, body.mass())?;
@@ -182,7 +198,50 @@ pub(crate) fn invert(
 
 #[cfg(test)]
 mod tests {
+    use lgvi_dynamics::Inertia;
+    use lgvi_dynamics::gravity::Sources;
+
     use super::*;
+
+    fn transfer(
+        mobility: Mobility,
+        initial: BodyState,
+    ) -> Result<Transfer<Sources>, TransferError> {
+        let inertia = Inertia::principal([1.0, 1.0, 1.0]).unwrap();
+        let body = RigidBody::new(1.0, inertia, Vec::new()).unwrap();
+        let weight = Matrix3::identity();
+        Transfer::new(
+            body.with_mobility(mobility),
+            Sources::new(Vec::new()),
+            0.1,
+            10,
+            initial,
+            at_rest(),
+            Actuation::full(&weight, &weight).unwrap(),
+        )
+    }
+
+    fn at_rest() -> BodyState {
+        BodyState {
+            position: Vector3::zeros(),
+            linear_momentum: Vector3::zeros(),
+            attitude: Matrix3::identity(),
+            angular_momentum: Vector3::zeros(),
+        }
+    }
+
+    #[test]
+    fn only_free_bodies_in_finite_states_are_planned() {
+        assert!(transfer(Mobility::Free, at_rest()).is_ok());
+        for held in [Mobility::Pivoted, Mobility::Fixed] {
+            let refused = transfer(held, at_rest()).err();
+            assert_eq!(refused, Some(TransferError::Mobility(held)));
+        }
+        let mut nowhere = at_rest();
+        nowhere.angular_momentum.y = f64::NAN;
+        let refused = transfer(Mobility::Free, nowhere).err();
+        assert!(matches!(refused, Some(TransferError::Initial(_))));
+    }
 
     #[test]
     fn only_symmetric_positive_definite_weights_are_weights() {

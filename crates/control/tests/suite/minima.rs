@@ -102,3 +102,23 @@ fn a_search_that_is_stopped_returns_what_is_refined_or_says_so() {
     assert!(matches!(stopped(1), Err(PlanError::Stopped { .. })));
     assert!(matches!(stopped(30), Err(PlanError::Stopped { .. })));
 }
+
+#[test]
+fn iterations_of_all_solutions_are_counted_through() {
+    let count = |starts| {
+        let settings = SearchSettings {
+            starts,
+            ..SearchSettings::default()
+        };
+        let mut last = 0;
+        search(&transfer(), &settings, |now| {
+            assert!(now.iteration >= last, "{} after {last}", now.iteration);
+            last = now.iteration;
+            true
+        })
+        .expect("minima");
+        last
+    };
+    let (one, three) = (count(1), count(3));
+    assert!(three >= one + 2, "{three} and {one}");
+}

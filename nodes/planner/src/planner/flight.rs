@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use lgvi_control::Plan;
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_node::{Event, NodeError};
 use tracing::{info, warn};
@@ -11,7 +10,7 @@ use super::{Current, Planner, Purpose};
 use crate::prediction::Forecast;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Guess, Initial, Task, Unsolved};
+use crate::solver::{End, Guess, Initial, Iteration, Solved, Task, Unsolved};
 
 impl Planner<'_> {
     /// The task of the rest of the manoeuvre from a later step on, to arrive when the last plan does.
@@ -34,15 +33,21 @@ impl Planner<'_> {
             from: latest.clone(),
             sequences: self.sequences.clone(),
         };
-        let guess = last.filter(|last| warm && last.first_step <= first_step);
         Ok(Task {
             first_step,
             initial: Initial::Forecast(Box::new(forecast)),
             end: End::After(intervals as usize),
-            guess: guess.map(|last| Guess {
-                plan: Arc::clone(&last.plan),
-                flown: (first_step - last.first_step) as usize,
-            }),
+            guess: warm.then(|| self.guess(first_step)).flatten(),
+        })
+    }
+
+    /// The last plan that will be flown at a step, to start from.
+    pub(super) fn guess(&self, first_step: u64) -> Option<Guess> {
+        let mut newest = self.sequences.iter().rev();
+        let flown = newest.find(|sequence| sequence.first_step <= first_step)?;
+        Some(Guess {
+            plan: Arc::clone(&flown.plan),
+            flown: (first_step - flown.first_step) as usize,
         })
     }
 
@@ -63,7 +68,7 @@ impl Planner<'_> {
         match self.rest(first_step, true) {
             Ok(task) => self.begin(task, Purpose::Replan, Some(deadline)),
             Err(why) => {
-                self.keep(first_step, &why);
+                self.keep(first_step, Iteration::NONE, why);
                 Ok(())
             }
         }
@@ -73,17 +78,18 @@ impl Planner<'_> {
     pub(super) fn replanned(
         &mut self,
         current: &Current,
-        ended: Result<Plan, Unsolved>,
+        ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
         let first_step = current.first_step;
         let plan = match ended.map_err(|unsolved| unsolved.message) {
-            Ok(plan) => self.in_time(first_step).map(|()| plan),
+            Ok(solved) => self.in_time(first_step).map(|()| solved.plan),
             Err(why) => Err(why),
         };
         match plan {
             Ok(plan) => {
                 self.publish(first_step, plan)?;
-                self.progress(current, (PlanProgress::CONVERGED, String::new()));
+                let outcome = (PlanProgress::CONVERGED, String::new());
+                self.progress(first_step, &current.last, outcome);
                 if let Some(replanner) = &mut self.replanner {
                     replanner.published += 1;
                 }
@@ -91,10 +97,7 @@ impl Planner<'_> {
                 info!("planned anew from step {first_step} on in {milliseconds:.1} ms");
                 self.count();
             }
-            Err(why) => {
-                self.progress(current, (PlanProgress::KEPT, why.clone()));
-                self.keep(first_step, &why);
-            }
+            Err(why) => self.keep(first_step, current.last, why),
         }
         Ok(())
     }
@@ -113,8 +116,9 @@ impl Planner<'_> {
     }
 
     /// Takes note that the old plan is flown on.
-    fn keep(&mut self, first_step: u64, why: &str) {
+    fn keep(&mut self, first_step: u64, last: Iteration, why: String) {
         warn!("the old plan is kept, there is no new one from step {first_step} on: {why}");
+        self.progress(first_step, &last, (PlanProgress::KEPT, why));
         if let Some(replanner) = &mut self.replanner {
             replanner.kept += 1;
         }

@@ -2,14 +2,13 @@
 
 use std::time::Duration;
 
-use lgvi_control::Plan;
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_node::NodeError;
 
 use super::{Current, Planner, Purpose};
 use crate::goals::Goal;
 use crate::sequence::Sequence;
-use crate::solver::{Reason, Unsolved};
+use crate::solver::{Reason, Solved, Unsolved};
 
 /// How long after its deadline a goal waits for the worker to say how far it has come.
 const GRACE: Duration = Duration::from_millis(100);
@@ -42,7 +41,7 @@ impl Planner<'_> {
         let (first_step, warm) = (goal.handle.goal().first_step, goal.handle.goal().warm);
         let task = match (first_step, self.in_time(first_step)) {
             (_, Err(why)) => Err(why),
-            (0, Ok(())) => Ok(self.whole()),
+            (0, Ok(())) => Ok(self.whole(warm)),
             (_, Ok(())) => self.rest(first_step, warm),
         };
         match task {
@@ -76,7 +75,8 @@ impl Planner<'_> {
             && let Some(current) = self.current.take()
         {
             current.stop.cancel();
-            self.progress(&current, (PlanProgress::FAILED, why.1.into()));
+            let outcome = (PlanProgress::FAILED, why.1.into());
+            self.progress(current.first_step, &current.last, outcome);
             if let Purpose::Goal(goal) = current.purpose {
                 goal.fail(&self.scene, body, why, None);
             }
@@ -88,15 +88,15 @@ impl Planner<'_> {
         &mut self,
         goal: Goal,
         first_step: u64,
-        ended: Result<Plan, Unsolved>,
+        ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
         let body = self.maneuver.body;
         let sequence = |plan| Sequence::new(&self.maneuver, first_step, plan);
         match ended {
-            Ok(plan) => match self.in_time(first_step) {
+            Ok(Solved { plan, remark }) => match self.in_time(first_step) {
                 Ok(()) => {
                     let sequence = self.publish(first_step, plan)?;
-                    goal.succeed(&self.scene, body, &sequence);
+                    goal.succeed(&self.scene, body, &sequence, remark);
                 }
                 Err(why) => {
                     let late = Sequence::new(&self.maneuver, first_step, plan);

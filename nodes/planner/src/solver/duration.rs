@@ -5,7 +5,7 @@ use lgvi_dynamics::BodyState;
 use lgvi_scene::{FinalTime, Scene};
 use tracing::info;
 
-use super::{Iteration, Observe, Reason, Unsolved, once, transfer};
+use super::{Iteration, Observe, Reason, Solved, Unsolved, once, transfer};
 
 /// The plan of the best duration: a whole number of the run's steps, so that it is flown as it is planned, at which
 /// `J + weight · T` is less than with a step more or a step less, or which is a bound of the range.
@@ -17,21 +17,13 @@ pub(super) fn solve(
     initial: &BodyState,
     range: FinalTime,
     observe: Observe<'_>,
-) -> Result<Plan, Unsolved> {
+) -> Result<Solved, Unsolved> {
     let mut durations = Durations {
         scene,
         initial,
         range,
         observe,
-        made: Iteration {
-            iteration: 0,
-            trials: 0,
-            step_length: 1.0,
-            violation: f64::INFINITY,
-            stationarity: 0.0,
-            cost: f64::INFINITY,
-            phase: "duration",
-        },
+        made: Iteration::NONE,
         known: BTreeMap::new(),
         best: None,
         failure: None,
@@ -71,11 +63,11 @@ pub(super) fn solve(
     };
     match (durations.best, durations.failure) {
         (Some((_, plan)), _) => {
-            info!(
-                "the best duration is {at} steps{bound}: {} durations planned",
-                durations.known.len()
-            );
-            Ok(plan)
+            let planned = durations.known.len();
+            let remark =
+                format!("the best duration is {at} steps{bound}: {planned} durations planned");
+            info!("{remark}");
+            Ok(Solved { plan, remark })
         }
         (None, Some(unsolved)) => Err(unsolved),
         (None, None) => Err(Unsolved::new(Reason::NotConverged, "no duration was tried")),
@@ -124,7 +116,7 @@ impl Durations<'_, '_> {
             planned => planned,
         };
         let cost = match planned {
-            Ok(plan) => {
+            Ok(Solved { plan, .. }) => {
                 let time = steps as f64 * self.scene.h();
                 let cost = plan.cost + self.range.weight * time;
                 if self.best.as_ref().is_none_or(|(least, _)| cost < *least) {
@@ -187,7 +179,7 @@ mod tests {
             end,
             guess: None,
         };
-        solve(scene, &task, &mut |_| true)
+        solve(scene, &task, &mut |_| true).map(|solved| solved.plan)
     }
 
     fn free(scene: &Scene) -> Result<Plan, Unsolved> {

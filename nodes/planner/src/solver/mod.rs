@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
 use lgvi_control::{
-    Certificate, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start, Transfer,
+    Certificate, Minimum, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start,
+    Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Sources;
@@ -75,8 +76,27 @@ pub(crate) struct Iteration {
     pub(crate) stationarity: f64,
     /// The objective.
     pub(crate) cost: f64,
+    /// Condition number of the plan that it has led to; 0 where there is none, or the method does not say.
+    pub(crate) condition: f64,
+    /// Whether that plan is known to be a strict local minimum.
+    pub(crate) sufficient: bool,
     /// What it is at.
     pub(crate) phase: &'static str,
+}
+
+impl Iteration {
+    /// Before the first.
+    pub(crate) const NONE: Self = Self {
+        iteration: 0,
+        trials: 0,
+        step_length: 1.0,
+        violation: f64::INFINITY,
+        stationarity: 0.0,
+        cost: f64::INFINITY,
+        condition: 0.0,
+        sufficient: false,
+        phase: "",
+    };
 }
 
 /// Why there is no plan.
@@ -92,6 +112,14 @@ pub(crate) enum Reason {
     Cancelled,
     /// The task makes no sense.
     Refused,
+}
+
+/// How a task ended with a plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Solved {
+    pub(crate) plan: Plan,
+    /// Which of several plans it is; empty where only one was looked for.
+    pub(crate) remark: String,
 }
 
 /// How a task ended without a plan.
@@ -117,7 +145,7 @@ impl Unsolved {
 type Observe<'o> = &'o mut dyn FnMut(&Iteration) -> bool;
 
 /// Solves a task of the scene's manoeuvre.
-pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<Plan, Unsolved> {
+pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<Solved, Unsolved> {
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
@@ -158,7 +186,7 @@ fn once(
     transfer: &Transfer<Sources>,
     guess: Option<&Plan>,
     observe: Observe<'_>,
-) -> Result<Plan, Unsolved> {
+) -> Result<Solved, Unsolved> {
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
@@ -167,8 +195,9 @@ fn once(
     }
     let refused = |error: ProcessingError| Unsolved::new(Reason::Refused, error);
     let early = processed(transfer.clone()).map_err(refused)?;
-    let plan = by_method(maneuver, &early, None, observe)?;
-    flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)
+    let Solved { plan, remark } = by_method(maneuver, &early, None, observe)?;
+    let plan = flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)?;
+    Ok(Solved { plan, remark })
 }
 
 fn by_method(
@@ -176,14 +205,18 @@ fn by_method(
     transfer: &Transfer<Sources>,
     guess: Option<&Plan>,
     observe: Observe<'_>,
-) -> Result<Plan, Unsolved> {
+) -> Result<Solved, Unsolved> {
     let solver = &maneuver.solver;
     let settings = newton_settings(solver);
-    match (solver.method, maneuver.search, guess) {
-        (SolverMethod::Shooting, ..) => shooting::solve(transfer, &solver.shooting(), observe),
-        (SolverMethod::Newton, Some(search), None) => best(transfer, search, settings, observe),
-        (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe),
-    }
+    let plan = match (solver.method, maneuver.search, guess) {
+        (SolverMethod::Shooting, ..) => shooting::solve(transfer, &solver.shooting(), observe)?,
+        (SolverMethod::Newton, Some(search), None) => {
+            return best(transfer, search, settings, observe);
+        }
+        (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe)?,
+    };
+    let remark = String::new();
+    Ok(Solved { plan, remark })
 }
 
 /// The cheapest local minimum of a search; the ranking goes to the log.
@@ -192,27 +225,38 @@ fn best(
     Search { starts, seed }: Search,
     newton: NewtonSettings,
     observe: Observe<'_>,
-) -> Result<Plan, Unsolved> {
+) -> Result<Solved, Unsolved> {
     let settings = SearchSettings {
         starts,
         seed,
         newton,
     };
     let minima = lgvi_control::search(transfer, &settings, |now| observe(&now.into()))?;
-    for (rank, minimum) in (1..).zip(&minima) {
-        let (cost, winding) = (minimum.plan.cost, minimum.winding);
-        let rotation: [f64; 3] = winding.rotation.into();
-        let flown = if rank == 1 { ", which is flown" } else { "" };
-        info!(
-            "minimum {rank} of {}{flown}: cost {cost}, turns by {:.2} rad in all, {rotation:.2?} about the body's axes, \
-             from {} starts",
-            minima.len(),
-            winding.angle,
-            minimum.starts
-        );
+    let ranked: Vec<_> = (1..)
+        .zip(&minima)
+        .map(|(rank, minimum)| described(rank, minima.len(), minimum))
+        .collect();
+    for minimum in &ranked {
+        info!("{minimum}");
     }
-    let best = minima.into_iter().next().map(|minimum| minimum.plan);
-    best.ok_or_else(|| Unsolved::new(Reason::NotConverged, "no start leads to a minimum"))
+    match (minima.into_iter().next(), ranked.into_iter().next()) {
+        (Some(Minimum { plan, .. }), Some(remark)) => Ok(Solved { plan, remark }),
+        _ => {
+            let message = "no start leads to a minimum";
+            Err(Unsolved::new(Reason::NotConverged, message))
+        }
+    }
+}
+
+/// A local minimum in words.
+fn described(rank: usize, of: usize, minimum: &Minimum) -> String {
+    let (cost, starts) = (minimum.plan.cost, minimum.starts);
+    let Winding { rotation, angle } = minimum.winding;
+    let rotation: [f64; 3] = rotation.into();
+    format!(
+        "minimum {rank} of {of}: cost {cost}, turns by {angle:.2} rad in all, {rotation:.2?} about the body's axes, \
+         from {starts} starts"
+    )
 }
 
 fn newton_settings(solver: &Solver) -> NewtonSettings {
@@ -240,6 +284,8 @@ impl Iteration {
         self.cost = plan.cost;
         self.violation = violation(&plan.certificate);
         self.stationarity = plan.certificate.stationarity;
+        self.condition = plan.certificate.condition;
+        self.sufficient = plan.certificate.sufficient;
     }
 }
 
@@ -263,6 +309,8 @@ impl From<&Progress> for Iteration {
             violation: now.violation,
             stationarity: now.stationarity,
             cost: now.cost,
+            condition: 0.0,
+            sufficient: false,
             phase: match now.phase {
                 Phase::Coarse => "coarse",
                 Phase::Fine => "fine",

@@ -60,6 +60,8 @@ impl From<&lgvi_control::Iteration> for Iteration {
             violation: now.violation,
             stationarity: 0.0,
             cost: now.cost,
+            condition: 0.0,
+            sufficient: false,
             phase: "shooting",
         }
     }

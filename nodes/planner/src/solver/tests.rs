@@ -15,6 +15,10 @@ fn scene(keys: &str, integrator: &str) -> Scene {
 }
 
 fn planned(scene: &Scene) -> Plan {
+    solved(scene).plan
+}
+
+fn solved(scene: &Scene) -> Solved {
     let task = Task {
         first_step: 0,
         initial: Initial::State(scene.bodies[0].state),
@@ -71,14 +75,17 @@ fn a_processed_plan_is_flown_by_a_method_of_second_order() {
     assert!(own < 1e-11, "{own}");
 }
 
-/// A search is no worse than the cold start that it includes.
+/// A search is no worse than the cold start that it includes, and says which minimum it returns.
 #[test]
 fn a_search_returns_the_cheapest_minimum() {
-    let plain = planned(&scene("", "\"lie_euler\"")).cost;
-    let searched = planned(&scene(
-        "search = { starts = 12, seed = 1 }",
-        "\"lie_euler\"",
-    ))
-    .cost;
+    let plain = solved(&scene("", "\"lie_euler\""));
+    assert_eq!(plain.remark, "");
+    let keys = "search = { starts = 12, seed = 1 }";
+    let Solved { plan, remark } = solved(&scene(keys, "\"lie_euler\""));
+    let (searched, plain) = (plan.cost, plain.plan.cost);
     assert!(searched < plain * (1.0 - 1e-3), "{searched} and {plain}");
+    assert!(
+        remark.starts_with("minimum 1 of ") && remark.contains(&format!("cost {searched}")),
+        "{remark}"
+    );
 }

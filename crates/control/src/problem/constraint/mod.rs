@@ -1,4 +1,4 @@
-//! InequalitySet on commands and states, as smooth functions `g ≤ 0` with two derivatives.
+//! Inequalities on commands and states, as smooth functions `g ≤ 0` with two derivatives.
 //!
 //! Each is scaled to have no dimension: a limit is exceeded by `g` of itself, a sphere is entered by `g` of its radius, a
 //! cone by `g` rad, a corridor left by `g` of its length, all to first order.

@@ -1,4 +1,4 @@
-//! InequalitySet against their geometry, their derivatives against automatic differentiation.
+//! Inequalities against their geometry, their derivatives against automatic differentiation.
 
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;

@@ -36,7 +36,7 @@ fn a_step_without_solution_is_named_and_the_bag_keeps_all_before_it() {
 #[test]
 fn a_plan_that_does_not_converge_is_said() {
     let world = World::new();
-    let solver = "[maneuver.solver]\nmax_iterations = 3\n\n[maneuver.target]";
+    let solver = "[maneuver.solver]\nmax_iterations = 1\n\n[maneuver.target]";
     let scene = edited(
         &world,
         "inclination_change",

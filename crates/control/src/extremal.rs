@@ -43,6 +43,8 @@ pub struct Extremal {
     pub states: Vec<BodyState>,
     /// Controls `u_1 … u_N`.
     pub controls: Vec<Load>,
+    /// Costate `λ_0 … λ_{N−1}`.
+    pub multipliers: Vec<SVector<f64, 12>>,
     /// The objective.
     pub cost: f64,
 }
@@ -88,6 +90,7 @@ fn sweep<F: Field>(
     let gains = transfer.gains().ok_or(ExtremalError::Unsupported)?;
     let mut states = Vec::with_capacity(transfer.intervals + 1);
     let mut controls = Vec::with_capacity(transfer.intervals);
+    let mut multipliers = Vec::with_capacity(transfer.intervals);
     let mut cost = 0.0;
     let mut state = transfer.initial;
     let mut previous = *lambda0;
@@ -108,12 +111,14 @@ fn sweep<F: Field>(
         }
         cost += transfer.actuation.cost(transfer.h, &stacked(&control));
         controls.push(control);
+        multipliers.push(lambda);
         states.push(state);
         previous = lambda;
     }
     Ok(Extremal {
         states,
         controls,
+        multipliers,
         cost,
     })
 }
@@ -126,6 +131,7 @@ fn control([force, moment]: &[Matrix3<f64>; 2], lambda: &Vector12) -> Load {
     }
 }
 
-fn stacked(load: &Load) -> SVector<f64, 6> {
+/// Force and moment in one vector.
+pub(crate) fn stacked(load: &Load) -> SVector<f64, 6> {
     SVector::from_iterator(load.force.iter().chain(&load.moment).copied())
 }

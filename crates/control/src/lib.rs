@@ -31,4 +31,4 @@ pub use problem::{
 };
 pub use replan::TooLate;
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
-pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};
+pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, certified, solve};

@@ -3,7 +3,7 @@ use nalgebra::SVector;
 use super::conditions::{Ending, Inequalities, Satisfied};
 use super::model::{Kind, Model, ModelError};
 use super::problem::{Iterate, Problem};
-use super::trial::{Direction, Merit, Move, Trial, Weights};
+use super::trial::{Direction, Weights};
 use crate::steps::Steps;
 
 /// The iteration at one N, with all its memory.
@@ -11,12 +11,12 @@ pub(crate) struct Newton<const X: usize, const U: usize> {
     pub(crate) model: Model<X, U>,
     /// The error where the model was made, if it is exact and has gains.
     pub(crate) solved_at: f64,
-    direction: Direction<X, U>,
-    weights: Weights<X>,
+    pub(super) direction: Direction<X, U>,
+    pub(super) weights: Weights<X>,
     /// Where it is.
     pub(crate) iterate: Iterate<X, U>,
-    spare: Iterate<X, U>,
-    third: Iterate<X, U>,
+    pub(super) spare: Iterate<X, U>,
+    pub(super) third: Iterate<X, U>,
 }
 
 /// How an iteration goes on.
@@ -91,19 +91,10 @@ const BEGIN: f64 = 10.0;
 /// Factors by which damping rises and falls.
 const RAISE: f64 = 8.0;
 const LOWER: f64 = 4.0;
-/// The shortest step tried before damping rises.
-const SHORTEST: f64 = 0.2;
-/// Armijo's share of the predicted decrease.
-const ARMIJO: f64 = 1e-4;
 /// What a step between stationary iterates must leave of the violation at most.
 const LEFT: f64 = 0.99;
 /// Stationarity from which a full step may lead to where the same model is good for more.
 const CLOSE: f64 = 2e-3;
-/// The most error, relative, that a model made elsewhere corrects, and the least part by which it must.
-const FOLLOWED: f64 = 0.02;
-const FALL: f64 = 0.2;
-/// Corrections of a trial's terminal miss.
-const CORRECTIONS: u32 = 3;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
@@ -236,110 +227,10 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// Goes on with the model that there is, its second derivatives those of where it was made (the chord method), as long
-    /// as that converges fast; `None` where it does not.
-    fn follow<S, E, Q>(
-        &mut self,
-        problem: &Problem<'_, S, E, X, U>,
-        inequalities: &mut Q,
-        tolerances: &Tolerances,
-        last: u32,
-        standing: &mut Standing,
-        observe: &mut impl FnMut(&Standing) -> bool,
-    ) -> Option<Ended>
-    where
-        S: Steps<X, U>,
-        E: Ending<X>,
-        Q: Inequalities<X, U>,
-    {
-        let mut error = FOLLOWED;
-        loop {
-            let change = self.model.follow(problem, &self.iterate).ok()?;
-            self.measure(problem, standing);
-            let found = standing.violation.max(standing.stationarity);
-            let missed = self.model.defects.iter().any(|d| d.amax() > 0.0);
-            if found.is_nan() || found > error || missed {
-                return None;
-            }
-            if standing.stationarity <= tolerances.stationarity {
-                let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
-                if miss <= tolerances.violation {
-                    standing.violation = miss;
-                    return Some(Ended::Converged);
-                }
-                return None;
-            }
-            if standing.iteration >= last {
-                return None;
-            }
-            if !observe(standing) {
-                return Some(Ended::Stopped);
-            }
-            error = FALL * found;
-            let nu = self.iterate.nu;
-            self.direction.solve(&self.model, change, &nu, inequalities);
-            standing.iteration += 1;
-            standing.trials += 1;
-            let trial = Trial {
-                problem,
-                inequalities: &*inequalities,
-                model: &self.model,
-                weights: &self.weights,
-                length: 1.0,
-            };
-            let flown = Move::Flown(&self.direction, 1.0);
-            trial.make(flown, &self.iterate, &mut self.spare).ok()?;
-            std::mem::swap(&mut self.iterate, &mut self.spare);
-        }
-    }
-
     /// Whether the step just taken from where `standing` was must have converged, quadratically.
     fn is_near(&self, tolerances: &Tolerances, standing: &Standing) -> bool {
         let near = tolerances.near;
         standing.length == 1.0 && standing.violation <= near && standing.stationarity <= near
-    }
-
-    /// Flies the policies until the terminal miss is `wanted` or stays, and gives what it is then.
-    fn fly_home<S, E, Q>(
-        &mut self,
-        problem: &Problem<'_, S, E, X, U>,
-        inequalities: &Q,
-        wanted: f64,
-        standing: &mut Standing,
-    ) -> f64
-    where
-        S: Steps<X, U>,
-        E: Ending<X>,
-        Q: Inequalities<X, U>,
-    {
-        let mut miss = problem
-            .ending
-            .residual(&self.iterate.states[problem.intervals]);
-        for _ in 0..CORRECTIONS {
-            if miss.norm() <= wanted {
-                break;
-            }
-            let trial = Trial {
-                problem,
-                inequalities,
-                model: &self.model,
-                weights: &self.weights,
-                length: 1.0,
-            };
-            let Some(nu) = self.model.start.correction(&miss) else {
-                break;
-            };
-            standing.trials += 1;
-            match trial.make(Move::Conditions(nu), &self.iterate, &mut self.spare) {
-                Ok(merit) if merit.miss.norm() < miss.norm() => {
-                    miss = merit.miss;
-                    standing.cost = merit.cost;
-                    std::mem::swap(&mut self.iterate, &mut self.spare);
-                }
-                _ => break,
-            }
-        }
-        miss.norm()
     }
 
     /// The model with as much augmentation as makes it convex, or that of Gauss and Newton, damped if it must be.
@@ -378,7 +269,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
+    pub(super) fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
         let weight = problem.h * problem.weight;
         standing.cost = 0.0;
         standing.violation = self.model.miss.norm();
@@ -388,124 +279,5 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             standing.violation = standing.violation.max(self.model.defects[k].norm());
         }
         standing.stationarity = self.model.stationarity / self.model.largest.max(f64::MIN_POSITIVE);
-    }
-
-    fn search<S, E, Q>(
-        &mut self,
-        problem: &Problem<'_, S, E, X, U>,
-        inequalities: &mut Q,
-        standing: &mut Standing,
-    ) -> bool
-    where
-        S: Steps<X, U>,
-        E: Ending<X>,
-        Q: Inequalities<X, U>,
-    {
-        let weight = problem.h * problem.weight;
-        let mut slope = inequalities.slope();
-        for (command, v) in self.iterate.commands.iter().zip(&self.direction.commands) {
-            slope += v.dot(&(weight * command));
-        }
-        self.reweigh(problem);
-        let mut now = Merit {
-            cost: standing.cost,
-            objective: standing.cost,
-            violation: self.weights.miss.dot(&self.model.miss.abs()),
-            miss: self.model.miss,
-        };
-        for defect in &self.model.defects {
-            now.violation += self.weights.defects.dot(&defect.abs());
-        }
-        for k in 0..problem.intervals {
-            let (barrier, violation) = inequalities.merit(
-                k,
-                &self.iterate.states[k + 1],
-                &self.iterate.commands[k],
-                0.0,
-            );
-            now.objective += barrier;
-            now.violation += violation;
-        }
-        let predicted = slope - now.violation;
-        let (primal, dual) = inequalities.reach();
-        let mut length = primal;
-        // Below this, differences of merits are rounding.
-        let rounding = 1e-10 * (now.objective.abs() + now.violation);
-        while length >= SHORTEST * primal {
-            let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
-            if self.step(problem, inequalities, length, wanted, standing) {
-                std::mem::swap(&mut self.iterate, &mut self.spare);
-                inequalities.advance(length, dual);
-                standing.length = length;
-                return true;
-            }
-            length *= 0.5;
-        }
-        false
-    }
-
-    /// Whether a step of this length gets the merit down to `wanted`: flown, its terminal miss corrected, or straight.
-    fn step<S, E, Q>(
-        &mut self,
-        problem: &Problem<'_, S, E, X, U>,
-        inequalities: &Q,
-        length: f64,
-        wanted: f64,
-        standing: &mut Standing,
-    ) -> bool
-    where
-        S: Steps<X, U>,
-        E: Ending<X>,
-        Q: Inequalities<X, U>,
-    {
-        let trial = Trial {
-            problem,
-            inequalities,
-            model: &self.model,
-            weights: &self.weights,
-            length,
-        };
-        standing.trials += 1;
-        let flown = Move::Flown(&self.direction, length);
-        if let Ok(mut merit) = trial.make(flown, &self.iterate, &mut self.spare) {
-            for _ in 0..CORRECTIONS {
-                if merit.total() <= wanted {
-                    return true;
-                }
-                let excess = merit.miss - (1.0 - length) * self.model.miss;
-                let Some(nu) = self.model.start.correction(&excess) else {
-                    break;
-                };
-                standing.trials += 1;
-                match trial.make(Move::Conditions(nu), &self.spare, &mut self.third) {
-                    Ok(corrected) if corrected.total() < merit.total() => merit = corrected,
-                    _ => break,
-                }
-                std::mem::swap(&mut self.spare, &mut self.third);
-            }
-            if merit.total() <= wanted {
-                return true;
-            }
-        }
-        standing.trials += 1;
-        let straight = Move::Straight(&self.direction, length);
-        trial
-            .make(straight, &self.iterate, &mut self.spare)
-            .is_ok_and(|merit| merit.total() <= wanted)
-    }
-
-    /// Weights of the merit that exceed the multipliers, those there are and those the direction calls for, so that it
-    /// descends.
-    fn reweigh<S, E: Ending<X>>(&mut self, problem: &Problem<'_, S, E, X, U>) {
-        let end = &self.iterate.states[problem.intervals];
-        let mut costate = problem.ending.jacobian(end).tr_mul(&self.direction.nu);
-        let mut largest = SVector::<f64, X>::zeros();
-        for k in (0..problem.intervals).rev() {
-            largest = largest.sup(&self.model.costates[k].abs().sup(&costate.abs()));
-            costate = self.model.dynamics[k].a.tr_mul(&costate);
-        }
-        self.weights.defects = (0.5 * self.weights.defects).sup(&(2.0 * largest));
-        let nu = self.direction.nu.abs().sup(&self.iterate.nu.abs());
-        self.weights.miss = (0.5 * self.weights.miss).sup(&(2.0 * nu));
     }
 }

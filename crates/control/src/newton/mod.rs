@@ -2,10 +2,12 @@
 //! problem an iteration.
 
 mod conditions;
+mod follow;
 pub(crate) mod guess;
 mod iteration;
 mod model;
 mod problem;
+mod search;
 mod trial;
 mod turning;
 

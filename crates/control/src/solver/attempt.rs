@@ -1,11 +1,10 @@
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::SVector;
 
 use super::class::Class;
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Phase, Progress, Start};
-use super::resolution::{resolved, slenderness, stouter};
+use super::resolution::resolved;
 use super::scale::{metric, stiffness};
 use crate::newton::{Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained, guess};
 use crate::steps::Steps;
@@ -17,7 +16,7 @@ pub(super) struct Solver<'s, F, C> {
     pub(super) transfer: &'s Transfer<F>,
     pub(super) standing: Standing,
     pub(super) tolerances: Tolerances,
-    coarse: usize,
+    pub(super) coarse: usize,
     pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
 }
 
@@ -40,9 +39,6 @@ const GUESSES: [Guess; 5] = [
     Guess::Smooth { turns: 1.0 },
 ];
 
-/// Slenderness of the first stout body, and how fast it falls.
-const STOUT: f64 = 0.3;
-const THINNER: f64 = 0.6;
 /// What errors count as near, by the root of the stationarity asked for: a full step from there squares them.
 const NEAR: f64 = 1.0;
 /// Newton steps at most over a few intervals.
@@ -51,8 +47,6 @@ const COARSE_ITERATIONS: u32 = 40;
 pub(super) const ROUGH: f64 = 3e-3;
 /// By how much stages may multiply at once.
 const REFINEMENT: usize = 5;
-/// How far a body may turn in a step of the first resolution (rad), by what is known before.
-const TURN: f64 = 0.3;
 
 /// An iteration that did not converge, and where it is.
 pub(super) type Failure<const X: usize, const U: usize> = (Ended, Box<Newton<X, U>>);
@@ -129,71 +123,6 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         }
     }
 
-    fn warm<const X: usize, const U: usize>(
-        &mut self,
-        plan: &Plan,
-    ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
-    where
-        C: Class<X, U>,
-    {
-        let nu = match plan.multipliers.last() {
-            Some(last) => last.fixed_rows::<X>(C::FIRST).into_owned(),
-            None => SVector::zeros(),
-        };
-        let iterate = Iterate {
-            states: plan.states.clone(),
-            commands: plan
-                .commands
-                .iter()
-                .map(|w| self.class.narrowed(w))
-                .collect(),
-            nu,
-        };
-        let steps = self.class.steps(self.transfer)?;
-        let problem = self.problem(self.transfer, &steps);
-        let mut iterate = guess::resampled(&problem, &iterate);
-        iterate.states[0] = self.transfer.initial;
-        self.corrected(&problem, plan, &mut iterate);
-        Ok(self.level(&problem, iterate, false, Phase::Fine))
-    }
-
-    /// Flies a plan over the same intervals with its feedback, from where the transfer starts.
-    fn corrected<S, const X: usize, const U: usize>(
-        &self,
-        problem: &Problem<'_, S, C::Ending, X, U>,
-        plan: &Plan,
-        iterate: &mut Iterate<X, U>,
-    ) where
-        S: Steps<X, U>,
-        C: Class<X, U>,
-    {
-        let lengths = [
-            plan.feedback.len(),
-            plan.commands.len(),
-            plan.states.len().saturating_sub(1),
-        ];
-        if lengths != [problem.intervals; 3] {
-            return;
-        }
-        let actuation = &self.transfer.actuation;
-        let mut flown = iterate.clone();
-        for k in 0..problem.intervals {
-            let off = problem.steps.difference(&plan.states[k], &flown.states[k]);
-            let gain = plan.feedback[k].fixed_columns::<X>(C::FIRST);
-            let load = gain * off;
-            let load = Load {
-                force: load.fixed_rows::<3>(0).into_owned(),
-                moment: load.fixed_rows::<3>(3).into_owned(),
-            };
-            flown.commands[k] -= self.class.narrowed(&actuation.command(&load));
-            match problem.steps.next(k, &flown.states[k], &flown.commands[k]) {
-                Ok(next) if next.is_finite() => flown.states[k + 1] = next,
-                _ => return,
-            }
-        }
-        *iterate = flown;
-    }
-
     /// Guess after guess, until one leads to a plan.
     pub(super) fn cold<const X: usize, const U: usize>(
         &mut self,
@@ -236,100 +165,6 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             (Some(failure), _) => Ok(Err(failure)),
             (None, Some(error)) => Err(error),
             (None, None) => Err(PlanError::Stopped { best: None }),
-        }
-    }
-
-    /// Intervals of the first resolution: enough that the body turns little in a step.
-    pub(super) fn first_intervals(&self) -> usize {
-        let transfer = self.transfer;
-        let duration = transfer.h * transfer.intervals as f64;
-        let goal = self.goal();
-        let rate = |state: &BodyState| state.angular_velocity(&transfer.body).norm();
-        let swing = 2.0 * lgvi_lie::log(&transfer.initial.attitude.tr_mul(&goal.attitude)).norm();
-        let turn = (duration * rate(&transfer.initial).max(rate(&goal))).max(swing);
-        let least = (turn / TURN).min(transfer.intervals as f64);
-        self.coarse.max(least as usize).min(transfer.intervals)
-    }
-
-    /// At the first resolution, from a smooth path.
-    pub(super) fn smooth<const X: usize, const U: usize>(
-        &mut self,
-        turns: f64,
-    ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
-    where
-        C: Class<X, U>,
-    {
-        let view = resolved(self.transfer, self.first_intervals());
-        let steps = self.class.steps(&view)?;
-        let problem = self.problem(&view, &steps);
-        let goal = self.goal();
-        let path = guess::hermite(
-            &view.body,
-            view.h * view.intervals as f64,
-            view.intervals,
-            &view.initial,
-            &goal,
-            turns,
-        );
-        let iterate = guess::along(&problem, &view.body, &path, &goal)
-            .map_err(|(step, source)| PlanError::Dynamics { step, source })?;
-        Ok(self.level(&problem, iterate, true, Phase::Coarse))
-    }
-
-    /// At the first resolution, from the plan of a stout body to that of the body by less and less stout ones; `None`
-    /// where the body is not slender.
-    fn stout<const X: usize, const U: usize>(
-        &mut self,
-    ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
-    where
-        C: Class<X, U>,
-    {
-        let own = slenderness(&self.transfer.body);
-        if own >= STOUT {
-            return None;
-        }
-        let goal = self.goal();
-        let mut least = STOUT;
-        let mut plan: Option<Newton<X, U>> = None;
-        loop {
-            let mut view = resolved(self.transfer, self.first_intervals());
-            if least > own {
-                view.body = stouter(&view.body, least)?;
-                view.initial = spun(&self.transfer.body, &view.body, &view.initial);
-            }
-            let goal = spun(&self.transfer.body, &view.body, &goal);
-            let steps = match self.class.steps(&view) {
-                Ok(steps) => steps,
-                Err(error) => return Some(Err(error.into())),
-            };
-            let problem = self.problem(&view, &steps);
-            let path = match &plan {
-                Some(newton) => newton
-                    .iterate
-                    .states
-                    .iter()
-                    .map(|state| (state.position, state.attitude))
-                    .collect(),
-                None => guess::hermite(
-                    &view.body,
-                    view.h * view.intervals as f64,
-                    view.intervals,
-                    &view.initial,
-                    &goal,
-                    0.0,
-                ),
-            };
-            let mut iterate = guess::along(&problem, &view.body, &path, &goal).ok()?;
-            if let Some(newton) = &plan {
-                iterate.nu = newton.iterate.nu;
-            }
-            let rough = plan.is_none();
-            match self.level(&problem, iterate, rough, Phase::Coarse) {
-                Ok(newton) if least <= own => return Some(Ok(Ok(newton))),
-                Ok(newton) => plan = Some(newton),
-                failure => return Some(Ok(failure)),
-            }
-            least = (least * THINNER).max(own);
         }
     }
 
@@ -449,13 +284,5 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             }),
             Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
         }
-    }
-}
-
-/// `state` of `body` as one of `other` with the same velocities.
-fn spun(body: &RigidBody, other: &RigidBody, state: &BodyState) -> BodyState {
-    BodyState {
-        angular_momentum: other.inertia().matrix() * state.angular_velocity(body),
-        ..*state
     }
 }

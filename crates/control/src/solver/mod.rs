@@ -7,17 +7,21 @@ mod class;
 mod constrained;
 mod error;
 mod finish;
+mod first;
 mod progress;
 mod resolution;
 mod scale;
 #[cfg(test)]
 mod tests;
+mod warm;
 
 use lgvi_dynamics::gravity::Field;
 
 pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
+use crate::extremal::{Extremal, stacked};
+use crate::newton::{Iterate, Newton, Unconstrained};
 use crate::{Motion, Plan, Transfer};
 use attempt::Solver;
 use class::{Both, Class, Rotation, Translation};
@@ -49,4 +53,20 @@ pub fn solve<F: Field>(
             Solver::new(class, transfer, settings, &mut observe).solve(start)
         }
     }
+}
+
+/// The plan that an extremal is which ends at the target, with all that a plan carries.
+///
+/// # Errors
+/// Its commands cannot be flown.
+pub fn certified<F: Field>(transfer: &Transfer<F>, extremal: &Extremal) -> Result<Plan, PlanError> {
+    let iterate = Iterate {
+        states: extremal.states.clone(),
+        commands: extremal.controls.iter().map(stacked).collect(),
+        // At the target the conditions vary as the state does: `ν = λ_{N−1}`.
+        nu: extremal.multipliers.last().copied().unwrap_or_default(),
+    };
+    let mut unobserved = |_: &Progress| true;
+    let solver = Solver::new(Both, transfer, &NewtonSettings::default(), &mut unobserved);
+    solver.finish(Newton::new(transfer.intervals, iterate), &mut Unconstrained)
 }

@@ -1,5 +1,4 @@
-use lgvi_control::extremal::Extremal;
-use lgvi_control::{Certificate, Plan, Settings, ShootingError, Solution, Transfer, shooting};
+use lgvi_control::{Plan, Settings, ShootingError, Transfer, certified, shooting};
 use lgvi_dynamics::gravity::Sources;
 use nalgebra::SVector;
 
@@ -11,44 +10,18 @@ pub(super) fn solve(
     settings: &Settings,
     observe: Observe<'_>,
 ) -> Result<Plan, Unsolved> {
-    shooting::solve(transfer, SVector::zeros(), settings, |now| {
+    let solution = shooting::solve(transfer, SVector::zeros(), settings, |now| {
         observe(&now.into())
     })
-    .map(|solution| plan(transfer, solution))
     .map_err(|error| {
         let reason = match error {
             ShootingError::Stopped(_) => Reason::Cancelled,
             _ => Reason::NotConverged,
         };
         Unsolved::new(reason, error)
-    })
-}
-
-/// A plan without costate and feedback, which the shooting does not give. It is an extremal from its start, so that its
-/// states are the flight of its commands.
-fn plan(transfer: &Transfer<Sources>, solution: Solution) -> Plan {
-    let Extremal {
-        states,
-        controls,
-        cost,
-    } = solution.extremal;
-    let commands = controls.iter().map(|load| {
-        let load = load.force.iter().chain(&load.moment);
-        SVector::from_iterator(load.copied())
-    });
-    Plan {
-        h: transfer.h(),
-        states,
-        commands: commands.collect(),
-        controls,
-        multipliers: vec![solution.multipliers],
-        feedback: Vec::new(),
-        cost,
-        certificate: Certificate {
-            terminal: solution.last.violation,
-            ..Certificate::default()
-        },
-    }
+    })?;
+    certified(transfer, &solution.extremal)
+        .map_err(|error| Unsolved::new(Reason::NotConverged, error))
 }
 
 impl From<&lgvi_control::Iteration> for Iteration {

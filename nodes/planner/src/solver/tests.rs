@@ -56,7 +56,13 @@ fn both_methods_plan_the_same() {
         newton.cost,
         shooting.cost
     );
-    assert!(shooting.feedback.is_empty() && newton.feedback.len() == 100);
+    for plan in [&newton, &shooting] {
+        assert_eq!(plan.feedback.len(), 100);
+        let found = &plan.certificate;
+        assert!(found.sufficient && found.stationarity < 1e-8, "{found:?}");
+    }
+    let apart = (newton.feedback[10] - shooting.feedback[10]).norm();
+    assert!(apart < 0.01 * newton.feedback[10].norm());
 }
 
 /// Flown by the LGVI a processed plan misses by the square of the step, a plain one by the step.

@@ -1,0 +1,114 @@
+//! The last steps, by a model that is good for more than one.
+
+use super::conditions::{Ending, Inequalities};
+use super::iteration::{Ended, Newton, Standing, Tolerances};
+use super::problem::Problem;
+use super::search::CORRECTIONS;
+use super::trial::{Move, Trial};
+use crate::steps::Steps;
+
+/// The most error, relative, that a model made elsewhere corrects, and the least part by which it must.
+const FOLLOWED: f64 = 0.02;
+const FALL: f64 = 0.2;
+
+impl<const X: usize, const U: usize> Newton<X, U> {
+    /// Goes on with the model that there is, its second derivatives those of where it was made (the chord method), as long
+    /// as that converges fast; `None` where it does not.
+    pub(super) fn follow<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+        tolerances: &Tolerances,
+        last: u32,
+        standing: &mut Standing,
+        observe: &mut impl FnMut(&Standing) -> bool,
+    ) -> Option<Ended>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let mut error = FOLLOWED;
+        loop {
+            let change = self.model.follow(problem, &self.iterate).ok()?;
+            self.measure(problem, standing);
+            let found = standing.violation.max(standing.stationarity);
+            let missed = self.model.defects.iter().any(|d| d.amax() > 0.0);
+            if found.is_nan() || found > error || missed {
+                return None;
+            }
+            if standing.stationarity <= tolerances.stationarity {
+                let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
+                if miss <= tolerances.violation {
+                    standing.violation = miss;
+                    return Some(Ended::Converged);
+                }
+                return None;
+            }
+            if standing.iteration >= last {
+                return None;
+            }
+            if !observe(standing) {
+                return Some(Ended::Stopped);
+            }
+            error = FALL * found;
+            let nu = self.iterate.nu;
+            self.direction.solve(&self.model, change, &nu, inequalities);
+            standing.iteration += 1;
+            standing.trials += 1;
+            let trial = Trial {
+                problem,
+                inequalities: &*inequalities,
+                model: &self.model,
+                weights: &self.weights,
+                length: 1.0,
+            };
+            let flown = Move::Flown(&self.direction, 1.0);
+            trial.make(flown, &self.iterate, &mut self.spare).ok()?;
+            std::mem::swap(&mut self.iterate, &mut self.spare);
+        }
+    }
+
+    /// Flies the policies until the terminal miss is `wanted` or stays, and gives what it is then.
+    pub(super) fn fly_home<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &Q,
+        wanted: f64,
+        standing: &mut Standing,
+    ) -> f64
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let mut miss = problem
+            .ending
+            .residual(&self.iterate.states[problem.intervals]);
+        for _ in 0..CORRECTIONS {
+            if miss.norm() <= wanted {
+                break;
+            }
+            let trial = Trial {
+                problem,
+                inequalities,
+                model: &self.model,
+                weights: &self.weights,
+                length: 1.0,
+            };
+            let Some(nu) = self.model.start.correction(&miss) else {
+                break;
+            };
+            standing.trials += 1;
+            match trial.make(Move::Conditions(nu), &self.iterate, &mut self.spare) {
+                Ok(merit) if merit.miss.norm() < miss.norm() => {
+                    miss = merit.miss;
+                    standing.cost = merit.cost;
+                    std::mem::swap(&mut self.iterate, &mut self.spare);
+                }
+                _ => break,
+            }
+        }
+        miss.norm()
+    }
+}

@@ -1,0 +1,137 @@
+//! How far to go along a direction.
+
+use nalgebra::SVector;
+
+use super::conditions::{Ending, Inequalities};
+use super::iteration::{Newton, Standing};
+use super::problem::Problem;
+use super::trial::{Merit, Move, Trial};
+use crate::steps::Steps;
+
+/// The shortest step tried before damping rises.
+const SHORTEST: f64 = 0.2;
+/// Armijo's share of the predicted decrease.
+const ARMIJO: f64 = 1e-4;
+/// Corrections of a trial's terminal miss.
+pub(super) const CORRECTIONS: u32 = 3;
+
+impl<const X: usize, const U: usize> Newton<X, U> {
+    pub(super) fn search<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+        standing: &mut Standing,
+    ) -> bool
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let weight = problem.h * problem.weight;
+        let mut slope = inequalities.slope();
+        for (command, v) in self.iterate.commands.iter().zip(&self.direction.commands) {
+            slope += v.dot(&(weight * command));
+        }
+        self.reweigh(problem);
+        let mut now = Merit {
+            cost: standing.cost,
+            objective: standing.cost,
+            violation: self.weights.miss.dot(&self.model.miss.abs()),
+            miss: self.model.miss,
+        };
+        for defect in &self.model.defects {
+            now.violation += self.weights.defects.dot(&defect.abs());
+        }
+        for k in 0..problem.intervals {
+            let (barrier, violation) = inequalities.merit(
+                k,
+                &self.iterate.states[k + 1],
+                &self.iterate.commands[k],
+                0.0,
+            );
+            now.objective += barrier;
+            now.violation += violation;
+        }
+        let predicted = slope - now.violation;
+        let (primal, dual) = inequalities.reach();
+        let mut length = primal;
+        // Below this, differences of merits are rounding.
+        let rounding = 1e-10 * (now.objective.abs() + now.violation);
+        while length >= SHORTEST * primal {
+            let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
+            if self.step(problem, inequalities, length, wanted, standing) {
+                std::mem::swap(&mut self.iterate, &mut self.spare);
+                inequalities.advance(length, dual);
+                standing.length = length;
+                return true;
+            }
+            length *= 0.5;
+        }
+        false
+    }
+
+    /// Whether a step of this length gets the merit down to `wanted`: flown, its terminal miss corrected, or straight.
+    fn step<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &Q,
+        length: f64,
+        wanted: f64,
+        standing: &mut Standing,
+    ) -> bool
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let trial = Trial {
+            problem,
+            inequalities,
+            model: &self.model,
+            weights: &self.weights,
+            length,
+        };
+        standing.trials += 1;
+        let flown = Move::Flown(&self.direction, length);
+        if let Ok(mut merit) = trial.make(flown, &self.iterate, &mut self.spare) {
+            for _ in 0..CORRECTIONS {
+                if merit.total() <= wanted {
+                    return true;
+                }
+                let excess = merit.miss - (1.0 - length) * self.model.miss;
+                let Some(nu) = self.model.start.correction(&excess) else {
+                    break;
+                };
+                standing.trials += 1;
+                match trial.make(Move::Conditions(nu), &self.spare, &mut self.third) {
+                    Ok(corrected) if corrected.total() < merit.total() => merit = corrected,
+                    _ => break,
+                }
+                std::mem::swap(&mut self.spare, &mut self.third);
+            }
+            if merit.total() <= wanted {
+                return true;
+            }
+        }
+        standing.trials += 1;
+        let straight = Move::Straight(&self.direction, length);
+        trial
+            .make(straight, &self.iterate, &mut self.spare)
+            .is_ok_and(|merit| merit.total() <= wanted)
+    }
+
+    /// Weights of the merit that exceed the multipliers, those there are and those the direction calls for, so that it
+    /// descends.
+    fn reweigh<S, E: Ending<X>>(&mut self, problem: &Problem<'_, S, E, X, U>) {
+        let end = &self.iterate.states[problem.intervals];
+        let mut costate = problem.ending.jacobian(end).tr_mul(&self.direction.nu);
+        let mut largest = SVector::<f64, X>::zeros();
+        for k in (0..problem.intervals).rev() {
+            largest = largest.sup(&self.model.costates[k].abs().sup(&costate.abs()));
+            costate = self.model.dynamics[k].a.tr_mul(&costate);
+        }
+        self.weights.defects = (0.5 * self.weights.defects).sup(&(2.0 * largest));
+        let nu = self.direction.nu.abs().sup(&self.iterate.nu.abs());
+        self.weights.miss = (0.5 * self.weights.miss).sup(&(2.0 * nu));
+    }
+}

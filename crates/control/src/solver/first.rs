@@ -1,0 +1,121 @@
+//! Plans over a few intervals, from nothing.
+
+use lgvi_dynamics::gravity::Field;
+use lgvi_dynamics::{BodyState, RigidBody};
+
+use super::attempt::{Failure, Solver};
+use super::class::Class;
+use super::error::PlanError;
+use super::progress::Phase;
+use super::resolution::{resolved, slenderness, stouter};
+use crate::newton::{Newton, guess};
+
+/// Slenderness of the first stout body, and how fast it falls.
+const STOUT: f64 = 0.3;
+const THINNER: f64 = 0.6;
+/// How far a body may turn in a step of the first resolution (rad), by what is known before.
+const TURN: f64 = 0.3;
+
+impl<F: Field, C> Solver<'_, F, C> {
+    /// Intervals of the first resolution: enough that the body turns little in a step.
+    pub(super) fn first_intervals(&self) -> usize {
+        let transfer = self.transfer;
+        let duration = transfer.h * transfer.intervals as f64;
+        let goal = self.goal();
+        let rate = |state: &BodyState| state.angular_velocity(&transfer.body).norm();
+        let swing = 2.0 * lgvi_lie::log(&transfer.initial.attitude.tr_mul(&goal.attitude)).norm();
+        let turn = (duration * rate(&transfer.initial).max(rate(&goal))).max(swing);
+        let least = (turn / TURN).min(transfer.intervals as f64);
+        self.coarse.max(least as usize).min(transfer.intervals)
+    }
+
+    /// At the first resolution, from a smooth path.
+    pub(super) fn smooth<const X: usize, const U: usize>(
+        &mut self,
+        turns: f64,
+    ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let view = resolved(self.transfer, self.first_intervals());
+        let steps = self.class.steps(&view)?;
+        let problem = self.problem(&view, &steps);
+        let goal = self.goal();
+        let path = guess::hermite(
+            &view.body,
+            view.h * view.intervals as f64,
+            view.intervals,
+            &view.initial,
+            &goal,
+            turns,
+        );
+        let iterate = guess::along(&problem, &view.body, &path, &goal)
+            .map_err(|(step, source)| PlanError::Dynamics { step, source })?;
+        Ok(self.level(&problem, iterate, true, Phase::Coarse))
+    }
+
+    /// At the first resolution, from the plan of a stout body to that of the body by less and less stout ones; `None`
+    /// where the body is not slender.
+    pub(super) fn stout<const X: usize, const U: usize>(
+        &mut self,
+    ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
+    where
+        C: Class<X, U>,
+    {
+        let own = slenderness(&self.transfer.body);
+        if own >= STOUT {
+            return None;
+        }
+        let goal = self.goal();
+        let mut least = STOUT;
+        let mut plan: Option<Newton<X, U>> = None;
+        loop {
+            let mut view = resolved(self.transfer, self.first_intervals());
+            if least > own {
+                view.body = stouter(&view.body, least)?;
+                view.initial = spun(&self.transfer.body, &view.body, &view.initial);
+            }
+            let goal = spun(&self.transfer.body, &view.body, &goal);
+            let steps = match self.class.steps(&view) {
+                Ok(steps) => steps,
+                Err(error) => return Some(Err(error.into())),
+            };
+            let problem = self.problem(&view, &steps);
+            let path = match &plan {
+                Some(newton) => newton
+                    .iterate
+                    .states
+                    .iter()
+                    .map(|state| (state.position, state.attitude))
+                    .collect(),
+                None => guess::hermite(
+                    &view.body,
+                    view.h * view.intervals as f64,
+                    view.intervals,
+                    &view.initial,
+                    &goal,
+                    0.0,
+                ),
+            };
+            let mut iterate = guess::along(&problem, &view.body, &path, &goal).ok()?;
+            if let Some(newton) = &plan {
+                iterate.nu = newton.iterate.nu;
+            }
+            let rough = plan.is_none();
+            match self.level(&problem, iterate, rough, Phase::Coarse) {
+                Ok(newton) if least <= own => return Some(Ok(Ok(newton))),
+                Ok(newton) => plan = Some(newton),
+                failure => return Some(Ok(failure)),
+            }
+            least = (least * THINNER).max(own);
+        }
+    }
+}
+
+/// `state` of `body` as one of `other` with the same velocities.
+fn spun(body: &RigidBody, other: &RigidBody, state: &BodyState) -> BodyState {
+    BodyState {
+        angular_momentum: other.inertia().matrix() * state.angular_velocity(body),
+        ..*state
+    }
+}

@@ -39,8 +39,6 @@ const GUESSES: [Guess; 5] = [
     Guess::Smooth { turns: 1.0 },
 ];
 
-/// What errors count as near, by the root of the stationarity asked for: a full step from there squares them.
-const NEAR: f64 = 1.0;
 /// Newton steps at most over a few intervals.
 const COARSE_ITERATIONS: u32 = 40;
 /// What suffices of a plan over a few intervals, to start from.
@@ -65,7 +63,8 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             tolerances: Tolerances {
                 violation: settings.violation,
                 stationarity: settings.stationarity,
-                near: NEAR * settings.stationarity.sqrt(),
+                // A full step from there squares the error.
+                near: settings.stationarity.sqrt(),
                 iterations: settings.iterations,
             },
             coarse: settings.coarse.max(2),
@@ -116,10 +115,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         };
         match found {
             Ok(newton) => self.certified(newton),
-            Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
-                best: self.flown(&newton.iterate)?.map(Box::new),
-            }),
-            Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
+            Err((ended, newton)) => Err(self.unsolved(ended, &newton.iterate)?),
         }
     }
 
@@ -279,10 +275,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         let problem = self.problem(self.transfer, &steps);
         match self.level(&problem, iterate, false, Phase::Fine) {
             Ok(newton) => self.finish(newton, &mut Unconstrained),
-            Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
-                best: self.flown(&newton.iterate)?.map(Box::new),
-            }),
-            Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
+            Err((ended, newton)) => Err(self.unsolved(ended, &newton.iterate)?),
         }
     }
 }

@@ -36,10 +36,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         }
         match self.cold()? {
             Ok(newton) => self.impose(newton, None),
-            Err((Ended::Stopped, newton)) => Err(PlanError::Stopped {
-                best: self.flown(&newton.iterate)?.map(Box::new),
-            }),
-            Err((_, newton)) => Err(self.not_converged(&newton.iterate)?),
+            Err((ended, newton)) => Err(self.unsolved(ended, &newton.iterate)?),
         }
     }
 
@@ -144,12 +141,9 @@ impl<F: Field, C> Solver<'_, F, C> {
         );
         match ended {
             Ended::Converged => self.finish(newton, &mut barrier),
-            Ended::Stopped => Err(PlanError::Stopped {
-                best: self.flown(&newton.iterate)?.map(Box::new),
-            }),
-            _ => match barrier.violated() {
-                Some(violation) => Err(violation.into()),
-                None => Err(self.not_converged(&newton.iterate)?),
+            ended => match barrier.violated() {
+                Some(violation) if ended != Ended::Stopped => Err(violation.into()),
+                _ => Err(self.unsolved(ended, &newton.iterate)?),
             },
         }
     }

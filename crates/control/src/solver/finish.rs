@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
-use crate::newton::{Ending, Inequalities, Iterate, Kind, Newton};
+use crate::newton::{Ended, Ending, Inequalities, Iterate, Kind, Newton};
 use crate::problem::{RotationTarget, TranslationTarget};
 use crate::steps::Steps;
 use crate::{Certificate, Plan};
@@ -134,23 +134,24 @@ impl<F: Field, C> Solver<'_, F, C> {
         wide
     }
 
-    /// What the solver has where it has not converged.
-    pub(super) fn not_converged<const X: usize, const U: usize>(
+    /// What comes of an iteration that ended without a plan: the best there is, stopped or not converged.
+    pub(super) fn unsolved<const X: usize, const U: usize>(
         &self,
+        ended: Ended,
         iterate: &Iterate<X, U>,
     ) -> Result<PlanError, PlanError>
     where
         C: Class<X, U>,
     {
-        match self.flown(iterate)? {
-            Some(plan) => Ok(PlanError::NotConverged {
-                best: Box::new(plan),
+        Ok(match self.flown(iterate)?.map(Box::new) {
+            Some(best) if ended != Ended::Stopped => PlanError::NotConverged {
+                best,
                 iterations: self.standing.iteration,
                 violation: self.standing.violation,
                 stationarity: self.standing.stationarity,
-            }),
-            None => Err(PlanError::Stopped { best: None }),
-        }
+            },
+            best => PlanError::Stopped { best },
+        })
     }
 
     /// The commands of an iterate as flown, without feedback or certificate; `None` where they cannot be flown.

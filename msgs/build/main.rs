@@ -414,8 +414,10 @@ fn default_value(field: &FieldInfo) -> Result<String, String> {
         (None, ArrayType::FixedLength(length)) => Ok(format!("[Default::default(); {length}]")),
         (None, _) => Ok("Default::default()".to_owned()),
         (Some(value), ArrayType::NotArray) => {
-            let rust_type = scalar_type(&field.field_type.field_type)?;
-            Ok(format!("{value}_{rust_type}"))
+            Ok(match scalar_type(&field.field_type.field_type)? {
+                "bool" => value.to_string(),
+                number => format!("{value}_{number}"),
+            })
         }
         (Some(value), _) => Err(format!(
             "default {value} of the array {:?} is not supported",

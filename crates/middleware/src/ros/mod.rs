@@ -15,6 +15,7 @@
 mod action;
 mod background;
 mod cdr;
+mod executor;
 mod graph;
 mod inbox;
 mod matches;
@@ -31,6 +32,7 @@ pub use action::{
     ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalOutcome, GoalState,
     SendGoalError, StopReason,
 };
+pub use executor::{Executor, Reply, Running};
 pub use node::{RosNode, TopicInfo};
 pub use publisher::{PublishError, Publisher, RawPublisher};
 pub use qos::Qos;

@@ -23,5 +23,8 @@ mod shutdown;
 pub use args::{ArgsError, LogSettings, NodeArgs};
 pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, ServiceMapping};
 pub use names::NameError;
-pub use parameters::{FromParameter, Given as Parameters, ParameterError};
+pub use parameters::{
+    Change as ParameterChange, FromParameter, Given, ParameterError, ParameterKind, ParameterSpec,
+    ParameterType, ParameterValue, Parameters,
+};
 pub use shutdown::Shutdown;

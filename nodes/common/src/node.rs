@@ -1,7 +1,7 @@
 use std::io::Read;
 use std::sync::Arc;
 
-use lgvi_middleware::log::{Logging, Rosout};
+use lgvi_middleware::log::Rosout;
 use lgvi_middleware::report::Reporter;
 use lgvi_middleware::ros::{Clock, Diagnostics, Executor, Lifecycle, RosNode, Running};
 use lgvi_middleware::shm::{ShmNode, ShmOptions};
@@ -51,11 +51,11 @@ impl Node {
     ) -> Result<Self, NodeError> {
         let (args, rest) = NodeArgs::parse(default_name, args).map_err(NodeError::input)?;
         let supervised = is_supervised(&rest)?;
+        let environment = Environment::from_env().map_err(NodeError::input)?;
+        let logging = log::init(&args).map_err(NodeError::input)?;
         parameters.extend(common());
         let parameters =
             Parameters::declare(args.parameters(), parameters).map_err(NodeError::input)?;
-        let environment = Environment::from_env().map_err(NodeError::input)?;
-        let logging = log::init(&args).map_err(NodeError::input)?;
         let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
         let events = Arc::new(if supervised {
             supervise(&shutdown);
@@ -74,14 +74,12 @@ impl Node {
         } else {
             Clock::wall()
         };
-        parameters.serve(&ros, &mut executor).map_err(runtime)?;
-        follow_log_level(&parameters, &logging, &ros, &mut executor)?;
         Ok(Self {
             lifecycle: Lifecycle::serve(&ros, &mut executor).map_err(runtime)?,
             diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone())
                 .map_err(runtime)?,
             autostart: parameters.get("autostart").map_err(NodeError::input)?,
-            _executor: executor.start().map_err(runtime)?,
+            _executor: executor.start().map_err(NodeError::runtime)?,
             _rosout: rosout,
             args,
             parameters,

@@ -7,6 +7,8 @@ pub(crate) struct Pace {
     source: Source,
     /// Steps that came later than their time.
     pub(crate) overruns: u64,
+    /// The next step has been waited for already.
+    waiting: bool,
 }
 
 enum Source {
@@ -28,6 +30,7 @@ impl Pace {
         Self {
             source: Source::Free,
             overruns: 0,
+            waiting: false,
         }
     }
 
@@ -49,24 +52,22 @@ impl Pace {
 
     /// Waits for the time of a step, `simulated` seconds after the scene's epoch, which is `stamp` (ns), for `slice` at
     /// most; whether it has come.
-    pub(crate) fn wait(&self, simulated: f64, stamp: i64, slice: Duration) -> bool {
-        match &self.source {
-            Source::Free => true,
+    pub(crate) fn wait(&mut self, simulated: f64, stamp: i64, slice: Duration) -> bool {
+        let left = match &self.source {
+            Source::Free => return true,
+            Source::Clock(clock) => return clock.wait_until(stamp, slice),
             Source::Wall {
                 seconds,
                 since,
                 from,
-            } => {
-                let due = Duration::try_from_secs_f64((simulated - from).max(0.0) * seconds)
-                    .unwrap_or(Duration::MAX);
-                let left = due.saturating_sub(since.elapsed());
-                if left > Duration::ZERO {
-                    std::thread::sleep(left.min(slice));
-                }
-                left <= slice
-            }
-            Source::Clock(clock) => clock.wait_until(stamp, slice),
-        }
+            } => Duration::try_from_secs_f64((simulated - from).max(0.0) * seconds)
+                .unwrap_or(Duration::MAX)
+                .saturating_sub(since.elapsed()),
+        };
+        std::thread::sleep(left.min(slice));
+        self.overruns += u64::from(left.is_zero() && !self.waiting);
+        self.waiting = left > slice;
+        !self.waiting
     }
 }
 
@@ -83,8 +84,10 @@ mod tests {
         pace.set(&Clock::wall(), 100.0, 10.0);
         let start = Instant::now();
         assert!(pace.wait(100.0, 0, SLICE));
+        assert_eq!(pace.overruns, 1, "the first step is due at once");
         while !pace.wait(100.5, 0, SLICE) {}
         assert!(start.elapsed() >= Duration::from_millis(50));
+        assert_eq!(pace.overruns, 1);
         assert!(!pace.wait(1e300, 0, SLICE), "no step is due so soon");
     }
 }

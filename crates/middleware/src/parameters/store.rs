@@ -3,7 +3,10 @@
 use std::{
     collections::BTreeMap,
     fmt,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use tracing::warn;
@@ -24,6 +27,8 @@ const WITHOUT_EFFECT: &str = "qos_overrides.";
 pub struct Parameters(Arc<Shared>);
 
 struct Shared {
+    /// How often something has changed.
+    generation: AtomicU64,
     specs: BTreeMap<String, ParameterSpec>,
     values: Mutex<Values>,
     /// Locked by whoever sets a parameter, before [`Self::values`]: all hear of changes in the same order.
@@ -71,6 +76,7 @@ impl Parameters {
             }
         }
         Ok(Self(Arc::new(Shared {
+            generation: AtomicU64::new(0),
             specs: declared,
             values: Mutex::new(Values {
                 values,
@@ -148,6 +154,11 @@ impl Parameters {
         listeners.all.push(Box::new(record));
     }
 
+    /// Another number after each change of a parameter. Does not lock.
+    pub fn generation(&self) -> u64 {
+        self.0.generation.load(Ordering::Acquire)
+    }
+
     /// Says whether the node is configured, which decides on [`Change::Unconfigured`]. It is not at first.
     pub fn configured(&self, configured: bool) {
         self.values().configured = configured;
@@ -176,6 +187,9 @@ impl Parameters {
             accepted.push((spec.change, name, spec.accept(value)?));
         }
         let set = self.values().apply(accepted)?;
+        self.0
+            .generation
+            .fetch_add(u64::from(!set.changed.is_empty()), Ordering::Release);
         for (name, value) in &set.changed {
             for hear in listeners.of.get_mut(name).into_iter().flatten() {
                 hear(value);

@@ -70,6 +70,13 @@ impl Status {
         });
         self
     }
+
+    /// Adds the values of another status.
+    #[must_use]
+    pub fn values_of(mut self, mut other: Self) -> Self {
+        self.values.append(&mut other.values);
+        self
+    }
 }
 
 type Ask = Box<dyn FnMut() -> Status + Send>;

@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use lgvi_lie::orthogonality_error;
 use lgvi_msgs::msg;
-use lgvi_msgs::shm::{BodySample, ConversionError};
+use lgvi_msgs::shm::{BodySample, NameError};
 use lgvi_node::body_state;
 use lgvi_scene::Scene;
 use thiserror::Error;
@@ -15,7 +15,7 @@ pub(super) enum StateError {
     #[error("`bodies` is empty, expected at least one")]
     Empty,
     #[error(transparent)]
-    Form(#[from] ConversionError),
+    Form(#[from] NameError),
     #[error("`name` is {found:?}, expected one of {}", known.join(", "))]
     Name { found: String, known: Vec<String> },
     #[error("`bodies` has {0} twice, expected each once")]

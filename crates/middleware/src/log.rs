@@ -318,6 +318,49 @@ mod tests {
     }
 
     #[test]
+    fn levels_change_at_run_time() {
+        let (args, _) = NodeArgs::parse("lgvi_test", []).unwrap();
+        let (subscriber, logging) = build(&args);
+        let heard = || {
+            info!("one");
+            warn!("two");
+            logging.receiver.lock().unwrap().try_iter().count()
+        };
+        with_default(subscriber, || {
+            let levels = logging.levels();
+            assert_eq!((levels.get(), heard()), ("info", 1));
+            for (level, expected) in [("debug", 2), ("error", 0), ("fatal", 0), ("warn", 1)] {
+                levels.set(level).unwrap();
+                assert_eq!(heard(), expected, "{level}");
+            }
+            assert_eq!(levels.get(), "warn");
+            assert!(matches!(levels.set("loud"), Err(LevelError::Name(level)) if level == "loud"));
+            assert_eq!(heard(), 1);
+        });
+    }
+
+    #[test]
+    fn a_parameter_is_the_level() {
+        use crate::parameters::{Given, Parameters};
+
+        let line = "--ros-args --log-level error".split_whitespace();
+        let (args, _) = NodeArgs::parse("lgvi_test", line.map(Into::into)).unwrap();
+        let (subscriber, logging) = build(&args);
+        let levels = logging.levels();
+        let parameters =
+            Parameters::declare(Given::default(), vec![levels.specification()]).unwrap();
+        with_default(subscriber, || {
+            levels.follow(&parameters).unwrap();
+            assert_eq!(parameters.get("log_level"), Ok("error".to_string()));
+            assert!(parameters.set("log_level", "loud".into()).is_err());
+            parameters.set("log_level", "info".into()).unwrap();
+            info!("one");
+        });
+        assert_eq!(levels.get(), "info");
+        assert_eq!(logging.receiver.lock().unwrap().try_iter().count(), 1);
+    }
+
+    #[test]
     fn a_full_queue_makes_nobody_wait() {
         let messages = logged("", || (0..2 * QUEUE).for_each(|number| warn!(number)));
         assert_eq!(messages.len(), QUEUE);

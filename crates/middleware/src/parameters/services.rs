@@ -197,3 +197,36 @@ fn to_message((name, value): &(String, ParameterValue)) -> Parameter {
         value: value.to_message(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{Given, ParameterSpec};
+
+    fn listed(prefixes: &[&str], depth: u64) -> (Vec<String>, Vec<String>) {
+        let names = ["a", "b.c", "b.d.e", "b.d.f", "bc.g", "h.i.j.k"];
+        let specs = names.map(|name| ParameterSpec::new(name, true, "")).into();
+        let parameters = Parameters::declare(Given::default(), specs).unwrap();
+        let prefixes: Vec<_> = prefixes.iter().map(|prefix| (*prefix).into()).collect();
+        let result = parameters.list(&prefixes, depth);
+        (result.names, result.prefixes)
+    }
+
+    #[test]
+    fn names_are_listed_by_prefix_and_depth() {
+        let (names, prefixes) = listed(&[], 0);
+        assert_eq!(names, ["a", "b.c", "b.d.e", "b.d.f", "bc.g", "h.i.j.k"]);
+        assert_eq!(prefixes, ["b", "b.d", "bc", "h.i.j"]);
+        assert_eq!(listed(&[], 1).0, ["a"]);
+        assert_eq!(listed(&[], 2).0, ["a", "b.c", "bc.g"]);
+        assert_eq!(listed(&["b"], 0).0, ["b.c", "b.d.e", "b.d.f"]);
+        assert_eq!(listed(&["b"], 1).0, ["b.c"]);
+        assert_eq!(listed(&["b.d", "a"], 1).0, ["a", "b.d.e", "b.d.f"]);
+        assert_eq!(
+            listed(&["b.d.e"], 1).0,
+            ["b.d.e"],
+            "a name is its own prefix"
+        );
+        assert_eq!(listed(&["nothing"], 0), (vec![], vec![]));
+    }
+}

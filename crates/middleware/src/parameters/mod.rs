@@ -5,6 +5,8 @@ mod given;
 mod services;
 mod specification;
 mod store;
+#[cfg(test)]
+mod tests;
 mod value;
 
 pub use given::{FromParameter, Given};

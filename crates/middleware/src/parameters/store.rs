@@ -41,7 +41,7 @@ struct Values {
 }
 
 type Hear = Box<dyn FnMut(&ParameterValue) + Send>;
-type Record = Box<dyn FnMut(&[(String, ParameterValue)]) + Send>;
+type Record = Box<dyn FnMut(&[(String, ParameterValue)]) -> bool + Send>;
 
 #[derive(Default)]
 struct Listeners {
@@ -137,20 +137,16 @@ impl Parameters {
     }
 
     /// Has `record` told of all that is set at once, as [`on_change`](Self::on_change) does; it begins with `first`,
-    /// which gets the values of all parameters that are set.
+    /// which gets the values of all parameters that are set, and ends when `record` says no.
     pub(super) fn on_any_change(
         &self,
         first: impl FnOnce(Vec<(String, ParameterValue)>),
-        record: impl FnMut(&[(String, ParameterValue)]) + Send + 'static,
+        record: impl FnMut(&[(String, ParameterValue)]) -> bool + Send + 'static,
     ) {
         let mut listeners = self.listeners();
         let values = self.values().values.clone();
-        first(
-            values
-                .into_iter()
-                .filter(|(_, value)| *value != ParameterValue::NotSet)
-                .collect(),
-        );
+        let set = |(_, value): &(String, ParameterValue)| *value != ParameterValue::NotSet;
+        first(values.into_iter().filter(set).collect());
         listeners.all.push(Box::new(record));
     }
 
@@ -195,9 +191,7 @@ impl Parameters {
                 hear(value);
             }
         }
-        for record in &mut listeners.all {
-            record(&set.all);
-        }
+        listeners.all.retain_mut(|record| record(&set.all));
         Ok(())
     }
 

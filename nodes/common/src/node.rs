@@ -54,6 +54,7 @@ impl Node {
         let environment = Environment::from_env().map_err(NodeError::input)?;
         let logging = log::init(&args).map_err(NodeError::input)?;
         parameters.extend(common());
+        parameters.push(logging.levels().specification());
         let parameters =
             Parameters::declare(args.parameters(), parameters).map_err(NodeError::input)?;
         let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
@@ -74,10 +75,15 @@ impl Node {
         } else {
             Clock::wall()
         };
+        parameters.serve(&ros, &mut executor).map_err(runtime)?;
+        let levels = logging.levels();
+        levels.follow(&parameters).map_err(NodeError::runtime)?;
+        levels
+            .serve(&parameters, &ros, &mut executor)
+            .map_err(runtime)?;
         Ok(Self {
             lifecycle: Lifecycle::serve(&ros, &mut executor).map_err(runtime)?,
-            diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone())
-                .map_err(runtime)?,
+            diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone()).map_err(runtime)?,
             autostart: parameters.get("autostart").map_err(NodeError::input)?,
             _executor: executor.start().map_err(NodeError::runtime)?,
             _rosout: rosout,

@@ -43,8 +43,8 @@ impl Monitor {
     }
 
     fn status(&self) -> Status {
-        let [solved, failed, kept] = [&self.solved, &self.failed, &self.kept]
-            .map(|count| count.load(Ordering::Relaxed));
+        let [solved, failed, kept] =
+            [&self.solved, &self.failed, &self.kept].map(|count| count.load(Ordering::Relaxed));
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let status = Status::ok("no plan yet")
             .value("plans", solved)

@@ -26,7 +26,11 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         )
         .range(0.0, f64::MAX)
         .change(ParameterChange::Anytime),
-        ParameterSpec::new("clock", false, "whether to publish /clock at the recorded times"),
+        ParameterSpec::new(
+            "clock",
+            false,
+            "whether to publish /clock at the recorded times",
+        ),
         ParameterSpec::new(
             "await_subscribers",
             0_i64,

@@ -1,8 +1,6 @@
 use std::sync::Arc;
 
-use lgvi_dynamics::{
-    BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport,
-};
+use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
 use lgvi_scene::{ActuatorErrors, Scene, Scheme, SchemeError};
 
 use crate::{ControlError, Controls};

@@ -95,8 +95,8 @@ impl Monitor {
         let [step, overruns, refused, skipped] =
             [&self.step, &self.overruns, &self.refused, &self.skipped]
                 .map(|count| count.load(Ordering::Relaxed));
-        let [timed, total, longest] = [&self.timed, &self.total, &self.longest]
-            .map(|count| count.swap(0, Ordering::Relaxed));
+        let [timed, total, longest] =
+            [&self.timed, &self.total, &self.longest].map(|count| count.swap(0, Ordering::Relaxed));
         let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Invariants::of(&self.scene.system(), &seen.states);
         let start = &seen.start;
@@ -104,7 +104,11 @@ impl Monitor {
         let mean = total as f64 / timed.max(1) as f64 * 1e-3;
         Status::ok(format!("step {step} of {}", self.scene.steps))
             .when(overruns > 0, Level::Warn, "steps came late")
-            .when(refused > 0, Level::Warn, "subscribers on this host did not keep up")
+            .when(
+                refused > 0,
+                Level::Warn,
+                "subscribers on this host did not keep up",
+            )
             .when(skipped > 0, Level::Warn, "the ROS side did not keep up")
             .value("step", step)
             .value("steps", self.scene.steps)

@@ -78,7 +78,10 @@ impl Propagator {
         let refusal = if !self.paused {
             Some("the flight is not paused".to_owned())
         } else if self.phase != Phase::Flying {
-            Some(format!("the flight is not on its way: {}", self.phase.why()))
+            Some(format!(
+                "the flight is not on its way: {}",
+                self.phase.why()
+            ))
         } else if steps == 0 {
             Some("`steps` is 0, expected at least 1".to_owned())
         } else {

@@ -62,9 +62,7 @@ impl Orders {
         let mut executor = Executor::new();
 
         let give = sender.clone();
-        let reset = ros
-            .service_server("~/reset")
-            .map_err(NodeError::runtime)?;
+        let reset = ros.service_server("~/reset").map_err(NodeError::runtime)?;
         executor.serve::<Trigger>(reset, move |_, reply| {
             give.give(Command::Reset, move |outcome| {
                 let (success, message) = said(outcome);
@@ -72,9 +70,7 @@ impl Orders {
             });
         });
         let give = sender.clone();
-        let pause = ros
-            .service_server("~/pause")
-            .map_err(NodeError::runtime)?;
+        let pause = ros.service_server("~/pause").map_err(NodeError::runtime)?;
         executor.serve::<SetBool>(pause, move |request, reply| {
             give.give(Command::Pause(request.data), move |outcome| {
                 let (success, message) = said(outcome);

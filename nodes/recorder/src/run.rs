@@ -62,9 +62,7 @@ impl Managed for Recorder {
             opened: Some(Opened::new(node, config, writer, &shm)?),
             shm,
             counts,
-            _diagnosed: node
-                .diagnostics
-                .add("recording", move || told.status()),
+            _diagnosed: node.diagnostics.add("recording", move || told.status()),
         })
     }
 

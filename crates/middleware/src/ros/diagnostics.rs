@@ -99,11 +99,7 @@ pub struct Diagnosed {
 
 impl Diagnostics {
     /// Publishes on `/diagnostics`. Nobody is asked while nobody listens.
-    pub fn serve(
-        node: &RosNode,
-        executor: &mut Executor,
-        clock: Clock,
-    ) -> Result<Self, RosError> {
+    pub fn serve(node: &RosNode, executor: &mut Executor, clock: Clock) -> Result<Self, RosError> {
         let diagnostics = Self::default();
         let this = diagnostics.clone();
         let publisher = node.publisher("/diagnostics", &Qos::reliable(DEPTH))?;

@@ -99,17 +99,19 @@ pub(super) fn diagnose(counts: Vec<Arc<Counts>>, diagnostics: &Diagnostics) -> D
 
 fn status(counts: &[Arc<Counts>]) -> Status {
     let mut lost = 0;
-    let status = counts.iter().fold(Status::ok("as subscribed"), |status, counts| {
-        let [converted, sent] =
-            [&counts.converted, &counts.sent].map(|count| count.load(Ordering::Relaxed));
-        let subscribers = counts.subscribers.load(Ordering::Relaxed);
-        lost += converted.saturating_sub(sent);
-        let topic = &counts.topic;
-        status
-            .value(format!("{topic} subscribers"), subscribers)
-            .value(format!("{topic} converted"), converted)
-            .value(format!("{topic} sent"), sent)
-    });
+    let status = counts
+        .iter()
+        .fold(Status::ok("as subscribed"), |status, counts| {
+            let [converted, sent] =
+                [&counts.converted, &counts.sent].map(|count| count.load(Ordering::Relaxed));
+            let subscribers = counts.subscribers.load(Ordering::Relaxed);
+            lost += converted.saturating_sub(sent);
+            let topic = &counts.topic;
+            status
+                .value(format!("{topic} subscribers"), subscribers)
+                .value(format!("{topic} converted"), converted)
+                .value(format!("{topic} sent"), sent)
+        });
     status
         .value("messages lost", lost)
         .when(lost > 0, Level::Warn, "subscribers did not keep up")

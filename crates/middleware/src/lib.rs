@@ -1,6 +1,7 @@
 //! What the lgvi nodes have in common with the rest of the ROS 2 world and with each other.
 //!
 //! - [`NodeArgs`], [`Parameters`], [`Environment`]: the command line, parameter files and environment of a ROS 2 node.
+//! - [`parameters`]: what a node declares, and others see and set.
 //! - [`ros`]: topics, services and actions over DDS.
 //! - [`shm`]: states and controls over shared memory, on one host.
 //! - [`log`], [`Shutdown`], [`report`]: logging, signals, and the channel to the process that started a node.

@@ -126,15 +126,16 @@ fn send(publisher: &Publisher<rcl_interfaces::Log>, receiver: &Mutex<Receiver<Qu
 }
 
 fn build(args: &NodeArgs) -> (impl Subscriber + Send + Sync + use<>, Logging) {
-    let settings = args.log();
+    let own = [args.name(), &logger_name(args), OWN_TARGETS].map(String::from);
+    let settings = &levels::settle(args.log(), &own);
     let (sender, receiver) = mpsc::sync_channel(QUEUE);
-    let (console_level, console_handle) = reload::Layer::new(console_filter(settings, args.name()));
+    let (console_level, console_handle) = reload::Layer::new(console_filter(settings));
     let console = layer()
         .compact()
         .with_ansi(io::stderr().is_terminal())
         .with_writer(io::stderr)
         .with_filter(console_level);
-    let (rosout_level, rosout_handle) = reload::Layer::new(rosout_filter(settings, args.name()));
+    let (rosout_level, rosout_handle) = reload::Layer::new(rosout_filter(settings));
     let rosout = ToRosout {
         sender: sender.clone(),
         name: logger_name(args),
@@ -145,27 +146,24 @@ fn build(args: &NodeArgs) -> (impl Subscriber + Send + Sync + use<>, Logging) {
         .with(settings.rosout.then_some(rosout));
     let mut apply: Vec<levels::Apply> = Vec::new();
     if settings.console {
-        let node = args.name().to_string();
         apply.push(Box::new(move |settings| {
-            console_handle.reload(console_filter(settings, &node))
+            console_handle.reload(console_filter(settings))
         }));
     }
     if settings.rosout {
-        let node = args.name().to_string();
         apply.push(Box::new(move |settings| {
-            rosout_handle.reload(rosout_filter(settings, &node))
+            rosout_handle.reload(rosout_filter(settings))
         }));
     }
-    let own = [args.name().to_string(), logger_name(args)];
     let logging = Logging {
-        levels: Levels::new(settings, own, apply),
+        levels: Levels::new(settings.clone(), own, apply),
         sender,
         receiver: Arc::new(Mutex::new(receiver)),
     };
     (subscriber, logging)
 }
 
-fn console_filter(settings: &LogSettings, node: &str) -> Targets {
+fn console_filter(settings: &LogSettings) -> Targets {
     let external = if settings.external {
         LevelFilter::WARN
     } else {
@@ -178,26 +176,20 @@ fn console_filter(settings: &LogSettings, node: &str) -> Targets {
         .with_target("iceoryx2_bb_loggers", external.min(LevelFilter::ERROR))
         // It complains at every exit about a multicast group that loopback has not joined.
         .with_target("rustdds::network::udp_listener", LevelFilter::OFF);
-    own_filter(filter, settings, node, LevelFilter::INFO)
+    own_filter(filter, settings, LevelFilter::INFO)
 }
 
-fn rosout_filter(settings: &LogSettings, node: &str) -> Targets {
-    own_filter(Targets::new(), settings, node, LevelFilter::WARN)
+fn rosout_filter(settings: &LogSettings) -> Targets {
+    own_filter(Targets::new(), settings, LevelFilter::WARN)
 }
 
-fn own_filter(
-    filter: Targets,
-    settings: &LogSettings,
-    node: &str,
-    default: LevelFilter,
-) -> Targets {
+fn own_filter(filter: Targets, settings: &LogSettings, default: LevelFilter) -> Targets {
     let filter = filter.with_target(OWN_TARGETS, settings.level.unwrap_or(default));
     settings
         .loggers
         .iter()
         .fold(filter, |filter, (logger, level)| {
-            let target = if logger == node { OWN_TARGETS } else { logger };
-            filter.with_target(target, *level)
+            filter.with_target(logger, *level)
         })
 }
 
@@ -334,6 +326,11 @@ mod tests {
                 assert_eq!(heard(), expected, "{level}");
             }
             assert_eq!(levels.get(), "warn");
+            levels
+                .set_logger("lgvi_middleware::log", Some(LevelFilter::INFO))
+                .unwrap();
+            assert_eq!(heard(), 2);
+            levels.set_logger("lgvi_middleware::log", None).unwrap();
             assert!(matches!(levels.set("loud"), Err(LevelError::Name(level)) if level == "loud"));
             assert_eq!(heard(), 1);
         });
@@ -343,7 +340,7 @@ mod tests {
     fn a_parameter_is_the_level() {
         use crate::parameters::{Given, Parameters};
 
-        let line = "--ros-args --log-level error".split_whitespace();
+        let line = "--ros-args --log-level lgvi_test:=error".split_whitespace();
         let (args, _) = NodeArgs::parse("lgvi_test", line.map(Into::into)).unwrap();
         let (subscriber, logging) = build(&args);
         let levels = logging.levels();

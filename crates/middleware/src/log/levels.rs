@@ -33,6 +33,9 @@ const LEVELS: [(&str, u8, LevelFilter); 5] = [
     ("fatal", LoggerLevel::LOG_LEVEL_FATAL, LevelFilter::ERROR),
 ];
 
+/// The names of loggers that stand for all of this project.
+type Own = [String; 3];
+
 pub(super) type Apply = Box<dyn Fn(&LogSettings) -> Result<(), reload::Error> + Send + Sync>;
 
 /// A level that cannot be set.
@@ -59,19 +62,30 @@ pub enum LevelError {
 pub struct Levels(Arc<Inner>);
 
 struct Inner {
-    /// Base name of the node, and the name of its logger: both stand for all of this project.
-    own: [String; 2],
+    own: Own,
     initial: Option<LevelFilter>,
     settings: Mutex<LogSettings>,
     apply: Vec<Apply>,
 }
 
+/// The settings with one level of this project, whichever name it was given by: the more particular wins.
+pub(super) fn settle(settings: &LogSettings, own: &Own) -> LogSettings {
+    let mut settled = settings.clone();
+    let (own, loggers): (Vec<_>, _) = settled
+        .loggers
+        .into_iter()
+        .partition(|(logger, _)| own.contains(logger));
+    settled.loggers = loggers;
+    settled.level = own.last().map(|(_, level)| *level).or(settled.level);
+    settled
+}
+
 impl Levels {
-    pub(super) fn new(settings: &LogSettings, own: [String; 2], apply: Vec<Apply>) -> Self {
+    pub(super) fn new(settings: LogSettings, own: Own, apply: Vec<Apply>) -> Self {
         Self(Arc::new(Inner {
             own,
             initial: settings.level,
-            settings: Mutex::new(settings.clone()),
+            settings: Mutex::new(settings),
             apply,
         }))
     }
@@ -196,12 +210,20 @@ impl Levels {
             let level = level.map_or(initial, |(name, ..)| name);
             Ok(parameters.set(PARAMETER, level.into())?)
         } else {
-            self.change(|settings| {
-                settings.loggers.retain(|(name, _)| *name != asked.name);
-                let level = level.map(|(.., filter)| (asked.name, filter));
-                settings.loggers.extend(level);
-            })
+            self.set_logger(&asked.name, level.map(|(.., filter)| filter))
         }
+    }
+
+    pub(super) fn set_logger(
+        &self,
+        logger: &str,
+        level: Option<LevelFilter>,
+    ) -> Result<(), LevelError> {
+        self.change(|settings| {
+            settings.loggers.retain(|(other, _)| other != logger);
+            let level = level.map(|level| (logger.into(), level));
+            settings.loggers.extend(level);
+        })
     }
 
     fn change(&self, change: impl FnOnce(&mut LogSettings)) -> Result<(), LevelError> {

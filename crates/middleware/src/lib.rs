@@ -19,6 +19,7 @@ pub mod report;
 pub mod ros;
 pub mod shm;
 mod shutdown;
+mod yaml;
 
 pub use args::{ArgsError, LogSettings, NodeArgs};
 pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, ServiceMapping};

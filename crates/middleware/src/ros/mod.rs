@@ -20,6 +20,7 @@ mod inbox;
 mod matches;
 mod naming;
 mod node;
+mod peers;
 mod publisher;
 mod qos;
 mod service;

@@ -3,14 +3,14 @@
 use std::{fs, io, path::PathBuf};
 
 use serde_yaml_ng::Value;
-use tracing_subscriber::filter::LevelFilter;
 
 use crate::{
+    LogSettings,
+    assignment::Assignment,
     names::{self, Kind, NameError},
     parameters::Parameters,
     params_file,
-    remap::{self, Rule, Rules},
-    yaml,
+    remap::{Rule, Rules},
 };
 
 /// An argument inside `--ros-args` that is not understood.
@@ -70,33 +70,6 @@ pub enum ArgsError {
     /// The node's name or namespace is not allowed.
     #[error(transparent)]
     Name(#[from] NameError),
-}
-
-/// What is logged, and where.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LogSettings {
-    /// `--log-level LEVEL`; `None` if not given, or unset.
-    pub level: Option<LevelFilter>,
-    /// `--log-level LOGGER:=LEVEL`, in order.
-    pub loggers: Vec<(String, LevelFilter)>,
-    /// The console (`--disable-stdout-logs` as ROS 2 calls it; it is stderr).
-    pub console: bool,
-    /// The topic `/rosout`.
-    pub rosout: bool,
-    /// Messages of the libraries underneath.
-    pub external: bool,
-}
-
-impl Default for LogSettings {
-    fn default() -> Self {
-        Self {
-            level: None,
-            loggers: Vec::new(),
-            console: true,
-            rosout: true,
-            external: true,
-        }
-    }
 }
 
 /// Who a node is and what it was told: name, namespace, remappings, parameters, logging.
@@ -206,11 +179,7 @@ impl NodeArgs {
 
 /// Where parameters come from, in the order of the command line.
 enum Source {
-    Argument {
-        node: Option<String>,
-        name: String,
-        value: Value,
-    },
+    Argument(Assignment),
     File(PathBuf),
 }
 
@@ -248,9 +217,20 @@ impl Given {
                         Err(reason) => return Err(ArgsError::Remap { rule, reason }),
                     }
                 }
-                "-p" | "--param" => self.sources.push(parse_parameter(value()?)?),
+                "-p" | "--param" => {
+                    let argument = value()?;
+                    match Assignment::parse(&argument) {
+                        Ok(assignment) => self.sources.push(Source::Argument(assignment)),
+                        Err(reason) => return Err(ArgsError::Parameter { argument, reason }),
+                    }
+                }
                 "--params-file" => self.sources.push(Source::File(value()?.into())),
-                "--log-level" => self.set_level(value()?)?,
+                "--log-level" => {
+                    let text = value()?;
+                    if !self.log.set_level(&text) {
+                        return Err(ArgsError::LogLevel(text));
+                    }
+                }
                 "--log-config-file" => refuse("--log-config-file", value()?, NO_LOG_CONFIG)?,
                 "--log-file-name" => refuse("--log-file-name", value()?, NO_LOG_FILE)?,
                 "-e" | "--enclave" => {
@@ -258,66 +238,24 @@ impl Given {
                     names::check_enclave(&enclave)?;
                     self.enclave = Some(enclave);
                 }
-                _ => self.set_flag(arg)?,
+                _ if self.log.set_switch(&arg) => {}
+                _ => return Err(ArgsError::Unknown(arg)),
             }
         }
         Ok(())
     }
 
-    fn set_level(&mut self, text: String) -> Result<(), ArgsError> {
-        let (logger, level) = match text.split_once(":=") {
-            Some((logger, level)) if !logger.is_empty() => (Some(logger), level),
-            Some(_) => return Err(ArgsError::LogLevel(text)),
-            None => (None, text.as_str()),
-        };
-        let level = match level.to_ascii_lowercase().as_str() {
-            "unset" => None,
-            "debug" => Some(LevelFilter::DEBUG),
-            "info" => Some(LevelFilter::INFO),
-            "warn" => Some(LevelFilter::WARN),
-            "error" => Some(LevelFilter::ERROR),
-            // Nothing here is logged as fatal.
-            "fatal" => Some(LevelFilter::OFF),
-            _ => return Err(ArgsError::LogLevel(text)),
-        };
-        let Some(logger) = logger else {
-            self.log.level = level;
-            return Ok(());
-        };
-        self.log.loggers.retain(|(other, _)| other != logger);
-        self.log
-            .loggers
-            .extend(level.map(|level| (logger.to_owned(), level)));
-        Ok(())
-    }
-
-    fn set_flag(&mut self, arg: String) -> Result<(), ArgsError> {
-        let (on, what) = if let Some(what) = arg.strip_prefix("--enable-") {
-            (true, what)
-        } else if let Some(what) = arg.strip_prefix("--disable-") {
-            (false, what)
-        } else {
-            return Err(ArgsError::Unknown(arg));
-        };
-        match what {
-            "rosout-logs" => self.log.rosout = on,
-            "stdout-logs" => self.log.console = on,
-            "external-lib-logs" => self.log.external = on,
-            _ => return Err(ArgsError::Unknown(arg)),
-        }
-        Ok(())
-    }
-
-    fn into_node(self, default_name: &str) -> Result<NodeArgs, ArgsError> {
+    fn into_node(mut self, default_name: &str) -> Result<NodeArgs, ArgsError> {
         let name = self.rules.node_name(default_name)?;
         let namespace = self.rules.namespace(&name);
         let qualified = names::join(&namespace, &name);
+        self.log.call_node_by(&qualified, &name);
         let mut parameters = Vec::new();
         for source in self.sources {
             match source {
-                Source::Argument { node, name, value } => {
-                    if node.is_none_or(|node| names::join("/", &node) == qualified) {
-                        parameters.push((name, value));
+                Source::Argument(assignment) => {
+                    if assignment.is_for(&qualified) {
+                        parameters.push((assignment.name, assignment.value));
                     }
                 }
                 Source::File(path) => parameters.extend(read_file(path, &qualified)?),
@@ -352,47 +290,6 @@ fn refuse(argument: &'static str, value: String, reason: &'static str) -> Result
     })
 }
 
-fn parse_parameter(argument: String) -> Result<Source, ArgsError> {
-    let read = || {
-        let (left, text) = argument
-            .split_once(":=")
-            .ok_or("':=' is missing".to_owned())?;
-        let (node, name) = remap::split_node(left)?;
-        if !is_parameter_name(name) {
-            return Err(format!(
-                "{name:?} is no name: parts of letters, digits and single underscores, parted by '.' or '/'"
-            ));
-        }
-        let mut documents = yaml::documents(text)?;
-        let value = match (documents.pop(), documents.is_empty()) {
-            (Some(document), true) => yaml::parameter(document)?,
-            (None, _) => return Err("the value is missing".into()),
-            (Some(_), false) => return Err("the value is more than one document".into()),
-        };
-        Ok(Source::Argument {
-            node: node.map(Into::into),
-            name: name.into(),
-            value,
-        })
-    };
-    read().map_err(|reason| ArgsError::Parameter { argument, reason })
-}
-
-/// `rate`, `gains.p`, `qos_overrides./tf.publisher.depth`.
-fn is_parameter_name(name: &str) -> bool {
-    name.strip_prefix('/')
-        .unwrap_or(name)
-        .split('.')
-        .enumerate()
-        .all(|(index, part)| {
-            let part = match index {
-                0 => part,
-                _ => part.strip_prefix('/').unwrap_or(part),
-            };
-            part.split('/').all(names::is_rule_token)
-        })
-}
-
 fn read_file(path: PathBuf, node: &str) -> Result<Vec<(String, Value)>, ArgsError> {
     match fs::read_to_string(&path) {
         Err(source) => Err(ArgsError::ReadFile { path, source }),
@@ -404,6 +301,8 @@ fn read_file(path: PathBuf, node: &str) -> Result<Vec<(String, Value)>, ArgsErro
 
 #[cfg(test)]
 mod tests {
+    use tracing_subscriber::filter::LevelFilter;
+
     use super::*;
 
     fn parse(line: &str) -> Result<(NodeArgs, Vec<String>), ArgsError> {
@@ -468,18 +367,6 @@ mod tests {
     }
 
     #[test]
-    fn names_of_parameters_have_the_form_that_rcl_asks_for() {
-        for good in ["x", "x.y", "x/y", "/x", "qos_overrides./x.y", "_x", "x_1"] {
-            assert!(is_parameter_name(good), "{good:?}");
-        }
-        for bad in [
-            "", "1x", "a-b", "x y", "x.", ".x", "x..y", "~x", "x*", "*", "**", "__x", "x//y",
-        ] {
-            assert!(!is_parameter_name(bad), "{bad:?}");
-        }
-    }
-
-    #[test]
     fn parameters_of_other_nodes_and_namespaces_are_not_ours() {
         let taken = |line| {
             parse(line)
@@ -535,35 +422,17 @@ mod tests {
     }
 
     #[test]
-    fn log_levels_are_those_of_rcutils() {
-        let level = |text| {
-            parse(&format!("--ros-args --log-level {text}")).map(|(node, _)| node.log().level)
-        };
-        for (text, expected) in [
-            ("debug", Some(LevelFilter::DEBUG)),
-            ("Info", Some(LevelFilter::INFO)),
-            ("ERROR", Some(LevelFilter::ERROR)),
-            ("fatal", Some(LevelFilter::OFF)),
-            ("unset", None),
-            ("debug --log-level unset", None),
-        ] {
-            assert_eq!(level(text).unwrap(), expected, "{text}");
-        }
-        for bad in [
-            "warning",
-            "trace",
-            "10",
-            "x:debug",
-            "x:=",
-            ":=debug",
-            "a:=b:=debug",
-            "x:=loud",
-        ] {
-            assert!(
-                matches!(level(bad), Err(ArgsError::LogLevel(text)) if text == bad),
-                "{bad}"
-            );
-        }
+    fn the_logger_of_a_node_bears_its_namespace() {
+        let loggers = |line| parse(line).unwrap().0.log().loggers.clone();
+        let expected = [("node".to_owned(), LevelFilter::DEBUG)];
+        assert_eq!(
+            loggers("--ros-args -r __ns:=/a/b --log-level a.b.node:=debug"),
+            expected
+        );
+        assert_eq!(
+            loggers("--ros-args -r __ns:=/a/b --log-level node:=debug"),
+            expected
+        );
     }
 
     #[test]

@@ -8,9 +8,11 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod args;
+mod assignment;
 mod block;
 mod environment;
 pub mod log;
+mod log_settings;
 mod names;
 mod parameters;
 mod params_file;
@@ -21,8 +23,9 @@ pub mod shm;
 mod shutdown;
 mod yaml;
 
-pub use args::{ArgsError, LogSettings, NodeArgs};
+pub use args::{ArgsError, NodeArgs};
 pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, ServiceMapping};
+pub use log_settings::LogSettings;
 pub use names::NameError;
 pub use parameters::{FromParameter, ParameterError, Parameters};
 pub use shutdown::Shutdown;

@@ -105,6 +105,77 @@ fn a_domain_that_is_none_is_refused() {
 }
 
 #[test]
+fn variables_of_discovery_that_cannot_be_honoured_are_refused() {
+    let world = World::new();
+    for (variable, value, fragments) in [
+        (
+            "ROS_AUTOMATIC_DISCOVERY_RANGE",
+            "OFF",
+            ["ROS_AUTOMATIC_DISCOVERY_RANGE=OFF", "not supported"],
+        ),
+        (
+            "ROS_AUTOMATIC_DISCOVERY_RANGE",
+            "GALAXY",
+            ["\"GALAXY\"", "expected LOCALHOST, SUBNET"],
+        ),
+        (
+            "ROS_STATIC_PEERS",
+            "10.0.0.1;10.0.0.2:7400",
+            ["ROS_STATIC_PEERS has \"10.0.0.2:7400\"", "parted by ';'"],
+        ),
+        (
+            "ROS_LOCALHOST_ONLY",
+            "yes",
+            ["ROS_LOCALHOST_ONLY is \"yes\"", "expected 0 or 1"],
+        ),
+    ] {
+        let mut command = world.command(&binary("lgvi_player"));
+        command.env(variable, value);
+        let finished = world.start("lgvi_player", command).finish().expect(2);
+        finished.says(&fragments);
+    }
+}
+
+#[test]
+fn ros_arguments_that_cannot_be_honoured_are_refused() {
+    let world = World::new();
+    let file = world.path("parameters.yaml");
+    let text = "/**:\n  ros__parameters:\n    frame: inertial\n    topics: [a, 1]\n";
+    std::fs::write(&file, text).expect("a parameter file");
+    let file = file.display().to_string();
+    for (arguments, fragments) in [
+        (
+            ["--params-file", file.as_str()],
+            ["parameters.yaml: line 4: parameter \"topics\"", "one type"],
+        ),
+        (["-p", "topics:=[a, 1]"], ["topics:=[a, 1]", "one type"]),
+        (
+            ["-r", "a:={node}"],
+            ["\"a:={node}\"", "\"{node}\" is no name"],
+        ),
+        (
+            ["-r", "__ns:=y"],
+            ["namespace \"y\"", "must start with '/'"],
+        ),
+        (["-e", "y"], ["enclave \"y\"", "must start with '/'"]),
+        (["--log-level", "trace"], ["\"trace\"", "debug, info"]),
+        (
+            ["--log-file-name", "x"],
+            ["--log-file-name \"x\"", "not supported"],
+        ),
+        (
+            ["--log-config-file", "x"],
+            ["--log-config-file \"x\"", "not supported"],
+        ),
+    ] {
+        let line = [&["--ros-args"], arguments.as_slice()].concat();
+        run(&world, "lgvi_recorder", &line)
+            .expect(2)
+            .says(&fragments);
+    }
+}
+
+#[test]
 fn a_command_line_that_is_no_unicode_is_refused() {
     let world = World::new();
     let alien = OsStr::from_bytes(b"b\xffd");

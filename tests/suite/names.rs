@@ -1,7 +1,9 @@
 //! Each node is a program of its own, and takes the names that it is given.
 
+use std::time::Duration;
+
 use lgvi_middleware::ros::Qos;
-use lgvi_msgs::rcl_interfaces::Log;
+use lgvi_msgs::{action::PlanManeuver, rcl_interfaces::Log};
 use lgvi_tests::{Process, World, binary, eventually, scene};
 
 /// Starts a node's own program as `/y/x`, with further ROS arguments.
@@ -132,4 +134,81 @@ fn the_player() {
     ];
     shows(&world, &publishers, &[]);
     player.stop().expect(0);
+}
+
+#[test]
+fn rules_for_topics_leave_services_alone_and_the_other_way_round() {
+    let world = World::new();
+    let scene = format!("scene:={}", scene("inclination_change").display());
+    let arguments = [
+        "-p",
+        &scene,
+        "-r",
+        "rostopic://~/planned_path:=/seen/path",
+        "-r",
+        "rosservice://~/progress:=/wrong/progress",
+        "-r",
+        "other:~/control_sequence:=/wrong/controls",
+        "-r",
+        "x:~/control_sequence:=~/controls",
+        "-r",
+        "~/plan_maneuver/_action/feedback:=/act/feedback",
+        "-r",
+        "rosservice://~/plan_maneuver/_action/status:=/wrong/status",
+    ];
+    let planner = renamed(&world, "lgvi_planner", &arguments);
+    let publishers = [
+        "/seen/path",
+        "/y/x/progress",
+        "/y/x/controls",
+        "/act/feedback",
+        "/y/x/plan_maneuver/_action/status",
+    ];
+    shows(&world, &publishers, &[]);
+    planner.stop().expect(0);
+}
+
+#[test]
+fn an_action_is_renamed_as_a_whole() {
+    let world = World::new();
+    let scene = format!("scene:={}", scene("inclination_change").display());
+    let arguments = [
+        "-p",
+        &scene,
+        "-p",
+        "plan_at_start:=false",
+        "-r",
+        "~/plan_maneuver:=/plan",
+    ];
+    let planner = renamed(&world, "lgvi_planner", &arguments);
+    shows(
+        &world,
+        &["/plan/_action/feedback", "/plan/_action/status"],
+        &[],
+    );
+    let client = world.ros_node("client");
+    let client = client.action_client::<PlanManeuver>("/plan").unwrap();
+    assert!(client.wait_for_server(Duration::from_secs(10)));
+    planner.stop().expect(0);
+}
+
+#[test]
+fn a_rule_outside_of_ros_arguments_counts_with_a_warning() {
+    let world = World::new();
+    let mut command = world.command(&binary("lgvi_recorder"));
+    let output = format!("output:={}", world.path("bag").display());
+    command.args(["--supervised", "/tf:=/y/tf", "__node:=x", "__ns:=/y"]);
+    command.args([
+        "--ros-args",
+        "-p",
+        &output,
+        "-p",
+        "topics:=['/tf=tf2_msgs/msg/TFMessage']",
+    ]);
+    let recorder = world.start("lgvi_recorder", command);
+    shows(&world, &[], &["/y/tf"]);
+    recorder
+        .stop()
+        .expect(0)
+        .says(&["\"__node:=x\" stands outside of --ros-args", "deprecated"]);
 }

@@ -5,12 +5,15 @@ use std::env::{self, VarError};
 /// The highest domain whose ports fit below 65 536.
 pub const MAX_DOMAIN_ID: u16 = 232;
 
+/// The longest name of a static peer that ROS 2 takes.
+const MAX_PEER_LENGTH: usize = 255;
+
 /// Where other nodes are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
-    /// This host only, over the loopback interface.
+    /// This host, over the loopback interface, and static peers.
     Localhost,
-    /// All network interfaces, by multicast.
+    /// All network interfaces, by multicast, and static peers.
     Subnet,
 }
 
@@ -30,8 +33,13 @@ pub struct Environment {
     pub domain_id: u16,
     /// `ROS_LOCALHOST_ONLY` (1 wins over the other), `ROS_AUTOMATIC_DISCOVERY_RANGE`; a subnet if unset.
     pub reach: Reach,
+    /// `ROS_STATIC_PEERS`: addresses or names of hosts that are told of the node without multicast. None with
+    /// `ROS_LOCALHOST_ONLY=1`, as in ROS 2.
+    pub static_peers: Vec<String>,
     /// By `RMW_IMPLEMENTATION`; that of Fast DDS if unset.
     pub service_mapping: ServiceMapping,
+    /// Variables that `ROS_LOCALHOST_ONLY=1` overrides; a node that joins warns of them.
+    pub overridden: Vec<&'static str>,
 }
 
 /// An environment variable with a value that cannot be honoured.
@@ -51,6 +59,9 @@ pub enum EnvironmentError {
         "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF is not supported: the DDS stack cannot run without discovery"
     )]
     DiscoveryOff,
+    /// A peer that is no address or host name.
+    #[error("ROS_STATIC_PEERS has {0:?}; expected addresses or host names, parted by ';'")]
+    StaticPeer(String),
     /// An implementation that our DDS stack does not talk to.
     #[error(
         "RMW_IMPLEMENTATION is {0:?}; expected rmw_fastrtps_cpp, rmw_fastrtps_dynamic_cpp or rmw_cyclonedds_cpp"
@@ -84,7 +95,9 @@ impl Environment {
         Self {
             domain_id,
             reach: Reach::Localhost,
+            static_peers: Vec::new(),
             service_mapping: ServiceMapping::FastDds,
+            overridden: Vec::new(),
         }
     }
 
@@ -112,6 +125,18 @@ impl Environment {
             Some("OFF") => Reach::Localhost,
             Some(other) => return Err(EnvironmentError::DiscoveryRange(other.into())),
         };
+        let mut overridden = Vec::new();
+        if localhost_only {
+            for name in ["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS"] {
+                if set(name)?.is_some() {
+                    overridden.push(name);
+                }
+            }
+        }
+        let static_peers = match set("ROS_STATIC_PEERS")? {
+            Some(list) if !localhost_only => static_peers(&list)?,
+            _ => Vec::new(),
+        };
         let service_mapping = match set("RMW_IMPLEMENTATION")?.as_deref() {
             None | Some("rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp") => ServiceMapping::FastDds,
             Some("rmw_cyclonedds_cpp") => ServiceMapping::Cyclone,
@@ -119,7 +144,9 @@ impl Environment {
         };
         Ok(Self {
             domain_id,
+            static_peers,
             service_mapping,
+            overridden,
             reach: if localhost_only {
                 Reach::Localhost
             } else {
@@ -127,6 +154,20 @@ impl Environment {
             },
         })
     }
+}
+
+fn static_peers(list: &str) -> Result<Vec<String>, EnvironmentError> {
+    let peers = list.split(';').filter(|peer| !peer.is_empty());
+    peers
+        .map(|peer| {
+            let known = |byte: u8| byte.is_ascii_alphanumeric() || b"-._".contains(&byte);
+            if peer.len() <= MAX_PEER_LENGTH && peer.bytes().all(known) {
+                Ok(peer.into())
+            } else {
+                Err(EnvironmentError::StaticPeer(peer.into()))
+            }
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -147,7 +188,9 @@ mod tests {
         let expected = Environment {
             domain_id: 0,
             reach: Reach::Subnet,
+            static_peers: Vec::new(),
             service_mapping: ServiceMapping::FastDds,
+            overridden: Vec::new(),
         };
         assert_eq!(read(&[]), Ok(expected.clone()));
         assert_eq!(read(&[("ROS_DOMAIN_ID", "")]), Ok(expected));
@@ -200,5 +243,50 @@ mod tests {
             reach(&[("ROS_LOCALHOST_ONLY", "yes")]),
             Err(EnvironmentError::LocalhostOnly("yes".into()))
         );
+    }
+
+    #[test]
+    fn static_peers_are_parted_by_semicolons() {
+        let peers = |list| read(&[("ROS_STATIC_PEERS", list)]).map(|read| read.static_peers);
+        let expected = vec!["192.168.0.1".to_owned(), "remote.com".into()];
+        assert_eq!(peers("192.168.0.1;remote.com"), Ok(expected.clone()));
+        assert_eq!(peers(";192.168.0.1;;remote.com;"), Ok(expected));
+        assert_eq!(peers(""), Ok(Vec::new()));
+        for bad in [
+            "10.0.0.1:7400",
+            "10.0.0.1,10.0.0.2",
+            "a b",
+            "::1",
+            &"a".repeat(256),
+        ] {
+            assert_eq!(peers(bad), Err(EnvironmentError::StaticPeer(bad.into())));
+        }
+    }
+
+    #[test]
+    fn localhost_only_wins_over_range_and_peers() {
+        let environment = read(&[
+            ("ROS_LOCALHOST_ONLY", "1"),
+            ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"),
+            ("ROS_STATIC_PEERS", "10.0.0.1"),
+        ]);
+        let expected = Environment {
+            overridden: vec!["ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS"],
+            ..Environment::localhost(0)
+        };
+        assert_eq!(environment, Ok(expected));
+    }
+
+    #[test]
+    fn ranges_are_those_of_ros() {
+        let reach =
+            |range| read(&[("ROS_AUTOMATIC_DISCOVERY_RANGE", range)]).map(|read| read.reach);
+        for range in ["SUBNET", "SYSTEM_DEFAULT", ""] {
+            assert_eq!(reach(range), Ok(Reach::Subnet), "{range}");
+        }
+        for range in ["subnet", "LOCAL"] {
+            let refused = EnvironmentError::DiscoveryRange(range.into());
+            assert_eq!(reach(range), Err(refused));
+        }
     }
 }

@@ -9,9 +9,11 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod args;
+mod assignment;
 mod block;
 mod environment;
 pub mod log;
+mod log_settings;
 mod names;
 pub mod parameters;
 mod params_file;
@@ -20,9 +22,11 @@ pub mod report;
 pub mod ros;
 pub mod shm;
 mod shutdown;
+mod yaml;
 
-pub use args::{ArgsError, LogSettings, NodeArgs};
+pub use args::{ArgsError, NodeArgs};
 pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, ServiceMapping};
+pub use log_settings::LogSettings;
 pub use names::NameError;
 pub use parameters::{
     Change as ParameterChange, FromParameter, Given, ParameterError, ParameterKind, ParameterSpec,

@@ -80,6 +80,9 @@ pub struct Rosout {
 pub fn init(args: &NodeArgs) -> Result<Logging, LogError> {
     let (subscriber, logging) = build(args);
     subscriber.try_init()?;
+    for notice in args.notices() {
+        tracing::warn!("{notice}");
+    }
     Ok(logging)
 }
 

@@ -39,8 +39,10 @@ pub enum NameError {
         name: String,
     },
     /// `~` elsewhere than at the start, or not followed by a slash.
-    #[error("topic {name:?}: '~' may only stand at the start, followed by '/'")]
+    #[error("{kind} {name:?}: '~' may only stand at the start, followed by '/'")]
     Tilde {
+        /// What the name stands for.
+        kind: &'static str,
         /// The name as given.
         name: String,
     },
@@ -58,9 +60,27 @@ pub enum NameError {
     },
 }
 
+/// What a name stands for that is expanded and remapped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Topic,
+    Service,
+    Action,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Topic => "topic",
+            Self::Service => "service",
+            Self::Action => "action",
+        }
+    }
+}
+
 const NODE: &str = "node name";
 const NAMESPACE: &str = "namespace";
-const TOPIC: &str = "topic";
+const ENCLAVE: &str = "enclave";
 
 /// `rmw`'s limits: 255 for DDS, less the prefix (`rt/`, `rq/`) and the suffix (`Reply`) for topics.
 const NODE_LIMIT: usize = 255;
@@ -72,13 +92,34 @@ pub(crate) fn check_node_name(name: &str) -> Result<(), NameError> {
     check_token(NODE, name, name)
 }
 
-/// Checks a namespace, such as `/` or `/chaser`; one without a leading slash gets it.
-pub(crate) fn normalise_namespace(namespace: &str) -> Result<String, NameError> {
-    let absolute = format!("/{}", namespace.strip_prefix('/').unwrap_or(namespace));
-    if absolute != "/" {
-        check_absolute(NAMESPACE, &absolute, NODE_LIMIT)?;
+/// Checks a namespace: `/`, or `/chaser` without a slash at its end.
+pub(crate) fn check_namespace(namespace: &str) -> Result<(), NameError> {
+    check_root_or_absolute(NAMESPACE, namespace)
+}
+
+/// Checks the name of a security enclave, which has the form of a namespace.
+pub(crate) fn check_enclave(enclave: &str) -> Result<(), NameError> {
+    check_root_or_absolute(ENCLAVE, enclave)
+}
+
+fn check_root_or_absolute(kind: &'static str, name: &str) -> Result<(), NameError> {
+    match name {
+        "/" => Ok(()),
+        _ => check_absolute(kind, name, NODE_LIMIT),
     }
-    Ok(absolute)
+}
+
+/// Whether a text can stand between two slashes.
+pub(crate) fn is_token(text: &str) -> bool {
+    text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && text
+            .bytes()
+            .all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+}
+
+/// Whether a text is a token of the rules on the command line, where two underscores introduce `__node` and its like.
+pub(crate) fn is_rule_token(text: &str) -> bool {
+    is_token(text) && !text.contains("__")
 }
 
 /// `/name` or `/namespace/name`.
@@ -86,10 +127,20 @@ pub(crate) fn join(namespace: &str, name: &str) -> String {
     format!("{}/{name}", namespace.trim_end_matches('/'))
 }
 
-/// Expands `~`, `{node}`, `{ns}`, `{namespace}` and relative names to an absolute, valid topic name.
-pub(crate) fn expand(name: &str, namespace: &str, node: &str) -> Result<String, NameError> {
+/// Expands `~`, `{node}`, `{ns}`, `{namespace}` and relative names to an absolute, valid name.
+pub(crate) fn expand(
+    kind: Kind,
+    name: &str,
+    namespace: &str,
+    node: &str,
+) -> Result<String, NameError> {
+    let kind = kind.name();
+    let misplaced_tilde = || NameError::Tilde {
+        kind,
+        name: name.into(),
+    };
     if name.is_empty() {
-        return Err(NameError::Empty { kind: TOPIC });
+        return Err(NameError::Empty { kind });
     }
     let substituted = name
         .replace("{node}", node)
@@ -98,14 +149,14 @@ pub(crate) fn expand(name: &str, namespace: &str, node: &str) -> Result<String, 
     let absolute = match substituted.strip_prefix('~') {
         Some("") => join(namespace, node),
         Some(rest) if rest.starts_with('/') => join(namespace, node) + rest,
-        Some(_) => return Err(NameError::Tilde { name: name.into() }),
+        Some(_) => return Err(misplaced_tilde()),
         None if substituted.starts_with('/') => substituted,
         None => join(namespace, &substituted),
     };
     if absolute.contains('~') {
-        return Err(NameError::Tilde { name: name.into() });
+        return Err(misplaced_tilde());
     }
-    check_absolute(TOPIC, &absolute, TOPIC_LIMIT)?;
+    check_absolute(kind, &absolute, TOPIC_LIMIT)?;
     Ok(absolute)
 }
 
@@ -162,13 +213,16 @@ mod tests {
 
     #[test]
     fn expands_private_relative_and_absolute_names() {
-        let expand = |name| expand(name, "/chaser", "lgvi_propagator").unwrap();
+        let expand = |name| expand(Kind::Topic, name, "/chaser", "lgvi_propagator").unwrap();
         assert_eq!(expand("~/state"), "/chaser/lgvi_propagator/state");
         assert_eq!(expand("~"), "/chaser/lgvi_propagator");
         assert_eq!(expand("state"), "/chaser/state");
         assert_eq!(expand("/tf"), "/tf");
         assert_eq!(expand("{ns}/{node}/x"), "/chaser/lgvi_propagator/x");
-        assert_eq!(super::expand("state", "/", "n").unwrap(), "/state");
+        assert_eq!(
+            super::expand(Kind::Topic, "state", "/", "n").unwrap(),
+            "/state"
+        );
     }
 
     #[test]
@@ -176,10 +230,13 @@ mod tests {
         for bad in [
             "", "~state", "a/~/b", "a//b", "a/", "1a", "a/2b", "a b", "a-b", "{x}",
         ] {
-            assert!(expand(bad, "/", "node").is_err(), "{bad:?} was accepted");
+            assert!(
+                expand(Kind::Topic, bad, "/", "node").is_err(),
+                "{bad:?} was accepted"
+            );
         }
         assert!(matches!(
-            expand(&"a".repeat(300), "/", "node"),
+            expand(Kind::Service, &"a".repeat(300), "/", "node"),
             Err(NameError::TooLong { length: 301, .. })
         ));
         assert!(check_node_name("a/b").is_err());
@@ -195,11 +252,24 @@ mod tests {
     }
 
     #[test]
-    fn namespaces_are_absolute() {
-        assert_eq!(normalise_namespace("chaser").unwrap(), "/chaser");
-        assert_eq!(normalise_namespace("/a/b").unwrap(), "/a/b");
-        assert_eq!(normalise_namespace("/").unwrap(), "/");
-        assert_eq!(normalise_namespace("").unwrap(), "/");
-        assert!(normalise_namespace("/a/").is_err());
+    fn namespaces_and_enclaves_are_absolute() {
+        for (good, bad) in [
+            ("/", ""),
+            ("/a", "a"),
+            ("/a/b", "/a/"),
+            ("/_", "/1"),
+            ("/a__b", "~/a"),
+        ] {
+            assert_eq!(
+                (check_namespace(good), check_enclave(good)),
+                (Ok(()), Ok(()))
+            );
+            assert!(
+                check_namespace(bad).is_err() && check_enclave(bad).is_err(),
+                "{bad:?}"
+            );
+        }
+        let error = check_enclave("a b").unwrap_err().to_string();
+        assert_eq!(error, "enclave \"a b\" must start with '/'");
     }
 }

@@ -1,117 +1,171 @@
 //! ROS 2 parameter files: which entries are meant for a node, flattened to dotted names.
 
-use serde_yaml_ng::{Mapping, Value};
+use serde_yaml_ng::Value;
+
+use crate::{
+    names,
+    yaml::{self, Content, Node},
+};
 
 const PARAMETERS: &str = "ros__parameters";
 
-/// The parameters of `text` meant for the node, in the file's order: later ones win.
+/// The parameters of `text` meant for the node, in the file's order: later ones win. The values of all nodes are
+/// checked, whomever they are meant for.
 pub(crate) fn read(text: &str, node: &str) -> Result<Vec<(String, Value)>, String> {
     let mut found = Vec::new();
-    match serde_yaml_ng::from_str(text).map_err(|error| error.to_string())? {
-        Value::Null => {}
-        Value::Mapping(nodes) => visit_nodes(&nodes, "", node, &mut found)?,
-        other => {
-            return Err(format!(
-                "expected a map of node names, found {}",
-                kind(&other)
-            ));
+    for document in yaml::documents(text)? {
+        match document.content {
+            Content::Nothing => {}
+            Content::Map(nodes) => visit_nodes(nodes, "", node, &mut found)?,
+            other => return Err(format!("expected a map of nodes, found {}", other.kind())),
         }
     }
     Ok(found)
 }
 
 fn visit_nodes(
-    map: &Mapping,
+    entries: Vec<(String, Node)>,
     path: &str,
     node: &str,
     found: &mut Vec<(String, Value)>,
 ) -> Result<(), String> {
-    for (key, value) in map {
-        let key = key_text(key)?;
-        let Value::Mapping(inner) = value else {
+    for (key, Node { line, content }) in entries {
+        let Content::Map(inner) = content else {
+            let kind = content.kind();
+            let expected = if key == PARAMETERS {
+                "a map of parameters".into()
+            } else {
+                format!("a map with {PARAMETERS:?}")
+            };
             return Err(format!(
-                "{key:?}: expected a map with {PARAMETERS:?}, found {}",
-                kind(value)
+                "line {line}: {key:?}: expected {expected}, found {kind}"
             ));
         };
         if key == PARAMETERS {
             if path.is_empty() {
-                return Err(format!("{PARAMETERS:?} stands outside of any node"));
+                return Err(format!(
+                    "line {line}: {PARAMETERS:?} stands outside of any node"
+                ));
             }
+            let mut parameters = Vec::new();
+            flatten(inner, "", &mut parameters)
+                .map_err(|reason| format!("{reason} (of node {path:?})"))?;
             if matches(path, node) {
-                flatten(inner, "", found)?;
+                found.append(&mut parameters);
             }
         } else {
-            let path = format!("{path}/{}", key.trim_matches('/'));
+            let path = extend(path, &key).map_err(|reason| format!("line {line}: {reason}"))?;
             visit_nodes(inner, &path, node, found)?;
         }
     }
     Ok(())
 }
 
-fn flatten(map: &Mapping, prefix: &str, found: &mut Vec<(String, Value)>) -> Result<(), String> {
-    for (key, value) in map {
-        let name = format!("{prefix}{}", key_text(key)?);
-        match value {
-            Value::Mapping(inner) => flatten(inner, &format!("{name}."), found)?,
-            value => found.push((name, value.clone())),
+/// Appends a key to a node's path. Only the outermost key may begin with a slash.
+fn extend(path: &str, key: &str) -> Result<String, String> {
+    let relative = if path.is_empty() {
+        key.strip_prefix('/').unwrap_or(key)
+    } else {
+        key
+    };
+    let wild = |token| matches!(token, "*" | "**") || names::is_token(token);
+    if relative.split('/').all(wild) {
+        Ok(format!("{path}/{relative}"))
+    } else {
+        Err(format!(
+            "{key:?} is no node: names and the wildcards \"*\" and \"**\" are parted by single slashes"
+        ))
+    }
+}
+
+fn flatten(
+    entries: Vec<(String, Node)>,
+    prefix: &str,
+    found: &mut Vec<(String, Value)>,
+) -> Result<(), String> {
+    for (key, node) in entries {
+        let (name, line) = (format!("{prefix}{key}"), node.line);
+        if key.is_empty() {
+            return Err(format!("line {line}: a parameter without a name"));
+        }
+        match node.content {
+            Content::Map(inner) => flatten(inner, &format!("{name}."), found)?,
+            content => {
+                let value = yaml::parameter(Node { line, content })
+                    .map_err(|reason| format!("line {line}: parameter {name:?}: {reason}"))?;
+                found.push((name, value));
+            }
         }
     }
     Ok(())
 }
 
-fn key_text(key: &Value) -> Result<&str, String> {
-    key.as_str()
-        .filter(|key| !key.is_empty())
-        .ok_or_else(|| format!("expected a name, found {}", kind(key)))
-}
-
 /// Whether a pattern (`*`: one part, `**`: any number of parts) covers a fully qualified node name.
-pub(crate) fn matches(pattern: &str, node: &str) -> bool {
+fn matches(pattern: &str, node: &str) -> bool {
     fn parts(name: &str) -> Vec<&str> {
         name.split('/').filter(|part| !part.is_empty()).collect()
-    }
-    fn covers(pattern: &[&str], name: &[&str]) -> bool {
-        match (pattern, name) {
-            ([], []) => true,
-            (["**", rest @ ..], _) => {
-                (0..=name.len()).any(|skipped| covers(rest, &name[skipped..]))
-            }
-            (["*", rest @ ..], [_, tail @ ..]) => covers(rest, tail),
-            ([first, rest @ ..], [head, tail @ ..]) => first == head && covers(rest, tail),
-            _ => false,
-        }
     }
     covers(&parts(pattern), &parts(node))
 }
 
-fn kind(value: &Value) -> &'static str {
-    match value {
-        Value::Null => "nothing",
-        Value::Bool(_) => "a bool",
-        Value::Number(_) => "a number",
-        Value::String(_) => "a string",
-        Value::Sequence(_) => "a list",
-        Value::Mapping(_) => "a map",
-        Value::Tagged(_) => "a tagged value",
+fn covers(pattern: &[&str], name: &[&str]) -> bool {
+    // After which parts of the pattern the name so far may stand.
+    let mut reached = vec![false; pattern.len() + 1];
+    let skip = |reached: &mut Vec<bool>| {
+        for (index, part) in pattern.iter().enumerate() {
+            reached[index + 1] |= reached[index] && *part == "**";
+        }
+    };
+    reached[0] = true;
+    skip(&mut reached);
+    for head in name {
+        let mut next = vec![false; pattern.len() + 1];
+        for (index, part) in pattern.iter().enumerate() {
+            if reached[index] {
+                next[index] |= *part == "**";
+                next[index + 1] |= *part == "*" || part == head;
+            }
+        }
+        skip(&mut next);
+        reached = next;
     }
+    reached[pattern.len()]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn of(text: &str, node: &str) -> Vec<String> {
+        read(text, node)
+            .unwrap()
+            .into_iter()
+            .map(|(name, value)| format!("{name}={}", serde_json::to_string(&value).unwrap()))
+            .collect()
+    }
+
     #[test]
     fn wildcards_cover_parts_of_names() {
-        assert!(matches("/**", "/a/b"));
-        assert!(matches("/**", "/a"));
-        assert!(matches("/*", "/a"));
-        assert!(!matches("/*", "/a/b"));
-        assert!(matches("/**/b", "/a/b"));
-        assert!(matches("/**/b", "/b"));
-        assert!(matches("b", "/b"));
-        assert!(!matches("b", "/a/b"));
-        assert!(matches("/a/*/c", "/a/b/c"));
+        for (pattern, covered, other) in [
+            ("/**", &["/a", "/a/b", "/a/b/c"][..], &[][..]),
+            ("/*", &["/a"], &["/a/b"]),
+            ("/*/*", &["/a/b"], &["/a", "/a/b/c"]),
+            ("/**/b", &["/b", "/a/b", "/a/a/b"], &["/a", "/b/a"]),
+            ("/a/*/c", &["/a/b/c"], &["/a/c", "/a/b/b/c"]),
+            ("/a/**", &["/a", "/a/b", "/a/b/c"], &["/b/a"]),
+            ("/**/**", &["/a", "/a/b"], &[]),
+            ("b", &["/b"], &["/a/b"]),
+            ("a/b", &["/a/b"], &["/b"]),
+        ] {
+            for node in covered {
+                assert!(matches(pattern, node), "{pattern} {node}");
+            }
+            for node in other {
+                assert!(!matches(pattern, node), "{pattern} {node}");
+            }
+        }
+        let (stars, parts) = ("/**/a".repeat(25), "/a".repeat(60));
+        assert!(matches(&stars, &parts) && !matches(&stars, &(parts + "/b")));
     }
 
     #[test]
@@ -125,25 +179,105 @@ mod tests {
 /a/other:
   ros__parameters: {rate: 3.0}
 ";
-        let names: Vec<_> = read(text, "/a/n")
-            .unwrap()
-            .into_iter()
-            .map(|(name, value)| format!("{name}={}", value.as_f64().unwrap()))
-            .collect();
-        assert_eq!(names, ["rate=1", "gains.p=1", "gains.d=2", "rate=2"]);
+        assert_eq!(
+            of(text, "/a/n"),
+            ["rate=1.0", "gains.p=1", "gains.d=2", "rate=2.0"]
+        );
     }
 
     #[test]
-    fn malformed_files_say_what_is_wrong() {
+    fn what_comes_later_wins_not_what_is_more_special() {
+        let (own, all) = (
+            "/n: {ros__parameters: {a: 1}}",
+            "/**: {ros__parameters: {a: 2}}",
+        );
+        assert_eq!(of(&format!("{own}\n{all}"), "/n"), ["a=1", "a=2"]);
+        assert_eq!(of(&format!("{all}\n{own}"), "/n"), ["a=2", "a=1"]);
+        assert_eq!(of(&format!("{all}\n---\n{own}"), "/n"), ["a=2", "a=1"]);
+        assert_eq!(
+            of("n: {ros__parameters: {a: 1, a: 2}}", "/n"),
+            ["a=1", "a=2"]
+        );
+    }
+
+    #[test]
+    fn namespaces_nest_or_are_spelt_out() {
+        for text in [
+            "/a/n: {ros__parameters: {x: 1}}",
+            "a/n: {ros__parameters: {x: 1}}",
+            "a: {n: {ros__parameters: {x: 1}}}",
+            "/a: {n: {ros__parameters: {x: 1}}}",
+            "/**: {n: {ros__parameters: {x: 1}}}",
+            "/a: {'*': {ros__parameters: {x: 1}}}",
+        ] {
+            assert_eq!(of(text, "/a/n"), ["x=1"], "{text}");
+            assert!(of(text, "/b/m").is_empty(), "{text}");
+        }
+    }
+
+    #[test]
+    fn values_keep_the_types_of_rcl() {
+        let text = "n: {ros__parameters: {a: 'yes', b: yes, c: '1', d: 017, e: null, <<: {f: 1}}}";
+        let expected = [
+            "a=\"yes\"",
+            "b=true",
+            "c=\"1\"",
+            "d=15",
+            "e=\"null\"",
+            "<<.f=1",
+        ];
+        assert_eq!(of(text, "/n"), expected);
+    }
+
+    #[test]
+    fn malformed_files_say_what_is_wrong_and_where() {
         for (text, expected) in [
-            ("[1]", "a list"),
-            ("a: 1", "a number"),
-            ("ros__parameters: {a: 1}", "outside"),
-            ("a: [", ""),
+            ("[1]", "found a list"),
+            (
+                "a:\n  b: 1",
+                "line 2: \"b\": expected a map with \"ros__parameters\", found an integer",
+            ),
+            (
+                "a:",
+                "\"a\": expected a map with \"ros__parameters\", found nothing",
+            ),
+            (
+                "a:\n  ros__parameters:",
+                "\"ros__parameters\": expected a map of parameters, found nothing",
+            ),
+            (
+                "a: {ros__parameters: 5}",
+                "expected a map of parameters, found an integer",
+            ),
+            (
+                "a: {ros__parameters: {b: 1}, extra: 2}",
+                "\"extra\": expected a map",
+            ),
+            ("ros__parameters: {a: 1}", "outside of any node"),
+            ("a: [", "line 2"),
+            (
+                "n: {ros__parameters: {a: {b: }}}",
+                "parameter \"a.b\": the value is missing (of node \"/n\")",
+            ),
+            (
+                "m:\n ros__parameters:\n  a: [1, x]",
+                "line 3: parameter \"a\": all of a list",
+            ),
+            (
+                "n: {ros__parameters: {a: [[1]]}}",
+                "parameter \"a\": a list must hold scalars only",
+            ),
+            ("/n*: {ros__parameters: {a: 1}}", "\"/n*\" is no node"),
+            ("n//x: {ros__parameters: {a: 1}}", "\"n//x\" is no node"),
+            ("n/: {ros__parameters: {a: 1}}", "\"n/\" is no node"),
+            ("/: {ros__parameters: {a: 1}}", "\"/\" is no node"),
+            ("'': {ros__parameters: {a: 1}}", "\"\" is no node"),
+            ("/a: {/n: {ros__parameters: {a: 1}}}", "\"/n\" is no node"),
         ] {
             let error = read(text, "/n").unwrap_err();
             assert!(error.contains(expected), "{text:?}: {error}");
         }
         assert!(read("", "/n").unwrap().is_empty());
+        assert!(read("# nothing\n", "/n").unwrap().is_empty());
     }
 }

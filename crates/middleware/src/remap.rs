@@ -1,12 +1,21 @@
-//! Remapping rules: `[node:]from:=to`.
+//! Remapping rules: `[node:][rostopic://|rosservice://]from:=to`, `[node:]__node:=name`, `[node:]__ns:=/namespace`.
 
-use crate::names::{self, NameError};
+use crate::names::{self, Kind, NameError};
 
-/// A rule as given on the command line; expanded when the node's name is known.
+/// What a rule replaces.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Target {
+    NodeName,
+    Namespace,
+    /// The name as given, of topics only, of services only, or of whatever bears it.
+    Name(Option<Kind>, String),
+}
+
+/// A rule as given on the command line; its names are expanded when that of the node is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Rule {
     node: Option<String>,
-    from: String,
+    target: Target,
     to: String,
 }
 
@@ -15,12 +24,28 @@ pub(crate) struct Rule {
 pub(crate) struct Rules(Vec<Rule>);
 
 impl Rule {
-    /// Splits `[node:]from:=to`; `None` if it has no `:=` or an empty side.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
-        let (node, from, to) = split_assignment(text)?;
-        (!to.is_empty()).then(|| Self {
+    /// Reads a rule by the grammar of `rcl`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let (left, to) = text
+            .split_once(":=")
+            .ok_or("it is not of the form [node:]from:=to")?;
+        let (node, from) = split_node(left)?;
+        let target = match from {
+            "__node" | "__name" => Target::NodeName,
+            "__ns" => Target::Namespace,
+            _ => named(from)?,
+        };
+        match target {
+            Target::NodeName => names::check_node_name(to).map_err(|error| error.to_string())?,
+            Target::Namespace => names::check_namespace(to).map_err(|error| error.to_string())?,
+            Target::Name(..) => check_name(to)?,
+        }
+        Ok(Self {
             node: node.map(Into::into),
-            from: from.into(),
+            target,
             to: to.into(),
         })
     }
@@ -35,53 +60,84 @@ impl Rules {
         self.0.push(rule);
     }
 
-    /// The node's base name: the first `__node` rule, else the default.
+    /// The node's base name: that of the first `__node` rule for the default name, else the default.
     pub(crate) fn node_name(&self, default: &str) -> Result<String, NameError> {
-        let name = self
-            .special(default, &["__node", "__name"])
-            .unwrap_or(default);
+        let name = self.first(default, &Target::NodeName).unwrap_or(default);
         names::check_node_name(name)?;
         Ok(name.into())
     }
 
-    /// The node's namespace: the first `__ns` rule, else the root.
-    pub(crate) fn namespace(&self, default_name: &str) -> Result<String, NameError> {
-        names::normalise_namespace(self.special(default_name, &["__ns"]).unwrap_or("/"))
+    /// The namespace of the node that has got its name: that of the first `__ns` rule, else the root.
+    pub(crate) fn namespace(&self, node: &str) -> String {
+        self.first(node, &Target::Namespace).unwrap_or("/").into()
     }
 
-    /// Expands a topic name and replaces it by the first rule that matches it.
-    pub(crate) fn topic(
+    /// Expands a name and replaces it by the first rule that matches it. What comes out is not replaced again.
+    pub(crate) fn resolve(
         &self,
-        topic: &str,
+        kind: Kind,
+        name: &str,
         namespace: &str,
         node: &str,
     ) -> Result<String, NameError> {
-        let expand = |name: &str| names::expand(name, namespace, node);
-        let topic = expand(topic)?;
+        let expand = |name: &str| names::expand(kind, name, namespace, node);
+        let name = expand(name)?;
         for rule in self.0.iter().filter(|rule| rule.applies_to(node)) {
-            if !rule.from.starts_with("__") && expand(&rule.from)? == topic {
+            if let Target::Name(of, from) = &rule.target
+                && of.is_none_or(|of| of == kind)
+                && expand(from)? == name
+            {
                 return expand(&rule.to);
             }
         }
-        Ok(topic)
+        Ok(name)
     }
 
-    fn special(&self, node: &str, keys: &[&str]) -> Option<&str> {
+    fn first(&self, node: &str, target: &Target) -> Option<&str> {
         self.0
             .iter()
-            .find(|rule| rule.applies_to(node) && keys.contains(&rule.from.as_str()))
+            .find(|rule| rule.applies_to(node) && rule.target == *target)
             .map(|rule| rule.to.as_str())
     }
 }
 
-/// Splits `[node:]name:=value`; `None` without `:=` or with an empty name or node.
-pub(crate) fn split_assignment(text: &str) -> Option<(Option<&str>, &str, &str)> {
-    let (left, value) = text.split_once(":=")?;
-    let (node, name) = match left.split_once(':') {
-        Some((node, name)) => (Some(node), name),
-        None => (None, left),
+/// Splits `[node:]rest`; the colon of `rostopic://` parts nothing.
+pub(crate) fn split_node(left: &str) -> Result<(Option<&str>, &str), String> {
+    match left.split_once(':') {
+        Some((_, rest)) if rest.starts_with("//") => Ok((None, left)),
+        Some((node, rest)) if names::is_rule_token(node) => Ok((Some(node), rest)),
+        Some((node, _)) => Err(format!("{node:?} is no name of a node")),
+        None => Ok((None, left)),
+    }
+}
+
+fn named(from: &str) -> Result<Target, String> {
+    let (kind, name) = if let Some(name) = from.strip_prefix("rostopic://") {
+        (Some(Kind::Topic), name)
+    } else if let Some(name) = from.strip_prefix("rosservice://") {
+        (Some(Kind::Service), name)
+    } else {
+        (None, from)
     };
-    (!name.is_empty() && node != Some("")).then_some((node, name, value))
+    check_name(name)?;
+    Ok(Target::Name(kind, name.into()))
+}
+
+/// `[~]/part/part` or `part/part`, and nothing to be substituted.
+fn check_name(name: &str) -> Result<(), String> {
+    let parts = name
+        .strip_prefix("~/")
+        .or_else(|| name.strip_prefix('/'))
+        .unwrap_or(name);
+    if parts.split('/').all(names::is_rule_token) {
+        Ok(())
+    } else if name.contains('*') {
+        Err(format!("{name:?}: ROS 2 has no wildcards in remapping"))
+    } else {
+        Err(format!(
+            "{name:?} is no name: parts of letters, digits and single underscores, parted by slashes"
+        ))
+    }
 }
 
 #[cfg(test)]
@@ -89,41 +145,141 @@ mod tests {
     use super::*;
 
     fn rules(texts: &[&str]) -> Rules {
-        Rules(
-            texts
-                .iter()
-                .map(|text| Rule::parse(text).unwrap())
-                .collect(),
-        )
+        let rules = texts.iter().map(|text| Rule::parse(text).unwrap());
+        Rules(rules.collect())
+    }
+
+    fn topic(rules: &Rules, name: &str, namespace: &str) -> String {
+        rules.resolve(Kind::Topic, name, namespace, "n").unwrap()
     }
 
     #[test]
-    fn the_first_matching_rule_wins() {
-        let rules = rules(&["~/state:=/truth", "/n/state:=/other", "tf:=frames"]);
-        assert_eq!(rules.topic("~/state", "/", "n").unwrap(), "/truth");
-        assert_eq!(rules.topic("/n/state", "/", "n").unwrap(), "/truth");
-        assert_eq!(rules.topic("tf", "/a", "n").unwrap(), "/a/frames");
-        assert_eq!(rules.topic("/tf", "/a", "n").unwrap(), "/tf");
-    }
-
-    #[test]
-    fn node_prefixes_select_the_node() {
+    fn the_first_matching_rule_wins_and_no_other_follows() {
         let rules = rules(&[
-            "other:state:=/a",
-            "me:state:=/b",
-            "other:__node:=x",
-            "__ns:=/y",
+            "~/state:=/truth",
+            "/n/state:=/other",
+            "tf:=frames",
+            "/truth:=/no",
         ]);
-        assert_eq!(rules.topic("state", "/", "me").unwrap(), "/b");
-        assert_eq!(rules.node_name("me").unwrap(), "me");
-        assert_eq!(rules.node_name("other").unwrap(), "x");
-        assert_eq!(rules.namespace("me").unwrap(), "/y");
+        assert_eq!(topic(&rules, "~/state", "/"), "/truth");
+        assert_eq!(topic(&rules, "/n/state", "/"), "/truth");
+        assert_eq!(topic(&rules, "tf", "/a"), "/a/frames");
+        assert_eq!(topic(&rules, "/tf", "/a"), "/tf");
+        assert_eq!(topic(&rules, "~/state", "/a"), "/truth");
     }
 
+    #[test]
+    fn schemes_select_topics_or_services() {
+        let resolve = |rule: &str, kind| rules(&[rule]).resolve(kind, "chatter", "/", "n").unwrap();
+        for (rule, topic, service, action) in [
+            ("chatter:=foo", "/foo", "/foo", "/foo"),
+            ("rostopic://chatter:=foo", "/foo", "/chatter", "/chatter"),
+            ("rostopic:///chatter:=foo", "/foo", "/chatter", "/chatter"),
+            ("rosservice://chatter:=foo", "/chatter", "/foo", "/chatter"),
+            (
+                "n:rosservice:///chatter:=~/foo",
+                "/chatter",
+                "/n/foo",
+                "/chatter",
+            ),
+            (
+                "m:rosservice:///chatter:=~/foo",
+                "/chatter",
+                "/chatter",
+                "/chatter",
+            ),
+            // Neither is a scheme, but a name.
+            (
+                "rosservice:chatter:=foo",
+                "/chatter",
+                "/chatter",
+                "/chatter",
+            ),
+            ("rostopic:=foo", "/chatter", "/chatter", "/chatter"),
+        ] {
+            assert_eq!(resolve(rule, Kind::Topic), topic, "{rule}");
+            assert_eq!(resolve(rule, Kind::Service), service, "{rule}");
+            assert_eq!(resolve(rule, Kind::Action), action, "{rule}");
+        }
+    }
+
+    #[test]
+    fn node_prefixes_select_the_node_by_the_name_it_has_got() {
+        let rules = rules(&[
+            "me:__node:=x",
+            "me:__ns:=/me",
+            "x:__ns:=/x",
+            "x:s:=/b",
+            "me:s:=/a",
+        ]);
+        assert_eq!(rules.node_name("other").unwrap(), "other");
+        assert_eq!(rules.node_name("me").unwrap(), "x");
+        assert_eq!(rules.namespace("x"), "/x");
+        assert_eq!(rules.namespace("other"), "/");
+        assert_eq!(rules.resolve(Kind::Topic, "s", "/x", "x").unwrap(), "/b");
+    }
+
+    #[test]
+    fn names_of_nodes_are_replaced_by_the_first_rule() {
+        let rules = rules(&["__name:=a", "__node:=b", "__ns:=/", "__ns:=/z"]);
+        assert_eq!(rules.node_name("n").unwrap(), "a");
+        assert_eq!(rules.namespace("a"), "/");
+    }
+
+    /// Each of these `rcl` of ROS 2 Jazzy refuses too.
     #[test]
     fn malformed_rules_are_refused() {
-        for bad in ["", "a", "a=b", ":=b", "a:=", ":a:=b"] {
-            assert_eq!(Rule::parse(bad), None, "{bad:?} was accepted");
+        for bad in [
+            "",
+            "a",
+            "a=b",
+            "a:b",
+            ":=b",
+            "a:=",
+            ":a:=b",
+            "a:b:c:=d",
+            "/n:__ns:=/x",
+            "a:=b:=c",
+            "1a:=b",
+            "a:=1b",
+            "a b:=c",
+            "a-b:=c",
+            "a//b:=c",
+            "/:=x",
+            "a:=/",
+            "a:=//x",
+            "a/:=x",
+            "a:=x/",
+            "~:=x",
+            "a:=~",
+            "a:=~/",
+            "a:=b/~/c",
+            "{node}/x:=q",
+            "a:={node}",
+            "a:=\\1",
+            "a/*:=b",
+            "/**:=b",
+            "a__b:=c",
+            "a:=b__c",
+            "a:=__b",
+            "__foo:=bar",
+            "ROSTOPIC://a:=b",
+            "rosaction://a:=b",
+            "rostopic://n:a:=b",
+            "rostopic://__node:=a",
+            "rostopic:///a:=rostopic://b",
+            "__node:=",
+            "__node:=a/b",
+            "__node:=1a",
+            "__node:={node}",
+            "__ns:=",
+            "__ns:=a",
+            "__ns:=/a/",
+            "__ns:=/1",
+            "__ns:=~/a",
+            "__ns:=//",
+        ] {
+            assert!(Rule::parse(bad).is_err(), "{bad:?} was accepted");
         }
     }
 }

@@ -80,16 +80,7 @@ impl FromParameter for bool {
     const EXPECTED: &'static str = "true or false";
 
     fn from_parameter(value: &Value) -> Option<Self> {
-        match value {
-            Value::Bool(flag) => Some(*flag),
-            // ROS 2 reads YAML 1.1, where these are booleans too.
-            Value::String(word) => match word.to_ascii_lowercase().as_str() {
-                "y" | "yes" | "on" => Some(true),
-                "n" | "no" | "off" => Some(false),
-                _ => None,
-            },
-            _ => None,
-        }
+        value.as_bool()
     }
 }
 
@@ -172,7 +163,7 @@ mod tests {
     #[test]
     fn values_are_typed() {
         let mut given = parameters(
-            "{rate: 2.5, steps: 10, name: chaser, on: yes, list: [1, 2.5], bodies: [a, b], big: 18446744073709551615, e: 1e3, i: .inf}",
+            "{rate: 2.5, steps: 10, name: chaser, on: true, list: [1, 2.5], bodies: [a, b], big: 18446744073709551615, e: 1e3, i: .inf}",
         );
         assert_eq!(given.take("rate"), Ok(Some(2.5)));
         assert_eq!(given.clone().take("steps"), Ok(Some(10.0)));

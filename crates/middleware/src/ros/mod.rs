@@ -24,6 +24,7 @@ mod lifecycle;
 mod matches;
 mod naming;
 mod node;
+mod peers;
 mod publisher;
 mod qos;
 mod service;

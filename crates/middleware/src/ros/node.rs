@@ -16,6 +16,7 @@ use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, Topic, TopicKind,
     dds::result::CreateResult,
 };
+use tracing::warn;
 
 use super::{
     RosError,
@@ -25,6 +26,7 @@ use super::{
     inbox::Inbox,
     matches::Matches,
     naming,
+    peers::{self, StaticPeers},
     publisher::{Publisher, RawPublisher},
     qos::Qos,
     service::{ServiceClient, ServiceServer},
@@ -51,6 +53,7 @@ pub(super) struct Inner {
     publisher: rustdds::Publisher,
     subscriber: rustdds::Subscriber,
     created: Instant,
+    _static_peers: Option<StaticPeers>,
     participant: DomainParticipant,
 }
 
@@ -137,12 +140,12 @@ impl RosNode {
 
     /// Offers a service; the name is expanded and remapped.
     pub fn service_server<S: Service>(&self, service: &str) -> Result<ServiceServer<S>, RosError> {
-        ServiceServer::new(self, &self.resolve(service)?)
+        ServiceServer::new(self, &self.0.args.resolve_service(service)?)
     }
 
     /// Makes a client of a service; the name is expanded and remapped.
     pub fn service_client<S: Service>(&self, service: &str) -> Result<ServiceClient<S>, RosError> {
-        ServiceClient::new(self, &self.resolve(service)?)
+        ServiceClient::new(self, &self.0.args.resolve_service(service)?)
     }
 
     /// Offers an action; the name is expanded and remapped. `decide` gets each goal, and how many are active, on the
@@ -152,12 +155,12 @@ impl RosNode {
         action: &str,
         decide: impl FnMut(&A::Goal, usize) -> Decision + Send + 'static,
     ) -> Result<ActionServer<A>, RosError> {
-        ActionServer::new(self, &self.resolve(action)?, decide)
+        ActionServer::new(self, &self.0.args.resolve_action(action)?, decide)
     }
 
     /// Makes a client of an action; the name is expanded and remapped.
     pub fn action_client<A: Action>(&self, action: &str) -> Result<ActionClient<A>, RosError> {
-        ActionClient::new(self, &self.resolve(action)?)
+        ActionClient::new(self, &self.0.args.resolve_action(action)?)
     }
 
     /// The topics of other participants that have been discovered so far, ordered by name and type.
@@ -273,12 +276,20 @@ impl fmt::Debug for RosNode {
 
 impl Inner {
     fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, String> {
+        for variable in &environment.overridden {
+            warn!("{variable} is overridden by ROS_LOCALHOST_ONLY=1");
+        }
         let builder = DomainParticipantBuilder::new(environment.domain_id);
+        let addresses = peers::addresses(&environment.static_peers)?;
         let builder = match environment.reach {
-            Reach::Localhost => builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]),
+            Reach::Localhost => builder.with_only_networks(networks(&addresses)),
             Reach::Subnet => builder,
         };
         let participant = builder.build().map_err(text)?;
+        let static_peers = match addresses.as_slice() {
+            [] => None,
+            addresses => Some(StaticPeers::start(&participant, addresses).map_err(text)?),
+        };
         let none = QosPolicies::qos_none();
         let publisher = participant.create_publisher(&none).map_err(text)?;
         let subscriber = participant.create_subscriber(&none).map_err(text)?;
@@ -293,6 +304,7 @@ impl Inner {
             publisher,
             subscriber,
             created: Instant::now(),
+            _static_peers: static_peers,
             participant,
         })
     }
@@ -342,6 +354,28 @@ impl Drop for Inner {
             });
         thread::sleep(young.max(answering));
     }
+}
+
+/// The addresses of the loopback interface and of the networks by which peers are reached.
+fn networks(peers: &[Ipv4Addr]) -> Vec<IpAddr> {
+    let mut networks = vec![IpAddr::V4(Ipv4Addr::LOCALHOST)];
+    for peer in peers {
+        match peers::own_address(*peer) {
+            Ok(own) if own.is_loopback() => {}
+            Ok(own) => networks.push(own.into()),
+            Err(error) => warn!(%peer, %error, "no way to a static peer: it will not be found"),
+        }
+    }
+    networks.sort_unstable();
+    networks.dedup();
+    // RustDDS 0.15 has no switch for multicast beside that for the networks.
+    for network in networks.iter().filter(|network| !network.is_loopback()) {
+        warn!(
+            %network,
+            "static peers beyond this host: nodes in their network are found by multicast too"
+        );
+    }
+    networks
 }
 
 fn text(error: impl fmt::Display) -> String {

@@ -1,0 +1,124 @@
+//! What a node logs, as its command line says.
+
+use tracing_subscriber::filter::LevelFilter;
+
+/// What is logged, and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogSettings {
+    /// `--log-level LEVEL`; `None` if not given, or unset.
+    pub level: Option<LevelFilter>,
+    /// `--log-level LOGGER:=LEVEL`, in order; the node's own logger, `chaser.lgvi_propagator`, by the node's base name.
+    pub loggers: Vec<(String, LevelFilter)>,
+    /// The console (`--disable-stdout-logs` as ROS 2 calls it; it is stderr).
+    pub console: bool,
+    /// The topic `/rosout`.
+    pub rosout: bool,
+    /// Messages of the libraries underneath.
+    pub external: bool,
+}
+
+impl Default for LogSettings {
+    fn default() -> Self {
+        Self {
+            level: None,
+            loggers: Vec::new(),
+            console: true,
+            rosout: true,
+            external: true,
+        }
+    }
+}
+
+impl LogSettings {
+    /// Takes `LEVEL` or `LOGGER:=LEVEL`; returns whether it is one.
+    pub(crate) fn set_level(&mut self, text: &str) -> bool {
+        let (logger, level) = match text.split_once(":=") {
+            Some((logger, level)) if !logger.is_empty() => (Some(logger), level),
+            Some(_) => return false,
+            None => (None, text),
+        };
+        let level = match level.to_ascii_lowercase().as_str() {
+            "unset" => None,
+            "debug" => Some(LevelFilter::DEBUG),
+            "info" => Some(LevelFilter::INFO),
+            "warn" => Some(LevelFilter::WARN),
+            "error" => Some(LevelFilter::ERROR),
+            // Nothing here is logged as fatal.
+            "fatal" => Some(LevelFilter::OFF),
+            _ => return false,
+        };
+        let Some(logger) = logger else {
+            self.level = level;
+            return true;
+        };
+        self.loggers.retain(|(other, _)| other != logger);
+        self.loggers
+            .extend(level.map(|level| (logger.to_owned(), level)));
+        true
+    }
+
+    /// Takes `--enable-…-logs` and `--disable-…-logs`; returns whether it is one of them.
+    pub(crate) fn set_switch(&mut self, argument: &str) -> bool {
+        let (on, what) = if let Some(what) = argument.strip_prefix("--enable-") {
+            (true, what)
+        } else if let Some(what) = argument.strip_prefix("--disable-") {
+            (false, what)
+        } else {
+            return false;
+        };
+        match what {
+            "rosout-logs" => self.rosout = on,
+            "stdout-logs" => self.console = on,
+            "external-lib-logs" => self.external = on,
+            _ => return false,
+        }
+        true
+    }
+
+    /// Renames the logger of the node, `chaser.lgvi_propagator`, to its base name.
+    pub(crate) fn call_node_by(&mut self, qualified: &str, name: &str) {
+        let logger = qualified.trim_start_matches('/').replace('/', ".");
+        for (given, _) in &mut self.loggers {
+            if *given == logger {
+                *given = name.into();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn log_levels_are_those_of_rcutils() {
+        for (text, expected) in [
+            ("debug", Some(LevelFilter::DEBUG)),
+            ("Info", Some(LevelFilter::INFO)),
+            ("ERROR", Some(LevelFilter::ERROR)),
+            ("fatal", Some(LevelFilter::OFF)),
+            ("unset", None),
+        ] {
+            let mut settings = LogSettings {
+                level: Some(LevelFilter::WARN),
+                ..LogSettings::default()
+            };
+            assert!(settings.set_level(text), "{text}");
+            assert_eq!(settings.level, expected, "{text}");
+        }
+        for bad in [
+            "warning",
+            "trace",
+            "10",
+            "x:debug",
+            "x:=",
+            ":=debug",
+            "a:=b:=debug",
+            "x:=loud",
+        ] {
+            let mut settings = LogSettings::default();
+            assert!(!settings.set_level(bad), "{bad}");
+            assert_eq!(settings, LogSettings::default(), "{bad}");
+        }
+    }
+}

@@ -110,7 +110,8 @@ fn a_flight_in_a_namespace_under_the_launch_file_is_recorded_whole() {
     assert_eq!(launched.commands.len(), 3, "{:?}", launched.commands);
     end(fly(&world, &launched.commands, "/chaser/lgvi_propagator"));
 
-    let counts = Recording::read(&bag).counts();
+    let recording = Recording::read(&bag);
+    let counts = recording.counts();
     for topic in [
         "/chaser/lgvi_propagator/scene",
         "/chaser/lgvi_propagator/flown_control",
@@ -193,11 +194,7 @@ fn unusable_arguments_are_refused() {
             "/nowhere.yaml",
         ),
         ("node", &["node:=pilot"], "pilot"),
-        (
-            "replay",
-            &["bag:=b", "autostart:=perhaps"],
-            "perhaps",
-        ),
+        ("replay", &["bag:=b", "autostart:=perhaps"], "perhaps"),
     ] {
         let file = root().join(format!("launch_scripts/{name}.launch.py"));
         let refused = launch(&world, &file, arguments, Path::new("")).expect(1);

@@ -40,7 +40,10 @@ fn command(world: &World, program: &str) -> Command {
     let others = std::env::var_os("PATH").unwrap_or_default();
     let paths = paths.into_iter().chain(std::env::split_paths(&others));
     let mut command = world.command(&environment.join(program));
-    command.env("PATH", std::env::join_paths(paths).unwrap());
+    command
+        .env("PATH", std::env::join_paths(paths).unwrap())
+        .env_remove("AMENT_PREFIX_PATH")
+        .env_remove("COLCON_PREFIX_PATH");
     command
 }
 
@@ -73,7 +76,10 @@ fn build(world: &World, prefixes: Option<&Path>) -> PathBuf {
 fn prefixes(world: &World, install: &Path) -> PathBuf {
     let mut shell = world.command(Path::new("/bin/sh"));
     shell
-        .args(["-c", ". ./install/local_setup.sh && printenv AMENT_PREFIX_PATH"])
+        .args([
+            "-c",
+            ". ./install/local_setup.sh && printenv AMENT_PREFIX_PATH",
+        ])
         .env("COLCON_CURRENT_PREFIX", install);
     let sourced = world.start("local_setup.sh", shell).finish().expect(0);
     sourced.stdout.trim().into()
@@ -105,7 +111,10 @@ fn colcon_finds_the_messages_and_the_nodes_and_no_other_crate() {
     packages.sort_unstable();
     assert_eq!(
         packages,
-        [("lgvi", "(ament_cargo)"), ("lgvi_msgs", "(ros.ament_cmake)")]
+        [
+            ("lgvi", "(ament_cargo)"),
+            ("lgvi_msgs", "(ros.ament_cmake)")
+        ]
     );
 }
 
@@ -119,7 +128,9 @@ fn what_colcon_installs_is_found_by_ros_and_flies() {
     let find = "from ament_index_python.packages import *
 print(get_packages_with_prefixes()['lgvi'], get_package_share_directory('lgvi'))";
     let mut python = world.command(&ros_python());
-    python.env("AMENT_PREFIX_PATH", &prefixes).args(["-c", find]);
+    python
+        .env("AMENT_PREFIX_PATH", &prefixes)
+        .args(["-c", find]);
     let found = world.start("ament_index_python", python).finish().expect(0);
     let (prefix, share) = (install.join("lgvi"), install.join("lgvi/share/lgvi"));
     assert_eq!(
@@ -130,18 +141,29 @@ print(get_packages_with_prefixes()['lgvi'], get_package_share_directory('lgvi'))
     let mut programs: Vec<_> = programs.map(|entry| entry.file_name()).collect();
     programs.sort();
     assert_eq!(programs, PROGRAMS);
-    for file in ["lgvi.launch.py", "node.launch.py", "replay.launch.py", "lgvi.rviz", "free_body.toml"] {
+    for file in [
+        "lgvi.launch.py",
+        "node.launch.py",
+        "replay.launch.py",
+        "lgvi.rviz",
+        "free_body.toml",
+    ] {
         assert_eq!(named(&share, file), 1, "{file} in {}", share.display());
     }
 
     let bag = world.path("flight");
     let arguments = [
-        format!("scene:={}", share.join("scenes/inclination_change.toml").display()),
+        format!(
+            "scene:={}",
+            share.join("scenes/inclination_change.toml").display()
+        ),
         format!("bag:={}", bag.display()),
     ];
     let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
     let file = share.join("launch_scripts/lgvi.launch.py");
-    let launched: Launch = launch(&world, &file, &arguments, &prefixes).expect(0).json();
+    let launched: Launch = launch(&world, &file, &arguments, &prefixes)
+        .expect(0)
+        .json();
     for command in &launched.commands {
         let program = Path::new(&command[0]);
         assert!(program.starts_with(&prefix), "{command:?}");

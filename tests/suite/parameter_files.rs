@@ -51,7 +51,9 @@ fn documented(kind: &str) -> BTreeMap<String, String> {
         if !cells[1].is_empty() {
             node = cells[1];
         }
-        if let (true, Some((_, default))) = ([kind, "all"].contains(&node), cells[3].split_once(", ")) {
+        if let (true, Some((_, default))) =
+            ([kind, "all"].contains(&node), cells[3].split_once(", "))
+        {
             defaults.insert(
                 cells[2].trim_matches('`').into(),
                 default.trim_matches('`').into(),
@@ -68,13 +70,21 @@ fn they_have_every_parameter_with_its_documented_default() {
         let text = file(kind);
         let mut names: Vec<&str> = text.lines().filter_map(setting).map(|set| set.0).collect();
         names.sort_unstable();
-        assert_eq!(names, own_list(&world, kind), "of {kind}.yaml, and its node");
+        assert_eq!(
+            names,
+            own_list(&world, kind),
+            "of {kind}.yaml, and its node"
+        );
 
         let defaults = documented(kind);
         for (name, value, active) in text.lines().filter_map(setting) {
             let default = defaults.get(name).map(String::as_str);
             if active {
-                assert_eq!(Some(value), default, "{name} in {kind}.yaml, and documented");
+                assert_eq!(
+                    Some(value),
+                    default,
+                    "{name} in {kind}.yaml, and documented"
+                );
             }
         }
     }
@@ -108,10 +118,7 @@ fn nodes_take_every_value_in_them() {
         });
         match unreadable {
             // It has read its parameters when it says that it cannot read what they name.
-            Some(name) => node
-                .finish()
-                .expect(2)
-                .says(&[&format!("{nowhere}{name}")]),
+            Some(name) => node.finish().expect(2).says(&[&format!("{nowhere}{name}")]),
             None => {
                 node.await_ready();
                 node.stop().expect(0);

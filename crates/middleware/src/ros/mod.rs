@@ -13,15 +13,20 @@
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
 
 mod action;
+mod admission;
 mod background;
 mod cdr;
+mod faults;
 mod graph;
 mod inbox;
+mod laggards;
 mod matches;
+mod names;
 mod naming;
 mod node;
 mod publisher;
 mod qos;
+mod rtps;
 mod service;
 mod subscription;
 

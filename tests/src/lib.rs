@@ -28,7 +28,7 @@ pub use cpp::fast_dds;
 pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
 pub use nix::sys::signal::Signal;
 pub use process::{Finished, Process};
-pub use python::python;
+pub use python::{python, ros_python};
 pub use recording::{Record, Recording};
 pub use scenes::{edited, scene};
 pub use truth::{Deviation, Trajectory, optimal_cost};

@@ -2,10 +2,10 @@
 //
 //     apt-get install g++ libfastrtps-dev libfastcdr-dev
 //     g++ -std=c++17 -O1 -o watch_odometry examples/cpp_fast_dds/watch_odometry.cpp -lfastrtps -lfastcdr
-//     ./watch_odometry
+//     ./watch_odometry 101                                                                  # messages to wait for
 //     cargo run --release -- run scenes/inclination_change.toml --real-time-factor 0.2      # in another terminal
 //
-// Ends when the propagator has gone. Written for Fast DDS 2.9, Debian 12's, and its own API; no code is generated.
+// Without a number it goes on until Ctrl-C. For Fast DDS 2.9, Debian 12's; no code is generated.
 
 #include <chrono>
 #include <cstdio>
@@ -86,7 +86,8 @@ DomainParticipant* join(uint32_t domain) {
     return DomainParticipantFactory::get_instance()->create_participant(domain, qos);
 }
 
-int main() {
+int main(int argc, char** argv) {
+    const long wanted = argc > 1 ? std::strtol(argv[1], nullptr, 10) : 0;
     const char* domain = std::getenv("ROS_DOMAIN_ID");
     DomainParticipant* participant = join(domain ? std::strtoul(domain, nullptr, 10) : 0);
     if (!participant) {
@@ -107,17 +108,13 @@ int main() {
 
     Odometry odometry;
     SampleInfo info;
-    SubscriptionMatchedStatus matched;
-    bool found = false, gone = false;
-    while (!gone) {
-        reader->get_subscription_matched_status(matched);
-        found = found || matched.current_count > 0;
-        gone = found && matched.current_count == 0;
+    for (long received = 0; wanted == 0 || received < wanted;) {
         while (reader->take_next_sample(&odometry, &info) == ReturnCode_t::RETCODE_OK) {
             if (!info.valid_data) continue;
             const double *x = odometry.position, *rate = odometry.angular_velocity;
             std::printf("%d.%09u %.17g %.17g %.17g %.17g %.17g %.17g\n", odometry.sec, odometry.nanosec, x[0], x[1], x[2],
                         rate[0], rate[1], rate[2]);
+            ++received;
         }
         std::fflush(stdout);
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

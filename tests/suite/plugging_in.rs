@@ -3,23 +3,20 @@
 use std::path::Path;
 
 use lgvi_middleware::ros::Qos;
-use lgvi_msgs::geometry_msgs::{PointStamped, Vector3};
+use lgvi_msgs::geometry_msgs::{PointStamped, Vector3, Vector3Stamped};
 use lgvi_msgs::msg::{BodyState, ControlSequence, Invariants, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::std_msgs::Header;
-use lgvi_tests::{
-    Process, Recording, Summary, World, binary, eventually, fast_dds, python, root, scene,
-};
+use lgvi_tests::{Process, Recording, Summary, World, binary, eventually, fast_dds, root, scene};
 use serde::Deserialize;
 
 const ODOMETRY: &str = "/lgvi_propagator/odometry/spacecraft";
 const STATE: &str = "/lgvi_propagator/state";
 
-/// Starts a Python program of `examples/`.
-fn script(world: &World, path: &str) -> Process {
-    let mut command = world.command(&python());
-    command.arg(root().join("examples").join(path));
-    world.start(path, command)
+/// A program of `examples/`.
+fn example(path: &str) -> String {
+    let path = root().join("examples").join(path);
+    path.into_os_string().into_string().unwrap()
 }
 
 /// Waits until a flight has ended with nothing lost; returns its bag.
@@ -55,7 +52,7 @@ fn array(Vector3 { x, y, z }: &Vector3) -> [f64; 3] {
 fn a_python_program_on_cyclone_dds_stops_the_rotation_and_sees_it_stop() {
     let world = World::new();
     let flight = world.start_flight(&scene("inclination_change"), "flight", &["--no-planner"]);
-    let printed = numbers(script(&world, "python_dds/detumble.py"));
+    let printed = numbers(world.python(&example("python_dds/detumble.py"), &[]));
     let bag = flown(flight, &world.path("flight"));
 
     let energies = bag.messages::<Invariants>("/lgvi_propagator/invariants");
@@ -116,7 +113,7 @@ fn bits(body: &BodyState) -> Vec<u64> {
 #[test]
 fn a_python_program_reads_every_state_from_shared_memory_bit_for_bit() {
     let world = World::new();
-    let reader = script(&world, "python_shared_memory/read_states.py");
+    let reader = world.python(&example("python_shared_memory/read_states.py"), &[]);
     reader.await_stderr("listening");
     let (_, bag) = world.fly(&scene("two_dumbbells"), "flight");
     let output = reader.finish().expect(0).stdout;
@@ -148,7 +145,9 @@ fn a_python_program_reads_every_state_from_shared_memory_bit_for_bit() {
 fn a_cpp_program_on_fast_dds_sees_every_odometry() {
     let world = World::new();
     let program = fast_dds("examples/cpp_fast_dds/watch_odometry.cpp");
-    let watcher = world.start("watch_odometry", world.command(&program));
+    let mut command = world.command(&program);
+    command.arg("101");
+    let watcher = world.start("watch_odometry", command);
     watcher.await_stderr("listening");
     let arguments = ["--real-time-factor", "0.3"];
     let flight = world.start_flight(&scene("inclination_change"), "flight", &arguments);
@@ -165,6 +164,40 @@ fn a_cpp_program_on_fast_dds_sees_every_odometry() {
         .collect();
     assert_eq!(expected.len(), 101);
     assert_eq!(numbers(watcher), expected);
+}
+
+#[test]
+fn a_node_on_rclpy_follows_the_odometry_and_publishes() {
+    let world = World::new();
+    let listener = world.ros_node("listener");
+    let normals = listener
+        .subscription::<Vector3Stamped>("/orbit_normal/normal", &Qos::reliable(1000))
+        .unwrap();
+    let node = world.ros_python(&example("python_ros/orbit_normal.py"), &[]);
+    eventually("the node's publisher", || {
+        (normals.matched_publishers() > 0).then_some(())
+    });
+    let arguments = ["--real-time-factor", "0.3"];
+    let flight = world.start_flight(&scene("inclination_change"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+
+    let odometry = bag.messages::<Odometry>(ODOMETRY);
+    let mut states = bag.messages::<SystemState>(STATE);
+    states.retain(|state| state.step % 10 == 0);
+    assert_eq!((states.len(), odometry.len()), (101, 101));
+    let mut inclinations = Vec::new();
+    for (state, odometry) in states.iter().zip(&odometry) {
+        let sample = eventually("a normal for each odometry", || normals.take().unwrap());
+        assert_eq!(sample.message.header, odometry.header);
+        let normal = array(&sample.message.vector);
+        let dot = |vector: [f64; 3]| vector.iter().zip(normal).map(|(v, n)| v * n).sum::<f64>();
+        let body = &state.bodies[0];
+        assert!(dot(body.position).abs() < 1e-14 && dot(body.linear_momentum).abs() < 1e-14);
+        assert!((dot(normal) - 1.0).abs() < 1e-14);
+        inclinations.push(normal[2].acos().to_degrees());
+    }
+    assert!(inclinations[0].abs() < 1e-6 && (inclinations[100] - 60.0).abs() < 1e-9);
+    node.stop().expect(0);
 }
 
 #[test]

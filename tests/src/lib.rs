@@ -9,6 +9,7 @@
 
 mod binaries;
 mod controls;
+mod cpp;
 mod domain;
 mod flight;
 mod process;
@@ -23,6 +24,7 @@ use std::path::PathBuf;
 
 pub use binaries::binary;
 pub use controls::{coast, publish};
+pub use cpp::fast_dds;
 pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
 pub use nix::sys::signal::Signal;
 pub use process::{Finished, Process};

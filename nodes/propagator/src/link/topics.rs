@@ -3,6 +3,7 @@ use lgvi_msgs::RosMessage;
 use lgvi_msgs::msg::{self, ControlSequence, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::tf2_msgs::TFMessage;
+use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use tracing::warn;
@@ -67,6 +68,9 @@ pub(super) struct Topics {
     pub(super) tf: Counted<TFMessage>,
     pub(super) invariants: Counted<msg::Invariants>,
     pub(super) scene: Counted<msg::Scene>,
+    /// None where the scene has no frames.
+    pub(super) tf_static: Option<Counted<TFMessage>>,
+    pub(super) markers: Counted<MarkerArray>,
     pub(super) flown: Counted<ControlSequence>,
 }
 
@@ -77,12 +81,18 @@ impl Topics {
             .bodies
             .iter()
             .map(|body| Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless));
+        let once = Qos::latched(1);
+        let tf_static = (!scene.frames.is_empty())
+            .then(|| Counted::new(ros, "/tf_static", &once, lossless))
+            .transpose()?;
         Ok(Self {
             state: Counted::new(ros, "~/state", &stream, lossless)?,
             odometry: odometry.collect::<Result<_, _>>()?,
             tf: Counted::new(ros, "/tf", &stream, lossless)?,
             invariants: Counted::new(ros, "~/invariants", &stream, lossless)?,
-            scene: Counted::new(ros, "~/scene", &Qos::latched(1), lossless)?,
+            scene: Counted::new(ros, "~/scene", &once, lossless)?,
+            tf_static,
+            markers: Counted::new(ros, "~/markers", &once, lossless)?,
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(16), lossless)?,
         })
     }
@@ -103,8 +113,10 @@ impl Topics {
             self.tf.settle(),
             self.invariants.settle(),
             self.scene.settle(),
+            self.markers.settle(),
             self.flown.settle(),
         ]);
+        published.extend(self.tf_static.iter().map(Counted::settle));
         published
     }
 }

@@ -9,6 +9,7 @@ mod bad_scenes;
 mod determinism;
 mod failures;
 mod feedback;
+mod frames;
 mod inclination_change;
 mod launch_file;
 mod names;

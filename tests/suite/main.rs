@@ -10,6 +10,7 @@ mod determinism;
 mod failures;
 mod fast_dds;
 mod feedback;
+mod frames;
 mod inclination_change;
 mod launch_file;
 mod layouts;

@@ -21,4 +21,5 @@ mod reference_bags;
 mod replay;
 mod scenes;
 mod shutdown;
+mod two_hosts;
 mod waiting;

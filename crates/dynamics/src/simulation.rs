@@ -134,6 +134,18 @@ impl Simulation {
         Ok(report)
     }
 
+    /// Goes on from other states (one a body) at the present step.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); the simulation stays where it was.
+    pub fn set_states(&mut self, states: &[BodyState]) -> Result<(), MethodError> {
+        check(&self.system, states)?;
+        self.states.copy_from_slice(states);
+        self.system.constrain(&mut self.states);
+        self.integrator.start(&mut self.system, &self.states);
+        Ok(())
+    }
+
     /// The bodies and their gravity.
     pub fn system(&self) -> &System {
         &self.system

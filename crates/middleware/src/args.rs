@@ -7,7 +7,7 @@ use tracing_subscriber::filter::LevelFilter;
 
 use crate::{
     names::{self, NameError},
-    parameters::Parameters,
+    parameters::Given as GivenParameters,
     params_file,
     remap::{self, Rule, Rules},
 };
@@ -90,7 +90,7 @@ pub struct NodeArgs {
     namespace: String,
     log: LogSettings,
     rules: Rules,
-    parameters: Parameters,
+    parameters: GivenParameters,
 }
 
 impl NodeArgs {
@@ -145,7 +145,7 @@ impl NodeArgs {
     }
 
     /// The parameters given to this node.
-    pub fn parameters(&self) -> Parameters {
+    pub fn parameters(&self) -> GivenParameters {
         self.parameters.clone()
     }
 
@@ -254,7 +254,7 @@ impl Given {
             namespace,
             log: self.log,
             rules: self.rules,
-            parameters: Parameters::new(parameters),
+            parameters: GivenParameters::new(parameters),
         })
     }
 }

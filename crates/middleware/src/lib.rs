@@ -1,6 +1,7 @@
 //! What the lgvi nodes have in common with the rest of the ROS 2 world and with each other.
 //!
 //! - [`NodeArgs`], [`Parameters`], [`Environment`]: the command line, parameter files and environment of a ROS 2 node.
+//! - [`parameters`]: what a node declares, and others see and set.
 //! - [`ros`]: topics, services and actions over DDS.
 //! - [`shm`]: states and controls over shared memory, on one host.
 //! - [`log`], [`Shutdown`], [`report`]: logging, signals, and the channel to the process that started a node.
@@ -12,7 +13,7 @@ mod block;
 mod environment;
 pub mod log;
 mod names;
-mod parameters;
+pub mod parameters;
 mod params_file;
 mod remap;
 pub mod report;
@@ -23,5 +24,8 @@ mod shutdown;
 pub use args::{ArgsError, LogSettings, NodeArgs};
 pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, ServiceMapping};
 pub use names::NameError;
-pub use parameters::{FromParameter, ParameterError, Parameters};
+pub use parameters::{
+    Change as ParameterChange, FromParameter, Given, ParameterError, ParameterKind, ParameterSpec,
+    ParameterType, ParameterValue, Parameters,
+};
 pub use shutdown::Shutdown;

@@ -1,5 +1,7 @@
 //! Logging through `tracing`: to the console, and to `/rosout`.
 
+mod levels;
+
 use std::{
     fmt::{self, Write as _},
     io::{self, IsTerminal},
@@ -21,6 +23,7 @@ use tracing_subscriber::{
     filter::{LevelFilter, Targets},
     fmt::layer,
     layer::{Context, SubscriberExt},
+    reload,
     util::{SubscriberInitExt, TryInitError},
 };
 
@@ -28,6 +31,8 @@ use crate::{
     LogSettings, NodeArgs,
     ros::{Publisher, Qos, RosError, RosNode},
 };
+
+pub use levels::{LevelError, Levels};
 
 /// The crates of this project share this prefix; all others are external libraries.
 const OWN_TARGETS: &str = "lgvi";
@@ -55,6 +60,7 @@ type Queued = Option<rcl_interfaces::Log>;
 /// The end of the queue that a node takes messages for `/rosout` from.
 #[derive(Debug)]
 pub struct Logging {
+    levels: Levels,
     sender: SyncSender<Queued>,
     receiver: Arc<Mutex<Receiver<Queued>>>,
 }
@@ -78,6 +84,11 @@ pub fn init(args: &NodeArgs) -> Result<Logging, LogError> {
 }
 
 impl Logging {
+    /// What is logged from which level on; it can be changed at run time.
+    pub fn levels(&self) -> &Levels {
+        &self.levels
+    }
+
     /// Sends what is logged to `/rosout`, until the returned guard is dropped: it keeps the node in the graph.
     pub fn attach(&self, node: &RosNode) -> Result<Rosout, RosError> {
         let publisher = node.publisher("/rosout", &Qos::reliable(ROSOUT_DEPTH))?;
@@ -115,26 +126,44 @@ fn send(publisher: &Publisher<rcl_interfaces::Log>, receiver: &Mutex<Receiver<Qu
 }
 
 fn build(args: &NodeArgs) -> (impl Subscriber + Send + Sync + use<>, Logging) {
-    let settings = args.log();
+    let own = [args.name(), &logger_name(args), OWN_TARGETS].map(String::from);
+    let settings = &levels::settle(args.log(), &own);
     let (sender, receiver) = mpsc::sync_channel(QUEUE);
+    let (console_level, console_handle) = reload::Layer::new(console_filter(settings));
     let console = layer()
         .compact()
         .with_ansi(io::stderr().is_terminal())
         .with_writer(io::stderr)
-        .with_filter(console_filter(settings, args.name()));
+        .with_filter(console_level);
+    let (rosout_level, rosout_handle) = reload::Layer::new(rosout_filter(settings));
     let rosout = ToRosout {
         sender: sender.clone(),
         name: logger_name(args),
     }
-    .with_filter(rosout_filter(settings, args.name()));
+    .with_filter(rosout_level);
     let subscriber = Registry::default()
         .with(settings.console.then_some(console))
         .with(settings.rosout.then_some(rosout));
-    let receiver = Arc::new(Mutex::new(receiver));
-    (subscriber, Logging { sender, receiver })
+    let mut apply: Vec<levels::Apply> = Vec::new();
+    if settings.console {
+        apply.push(Box::new(move |settings| {
+            console_handle.reload(console_filter(settings))
+        }));
+    }
+    if settings.rosout {
+        apply.push(Box::new(move |settings| {
+            rosout_handle.reload(rosout_filter(settings))
+        }));
+    }
+    let logging = Logging {
+        levels: Levels::new(settings.clone(), own, apply),
+        sender,
+        receiver: Arc::new(Mutex::new(receiver)),
+    };
+    (subscriber, logging)
 }
 
-fn console_filter(settings: &LogSettings, node: &str) -> Targets {
+fn console_filter(settings: &LogSettings) -> Targets {
     let external = if settings.external {
         LevelFilter::WARN
     } else {
@@ -147,26 +176,20 @@ fn console_filter(settings: &LogSettings, node: &str) -> Targets {
         .with_target("iceoryx2_bb_loggers", external.min(LevelFilter::ERROR))
         // It complains at every exit about a multicast group that loopback has not joined.
         .with_target("rustdds::network::udp_listener", LevelFilter::OFF);
-    own_filter(filter, settings, node, LevelFilter::INFO)
+    own_filter(filter, settings, LevelFilter::INFO)
 }
 
-fn rosout_filter(settings: &LogSettings, node: &str) -> Targets {
-    own_filter(Targets::new(), settings, node, LevelFilter::WARN)
+fn rosout_filter(settings: &LogSettings) -> Targets {
+    own_filter(Targets::new(), settings, LevelFilter::WARN)
 }
 
-fn own_filter(
-    filter: Targets,
-    settings: &LogSettings,
-    node: &str,
-    default: LevelFilter,
-) -> Targets {
+fn own_filter(filter: Targets, settings: &LogSettings, default: LevelFilter) -> Targets {
     let filter = filter.with_target(OWN_TARGETS, settings.level.unwrap_or(default));
     settings
         .loggers
         .iter()
         .fold(filter, |filter, (logger, level)| {
-            let target = if logger == node { OWN_TARGETS } else { logger };
-            filter.with_target(target, *level)
+            filter.with_target(logger, *level)
         })
 }
 
@@ -211,7 +234,8 @@ fn ros_level(level: Level) -> u8 {
     }
 }
 
-fn now() -> i64 {
+/// Nanoseconds since the UNIX epoch.
+pub(crate) fn now() -> i64 {
     SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .ok()
@@ -283,6 +307,54 @@ mod tests {
         ] {
             assert_eq!(logged(line, log).len(), expected, "{line}");
         }
+    }
+
+    #[test]
+    fn levels_change_at_run_time() {
+        let (args, _) = NodeArgs::parse("lgvi_test", []).unwrap();
+        let (subscriber, logging) = build(&args);
+        let heard = || {
+            info!("one");
+            warn!("two");
+            logging.receiver.lock().unwrap().try_iter().count()
+        };
+        with_default(subscriber, || {
+            let levels = logging.levels();
+            assert_eq!((levels.get(), heard()), ("info", 1));
+            for (level, expected) in [("debug", 2), ("error", 0), ("fatal", 0), ("warn", 1)] {
+                levels.set(level).unwrap();
+                assert_eq!(heard(), expected, "{level}");
+            }
+            assert_eq!(levels.get(), "warn");
+            levels
+                .set_logger("lgvi_middleware::log", Some(LevelFilter::INFO))
+                .unwrap();
+            assert_eq!(heard(), 2);
+            levels.set_logger("lgvi_middleware::log", None).unwrap();
+            assert!(matches!(levels.set("loud"), Err(LevelError::Name(level)) if level == "loud"));
+            assert_eq!(heard(), 1);
+        });
+    }
+
+    #[test]
+    fn a_parameter_is_the_level() {
+        use crate::parameters::{Given, Parameters};
+
+        let line = "--ros-args --log-level lgvi_test:=error".split_whitespace();
+        let (args, _) = NodeArgs::parse("lgvi_test", line.map(Into::into)).unwrap();
+        let (subscriber, logging) = build(&args);
+        let levels = logging.levels();
+        let parameters =
+            Parameters::declare(Given::default(), vec![levels.specification()]).unwrap();
+        with_default(subscriber, || {
+            levels.follow(&parameters).unwrap();
+            assert_eq!(parameters.get("log_level"), Ok("error".to_string()));
+            assert!(parameters.set("log_level", "loud".into()).is_err());
+            parameters.set("log_level", "info".into()).unwrap();
+            info!("one");
+        });
+        assert_eq!(levels.get(), "info");
+        assert_eq!(logging.receiver.lock().unwrap().try_iter().count(), 1);
     }
 
     #[test]

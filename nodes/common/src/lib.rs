@@ -5,6 +5,8 @@ mod command_line;
 mod convert;
 mod error;
 mod event;
+mod file_lock;
+mod managed;
 mod node;
 mod scene_file;
 
@@ -15,5 +17,7 @@ pub use convert::{
 };
 pub use error::NodeError;
 pub use event::{Event, FlightReport, Miss, PlanReport};
-pub use node::{Node, main};
+pub use file_lock::{FileLock, LockError};
+pub use managed::{Managed, Stopped, main};
+pub use node::Node;
 pub use scene_file::load_scene;

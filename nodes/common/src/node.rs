@@ -1,77 +1,106 @@
 use std::io::Read;
-use std::process::ExitCode;
 use std::sync::Arc;
 
-use lgvi_middleware::log::{Logging, Rosout};
+use lgvi_middleware::log::Rosout;
 use lgvi_middleware::report::Reporter;
-use lgvi_middleware::ros::RosNode;
+use lgvi_middleware::ros::{Clock, Diagnostics, Executor, Lifecycle, RosNode, Running};
 use lgvi_middleware::shm::{ShmNode, ShmOptions};
-use lgvi_middleware::{Environment, NodeArgs, Parameters, Shutdown, log};
-use tracing::error;
+use lgvi_middleware::{
+    Environment, NodeArgs, ParameterChange, ParameterSpec, Parameters, Shutdown, log,
+};
 
-use crate::{Event, NodeError, complain};
+use crate::file_lock::{FileLock, LockError};
+use crate::{Event, NodeError};
 
 /// The one argument of our own: report [`Event`]s on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";
 
-/// A node that has understood its command line and environment.
+/// A node of the ROS 2 graph: what all nodes have in common.
+///
+/// It answers for itself on a thread of its own: its parameters, its lifecycle, its diagnostics.
 pub struct Node {
+    // Fields are dropped in this order.
+    _executor: Running,
+    _rosout: Rosout,
     /// Name, namespace, remappings.
     pub args: NodeArgs,
-    /// Parameters not yet taken.
+    /// Its parameters.
     pub parameters: Parameters,
+    /// The state it is in.
+    pub lifecycle: Lifecycle,
+    /// What it says of itself.
+    pub diagnostics: Diagnostics,
+    /// Its time, as `use_sim_time` asks for.
+    pub clock: Clock,
     /// Raised by SIGINT and SIGTERM, and by the end of a supervisor.
     pub shutdown: Shutdown,
     /// To the supervisor, if there is one.
     pub events: Arc<Reporter<Event>>,
+    /// The node in the ROS 2 graph.
+    pub ros: RosNode,
+    pub(crate) autostart: bool,
     environment: Environment,
-    logging: Logging,
+    _alone: FileLock,
 }
 
 impl Node {
-    fn start(
+    pub(crate) fn start(
         default_name: &str,
         args: impl IntoIterator<Item = String>,
+        mut parameters: Vec<ParameterSpec>,
     ) -> Result<Self, NodeError> {
         let (args, rest) = NodeArgs::parse(default_name, args).map_err(NodeError::input)?;
-        let supervised = match rest.iter().find(|argument| *argument != SUPERVISED) {
-            Some(unknown) => {
-                let message = format!(
-                    "unknown argument {unknown:?}, expected {SUPERVISED} or --ros-args with what follows"
-                );
-                return Err(NodeError::Input(message));
-            }
-            None => !rest.is_empty(),
-        };
+        let supervised = is_supervised(&rest)?;
         let environment = Environment::from_env().map_err(NodeError::input)?;
         let logging = log::init(&args).map_err(NodeError::input)?;
+        parameters.extend(common());
+        parameters.push(logging.levels().specification());
+        let parameters =
+            Parameters::declare(args.parameters(), parameters).map_err(NodeError::input)?;
         let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
-        let events = if supervised {
-            let shutdown = shutdown.clone();
-            std::thread::spawn(move || {
-                let _ = std::io::stdin().read_to_end(&mut Vec::new());
-                shutdown.request();
-            });
-            Arc::new(Reporter::stdout())
+        let events = Arc::new(if supervised {
+            supervise(&shutdown);
+            Reporter::stdout()
         } else {
-            Arc::new(Reporter::disabled())
+            Reporter::disabled()
+        });
+        let alone = only_one(&environment, &args)?;
+        let ros = RosNode::new(&args, &environment).map_err(NodeError::runtime)?;
+        let rosout = logging.attach(&ros).map_err(NodeError::runtime)?;
+
+        let mut executor = Executor::new();
+        let runtime = NodeError::runtime;
+        let clock = if parameters.get("use_sim_time").map_err(NodeError::input)? {
+            Clock::simulated(&ros, &mut executor).map_err(runtime)?
+        } else {
+            Clock::wall()
         };
-        let parameters = args.parameters();
+        parameters.serve(&ros, &mut executor).map_err(runtime)?;
+        let levels = logging.levels();
+        levels.follow(&parameters).map_err(NodeError::runtime)?;
+        levels
+            .serve(&parameters, &ros, &mut executor)
+            .map_err(runtime)?;
         Ok(Self {
+            lifecycle: Lifecycle::serve(&ros, &mut executor).map_err(runtime)?,
+            diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone()).map_err(runtime)?,
+            autostart: parameters.get("autostart").map_err(NodeError::input)?,
+            _executor: executor.start().map_err(NodeError::runtime)?,
+            _rosout: rosout,
             args,
             parameters,
+            clock,
             shutdown,
             events,
+            ros,
             environment,
-            logging,
+            _alone: alone,
         })
     }
 
-    /// Joins the ROS 2 graph; logs go to `/rosout` as long as the guard lives.
-    pub fn ros(&self) -> Result<(RosNode, Rosout), NodeError> {
-        let node = RosNode::new(&self.args, &self.environment).map_err(NodeError::runtime)?;
-        let rosout = self.logging.attach(&node).map_err(NodeError::runtime)?;
-        Ok((node, rosout))
+    /// Whether an active node is to stop: somebody has asked for it, or the process is to end. Does not lock.
+    pub fn interrupted(&self) -> bool {
+        self.shutdown.requested() || self.lifecycle.asked()
     }
 
     /// Opens shared memory.
@@ -86,29 +115,52 @@ impl Node {
     }
 }
 
-/// The main function of a node: starts it, runs `body`, and turns its outcome into an exit code (0 done, 1 failed on the
-/// way, 2 unusable input).
-pub fn main(
-    default_name: &str,
-    args: impl IntoIterator<Item = String>,
-    body: impl FnOnce(&mut Node) -> Result<(), NodeError>,
-) -> ExitCode {
-    let mut node = match Node::start(default_name, args) {
-        Ok(node) => node,
-        Err(error) => {
-            // Logging needs the arguments that could not be understood.
-            complain(&format_args!("{default_name}: {error}"));
-            return error.exit_code();
-        }
-    };
-    match body(&mut node) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            error!("{error}");
-            node.report(&Event::Failed {
-                message: error.to_string(),
-            });
-            error.exit_code()
-        }
+/// The parameters of every node.
+fn common() -> [ParameterSpec; 2] {
+    [
+        ParameterSpec::new(
+            "use_sim_time",
+            false,
+            "whether the node's time is that of /clock",
+        )
+        .change(ParameterChange::Never),
+        ParameterSpec::new(
+            "autostart",
+            true,
+            "whether the node configures and activates itself, and ends with an error; false: somebody manages it",
+        )
+        .change(ParameterChange::Never),
+    ]
+}
+
+fn is_supervised(rest: &[String]) -> Result<bool, NodeError> {
+    match rest.iter().find(|argument| *argument != SUPERVISED) {
+        Some(unknown) => Err(NodeError::Input(format!(
+            "unknown argument {unknown:?}, expected {SUPERVISED} or --ros-args with what follows"
+        ))),
+        None => Ok(!rest.is_empty()),
     }
+}
+
+/// Raises the shutdown when standard input ends.
+fn supervise(shutdown: &Shutdown) {
+    let shutdown = shutdown.clone();
+    std::thread::spawn(move || {
+        let _ = std::io::stdin().read_to_end(&mut Vec::new());
+        shutdown.request();
+    });
+}
+
+/// Refuses a second node of the same name on this host.
+fn only_one(environment: &Environment, args: &NodeArgs) -> Result<FileLock, NodeError> {
+    let name = args.fully_qualified_name();
+    let lock = format!("node{}", name.replace('/', "."));
+    FileLock::take(environment, &lock, &name).map_err(|error| match error {
+        LockError::Held(other) => NodeError::Input(format!(
+            "a node named {name} runs in domain {} already ({other}), expected none: end it, \
+             or give this one another name with -r __node:=NAME or another namespace with -r __ns:=/NAMESPACE",
+            environment.domain_id
+        )),
+        error => NodeError::runtime(error),
+    })
 }

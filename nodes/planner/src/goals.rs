@@ -19,11 +19,11 @@ pub(crate) struct Goal {
     pub(crate) deadline: Option<Instant>,
 }
 
-/// A newer goal takes the place of those that are active.
-pub(crate) fn decide(goal: &PlanManeuverGoal, active: usize) -> Decision {
-    if !(goal.deadline.is_finite() && goal.deadline >= 0.0) {
+/// A newer goal takes the place of those that are `waiting`; while the node is not active, none is accepted.
+pub(crate) fn decide(goal: &PlanManeuverGoal, waiting: usize, active: bool) -> Decision {
+    if !active || !(goal.deadline.is_finite() && goal.deadline >= 0.0) {
         Decision::Refuse
-    } else if active > 0 {
+    } else if waiting > 0 {
         Decision::Preempt
     } else {
         Decision::Accept

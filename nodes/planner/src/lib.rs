@@ -11,6 +11,7 @@
 mod follower;
 mod goals;
 mod messages;
+mod monitor;
 mod outlet;
 mod planner;
 mod prediction;
@@ -24,5 +25,5 @@ use std::process::ExitCode;
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
-    lgvi_node::main("lgvi_planner", args, run::run)
+    lgvi_node::main::<planner::Planner>(args)
 }

@@ -1,14 +1,13 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use lgvi_middleware::Shutdown;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
 use lgvi_middleware::shm::{ControlPublisher, FeedbackPublisher, ShmNode};
 use lgvi_msgs::RosMessage;
 use lgvi_msgs::msg::{ControlSequence, PlanProgress};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::stamp::StampError;
-use lgvi_node::{FeedbackSequence, NodeError};
+use lgvi_node::{FeedbackSequence, Node, NodeError};
 use lgvi_scene::Scene;
 use tracing::warn;
 
@@ -90,9 +89,9 @@ impl Outlet {
     /// Waits for somebody who hears of the progress, unless somebody does, nobody comes, or the node is to end.
     ///
     /// A failure may be over before others have been discovered; its messages are kept for those who come meanwhile.
-    pub(crate) fn await_listener(&self, shutdown: &Shutdown) {
+    pub(crate) fn await_listener(&self, node: &Node) {
         let start = Instant::now();
-        while !shutdown.requested()
+        while !node.interrupted()
             && start.elapsed() < DISCOVERY
             && !self.progress.wait_for_subscriptions(1, LOOK)
         {}

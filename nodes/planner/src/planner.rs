@@ -2,10 +2,12 @@ mod flight;
 mod on_demand;
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use lgvi_control::Plan;
-use lgvi_middleware::ros::ActionServer;
+use lgvi_middleware::report::Reporter;
+use lgvi_middleware::ros::{ActionServer, Diagnosed};
 use lgvi_msgs::action::PlanManeuver;
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_node::{Event, Node, NodeError, PlanReport};
@@ -15,6 +17,7 @@ use tracing::info;
 use crate::follower::Follower;
 use crate::goals::Goal;
 use crate::messages;
+use crate::monitor::Monitor;
 use crate::outlet::{Outlet, PATIENCE};
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
@@ -30,9 +33,9 @@ const FAREWELL: Duration = Duration::from_millis(200);
 /// Sequences that may still act, or on which later ones build.
 const SEQUENCES: usize = 4;
 
-/// The node between its start and its end.
-pub(crate) struct Planner<'n> {
-    pub(crate) node: &'n Node,
+/// The node while it is configured.
+pub(crate) struct Planner {
+    pub(crate) events: Arc<Reporter<Event>>,
     pub(crate) scene: Arc<Scene>,
     /// That of `scene`.
     pub(crate) maneuver: Maneuver,
@@ -42,6 +45,10 @@ pub(crate) struct Planner<'n> {
     pub(crate) follower: Follower,
     pub(crate) worker: Worker,
     pub(crate) actions: ActionServer<PlanManeuver>,
+    /// Whether goals are accepted.
+    pub(crate) active: Arc<AtomicBool>,
+    pub(crate) monitor: Arc<Monitor>,
+    pub(crate) _diagnosed: Diagnosed,
     pub(crate) replanner: Option<Replanner>,
     /// What the worker is at.
     pub(crate) current: Option<Current>,
@@ -71,29 +78,29 @@ enum Purpose {
     Goal(Goal),
 }
 
-impl Planner<'_> {
-    /// Plans the manoeuvre from the scene's start, where `own` says so, and serves until the shutdown.
-    pub(crate) fn run(&mut self, own: bool) -> Result<(), NodeError> {
-        if own {
+impl Planner {
+    /// Plans the manoeuvre from the scene's start, where `own` says so and there is no plan yet, and serves until the
+    /// node is to stop.
+    pub(crate) fn work(&mut self, node: &Node, own: bool) -> Result<(), NodeError> {
+        if own && self.sequences.is_empty() {
             let task = self.whole(false);
             self.begin(task, Purpose::Own, None)?;
         }
         let mut busy = false;
-        while !self.node.shutdown.requested() {
+        while !node.interrupted() {
             let pause = if busy { LOOK / 10 } else { LOOK };
             if let Some((number, update)) = self.worker.hear(pause)? {
-                self.take(number, update)?;
+                self.take(node, number, update)?;
             }
             busy = self.follower.look();
             self.attend_goals()?;
             self.replan()?;
         }
-        self.leave();
         Ok(())
     }
 
-    /// Ends in order: the worker ends with the process.
-    fn leave(&mut self) {
+    /// Ends what is under way: nobody waits for it.
+    pub(crate) fn leave(&mut self) {
         let body = self.maneuver.body;
         let why = (Reason::Cancelled, "the planner ends");
         if let Some(current) = self.current.take() {
@@ -141,7 +148,7 @@ impl Planner<'_> {
     }
 
     /// Takes in what the worker says of the present task; of others it no longer matters.
-    fn take(&mut self, number: u64, update: Update) -> Result<(), NodeError> {
+    fn take(&mut self, node: &Node, number: u64, update: Update) -> Result<(), NodeError> {
         let Some(mut current) = self.current.take_if(|current| current.number == number) else {
             return Ok(());
         };
@@ -156,9 +163,11 @@ impl Planner<'_> {
                 if let Ok(solved) = &*ended {
                     current.last.settle(&solved.plan);
                 }
+                self.monitor
+                    .note(&current.last, current.began.elapsed(), ended.is_ok());
                 self.conclude(&current, &ended);
                 match current.purpose {
-                    Purpose::Own => self.own(&current, *ended),
+                    Purpose::Own => self.own(node, &current, *ended),
                     Purpose::Replan => self.replanned(&current, *ended),
                     Purpose::Goal(goal) => self.reached(goal, current.first_step, *ended),
                 }
@@ -171,7 +180,7 @@ impl Planner<'_> {
         match &current.purpose {
             // JSON has no other numbers.
             Purpose::Own if now.violation.is_finite() && now.cost.is_finite() => {
-                self.node.report(&Event::Planning(report(now)));
+                self.report(&Event::Planning(report(now)));
             }
             Purpose::Own => {}
             Purpose::Goal(goal) => goal.tell(now),
@@ -212,20 +221,30 @@ impl Planner<'_> {
         Ok(sequence)
     }
 
+    /// Tells the supervisor, if there is one.
+    pub(crate) fn report(&self, event: &Event) {
+        let _ = self.events.report(event);
+    }
+
     /// Tells the supervisor what has been published so far, when those who listen have it.
     fn account(&self, patience: Duration) {
         let messages = self.outlet.settle(patience);
-        self.node.report(&Event::Published { messages });
+        self.report(&Event::Published { messages });
     }
 
     /// The plan of the whole manoeuvre, without which the node has nothing to do.
-    fn own(&mut self, current: &Current, ended: Result<Solved, Unsolved>) -> Result<(), NodeError> {
+    fn own(
+        &mut self,
+        node: &Node,
+        current: &Current,
+        ended: Result<Solved, Unsolved>,
+    ) -> Result<(), NodeError> {
         let plan = match ended {
             Ok(solved) => solved.plan,
             Err(Unsolved {
                 reason, message, ..
             }) => {
-                self.outlet.await_listener(&self.node.shutdown);
+                self.outlet.await_listener(node);
                 self.account(PATIENCE);
                 return match reason {
                     Reason::Cancelled => Ok(()),
@@ -250,7 +269,7 @@ impl Planner<'_> {
             "planned in {iteration} iterations: cost {cost}, violation {violation:.1e}, stationarity {stationarity:.1e}, \
              condition {condition:.1e}, known to be a strict minimum: {sufficient}"
         );
-        self.node.report(&Event::Planned {
+        self.report(&Event::Planned {
             plan: report(&current.last),
             seconds,
         });

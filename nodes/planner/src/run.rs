@@ -1,12 +1,17 @@
+//! The node as a managed node.
+
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use lgvi_node::{Event, Node, NodeError, load_scene};
+use lgvi_middleware::ParameterSpec;
+use lgvi_node::{Managed, Node, NodeError, Stopped, load_scene};
 use lgvi_scene::Scene;
 use tracing::warn;
 
 use crate::follower::Follower;
 use crate::goals;
+use crate::monitor::Monitor;
 use crate::outlet::Outlet;
 use crate::planner::Planner;
 use crate::replanner::Replanner;
@@ -15,50 +20,91 @@ use crate::worker::Worker;
 /// Messages about the progress that are kept for late joiners where the scene does not limit the iterations.
 const HISTORY: u32 = 500;
 
-/// The node's work, from parameters to shutdown.
-pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
-    let mut parameters = std::mem::take(&mut node.parameters);
-    let path: Option<PathBuf> = parameters.take("scene").map_err(NodeError::input)?;
-    let own: Option<bool> = parameters.take("plan_at_start").map_err(NodeError::input)?;
-    parameters.finish().map_err(NodeError::input)?;
-    let path = path.ok_or_else(|| {
-        NodeError::Input("parameter \"scene\" is missing, expected a path".into())
-    })?;
-    let scene = Arc::new(load_scene(&path)?);
-    let Some(maneuver) = scene.maneuver.clone() else {
-        let path = path.display();
-        return Err(NodeError::Input(format!(
-            "scene {path}: `maneuver` is missing: nothing to plan"
-        )));
-    };
-    let scheme = scene.scheme().map_err(NodeError::input)?;
-    if let Some(warning) = scene.flown_otherwise(scheme) {
-        warn!("{warning}");
+impl Managed for Planner {
+    const NAME: &'static str = "lgvi_planner";
+
+    fn parameters() -> Vec<ParameterSpec> {
+        vec![
+            ParameterSpec::new(
+                "scene",
+                String::new(),
+                "path of the scene file, which must have a manoeuvre (required)",
+            ),
+            ParameterSpec::new(
+                "plan_at_start",
+                true,
+                "whether to plan the manoeuvre when the node becomes active; false: wait for goals",
+            ),
+        ]
     }
 
-    let (ros, _rosout) = node.ros()?;
-    let shm = node.shm()?;
-    let states = node.args.resolve("~/state").map_err(NodeError::input)?;
-    // What corrects the flight must hear of it, wherever it is; goals make do with the one on this host.
-    let remote = maneuver.replan.is_some().then_some(&ros);
-    let mut planner = Planner {
-        node,
-        outlet: Outlet::open(&ros, &shm, history(&scene))?,
-        follower: Follower::open(Arc::clone(&scene), &states, &shm, remote)?,
-        worker: Worker::start(Arc::clone(&scene))?,
-        actions: ros
-            .action_server("~/plan_maneuver", goals::decide)
-            .map_err(NodeError::runtime)?,
-        replanner: maneuver.replan.map(Replanner::new),
-        scheme,
-        current: None,
-        waiting: None,
-        sequences: Vec::new(),
-        maneuver,
-        scene,
-    };
-    node.report(&Event::Ready);
-    planner.run(own.unwrap_or(true))
+    fn configure(node: &Node) -> Result<Self, NodeError> {
+        let path: String = node.parameters.get("scene").map_err(NodeError::input)?;
+        if path.is_empty() {
+            return Err(NodeError::Input(
+                "parameter \"scene\" is missing, expected a path".into(),
+            ));
+        }
+        let path = PathBuf::from(path);
+        let scene = Arc::new(load_scene(&path)?);
+        let Some(maneuver) = scene.maneuver.clone() else {
+            let path = path.display();
+            return Err(NodeError::Input(format!(
+                "scene {path}: `maneuver` is missing: nothing to plan"
+            )));
+        };
+        let scheme = scene.scheme().map_err(NodeError::input)?;
+        if let Some(warning) = scene.flown_otherwise(scheme) {
+            warn!("{warning}");
+        }
+
+        let ros = &node.ros;
+        let shm = node.shm()?;
+        let states = node.args.resolve("~/state").map_err(NodeError::input)?;
+        // What corrects the flight must hear of it, wherever it is; goals make do with the one on this host.
+        let remote = maneuver.replan.is_some().then_some(ros);
+        let active = Arc::new(AtomicBool::new(false));
+        let open = Arc::clone(&active);
+        let actions = ros
+            .action_server("~/plan_maneuver", move |goal, waiting| {
+                goals::decide(goal, waiting, open.load(Ordering::Acquire))
+            })
+            .map_err(NodeError::runtime)?;
+        let monitor = Arc::new(Monitor::default());
+        Ok(Self {
+            events: Arc::clone(&node.events),
+            outlet: Outlet::open(ros, &shm, history(&scene))?,
+            follower: Follower::open(Arc::clone(&scene), &states, &shm, remote)?,
+            worker: Worker::start(Arc::clone(&scene))?,
+            actions,
+            active,
+            replanner: maneuver.replan.map(Replanner::new),
+            _diagnosed: Monitor::diagnose(&monitor, &node.diagnostics),
+            monitor,
+            scheme,
+            current: None,
+            waiting: None,
+            sequences: Vec::new(),
+            maneuver,
+            scene,
+        })
+    }
+
+    fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
+        let own: bool = node
+            .parameters
+            .get("plan_at_start")
+            .map_err(NodeError::input)?;
+        self.active.store(true, Ordering::Release);
+        let worked = self.work(node, own);
+        self.active.store(false, Ordering::Release);
+        self.leave();
+        worked.map(|()| Stopped::Interrupted)
+    }
+
+    fn clean_up(self, _: &Node) -> Result<(), NodeError> {
+        Ok(())
+    }
 }
 
 /// Messages about the progress: all iterations of the first plan, and the outcomes of those in flight.

@@ -1,53 +1,65 @@
 use std::path::PathBuf;
 
-use lgvi_middleware::Parameters;
+use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
 use lgvi_node::NodeError;
 
-/// The node's parameters.
+/// The node's parameters, as they are when it is configured.
 pub(crate) struct Config {
-    /// `bag`: the bag's directory or MCAP file.
     pub(crate) bag: PathBuf,
-    /// `rate`: recorded seconds a second; 0 means as fast as possible, without loss.
-    pub(crate) rate: f64,
-    /// `clock`: whether to publish `/clock` at the recorded times.
+    /// Whether to publish `/clock` at the recorded times.
     pub(crate) clock: bool,
-    /// `await_subscribers`: how many subscribers each topic must have before the replay begins.
+    /// How many subscribers each topic must have before the replay begins.
     pub(crate) await_subscribers: usize,
 }
 
+pub(crate) fn specifications() -> Vec<ParameterSpec> {
+    vec![
+        ParameterSpec::new(
+            "bag",
+            String::new(),
+            "the bag's directory, or its MCAP file (required)",
+        ),
+        ParameterSpec::new(
+            "rate",
+            1.0,
+            "recorded seconds a second; 0: as fast as possible, without loss",
+        )
+        .range(0.0, f64::MAX)
+        .change(ParameterChange::Anytime),
+        ParameterSpec::new(
+            "clock",
+            false,
+            "whether to publish /clock at the recorded times",
+        ),
+        ParameterSpec::new(
+            "await_subscribers",
+            0_i64,
+            "hold until every topic has so many subscribers",
+        )
+        .integer_range(0, 1000),
+    ]
+}
+
 impl Config {
-    pub(crate) fn take(mut parameters: Parameters) -> Result<Self, NodeError> {
-        let bag: Option<PathBuf> = parameters.take("bag").map_err(NodeError::input)?;
-        let rate = parameters
-            .take("rate")
-            .map_err(NodeError::input)?
-            .unwrap_or(1.0);
-        let clock = parameters
-            .take("clock")
-            .map_err(NodeError::input)?
-            .unwrap_or(false);
-        let await_subscribers = parameters
-            .take("await_subscribers")
-            .map_err(NodeError::input)?
-            .unwrap_or(0);
-        parameters.finish().map_err(NodeError::input)?;
-        let bag = bag.ok_or_else(|| {
-            NodeError::Input("parameter \"bag\" is missing, expected a path".into())
-        })?;
-        if !(rate >= 0.0 && f64::is_finite(rate)) {
-            let message = format!("parameter \"rate\" is {rate}, expected a finite number ≥ 0");
-            return Err(NodeError::Input(message));
+    pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
+        let bag: String = parameters.get("bag").map_err(NodeError::input)?;
+        if bag.is_empty() {
+            return Err(NodeError::Input(
+                "parameter \"bag\" is missing, expected a path".into(),
+            ));
         }
+        let await_subscribers: i64 = parameters
+            .get("await_subscribers")
+            .map_err(NodeError::input)?;
         Ok(Self {
-            bag,
-            rate,
-            clock,
-            await_subscribers,
+            bag: bag.into(),
+            clock: parameters.get("clock").map_err(NodeError::input)?,
+            await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
         })
     }
+}
 
-    /// Whether nothing may be lost because nothing has to be on time.
-    pub(crate) fn lossless(&self) -> bool {
-        self.rate == 0.0
-    }
+/// Recorded seconds a second; 0 means as fast as possible.
+pub(crate) fn rate(parameters: &Parameters) -> Result<f64, NodeError> {
+    parameters.get("rate").map_err(NodeError::input)
 }

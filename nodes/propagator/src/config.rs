@@ -1,73 +1,147 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use lgvi_middleware::Parameters;
+use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
 use lgvi_node::{NodeError, load_scene};
 use lgvi_scene::Scene;
 
-/// The node's parameters.
+/// The node's parameters, as they are when it is configured.
 pub(crate) struct Config {
-    /// `scene`: path of the scene file.
     pub(crate) scene: Scene,
-    /// `real_time_factor`: simulated seconds a second; 0 means as fast as possible, without loss.
-    pub(crate) real_time_factor: f64,
-    /// `await_control`: whether to hold at step 0 until the manoeuvre's control sequence is there; by default where the
-    /// scene has a manoeuvre.
+    /// Whether to hold at step 0 until the manoeuvre's control sequence is there.
     pub(crate) await_control: bool,
-    /// `await_subscribers`: how many subscribers each state port must have before the flight begins.
+    /// How many subscribers each state port must have before the flight begins.
     pub(crate) await_subscribers: usize,
-    /// `stop_on_bad_control`: whether a malformed control sequence ends the flight, or is refused and the flight goes on.
+    /// Whether a malformed control sequence ends the flight, or is refused and the flight goes on.
     pub(crate) stop_on_bad_control: bool,
-    /// `feedback`: whether feedback laws are flown, or their sequences in open loop.
+    /// Whether feedback laws are flown, or their sequences in open loop.
     pub(crate) feedback: bool,
+    /// Whether `/clock` is published.
+    pub(crate) clock: bool,
+}
+
+/// Those of the node's parameters that may change in flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rates {
+    /// Simulated seconds a second; 0 means as fast as possible, without loss.
+    pub(crate) real_time_factor: f64,
+    /// Steps between two states over shared memory; 0: as the scene says.
+    pub(crate) state_every: u64,
+    /// Steps between two states over DDS; 0: as the scene says.
+    pub(crate) ros_every: u64,
 }
 
 /// How long a subscriber that does not keep up is waited for when flying as fast as possible.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
+pub(crate) fn specifications() -> Vec<ParameterSpec> {
+    vec![
+        ParameterSpec::new("scene", String::new(), "path of the scene file (required)"),
+        ParameterSpec::new(
+            "real_time_factor",
+            1.0,
+            "simulated seconds a second; 0: as fast as possible, without loss; without effect under use_sim_time",
+        )
+        .range(0.0, f64::MAX)
+        .change(ParameterChange::Anytime),
+        ParameterSpec::new(
+            "state_every",
+            0_i64,
+            "steps between two states over shared memory; 0: as the scene's publish.state_every says",
+        )
+        .integer_range(0, i64::MAX)
+        .change(ParameterChange::Anytime),
+        ParameterSpec::new(
+            "ros_every",
+            0_i64,
+            "steps between two states over DDS; 0: as the scene's publish.ros_every says",
+        )
+        .integer_range(0, i64::MAX)
+        .change(ParameterChange::Anytime),
+        ParameterSpec::optional::<bool>(
+            "await_control",
+            "whether to hold at step 0 until a control sequence for the manoeuvre's body has been accepted; \
+             not set: where the scene has a manoeuvre",
+        ),
+        ParameterSpec::new(
+            "await_subscribers",
+            0_i64,
+            "hold at step 0 until the states over shared memory, odometry, tf and invariants have so many subscribers each",
+        )
+        .integer_range(0, 1000),
+        ParameterSpec::new(
+            "stop_on_bad_control",
+            true,
+            "whether a malformed control sequence ends the flight, or is refused",
+        ),
+        ParameterSpec::new(
+            "feedback",
+            true,
+            "whether feedback laws are flown, or their sequences in open loop",
+        ),
+        ParameterSpec::new("clock", false, "whether to publish the flight's time on /clock"),
+    ]
+}
+
 impl Config {
-    pub(crate) fn take(mut parameters: Parameters) -> Result<Self, NodeError> {
-        let scene: Option<PathBuf> = parameters.take("scene").map_err(NodeError::input)?;
-        let real_time_factor = parameters
-            .take("real_time_factor")
-            .map_err(NodeError::input)?
-            .unwrap_or(1.0);
-        let await_control = parameters.take("await_control").map_err(NodeError::input)?;
-        let await_subscribers = parameters
-            .take("await_subscribers")
-            .map_err(NodeError::input)?;
-        let stop_on_bad_control = parameters
-            .take("stop_on_bad_control")
-            .map_err(NodeError::input)?
-            .unwrap_or(true);
-        let feedback = parameters
-            .take("feedback")
-            .map_err(NodeError::input)?
-            .unwrap_or(true);
-        parameters.finish().map_err(NodeError::input)?;
-        let scene = scene.ok_or_else(|| {
-            NodeError::Input("parameter \"scene\" is missing, expected a path".into())
-        })?;
-        if !(real_time_factor >= 0.0 && f64::is_finite(real_time_factor)) {
-            return Err(NodeError::Input(format!(
-                "parameter \"real_time_factor\" is {real_time_factor}, expected a finite number ≥ 0"
-            )));
+    pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
+        let scene: String = parameters.get("scene").map_err(NodeError::input)?;
+        if scene.is_empty() {
+            return Err(NodeError::Input(
+                "parameter \"scene\" is missing, expected a path".into(),
+            ));
         }
-        let scene = load_scene(&scene)?;
-        let await_control = await_control.unwrap_or(scene.maneuver.is_some());
+        let clock = parameters.get("clock").map_err(NodeError::input)?;
+        if clock && parameters.get("use_sim_time").map_err(NodeError::input)? {
+            return Err(NodeError::Input(
+                "parameters \"clock\" and \"use_sim_time\" are both true, expected one at most: \
+                 the node would follow itself"
+                    .into(),
+            ));
+        }
+        let scene = load_scene(&PathBuf::from(scene))?;
+        let await_control = parameters
+            .get_optional("await_control")
+            .map_err(NodeError::input)?
+            .unwrap_or(scene.maneuver.is_some());
         if await_control && scene.maneuver.is_none() {
             return Err(NodeError::Input(
                 "parameter \"await_control\" is true, expected false: the scene has no manoeuvre"
                     .into(),
             ));
         }
+        let await_subscribers: i64 = parameters
+            .get("await_subscribers")
+            .map_err(NodeError::input)?;
         Ok(Self {
             scene,
-            real_time_factor,
             await_control,
-            await_subscribers: await_subscribers.unwrap_or(0),
-            stop_on_bad_control,
-            feedback,
+            await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
+            stop_on_bad_control: parameters
+                .get("stop_on_bad_control")
+                .map_err(NodeError::input)?,
+            feedback: parameters.get("feedback").map_err(NodeError::input)?,
+            clock,
+        })
+    }
+}
+
+impl Rates {
+    pub(crate) fn read(parameters: &Parameters, scene: &Scene) -> Result<Self, NodeError> {
+        let every = |name: &str, scene: u64| {
+            let every: i64 = parameters.get(name).map_err(NodeError::input)?;
+            Ok(match u64::try_from(every).map_err(NodeError::input)? {
+                0 => scene,
+                every => every,
+            })
+        };
+        let publishing = scene.publishing;
+        Ok(Self {
+            real_time_factor: parameters
+                .get("real_time_factor")
+                .map_err(NodeError::input)?,
+            state_every: every("state_every", publishing.state_every)?,
+            ros_every: every("ros_every", publishing.ros_every)?,
         })
     }
 

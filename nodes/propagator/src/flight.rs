@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use lgvi_dynamics::{BodyState, Invariants, Load, Simulation, StepError, StepReport};
+use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
 use lgvi_scene::{ActuatorErrors, Scene, Scheme, SchemeError};
 
 use crate::{ControlError, Controls};
@@ -60,6 +60,19 @@ impl Flight {
         accepted.retain(|earlier| earlier.first_step < first_step);
         accepted.push(controls);
         Ok(())
+    }
+
+    /// Begins anew at step 0, without any sequence.
+    pub fn reset(&mut self, scene: &Scene) -> Result<(), SchemeError> {
+        self.simulation = scene.simulation(self.scheme)?;
+        self.accepted.iter_mut().for_each(Vec::clear);
+        self.loads.fill(Load::default());
+        Ok(())
+    }
+
+    /// Goes on from other states, one a body, at the present step.
+    pub fn set_states(&mut self, states: &[BodyState]) -> Result<(), MethodError> {
+        self.simulation.set_states(states)
     }
 
     /// Whether a sequence has been accepted for `body`.

@@ -12,6 +12,9 @@ mod flight;
 mod law;
 mod link;
 mod messages;
+mod monitor;
+mod obey;
+mod orders;
 mod pace;
 mod run;
 
@@ -26,5 +29,5 @@ pub const SOFTWARE: &str = concat!("lgvi_propagator ", env!("CARGO_PKG_VERSION")
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
-    lgvi_node::main("lgvi_propagator", args, run::run)
+    lgvi_node::main::<run::Propagator>(args)
 }

@@ -13,6 +13,8 @@ use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_node::{body_sample, header, pose};
 use lgvi_scene::Scene;
 
+use crate::Flight;
+
 /// A state of all bodies, in the scene's units.
 pub(crate) struct Snapshot {
     pub(crate) step: u64,
@@ -41,6 +43,29 @@ pub(crate) fn system_state(
         .map(|(&name, state)| body_sample(name, state, &scene.units))
         .collect();
     state_header(scene, snapshot.step, sequence).to_message(&samples, &scene.frame)
+}
+
+/// That the course of a flight has been changed at its present step, and what the states of `bodies` are now.
+pub(crate) fn intervention(
+    scene: &Scene,
+    flight: &Flight,
+    kind: u8,
+    controls: u64,
+    bodies: &[usize],
+) -> Result<msg::Intervention, ConversionError> {
+    let step = flight.step();
+    let bodies = bodies.iter().map(|&body| {
+        let name = Name::try_from(scene.bodies[body].name.as_str())?;
+        let sample = body_sample(name, &flight.states()[body], &scene.units);
+        Ok(msg::BodyState::from(&sample))
+    });
+    Ok(msg::Intervention {
+        header: header(scene, step)?,
+        kind,
+        step,
+        controls,
+        bodies: bodies.collect::<Result<_, ConversionError>>()?,
+    })
 }
 
 /// Pose in the inertial frame, twist in the body's (REP 105).

@@ -1,19 +1,25 @@
+//! The node as a managed node: what it opens, the loop of the flight, and how it ends.
+
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use lgvi_dynamics::{BodyState, Invariants};
-use lgvi_middleware::Shutdown;
+use lgvi_middleware::ParameterSpec;
+use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::{Delivery, StatePublisher};
 use lgvi_msgs::shm::{BodySample, Name};
-use lgvi_node::{Event, FlightReport, Miss, Node, NodeError, body_sample};
+use lgvi_node::{Event, FlightReport, Managed, Miss, Node, NodeError, Stopped, body_sample};
 use lgvi_scene::Scene;
 use tracing::{info, warn};
 
-use crate::config::{Config, PATIENCE};
+use crate::config::{self, Config, PATIENCE, Rates};
 use crate::cuts::Cuts;
 use crate::flight::Flight;
-use crate::link::{self, LinkEnd};
+use crate::link::{self, LinkEnd, Wait};
 use crate::messages::state_header;
+use crate::monitor::Monitor;
+use crate::orders::{Order, Orders};
 use crate::pace::Pace;
 
 /// How often waiting looks whether it is over.
@@ -25,85 +31,17 @@ const SLICE: Duration = Duration::from_millis(10);
 /// How often a supervisor hears of progress.
 const PROGRESS: Duration = Duration::from_millis(50);
 
-/// The node's work, from parameters to shutdown.
-pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
-    let config = Config::take(std::mem::take(&mut node.parameters))?;
-    let scene = Arc::new(config.scene.clone());
-    let names: Vec<Name> = scene
-        .bodies
-        .iter()
-        .map(|body| Name::try_from(body.name.as_str()))
-        .collect::<Result<_, _>>()
-        .map_err(NodeError::input)?;
-    let flight = Flight::new(&scene).map_err(NodeError::input)?;
-    info!("flown by {}", flight.scheme());
+/// How long those who listen have to take what was published last, when the node ends.
+const FAREWELL: Duration = Duration::from_millis(200);
 
-    let shm = node.shm()?;
-    let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
-    let delivery = if config.lossless() {
-        Delivery::Lossless { patience: PATIENCE }
-    } else {
-        Delivery::DropNewest
-    };
-    let states = shm
-        .state_publisher(&state_topic, names.len(), delivery)
-        .map_err(NodeError::runtime)?;
-    let (ros, _rosout) = node.ros()?;
-    let link = link::start(
-        ros,
-        &shm,
-        &config,
-        Arc::clone(&scene),
-        names.clone(),
-        &node.shutdown,
-    )?;
-    node.report(&Event::Ready);
-
-    let mut propagation = Propagation {
-        flight,
-        outgoing: Vec::with_capacity(names.len()),
-        names,
-        states,
-        state_topic,
-        samples: 0,
-        cost: 0.0,
-        arrival: None,
-        cuts: Cuts::default(),
-        link,
-        shutdown: node.shutdown.clone(),
-        config,
-        scene,
-    };
-    let outcome = propagation
-        .await_company()
-        .and_then(|()| propagation.fly(node));
-    if let Some(warning) = propagation.cuts.rest() {
-        warn!("{warning}");
-    }
-    let mut messages = propagation.link.finish()?;
-    // Of states, those that went over shared memory count: the ROS side sends fewer.
-    messages.insert(propagation.state_topic.clone(), propagation.samples);
-    node.report(&Event::Published { messages });
-    let outcome = match propagation.link.fault() {
-        Some(fault) => Err(NodeError::Runtime(fault.to_owned())),
-        None => outcome,
-    };
-    let ended = outcome.map(|flown| {
-        if let Some(report) = flown {
-            info!("flown {} steps in {:.3} s", report.steps, report.seconds);
-            node.report(&Event::Flown(report));
-        }
-    });
-    if ended.is_err() {
-        node.shutdown.request();
-    }
-    propagation.link.linger().and(ended)
-}
-
-struct Propagation {
-    scene: Arc<Scene>,
+/// A flight, and all that it needs.
+pub(crate) struct Propagator {
+    pub(crate) scene: Arc<Scene>,
     config: Config,
-    flight: Flight,
+    rates: Rates,
+    /// The parameters' generation that `rates` are of.
+    generation: u64,
+    pub(crate) flight: Flight,
     names: Vec<Name>,
     /// The state that is sent; kept so that sending allocates nothing.
     outgoing: Vec<BodySample>,
@@ -117,36 +55,190 @@ struct Propagation {
     arrival: Option<BodyState>,
     /// Steps that could not be made as one.
     cuts: Cuts,
-    link: LinkEnd,
-    shutdown: Shutdown,
+    pub(crate) link: LinkEnd,
+    pub(crate) orders: Orders,
+    /// Steps to be made of a paused flight, and who has asked for them.
+    pub(crate) stepping: Option<(Order, u64)>,
+    pace: Pace,
+    pub(crate) phase: Phase,
+    pub(crate) paused: bool,
+    /// Sequences accepted.
+    pub(crate) accepted: u64,
+    /// The state at which the flight has begun has been published.
+    pub(crate) published: bool,
+    start: Invariants,
+    /// When the first step was made.
+    began: Instant,
+    told: Instant,
+    monitor: Arc<Monitor>,
+    /// What was published has been accounted for.
+    accounted: bool,
+    _diagnosed: Vec<Diagnosed>,
 }
 
-impl Propagation {
-    /// Holds at step 0 until the subscribers and the control sequence that were asked for are there, or the shutdown.
+/// How far the flight is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// Held until subscribers are there.
+    Unattended,
+    /// Held at step 0 until a control sequence is there.
+    Uncommanded,
+    /// On its way.
+    Flying,
+    /// All steps are made.
+    Flown,
+}
+
+impl Managed for Propagator {
+    const NAME: &'static str = "lgvi_propagator";
+
+    fn parameters() -> Vec<ParameterSpec> {
+        config::specifications()
+    }
+
+    fn configure(node: &Node) -> Result<Self, NodeError> {
+        let config = Config::read(&node.parameters)?;
+        let generation = node.parameters.generation();
+        let rates = Rates::read(&node.parameters, &config.scene)?;
+        let scene = Arc::new(config.scene.clone());
+        let names: Vec<Name> = scene
+            .bodies
+            .iter()
+            .map(|body| Name::try_from(body.name.as_str()))
+            .collect::<Result<_, _>>()
+            .map_err(NodeError::input)?;
+        let flight = Flight::new(&scene).map_err(NodeError::input)?;
+        info!("flown by {}", flight.scheme());
+
+        let shm = node.shm()?;
+        let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
+        let delivery = if rates.lossless() {
+            Delivery::Lossless { patience: PATIENCE }
+        } else {
+            Delivery::DropNewest
+        };
+        let states = shm
+            .state_publisher(&state_topic, names.len(), delivery)
+            .map_err(NodeError::runtime)?;
+        let monitor = Arc::new(Monitor::new(&scene));
+        let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
+        let now = Instant::now();
+        Ok(Self {
+            outgoing: Vec::with_capacity(names.len()),
+            start: flight.invariants(),
+            flight,
+            names,
+            states,
+            state_topic,
+            samples: 0,
+            cost: 0.0,
+            arrival: None,
+            cuts: Cuts::default(),
+            orders: Orders::serve(node, &scene)?,
+            stepping: None,
+            pace: Pace::free(),
+            phase: Phase::Unattended,
+            paused: false,
+            accepted: 0,
+            published: false,
+            began: now,
+            told: now,
+            _diagnosed: vec![
+                Monitor::diagnose(&monitor, &node.diagnostics),
+                link.diagnose(&node.diagnostics),
+            ],
+            monitor,
+            accounted: false,
+            generation,
+            rates,
+            link,
+            config,
+            scene,
+        })
+    }
+
+    fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
+        self.set_pace(node);
+        while !node.interrupted() {
+            self.heed(node)?;
+            match self.phase {
+                Phase::Unattended => self.await_company()?,
+                Phase::Uncommanded => self.await_command(node)?,
+                Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
+                Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
+            }
+        }
+        Ok(Stopped::Interrupted)
+    }
+
+    fn clean_up(mut self, node: &Node) -> Result<(), NodeError> {
+        if let Some(warning) = self.cuts.rest() {
+            warn!("{warning}");
+        }
+        if !self.accounted {
+            self.account(node, FAREWELL)?;
+        }
+        self.link.close()
+    }
+}
+
+impl Propagator {
+    /// Takes in what has come from outside: parameters, control sequences, orders.
+    fn heed(&mut self, node: &Node) -> Result<(), NodeError> {
+        let generation = node.parameters.generation();
+        if generation != self.generation {
+            self.generation = generation;
+            self.rates = Rates::read(&node.parameters, &self.scene)?;
+            self.set_pace(node);
+        }
+        self.take_controls()?;
+        while self.stepping.is_none()
+            && let Some(order) = self.orders.next()
+        {
+            self.obey(node, order)?;
+        }
+        Ok(())
+    }
+
+    /// From the present step on.
+    pub(crate) fn set_pace(&mut self, node: &Node) {
+        let now = self.scene.seconds(self.flight.step());
+        self.pace.set(&node.clock, now, self.rates.real_time_factor);
+    }
+
+    /// Begins the flight when the subscribers that were asked for are there.
     fn await_company(&mut self) -> Result<(), NodeError> {
         let wanted = self.config.await_subscribers;
-        while !self.shutdown.requested() && !self.link.attended() {
-            std::thread::sleep(WAIT);
-        }
-        while !self.shutdown.requested()
-            && !self
+        let attended = self.link.attended()
+            && self
                 .states
                 .wait_for_subscribers(wanted, WAIT)
-                .map_err(NodeError::runtime)?
-        {}
-        let awaited = self
-            .scene
-            .maneuver
-            .as_ref()
-            .filter(|_| self.config.await_control);
-        let Some(body) = awaited.map(|maneuver| maneuver.body) else {
-            return Ok(());
-        };
-        while !self.shutdown.requested() && !self.flight.commanded(body) {
-            self.take_controls()?;
+                .map_err(NodeError::runtime)?;
+        if attended {
+            self.phase = Phase::Uncommanded;
+        } else {
             std::thread::sleep(WAIT);
         }
         Ok(())
+    }
+
+    /// Begins the flight when the manoeuvre's body has a control sequence, where that was asked for.
+    fn await_command(&mut self, node: &Node) -> Result<(), NodeError> {
+        let maneuver = self.scene.maneuver.as_ref();
+        let awaited = maneuver
+            .filter(|_| self.config.await_control)
+            .map(|maneuver| maneuver.body);
+        if awaited.is_some_and(|body| !self.flight.commanded(body)) {
+            std::thread::sleep(WAIT);
+            return Ok(());
+        }
+        self.phase = Phase::Flying;
+        self.began = Instant::now();
+        self.set_pace(node);
+        if self.published {
+            return Ok(());
+        }
+        self.publish(Wait::Always)
     }
 
     /// Accepts or refuses the control sequences that have come in.
@@ -158,58 +250,53 @@ impl Propagation {
             return Err(NodeError::Runtime(fault.to_owned()));
         }
         while let Some(controls) = self.link.next_controls() {
-            let verdict = self.flight.accept(controls);
+            let step = self.flight.step();
+            let verdict = self.flight.accept(controls).map(|()| step);
+            self.accepted += u64::from(verdict.is_ok());
             self.link.answer(verdict);
         }
         Ok(())
     }
 
-    /// Makes all steps; `None` when a shutdown comes between.
-    fn fly(&mut self, node: &Node) -> Result<Option<FlightReport>, NodeError> {
-        let start = self.flight.invariants();
-        let mut pace = Pace::start(self.config.real_time_factor);
-        let mut told = Instant::now();
-        self.publish()?;
-        while self.flight.step() < self.scene.steps {
-            if self.shutdown.requested() {
-                return Ok(None);
-            }
-            self.take_controls()?;
-            self.advance()?;
-            self.keep_pace(&mut pace)?;
-            self.publish()?;
-            if told.elapsed() >= PROGRESS {
-                told = Instant::now();
-                node.report(&Event::Flying {
-                    step: self.flight.step(),
-                });
+    /// Makes the next step when its time has come, and publishes where it leads.
+    fn step(&mut self, node: &Node) -> Result<(), NodeError> {
+        let next = self.flight.step() + 1;
+        if next > self.scene.steps {
+            return self.conclude(node);
+        }
+        if self.stepping.is_none() {
+            let (due, stamp) = (self.scene.seconds(next), self.scene.stamp(next));
+            if !self.pace.wait(due, stamp, SLICE) {
+                return Ok(());
             }
         }
-        Ok(Some(self.report(&start, &pace)))
-    }
-
-    /// Waits until it is time for the present step; control sequences are taken meanwhile.
-    fn keep_pace(&mut self, pace: &mut Pace) -> Result<(), NodeError> {
-        let due = self.scene.seconds(self.flight.step());
-        let mut left = pace.left(due);
-        if left.is_zero() {
-            pace.overrun();
+        self.advance()?;
+        self.publish(Wait::AsConfigured)?;
+        if self.told.elapsed() >= PROGRESS {
+            self.told = Instant::now();
+            node.report(&Event::Flying { step: next });
         }
-        while !left.is_zero() && !self.shutdown.requested() {
-            self.shutdown.wait_timeout(left.min(SLICE));
-            self.take_controls()?;
-            left = pace.left(due);
+        self.count_down();
+        if next == self.scene.steps {
+            self.conclude(node)?;
         }
         Ok(())
     }
 
     fn advance(&mut self) -> Result<(), NodeError> {
         let step = self.flight.step();
+        let timed = self.monitor.times(step);
         let report = self.flight.advance().map_err(|error| {
             let name = error.body().map(|body| &self.scene.bodies[body].name);
             let of = name.map(|name| format!(" of {name}")).unwrap_or_default();
             NodeError::Runtime(format!("step {step}{of}: {error}"))
         })?;
+        if let Some(began) = timed {
+            self.monitor.timed(began.elapsed());
+        }
+        self.monitor.step.store(step + 1, Ordering::Relaxed);
+        let overruns = self.pace.overruns;
+        self.monitor.overruns.store(overruns, Ordering::Relaxed);
         if let Some(pieces) = self.flight.cut(report)
             && let Some(warning) = self.cuts.note(step, pieces, Instant::now())
         {
@@ -225,12 +312,12 @@ impl Propagation {
         Ok(())
     }
 
-    /// Publishes the present state where its turn has come.
-    fn publish(&mut self) -> Result<(), NodeError> {
+    /// Publishes the present state where its turn has come, or in any case.
+    pub(crate) fn publish(&mut self, wait: Wait) -> Result<(), NodeError> {
         let step = self.flight.step();
-        let publishing = self.scene.publishing;
-        let last = step == self.scene.steps;
-        if last || step.is_multiple_of(publishing.state_every) {
+        let always = step == self.scene.steps || wait == Wait::Always;
+        self.published = true;
+        if always || step.is_multiple_of(self.rates.state_every) {
             let header = state_header(&self.scene, step, self.samples);
             let (states, units) = (self.flight.states(), &self.scene.units);
             let bodies = self.names.iter().zip(states);
@@ -246,21 +333,66 @@ impl Propagation {
                 .send(header, &self.outgoing)
                 .map_err(NodeError::runtime)?;
             self.samples += 1;
+            self.monitor
+                .refused
+                .store(self.states.lost(), Ordering::Relaxed);
         }
-        if last || step.is_multiple_of(publishing.ros_every) {
-            self.link
-                .publish(step, self.flight.states(), self.config.lossless());
+        if always || step.is_multiple_of(self.rates.ros_every) {
+            let handed = self.link.publish(step, self.flight.states(), wait);
+            self.monitor
+                .skipped
+                .fetch_add(u64::from(!handed), Ordering::Relaxed);
         }
         Ok(())
     }
 
-    fn report(&self, start: &Invariants, pace: &Pace) -> FlightReport {
-        let end = self.flight.invariants();
+    /// Says that the flight is over, once all is published.
+    fn conclude(&mut self, node: &Node) -> Result<(), NodeError> {
+        self.phase = Phase::Flown;
+        let report = self.report();
+        self.account(node, PATIENCE)?;
+        info!("flown {} steps in {:.3} s", report.steps, report.seconds);
+        node.report(&Event::Flown(report));
+        Ok(())
+    }
+
+    /// Says what has been published, once it has been acknowledged or given up.
+    fn account(&mut self, node: &Node, patience: Duration) -> Result<(), NodeError> {
+        let mut messages = self.link.settle(patience)?;
+        // Of states, those that went over shared memory count: the ROS side sends fewer.
+        messages.insert(self.state_topic.clone(), self.samples);
+        node.report(&Event::Published { messages });
+        self.accounted = true;
+        self.link
+            .fault()
+            .map_or(Ok(()), |fault| Err(NodeError::Runtime(fault.to_owned())))
+    }
+
+    /// Begins anew at step 0 of the scene.
+    pub(crate) fn restart(&mut self) -> Result<(), NodeError> {
+        self.flight.reset(&self.scene).map_err(NodeError::runtime)?;
+        self.phase = Phase::Uncommanded;
+        self.cost = 0.0;
+        self.arrival = None;
+        self.accounted = false;
+        self.start = self.flight.invariants();
+        self.monitor.begin(&self.start);
+        Ok(())
+    }
+
+    /// Takes the present state for the one that the invariants are measured from.
+    pub(crate) fn measure_from_here(&mut self) {
+        self.start = self.flight.invariants();
+        self.monitor.begin(&self.start);
+    }
+
+    fn report(&self) -> FlightReport {
+        let (start, end) = (&self.start, self.flight.invariants());
         let units = &self.scene.units;
         FlightReport {
             steps: self.flight.step(),
             step_size: self.scene.h() * units.time,
-            seconds: pace.elapsed(),
+            seconds: self.began.elapsed().as_secs_f64(),
             miss: self.miss(),
             cost: self.scene.maneuver.as_ref().map(|_| self.cost),
             energy_start: start.energy * units.energy(),
@@ -271,7 +403,7 @@ impl Propagation {
                 * units.angular_momentum(),
             orthogonality_error: end.orthogonality_error,
             refused: self.states.lost(),
-            overruns: pace.overruns(),
+            overruns: self.pace.overruns,
             cut_steps: self.cuts.total(),
         }
     }

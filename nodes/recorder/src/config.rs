@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use lgvi_middleware::Parameters;
+use lgvi_middleware::{ParameterSpec, Parameters};
 use lgvi_msgs::{MessageType, lookup};
 use lgvi_node::NodeError;
 
@@ -25,26 +25,50 @@ pub(crate) struct Chosen {
     pub(crate) message_type: MessageType,
 }
 
+pub(crate) fn specifications() -> Vec<ParameterSpec> {
+    vec![
+        ParameterSpec::new(
+            "output",
+            String::new(),
+            "directory of the bag, which must not exist; empty: named after the time",
+        ),
+        ParameterSpec::new(
+            "states",
+            vec!["/lgvi_propagator/state".to_owned()],
+            "topics of full-rate states to take from shared memory",
+        ),
+        ParameterSpec::optional::<Vec<String>>(
+            "topics",
+            "topics to take from DDS, each as name=package/msg/Type; not set: all topics of known types",
+        ),
+        ParameterSpec::new(
+            "frame",
+            "inertial".to_owned(),
+            "inertial frame of states from shared memory",
+        ),
+    ]
+}
+
 impl Config {
-    pub(crate) fn take(mut parameters: Parameters) -> Result<Self, NodeError> {
-        let output: Option<PathBuf> = parameters.take("output").map_err(NodeError::input)?;
-        let states: Option<Vec<String>> = parameters.take("states").map_err(NodeError::input)?;
-        let topics: Option<Vec<String>> = parameters.take("topics").map_err(NodeError::input)?;
-        let frame: Option<String> = parameters.take("frame").map_err(NodeError::input)?;
-        let use_sim_time = parameters.take("use_sim_time").map_err(NodeError::input)?;
-        parameters.finish().map_err(NodeError::input)?;
+    pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
+        let output: String = parameters.get("output").map_err(NodeError::input)?;
+        let topics: Option<Vec<String>> = parameters
+            .get_optional("topics")
+            .map_err(NodeError::input)?;
         let topics = topics.map(|topics| topics.iter().map(|topic| choose(topic)).collect());
         Ok(Self {
-            output: output.unwrap_or_else(|| {
+            output: if output.is_empty() {
                 chrono::Local::now()
                     .format("rosbag2_%Y_%m_%d-%H_%M_%S")
                     .to_string()
                     .into()
-            }),
-            states: states.unwrap_or_else(|| vec!["/lgvi_propagator/state".into()]),
+            } else {
+                output.into()
+            },
+            states: parameters.get("states").map_err(NodeError::input)?,
             topics: topics.transpose()?,
-            frame: frame.unwrap_or_else(|| "inertial".into()),
-            use_sim_time: use_sim_time.unwrap_or(false),
+            frame: parameters.get("frame").map_err(NodeError::input)?,
+            use_sim_time: parameters.get("use_sim_time").map_err(NodeError::input)?,
         })
     }
 }

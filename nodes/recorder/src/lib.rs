@@ -17,5 +17,5 @@ use std::process::ExitCode;
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
-    lgvi_node::main("lgvi_recorder", args, run::run)
+    lgvi_node::main::<run::Recorder>(args)
 }

@@ -1,86 +1,206 @@
+//! The node as a managed node: each time that it is active it makes a bag.
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
-use lgvi_node::{Event, Node, NodeError};
+use lgvi_bag::BagWriter;
+use lgvi_middleware::ros::{Diagnosed, Level, Status};
+use lgvi_middleware::shm::ShmNode;
+use lgvi_middleware::{ParameterSpec, Shutdown};
+use lgvi_node::{Event, Managed, Node, NodeError, Stopped};
 use tracing::info;
 
-use crate::config::Config;
+use crate::config::{self, Config};
 use crate::log_time::StateTime;
 use crate::sink::{self, Sink};
 use crate::states::States;
 use crate::topics::Topics;
 
-/// The node's work, from parameters to the closed bag.
-pub(crate) fn run(node: &mut Node) -> Result<(), NodeError> {
-    let config = Config::take(std::mem::take(&mut node.parameters))?;
-    let writer = sink::create(&config).map_err(NodeError::input)?;
-    let resolve = |topic: &str| node.args.resolve(topic).map_err(NodeError::input);
-    let elsewhere = config
-        .states
-        .iter()
-        .map(|topic| resolve(topic))
-        .collect::<Result<_, _>>()?;
-    let shm = node.shm()?;
-    let time = Arc::<StateTime>::default();
-    let states = States::open(&config, &shm, Arc::clone(&time), resolve)?;
-    let (ros, _rosout) = node.ros()?;
-    let topics = Topics::open(&config, ros, elsewhere, time)?;
+/// How often it is looked for whether to stop.
+const LOOK: Duration = Duration::from_millis(20);
 
-    let lost = [(); 2].map(|()| Arc::new(AtomicU64::new(0)));
-    let missing = {
-        let lost = lost.clone();
-        move || {
-            lost.iter()
-                .map(|lost| lost.load(Ordering::Relaxed))
-                .sum::<u64>()
-        }
-    };
-    let events = Arc::clone(&node.events);
-    let tell = {
-        let missing = missing.clone();
-        move |counts: &sink::Counts| {
-            let _ = events.report(&Event::Recording {
-                messages: counts.clone(),
-                lost: missing(),
-            });
-        }
-    };
-    let sink = Sink::start(writer, tell).map_err(NodeError::runtime)?;
-    node.report(&Event::Ready);
+/// A recorder with a bag to be filled.
+pub(crate) struct Recorder {
+    shm: ShmNode,
+    /// Opened when the node is configured, and anew where it becomes active again.
+    opened: Option<Opened>,
+    counts: Arc<Counts>,
+    _diagnosed: Diagnosed,
+}
 
-    let [states_lost, topics_lost] = &lost;
-    let shutdown = &node.shutdown;
-    let received = std::thread::scope(|scope| {
-        let queue = sink.queue.clone();
-        let from_dds = scope.spawn(move || topics.run(&queue, topics_lost, shutdown));
-        let queue = sink.queue.clone();
-        let from_shm = scope.spawn(move || states.run(&queue, states_lost, shutdown));
-        while !shutdown.wait_timeout(std::time::Duration::from_millis(50)) {
-            if sink.failed() || from_dds.is_finished() || from_shm.is_finished() {
-                shutdown.request();
+/// What a recording needs.
+struct Opened {
+    config: Config,
+    writer: BagWriter,
+    states: States,
+    topics: Topics,
+}
+
+/// What `/diagnostics` has of a recording.
+#[derive(Default)]
+struct Counts {
+    written: AtomicU64,
+    states_lost: AtomicU64,
+    topics_lost: AtomicU64,
+}
+
+impl Managed for Recorder {
+    const NAME: &'static str = "lgvi_recorder";
+
+    fn parameters() -> Vec<ParameterSpec> {
+        config::specifications()
+    }
+
+    fn configure(node: &Node) -> Result<Self, NodeError> {
+        let config = Config::read(&node.parameters)?;
+        let writer = sink::create(&config).map_err(NodeError::input)?;
+        let shm = node.shm()?;
+        let counts = Arc::<Counts>::default();
+        let told = Arc::clone(&counts);
+        Ok(Self {
+            opened: Some(Opened::new(node, config, writer, &shm)?),
+            shm,
+            counts,
+            _diagnosed: node.diagnostics.add("recording", move || told.status()),
+        })
+    }
+
+    fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
+        let opened = match self.opened.take() {
+            Some(opened) => opened,
+            None => {
+                let config = Config::read(&node.parameters)?;
+                let writer = sink::create(&config).map_err(NodeError::input)?;
+                Opened::new(node, config, writer, &self.shm)?
             }
-        }
-        let panicked = |_| NodeError::runtime("a receiving thread has panicked");
-        let outcomes = [
-            from_dds.join().map_err(panicked),
-            from_shm.join().map_err(panicked),
-        ];
-        outcomes
-            .into_iter()
-            .try_for_each(|outcome| outcome.and_then(|received| received))
-    });
+        };
+        self.counts.reset();
+        opened
+            .record(node, &self.counts)
+            .map(|()| Stopped::Interrupted)
+    }
 
-    let written = sink
-        .finish()
-        .ok_or_else(|| NodeError::runtime("the writing thread has panicked"))?;
-    let summary = written.map_err(NodeError::runtime)?;
-    let messages: u64 = summary.messages.values().sum();
-    let bag = config.output;
-    info!("recorded {messages} messages in {}", bag.display());
-    node.report(&Event::Recorded {
-        bag,
-        messages: summary.messages,
-        lost: missing(),
-    });
-    received
+    fn clean_up(self, _: &Node) -> Result<(), NodeError> {
+        // A bag that nothing was recorded into is closed too.
+        let Some(Opened { writer, .. }) = self.opened else {
+            return Ok(());
+        };
+        writer
+            .finish(std::collections::BTreeMap::new())
+            .map(drop)
+            .map_err(NodeError::runtime)
+    }
+}
+
+impl Opened {
+    fn new(
+        node: &Node,
+        config: Config,
+        writer: BagWriter,
+        shm: &ShmNode,
+    ) -> Result<Self, NodeError> {
+        let resolve = |topic: &str| node.args.resolve(topic).map_err(NodeError::input);
+        let elsewhere = config
+            .states
+            .iter()
+            .map(|topic| resolve(topic))
+            .collect::<Result<_, _>>()?;
+        let time = Arc::<StateTime>::default();
+        Ok(Self {
+            states: States::open(&config, shm, Arc::clone(&time), resolve)?,
+            topics: Topics::open(&config, node.ros.clone(), elsewhere, time)?,
+            config,
+            writer,
+        })
+    }
+
+    /// Records until the node is to stop, and closes the bag.
+    fn record(self, node: &Node, counts: &Arc<Counts>) -> Result<(), NodeError> {
+        let Self {
+            config,
+            writer,
+            states,
+            topics,
+        } = self;
+        let sink = {
+            let events = Arc::clone(&node.events);
+            let counts = Arc::clone(counts);
+            let tell = move |written: &sink::Counts| {
+                counts
+                    .written
+                    .store(written.values().sum(), Ordering::Relaxed);
+                let _ = events.report(&Event::Recording {
+                    messages: written.clone(),
+                    lost: counts.lost(),
+                });
+            };
+            Sink::start(writer, tell).map_err(NodeError::runtime)?
+        };
+        let stop = Shutdown::new();
+        let received = std::thread::scope(|scope| {
+            let queue = sink.queue.clone();
+            let from_dds = scope.spawn(|| {
+                let queue = queue;
+                topics.run(&queue, &counts.topics_lost, &stop)
+            });
+            let queue = sink.queue.clone();
+            let from_shm = scope.spawn(|| {
+                let queue = queue;
+                states.run(&queue, &counts.states_lost, &stop)
+            });
+            while !node.interrupted()
+                && !sink.failed()
+                && !from_dds.is_finished()
+                && !from_shm.is_finished()
+            {
+                std::thread::sleep(LOOK);
+            }
+            stop.request();
+            let panicked = |_| NodeError::runtime("a receiving thread has panicked");
+            let outcomes = [
+                from_dds.join().map_err(panicked),
+                from_shm.join().map_err(panicked),
+            ];
+            outcomes
+                .into_iter()
+                .try_for_each(|outcome| outcome.and_then(|received| received))
+        });
+
+        let written = sink
+            .finish()
+            .ok_or_else(|| NodeError::runtime("the writing thread has panicked"))?;
+        let summary = written.map_err(NodeError::runtime)?;
+        let messages: u64 = summary.messages.values().sum();
+        let bag = config.output;
+        info!("recorded {messages} messages in {}", bag.display());
+        node.report(&Event::Recorded {
+            bag,
+            messages: summary.messages,
+            lost: counts.lost(),
+        });
+        received
+    }
+}
+
+impl Counts {
+    /// Messages known to be missing.
+    fn lost(&self) -> u64 {
+        self.states_lost.load(Ordering::Relaxed) + self.topics_lost.load(Ordering::Relaxed)
+    }
+
+    fn reset(&self) {
+        for count in [&self.written, &self.states_lost, &self.topics_lost] {
+            count.store(0, Ordering::Relaxed);
+        }
+    }
+
+    fn status(&self) -> Status {
+        let written = self.written.load(Ordering::Relaxed);
+        let lost = self.lost();
+        Status::ok(format!("{written} messages written"))
+            .when(lost > 0, Level::Warn, "messages are missing")
+            .value("messages written", written)
+            .value("messages lost", lost)
+    }
 }

@@ -15,8 +15,12 @@
 mod action;
 mod background;
 mod cdr;
+mod clock;
+mod diagnostics;
+mod executor;
 mod graph;
 mod inbox;
+mod lifecycle;
 mod matches;
 mod naming;
 mod node;
@@ -31,6 +35,10 @@ pub use action::{
     ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalOutcome, GoalState,
     SendGoalError, StopReason,
 };
+pub use clock::Clock;
+pub use diagnostics::{Diagnosed, Diagnostics, Level, Status};
+pub use executor::{Executor, Reply, Running};
+pub use lifecycle::{Asked, Change, Lifecycle, Outcome, State};
 pub use node::{RosNode, TopicInfo};
 pub use publisher::{PublishError, Publisher, RawPublisher};
 pub use qos::Qos;

@@ -140,6 +140,13 @@ impl<M: RosMessage> Subscription<M> {
         self.decode(self.raw.recv().await?)
     }
 
+    /// Takes the next message, or has the task woken when one arrives.
+    pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<M>, TakeError>> {
+        self.raw
+            .poll_take(context)
+            .map(|sample| self.decode(sample?))
+    }
+
     fn decode(&self, sample: Sample<Vec<u8>>) -> Result<Sample<M>, TakeError> {
         let info = sample.info;
         lgvi_msgs::cdr::decode(&sample.message)

@@ -17,6 +17,7 @@ pub fn isolated() -> Environment {
     Environment::localhost(1 + (serial % 101) as u16)
 }
 
+#[allow(dead_code, reason = "not every test binary needs it")]
 pub fn node(name: &str, environment: &Environment) -> RosNode {
     let (args, _) = NodeArgs::parse(name, []).unwrap();
     RosNode::new(&args, environment).unwrap()

@@ -15,7 +15,6 @@ use clap::Args;
 use lgvi_middleware::Shutdown;
 use lgvi_node::{NodeError, complain, load_scene};
 
-use self::domain::DomainLock;
 use self::flown::Flown;
 use crate::output::say;
 use crate::plot::plot;
@@ -52,7 +51,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
         PathBuf::from(format!("flights/{}_{time}", scene.name))
     });
-    let _alone = DomainLock::take(&options.scene, &bag)?;
+    let _alone = domain::lock(&options.scene, &bag)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
     let mut flown = flight::fly(options, &scene, &bag, &shutdown)?;
     if !options.no_plot {

@@ -1,6 +1,7 @@
 //! The plans that are made in flight.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_node::{Event, NodeError};
@@ -12,7 +13,7 @@ use crate::replanner::Replanner;
 use crate::sequence::Sequence;
 use crate::solver::{End, Guess, Initial, Iteration, Solved, Task, Unsolved};
 
-impl Planner<'_> {
+impl Planner {
     /// The task of the rest of the manoeuvre from a later step on, to arrive when the last plan does.
     pub(super) fn rest(&self, first_step: u64, warm: bool) -> Result<Task, String> {
         let latest = self
@@ -122,6 +123,7 @@ impl Planner<'_> {
         if let Some(replanner) = &mut self.replanner {
             replanner.kept += 1;
         }
+        self.monitor.kept.fetch_add(1, Ordering::Relaxed);
         self.count();
     }
 
@@ -130,7 +132,7 @@ impl Planner<'_> {
             published, kept, ..
         }) = self.replanner
         {
-            self.node.report(&Event::Replanned { published, kept });
+            self.report(&Event::Replanned { published, kept });
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::solver::{Reason, Solved, Unsolved};
 /// How long after its deadline a goal waits for the worker to say how far it has come.
 const GRACE: Duration = Duration::from_millis(100);
 
-impl Planner<'_> {
+impl Planner {
     /// Ends goals that are over, takes up new ones, and begins the one whose turn it is.
     pub(super) fn attend_goals(&mut self) -> Result<(), NodeError> {
         self.end_goals();

@@ -5,20 +5,37 @@ use std::time::Duration;
 
 use lgvi_dynamics::BodyState;
 use lgvi_middleware::Shutdown;
-use lgvi_node::NodeError;
+use lgvi_middleware::ros::{Diagnosed, Diagnostics};
+use lgvi_msgs::msg::Intervention;
+use lgvi_node::{Node, NodeError};
 use rtrb::{Consumer, Producer};
 
-use super::{Published, Shared};
+use super::counted::{self, Counts};
+use super::{Published, Request, Shared};
 use crate::messages::Snapshot;
 use crate::{ControlError, Controls};
+
+/// How often waiting for the thread looks whether the node is to stop.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Whether a state may be dropped when the ROS side is busy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wait {
+    /// Where the flight has to be on time.
+    AsConfigured,
+    /// Never.
+    Always,
+}
 
 /// The loop's end of the link.
 pub(crate) struct LinkEnd {
     pub(super) filled: Producer<Snapshot>,
     pub(super) empty: Consumer<Snapshot>,
     pub(super) controls: Consumer<Arc<Controls>>,
-    pub(super) verdicts: Producer<Result<(), ControlError>>,
-    pub(super) published: mpsc::Receiver<Published>,
+    pub(super) verdicts: Producer<Result<u64, ControlError>>,
+    pub(super) requests: mpsc::Sender<Request>,
+    pub(super) counts: Vec<Arc<Counts>>,
+    pub(super) lossless: bool,
     pub(super) shared: Arc<Shared>,
     pub(super) thread: JoinHandle<()>,
     pub(super) shutdown: Shutdown,
@@ -30,8 +47,8 @@ impl LinkEnd {
         self.controls.pop().ok()
     }
 
-    /// Says what became of it.
-    pub(crate) fn answer(&mut self, verdict: Result<(), ControlError>) {
+    /// Says what became of it: the step at which it was accepted, or why it was not.
+    pub(crate) fn answer(&mut self, verdict: Result<u64, ControlError>) {
         // There are as many places as sequences can be under way.
         let _ = self.verdicts.push(verdict);
     }
@@ -46,8 +63,9 @@ impl LinkEnd {
         self.shared.fault.get().map(String::as_str)
     }
 
-    /// Hands a snapshot to the ROS side. When none is free, waits if `wait`, else returns `false`.
-    pub(crate) fn publish(&mut self, step: u64, states: &[BodyState], wait: bool) -> bool {
+    /// Hands a snapshot to the ROS side; returns `false` where none is free and it may be dropped.
+    pub(crate) fn publish(&mut self, step: u64, states: &[BodyState], wait: Wait) -> bool {
+        let wait = self.lossless || wait == Wait::Always;
         let mut snapshot = loop {
             match self.empty.pop() {
                 Ok(snapshot) => break snapshot,
@@ -65,18 +83,43 @@ impl LinkEnd {
         self.shared.attended.load(Ordering::Acquire)
     }
 
-    /// Waits until what was handed over is published and acknowledged, or given up; what was published, by topic.
-    pub(crate) fn finish(&self) -> Result<Published, NodeError> {
-        self.shared.finish.store(true, Ordering::Release);
-        self.published
-            .recv()
-            .map_err(|_| NodeError::runtime("the ROS side has panicked"))
+    /// Waits until what was handed over is published and acknowledged, or given up after `patience`; what was published,
+    /// by topic.
+    pub(crate) fn settle(&self, patience: Duration) -> Result<Published, NodeError> {
+        let (answer, published) = mpsc::channel();
+        self.ask(Request::Settle(patience, answer))?;
+        published.recv().map_err(panicked)
     }
 
-    /// Keeps the topics for late joiners until the shutdown.
-    pub(crate) fn linger(self) -> Result<(), NodeError> {
-        self.thread
-            .join()
-            .map_err(|_| NodeError::runtime("the ROS side has panicked"))
+    /// Publishes that the course has been changed; waits until that is done, unless the node is to stop.
+    pub(crate) fn intervene(&self, message: Intervention, node: &Node) -> Result<(), NodeError> {
+        let (answer, done) = mpsc::channel();
+        self.ask(Request::Intervene(Box::new(message), answer))?;
+        while !node.interrupted() {
+            match done.recv_timeout(LOOK) {
+                Err(mpsc::RecvTimeoutError::Timeout) => {}
+                done => return done.map_err(panicked),
+            }
+        }
+        Ok(())
     }
+
+    /// Has the topics on `/diagnostics`.
+    pub(crate) fn diagnose(&self, diagnostics: &Diagnostics) -> Diagnosed {
+        counted::diagnose(self.counts.clone(), diagnostics)
+    }
+
+    /// Closes the topics.
+    pub(crate) fn close(self) -> Result<(), NodeError> {
+        self.ask(Request::Close)?;
+        self.thread.join().map_err(panicked)
+    }
+
+    fn ask(&self, request: Request) -> Result<(), NodeError> {
+        self.requests.send(request).map_err(panicked)
+    }
+}
+
+fn panicked<E>(_: E) -> NodeError {
+    NodeError::runtime("the ROS side has panicked")
 }

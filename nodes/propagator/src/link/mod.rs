@@ -3,6 +3,7 @@
 //! The flight's loop holds one end ([`LinkEnd`]), the thread the other ([`service`]); between them are lock-free queues of
 //! preallocated snapshots and of checked control sequences.
 
+mod counted;
 mod end;
 mod service;
 mod topics;
@@ -10,22 +11,24 @@ mod topics;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock, mpsc};
+use std::time::Duration;
 
-use lgvi_middleware::Shutdown;
-use lgvi_middleware::ros::{Qos, RosNode};
+use lgvi_middleware::ros::Qos;
 use lgvi_middleware::shm::ShmNode;
+use lgvi_msgs::msg::Intervention;
 use lgvi_msgs::shm::Name;
-use lgvi_node::NodeError;
+use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 use rtrb::RingBuffer;
 
 use self::service::Link;
 use self::topics::Topics;
 use crate::ControlError;
-use crate::config::Config;
+use crate::config::{Config, Rates};
 use crate::messages::Snapshot;
+use crate::monitor::Monitor;
 
-pub(crate) use self::end::LinkEnd;
+pub(crate) use self::end::{LinkEnd, Wait};
 
 /// Snapshots between the loop and the ROS side.
 const SNAPSHOTS: usize = 64;
@@ -41,24 +44,35 @@ pub(crate) type Published = BTreeMap<String, u64>;
 struct Shared {
     /// Odometry, tf and invariants have the subscribers that were asked for.
     attended: AtomicBool,
-    /// The loop has ended: publish what is queued, then report.
-    finish: AtomicBool,
     /// A control sequence was malformed.
     bad_control: OnceLock<ControlError>,
     /// Something that must not be published.
     fault: OnceLock<String>,
 }
 
+/// What the loop asks of the thread, which does it once all that was handed over before is published.
+enum Request {
+    /// Say what has been published, once it is acknowledged or the time has passed.
+    Settle(Duration, mpsc::Sender<Published>),
+    /// Publish that the course has been changed, and for a new one hand over again what the first began with.
+    Intervene(Box<Intervention>, mpsc::Sender<()>),
+    /// End.
+    Close,
+}
+
 /// Opens the node's topics and starts the second thread.
 pub(crate) fn start(
-    ros: RosNode,
+    node: &Node,
     shm: &ShmNode,
     config: &Config,
-    scene: Arc<Scene>,
-    names: Vec<Name>,
-    shutdown: &Shutdown,
+    rates: &Rates,
+    scene: &Arc<Scene>,
+    names: &[Name],
+    monitor: &Arc<Monitor>,
 ) -> Result<LinkEnd, NodeError> {
-    let topics = Topics::new(&ros, &scene, config.lossless())?;
+    let ros = &node.ros;
+    let topics = Topics::new(ros, scene, config.clock, rates.lossless())?;
+    let counts = topics.counts();
     let control_topic = ros
         .resolve("~/control_sequence")
         .map_err(NodeError::input)?;
@@ -71,10 +85,13 @@ pub(crate) fn start(
         let _ = empty_in.push(Snapshot { step: 0, states });
     }
     let shared = Arc::new(Shared::default());
+    let (requests_in, requests_out) = mpsc::channel();
     let mut link = Link {
         system: scene.system(),
-        names,
+        scene: Arc::clone(scene),
+        names: names.to_vec(),
         topics,
+        monitor: Arc::clone(monitor),
         shm_controls: shm
             .control_subscriber(&control_topic)
             .map_err(NodeError::runtime)?,
@@ -91,31 +108,31 @@ pub(crate) fn start(
         empty: empty_in,
         controls: controls_in,
         verdicts: verdicts_out,
+        requests: requests_out,
         held: Vec::new(),
         pending: VecDeque::new(),
         recent: VecDeque::new(),
+        initial: VecDeque::new(),
         feedback: config.feedback,
         stop_on_bad_control: config.stop_on_bad_control,
         shared: Arc::clone(&shared),
-        scene,
-        _ros: ros,
     };
     link.announce_scene()?;
     let await_subscribers = config.await_subscribers;
-    let stop = shutdown.clone();
-    let (report, published) = mpsc::channel();
     let thread = std::thread::Builder::new()
         .name("ros".into())
-        .spawn(move || link.serve(await_subscribers, &report, &stop))
+        .spawn(move || link.serve(await_subscribers))
         .map_err(NodeError::runtime)?;
     Ok(LinkEnd {
         filled: filled_in,
         empty: empty_out,
         controls: controls_out,
         verdicts: verdicts_in,
-        published,
+        requests: requests_in,
+        counts,
+        lossless: rates.lossless(),
+        shutdown: node.shutdown.clone(),
         shared,
         thread,
-        shutdown: shutdown.clone(),
     })
 }

@@ -1,13 +1,13 @@
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lgvi_dynamics::System;
-use lgvi_middleware::Shutdown;
-use lgvi_middleware::ros::{RosNode, Subscription};
+use lgvi_middleware::ros::Subscription;
 use lgvi_middleware::shm::{ControlSubscriber, FeedbackSubscriber};
-use lgvi_msgs::msg::{self, ControlLimits, ControlSequence};
+use lgvi_msgs::msg::{self, ControlLimits, ControlSequence, Intervention};
+use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::shm::{Limits, Name};
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
@@ -15,12 +15,16 @@ use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
 use super::topics::Topics;
-use super::{Published, SEQUENCES, Shared};
+use super::{Request, SEQUENCES, Shared};
 use crate::messages::{self, Snapshot};
+use crate::monitor::Monitor;
 use crate::{ControlError, Controls};
 
 /// How often the ROS side looks for work when there is none.
 const IDLE: Duration = Duration::from_millis(1);
+
+/// How often the time is published at most.
+const CLOCK: Duration = Duration::from_millis(10);
 
 /// The thread's end of the link.
 pub(super) struct Link {
@@ -29,6 +33,7 @@ pub(super) struct Link {
     pub(super) system: System,
     pub(super) names: Vec<Name>,
     pub(super) topics: Topics,
+    pub(super) monitor: Arc<Monitor>,
     pub(super) shm_controls: ControlSubscriber,
     pub(super) shm_feedback: FeedbackSubscriber,
     /// One for publishers that keep their last sequence for late joiners, one for those that do not.
@@ -36,18 +41,20 @@ pub(super) struct Link {
     pub(super) filled: Consumer<Snapshot>,
     pub(super) empty: Producer<Snapshot>,
     pub(super) controls: Producer<Arc<Controls>>,
-    pub(super) verdicts: Consumer<Result<(), ControlError>>,
+    pub(super) verdicts: Consumer<Result<u64, ControlError>>,
+    pub(super) requests: mpsc::Receiver<Request>,
     /// What the loop holds. Kept until it has let go, so that the memory is given back here and not by the loop.
     pub(super) held: Vec<Arc<Controls>>,
     /// Sequences that the loop has yet to answer.
     pub(super) pending: VecDeque<Arc<ControlSequence>>,
     /// The last sequences that came in, so that what comes by two ways counts once.
     pub(super) recent: VecDeque<Arc<ControlSequence>>,
+    /// The last sequences that were accepted before the first step: a flight that is reset begins with them again.
+    pub(super) initial: VecDeque<Arc<ControlSequence>>,
     /// Whether feedback laws are flown.
     pub(super) feedback: bool,
     pub(super) stop_on_bad_control: bool,
     pub(super) shared: Arc<Shared>,
-    pub(super) _ros: RosNode,
 }
 
 impl Link {
@@ -64,40 +71,69 @@ impl Link {
         Ok(())
     }
 
-    /// Serves the loop until it has ended, reports, and stays for late joiners until the shutdown.
-    pub(super) fn serve(
-        mut self,
-        await_subscribers: usize,
-        report: &mpsc::Sender<Published>,
-        shutdown: &Shutdown,
-    ) {
+    /// Serves the loop until it asks for the end.
+    pub(super) fn serve(mut self, await_subscribers: usize) {
         let mut sequence = 0;
-        let mut reported = false;
-        while !(reported && shutdown.requested()) {
+        let mut clock_due = Instant::now();
+        loop {
             if self.topics.have_subscribers(await_subscribers) {
                 self.shared.attended.store(true, Ordering::Release);
             }
-            let finish = self.shared.finish.load(Ordering::Acquire);
+            // Taken before what was handed over before it.
+            let request = self.requests.try_recv().ok();
             self.answer_pending();
             self.receive_controls();
             self.held.retain(|controls| Arc::strong_count(controls) > 1);
-            let mut idle = true;
+            let mut idle = request.is_none();
             while let Ok(snapshot) = self.filled.pop() {
                 idle = false;
                 self.publish(&snapshot, &mut sequence);
+                if Instant::now() >= clock_due {
+                    clock_due = Instant::now() + CLOCK;
+                    self.publish_clock(snapshot.step);
+                }
+                self.monitor.observe(&snapshot.states);
                 // As many places as snapshots.
                 let _ = self.empty.push(snapshot);
             }
-            if finish && !reported {
-                self.answer_pending();
-                reported = true;
-                if report.send(self.topics.settle()).is_err() {
-                    return;
+            // Who has asked may have gone.
+            match request {
+                Some(Request::Settle(patience, answer)) => {
+                    self.answer_pending();
+                    let _ = answer.send(self.topics.settle(patience));
                 }
+                Some(Request::Intervene(message, done)) => {
+                    self.answer_pending();
+                    self.intervene(&message);
+                    let _ = done.send(());
+                }
+                Some(Request::Close) => return,
+                None => {}
             }
             if idle {
                 std::thread::sleep(IDLE);
             }
+        }
+    }
+
+    /// Publishes that the course has been changed. A new one begins with the sequences with which the first has begun.
+    fn intervene(&mut self, message: &Intervention) {
+        self.topics.intervention.send(message);
+        if message.kind == Intervention::RESET {
+            self.recent.clear();
+            for message in std::mem::take(&mut self.initial) {
+                self.consider((*message).clone());
+            }
+        }
+    }
+
+    fn publish_clock(&self, step: u64) {
+        if let Some(topic) = self.topics.clock.as_ref().filter(|topic| topic.wanted())
+            && let Ok(header) = lgvi_node::header(&self.scene, step)
+        {
+            topic.send(&Clock {
+                clock: header.stamp,
+            });
         }
     }
 
@@ -202,12 +238,18 @@ impl Link {
                 return;
             };
             match verdict {
-                Ok(()) => {
+                Ok(step) => {
                     info!(
                         "flying a control sequence for {} from step {}",
                         message.body, message.first_step
                     );
                     self.topics.flown.send(&message);
+                    if step == 0 {
+                        if self.initial.len() == SEQUENCES {
+                            self.initial.pop_front();
+                        }
+                        self.initial.push_back(message);
+                    }
                 }
                 Err(error) => warn!("control sequence refused: {error}"),
             }

@@ -1,64 +1,19 @@
-use lgvi_middleware::ros::{PublishError, Publisher, Qos, RosNode};
-use lgvi_msgs::RosMessage;
-use lgvi_msgs::msg::{self, ControlSequence, SystemState};
+use std::sync::Arc;
+use std::time::Duration;
+
+use lgvi_middleware::ros::{Qos, RosNode};
+use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
-use tracing::warn;
 
 use super::Published;
-use crate::config::PATIENCE;
+use super::counted::{Counted, Counts};
 
 /// Depth of the topics that stream.
 const STREAM_DEPTH: usize = 1000;
-
-/// A publisher with the number of messages it has sent.
-pub(super) struct Counted<M> {
-    publisher: Publisher<M>,
-    lossless: bool,
-    sent: u64,
-}
-
-impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
-    pub(super) fn new(
-        ros: &RosNode,
-        topic: &str,
-        qos: &Qos,
-        lossless: bool,
-    ) -> Result<Self, NodeError> {
-        let publisher = ros.publisher(topic, qos).map_err(NodeError::runtime)?;
-        Ok(Self {
-            publisher,
-            lossless,
-            sent: 0,
-        })
-    }
-
-    pub(super) fn wanted(&self) -> bool {
-        self.publisher.matched_subscriptions() > 0
-    }
-
-    pub(super) fn send(&mut self, message: &M) {
-        let sent: Result<(), PublishError> = if self.lossless {
-            self.publisher.publish_lossless(message, PATIENCE)
-        } else {
-            self.publisher.publish(message)
-        };
-        match sent {
-            Ok(()) => self.sent += 1,
-            Err(error) => warn!("{error}"),
-        }
-    }
-
-    /// Waits for the acknowledgements; what was sent.
-    pub(super) fn settle(&self) -> (String, u64) {
-        if let Err(error) = self.publisher.flush(PATIENCE) {
-            warn!("{error}");
-        }
-        (self.publisher.topic().to_owned(), self.sent)
-    }
-}
 
 /// The node's topics.
 pub(super) struct Topics {
@@ -68,10 +23,17 @@ pub(super) struct Topics {
     pub(super) invariants: Counted<msg::Invariants>,
     pub(super) scene: Counted<msg::Scene>,
     pub(super) flown: Counted<ControlSequence>,
+    pub(super) intervention: Counted<Intervention>,
+    pub(super) clock: Option<Counted<Clock>>,
 }
 
 impl Topics {
-    pub(super) fn new(ros: &RosNode, scene: &Scene, lossless: bool) -> Result<Self, NodeError> {
+    pub(super) fn new(
+        ros: &RosNode,
+        scene: &Scene,
+        clock: bool,
+        lossless: bool,
+    ) -> Result<Self, NodeError> {
         let stream = Qos::reliable(STREAM_DEPTH);
         let odometry = scene
             .bodies
@@ -84,6 +46,10 @@ impl Topics {
             invariants: Counted::new(ros, "~/invariants", &stream, lossless)?,
             scene: Counted::new(ros, "~/scene", &Qos::latched(1), lossless)?,
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(16), lossless)?,
+            intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
+            clock: clock
+                .then(|| Counted::new(ros, "/clock", &Qos::reliable(10), false))
+                .transpose()?,
         })
     }
 
@@ -91,20 +57,41 @@ impl Topics {
     pub(super) fn have_subscribers(&self, count: usize) -> bool {
         self.odometry
             .iter()
-            .all(|topic| topic.publisher.matched_subscriptions() >= count)
-            && self.tf.publisher.matched_subscriptions() >= count
-            && self.invariants.publisher.matched_subscriptions() >= count
+            .all(|topic| topic.subscribers() >= count)
+            && self.tf.subscribers() >= count
+            && self.invariants.subscribers() >= count
     }
 
-    pub(super) fn settle(&self) -> Published {
-        let mut published: Published = self.odometry.iter().map(Counted::settle).collect();
+    /// Waits for the acknowledgements, each up to `patience`; the messages sent, by topic.
+    pub(super) fn settle(&self, patience: Duration) -> Published {
+        let mut published: Published = self
+            .odometry
+            .iter()
+            .map(|topic| topic.settle(patience))
+            .collect();
         published.extend([
-            self.state.settle(),
-            self.tf.settle(),
-            self.invariants.settle(),
-            self.scene.settle(),
-            self.flown.settle(),
+            self.state.settle(patience),
+            self.tf.settle(patience),
+            self.invariants.settle(patience),
+            self.scene.settle(patience),
+            self.flown.settle(patience),
+            self.intervention.settle(patience),
         ]);
         published
+    }
+
+    /// What becomes of the messages, by topic.
+    pub(super) fn counts(&self) -> Vec<Arc<Counts>> {
+        let mut counts = vec![self.state.counts()];
+        counts.extend(self.odometry.iter().map(Counted::counts));
+        counts.extend([
+            self.tf.counts(),
+            self.invariants.counts(),
+            self.scene.counts(),
+            self.flown.counts(),
+            self.intervention.counts(),
+        ]);
+        counts.extend(self.clock.as_ref().map(Counted::counts));
+        counts
     }
 }

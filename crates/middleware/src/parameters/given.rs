@@ -1,35 +1,14 @@
-//! Typed access to the parameters given on the command line and in parameter files.
+//! The parameters given on the command line and in parameter files.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
 use serde_yaml_ng::Value;
 
+use super::ParameterError;
+
 /// Parameters every ROS 2 node accepts, whether it declares them or not.
 const ALWAYS_ALLOWED: [&str; 2] = ["use_sim_time", "start_type_description_service"];
 const ALWAYS_ALLOWED_PREFIX: &str = "qos_overrides.";
-
-/// A parameter that is not known or has a value of the wrong type.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ParameterError {
-    /// The value cannot be read as the type asked for.
-    #[error("parameter {name:?} is {value}; expected {expected}")]
-    Type {
-        /// The parameter.
-        name: String,
-        /// Its value as YAML.
-        value: String,
-        /// The type asked for.
-        expected: &'static str,
-    },
-    /// Nothing asked for the parameter.
-    #[error("unknown parameter {name:?}; this node has {}", known.join(", "))]
-    Unknown {
-        /// The parameter.
-        name: String,
-        /// The parameters that were asked for.
-        known: Vec<String>,
-    },
-}
 
 /// A type a parameter can be read as.
 pub trait FromParameter: Sized {
@@ -42,12 +21,12 @@ pub trait FromParameter: Sized {
 
 /// The parameters given to one node. The node takes those it knows; what remains is an error.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Parameters {
+pub struct Given {
     given: BTreeMap<String, Value>,
     known: Vec<String>,
 }
 
-impl Parameters {
+impl Given {
     /// Collects parameters; of two with the same name the later wins.
     pub(crate) fn new(given: impl IntoIterator<Item = (String, Value)>) -> Self {
         Self {
@@ -73,6 +52,11 @@ impl Parameters {
             })
     }
 
+    /// What has not been taken.
+    pub(super) fn into_values(self) -> BTreeMap<String, Value> {
+        self.given
+    }
+
     /// Fails if a parameter was given that the node did not take.
     pub fn finish(self) -> Result<(), ParameterError> {
         let unknown = self.given.into_keys().find(|name| {
@@ -88,7 +72,7 @@ impl Parameters {
     }
 }
 
-fn yaml_text(value: &Value) -> String {
+pub(super) fn yaml_text(value: &Value) -> String {
     serde_yaml_ng::to_string(value).map_or_else(|_| format!("{value:?}"), |text| text.trim().into())
 }
 
@@ -180,9 +164,9 @@ list_parameter!(
 mod tests {
     use super::*;
 
-    fn parameters(text: &str) -> Parameters {
+    fn parameters(text: &str) -> Given {
         let map: BTreeMap<String, Value> = serde_yaml_ng::from_str(text).unwrap();
-        Parameters::new(map)
+        Given::new(map)
     }
 
     #[test]

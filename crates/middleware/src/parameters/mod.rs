@@ -1,0 +1,102 @@
+//! Parameters of a node, as a ROS 2 user expects them: declared with descriptors, given on the command line and in
+//! parameter files, validated before they take effect, seen and set through services.
+
+mod given;
+mod services;
+mod specification;
+mod store;
+#[cfg(test)]
+mod tests;
+mod value;
+
+pub use given::{FromParameter, Given};
+pub use specification::{Change, ParameterSpec};
+pub use store::Parameters;
+pub use value::{ParameterKind, ParameterType, ParameterValue};
+
+/// A parameter that is not known, or whose value is not accepted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ParameterError {
+    /// The value is of another type than the parameter.
+    #[error("parameter {name:?} is {value}; expected {expected}")]
+    Type {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: String,
+        /// The parameter's type.
+        expected: &'static str,
+    },
+    /// The value is outside of the parameter's range.
+    #[error("parameter {name:?} is {value}; expected {expected}")]
+    Range {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: ParameterValue,
+        /// The parameter's range.
+        expected: String,
+    },
+    /// The value is refused by the parameter's own check.
+    #[error("parameter {name:?} is {value}; {reason}")]
+    Refused {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: ParameterValue,
+        /// What the check says.
+        reason: String,
+    },
+    /// A parameter was given that the node does not have.
+    #[error("unknown parameter {name:?}; this node has {}", known.join(", "))]
+    Unknown {
+        /// The parameter.
+        name: String,
+        /// The parameters that the node has.
+        known: Vec<String>,
+    },
+    /// A parameter is asked for or set that was not declared.
+    #[error("parameter {name:?} is not declared; this node has {}", known.join(", "))]
+    NotDeclared {
+        /// The parameter.
+        name: String,
+        /// The parameters that the node has.
+        known: Vec<String>,
+    },
+    /// A parameter without a default was not given.
+    #[error("parameter {name:?} is not set; expected {expected}")]
+    NotSet {
+        /// The parameter.
+        name: String,
+        /// The parameter's type.
+        expected: &'static str,
+    },
+    /// The parameter cannot change after the start of the node.
+    #[error(
+        "parameter {name:?} cannot be set to {value}; it is read-only after the start of the node"
+    )]
+    ReadOnly {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: ParameterValue,
+    },
+    /// The parameter cannot change now.
+    #[error(
+        "parameter {name:?} cannot be set to {value} now; it can while the node is unconfigured"
+    )]
+    Configured {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: ParameterValue,
+    },
+    /// The declaration contradicts itself.
+    #[error("parameter {name:?} is declared wrongly: {reason}")]
+    Declaration {
+        /// The parameter.
+        name: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+}

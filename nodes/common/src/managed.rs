@@ -1,0 +1,178 @@
+use std::process::ExitCode;
+use std::time::Duration;
+
+use lgvi_middleware::ParameterSpec;
+use lgvi_middleware::ros::{Change, Outcome, State};
+use tracing::{error, info};
+
+use crate::{Event, Node, NodeError, complain};
+
+/// How often an idle node looks for the shutdown.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// What is particular to a node: its parameters, and what it does as a managed node. It exists while the node is
+/// configured.
+pub trait Managed: Sized {
+    /// The node's name where it is not remapped.
+    const NAME: &'static str;
+
+    /// Its parameters, beside those that every node has.
+    fn parameters() -> Vec<ParameterSpec>;
+
+    /// Opens what it needs.
+    ///
+    /// # Errors
+    /// The node stays unconfigured, and ends where nobody manages it.
+    fn configure(node: &Node) -> Result<Self, NodeError>;
+
+    /// Works, as long as the node is active; called anew each time that it becomes so.
+    ///
+    /// # Errors
+    /// The node cannot go on: it is cleaned up, and ends where nobody manages it.
+    fn run(&mut self, node: &Node) -> Result<Stopped, NodeError>;
+
+    /// Ends in order, and gives back what it holds.
+    ///
+    /// # Errors
+    /// Something could not be ended in order; it is given back all the same.
+    fn clean_up(self, node: &Node) -> Result<(), NodeError>;
+}
+
+/// Why a node has stopped working.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// [`Node::interrupted`] has become true.
+    Interrupted,
+    /// All is done: the process ends.
+    Done,
+}
+
+/// The main function of a node: starts it, leads it through its life, and turns the outcome into an exit code (0 done,
+/// 1 failed on the way, 2 unusable input).
+pub fn main<M: Managed>(args: impl IntoIterator<Item = String>) -> ExitCode {
+    let node = match Node::start(M::NAME, args, M::parameters()) {
+        Ok(node) => node,
+        Err(error) => {
+            // Logging needs the arguments that could not be understood.
+            complain(&format_args!("{}: {error}", M::NAME));
+            return error.exit_code();
+        }
+    };
+    let mut life = Life::<M> {
+        node: &node,
+        configured: None,
+    };
+    let lived = life.live();
+    let ended = life.end();
+    match lived.and(ended) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            error!("{error}");
+            node.report(&Event::Failed {
+                message: error.to_string(),
+            });
+            error.exit_code()
+        }
+    }
+}
+
+/// A node between its start and its end.
+struct Life<'n, M> {
+    node: &'n Node,
+    configured: Option<M>,
+}
+
+impl<M: Managed> Life<'_, M> {
+    /// Does what it is told to, until the shutdown or the end of its work.
+    fn live(&mut self) -> Result<(), NodeError> {
+        let managed = !self.node.autostart;
+        if !managed {
+            self.change(Change::Configure)?;
+            self.change(Change::Activate)?;
+        }
+        while !self.node.shutdown.requested() {
+            if self.node.lifecycle.state() == State::Active
+                && let Some(configured) = &mut self.configured
+            {
+                match configured.run(self.node) {
+                    Ok(Stopped::Done) => return Ok(()),
+                    Ok(Stopped::Interrupted) => {}
+                    Err(error) => {
+                        self.fail(managed);
+                        if !managed {
+                            return Err(error);
+                        }
+                        error!("{error}");
+                    }
+                }
+            }
+            if let Some(asked) = self.node.lifecycle.next(LOOK) {
+                let changed = self.change(asked.change);
+                if let Err(error) = &changed {
+                    error!("{error}");
+                }
+                asked.answer(changed.is_ok());
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes a change that is possible in the present state.
+    fn change(&mut self, change: Change) -> Result<(), NodeError> {
+        let lifecycle = &self.node.lifecycle;
+        lifecycle.begin(change);
+        let (outcome, changed) = match change {
+            Change::Configure => match M::configure(self.node) {
+                Ok(configured) => {
+                    self.configured = Some(configured);
+                    (Outcome::Success, Ok(()))
+                }
+                Err(error) => (Outcome::Failure, Err(error)),
+            },
+            Change::Activate | Change::Deactivate => (Outcome::Success, Ok(())),
+            Change::CleanUp | Change::Shutdown => match self.clean_up() {
+                Ok(()) => (Outcome::Success, Ok(())),
+                // What is left is given back all the same.
+                Err(error) => (Outcome::Success, Err(error)),
+            },
+        };
+        lifecycle.end(outcome);
+        self.node.parameters.configured(self.configured.is_some());
+        let state = lifecycle.state();
+        info!("{}", state.label());
+        if change == Change::Configure && changed.is_ok() {
+            self.node.report(&Event::Ready);
+        }
+        changed
+    }
+
+    /// Processes an error of the active node: unconfigured for who manages it to try again, else finalized.
+    fn fail(&mut self, managed: bool) {
+        let lifecycle = &self.node.lifecycle;
+        lifecycle.begin(Change::Deactivate);
+        lifecycle.end(Outcome::Error);
+        if let Err(error) = self.clean_up() {
+            error!("{error}");
+        }
+        lifecycle.end(if managed {
+            Outcome::Success
+        } else {
+            Outcome::Failure
+        });
+        self.node.parameters.configured(false);
+    }
+
+    fn clean_up(&mut self) -> Result<(), NodeError> {
+        self.configured
+            .take()
+            .map_or(Ok(()), |configured| configured.clean_up(self.node))
+    }
+
+    /// Shuts down, unless that has been done.
+    fn end(&mut self) -> Result<(), NodeError> {
+        if self.node.lifecycle.state() == State::Finalized {
+            return Ok(());
+        }
+        self.change(Change::Shutdown)
+    }
+}

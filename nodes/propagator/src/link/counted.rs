@@ -1,0 +1,118 @@
+//! Publishers that count, and what `/diagnostics` has of them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+use lgvi_middleware::ros::{
+    Diagnosed, Diagnostics, Level, PublishError, Publisher, Qos, RosNode, Status,
+};
+use lgvi_msgs::RosMessage;
+use lgvi_node::NodeError;
+use tracing::warn;
+
+use crate::config::PATIENCE;
+
+/// A publisher with what it has sent.
+pub(super) struct Counted<M> {
+    publisher: Publisher<M>,
+    lossless: bool,
+    counts: Arc<Counts>,
+}
+
+/// What has become of a topic's messages.
+pub(crate) struct Counts {
+    topic: String,
+    subscribers: AtomicUsize,
+    /// Messages that were made from states, and those of them that were sent.
+    converted: AtomicU64,
+    sent: AtomicU64,
+}
+
+impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
+    pub(super) fn new(
+        ros: &RosNode,
+        topic: &str,
+        qos: &Qos,
+        lossless: bool,
+    ) -> Result<Self, NodeError> {
+        let publisher = ros.publisher(topic, qos).map_err(NodeError::runtime)?;
+        Ok(Self {
+            counts: Arc::new(Counts {
+                topic: publisher.topic().to_owned(),
+                subscribers: AtomicUsize::new(0),
+                converted: AtomicU64::new(0),
+                sent: AtomicU64::new(0),
+            }),
+            publisher,
+            lossless,
+        })
+    }
+
+    /// Whether anybody has subscribed: nothing is converted for nobody.
+    pub(super) fn wanted(&self) -> bool {
+        self.subscribers() > 0
+    }
+
+    pub(super) fn subscribers(&self) -> usize {
+        let subscribers = self.publisher.matched_subscriptions();
+        self.counts
+            .subscribers
+            .store(subscribers, Ordering::Relaxed);
+        subscribers
+    }
+
+    pub(super) fn send(&self, message: &M) {
+        self.counts.converted.fetch_add(1, Ordering::Relaxed);
+        let sent: Result<(), PublishError> = if self.lossless {
+            self.publisher.publish_lossless(message, PATIENCE)
+        } else {
+            self.publisher.publish(message)
+        };
+        match sent {
+            Ok(()) => {
+                self.counts.sent.fetch_add(1, Ordering::Relaxed);
+            }
+            Err(error) => warn!("{error}"),
+        }
+    }
+
+    /// Waits for the acknowledgements; what was sent.
+    pub(super) fn settle(&self, patience: std::time::Duration) -> (String, u64) {
+        if let Err(error) = self.publisher.flush(patience) {
+            warn!("{error}");
+        }
+        (
+            self.counts.topic.clone(),
+            self.counts.sent.load(Ordering::Relaxed),
+        )
+    }
+
+    pub(super) fn counts(&self) -> Arc<Counts> {
+        Arc::clone(&self.counts)
+    }
+}
+
+/// Has the topics on `/diagnostics`.
+pub(super) fn diagnose(counts: Vec<Arc<Counts>>, diagnostics: &Diagnostics) -> Diagnosed {
+    diagnostics.add("topics", move || status(&counts))
+}
+
+fn status(counts: &[Arc<Counts>]) -> Status {
+    let mut lost = 0;
+    let status = counts
+        .iter()
+        .fold(Status::ok("as subscribed"), |status, counts| {
+            let [converted, sent] =
+                [&counts.converted, &counts.sent].map(|count| count.load(Ordering::Relaxed));
+            let subscribers = counts.subscribers.load(Ordering::Relaxed);
+            lost += converted.saturating_sub(sent);
+            let topic = &counts.topic;
+            status
+                .value(format!("{topic} subscribers"), subscribers)
+                .value(format!("{topic} converted"), converted)
+                .value(format!("{topic} sent"), sent)
+        });
+    status
+        .value("messages lost", lost)
+        .when(lost > 0, Level::Warn, "subscribers did not keep up")
+}

@@ -1,0 +1,147 @@
+//! How the flight is, as `/diagnostics` has it.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use lgvi_dynamics::{BodyState, Invariants};
+use lgvi_middleware::ros::{Diagnosed, Diagnostics, Level, Status};
+use lgvi_scene::Scene;
+
+/// Every so many steps one is timed: reading the clock takes as long as a step of a small scene.
+const TIMED: u64 = 64;
+
+/// How often the invariants are looked at.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// What the loop notes in passing; others read it.
+pub(crate) struct Monitor {
+    scene: Scene,
+    pub(crate) step: AtomicU64,
+    pub(crate) overruns: AtomicU64,
+    /// Samples that subscribers on this host had no room for.
+    pub(crate) refused: AtomicU64,
+    /// States that were not handed to the ROS side, which was busy.
+    pub(crate) skipped: AtomicU64,
+    /// Steps timed since the last report, the time that they took, and the longest (ns).
+    timed: AtomicU64,
+    total: AtomicU64,
+    longest: AtomicU64,
+    seen: Mutex<Seen>,
+}
+
+struct Seen {
+    start: Invariants,
+    states: Vec<BodyState>,
+    at: Option<Instant>,
+}
+
+impl Monitor {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
+        Self {
+            step: AtomicU64::new(0),
+            overruns: AtomicU64::new(0),
+            refused: AtomicU64::new(0),
+            skipped: AtomicU64::new(0),
+            timed: AtomicU64::new(0),
+            total: AtomicU64::new(0),
+            longest: AtomicU64::new(0),
+            seen: Mutex::new(Seen {
+                start: Invariants::of(&scene.system(), &states),
+                states,
+                at: None,
+            }),
+            scene: scene.clone(),
+        }
+    }
+
+    /// When the step from `step` began, if it is one that is timed.
+    pub(crate) fn times(&self, step: u64) -> Option<Instant> {
+        step.is_multiple_of(TIMED).then(Instant::now)
+    }
+
+    /// A step has taken so long.
+    pub(crate) fn timed(&self, took: Duration) {
+        let took = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
+        self.timed.fetch_add(1, Ordering::Relaxed);
+        self.total.fetch_add(took, Ordering::Relaxed);
+        self.longest.fetch_max(took, Ordering::Relaxed);
+    }
+
+    /// Invariants are measured from here.
+    pub(crate) fn begin(&self, start: &Invariants) {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.start = *start;
+        seen.at = None;
+    }
+
+    /// Takes note of a state from time to time.
+    pub(crate) fn observe(&self, states: &[BodyState]) {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        if seen.at.is_none_or(|at| at.elapsed() >= LOOK) {
+            seen.states.copy_from_slice(states);
+            seen.at = Some(Instant::now());
+        }
+    }
+
+    /// Has the flight on `/diagnostics`.
+    pub(crate) fn diagnose(this: &Arc<Self>, diagnostics: &Diagnostics) -> Diagnosed {
+        let this = Arc::clone(this);
+        diagnostics.add("flight", move || this.status())
+    }
+
+    fn status(&self) -> Status {
+        let [step, overruns, refused, skipped] =
+            [&self.step, &self.overruns, &self.refused, &self.skipped]
+                .map(|count| count.load(Ordering::Relaxed));
+        let [timed, total, longest] =
+            [&self.timed, &self.total, &self.longest].map(|count| count.swap(0, Ordering::Relaxed));
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Invariants::of(&self.scene.system(), &seen.states);
+        let start = &seen.start;
+        let units = &self.scene.units;
+        let mean = total as f64 / timed.max(1) as f64 * 1e-3;
+        Status::ok(format!("step {step} of {}", self.scene.steps))
+            .when(overruns > 0, Level::Warn, "steps came late")
+            .when(
+                refused > 0,
+                Level::Warn,
+                "subscribers on this host did not keep up",
+            )
+            .when(skipped > 0, Level::Warn, "the ROS side did not keep up")
+            .value("step", step)
+            .value("steps", self.scene.steps)
+            .value("step time, mean (us)", format!("{mean:.3}"))
+            .value(
+                "step time, longest (us)",
+                format!("{:.3}", longest as f64 * 1e-3),
+            )
+            .value("overruns", overruns)
+            .value("samples refused over shared memory", refused)
+            .value("states not converted for DDS", skipped)
+            .value(
+                "energy, change (J)",
+                format!("{:e}", (now.energy - start.energy) * units.energy()),
+            )
+            .value(
+                "linear momentum, change (kg m/s)",
+                format!(
+                    "{:e}",
+                    (now.linear_momentum - start.linear_momentum).norm() * units.momentum()
+                ),
+            )
+            .value(
+                "angular momentum, change (kg m^2/s)",
+                format!(
+                    "{:e}",
+                    (now.angular_momentum - start.angular_momentum).norm()
+                        * units.angular_momentum()
+                ),
+            )
+            .value(
+                "orthogonality error",
+                format!("{:e}", now.orthogonality_error),
+            )
+    }
+}

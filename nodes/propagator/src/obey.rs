@@ -1,0 +1,121 @@
+//! How the flight's loop carries out orders.
+
+use lgvi_msgs::msg::Intervention;
+use lgvi_node::{Node, NodeError};
+
+use crate::link::Wait;
+use crate::messages;
+use crate::orders::{Command, Order};
+use crate::run::{Phase, Propagator};
+
+impl Propagator {
+    /// Carries out an order, or begins to.
+    pub(crate) fn obey(&mut self, node: &Node, order: Order) -> Result<(), NodeError> {
+        let here = Ok(self.flight.step());
+        let outcome = match &order.command {
+            Command::Reset | Command::SetState(_) if self.phase == Phase::Unattended => {
+                Err(self.phase.why().to_owned())
+            }
+            Command::Pause(pause) => {
+                self.paused = *pause;
+                // What was missed meanwhile is not made up for.
+                self.set_pace(node);
+                here
+            }
+            Command::Step(steps) => {
+                let steps = u64::from(*steps);
+                return self.begin_steps(order, steps);
+            }
+            Command::Reset => {
+                self.publish_first()?;
+                self.restart()?;
+                self.intervene(node, Intervention::RESET, &[])?;
+                Ok(0)
+            }
+            Command::SetState(states) => {
+                let mut all = self.flight.states().to_vec();
+                for (body, state) in states {
+                    all[*body] = *state;
+                }
+                self.publish_first()?;
+                match self.flight.set_states(&all) {
+                    Ok(()) => {
+                        self.measure_from_here();
+                        let bodies: Vec<_> = states.iter().map(|(body, _)| *body).collect();
+                        self.intervene(node, Intervention::SET_STATE, &bodies)?;
+                        here
+                    }
+                    Err(error) => Err(error.to_string()),
+                }
+            }
+        };
+        self.orders.answer(order, outcome);
+        Ok(())
+    }
+
+    /// Publishes where the flight is before its course is changed, if nothing has been published yet: with every
+    /// intervention, the state at its step is there as it was and as it is.
+    fn publish_first(&mut self) -> Result<(), NodeError> {
+        if self.published {
+            return Ok(());
+        }
+        self.publish(Wait::Always)
+    }
+
+    /// Announces that the course has been changed, and publishes where the flight is now.
+    fn intervene(&mut self, node: &Node, kind: u8, bodies: &[usize]) -> Result<(), NodeError> {
+        let (scene, flight) = (&self.scene, &self.flight);
+        let message = messages::intervention(scene, flight, kind, self.accepted, bodies)
+            .map_err(NodeError::runtime)?;
+        self.link.intervene(message, node)?;
+        self.set_pace(node);
+        self.publish(Wait::Always)
+    }
+
+    /// Begins to make steps of a paused flight.
+    fn begin_steps(&mut self, order: Order, steps: u64) -> Result<(), NodeError> {
+        let step = self.flight.step();
+        let refusal = if !self.paused {
+            Some("the flight is not paused".to_owned())
+        } else if self.phase != Phase::Flying {
+            Some(format!(
+                "the flight is not on its way: {}",
+                self.phase.why()
+            ))
+        } else if steps == 0 {
+            Some("`steps` is 0, expected at least 1".to_owned())
+        } else {
+            None
+        };
+        match refusal {
+            Some(why) => self.orders.answer(order, Err(why)),
+            None => self.stepping = Some((order, step.saturating_add(steps))),
+        }
+        Ok(())
+    }
+
+    /// Ends the making of steps when they are made, or when there are no more.
+    pub(crate) fn count_down(&mut self) {
+        let (step, last) = (self.flight.step(), self.scene.steps);
+        let over = |(_, until): &mut (Order, u64)| step >= *until || step == last;
+        if let Some((order, until)) = self.stepping.take_if(over) {
+            let made = if step >= until {
+                Ok(step)
+            } else {
+                Err(format!("step {last} is the scene's last"))
+            };
+            self.orders.answer(order, made);
+        }
+    }
+}
+
+impl Phase {
+    fn why(self) -> &'static str {
+        match self {
+            Self::Unattended => "subscribers are awaited",
+            Self::Uncommanded => "a control sequence is awaited",
+            Self::Flying => "it is",
+            Self::Flown => "all steps are made",
+        }
+    }
+}

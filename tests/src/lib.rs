@@ -28,7 +28,7 @@ pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
 pub use hosts::{Cut, Host, Hosts, between_hosts};
 pub use nix::sys::signal::Signal;
 pub use process::{Finished, Process};
-pub use python::python;
+pub use python::{python, ros_python};
 pub use recording::{Record, Recording};
 pub use scenes::{edited, scene};
 pub use truth::{Deviation, Trajectory, optimal_cost};

@@ -10,7 +10,7 @@ use lgvi_middleware::ros::RosNode;
 use lgvi_middleware::{Environment, NodeArgs, Reach};
 use nix::sched::{CloneFlags, setns};
 
-use crate::{Process, World, binary};
+use crate::{Process, World, binary, ros_python};
 
 /// Set where a test runs in namespaces of its own.
 const APART: &str = "LGVI_TESTS_APART";
@@ -188,6 +188,14 @@ impl Host {
         let mut command = self.command(&binary(&format!("lgvi_{kind}")));
         command.args(["--supervised", "--ros-args"]).args(arguments);
         self.world.start(kind, command)
+    }
+
+    /// Starts a script of `tests/python` on ROS 2 Jazzy with Fast DDS.
+    pub fn ros_python(&self, script: &str, arguments: &[&str]) -> Process {
+        let command = self
+            .world
+            .ros_script(self.command(&ros_python()), script, arguments);
+        self.world.start(script, command)
     }
 
     /// A ROS node in this process, on this host.

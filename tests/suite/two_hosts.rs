@@ -10,7 +10,7 @@ use lgvi_msgs::msg::{ControlSequence, SystemState};
 use lgvi_node::{Event, FlightReport};
 use lgvi_tests::{
     Cut, Finished, Host, Hosts, PATIENCE, Process, Recording, Verdict, between_hosts, binary,
-    edited, eventually, within,
+    edited, eventually, ros_python, within,
 };
 
 const STATE: &str = "/lgvi_propagator/state";
@@ -289,11 +289,43 @@ fn what_is_more_than_the_depth_is_lost_and_not_in_silence() {
         let states = Recording::read(&bag).messages::<SystemState>(STATE);
         let sequences = || states.iter().map(|state| state.sequence);
         assert!(sequences().is_sorted(), "out of order");
-        let missing = sequences().last().unwrap() + 1 - states.len() as u64;
+        let missing = sequences().next_back().unwrap() + 1 - states.len() as u64;
         eprintln!("{missing} states are missing, the recorder knows of {known}");
         assert!(missing > 0, "everything was kept");
         // Either the recorder counts what was overwritten, or the propagator says what it has dropped.
         assert!(known == missing || propagator.stderr.contains("dropped a message"));
         verify(&hosts.b, &bag).expect(2).says(&["some are missing"]);
+    });
+}
+
+#[test]
+fn a_real_ros_node_on_the_other_host_misses_nothing_of_an_outage() {
+    const TEST: &str = "two_hosts::a_real_ros_node_on_the_other_host_misses_nothing_of_an_outage";
+    // There is no network inside to make it from.
+    ros_python();
+    between_hosts(TEST, |hosts| {
+        let every_step = ("ros_every = 100", "ros_every = 1");
+        let scene = edited(hosts.a.world(), "free_body", &[every_step]);
+        let scene = format!("scene:={}", scene.display());
+        // 50 messages a second.
+        let arguments = ["-p", &scene, "-p", "real_time_factor:=0.5"];
+        let propagator = hosts.a.node("propagator", &arguments);
+        propagator.await_ready();
+        let arguments = ["/lgvi_propagator/odometry/body", "--count", "350"];
+        let listener = hosts.b.ros_python("ros2_listener.py", &arguments);
+        eventually("a message", || {
+            listener.stdout().contains("hears").then_some(())
+        });
+
+        hosts.cut(Cut::Silent);
+        thread::sleep(OUTAGE);
+        hosts.mend(Cut::Silent);
+        let listener = listener.finish().expect(0);
+        let heard: serde_json::Value =
+            serde_json::from_str(listener.stdout.lines().last().unwrap()).unwrap();
+        assert_eq!(heard["steps"], serde_json::json!([10_000_000]));
+        let nodes = serde_json::json!(["/lgvi_propagator", "/listener"]);
+        assert_eq!(heard["nodes"], nodes);
+        propagator.stop().expect(0);
     });
 }

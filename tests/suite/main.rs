@@ -27,4 +27,5 @@ mod reference_bags;
 mod replay;
 mod scenes;
 mod shutdown;
+mod two_hosts;
 mod waiting;

@@ -16,6 +16,8 @@ mod one_flight;
 mod outsider;
 mod pace;
 mod planning;
+mod real_cdr;
+mod real_ros;
 mod recorder;
 mod reference_bags;
 mod replay;

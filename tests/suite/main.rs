@@ -22,6 +22,8 @@ mod packages;
 mod parameter_files;
 mod planning;
 mod plugging_in;
+mod real_cdr;
+mod real_ros;
 mod recorder;
 mod reference_bags;
 mod replay;

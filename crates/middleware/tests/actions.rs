@@ -23,6 +23,7 @@ use lgvi_msgs::{
     action_msgs::srv::CancelGoalResponse,
     builtin_interfaces::Time,
     geometry_msgs::Vector3,
+    msg::ControlSequence,
 };
 
 const PATIENCE: Duration = Duration::from_secs(20);

@@ -36,9 +36,32 @@ pub(crate) struct Follower {
     scene: Arc<Scene>,
     shm: StateSubscriber,
     ros: Option<Subscription<SystemState>>,
+    /// What has come over shared memory, and over DDS.
+    shm_lane: Lane,
+    ros_lane: Lane,
+    /// How often the flight has begun anew.
+    course: u64,
     latest: Option<Observed>,
     /// Steps and when they were heard, oldest first, over the last [`WINDOW`].
     marks: VecDeque<(u64, Instant)>,
+}
+
+/// A way by which states come, one after the other. Those of two ways may be far apart.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lane {
+    /// The last state's step.
+    last: Option<u64>,
+    /// How often the step has become lower: the flight has begun anew.
+    course: u64,
+}
+
+impl Lane {
+    /// Takes note of the next state; whether it is one of the step before, which has been changed.
+    fn pass(&mut self, step: u64) -> bool {
+        let last = self.last.replace(step);
+        self.course += u64::from(last.is_some_and(|last| step < last));
+        last == Some(step)
+    }
 }
 
 impl Follower {
@@ -55,6 +78,9 @@ impl Follower {
                 .map_err(NodeError::runtime)?,
             ros: ros.map(subscribe).transpose().map_err(NodeError::runtime)?,
             scene,
+            shm_lane: Lane::default(),
+            ros_lane: Lane::default(),
+            course: 0,
             latest: None,
             marks: VecDeque::new(),
         })
@@ -67,7 +93,8 @@ impl Follower {
         while taken < BUFFER {
             match self.shm.receive() {
                 Ok(Some(sample)) => {
-                    last = Some(sample);
+                    let changed = self.shm_lane.pass(sample.header().step);
+                    last = Some((sample, changed));
                     taken += 1;
                 }
                 Ok(None) => break,
@@ -77,13 +104,18 @@ impl Follower {
                 }
             }
         }
-        if let Some(sample) = last {
-            self.hear(sample.header(), sample.elements(), now);
+        if let Some((sample, changed)) = last {
+            let arrival = (self.shm_lane.course, changed, now);
+            self.hear(sample.header(), sample.elements(), arrival);
         }
         while let Some(ros) = &self.ros {
             match ros.take() {
                 Ok(Some(sample)) => match StateHeader::from_message(&sample.message) {
-                    Ok((header, bodies)) => self.hear(&header, &bodies, now),
+                    Ok((header, bodies)) => {
+                        let changed = self.ros_lane.pass(header.step);
+                        let arrival = (self.ros_lane.course, changed, now);
+                        self.hear(&header, &bodies, arrival);
+                    }
                     Err(error) => warn!("state ignored: {error}"),
                 },
                 Ok(None) => break,
@@ -96,24 +128,38 @@ impl Follower {
         taken > BUFFER / 8
     }
 
-    /// Takes note of a state that is newer than those before.
-    fn hear(&mut self, header: &StateHeader, bodies: &[BodySample], at: Instant) {
+    /// Takes note of a state, with the course of the way by which it has come, whether it is a change of the one before,
+    /// and when it was heard, if it is newer than those before.
+    fn hear(
+        &mut self,
+        header: &StateHeader,
+        bodies: &[BodySample],
+        (course, changed, at): (u64, bool, Instant),
+    ) {
         let step = header.step;
-        if self
-            .latest
-            .as_ref()
-            .is_some_and(|latest| latest.step >= step)
-        {
+        let known = self.latest.as_ref().filter(|_| course == self.course);
+        let old =
+            known.is_some_and(|latest| latest.step > step || (latest.step == step && !changed));
+        if old || course < self.course {
             return;
         }
         let Some(observed) = observed(&self.scene, header, bodies, at) else {
             return;
         };
+        if course > self.course {
+            self.course = course;
+            self.marks.clear();
+        }
         self.latest = Some(observed);
         self.marks.push_back((step, at));
         while self.marks.len() > 2 && at.duration_since(self.marks[1].1) > WINDOW {
             self.marks.pop_front();
         }
+    }
+
+    /// How often the flight has begun anew, at step 0 again.
+    pub(crate) fn course(&self) -> u64 {
+        self.course
     }
 
     /// The last state heard.

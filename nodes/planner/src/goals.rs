@@ -21,7 +21,7 @@ pub(crate) struct Goal {
 
 /// A newer goal takes the place of those that are `waiting`; while the node is not active, none is accepted.
 pub(crate) fn decide(goal: &PlanManeuverGoal, waiting: usize, active: bool) -> Decision {
-    if !active || !(goal.deadline.is_finite() && goal.deadline >= 0.0) {
+    if !(active && goal.deadline.is_finite() && goal.deadline >= 0.0) {
         Decision::Refuse
     } else if waiting > 0 {
         Decision::Preempt

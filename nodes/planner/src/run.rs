@@ -85,6 +85,8 @@ impl Managed for Planner {
             current: None,
             waiting: None,
             sequences: Vec::new(),
+            initial: None,
+            course: 0,
             maneuver,
             scene,
         })

@@ -16,7 +16,8 @@ use lgvi_msgs::rcl_interfaces::Log;
 use lgvi_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use lgvi_node::Event;
 use lgvi_tests::{
-    Operator, PATIENCE, Process, Recording, World, coast, edited, eventually, publish, root, scene,
+    Operator, PATIENCE, Process, Recording, World, binary, coast, edited, eventually, publish,
+    root, scene,
 };
 
 const STATE: &str = "/lgvi_propagator/state";
@@ -264,7 +265,7 @@ fn a_flight_that_was_interrupted_goes_on_bit_for_bit() {
     operator.lead(&["deactivate"]);
     // What was still on its way.
     while states
-        .recv_timeout(Duration::from_millis(200))
+        .recv_timeout(Duration::from_millis(500))
         .unwrap()
         .is_some()
     {}
@@ -389,7 +390,7 @@ fn a_player_pauses_while_it_is_inactive() {
     };
     (0..100).for_each(|_| assert!(hear(PATIENCE)));
     operator.lead(&["deactivate"]);
-    while hear(Duration::from_millis(200)) {}
+    while hear(Duration::from_millis(500)) {}
     assert!(!hear(Duration::from_millis(300)));
     operator.lead(&["activate"]);
     while steps.len() < total as usize {
@@ -422,7 +423,11 @@ struct Peer {
 #[test]
 fn a_stranger_leads_a_node_as_ros_does() {
     let world = World::new();
-    let node = world.node("propagator", &[MANAGED, &flying("free_body")]);
+    let mut command = world.command(&binary("lgvi_propagator"));
+    command
+        .env("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
+        .args(["--ros-args", "-p", MANAGED, "-p", &flying("free_body")]);
+    let node = world.start("propagator", command);
     let process = world.python("cyclone_lifecycle_peer.py", &["/lgvi_propagator"]);
     let mut peer = Peer { process, heard: 0 };
     eventually("the peer to find the node", || {

@@ -123,9 +123,13 @@ impl FlightBag {
         if sequence == expected {
             return Ok(());
         }
-        let topic = &self.topics.state;
+        let Topics {
+            state,
+            intervention,
+            ..
+        } = &self.topics;
         Err(self.refuse(&format!(
-            "{topic}: sequence {sequence} follows {expected} states: some are missing"
+            "{state}: sequence {sequence} follows {expected} states: some are missing, or a reset on {intervention} is"
         )))
     }
 

@@ -207,3 +207,25 @@ fn observed(
         at,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lower_step_begins_a_course_and_the_same_is_a_changed_state() {
+        let mut lane = Lane::default();
+        let passed = [0, 5, 5, 9, 0, 0, 3, 2].map(|step| (lane.pass(step), lane.course));
+        let expected = [
+            (false, 0),
+            (false, 0),
+            (true, 0),
+            (false, 0),
+            (false, 1),
+            (true, 1),
+            (false, 1),
+            (false, 2),
+        ];
+        assert_eq!(passed, expected);
+    }
+}

@@ -281,7 +281,11 @@ impl Propagator {
             }
         }
         self.advance()?;
-        self.publish(Wait::AsConfigured)?;
+        // Steps that were asked for have the time that it takes.
+        self.publish(match self.stepping {
+            None => Wait::AsConfigured,
+            Some(_) => Wait::ForRoom,
+        })?;
         if self.told.elapsed() >= PROGRESS {
             self.told = Instant::now();
             node.report(&Event::Flying { step: next });

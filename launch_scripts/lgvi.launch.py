@@ -1,64 +1,67 @@
-"""Starts the nodes of one flight under `ros2 launch`.
+"""Starts the nodes of one flight: `ros2 launch lgvi lgvi.launch.py scene:=… [bag:=…]`; --show-args lists the arguments."""
 
-ros2 launch launch_scripts/lgvi.launch.py scene:=scenes/inclination_change.toml bag:=/tmp/flight
-
-The node binaries (lgvi_propagator, lgvi_planner, lgvi_recorder) must be on the PATH, as after
-`cargo install --path nodes/propagator` and so on. Arguments:
-
-scene             path of the scene file (required)
-bag               directory of the bag, which must not exist; empty: nothing is recorded
-plan              whether to start the planner (true)
-real_time_factor  simulated seconds a second; 0: as fast as possible, without loss (1.0)
-"""
+import os
+import sys
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess
-from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PythonExpression
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from lgvi_nodes import common_arguments, managed_node, rviz, rviz_argument, typed, value
 
 
-def node(name, parameters, remaps=(), condition=None):
-    """A node's process; parameters are pairs of a name and the substitutions of its value."""
-    command = [name, "--ros-args"]
-    for parameter, value in parameters:
-        command += ["-p", [parameter, ":=", *value]]
-    for remap in remaps:
-        command += ["-r", remap]
-    return ExecuteProcess(cmd=command, name=name, output="screen", condition=condition)
+def nodes(context):
+    """The flight's nodes; the recorder first, which also hears their first words then."""
+    scene = value(context, "scene")
+    bag = value(context, "bag")
+    namespace = (value(context, "namespace") or "").strip("/")
+    propagator = "lgvi_propagator"
+    root = f"/{namespace}/" if namespace else "/"
+    recorder = {
+        "output": bag,
+        "states": [f"{root}{propagator}/state"],
+        # Else a bag would not be the flight's but that of its reception.
+        "use_sim_time": typed(context, "use_sim_time") or True,
+    }
+    flight = {
+        "scene": scene,
+        "real_time_factor": typed(context, "real_time_factor"),
+        # A recorded flight begins when the recorder listens.
+        "await_subscribers": 1 if bag else None,
+    }
+    started = []
+    if bag:
+        started.append(managed_node(context, "recorder", recorder))
+    if value(context, "plan") == "true":
+        remappings = [("~/state", f"{propagator}/state")]
+        started.append(managed_node(context, "planner", {"scene": scene}, remappings))
+    remappings = [("~/control_sequence", "lgvi_planner/control_sequence")]
+    started.append(managed_node(context, "propagator", flight, remappings))
+    return started + rviz(context)
 
 
 def generate_launch_description():
-    scene = LaunchConfiguration("scene")
-    bag = LaunchConfiguration("bag")
-    factor = LaunchConfiguration("real_time_factor")
     return LaunchDescription(
         [
-            DeclareLaunchArgument("scene", description="path of the scene file"),
-            DeclareLaunchArgument("bag", default_value="", description="directory of the bag"),
-            DeclareLaunchArgument("plan", default_value="true", description="start the planner"),
+            DeclareLaunchArgument("scene", description="Path of the scene file"),
             DeclareLaunchArgument(
-                "real_time_factor", default_value="1.0", description="simulated seconds a second"
+                "bag",
+                default_value="",
+                description="Directory of the bag, which must not exist; empty: nothing is recorded",
             ),
-            node(
-                "lgvi_recorder",
-                [("output", ["'", bag, "'"]), ("use_sim_time", ["true"])],
-                condition=IfCondition(PythonExpression(["'", bag, "' != ''"])),
+            DeclareLaunchArgument(
+                "plan",
+                default_value="true",
+                choices=["true", "false"],
+                description="Start the planner; false: controls come from elsewhere, or never",
             ),
-            node(
-                "lgvi_planner",
-                [("scene", ["'", scene, "'"])],
-                remaps=["~/state:=/lgvi_propagator/state"],
-                condition=IfCondition(LaunchConfiguration("plan")),
+            DeclareLaunchArgument(
+                "real_time_factor",
+                default_value="",
+                description="Simulated seconds a second, at least 0; 0: as fast as possible, without loss",
             ),
-            node(
-                "lgvi_propagator",
-                [
-                    ("scene", ["'", scene, "'"]),
-                    ("real_time_factor", [factor]),
-                    # A recorded flight begins when the recorder listens.
-                    ("await_subscribers", [PythonExpression(["1 if '", bag, "' != '' else 0"])]),
-                ],
-                remaps=["~/control_sequence:=/lgvi_planner/control_sequence"],
-            ),
+            rviz_argument(),
+            *common_arguments(),
+            OpaqueFunction(function=nodes),
         ]
     )

@@ -4,6 +4,7 @@
 Needs nothing but Python 3 with venv and pip. Any number of processes may call it at the same time.
 """
 
+import contextlib
 import fcntl
 import hashlib
 import subprocess
@@ -11,32 +12,44 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-REQUIREMENTS = HERE / "requirements.txt"
-ENVIRONMENT = HERE.parents[1] / "target" / "python-env"
-STAMP = ENVIRONMENT / "requirements.sha256"
+ROOT = HERE.parents[1]
 
 
-def wanted():
-    """What the environment's stamp says when it is up to date."""
-    return hashlib.sha256(REQUIREMENTS.read_bytes() + sys.version.encode()).hexdigest()
+@contextlib.contextmanager
+def held(environment):
+    """Keeps other processes from an environment."""
+    environment.parent.mkdir(parents=True, exist_ok=True)
+    with environment.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
-def set_up(python):
-    """Makes the environment, or brings one that is there up to date."""
-    subprocess.run([sys.executable, "-m", "venv", ENVIRONMENT], check=True, stdout=sys.stderr)
-    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    subprocess.run([*install, "--requirement", REQUIREMENTS], check=True, stdout=sys.stderr)
-    STAMP.write_text(wanted())
+def once(stamp, inputs, make):
+    """Makes something, unless its stamp says that it was made by this Python from the same inputs."""
+    wanted = hashlib.sha256(b"\0".join([sys.version.encode(), *inputs])).hexdigest()
+    if not stamp.exists() or stamp.read_text() != wanted:
+        stamp.unlink(missing_ok=True)
+        make()
+        stamp.write_text(wanted)
+
+
+def interpreter(environment, requirements, *options):
+    """The Python of an environment that has exactly what is required."""
+    python = environment / "bin" / "python"
+
+    def set_up():
+        subprocess.run([sys.executable, "-m", "venv", "--clear", environment], check=True, stdout=sys.stderr)
+        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *options]
+        subprocess.run([*install, "--requirement", requirements], check=True, stdout=sys.stderr)
+
+    once(environment / "requirements.sha256", [requirements.read_bytes()], set_up)
+    return python
 
 
 def main():
-    python = ENVIRONMENT / "bin" / "python"
-    ENVIRONMENT.parent.mkdir(parents=True, exist_ok=True)
-    with ENVIRONMENT.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not STAMP.exists() or STAMP.read_text() != wanted():
-            set_up(python)
-    print(python)
+    environment = ROOT / "target" / "python-env"
+    with held(environment):
+        print(interpreter(environment, HERE / "requirements.txt"))
 
 
 if __name__ == "__main__":

@@ -9,8 +9,10 @@
 
 mod binaries;
 mod controls;
+mod cpp;
 mod domain;
 mod flight;
+mod hosts;
 mod operator;
 mod process;
 mod python;
@@ -24,11 +26,13 @@ use std::path::PathBuf;
 
 pub use binaries::binary;
 pub use controls::{coast, publish};
+pub use cpp::fast_dds;
 pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
+pub use hosts::{Cut, Host, Hosts, between_hosts};
 pub use nix::sys::signal::Signal;
 pub use operator::Operator;
 pub use process::{Finished, Process};
-pub use python::python;
+pub use python::{python, ros_python};
 pub use recording::{Record, Recording};
 pub use scenes::{edited, scene};
 pub use truth::{Deviation, Trajectory, optimal_cost};

@@ -1,69 +1,240 @@
-//! The launch file composes command lines with which the nodes' own programs fly together.
+//! The launch files compose command lines with which the nodes' own programs work together.
 
-use lgvi_msgs::msg::SystemState;
-use lgvi_tests::{Finished, Process, Recording, World, binary, root, scene, within};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
 use std::time::Duration;
 
-/// Whatever the graph has by then: the recorder of the launch file records all topics of known types.
-const EXPECTED: [&str; 5] = [
-    "/lgvi_propagator/scene",
-    "/lgvi_propagator/flown_control",
-    "/lgvi_propagator/invariants",
-    "/lgvi_propagator/odometry/spacecraft",
-    "/tf",
-];
+use lgvi_middleware::ros::Qos;
+use lgvi_msgs::msg::{Scene, SystemState};
+use lgvi_tests::{Finished, Process, Recording, World, binary, python, root, scene, within};
+use serde::Deserialize;
 
-fn start(world: &World, command: &[String]) -> Process {
-    let mut process = world.command(&binary(&command[0]));
-    process.args(&command[1..]);
-    world.start(&command[0], process)
+const FILES: [&str; 3] = ["lgvi", "node", "replay"];
+
+/// What a launch file is seen from outside.
+#[derive(Deserialize)]
+pub(crate) struct Launch {
+    /// Names and descriptions.
+    arguments: BTreeMap<String, String>,
+    /// Command lines in the order of their start.
+    pub(crate) commands: Vec<Vec<String>>,
 }
 
-#[test]
-fn a_flight_under_the_launch_file_is_recorded_whole() {
-    let world = World::new();
-    let bag = world.path("launched");
-    let file = root().join("launch_scripts/lgvi.launch.py");
-    let arguments = [
-        file.display().to_string(),
-        format!("scene:={}", scene("inclination_change").display()),
-        format!("bag:={}", bag.display()),
-    ];
-    let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
-    let composed: Finished = world
-        .python("compose_launch.py", &arguments)
-        .finish()
-        .expect(0);
-    let commands: Vec<Vec<String>> = composed.json();
-    assert_eq!(commands.len(), 3, "{commands:?}");
+/// Executes a launch file in the place of `ros2 launch`, with what is installed in `prefixes`.
+#[track_caller]
+pub(crate) fn launch(world: &World, file: &Path, arguments: &[&str], prefixes: &Path) -> Finished {
+    let mut command = world.command(&python());
+    command
+        .env("AMENT_PREFIX_PATH", prefixes)
+        .arg(root().join("tests/python/compose_launch.py"))
+        .arg(file)
+        .args(arguments);
+    world.start("compose_launch.py", command).finish()
+}
 
+/// Composes with a launch file of the repository; nothing is installed.
+#[track_caller]
+fn compose(world: &World, name: &str, arguments: &[&str]) -> Launch {
+    let file = root().join(format!("launch_scripts/{name}.launch.py"));
+    launch(world, &file, arguments, Path::new(""))
+        .expect(0)
+        .json()
+}
+
+/// Starts what a launch file has composed, and waits until the flight of `inclination_change` has been flown.
+pub(crate) fn fly(world: &World, commands: &[Vec<String>], propagator: &str) -> Vec<Process> {
     let observer = world.ros_node("observer");
-    let last = observer
-        .subscription::<SystemState>(
-            "/lgvi_propagator/state",
-            &lgvi_middleware::ros::Qos::latched(200),
-        )
+    let topic = format!("{propagator}/state");
+    let states = observer
+        .subscription::<SystemState>(&topic, &Qos::latched(200))
         .unwrap();
-    let nodes: Vec<_> = commands
+    let nodes = commands
         .iter()
-        .map(|command| start(&world, command))
+        .map(|command| start(world, command))
         .collect();
     within(Duration::from_secs(60), "the flight's last state", || {
-        let sample = last.take().unwrap()?;
+        let sample = states.take().unwrap()?;
         (sample.message.step == 1000).then_some(())
     });
+    nodes
+}
+
+/// A program with its path, or one that would be taken from the PATH.
+fn start(world: &World, command: &[String]) -> Process {
+    let program = Path::new(&command[0]);
+    let mut process = if program.is_absolute() {
+        world.command(program)
+    } else {
+        world.command(&binary(&command[0]))
+    };
+    process.args(&command[1..]);
+    let name = program.file_name().unwrap().to_string_lossy();
+    world.start(&name, process)
+}
+
+/// Tells the nodes to end, as `ros2 launch` does it when it is interrupted.
+pub(crate) fn end(nodes: Vec<Process>) {
     // The recorder drains its sources when it is told to end; it is told first.
     for node in nodes {
         node.stop().expect(0);
     }
+}
+
+/// The YAML or JSON files that a command line gives to its node.
+fn parameters(command: &[String]) -> Vec<String> {
+    command
+        .windows(2)
+        .filter(|pair| pair[0] == "--params-file")
+        .map(|pair| fs::read_to_string(&pair[1]).unwrap())
+        .collect()
+}
+
+#[test]
+fn a_flight_in_a_namespace_under_the_launch_file_is_recorded_whole() {
+    let world = World::new();
+    let bag = world.path("launched");
+    let params = world.path("params.yaml");
+    let section = "/**/lgvi_propagator: {ros__parameters: {real_time_factor: 0.0}}";
+    fs::write(&params, section).unwrap();
+    let launched = compose(
+        &world,
+        "lgvi",
+        &[
+            &format!("scene:={}", scene("inclination_change").display()),
+            &format!("bag:={}", bag.display()),
+            &format!("params_file:={}", params.display()),
+            "namespace:=chaser",
+            "log_level:=info",
+        ],
+    );
+    assert_eq!(launched.commands.len(), 3, "{:?}", launched.commands);
+    end(fly(&world, &launched.commands, "/chaser/lgvi_propagator"));
 
     let recording = Recording::read(&bag);
     let counts = recording.counts();
-    for topic in EXPECTED {
+    for topic in [
+        "/chaser/lgvi_propagator/scene",
+        "/chaser/lgvi_propagator/flown_control",
+        "/chaser/lgvi_propagator/invariants",
+        "/chaser/lgvi_propagator/odometry/spacecraft",
+        "/chaser/lgvi_planner/control_sequence",
+        "/tf",
+    ] {
         assert!(
             counts.contains_key(topic),
             "{topic} is not among {counts:?}"
         );
     }
     world.verify_agrees(&bag, 1001);
+}
+
+#[test]
+fn a_bag_is_replayed_by_its_launch_file() {
+    let world = World::new();
+    let (_, bag) = world.fly(&scene("inclination_change"), "flight");
+    let bag = format!("bag:={}", bag.display());
+    let arguments = [bag.as_str(), "rate:=0", "await_subscribers:=0"];
+    let launched = compose(&world, "replay", &arguments);
+    let [player] = launched.commands.as_slice() else {
+        panic!("{:?}", launched.commands);
+    };
+    start(&world, player).finish().expect(0);
+}
+
+#[test]
+fn one_node_is_started_with_its_parameter_file_under_another_name() {
+    let world = World::new();
+    let params = world.path("params.yaml");
+    let text = format!(
+        "/**/other: {{ros__parameters: {{scene: {:?}}}}}",
+        scene("free_body")
+    );
+    fs::write(&params, text).unwrap();
+    let params = format!("params_file:={}", params.display());
+    let arguments = ["node:=propagator", "name:=other", &params];
+    let launched = compose(&world, "node", &arguments);
+    let observer = world.ros_node("observer");
+    let scenes = observer
+        .subscription::<Scene>("/other/scene", &Qos::latched(1))
+        .unwrap();
+    let node = start(&world, &launched.commands[0]);
+    within(
+        Duration::from_secs(20),
+        "the scene of the other node",
+        || scenes.take().unwrap().map(|_| ()),
+    );
+    node.stop().expect(0);
+}
+
+#[test]
+fn arguments_become_parameters_of_their_types_and_those_left_out_do_not() {
+    let world = World::new();
+    let launched = compose(&world, "lgvi", &["scene:=1", "plan:=false"]);
+    let [propagator] = launched.commands.as_slice() else {
+        panic!("{:?}", launched.commands);
+    };
+    let expected = r#"{"/**": {"ros__parameters": {"scene": "1"}}}"#;
+    assert_eq!(parameters(propagator), [expected]);
+
+    let arguments = ["bag:=b", "rate:=0.5", "clock:=true", "autostart:=false"];
+    let launched = compose(&world, "replay", &arguments);
+    let expected = r#"{"/**": {"ros__parameters": {"autostart": false, "bag": "b", "rate": 0.5, "clock": true}}}"#;
+    assert_eq!(parameters(&launched.commands[0]), [expected]);
+}
+
+#[test]
+fn rviz_is_started_with_our_layout() {
+    let world = World::new();
+    let index = world.path("prefix/share/ament_index/resource_index/packages");
+    fs::create_dir_all(&index).unwrap();
+    fs::write(index.join("rviz2"), "").unwrap();
+    let file = root().join("launch_scripts/replay.launch.py");
+    let arguments = ["bag:=b", "rviz:=true"];
+    let launched = launch(&world, &file, &arguments, &world.path("prefix")).expect(0);
+    let launched: Launch = launched.json();
+    let [rviz, _player] = launched.commands.as_slice() else {
+        panic!("{:?}", launched.commands);
+    };
+    assert!(
+        rviz[0].ends_with("lib/rviz2/rviz2") && rviz[1] == "-d",
+        "{rviz:?}"
+    );
+    assert!(Path::new(&rviz[2]).is_file(), "{rviz:?}");
+}
+
+#[test]
+fn unusable_arguments_are_refused() {
+    let world = World::new();
+    for (name, arguments, expected) in [
+        ("lgvi", &["bag:=b"][..], "\"scene\" was not provided"),
+        ("lgvi", &["scene:=s", "plan:=maybe"], "maybe"),
+        (
+            "lgvi",
+            &["scene:=s", "params_file:=/nowhere.yaml"],
+            "/nowhere.yaml",
+        ),
+        ("node", &["node:=pilot"], "pilot"),
+        ("replay", &["bag:=b", "autostart:=perhaps"], "perhaps"),
+    ] {
+        let file = root().join(format!("launch_scripts/{name}.launch.py"));
+        launch(&world, &file, arguments, Path::new(""))
+            .expect(1)
+            .says(&[expected]);
+    }
+}
+
+#[test]
+fn every_argument_is_described_in_the_file_and_in_the_readme() {
+    let world = World::new();
+    let readme = fs::read_to_string(root().join("launch_scripts/README.md")).unwrap();
+    for name in FILES {
+        for (argument, description) in compose(&world, name, &[]).arguments {
+            assert!(!description.is_empty(), "{name}: {argument}");
+            assert!(
+                readme.contains(&format!("| `{argument}` |")),
+                "{name}: {argument} is not in the README's tables"
+            );
+        }
+    }
 }

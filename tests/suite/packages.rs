@@ -1,0 +1,194 @@
+//! The nodes are a ROS 2 package: colcon finds, builds and installs it, and what is installed is launched.
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use lgvi_tests::{World, binary, root, ros_python};
+
+use crate::launch_file::{Launch, end, fly, launch};
+
+const PROGRAMS: [&str; 5] = [
+    "lgvi",
+    "lgvi_planner",
+    "lgvi_player",
+    "lgvi_propagator",
+    "lgvi_recorder",
+];
+
+/// A stand-in for cargo: what would be built is built already, all else is done by cargo itself.
+const CARGO: &str = r#"#!/bin/sh
+case $1 in
+    ament-build) exec cargo-ament-build "$@" ;;
+    build) echo "$@" >> BUILT ;;
+    *) exec CARGO "$@" ;;
+esac
+"#;
+
+/// A command of the ROS environment, before which the stand-in for cargo is found.
+fn command(world: &World, program: &str) -> Command {
+    let environment = ros_python().parent().unwrap().to_owned();
+    let cargo = world.path("bin/cargo");
+    fs::create_dir_all(cargo.parent().unwrap()).unwrap();
+    let script = CARGO
+        .replace("CARGO", env!("CARGO"))
+        .replace("BUILT", &world.path("built").display().to_string());
+    fs::write(&cargo, script).unwrap();
+    fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
+    let paths = [world.path("bin"), environment.clone()];
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let paths = paths.into_iter().chain(std::env::split_paths(&others));
+    let mut command = world.command(&environment.join(program));
+    command
+        .env("PATH", std::env::join_paths(paths).unwrap())
+        .env_remove("AMENT_PREFIX_PATH")
+        .env_remove("COLCON_PREFIX_PATH");
+    command
+}
+
+/// Has colcon install the package from the programs under test, in a shell where `prefixes` are sourced; returns the
+/// install space.
+fn build(world: &World, prefixes: Option<&Path>) -> PathBuf {
+    let built = world.path("build/lgvi");
+    if !built.exists() {
+        fs::create_dir_all(&built).unwrap();
+        let programs = binary("lgvi").parent().unwrap().to_owned();
+        symlink(programs, built.join("release")).unwrap();
+    }
+    let package = root().canonicalize().unwrap().join("nodes/lgvi");
+    let mut colcon = command(world, "colcon");
+    colcon
+        .args(["build", "--base-paths"])
+        .arg(&package)
+        .args(["--cargo-args", "--release"])
+        .envs(prefixes.map(|prefixes| ("AMENT_PREFIX_PATH", prefixes)));
+    world.start("colcon", colcon).finish().expect(0);
+    let built = fs::read_to_string(world.path("built")).unwrap();
+    let manifest = package.join("Cargo.toml");
+    for argument in [&manifest.display().to_string(), "--release"] {
+        assert!(built.contains(argument), "{argument} is not in {built}");
+    }
+    world.path("install")
+}
+
+/// Where ROS 2 looks for packages once the workspace's set-up file has been sourced.
+fn prefixes(world: &World, install: &Path) -> PathBuf {
+    let mut shell = world.command(Path::new("/bin/sh"));
+    shell
+        .args([
+            "-c",
+            ". ./install/local_setup.sh && printenv AMENT_PREFIX_PATH",
+        ])
+        .env("COLCON_CURRENT_PREFIX", install);
+    let sourced = world.start("local_setup.sh", shell).finish().expect(0);
+    sourced.stdout.trim().into()
+}
+
+/// All files below a directory that have this name.
+fn named(directory: &Path, name: &str) -> usize {
+    let entries = fs::read_dir(directory).unwrap().flatten();
+    entries
+        .map(|entry| match entry.path() {
+            path if path.is_dir() => named(&path, name),
+            path => usize::from(path.ends_with(name)),
+        })
+        .sum()
+}
+
+#[test]
+fn colcon_finds_the_messages_and_the_nodes_and_no_other_crate() {
+    let world = World::new();
+    let mut colcon = command(&world, "colcon");
+    colcon
+        .args(["list", "--base-paths"])
+        .arg(root().canonicalize().unwrap());
+    let listed = world.start("colcon", colcon).finish().expect(0).stdout;
+    let mut packages: Vec<(&str, &str)> = listed
+        .lines()
+        .filter_map(|line| Some((line.split('\t').next()?, line.split('\t').nth(2)?)))
+        .collect();
+    packages.sort_unstable();
+    assert_eq!(
+        packages,
+        [
+            ("lgvi", "(ament_cargo)"),
+            ("lgvi_msgs", "(ros.ament_cmake)")
+        ]
+    );
+}
+
+#[test]
+fn what_colcon_installs_is_found_by_ros_and_flies() {
+    let world = World::new();
+    let install = build(&world, None);
+    let prefixes = prefixes(&world, &install);
+
+    // As `ros2 pkg`, `ros2 run` and `ros2 launch` look for it: by the index, in `lib`, and anywhere in `share`.
+    let find = "from ament_index_python.packages import *
+print(get_packages_with_prefixes()['lgvi'], get_package_share_directory('lgvi'))";
+    let mut python = world.command(&ros_python());
+    python
+        .env("AMENT_PREFIX_PATH", &prefixes)
+        .args(["-c", find]);
+    let found = world.start("ament_index_python", python).finish().expect(0);
+    let (prefix, share) = (install.join("lgvi"), install.join("lgvi/share/lgvi"));
+    assert_eq!(
+        found.stdout.trim(),
+        format!("{} {}", prefix.display(), share.display())
+    );
+    let programs = fs::read_dir(prefix.join("lib/lgvi")).unwrap().flatten();
+    let mut programs: Vec<_> = programs.map(|entry| entry.file_name()).collect();
+    programs.sort();
+    assert_eq!(programs, PROGRAMS);
+    for file in [
+        "lgvi.launch.py",
+        "node.launch.py",
+        "replay.launch.py",
+        "lgvi.rviz",
+        "free_body.toml",
+    ] {
+        assert_eq!(named(&share, file), 1, "{file} in {}", share.display());
+    }
+
+    let bag = world.path("flight");
+    let arguments = [
+        format!(
+            "scene:={}",
+            share.join("scenes/inclination_change.toml").display()
+        ),
+        format!("bag:={}", bag.display()),
+    ];
+    let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
+    let file = share.join("launch_scripts/lgvi.launch.py");
+    let launched: Launch = launch(&world, &file, &arguments, &prefixes)
+        .expect(0)
+        .json();
+    for command in &launched.commands {
+        let program = Path::new(&command[0]);
+        assert!(program.starts_with(&prefix), "{command:?}");
+    }
+    end(fly(&world, &launched.commands, "/lgvi_propagator"));
+    world.verify_agrees(&bag, 1001);
+}
+
+#[test]
+fn what_is_installed_stops_no_other_build() {
+    let world = World::new();
+    let install = build(&world, None);
+    // From a shell in which the workspace has been sourced colcon offers what is installed to all builds, by [patch].
+    build(&world, Some(&prefixes(&world, &install)));
+    let config = fs::read_to_string(world.path(".cargo/config.toml")).unwrap();
+    assert!(config.contains("[patch.crates-io.lgvi]"), "{config}");
+
+    let other = world.path("other");
+    fs::create_dir_all(other.join("src")).unwrap();
+    fs::write(other.join("src/lib.rs"), "").unwrap();
+    let manifest = "[package]\nname = \"other\"\nedition = \"2024\"\n";
+    fs::write(other.join("Cargo.toml"), manifest).unwrap();
+    let mut cargo = world.command(Path::new(env!("CARGO")));
+    cargo
+        .args(["metadata", "--offline", "--format-version", "1"])
+        .current_dir(&other);
+    world.start("cargo", cargo).finish().expect(0);
+}

@@ -471,7 +471,13 @@ fn a_flight_that_is_planned_anew_is_so_after_a_reset_too() {
     });
     let reply = reset.call(&TriggerRequest::default(), PATIENCE).unwrap();
     assert!(reply.success, "{}", reply.message);
-    let summary: Summary = flight.finish().expect(0).json();
+    let finished = flight.finish().expect(0);
+    assert!(
+        !finished.stderr.contains("no picture"),
+        "{}",
+        finished.stderr
+    );
+    let summary: Summary = finished.json();
     assert_eq!(summary.lost, Some(0));
     assert_eq!(summary.recorded[INTERVENTION], 1);
     assert_eq!(summary.published[INTERVENTION], 1);

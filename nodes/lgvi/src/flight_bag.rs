@@ -80,12 +80,7 @@ impl FlightBag {
         self.interventions.len()
     }
 
-    /// All control sequences in the order of their acceptance, checked against the scene.
-    pub(crate) fn controls(&self) -> impl Iterator<Item = Result<Controls, NodeError>> {
-        self.check(&self.sequences)
-    }
-
-    /// The same of some of them.
+    /// Control sequences of it, checked against the scene.
     pub(crate) fn check(
         &self,
         sequences: &[ControlSequence],

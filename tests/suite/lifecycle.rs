@@ -325,6 +325,31 @@ fn a_planner_takes_goals_only_while_it_is_active() {
 }
 
 #[test]
+fn an_inactive_planner_keeps_no_flight_waiting() {
+    let world = World::new();
+    let mut command = world.command(&binary("lgvi_planner"));
+    let remapped = "~/state:=/lgvi_propagator/state";
+    command
+        .args(["--ros-args", "-r", remapped, "-p", MANAGED, "-p"])
+        .args([&flying("inclination_change"), "-p", "plan_at_start:=false"]);
+    let planner = world.start("planner", command);
+    let operator = world.operator("lgvi_planner");
+    operator.lead(&["configure", "activate", "deactivate"]);
+    // More states than have room to wait, and none may be lost.
+    let parameters = [&*flying("free_body"), "real_time_factor:=0.0"];
+    let propagator = world.node("propagator", &parameters);
+    let report = propagator.await_event("flown", |event| match event {
+        Event::Flown(report) => Some(report.clone()),
+        _ => None,
+    });
+    assert_eq!((report.steps, report.refused), (10_000, 0));
+    // Nobody is waited for as long as for who does not keep up, 5 s.
+    assert!(report.seconds < 4.0, "{} s", report.seconds);
+    propagator.stop().expect(0);
+    planner.stop().expect(0);
+}
+
+#[test]
 fn a_recorder_makes_a_bag_each_time_that_it_is_active() {
     let world = World::new();
     let [first, second] = ["first", "second"].map(|name| world.path(name));

@@ -34,7 +34,10 @@ pub(crate) struct Observed {
 /// Follows a flight by its states, over shared memory and, where asked for, over DDS.
 pub(crate) struct Follower {
     scene: Arc<Scene>,
-    shm: StateSubscriber,
+    topic: String,
+    node: ShmNode,
+    /// While it follows: one that takes nothing would have a flight wait that is to lose nothing.
+    shm: Option<StateSubscriber>,
     ros: Option<Subscription<SystemState>>,
     /// What has come over shared memory, and over DDS.
     shm_lane: Lane,
@@ -73,9 +76,9 @@ impl Follower {
     ) -> Result<Self, NodeError> {
         let subscribe = |ros: &RosNode| ros.subscription(topic, &Qos::sensor(8));
         Ok(Self {
-            shm: shm
-                .state_subscriber(topic, BUFFER)
-                .map_err(NodeError::runtime)?,
+            topic: topic.to_owned(),
+            node: shm.clone(),
+            shm: None,
             ros: ros.map(subscribe).transpose().map_err(NodeError::runtime)?,
             scene,
             shm_lane: Lane::default(),
@@ -86,12 +89,24 @@ impl Follower {
         })
     }
 
+    /// Begins to follow, or goes on.
+    pub(crate) fn begin(&mut self) -> Result<(), NodeError> {
+        let subscriber = self.node.state_subscriber(&self.topic, BUFFER);
+        self.shm = Some(subscriber.map_err(NodeError::runtime)?);
+        Ok(())
+    }
+
+    /// Follows no more for now.
+    pub(crate) fn end(&mut self) {
+        self.shm = None;
+    }
+
     /// Takes in what has come since; whether that was so much that the next look should come soon.
     pub(crate) fn look(&mut self) -> bool {
         let now = Instant::now();
         let (mut taken, mut last) = (0, None);
-        while taken < BUFFER {
-            match self.shm.receive() {
+        while let Some(shm) = self.shm.as_mut().filter(|_| taken < BUFFER) {
+            match shm.receive() {
                 Ok(Some(sample)) => {
                     let changed = self.shm_lane.pass(sample.header().step);
                     last = Some((sample, changed));

@@ -106,6 +106,7 @@ impl Planner {
 
     /// Ends what is under way: nobody waits for it.
     pub(crate) fn leave(&mut self) {
+        self.follower.end();
         let body = self.maneuver.body;
         let why = (Reason::Cancelled, "the planner stops");
         if let Some(current) = self.current.take() {

@@ -93,6 +93,10 @@ impl Managed for Planner {
         })
     }
 
+    fn activate(&mut self, _: &Node) -> Result<(), NodeError> {
+        self.follower.begin()
+    }
+
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
         let own: bool = node
             .parameters

@@ -5,6 +5,7 @@
     ros2_peer.py echo /lgvi_propagator/scene lgvi_msgs/msg/Scene --qos latched
     ros2_peer.py publish /lgvi_propagator/control_sequence lgvi_msgs/msg/ControlSequence --file control.json
     ros2_peer.py call /lgvi_propagator/step lgvi_msgs/srv/Step '{"steps": 3}'
+    ros2_peer.py calls '[["/lgvi_propagator/step", "lgvi_msgs/srv/Step", {"steps": 3}], …]'
     ros2_peer.py act /lgvi_planner/plan_maneuver lgvi_msgs/action/PlanManeuver '{"first_step": 0, …}' --cancel-after 3
 
 Prints what it hears as JSON lines; messages as ros2_messages.py has them. Exits with 0 when it is done and with 1 when
@@ -126,10 +127,22 @@ def publish(peer, args):
 @case(("service", {}), ("type", {}), ("request", {"type": json.loads}))
 def call(peer, args):
     """Calls a service and prints its response."""
-    kind = interface(args.type)
-    client = peer.node.create_client(kind, args.service)
-    peer.matched(f"the service {args.service}", client.service_is_ready)
-    response = peer.answer("the response", client.call_async(from_plain(kind.Request, args.request)))
+    respond(peer, args.service, args.type, args.request)
+
+
+@case(("calls", {"type": json.loads, "metavar": "[[SERVICE, TYPE, REQUEST], …]"}))
+def calls(peer, args):
+    """Calls services one after the other and prints their responses."""
+    for service, kind, request in args.calls:
+        respond(peer, service, kind, request)
+
+
+def respond(peer, service, kind, request):
+    """Has a service called, and prints its response."""
+    kind = interface(kind)
+    client = peer.node.create_client(kind, service)
+    peer.matched(f"the service {service}", client.service_is_ready)
+    response = peer.answer("the response", client.call_async(from_plain(kind.Request, request)))
     say(to_plain(response))
 
 

@@ -63,6 +63,8 @@ pub struct Failure {
 pub struct Verdict {
     /// Control sequences that were flown.
     pub sequences: usize,
+    /// Resets, and states set.
+    pub interventions: usize,
     /// States compared, the differing one included.
     pub states: u64,
     /// The first difference.

@@ -36,7 +36,7 @@ pub struct Process {
     child: Child,
     printed: Arc<Printed>,
     readers: Vec<JoinHandle<()>>,
-    _stdin: Option<ChildStdin>,
+    stdin: Option<ChildStdin>,
 }
 
 /// A program that has ended.
@@ -77,7 +77,7 @@ impl Process {
         ];
         Self {
             readers: readers.into_iter().flatten().collect(),
-            _stdin: child.stdin.take(),
+            stdin: child.stdin.take(),
             child,
             printed,
         }
@@ -86,6 +86,11 @@ impl Process {
     /// Its process id.
     pub fn pid(&self) -> i32 {
         i32::try_from(self.child.id()).expect("a process id")
+    }
+
+    /// Its standard input.
+    pub fn stdin(&mut self) -> &mut ChildStdin {
+        self.stdin.as_mut().expect("a pipe")
     }
 
     /// Its standard output so far.

@@ -9,7 +9,7 @@ use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::Event;
 use lgvi_tests::{Process, Recording, World, edited, root, scene};
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 const CONTROL: &str = "/lgvi_propagator/control_sequence";
 const STATE: &str = "/lgvi_propagator/state";
@@ -235,4 +235,77 @@ fn an_action_client_of_ros_2_cancels_its_goal_and_hears_why_another_is_not_accep
         [serde_json::json!({ "accepted": false })]
     );
     planner.stop().expect(0);
+}
+
+#[test]
+fn a_ros_2_client_manages_the_propagator_and_intervenes_in_its_flight() {
+    let world = World::new();
+    let scene = format!("scene:={}", scene("free_body").display());
+    let propagator = world.node("propagator", &["autostart:=false", &scene]);
+    let state = || ("get_state", "lifecycle_msgs/srv/GetState", json!({}));
+    let change = |id: u8, label: &str| {
+        let transition = json!({"transition": {"id": id, "label": label}});
+        ("change_state", "lifecycle_msgs/srv/ChangeState", transition)
+    };
+    let graph = "lifecycle_msgs/srv/GetAvailableTransitions";
+    let trigger = "std_srvs/srv/Trigger";
+    let body = json!({
+        "name": "body", "position": [1.0, 2.0, 3.0], "linear_momentum": [0.0, 0.0, 0.0],
+        "attitude": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], "angular_momentum": [0.0, 0.0, 1.0],
+    });
+    let calls = [
+        change(3, "activate"),
+        change(1, "configure"),
+        change(3, ""),
+        state(),
+        ("get_available_transitions", graph, json!({})),
+        ("pause", "std_srvs/srv/SetBool", json!({"data": true})),
+        ("reset", trigger, json!({})),
+        ("step", "lgvi_msgs/srv/Step", json!({"steps": 9})),
+        (
+            "set_state",
+            "lgvi_msgs/srv/SetState",
+            json!({"bodies": [body.clone()]}),
+        ),
+        (
+            "set_state",
+            "lgvi_msgs/srv/SetState",
+            json!({"bodies": [body.clone(), body]}),
+        ),
+        change(0, "deactivate"),
+        ("reset", trigger, json!({})),
+        change(2, "cleanup"),
+        change(5, "shutdown"),
+        state(),
+    ];
+    let calls = calls.map(|(service, kind, request)| {
+        json!([format!("/lgvi_propagator/{service}"), kind, request])
+    });
+    let calls = Value::from(calls.to_vec()).to_string();
+    let responses = lines(world.ros_python("ros2_peer.py", &["calls", &calls]));
+    let success = |response: usize| responses[response]["success"] == json!(true);
+    let expected = [false, true, true];
+    assert_eq!(
+        [success(0), success(1), success(2)],
+        expected,
+        "{responses:?}"
+    );
+    assert_eq!(
+        responses[3]["current_state"],
+        json!({"id": 3, "label": "active"})
+    );
+    let transitions = responses[4]["available_transitions"].as_array().unwrap();
+    let labels = transitions.iter().map(|edge| &edge["transition"]["label"]);
+    assert!(labels.eq(["deactivate", "shutdown"]), "{transitions:?}");
+    assert!(success(5) && success(6), "{responses:?}");
+    assert_eq!(responses[7]["step"], 9, "{}", responses[7]);
+    assert!(success(8) && responses[8]["step"] == 9, "{}", responses[8]);
+    assert!(!success(9), "{}", responses[9]);
+    assert!(success(10) && !success(11), "{responses:?}");
+    assert!(success(12) && success(13), "{responses:?}");
+    assert_eq!(
+        responses[14]["current_state"],
+        json!({"id": 4, "label": "finalized"})
+    );
+    propagator.stop().expect(0);
 }

@@ -25,7 +25,16 @@ pub trait Managed: Sized {
     /// The node stays unconfigured, and ends where nobody manages it.
     fn configure(node: &Node) -> Result<Self, NodeError>;
 
-    /// Works, as long as the node is active; called anew each time that it becomes so.
+    /// Opens what it needs only while it is active; called before each [`run`](Self::run) that follows an activation.
+    ///
+    /// # Errors
+    /// The node stays inactive, and ends where nobody manages it.
+    fn activate(&mut self, _: &Node) -> Result<(), NodeError> {
+        Ok(())
+    }
+
+    /// Works, as long as the node is active; called anew each time that it becomes so, and where it stays so after an
+    /// interruption.
     ///
     /// # Errors
     /// The node cannot go on: it is cleaned up, and ends where nobody manages it.
@@ -129,7 +138,11 @@ impl<M: Managed> Life<'_, M> {
                 }
                 Err(error) => (Outcome::Failure, Err(error)),
             },
-            Change::Activate | Change::Deactivate => (Outcome::Success, Ok(())),
+            Change::Activate => match self.activate() {
+                Ok(()) => (Outcome::Success, Ok(())),
+                Err(error) => (Outcome::Failure, Err(error)),
+            },
+            Change::Deactivate => (Outcome::Success, Ok(())),
             Change::CleanUp | Change::Shutdown => match self.clean_up() {
                 Ok(()) => (Outcome::Success, Ok(())),
                 // What is left is given back all the same.
@@ -140,7 +153,12 @@ impl<M: Managed> Life<'_, M> {
         self.node.parameters.configured(self.configured.is_some());
         let state = lifecycle.state();
         info!("{}", state.label());
-        if change == Change::Configure && changed.is_ok() {
+        let ready = if self.node.autostart {
+            Change::Activate
+        } else {
+            Change::Configure
+        };
+        if change == ready && changed.is_ok() {
             self.node.report(&Event::Ready);
         }
         changed
@@ -160,6 +178,12 @@ impl<M: Managed> Life<'_, M> {
             Outcome::Failure
         });
         self.node.parameters.configured(false);
+    }
+
+    fn activate(&mut self) -> Result<(), NodeError> {
+        self.configured
+            .as_mut()
+            .map_or(Ok(()), |configured| configured.activate(self.node))
     }
 
     fn clean_up(&mut self) -> Result<(), NodeError> {

@@ -1,14 +1,17 @@
 //! A recorded flight: the bag of one propagator, with its scene and the controls that were flown.
 
 use std::fmt::Display;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use lgvi_bag::{BagReader, Message, Topic};
-use lgvi_msgs::msg::{self, ControlSequence, SystemState};
+use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::NodeError;
 use lgvi_propagator::Controls;
 use lgvi_scene::Scene;
+
+use crate::course::Course;
 
 /// An open bag that holds a flight.
 pub(crate) struct FlightBag {
@@ -20,6 +23,7 @@ pub(crate) struct FlightBag {
     /// What flew it.
     pub(crate) software: String,
     sequences: Vec<ControlSequence>,
+    interventions: Vec<Intervention>,
 }
 
 /// The topics of one propagator, by the name of its scene topic.
@@ -27,6 +31,14 @@ struct Topics {
     scene: String,
     state: String,
     flown: String,
+    intervention: String,
+}
+
+/// What a flight has been given, each kind in the order in which it was.
+struct Given {
+    scene: msg::Scene,
+    sequences: Vec<ControlSequence>,
+    interventions: Vec<Intervention>,
 }
 
 impl FlightBag {
@@ -34,7 +46,11 @@ impl FlightBag {
     pub(crate) fn open(path: &Path) -> Result<Self, NodeError> {
         let reader = BagReader::open(path).map_err(|error| refuse(path, &error))?;
         let topics = Topics::of(&reader).map_err(|error| refuse(path, &error))?;
-        let (scene, sequences) = given(&reader, &topics).map_err(|error| refuse(path, &error))?;
+        let Given {
+            scene,
+            sequences,
+            interventions,
+        } = given(&reader, &topics).map_err(|error| refuse(path, &error))?;
         let software = scene.software;
         let scene = Scene::parse(&scene.name, &scene.text).map_err(|error| refuse(path, &error))?;
         let path = path.to_owned();
@@ -45,6 +61,7 @@ impl FlightBag {
             scene,
             software,
             sequences,
+            interventions,
         })
     }
 
@@ -58,15 +75,61 @@ impl FlightBag {
         &self.topics.state
     }
 
-    /// The control sequences in the order of their acceptance, checked against the scene.
-    pub(crate) fn controls(&self) -> impl Iterator<Item = Result<Controls, NodeError>> {
-        self.sequences.iter().map(|sequence| {
+    /// How often the flight's course has been changed.
+    pub(crate) fn interventions(&self) -> usize {
+        self.interventions.len()
+    }
+
+    /// Control sequences of it, checked against the scene.
+    pub(crate) fn check(
+        &self,
+        sequences: &[ControlSequence],
+    ) -> impl Iterator<Item = Result<Controls, NodeError>> {
+        sequences.iter().map(|sequence| {
             Controls::of_message(&self.scene, sequence)
                 .map_err(|error| self.refuse(&format!("{}: {error}", self.topics.flown)))
         })
     }
 
-    /// The full-rate states in the order in which they were recorded.
+    /// The courses of the flight, of whose samples none may be missing.
+    pub(crate) fn courses(&self) -> Result<Vec<Course<'_>>, NodeError> {
+        if self.interventions.is_empty() {
+            return Ok(vec![Course {
+                controls: &self.sequences,
+                samples: 0..u64::MAX,
+                set: Vec::new(),
+            }]);
+        }
+        let samples = self
+            .states()
+            .map(|state| state.map(|state| (state.sequence, state.step)));
+        let mut samples = samples.collect::<Result<Vec<_>, _>>()?;
+        samples.sort_unstable();
+        for (expected, (sequence, _)) in (0..).zip(&samples) {
+            self.complete(*sequence, expected)?;
+        }
+        let steps: Vec<_> = samples.iter().map(|(_, step)| *step).collect();
+        Course::of(&steps, &self.sequences, &self.interventions)
+            .map_err(|error| self.refuse(&format!("{}: {error}", self.topics.intervention)))
+    }
+
+    /// Refuses a bag in which a sample has another number than expected.
+    pub(crate) fn complete(&self, sequence: u64, expected: u64) -> Result<(), NodeError> {
+        if sequence == expected {
+            return Ok(());
+        }
+        let Topics {
+            state,
+            intervention,
+            ..
+        } = &self.topics;
+        Err(self.refuse(&format!(
+            "{state}: sequence {sequence} follows {expected} states: some are missing, or a reset on {intervention} is"
+        )))
+    }
+
+    /// The full-rate states in the order in which they were recorded; where stamps tell the time, those of one course
+    /// are among those of others.
     pub(crate) fn states(&self) -> impl Iterator<Item = Result<SystemState, NodeError>> {
         self.reader.messages().filter_map(|message| match message {
             Err(error) => Some(Err(self.refuse(&error))),
@@ -74,6 +137,18 @@ impl FlightBag {
                 Some(decode(&message).map_err(|error| self.refuse(&error)))
             }
             Ok(_) => None,
+        })
+    }
+
+    /// The full-rate states with these numbers, in their order.
+    pub(crate) fn states_of(
+        &self,
+        samples: Range<u64>,
+    ) -> impl Iterator<Item = Result<SystemState, NodeError>> {
+        self.states().filter(move |state| {
+            state
+                .as_ref()
+                .map_or(true, |state| samples.contains(&state.sequence))
         })
     }
 }
@@ -90,6 +165,7 @@ impl Topics {
             scene: scene.name.clone(),
             state: format!("{node}/state"),
             flown: format!("{node}/flown_control"),
+            intervention: format!("{node}/intervention"),
         })
     }
 }
@@ -113,26 +189,29 @@ fn decode<M: RosMessage>(message: &Message<'_>) -> Result<M, String> {
         .map_err(|error| format!("{name} at {} ns: {error}", message.log_time))
 }
 
-/// The scene and the control sequences that were flown, in the order of their acceptance.
-fn given(bag: &BagReader, topics: &Topics) -> Result<(msg::Scene, Vec<ControlSequence>), String> {
+fn given(bag: &BagReader, topics: &Topics) -> Result<Given, String> {
     let mut scene = None;
-    let mut sequences = Vec::new();
+    let (mut sequences, mut interventions) = (Vec::new(), Vec::new());
     for message in bag.messages() {
         let message = message.map_err(|error| error.to_string())?;
-        if message.topic.name == topics.scene {
+        let topic = &message.topic.name;
+        if *topic == topics.scene {
             scene = Some(decode(&message)?);
-        } else if message.topic.name == topics.flown {
-            sequences.push((message.sequence, decode::<ControlSequence>(&message)?));
+        } else if *topic == topics.flown {
+            sequences.push((message.sequence, decode(&message)?));
+        } else if *topic == topics.intervention {
+            interventions.push((message.sequence, decode(&message)?));
         }
     }
-    // Sequences are logged at the time they start at; what counts is the order in which they were accepted.
-    sequences.sort_by_key(|(sequence, _)| *sequence);
-    let scene = scene.ok_or_else(|| format!("{}: no scene", topics.scene))?;
-    Ok((
-        scene,
-        sequences
-            .into_iter()
-            .map(|(_, sequence)| sequence)
-            .collect(),
-    ))
+    Ok(Given {
+        scene: scene.ok_or_else(|| format!("{}: no scene", topics.scene))?,
+        sequences: in_order(sequences),
+        interventions: in_order(interventions),
+    })
+}
+
+/// Messages are logged at their stamps; what counts is the order in which they were published.
+fn in_order<M>(mut messages: Vec<(u32, M)>) -> Vec<M> {
+    messages.sort_by_key(|(sequence, _)| *sequence);
+    messages.into_iter().map(|(_, message)| message).collect()
 }

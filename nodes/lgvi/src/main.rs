@@ -1,4 +1,5 @@
 //! `lgvi`: the front door to the node suite.
+mod course;
 mod explain;
 mod flight_bag;
 mod output;

@@ -4,13 +4,14 @@ use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 use std::process::ExitCode;
 
-use lgvi_msgs::msg::SystemState;
+use lgvi_msgs::msg::{Intervention, SystemState};
 use lgvi_msgs::shm::{BodySample, Name, StateHeader};
 use lgvi_node::{NodeError, body_sample};
-use lgvi_propagator::Flight;
+use lgvi_propagator::{Flight, SetStates};
 use lgvi_scene::Scene;
 use serde::Serialize;
 
+use crate::course::Course;
 use crate::flight_bag::FlightBag;
 use crate::output::say;
 
@@ -22,6 +23,8 @@ struct Verdict {
     /// What flew the bag, and what repeats it.
     software: [String; 2],
     sequences: usize,
+    /// Resets, and states set.
+    interventions: usize,
     /// States compared, the differing one included.
     states: u64,
     bodies: usize,
@@ -42,37 +45,20 @@ struct Difference {
 pub(crate) fn verify(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
     let bag = FlightBag::open(path)?;
     let scene = &bag.scene;
-    let mut flight = Flight::new(scene).map_err(NodeError::input)?;
-    let mut sequences = 0;
-    for controls in bag.controls() {
-        flight
-            .accept(controls?)
-            .map_err(|error| bag.refuse(&error))?;
-        sequences += 1;
-    }
-
+    let courses = bag.courses()?;
     let mut verdict = Verdict {
         bag: path.display().to_string(),
         scene: scene.name.clone(),
         software: [bag.software.clone(), lgvi_propagator::SOFTWARE.into()],
-        sequences,
+        sequences: 0,
+        interventions: bag.interventions(),
         states: 0,
         bodies: scene.bodies.len(),
         difference: None,
     };
     let topic = bag.state_topic();
-    for (expected, state) in (0..).zip(bag.states()) {
-        let state = state?;
-        if state.sequence != expected {
-            let error = format!(
-                "{topic}: sequence {} follows {expected} states: some are missing",
-                state.sequence
-            );
-            return Err(bag.refuse(&error));
-        }
-        verdict.states += 1;
-        verdict.difference =
-            compare(scene, &mut flight, &state).map_err(|error| bag.refuse(&error))?;
+    for course in &courses {
+        repeat(&bag, course, &mut verdict)?;
         if verdict.difference.is_some() {
             break;
         }
@@ -81,6 +67,47 @@ pub(crate) fn verify(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
         return Err(bag.refuse(&format!("{topic}: no states, expected at least one")));
     }
     report(&verdict, json)
+}
+
+/// Repeats a course of the flight up to the first difference.
+fn repeat(bag: &FlightBag, course: &Course<'_>, verdict: &mut Verdict) -> Result<(), NodeError> {
+    let scene = &bag.scene;
+    let mut flight = Flight::new(scene).map_err(NodeError::input)?;
+    for controls in bag.check(course.controls) {
+        flight
+            .accept(controls?)
+            .map_err(|error| bag.refuse(&error))?;
+        verdict.sequences += 1;
+    }
+    let mut set = course.set.iter().peekable();
+    for state in bag.states_of(course.samples.clone()) {
+        let state = state?;
+        bag.complete(state.sequence, verdict.states)?;
+        verdict.states += 1;
+        if let Some((_, intervention)) = set.next_if(|(sample, _)| *sample == state.sequence) {
+            set_states(scene, &mut flight, intervention).map_err(|error| bag.refuse(&error))?;
+        }
+        verdict.difference =
+            compare(scene, &mut flight, &state).map_err(|error| bag.refuse(&error))?;
+        if verdict.difference.is_some() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Sets states as they were set in the flight.
+fn set_states(
+    scene: &Scene,
+    flight: &mut Flight,
+    intervention: &Intervention,
+) -> Result<(), String> {
+    let Intervention { step, bodies, .. } = intervention;
+    let states = SetStates::of_message(scene, bodies)
+        .map_err(|error| format!("states set at step {step}: {error}"))?;
+    flight
+        .set_states(&states)
+        .map_err(|error| format!("states set at step {step}: {error}"))
 }
 
 fn report(verdict: &Verdict, json: bool) -> Result<ExitCode, NodeError> {
@@ -98,14 +125,19 @@ impl Display for Verdict {
             bag,
             scene,
             sequences,
+            interventions,
             states,
             bodies,
             ..
         } = self;
-        writeln!(
+        write!(
             f,
             "{bag}: {scene}, {bodies} bodies, {sequences} control sequences"
         )?;
+        if *interventions > 0 {
+            write!(f, ", {interventions} interventions")?;
+        }
+        writeln!(f)?;
         let [flown_by, repeated_by] = &self.software;
         if flown_by != repeated_by {
             writeln!(f, "flown by {flown_by}, repeated by {repeated_by}")?;

@@ -34,11 +34,37 @@ pub(crate) struct Observed {
 /// Follows a flight by its states, over shared memory and, where asked for, over DDS.
 pub(crate) struct Follower {
     scene: Arc<Scene>,
-    shm: StateSubscriber,
+    topic: String,
+    node: ShmNode,
+    /// While it follows: one that takes nothing would have a flight wait that is to lose nothing.
+    shm: Option<StateSubscriber>,
     ros: Option<Subscription<SystemState>>,
+    /// What has come over shared memory, and over DDS.
+    shm_lane: Lane,
+    ros_lane: Lane,
+    /// How often the flight has begun anew.
+    course: u64,
     latest: Option<Observed>,
     /// Steps and when they were heard, oldest first, over the last [`WINDOW`].
     marks: VecDeque<(u64, Instant)>,
+}
+
+/// A way by which states come, one after the other. Those of two ways may be far apart.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lane {
+    /// The last state's step.
+    last: Option<u64>,
+    /// How often the step has become lower: the flight has begun anew.
+    course: u64,
+}
+
+impl Lane {
+    /// Takes note of the next state; whether it is one of the step before, which has been changed.
+    fn pass(&mut self, step: u64) -> bool {
+        let last = self.last.replace(step);
+        self.course += u64::from(last.is_some_and(|last| step < last));
+        last == Some(step)
+    }
 }
 
 impl Follower {
@@ -50,24 +76,40 @@ impl Follower {
     ) -> Result<Self, NodeError> {
         let subscribe = |ros: &RosNode| ros.subscription(topic, &Qos::sensor(8));
         Ok(Self {
-            shm: shm
-                .state_subscriber(topic, BUFFER)
-                .map_err(NodeError::runtime)?,
+            topic: topic.to_owned(),
+            node: shm.clone(),
+            shm: None,
             ros: ros.map(subscribe).transpose().map_err(NodeError::runtime)?,
             scene,
+            shm_lane: Lane::default(),
+            ros_lane: Lane::default(),
+            course: 0,
             latest: None,
             marks: VecDeque::new(),
         })
+    }
+
+    /// Begins to follow, or goes on.
+    pub(crate) fn begin(&mut self) -> Result<(), NodeError> {
+        let subscriber = self.node.state_subscriber(&self.topic, BUFFER);
+        self.shm = Some(subscriber.map_err(NodeError::runtime)?);
+        Ok(())
+    }
+
+    /// Follows no more for now.
+    pub(crate) fn end(&mut self) {
+        self.shm = None;
     }
 
     /// Takes in what has come since; whether that was so much that the next look should come soon.
     pub(crate) fn look(&mut self) -> bool {
         let now = Instant::now();
         let (mut taken, mut last) = (0, None);
-        while taken < BUFFER {
-            match self.shm.receive() {
+        while let Some(shm) = self.shm.as_mut().filter(|_| taken < BUFFER) {
+            match shm.receive() {
                 Ok(Some(sample)) => {
-                    last = Some(sample);
+                    let changed = self.shm_lane.pass(sample.header().step);
+                    last = Some((sample, changed));
                     taken += 1;
                 }
                 Ok(None) => break,
@@ -77,13 +119,18 @@ impl Follower {
                 }
             }
         }
-        if let Some(sample) = last {
-            self.hear(sample.header(), sample.elements(), now);
+        if let Some((sample, changed)) = last {
+            let arrival = (self.shm_lane.course, changed, now);
+            self.hear(sample.header(), sample.elements(), arrival);
         }
         while let Some(ros) = &self.ros {
             match ros.take() {
                 Ok(Some(sample)) => match StateHeader::from_message(&sample.message) {
-                    Ok((header, bodies)) => self.hear(&header, &bodies, now),
+                    Ok((header, bodies)) => {
+                        let changed = self.ros_lane.pass(header.step);
+                        let arrival = (self.ros_lane.course, changed, now);
+                        self.hear(&header, &bodies, arrival);
+                    }
                     Err(error) => warn!("state ignored: {error}"),
                 },
                 Ok(None) => break,
@@ -96,24 +143,38 @@ impl Follower {
         taken > BUFFER / 8
     }
 
-    /// Takes note of a state that is newer than those before.
-    fn hear(&mut self, header: &StateHeader, bodies: &[BodySample], at: Instant) {
+    /// Takes note of a state, with the course of the way by which it has come, whether it is a change of the one before,
+    /// and when it was heard, if it is newer than those before.
+    fn hear(
+        &mut self,
+        header: &StateHeader,
+        bodies: &[BodySample],
+        (course, changed, at): (u64, bool, Instant),
+    ) {
         let step = header.step;
-        if self
-            .latest
-            .as_ref()
-            .is_some_and(|latest| latest.step >= step)
-        {
+        let known = self.latest.as_ref().filter(|_| course == self.course);
+        let old =
+            known.is_some_and(|latest| latest.step > step || (latest.step == step && !changed));
+        if old || course < self.course {
             return;
         }
         let Some(observed) = observed(&self.scene, header, bodies, at) else {
             return;
         };
+        if course > self.course {
+            self.course = course;
+            self.marks.clear();
+        }
         self.latest = Some(observed);
         self.marks.push_back((step, at));
         while self.marks.len() > 2 && at.duration_since(self.marks[1].1) > WINDOW {
             self.marks.pop_front();
         }
+    }
+
+    /// How often the flight has begun anew, at step 0 again.
+    pub(crate) fn course(&self) -> u64 {
+        self.course
     }
 
     /// The last state heard.
@@ -160,4 +221,26 @@ fn observed(
             .collect(),
         at,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lower_step_begins_a_course_and_the_same_is_a_changed_state() {
+        let mut lane = Lane::default();
+        let passed = [0, 5, 5, 9, 0, 0, 3, 2].map(|step| (lane.pass(step), lane.course));
+        let expected = [
+            (false, 0),
+            (false, 0),
+            (true, 0),
+            (false, 0),
+            (false, 1),
+            (true, 1),
+            (false, 1),
+            (false, 2),
+        ];
+        assert_eq!(passed, expected);
+    }
 }

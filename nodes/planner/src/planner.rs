@@ -56,6 +56,10 @@ pub(crate) struct Planner {
     pub(crate) waiting: Option<Goal>,
     /// What has been published, the last ones, in the order of their first steps.
     pub(crate) sequences: Vec<Sequence>,
+    /// The one of them that the flight begins with, whenever it begins anew.
+    pub(crate) initial: Option<Sequence>,
+    /// The flight's course that they are for.
+    pub(crate) course: u64,
 }
 
 /// A task in the worker's hands.
@@ -93,6 +97,7 @@ impl Planner {
                 self.take(node, number, update)?;
             }
             busy = self.follower.look();
+            self.follow();
             self.attend_goals()?;
             self.replan()?;
         }
@@ -101,15 +106,22 @@ impl Planner {
 
     /// Ends what is under way: nobody waits for it.
     pub(crate) fn leave(&mut self) {
+        self.follower.end();
         let body = self.maneuver.body;
-        let why = (Reason::Cancelled, "the planner ends");
+        let why = (Reason::Cancelled, "the planner stops");
         if let Some(current) = self.current.take() {
             current.stop.cancel();
             if let Purpose::Goal(goal) = current.purpose {
                 goal.fail(&self.scene, body, why, None);
             }
         }
-        if let Some(goal) = self.waiting.take() {
+        let accepted = std::iter::from_fn(|| self.actions.next_goal(Duration::ZERO));
+        for goal in self
+            .waiting
+            .take()
+            .into_iter()
+            .chain(accepted.map(Goal::new))
+        {
             goal.fail(&self.scene, body, why, None);
         }
         self.account(FAREWELL);
@@ -218,6 +230,9 @@ impl Planner {
             self.sequences.remove(0);
         }
         self.sequences.push(sequence.clone());
+        if first_step == 0 {
+            self.initial = Some(sequence.clone());
+        }
         Ok(sequence)
     }
 

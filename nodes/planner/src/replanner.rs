@@ -32,6 +32,12 @@ impl Replanner {
         }
     }
 
+    /// The flight begins anew, at step 0.
+    pub(crate) fn begin_anew(&mut self) {
+        self.last = 0;
+        self.over = false;
+    }
+
     /// Wall-clock time from the state that is planned from to the plan.
     pub(crate) fn deadline(&self) -> Duration {
         Duration::from_secs_f64(self.options.deadline.min(1e9))
@@ -120,6 +126,16 @@ mod tests {
             None,
             "not even if the flight slows down"
         );
+    }
+
+    #[test]
+    fn a_flight_that_begins_anew_is_planned_anew_from_its_first_turn_on() {
+        let mut replanner = replanner(0.5);
+        assert!(replanner.due(&at(100), Some(100.0), 200).is_some());
+        assert_eq!(replanner.due(&at(150), Some(100.0), 200), None);
+        replanner.begin_anew();
+        assert_eq!(replanner.due(&at(9), Some(100.0), 200), None);
+        assert!(replanner.due(&at(10), Some(100.0), 200).is_some());
     }
 
     #[test]

@@ -86,9 +86,15 @@ impl Managed for Planner {
             current: None,
             waiting: None,
             sequences: Vec::new(),
+            initial: None,
+            course: 0,
             maneuver,
             scene,
         })
+    }
+
+    fn activate(&mut self, _: &Node) -> Result<(), NodeError> {
+        self.follower.begin()
     }
 
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {

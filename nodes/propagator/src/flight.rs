@@ -3,7 +3,7 @@ use std::sync::Arc;
 use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
 use lgvi_scene::{ActuatorErrors, Scene, Scheme, SchemeError};
 
-use crate::{ControlError, Controls};
+use crate::{ControlError, Controls, SetStates};
 
 /// A scene on its way under the control sequences accepted so far.
 ///
@@ -70,9 +70,11 @@ impl Flight {
         Ok(())
     }
 
-    /// Goes on from other states, one a body, at the present step.
-    pub fn set_states(&mut self, states: &[BodyState]) -> Result<(), MethodError> {
-        self.simulation.set_states(states)
+    /// Goes on from other states of some bodies at the present step; where they cannot be, from those that it has.
+    pub fn set_states(&mut self, states: &SetStates) -> Result<(), MethodError> {
+        let mut all = self.simulation.states().to_vec();
+        states.write(&mut all);
+        self.simulation.set_states(&all)
     }
 
     /// Whether a sequence has been accepted for `body`.

@@ -17,12 +17,14 @@ mod obey;
 mod orders;
 mod pace;
 mod run;
+mod set_states;
 
 use std::process::ExitCode;
 
 pub use controls::{ControlError, Controls};
 pub use flight::Flight;
 pub use law::{Law, LawError};
+pub use set_states::{SetStates, StateError};
 
 /// Name and version, as a flight's scene message carries them.
 pub const SOFTWARE: &str = concat!("lgvi_propagator ", env!("CARGO_PKG_VERSION"));

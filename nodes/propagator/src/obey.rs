@@ -1,11 +1,11 @@
 //! How the flight's loop carries out orders.
 
-use lgvi_msgs::msg::Intervention;
+use lgvi_msgs::msg::{BodyState, Intervention};
 use lgvi_node::{Node, NodeError};
 
 use crate::link::Wait;
 use crate::messages;
-use crate::orders::{Command, Order};
+use crate::orders::{Command, INACTIVE, Order};
 use crate::run::{Phase, Propagator};
 
 impl Propagator {
@@ -13,7 +13,7 @@ impl Propagator {
     pub(crate) fn obey(&mut self, node: &Node, order: Order) -> Result<(), NodeError> {
         let here = Ok(self.flight.step());
         let outcome = match &order.command {
-            Command::Reset | Command::SetState(_) if self.phase == Phase::Unattended => {
+            Command::Reset | Command::SetState(..) if self.phase == Phase::Unattended => {
                 Err(self.phase.why().to_owned())
             }
             Command::Pause(pause) => {
@@ -29,20 +29,15 @@ impl Propagator {
             Command::Reset => {
                 self.publish_first()?;
                 self.restart()?;
-                self.intervene(node, Intervention::RESET, &[])?;
+                self.intervene(node, Intervention::RESET, Vec::new())?;
                 Ok(0)
             }
-            Command::SetState(states) => {
-                let mut all = self.flight.states().to_vec();
-                for (body, state) in states {
-                    all[*body] = *state;
-                }
+            Command::SetState(states, given) => {
                 self.publish_first()?;
-                match self.flight.set_states(&all) {
+                match self.flight.set_states(states) {
                     Ok(()) => {
                         self.measure_from_here();
-                        let bodies: Vec<_> = states.iter().map(|(body, _)| *body).collect();
-                        self.intervene(node, Intervention::SET_STATE, &bodies)?;
+                        self.intervene(node, Intervention::SET_STATE, given.clone())?;
                         here
                     }
                     Err(error) => Err(error.to_string()),
@@ -53,20 +48,30 @@ impl Propagator {
         Ok(())
     }
 
-    /// Publishes where the flight is before its course is changed, if nothing has been published yet: with every
-    /// intervention, the state at its step is there as it was and as it is.
+    /// Publishes where the flight is before its course is changed, where that has not been done: with every intervention, the
+    /// state at its step is there as it was and as it is.
     fn publish_first(&mut self) -> Result<(), NodeError> {
-        if self.published {
-            return Ok(());
+        let step = Some(self.flight.step());
+        if self.sampled != step {
+            self.sample()?;
         }
-        self.publish(Wait::Always)
+        if self.handed != step {
+            self.hand_over(Wait::Always);
+        }
+        Ok(())
     }
 
     /// Announces that the course has been changed, and publishes where the flight is now.
-    fn intervene(&mut self, node: &Node, kind: u8, bodies: &[usize]) -> Result<(), NodeError> {
+    fn intervene(
+        &mut self,
+        node: &Node,
+        kind: u8,
+        bodies: Vec<BodyState>,
+    ) -> Result<(), NodeError> {
         let (scene, flight) = (&self.scene, &self.flight);
         let message = messages::intervention(scene, flight, kind, self.accepted, bodies)
             .map_err(NodeError::runtime)?;
+        self.accounted = false;
         self.link.intervene(message, node)?;
         self.set_pace(node);
         self.publish(Wait::Always)
@@ -92,6 +97,16 @@ impl Propagator {
             None => self.stepping = Some((order, step.saturating_add(steps))),
         }
         Ok(())
+    }
+
+    /// Takes no orders until the node is active again, and refuses those that are not done.
+    pub(crate) fn refuse(&mut self) {
+        if let Some((order, _)) = self.stepping.take() {
+            let step = self.flight.step();
+            let why = format!("{INACTIVE} any more: the flight is at step {step}");
+            self.orders.answer(order, Err(why));
+        }
+        self.orders.close();
     }
 
     /// Ends the making of steps when they are made, or when there are no more.

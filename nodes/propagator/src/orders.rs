@@ -1,24 +1,27 @@
 //! What is asked of a flight from outside: by services, on a thread of their own, and done by the flight's loop between
 //! two steps.
 
-mod set_state;
-
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use lgvi_dynamics::BodyState;
 use lgvi_middleware::ros::{Executor, Running};
+use lgvi_msgs::msg;
 use lgvi_msgs::srv::{SetState, SetStateResponse, Step, StepResponse};
 use lgvi_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 use rtrb::{Consumer, Producer, RingBuffer};
 
+use crate::SetStates;
+
 /// Orders on their way to the loop.
 const ORDERS: usize = 16;
 
 /// How often the answers of the loop are looked for.
 const LOOK: Duration = Duration::from_millis(2);
+
+/// Why an order is refused while the loop does not run.
+pub(crate) const INACTIVE: &str = "the node is not active";
 
 /// What is to be done.
 pub(crate) enum Command {
@@ -28,8 +31,8 @@ pub(crate) enum Command {
     Pause(bool),
     /// Make so many steps of a paused flight.
     Step(u32),
-    /// Set the states of these bodies at the present step.
-    SetState(Vec<(usize, BodyState)>),
+    /// Set the states of some bodies at the present step, which were given as these.
+    SetState(SetStates, Vec<msg::BodyState>),
 }
 
 /// The step at which the flight is when it has been done, or why it has not.
@@ -45,19 +48,29 @@ pub(crate) struct Order {
 pub(crate) struct Orders {
     given: Consumer<Order>,
     done: Producer<(Order, Outcome)>,
+    sender: Sender,
     _executor: Running,
 }
 
 /// The services' end.
 #[derive(Clone)]
-struct Sender(Arc<Mutex<Producer<Order>>>);
+struct Sender(Arc<Mutex<Gate>>);
+
+/// Lets orders through while the loop runs.
+struct Gate {
+    open: bool,
+    orders: Producer<Order>,
+}
 
 impl Orders {
     /// Offers `~/reset`, `~/pause`, `~/step` and `~/set_state`.
     pub(crate) fn serve(node: &Node, scene: &Arc<Scene>) -> Result<Self, NodeError> {
         let (given, taken) = RingBuffer::new(ORDERS);
-        let (done, mut answered) = RingBuffer::new(ORDERS);
-        let sender = Sender(Arc::new(Mutex::new(given)));
+        let (done, mut answered) = RingBuffer::new(2 * ORDERS);
+        let sender = Sender(Arc::new(Mutex::new(Gate {
+            open: false,
+            orders: given,
+        })));
         let ros = &node.ros;
         let mut executor = Executor::new();
 
@@ -90,6 +103,7 @@ impl Orders {
                 });
             });
         });
+        let give = sender.clone();
         let scene = Arc::clone(scene);
         let set_state = ros
             .service_server("~/set_state")
@@ -104,8 +118,8 @@ impl Orders {
                     step,
                 });
             };
-            match set_state::check(&scene, &request.bodies) {
-                Ok(states) => sender.give(Command::SetState(states), answer),
+            match SetStates::of_message(&scene, &request.bodies) {
+                Ok(states) => give.give(Command::SetState(states, request.bodies), answer),
                 Err(error) => answer(Err(error.to_string())),
             }
         });
@@ -119,8 +133,22 @@ impl Orders {
         Ok(Self {
             given: taken,
             done,
+            sender,
             _executor: executor.start().map_err(NodeError::runtime)?,
         })
+    }
+
+    /// Takes orders from now on.
+    pub(crate) fn open(&self) {
+        self.sender.lock().open = true;
+    }
+
+    /// Refuses those that come from now on, and those that wait.
+    pub(crate) fn close(&mut self) {
+        self.sender.lock().open = false;
+        while let Some(order) = self.next() {
+            self.answer(order, Err(INACTIVE.to_owned()));
+        }
     }
 
     /// What is to be done next.
@@ -130,7 +158,7 @@ impl Orders {
 
     /// Says what has become of an order; the answer goes out from another thread.
     pub(crate) fn answer(&mut self, order: Order, outcome: Outcome) {
-        // As many places as orders can be under way.
+        // As many places as orders can be under way, and one that is being carried out.
         let _ = self.done.push((order, outcome));
     }
 }
@@ -141,11 +169,23 @@ impl Sender {
             command,
             answer: Box::new(answer),
         };
-        let mut sender = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Err(rtrb::PushError::Full(refused)) = sender.push(order) {
-            let why = format!("{ORDERS} others wait to be done");
-            (refused.answer)(Err(why));
+        let mut gate = self.lock();
+        let refused = if gate.open {
+            gate.orders.push(order).err().map(|error| {
+                let rtrb::PushError::Full(order) = error;
+                (order, format!("{ORDERS} others wait to be done"))
+            })
+        } else {
+            Some((order, INACTIVE.to_owned()))
+        };
+        drop(gate);
+        if let Some((order, why)) = refused {
+            (order.answer)(Err(why));
         }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Gate> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -64,15 +64,16 @@ pub(crate) struct Propagator {
     pub(crate) paused: bool,
     /// Sequences accepted.
     pub(crate) accepted: u64,
-    /// The state at which the flight has begun has been published.
-    pub(crate) published: bool,
+    /// The steps whose states were last sent over shared memory and handed to the ROS side.
+    pub(crate) sampled: Option<u64>,
+    pub(crate) handed: Option<u64>,
     start: Invariants,
     /// When the first step was made.
     began: Instant,
     told: Instant,
     monitor: Arc<Monitor>,
     /// What was published has been accounted for.
-    accounted: bool,
+    pub(crate) accounted: bool,
     _diagnosed: Vec<Diagnosed>,
 }
 
@@ -140,7 +141,8 @@ impl Managed for Propagator {
             phase: Phase::Unattended,
             paused: false,
             accepted: 0,
-            published: false,
+            sampled: None,
+            handed: None,
             began: now,
             told: now,
             _diagnosed: vec![
@@ -158,17 +160,10 @@ impl Managed for Propagator {
     }
 
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
-        self.set_pace(node);
-        while !node.interrupted() {
-            self.heed(node)?;
-            match self.phase {
-                Phase::Unattended => self.await_company()?,
-                Phase::Uncommanded => self.await_command(node)?,
-                Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
-                Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
-            }
-        }
-        Ok(Stopped::Interrupted)
+        self.orders.open();
+        let flown = self.fly(node);
+        self.refuse();
+        flown.map(|()| Stopped::Interrupted)
     }
 
     fn clean_up(mut self, node: &Node) -> Result<(), NodeError> {
@@ -183,6 +178,21 @@ impl Managed for Propagator {
 }
 
 impl Propagator {
+    /// Flies until the node is to stop.
+    fn fly(&mut self, node: &Node) -> Result<(), NodeError> {
+        self.set_pace(node);
+        while !node.interrupted() {
+            self.heed(node)?;
+            match self.phase {
+                Phase::Unattended => self.await_company()?,
+                Phase::Uncommanded => self.await_command(node)?,
+                Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
+                Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
+            }
+        }
+        Ok(())
+    }
+
     /// Takes in what has come from outside: parameters, control sequences, orders.
     fn heed(&mut self, node: &Node) -> Result<(), NodeError> {
         let generation = node.parameters.generation();
@@ -235,7 +245,7 @@ impl Propagator {
         self.phase = Phase::Flying;
         self.began = Instant::now();
         self.set_pace(node);
-        if self.published {
+        if self.sampled.is_some() {
             return Ok(());
         }
         self.publish(Wait::Always)
@@ -271,7 +281,11 @@ impl Propagator {
             }
         }
         self.advance()?;
-        self.publish(Wait::AsConfigured)?;
+        // Steps that were asked for have the time that it takes.
+        self.publish(match self.stepping {
+            None => Wait::AsConfigured,
+            Some(_) => Wait::ForRoom,
+        })?;
         if self.told.elapsed() >= PROGRESS {
             self.told = Instant::now();
             node.report(&Event::Flying { step: next });
@@ -316,34 +330,48 @@ impl Propagator {
     pub(crate) fn publish(&mut self, wait: Wait) -> Result<(), NodeError> {
         let step = self.flight.step();
         let always = step == self.scene.steps || wait == Wait::Always;
-        self.published = true;
         if always || step.is_multiple_of(self.rates.state_every) {
-            let header = state_header(&self.scene, step, self.samples);
-            let (states, units) = (self.flight.states(), &self.scene.units);
-            let bodies = self.names.iter().zip(states);
-            self.outgoing.clear();
-            self.outgoing
-                .extend(bodies.map(|(&name, state)| body_sample(name, state, units)));
-            if let Some(sample) = self.outgoing.iter().find(|sample| !sample.is_finite()) {
-                let name = sample.name;
-                let message = format!("step {step} of {name}: the state is not finite in SI");
-                return Err(NodeError::Runtime(message));
-            }
-            self.states
-                .send(header, &self.outgoing)
-                .map_err(NodeError::runtime)?;
-            self.samples += 1;
-            self.monitor
-                .refused
-                .store(self.states.lost(), Ordering::Relaxed);
+            self.sample()?;
         }
         if always || step.is_multiple_of(self.rates.ros_every) {
-            let handed = self.link.publish(step, self.flight.states(), wait);
-            self.monitor
-                .skipped
-                .fetch_add(u64::from(!handed), Ordering::Relaxed);
+            self.hand_over(wait);
         }
         Ok(())
+    }
+
+    /// Sends the present state over shared memory.
+    pub(crate) fn sample(&mut self) -> Result<(), NodeError> {
+        let step = self.flight.step();
+        let header = state_header(&self.scene, step, self.samples);
+        let (states, units) = (self.flight.states(), &self.scene.units);
+        let bodies = self.names.iter().zip(states);
+        self.outgoing.clear();
+        self.outgoing
+            .extend(bodies.map(|(&name, state)| body_sample(name, state, units)));
+        if let Some(sample) = self.outgoing.iter().find(|sample| !sample.is_finite()) {
+            let name = sample.name;
+            let message = format!("step {step} of {name}: the state is not finite in SI");
+            return Err(NodeError::Runtime(message));
+        }
+        self.states
+            .send(header, &self.outgoing)
+            .map_err(NodeError::runtime)?;
+        self.samples += 1;
+        self.sampled = Some(step);
+        self.monitor
+            .refused
+            .store(self.states.lost(), Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Hands the present state to the ROS side.
+    pub(crate) fn hand_over(&mut self, wait: Wait) {
+        let step = self.flight.step();
+        if self.link.publish(step, self.flight.states(), wait) {
+            self.handed = Some(step);
+        } else {
+            self.monitor.skipped.fetch_add(1, Ordering::Relaxed);
+        }
     }
 
     /// Says that the flight is over, once all is published.
@@ -374,7 +402,6 @@ impl Propagator {
         self.phase = Phase::Uncommanded;
         self.cost = 0.0;
         self.arrival = None;
-        self.accounted = false;
         self.start = self.flight.invariants();
         self.monitor.begin(&self.start);
         Ok(())

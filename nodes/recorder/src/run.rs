@@ -20,10 +20,10 @@ use crate::topics::Topics;
 /// How often it is looked for whether to stop.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// A recorder with a bag to be filled.
+/// A recorder, and the bag that it fills.
 pub(crate) struct Recorder {
     shm: ShmNode,
-    /// Opened when the node is configured, and anew where it becomes active again.
+    /// While the node is active.
     opened: Option<Opened>,
     counts: Arc<Counts>,
     _diagnosed: Diagnosed,
@@ -53,32 +53,30 @@ impl Managed for Recorder {
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
-        let config = Config::read(&node.parameters)?;
-        let writer = sink::create(&config).map_err(NodeError::input)?;
-        let shm = node.shm()?;
+        Config::read(&node.parameters)?;
         let counts = Arc::<Counts>::default();
         let told = Arc::clone(&counts);
         Ok(Self {
-            opened: Some(Opened::new(node, config, writer, &shm)?),
-            shm,
+            opened: None,
+            shm: node.shm()?,
             counts,
             _diagnosed: node.diagnostics.add("recording", move || told.status()),
         })
     }
 
-    fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
-        let opened = match self.opened.take() {
-            Some(opened) => opened,
-            None => {
-                let config = Config::read(&node.parameters)?;
-                let writer = sink::create(&config).map_err(NodeError::input)?;
-                Opened::new(node, config, writer, &self.shm)?
-            }
-        };
+    fn activate(&mut self, node: &Node) -> Result<(), NodeError> {
+        let config = Config::read(&node.parameters)?;
+        let writer = sink::create(&config).map_err(NodeError::input)?;
+        self.opened = Some(Opened::new(node, config, writer, &self.shm)?);
         self.counts.reset();
-        opened
-            .record(node, &self.counts)
-            .map(|()| Stopped::Interrupted)
+        Ok(())
+    }
+
+    fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
+        if let Some(opened) = self.opened.take() {
+            opened.record(node, &self.counts)?;
+        }
+        Ok(Stopped::Interrupted)
     }
 
     fn clean_up(self, _: &Node) -> Result<(), NodeError> {

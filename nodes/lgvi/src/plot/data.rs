@@ -56,24 +56,30 @@ pub(super) struct Energy {
 }
 
 impl FlightData {
-    /// Reads the flight in the bag at `path`; every error is [`NodeError::Input`] and names bag and topic.
+    /// Reads the flight in the bag at `path`, from its last reset on; every error is [`NodeError::Input`] and names bag and topic.
     pub(super) fn read(path: &Path) -> Result<Self, NodeError> {
         let bag = FlightBag::open(path)?;
         let scene = bag.scene.clone();
         let mut tracks = vec![Track::default(); scene.bodies.len()];
-        for controls in bag.controls() {
+        let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
+        let courses = bag.courses()?;
+        let course = courses.last().ok_or_else(|| refuse("no states".into()))?;
+        for controls in bag.check(course.controls) {
             let controls = controls?;
             tracks[controls.body].accept(controls);
         }
 
-        let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
         let system = scene.system();
         let mut samples = Thinned::new(SAMPLES);
         let mut reached = None;
-        for state in bag.states() {
+        for state in bag.states_of(course.samples.clone()) {
             let state = state?;
             let step = state.step;
-            if let Some(before) = reached.filter(|before| *before >= step) {
+            let set = course
+                .set
+                .iter()
+                .any(|(sample, _)| *sample == state.sequence);
+            if let Some(before) = reached.filter(|before| *before >= step && !set) {
                 return Err(refuse(format!("step {step} follows step {before}")));
             }
             reached = Some(step);

@@ -15,6 +15,10 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
             "lgvi_msgs/msg/ControlSequence",
         ),
         (
+            "/lgvi_propagator/intervention".into(),
+            "lgvi_msgs/msg/Intervention",
+        ),
+        (
             "/lgvi_propagator/invariants".into(),
             "lgvi_msgs/msg/Invariants",
         ),

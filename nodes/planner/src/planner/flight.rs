@@ -11,7 +11,10 @@ use super::{Current, Planner, Purpose};
 use crate::prediction::Forecast;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Guess, Initial, Iteration, Solved, Task, Unsolved};
+use crate::solver::{End, Guess, Initial, Iteration, Reason, Solved, Task, Unsolved};
+
+/// Why a plan is not flown that was made for an earlier course of the flight.
+const ANEW: &str = "the flight has begun anew";
 
 impl Planner {
     /// The task of the rest of the manoeuvre from a later step on, to arrive when the last plan does.
@@ -103,9 +106,34 @@ impl Planner {
         Ok(())
     }
 
+    /// Where the flight has begun anew, forgets what was planned for its earlier course.
+    pub(super) fn follow(&mut self) {
+        if self.follower.course() == self.course {
+            return;
+        }
+        self.course = self.follower.course();
+        info!("the flight has begun anew");
+        self.sequences = self.initial.iter().cloned().collect();
+        if let Some(replanner) = &mut self.replanner {
+            replanner.begin_anew();
+        }
+        let in_flight = |current: &mut Current| current.first_step > 0;
+        let Some(Current { purpose, stop, .. }) = self.current.take_if(in_flight) else {
+            return;
+        };
+        stop.cancel();
+        if let Purpose::Goal(goal) = purpose {
+            let why = (Reason::Refused, ANEW);
+            goal.fail(&self.scene, self.maneuver.body, why, None);
+        }
+    }
+
     /// Whether a sequence that begins at `first_step` can still be flown.
     pub(super) fn in_time(&mut self, first_step: u64) -> Result<(), String> {
         self.follower.look();
+        if first_step > 0 && self.follower.course() != self.course {
+            return Err(ANEW.to_owned());
+        }
         match self.follower.latest() {
             // The flight holds at step 0 until it has a sequence.
             Some(latest) if latest.step >= first_step && latest.step > 0 => Err(format!(

@@ -23,7 +23,9 @@ const LOOK: Duration = Duration::from_millis(10);
 pub(crate) enum Wait {
     /// Where the flight has to be on time.
     AsConfigured,
-    /// Never.
+    /// Never; a state is published where its turn has come.
+    ForRoom,
+    /// Never; the state is published in any case.
     Always,
 }
 
@@ -65,7 +67,7 @@ impl LinkEnd {
 
     /// Hands a snapshot to the ROS side; returns `false` where none is free and it may be dropped.
     pub(crate) fn publish(&mut self, step: u64, states: &[BodyState], wait: Wait) -> bool {
-        let wait = self.lossless || wait == Wait::Always;
+        let wait = self.lossless || wait != Wait::AsConfigured;
         let mut snapshot = loop {
             match self.empty.pop() {
                 Ok(snapshot) => break snapshot,

@@ -26,6 +26,9 @@ const IDLE: Duration = Duration::from_millis(1);
 /// How often the time is published at most.
 const CLOCK: Duration = Duration::from_millis(10);
 
+/// How long after the first copy of a sequence another may come by another way.
+const WAYS: Duration = Duration::from_secs(1);
+
 /// The thread's end of the link.
 pub(super) struct Link {
     pub(super) scene: Arc<Scene>,
@@ -47,8 +50,8 @@ pub(super) struct Link {
     pub(super) held: Vec<Arc<Controls>>,
     /// Sequences that the loop has yet to answer.
     pub(super) pending: VecDeque<Arc<ControlSequence>>,
-    /// The last sequences that came in, so that what comes by two ways counts once.
-    pub(super) recent: VecDeque<Arc<ControlSequence>>,
+    /// The last sequences that came in, and when, so that what comes by two ways counts once.
+    pub(super) recent: VecDeque<(Arc<ControlSequence>, Instant)>,
     /// The last sequences that were accepted before the first step: a flight that is reset begins with them again.
     pub(super) initial: VecDeque<Arc<ControlSequence>>,
     /// Whether feedback laws are flown.
@@ -126,9 +129,9 @@ impl Link {
     fn intervene(&mut self, message: &Intervention) {
         self.topics.intervention.send(message);
         if message.kind == Intervention::RESET {
-            self.recent.clear();
+            self.recent.retain(|(_, at)| at.elapsed() < WAYS);
             for message in std::mem::take(&mut self.initial) {
-                self.consider((*message).clone());
+                self.check(message);
             }
         }
     }
@@ -202,31 +205,43 @@ impl Link {
         }
     }
 
-    /// Checks a sequence that came in and sends it to the loop.
+    /// Checks a sequence that came in, unless it has come by another way.
     fn consider(&mut self, message: ControlSequence) {
-        if self.recent.iter().any(|recent| **recent == message) {
+        if self.recent.iter().any(|(recent, _)| **recent == message) {
             return;
         }
         let message = Arc::new(message);
         self.recent.truncate(SEQUENCES - 1);
-        self.recent.push_front(Arc::clone(&message));
+        self.recent
+            .push_front((Arc::clone(&message), Instant::now()));
+        if !self.check(message) {
+            self.recent.pop_front();
+        }
+    }
+
+    /// Checks a sequence and sends it to the loop; `false` where too many wait already.
+    fn check(&mut self, message: Arc<ControlSequence>) -> bool {
         match Controls::of_message(&self.scene, &message) {
             Ok(controls) if self.feedback => self.send(controls, message),
             Ok(controls) => self.send(controls.open_loop(), Arc::new(open_loop(&message))),
-            Err(error) => self.refuse(error),
+            Err(error) => {
+                self.refuse(error);
+                true
+            }
         }
     }
 
     /// Sends a sequence to the loop; `message` is what it will be said to fly.
-    fn send(&mut self, controls: Controls, message: Arc<ControlSequence>) {
+    fn send(&mut self, controls: Controls, message: Arc<ControlSequence>) -> bool {
         let controls = Arc::new(controls);
-        if self.controls.push(Arc::clone(&controls)).is_ok() {
+        let sent = self.controls.push(Arc::clone(&controls)).is_ok();
+        if sent {
             self.held.push(controls);
             self.pending.push_back(message);
         } else {
             warn!("control sequence refused: {SEQUENCES} others wait to be taken up");
-            self.recent.pop_front();
         }
+        sent
     }
 
     /// A malformed sequence ends the flight, or is refused with an error in the log.

@@ -41,26 +41,21 @@ pub(crate) fn system_state(
     state_header(scene, snapshot.step, sequence).to_message(&samples, &scene.frame)
 }
 
-/// That the course of a flight has been changed at its present step, and what the states of `bodies` are now.
+/// That the course of a flight has been changed at its present step, by setting the states of `bodies` as they were given.
 pub(crate) fn intervention(
     scene: &Scene,
     flight: &Flight,
     kind: u8,
     controls: u64,
-    bodies: &[usize],
-) -> Result<msg::Intervention, ConversionError> {
+    bodies: Vec<msg::BodyState>,
+) -> Result<msg::Intervention, StampError> {
     let step = flight.step();
-    let bodies = bodies.iter().map(|&body| {
-        let name = Name::try_from(scene.bodies[body].name.as_str())?;
-        let sample = body_sample(name, &flight.states()[body], &scene.units);
-        Ok(msg::BodyState::from(&sample))
-    });
     Ok(msg::Intervention {
         header: header(scene, step)?,
         kind,
         step,
         controls,
-        bodies: bodies.collect::<Result<_, ConversionError>>()?,
+        bodies,
     })
 }
 

@@ -9,34 +9,62 @@ use thiserror::Error;
 /// By how much an attitude that is set may miss being a rotation: far more than rounding, far less than an oversight.
 const ORTHOGONALITY: f64 = 1e-9;
 
+/// States of some of a scene's bodies, checked and in the scene's units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SetStates(Vec<(usize, BodyState)>);
+
 /// Why states are not set.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub(super) enum StateError {
+pub enum StateError {
+    /// Nothing to set.
     #[error("`bodies` is empty, expected at least one")]
     Empty,
+    /// A name that no sample can hold.
     #[error(transparent)]
     Form(#[from] NameError),
+    /// No such body.
     #[error("`name` is {found:?}, expected one of {}", known.join(", "))]
-    Name { found: String, known: Vec<String> },
+    Name {
+        /// The name found.
+        found: String,
+        /// The scene's bodies.
+        known: Vec<String>,
+    },
+    /// Two states for one body.
     #[error("`bodies` has {0} twice, expected each once")]
     Twice(String),
+    /// NaN or infinity, in SI or in the scene's units.
     #[error("`bodies`: the state of {0} is not finite")]
     NotFinite(String),
+    /// No rotation.
     #[error(
         "`attitude` of {body} has |RᵀR − I| = {error:e} and determinant {determinant}, expected a rotation to {ORTHOGONALITY:e}"
     )]
     Attitude {
+        /// The body.
         body: String,
+        /// `|RᵀR − I|`.
         error: f64,
+        /// `det R`.
         determinant: f64,
     },
 }
 
-/// The states of a request in the scene's units, each with its body.
-pub(super) fn check(
-    scene: &Scene,
-    bodies: &[msg::BodyState],
-) -> Result<Vec<(usize, BodyState)>, StateError> {
+impl SetStates {
+    /// Checks received states against the scene.
+    pub fn of_message(scene: &Scene, bodies: &[msg::BodyState]) -> Result<Self, StateError> {
+        check(scene, bodies).map(Self)
+    }
+
+    /// Overwrites the states of these bodies among those of all.
+    pub(crate) fn write(&self, states: &mut [BodyState]) {
+        for (body, state) in &self.0 {
+            states[*body] = *state;
+        }
+    }
+}
+
+fn check(scene: &Scene, bodies: &[msg::BodyState]) -> Result<Vec<(usize, BodyState)>, StateError> {
     let mut states: Vec<(usize, BodyState)> = Vec::with_capacity(bodies.len());
     for message in bodies {
         let name = || message.name.clone();

@@ -1,6 +1,6 @@
 //! A program under test while it runs, and when it has ended.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -36,7 +36,7 @@ pub struct Process {
     child: Child,
     printed: Arc<Printed>,
     readers: Vec<JoinHandle<()>>,
-    _stdin: Option<ChildStdin>,
+    stdin: Option<ChildStdin>,
 }
 
 /// A program that has ended.
@@ -77,7 +77,7 @@ impl Process {
         ];
         Self {
             readers: readers.into_iter().flatten().collect(),
-            _stdin: child.stdin.take(),
+            stdin: child.stdin.take(),
             child,
             printed,
         }
@@ -96,6 +96,12 @@ impl Process {
     /// Its standard error so far.
     pub fn stderr(&self) -> String {
         text(&self.printed.stderr)
+    }
+
+    /// Writes a line to its standard input.
+    pub fn tell(&mut self, line: &str) {
+        let stdin = self.stdin.as_mut().expect("a standard input");
+        writeln!(stdin, "{line}").expect("a process that reads");
     }
 
     /// Waits until its standard error holds `fragment`.

@@ -63,8 +63,11 @@ impl LinkEnd {
         self.shared.fault.get().map(String::as_str)
     }
 
-    /// Hands a snapshot to the ROS side; returns `false` where none is free and it may be dropped.
+    /// Hands a snapshot to the ROS side, where somebody wants it; returns `false` where none is free and it may be dropped.
     pub(crate) fn publish(&mut self, step: u64, states: &[BodyState], wait: Wait) -> bool {
+        if wait != Wait::Always && !self.shared.wanted.load(Ordering::Acquire) {
+            return true;
+        }
         let wait = self.lossless || wait == Wait::Always;
         let mut snapshot = loop {
             match self.empty.pop() {

@@ -1,13 +1,12 @@
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use lgvi_dynamics::System;
 use lgvi_middleware::ros::Subscription;
 use lgvi_middleware::shm::{ControlSubscriber, FeedbackSubscriber};
 use lgvi_msgs::msg::{self, ControlLimits, ControlSequence, Intervention};
-use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::shm::{Limits, Name};
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
@@ -15,16 +14,13 @@ use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
 use super::topics::Topics;
-use super::{Request, SEQUENCES, Shared};
+use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
 use crate::messages::{self, Snapshot};
 use crate::monitor::Monitor;
 use crate::{ControlError, Controls};
 
 /// How often the ROS side looks for work when there is none.
 const IDLE: Duration = Duration::from_millis(1);
-
-/// How often the time is published at most.
-const CLOCK: Duration = Duration::from_millis(10);
 
 /// The thread's end of the link.
 pub(super) struct Link {
@@ -74,8 +70,10 @@ impl Link {
     /// Serves the loop until it asks for the end.
     pub(super) fn serve(mut self, await_subscribers: usize) {
         let mut sequence = 0;
-        let mut clock_due = Instant::now();
+        let mut begun = false;
         loop {
+            let wanted = self.topics.wanted() || self.monitor.wanted();
+            self.shared.wanted.store(wanted, Ordering::Release);
             if self.topics.have_subscribers(await_subscribers) {
                 self.shared.attended.store(true, Ordering::Release);
             }
@@ -85,16 +83,24 @@ impl Link {
             self.receive_controls();
             self.held.retain(|controls| Arc::strong_count(controls) > 1);
             let mut idle = request.is_none();
-            while let Ok(snapshot) = self.filled.pop() {
+            // All that was there before the request, and not for ever.
+            for _ in 0..SNAPSHOTS {
+                let Ok(snapshot) = self.filled.pop() else {
+                    break;
+                };
                 idle = false;
+                begun = true;
                 self.publish(&snapshot, &mut sequence);
-                if Instant::now() >= clock_due {
-                    clock_due = Instant::now() + CLOCK;
-                    self.publish_clock(snapshot.step);
-                }
-                self.monitor.observe(&snapshot.states);
+                self.monitor.observe(snapshot.step, &snapshot.states);
                 // As many places as snapshots.
                 let _ = self.empty.push(snapshot);
+            }
+            if let Some(clock) = self.topics.clock.as_mut().filter(|_| begun) {
+                let step = self.monitor.step.load(Ordering::Relaxed);
+                match request {
+                    Some(Request::Settle(..)) => clock.tell_last(&self.scene, step),
+                    _ => clock.tell(&self.scene, step),
+                }
             }
             // Who has asked may have gone.
             match request {
@@ -124,16 +130,6 @@ impl Link {
             for message in std::mem::take(&mut self.initial) {
                 self.consider((*message).clone());
             }
-        }
-    }
-
-    fn publish_clock(&self, step: u64) {
-        if let Some(topic) = self.topics.clock.as_ref().filter(|topic| topic.wanted())
-            && let Ok(header) = lgvi_node::header(&self.scene, step)
-        {
-            topic.send(&Clock {
-                clock: header.stamp,
-            });
         }
     }
 

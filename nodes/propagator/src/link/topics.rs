@@ -4,12 +4,12 @@ use std::time::Duration;
 use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
-use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
 use super::Published;
+use super::clock::FlightClock;
 use super::counted::{Counted, Counts};
 
 /// Depth of the topics that stream.
@@ -24,7 +24,7 @@ pub(super) struct Topics {
     pub(super) scene: Counted<msg::Scene>,
     pub(super) flown: Counted<ControlSequence>,
     pub(super) intervention: Counted<Intervention>,
-    pub(super) clock: Option<Counted<Clock>>,
+    pub(super) clock: Option<FlightClock>,
 }
 
 impl Topics {
@@ -47,10 +47,24 @@ impl Topics {
             scene: Counted::new(ros, "~/scene", &Qos::latched(1), lossless)?,
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(16), lossless)?,
             intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
-            clock: clock
-                .then(|| Counted::new(ros, "/clock", &Qos::reliable(10), false))
-                .transpose()?,
+            clock: clock.then(|| FlightClock::new(ros)).transpose()?,
         })
+    }
+
+    /// Whether anybody has subscribed to what is made of states.
+    pub(super) fn wanted(&self) -> bool {
+        // All are asked, for the counts.
+        let odometry = self
+            .odometry
+            .iter()
+            .fold(false, |wanted, topic| topic.wanted() || wanted);
+        [
+            self.state.wanted(),
+            self.tf.wanted(),
+            self.invariants.wanted(),
+            odometry,
+        ]
+        .contains(&true)
     }
 
     /// Whether odometry, tf and invariants have `count` subscribers each.
@@ -91,7 +105,7 @@ impl Topics {
             self.flown.counts(),
             self.intervention.counts(),
         ]);
-        counts.extend(self.clock.as_ref().map(Counted::counts));
+        counts.extend(self.clock.as_ref().map(|clock| clock.topic.counts()));
         counts
     }
 }

@@ -63,17 +63,41 @@ fn measure(options: &Options, directory: &Path) -> Result<(), BenchError> {
         seconds: options.seconds,
     };
     println!("{BODIES} bodies, {RATE} steps/s; time on the processor of the whole process");
-    println!("| Node | CPU (ms a second) | to the first | messages taken/s |\n| --- | ---: | ---: | ---: |");
+    println!(
+        "| Node | CPU (ms a second) | to the first | messages taken/s |\n| --- | ---: | ---: | ---: |"
+    );
     let mut first = None;
     for (name, listening) in [
         ("flight, nobody listens", Listening::default()),
-        ("shared memory", Listening { shm: true, dds: false }),
-        ("all topics over DDS", Listening { shm: false, dds: true }),
-        ("shared memory and all topics", Listening { shm: true, dds: true }),
+        (
+            "shared memory",
+            Listening {
+                shm: true,
+                dds: false,
+            },
+        ),
+        (
+            "all topics over DDS",
+            Listening {
+                shm: false,
+                dds: true,
+            },
+        ),
+        (
+            "shared memory and all topics",
+            Listening {
+                shm: true,
+                dds: true,
+            },
+        ),
     ] {
         let cost = bench.flight(listening)?;
         let ratio = cost.cpu / *first.get_or_insert(cost.cpu);
-        println!("| {name} | {:.1} | {ratio:.2} | {:.0} |", cost.cpu * 1e3, cost.taken);
+        println!(
+            "| {name} | {:.1} | {ratio:.2} | {:.0} |",
+            cost.cpu * 1e3,
+            cost.taken
+        );
     }
     for (name, configure) in [("unconfigured", false), ("inactive", true)] {
         println!("| {name} | {:.1} | | |", bench.idle(configure)? * 1e3);
@@ -117,7 +141,10 @@ impl Bench {
             taken: (listeners.taken() - taken) as f64 / flown,
         };
         if flown < 0.95 * self.seconds {
-            println!("The machine is too busy: {flown} s of {} s were flown", self.seconds);
+            println!(
+                "The machine is too busy: {flown} s of {} s were flown",
+                self.seconds
+            );
         }
         listeners.end();
         Ok(cost)
@@ -164,7 +191,9 @@ impl Bench {
             .spawn()
             .map_err(|error| {
                 let program = program.display();
-                text(format!("{program}, which `cargo build -p lgvi` makes: {error}"))
+                text(format!(
+                    "{program}, which `cargo build -p lgvi` makes: {error}"
+                ))
             })?;
         let step = Arc::<AtomicU64>::default();
         if let Some(stdout) = child.stdout.take() {
@@ -253,7 +282,10 @@ impl Listeners {
                 ("/tf".into(), TFMessage::TYPE_NAME),
             ];
             topics.extend((0..BODIES).map(|body| {
-                (format!("/lgvi_propagator/odometry/body{body}"), Odometry::TYPE_NAME)
+                (
+                    format!("/lgvi_propagator/odometry/body{body}"),
+                    Odometry::TYPE_NAME,
+                )
             }));
             for (topic, type_name) in topics {
                 let subscription: RawSubscription = ros
@@ -279,11 +311,16 @@ impl Listeners {
     }
 
     fn heard_all(&self) -> bool {
-        self.taken.iter().all(|taken| taken.load(Ordering::Relaxed) > 0)
+        self.taken
+            .iter()
+            .all(|taken| taken.load(Ordering::Relaxed) > 0)
     }
 
     fn taken(&self) -> u64 {
-        self.taken.iter().map(|taken| taken.load(Ordering::Relaxed)).sum()
+        self.taken
+            .iter()
+            .map(|taken| taken.load(Ordering::Relaxed))
+            .sum()
     }
 
     fn end(self) {

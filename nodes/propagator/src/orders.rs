@@ -4,7 +4,6 @@
 mod set_state;
 
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use lgvi_dynamics::BodyState;
 use lgvi_middleware::ros::{Executor, Running};
@@ -16,9 +15,6 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Orders on their way to the loop.
 const ORDERS: usize = 16;
-
-/// How often the answers of the loop are looked for.
-const LOOK: Duration = Duration::from_millis(2);
 
 /// What is to be done.
 pub(crate) enum Command {
@@ -45,7 +41,7 @@ pub(crate) struct Order {
 pub(crate) struct Orders {
     given: Consumer<Order>,
     done: Producer<(Order, Outcome)>,
-    _executor: Running,
+    executor: Running,
 }
 
 /// The services' end.
@@ -110,7 +106,7 @@ impl Orders {
             }
         });
 
-        executor.every(LOOK, move || {
+        executor.whenever(move || {
             while let Ok((order, outcome)) = answered.pop() {
                 let order: Order = order;
                 (order.answer)(outcome);
@@ -119,7 +115,7 @@ impl Orders {
         Ok(Self {
             given: taken,
             done,
-            _executor: executor.start().map_err(NodeError::runtime)?,
+            executor: executor.start().map_err(NodeError::runtime)?,
         })
     }
 
@@ -132,6 +128,7 @@ impl Orders {
     pub(crate) fn answer(&mut self, order: Order, outcome: Outcome) {
         // As many places as orders can be under way.
         let _ = self.done.push((order, outcome));
+        self.executor.wake();
     }
 }
 

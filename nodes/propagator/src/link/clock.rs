@@ -1,5 +1,6 @@
 //! The flight's time on `/clock`.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::{Qos, RosNode};
@@ -8,7 +9,7 @@ use lgvi_msgs::stamp;
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
-use super::counted::Counted;
+use super::counted::{Counted, Counts};
 
 /// Between two messages at least.
 const PERIOD: Duration = Duration::from_millis(10);
@@ -23,7 +24,7 @@ const DEPTH: usize = 10;
 /// Publishes the time of the step at which the flight is. Reliable, so that subscriptions of every kind match; those of
 /// ROS 2 nodes are best effort, of depth 1.
 pub(super) struct FlightClock {
-    pub(super) topic: Counted<Clock>,
+    topic: Counted<Clock>,
     due: Instant,
     told: Option<(u64, Instant)>,
 }
@@ -35,6 +36,16 @@ impl FlightClock {
             due: Instant::now(),
             told: None,
         })
+    }
+
+    /// Whether anybody has subscribed.
+    pub(super) fn wanted(&self) -> bool {
+        self.topic.wanted()
+    }
+
+    /// What becomes of the messages.
+    pub(super) fn counts(&self) -> Arc<Counts> {
+        self.topic.counts()
     }
 
     /// Publishes the time where it is due.

@@ -119,7 +119,9 @@ impl LinkEnd {
     }
 
     fn ask(&self, request: Request) -> Result<(), NodeError> {
-        self.requests.send(request).map_err(panicked)
+        self.requests.send(request).map_err(panicked)?;
+        self.thread.thread().unpark();
+        Ok(())
     }
 }
 

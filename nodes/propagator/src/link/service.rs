@@ -1,6 +1,9 @@
 use std::collections::VecDeque;
+use std::pin::pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
+use std::task::{Context, Poll, Wake};
+use std::thread::{self, Thread};
 use std::time::Duration;
 
 use lgvi_dynamics::System;
@@ -13,14 +16,19 @@ use lgvi_scene::Scene;
 use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
+use super::clock::FlightClock;
 use super::topics::Topics;
 use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
 use crate::messages::{self, Snapshot};
 use crate::monitor::Monitor;
 use crate::{ControlError, Controls};
 
-/// How often the ROS side looks for work when there is none.
-const IDLE: Duration = Duration::from_millis(1);
+/// How often the ROS side looks for work while states or controls may come.
+const BUSY: Duration = Duration::from_millis(1);
+
+/// The same while none are expected: for the first of a new publisher in shared memory, and for subscribers. What comes
+/// over DDS, and what the loop asks, wakes it.
+const IDLE: Duration = Duration::from_millis(50);
 
 /// The thread's end of the link.
 pub(super) struct Link {
@@ -71,6 +79,8 @@ impl Link {
     pub(super) fn serve(mut self, await_subscribers: usize) {
         let mut sequence = 0;
         let mut begun = false;
+        let waker = Arc::new(Unpark(thread::current())).into();
+        let mut context = Context::from_waker(&waker);
         loop {
             let wanted = self.topics.wanted() || self.monitor.wanted();
             self.shared.wanted.store(wanted, Ordering::Release);
@@ -80,7 +90,7 @@ impl Link {
             // Taken before what was handed over before it.
             let request = self.requests.try_recv().ok();
             self.answer_pending();
-            self.receive_controls();
+            self.receive_controls(&mut context);
             self.held.retain(|controls| Arc::strong_count(controls) > 1);
             let mut idle = request.is_none();
             // All that was there before the request, and not for ever.
@@ -117,9 +127,19 @@ impl Link {
                 None => {}
             }
             if idle {
-                std::thread::sleep(IDLE);
+                thread::park_timeout(self.pause(wanted));
             }
         }
+    }
+
+    /// How long to pause at most where there is nothing to do, by whether states are wanted.
+    fn pause(&self, wanted: bool) -> Duration {
+        let expected = wanted
+            || !self.shared.attended.load(Ordering::Relaxed)
+            || !self.pending.is_empty()
+            || self.shm_controls.publishers() + self.shm_feedback.publishers() > 0
+            || self.topics.clock.as_ref().is_some_and(FlightClock::wanted);
+        if expected { BUSY } else { IDLE }
     }
 
     /// Publishes that the course has been changed. A new one begins with the sequences with which the first has begun.
@@ -167,7 +187,7 @@ impl Link {
         }
     }
 
-    fn receive_controls(&mut self) {
+    fn receive_controls(&mut self, context: &mut Context<'_>) {
         let frame = &self.scene.frame;
         let controls = self.shm_controls.receive();
         let controls =
@@ -184,10 +204,13 @@ impl Link {
             }
         }
         for subscription in 0..self.ros_controls.len() {
-            match self.ros_controls[subscription].take() {
-                Ok(Some(sample)) => self.consider(sample.message),
-                Ok(None) => {}
-                Err(error) => self.refuse(ControlError::Undecodable(error.to_string())),
+            let received = pin!(self.ros_controls[subscription].recv()).poll(context);
+            match received {
+                Poll::Ready(Ok(sample)) => self.consider(sample.message),
+                Poll::Ready(Err(error)) => {
+                    self.refuse(ControlError::Undecodable(error.to_string()));
+                }
+                Poll::Pending => {}
             }
         }
     }
@@ -250,6 +273,15 @@ impl Link {
                 Err(error) => warn!("control sequence refused: {error}"),
             }
         }
+    }
+}
+
+/// Wakes the thread.
+struct Unpark(Thread);
+
+impl Wake for Unpark {
+    fn wake(self: Arc<Self>) {
+        self.0.unpark();
     }
 }
 

@@ -105,7 +105,7 @@ impl Topics {
             self.flown.counts(),
             self.intervention.counts(),
         ]);
-        counts.extend(self.clock.as_ref().map(|clock| clock.topic.counts()));
+        counts.extend(self.clock.as_ref().map(FlightClock::counts));
         counts
     }
 }

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use lgvi_control::Plan;
 use lgvi_middleware::ros::{Decision, GoalHandle, StopReason};
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverFeedback, PlanManeuverGoal, PlanManeuverResult};
+use lgvi_msgs::msg::ControlSequence;
 use lgvi_scene::Scene;
 use tracing::warn;
 
@@ -27,6 +28,14 @@ pub(crate) fn decide(goal: &PlanManeuverGoal, waiting: usize, active: bool) -> D
         Decision::Preempt
     } else {
         Decision::Accept
+    }
+}
+
+/// What is said of a plan where its controls are too long to be sent: they are on `~/control_sequence`.
+pub(crate) fn without_controls(result: PlanManeuverResult) -> PlanManeuverResult {
+    PlanManeuverResult {
+        controls: ControlSequence::default(),
+        ..result
     }
 }
 

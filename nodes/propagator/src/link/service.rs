@@ -62,7 +62,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Publishes the scene for late joiners.
+    /// Publishes what stays as it is, for late joiners: the scene, its frames and how it looks.
     pub(super) fn announce_scene(&mut self) -> Result<(), NodeError> {
         let scene = &self.scene;
         let message = msg::Scene {
@@ -72,6 +72,12 @@ impl Link {
             software: crate::SOFTWARE.into(),
         };
         self.topics.scene.send(&message);
+        let markers = messages::markers(scene).map_err(NodeError::input)?;
+        self.topics.markers.send(&markers);
+        let frames = messages::static_transforms(scene).map_err(NodeError::input)?;
+        if let (Some(topic), Some(frames)) = (&mut self.topics.tf_static, frames) {
+            topic.send(&frames);
+        }
         Ok(())
     }
 
@@ -90,9 +96,9 @@ impl Link {
             // Taken before what was handed over before it.
             let request = self.requests.try_recv().ok();
             self.answer_pending();
-            self.receive_controls(&mut context);
+            let received = self.receive_controls(&mut context);
             self.held.retain(|controls| Arc::strong_count(controls) > 1);
-            let mut idle = request.is_none();
+            let mut idle = request.is_none() && !received;
             // All that was there before the request, and not for ever.
             for _ in 0..SNAPSHOTS {
                 let Ok(snapshot) = self.filled.pop() else {
@@ -187,8 +193,10 @@ impl Link {
         }
     }
 
-    fn receive_controls(&mut self, context: &mut Context<'_>) {
+    /// Considers the sequences that have come in; returns whether there were any.
+    fn receive_controls(&mut self, context: &mut Context<'_>) -> bool {
         let frame = &self.scene.frame;
+        let mut any = false;
         let controls = self.shm_controls.receive();
         let controls =
             controls.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
@@ -196,6 +204,7 @@ impl Link {
         let feedback =
             feedback.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
         for received in [controls, feedback] {
+            any |= !matches!(received, Ok(None));
             match received {
                 Ok(Some(Ok(message))) => self.consider(message),
                 Ok(Some(Err(error))) => self.refuse(error.into()),
@@ -205,6 +214,7 @@ impl Link {
         }
         for subscription in 0..self.ros_controls.len() {
             let received = pin!(self.ros_controls[subscription].recv()).poll(context);
+            any |= received.is_ready();
             match received {
                 Poll::Ready(Ok(sample)) => self.consider(sample.message),
                 Poll::Ready(Err(error)) => {
@@ -213,6 +223,7 @@ impl Link {
                 Poll::Pending => {}
             }
         }
+        any
     }
 
     /// Checks a sequence that came in and sends it to the loop.

@@ -204,7 +204,7 @@ impl Link {
         let feedback =
             feedback.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
         for received in [controls, feedback] {
-            any |= !matches!(received, Ok(None));
+            any |= matches!(received, Ok(Some(_)));
             match received {
                 Ok(Some(Ok(message))) => self.consider(message),
                 Ok(Some(Err(error))) => self.refuse(error.into()),

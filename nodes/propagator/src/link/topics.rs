@@ -64,17 +64,13 @@ impl Topics {
     /// Whether anybody has subscribed to what is made of states.
     pub(super) fn wanted(&self) -> bool {
         // All are asked, for the counts.
-        let odometry = self
-            .odometry
-            .iter()
-            .fold(false, |wanted, topic| topic.wanted() || wanted);
-        [
+        let odometry = self.odometry.iter().filter(|topic| topic.wanted()).count();
+        let others = [
             self.state.wanted(),
             self.tf.wanted(),
             self.invariants.wanted(),
-            odometry,
-        ]
-        .contains(&true)
+        ];
+        odometry > 0 || others.contains(&true)
     }
 
     /// Whether odometry, tf and invariants have `count` subscribers each.

@@ -1,6 +1,6 @@
 //! A program under test while it runs, and when it has ended.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -101,6 +101,12 @@ impl Process {
     /// Its standard error so far.
     pub fn stderr(&self) -> String {
         text(&self.printed.stderr)
+    }
+
+    /// Writes a line to its standard input.
+    pub fn tell(&mut self, line: &str) {
+        let stdin = self.stdin.as_mut().expect("a standard input");
+        writeln!(stdin, "{line}").expect("a process that reads");
     }
 
     /// Waits until its standard error holds `fragment`.

@@ -32,6 +32,8 @@ pub(crate) enum BenchError {
     Run { name: String, known: Vec<String> },
     #[error("{0}")]
     Peer(String),
+    #[error("{0}")]
+    Nodes(String),
     #[error("no plan: {0}")]
     Plan(String),
     #[error("{0}")]

@@ -1,6 +1,7 @@
 //! Benchmarks: run time against error, beside outside peers when they are installed.
 //!
-//! Times are the best of several repetitions in one run, and only their ratios mean anything.
+//! Times are the best of several repetitions in one run, and only their ratios mean anything. What the nodes cost is
+//! measured once, over seconds.
 
 #![allow(clippy::print_stdout)]
 
@@ -14,6 +15,7 @@ mod error;
 mod feedback;
 mod flight;
 mod free;
+mod laziness;
 mod maneuvers;
 mod methods;
 mod peer;
@@ -80,6 +82,8 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
+    /// What the propagator costs by who listens; needs `cargo build -p lgvi` of the same profile.
+    Laziness(laziness::Options),
     /// How far disturbed flights of a plan miss, with and without feedback and new plans on the way.
     Feedback {
         /// Flights of each kind.
@@ -114,6 +118,7 @@ fn main() -> Result<(), BenchError> {
         }
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
         Command::Maneuvers { count, seed } => maneuvers::run(count, seed, &arguments.images),
+        Command::Laziness(options) => laziness::run(&options),
         Command::Feedback { flights, intervals } => {
             feedback::run(flights, intervals, &arguments.images)
         }

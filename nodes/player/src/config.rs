@@ -48,12 +48,20 @@ impl Config {
                 "parameter \"bag\" is missing, expected a path".into(),
             ));
         }
+        let clock = parameters.get("clock").map_err(NodeError::input)?;
+        if clock && parameters.get("use_sim_time").map_err(NodeError::input)? {
+            return Err(NodeError::Input(
+                "parameters \"clock\" and \"use_sim_time\" are both true, expected one at most: \
+                 the node would follow itself"
+                    .into(),
+            ));
+        }
         let await_subscribers: i64 = parameters
             .get("await_subscribers")
             .map_err(NodeError::input)?;
         Ok(Self {
             bag: bag.into(),
-            clock: parameters.get("clock").map_err(NodeError::input)?,
+            clock,
             await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
         })
     }

@@ -3,6 +3,7 @@
 //! Each message goes out as the bytes that were recorded. States go over shared memory too, as they came.
 
 mod channels;
+mod clock;
 mod config;
 mod run;
 

@@ -6,13 +6,12 @@ use std::time::{Duration, Instant};
 
 use lgvi_bag::BagReader;
 use lgvi_middleware::ParameterSpec;
-use lgvi_middleware::ros::{Diagnosed, Publisher, Qos, Status};
-use lgvi_msgs::rosgraph_msgs::Clock;
-use lgvi_msgs::stamp;
+use lgvi_middleware::ros::{Diagnosed, Status};
 use lgvi_node::{Event, Managed, Node, NodeError, Stopped};
-use tracing::{info, warn};
+use tracing::info;
 
 use crate::channels::Channels;
+use crate::clock::RecordedClock;
 use crate::config::{self, Config};
 
 /// How often waiting looks whether it is over.
@@ -21,16 +20,11 @@ const WAIT: Duration = Duration::from_millis(1);
 /// How long a message may be waited for at a stretch.
 const SLICE: Duration = Duration::from_millis(10);
 
-/// Recorded time between two clock messages (ns).
-const CLOCK_PERIOD: u64 = 10_000_000;
-
 /// A replay, and all that it needs.
 pub(crate) struct Player {
     bag: BagReader,
     channels: Channels,
-    clock: Option<Publisher<Clock>>,
-    /// Log time at which the next clock message is due (ns).
-    clock_due: u64,
+    clock: Option<RecordedClock>,
     await_subscribers: usize,
     /// Messages played.
     played: u64,
@@ -52,9 +46,8 @@ impl Managed for Player {
         let channels = Channels::open(&bag, &node.ros, &node.shm()?, lossless)?;
         let clock = config
             .clock
-            .then(|| node.ros.publisher("/clock", &Qos::reliable(10)))
-            .transpose()
-            .map_err(NodeError::runtime)?;
+            .then(|| RecordedClock::new(&node.ros))
+            .transpose()?;
         let count = Arc::<AtomicU64>::default();
         let played = Arc::clone(&count);
         let diagnosed = node.diagnostics.add("replay", move || {
@@ -65,7 +58,6 @@ impl Managed for Player {
             bag,
             channels,
             clock,
-            clock_due: 0,
             await_subscribers: config.await_subscribers,
             played: 0,
             count,
@@ -81,6 +73,7 @@ impl Managed for Player {
         let mut pace = Pace::new(config::rate(&node.parameters)?);
         let mut generation = node.parameters.generation();
         let skipped = usize::try_from(self.played).map_err(NodeError::runtime)?;
+        let mut last = 0;
         for message in self.bag.messages().skip(skipped) {
             let message = message.map_err(NodeError::input)?;
             while !node.interrupted() && !pace.wait(message.log_time) {
@@ -92,19 +85,16 @@ impl Managed for Player {
             if node.interrupted() {
                 return Ok(Stopped::Interrupted);
             }
-            if let Some(clock) = &self.clock
-                && message.log_time >= self.clock_due
-            {
-                self.clock_due = message.log_time.saturating_add(CLOCK_PERIOD);
-                let time = i64::try_from(message.log_time).map_err(NodeError::input)?;
-                let time = stamp::to_message(time).map_err(NodeError::input)?;
-                if let Err(error) = clock.publish(&Clock { clock: time }) {
-                    warn!("{error}");
-                }
+            if let Some(clock) = &mut self.clock {
+                clock.tell(message.log_time)?;
             }
+            last = message.log_time;
             self.channels.publish(message)?;
             self.played += 1;
             self.count.store(self.played, Ordering::Relaxed);
+        }
+        if let Some(clock) = &mut self.clock {
+            clock.tell_last(last)?;
         }
         self.channels.settle();
         let messages = self.played;

@@ -1,7 +1,7 @@
 //! How the flight is, as `/diagnostics` has it.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use lgvi_dynamics::{BodyState, Invariants};
@@ -10,9 +10,6 @@ use lgvi_scene::Scene;
 
 /// Every so many steps one is timed: reading the clock takes as long as a step of a small scene.
 const TIMED: u64 = 64;
-
-/// How often the invariants are looked at.
-const LOOK: Duration = Duration::from_millis(500);
 
 /// What the loop notes in passing; others read it.
 pub(crate) struct Monitor {
@@ -27,13 +24,25 @@ pub(crate) struct Monitor {
     timed: AtomicU64,
     total: AtomicU64,
     longest: AtomicU64,
+    /// Somebody has asked since a state was seen.
+    asked: AtomicBool,
     seen: Mutex<Seen>,
+    reported: Mutex<Reported>,
 }
 
 struct Seen {
     start: Invariants,
+    step: u64,
     states: Vec<BodyState>,
-    at: Option<Instant>,
+}
+
+/// What the counts were when the last report was made.
+struct Reported {
+    at: Instant,
+    step: u64,
+    overruns: u64,
+    refused: u64,
+    skipped: u64,
 }
 
 impl Monitor {
@@ -47,10 +56,18 @@ impl Monitor {
             timed: AtomicU64::new(0),
             total: AtomicU64::new(0),
             longest: AtomicU64::new(0),
+            asked: AtomicBool::new(false),
             seen: Mutex::new(Seen {
                 start: Invariants::of(&scene.system(), &states),
+                step: 0,
                 states,
-                at: None,
+            }),
+            reported: Mutex::new(Reported {
+                at: Instant::now(),
+                step: 0,
+                overruns: 0,
+                refused: 0,
+                skipped: 0,
             }),
             scene: scene.clone(),
         }
@@ -69,19 +86,24 @@ impl Monitor {
         self.longest.fetch_max(took, Ordering::Relaxed);
     }
 
-    /// Invariants are measured from here.
-    pub(crate) fn begin(&self, start: &Invariants) {
-        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.start = *start;
-        seen.at = None;
+    /// Invariants are measured from here; the state follows.
+    pub(crate) fn begin(&self, step: u64, start: &Invariants) {
+        self.step.store(step, Ordering::Relaxed);
+        lock(&self.seen).start = *start;
+        self.asked.store(true, Ordering::Release);
     }
 
-    /// Takes note of a state from time to time.
-    pub(crate) fn observe(&self, states: &[BodyState]) {
-        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        if seen.at.is_none_or(|at| at.elapsed() >= LOOK) {
+    /// Whether a state is to be observed: one for each report, so that nothing is done where nobody listens.
+    pub(crate) fn wanted(&self) -> bool {
+        self.asked.load(Ordering::Acquire)
+    }
+
+    /// Takes note of a state, if one is wanted.
+    pub(crate) fn observe(&self, step: u64, states: &[BodyState]) {
+        if self.asked.swap(false, Ordering::AcqRel) {
+            let mut seen = lock(&self.seen);
+            seen.step = step;
             seen.states.copy_from_slice(states);
-            seen.at = Some(Instant::now());
         }
     }
 
@@ -97,21 +119,39 @@ impl Monitor {
                 .map(|count| count.load(Ordering::Relaxed));
         let [timed, total, longest] =
             [&self.timed, &self.total, &self.longest].map(|count| count.swap(0, Ordering::Relaxed));
-        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let since = std::mem::replace(
+            &mut *lock(&self.reported),
+            Reported {
+                at: Instant::now(),
+                step,
+                overruns,
+                refused,
+                skipped,
+            },
+        );
+        let factor = self.scene.seconds(step.saturating_sub(since.step))
+            / since.at.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
+        let seen = lock(&self.seen);
+        self.asked.store(true, Ordering::Release);
         let now = Invariants::of(&self.scene.system(), &seen.states);
         let start = &seen.start;
         let units = &self.scene.units;
         let mean = total as f64 / timed.max(1) as f64 * 1e-3;
         Status::ok(format!("step {step} of {}", self.scene.steps))
-            .when(overruns > 0, Level::Warn, "steps came late")
+            .when(overruns > since.overruns, Level::Warn, "steps came late")
             .when(
-                refused > 0,
+                refused > since.refused,
                 Level::Warn,
                 "subscribers on this host did not keep up",
             )
-            .when(skipped > 0, Level::Warn, "the ROS side did not keep up")
+            .when(
+                skipped > since.skipped,
+                Level::Warn,
+                "the ROS side did not keep up",
+            )
             .value("step", step)
             .value("steps", self.scene.steps)
+            .value("real-time factor", format!("{factor:.3}"))
             .value("step time, mean (us)", format!("{mean:.3}"))
             .value(
                 "step time, longest (us)",
@@ -120,6 +160,7 @@ impl Monitor {
             .value("overruns", overruns)
             .value("samples refused over shared memory", refused)
             .value("states not converted for DDS", skipped)
+            .value("invariants of step", seen.step)
             .value(
                 "energy, change (J)",
                 format!("{:e}", (now.energy - start.energy) * units.energy()),
@@ -144,4 +185,8 @@ impl Monitor {
                 format!("{:e}", now.orthogonality_error),
             )
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -2,7 +2,6 @@
 //! two steps.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use lgvi_middleware::ros::{Executor, Running};
 use lgvi_msgs::msg;
@@ -16,9 +15,6 @@ use crate::SetStates;
 
 /// Orders on their way to the loop.
 const ORDERS: usize = 16;
-
-/// How often the answers of the loop are looked for.
-const LOOK: Duration = Duration::from_millis(2);
 
 /// Why an order is refused while the loop does not run.
 pub(crate) const INACTIVE: &str = "the node is not active";
@@ -49,7 +45,7 @@ pub(crate) struct Orders {
     given: Consumer<Order>,
     done: Producer<(Order, Outcome)>,
     sender: Sender,
-    _executor: Running,
+    executor: Running,
 }
 
 /// The services' end.
@@ -124,7 +120,7 @@ impl Orders {
             }
         });
 
-        executor.every(LOOK, move || {
+        executor.whenever(move || {
             while let Ok((order, outcome)) = answered.pop() {
                 let order: Order = order;
                 (order.answer)(outcome);
@@ -134,7 +130,7 @@ impl Orders {
             given: taken,
             done,
             sender,
-            _executor: executor.start().map_err(NodeError::runtime)?,
+            executor: executor.start().map_err(NodeError::runtime)?,
         })
     }
 
@@ -160,6 +156,7 @@ impl Orders {
     pub(crate) fn answer(&mut self, order: Order, outcome: Outcome) {
         // As many places as orders can be under way, and one that is being carried out.
         let _ = self.done.push((order, outcome));
+        self.executor.wake();
     }
 }
 

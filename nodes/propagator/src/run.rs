@@ -403,14 +403,14 @@ impl Propagator {
         self.cost = 0.0;
         self.arrival = None;
         self.start = self.flight.invariants();
-        self.monitor.begin(&self.start);
+        self.monitor.begin(0, &self.start);
         Ok(())
     }
 
     /// Takes the present state for the one that the invariants are measured from.
     pub(crate) fn measure_from_here(&mut self) {
         self.start = self.flight.invariants();
-        self.monitor.begin(&self.start);
+        self.monitor.begin(self.flight.step(), &self.start);
     }
 
     fn report(&self) -> FlightReport {

@@ -98,9 +98,17 @@ pub struct Diagnosed {
 }
 
 impl Diagnostics {
-    /// Publishes on `/diagnostics`. Nobody is asked while nobody listens.
+    /// Publishes on `/diagnostics`, once a second of the wall, whatever the clock does. Nobody is asked while nobody
+    /// listens. A clock that follows `/clock` is a part.
     pub fn serve(node: &RosNode, executor: &mut Executor, clock: Clock) -> Result<Self, RosError> {
         let diagnostics = Self::default();
+        if clock.is_simulated() {
+            let clock = clock.clone();
+            diagnostics.lock().push(Part {
+                name: "clock".into(),
+                ask: Box::new(move || clock.status().unwrap_or_else(|| Status::ok(""))),
+            });
+        }
         let this = diagnostics.clone();
         let publisher = node.publisher("/diagnostics", &Qos::reliable(DEPTH))?;
         let prefix = node.fully_qualified_name();

@@ -72,6 +72,11 @@ impl Executor {
         self.0.push(Box::new(Timed { period, due, act }));
     }
 
+    /// Has `act` called whenever the executor is awake: after [`Running::wake`], and at least once a second.
+    pub fn whenever(&mut self, act: impl FnMut() + Send + 'static) {
+        self.0.push(Box::new(Whenever(act)));
+    }
+
     /// Begins, on a thread of its own.
     pub fn start(mut self) -> io::Result<Running> {
         let stop = Arc::new(AtomicBool::new(false));
@@ -93,14 +98,23 @@ impl Executor {
     }
 }
 
+impl Running {
+    /// Has everything looked after now. Does not lock.
+    pub fn wake(&self) {
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+    }
+}
+
 impl Drop for Running {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            if thread.join().is_err() {
-                warn!("the thread that answers requests has panicked");
-            }
+        self.wake();
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            warn!("the thread that answers requests has panicked");
         }
     }
 }
@@ -177,6 +191,15 @@ impl<F: FnMut() + Send> Task for Timed<F> {
     }
 }
 
+struct Whenever<F>(F);
+
+impl<F: FnMut() + Send> Task for Whenever<F> {
+    fn turn(&mut self, _: &mut Context<'_>) -> Duration {
+        (self.0)();
+        PAUSE
+    }
+}
+
 impl fmt::Debug for Executor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Executor")
@@ -188,5 +211,25 @@ impl fmt::Debug for Executor {
 impl<S: Service> fmt::Debug for Reply<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Reply").field(&self.server.name()).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+
+    #[test]
+    fn what_is_to_be_done_is_done_when_the_executor_is_woken() {
+        let (act, acted) = mpsc::channel();
+        let mut executor = Executor::new();
+        executor.whenever(move || act.send(()).unwrap());
+        let running = executor.start().unwrap();
+        acted.recv().unwrap();
+        let began = Instant::now();
+        running.wake();
+        acted.recv().unwrap();
+        assert!(began.elapsed() < PAUSE, "it has not been woken");
     }
 }

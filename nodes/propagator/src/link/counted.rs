@@ -94,10 +94,12 @@ impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
 
 /// Has the topics on `/diagnostics`.
 pub(super) fn diagnose(counts: Vec<Arc<Counts>>, diagnostics: &Diagnostics) -> Diagnosed {
-    diagnostics.add("topics", move || status(&counts))
+    let mut reported = 0;
+    diagnostics.add("topics", move || status(&counts, &mut reported))
 }
 
-fn status(counts: &[Arc<Counts>]) -> Status {
+/// `reported` is how many messages were lost when this was last asked.
+fn status(counts: &[Arc<Counts>], reported: &mut u64) -> Status {
     let mut lost = 0;
     let status = counts
         .iter()
@@ -112,7 +114,10 @@ fn status(counts: &[Arc<Counts>]) -> Status {
                 .value(format!("{topic} converted"), converted)
                 .value(format!("{topic} sent"), sent)
         });
-    status
-        .value("messages lost", lost)
-        .when(lost > 0, Level::Warn, "subscribers did not keep up")
+    let before = std::mem::replace(reported, lost);
+    status.value("messages lost", lost).when(
+        lost > before,
+        Level::Warn,
+        "subscribers did not keep up",
+    )
 }

@@ -65,8 +65,11 @@ impl LinkEnd {
         self.shared.fault.get().map(String::as_str)
     }
 
-    /// Hands a snapshot to the ROS side; returns `false` where none is free and it may be dropped.
+    /// Hands a snapshot to the ROS side, where somebody wants it; returns `false` where none is free and it may be dropped.
     pub(crate) fn publish(&mut self, step: u64, states: &[BodyState], wait: Wait) -> bool {
+        if wait == Wait::AsConfigured && !self.shared.wanted.load(Ordering::Acquire) {
+            return true;
+        }
         let wait = self.lossless || wait != Wait::AsConfigured;
         let mut snapshot = loop {
             match self.empty.pop() {
@@ -118,7 +121,9 @@ impl LinkEnd {
     }
 
     fn ask(&self, request: Request) -> Result<(), NodeError> {
-        self.requests.send(request).map_err(panicked)
+        self.requests.send(request).map_err(panicked)?;
+        self.thread.thread().unpark();
+        Ok(())
     }
 }
 

@@ -3,6 +3,7 @@
 //! The flight's loop holds one end ([`LinkEnd`]), the thread the other ([`service`]); between them are lock-free queues of
 //! preallocated snapshots and of checked control sequences.
 
+mod clock;
 mod counted;
 mod end;
 mod service;
@@ -42,6 +43,8 @@ pub(crate) type Published = BTreeMap<String, u64>;
 /// What both threads see.
 #[derive(Default)]
 struct Shared {
+    /// Somebody wants to know how the flight is.
+    wanted: AtomicBool,
     /// Odometry, tf and invariants have the subscribers that were asked for.
     attended: AtomicBool,
     /// A control sequence was malformed.

@@ -1,30 +1,34 @@
 use std::collections::VecDeque;
+use std::pin::pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
+use std::task::{Context, Poll, Wake};
+use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use lgvi_dynamics::System;
 use lgvi_middleware::ros::Subscription;
 use lgvi_middleware::shm::{ControlSubscriber, FeedbackSubscriber};
 use lgvi_msgs::msg::{self, ControlLimits, ControlSequence, Intervention};
-use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::shm::{Limits, Name};
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
+use super::clock::FlightClock;
 use super::topics::Topics;
-use super::{Request, SEQUENCES, Shared};
+use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
 use crate::messages::{self, Snapshot};
 use crate::monitor::Monitor;
 use crate::{ControlError, Controls};
 
-/// How often the ROS side looks for work when there is none.
-const IDLE: Duration = Duration::from_millis(1);
+/// How often the ROS side looks for work while states or controls may come.
+const BUSY: Duration = Duration::from_millis(1);
 
-/// How often the time is published at most.
-const CLOCK: Duration = Duration::from_millis(10);
+/// The same while none are expected: for the first of a new publisher in shared memory, and for subscribers. What comes
+/// over DDS, and what the loop asks, wakes it.
+const IDLE: Duration = Duration::from_millis(50);
 
 /// How long after the first copy of a sequence another may come by another way.
 const WAYS: Duration = Duration::from_secs(1);
@@ -83,27 +87,39 @@ impl Link {
     /// Serves the loop until it asks for the end.
     pub(super) fn serve(mut self, await_subscribers: usize) {
         let mut sequence = 0;
-        let mut clock_due = Instant::now();
+        let mut begun = false;
+        let waker = Arc::new(Unpark(thread::current())).into();
+        let mut context = Context::from_waker(&waker);
         loop {
+            let wanted = self.topics.wanted() || self.monitor.wanted();
+            self.shared.wanted.store(wanted, Ordering::Release);
             if self.topics.have_subscribers(await_subscribers) {
                 self.shared.attended.store(true, Ordering::Release);
             }
             // Taken before what was handed over before it.
             let request = self.requests.try_recv().ok();
             self.answer_pending();
-            self.receive_controls();
+            let received = self.receive_controls(&mut context);
             self.held.retain(|controls| Arc::strong_count(controls) > 1);
-            let mut idle = request.is_none();
-            while let Ok(snapshot) = self.filled.pop() {
+            let mut idle = request.is_none() && !received;
+            // All that was there before the request, and not for ever.
+            for _ in 0..SNAPSHOTS {
+                let Ok(snapshot) = self.filled.pop() else {
+                    break;
+                };
                 idle = false;
+                begun = true;
                 self.publish(&snapshot, &mut sequence);
-                if Instant::now() >= clock_due {
-                    clock_due = Instant::now() + CLOCK;
-                    self.publish_clock(snapshot.step);
-                }
-                self.monitor.observe(&snapshot.states);
+                self.monitor.observe(snapshot.step, &snapshot.states);
                 // As many places as snapshots.
                 let _ = self.empty.push(snapshot);
+            }
+            if let Some(clock) = self.topics.clock.as_mut().filter(|_| begun) {
+                let step = self.monitor.step.load(Ordering::Relaxed);
+                match request {
+                    Some(Request::Settle(..)) => clock.tell_last(&self.scene, step),
+                    _ => clock.tell(&self.scene, step),
+                }
             }
             // Who has asked may have gone.
             match request {
@@ -120,9 +136,19 @@ impl Link {
                 None => {}
             }
             if idle {
-                std::thread::sleep(IDLE);
+                thread::park_timeout(self.pause(wanted));
             }
         }
+    }
+
+    /// How long to pause at most where there is nothing to do, by whether states are wanted.
+    fn pause(&self, wanted: bool) -> Duration {
+        let expected = wanted
+            || !self.shared.attended.load(Ordering::Relaxed)
+            || !self.pending.is_empty()
+            || self.shm_controls.publishers() + self.shm_feedback.publishers() > 0
+            || self.topics.clock.as_ref().is_some_and(FlightClock::wanted);
+        if expected { BUSY } else { IDLE }
     }
 
     /// Publishes that the course has been changed. A new one begins with the sequences with which the first has begun.
@@ -133,16 +159,6 @@ impl Link {
             for message in std::mem::take(&mut self.initial) {
                 self.check(message);
             }
-        }
-    }
-
-    fn publish_clock(&self, step: u64) {
-        if let Some(topic) = self.topics.clock.as_ref().filter(|topic| topic.wanted())
-            && let Ok(header) = lgvi_node::header(&self.scene, step)
-        {
-            topic.send(&Clock {
-                clock: header.stamp,
-            });
         }
     }
 
@@ -180,8 +196,10 @@ impl Link {
         }
     }
 
-    fn receive_controls(&mut self) {
+    /// Considers the sequences that have come in; returns whether there were any.
+    fn receive_controls(&mut self, context: &mut Context<'_>) -> bool {
         let frame = &self.scene.frame;
+        let mut any = false;
         let controls = self.shm_controls.receive();
         let controls =
             controls.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
@@ -189,6 +207,7 @@ impl Link {
         let feedback =
             feedback.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
         for received in [controls, feedback] {
+            any |= matches!(received, Ok(Some(_)));
             match received {
                 Ok(Some(Ok(message))) => self.consider(message),
                 Ok(Some(Err(error))) => self.refuse(error.into()),
@@ -197,12 +216,17 @@ impl Link {
             }
         }
         for subscription in 0..self.ros_controls.len() {
-            match self.ros_controls[subscription].take() {
-                Ok(Some(sample)) => self.consider(sample.message),
-                Ok(None) => {}
-                Err(error) => self.refuse(ControlError::Undecodable(error.to_string())),
+            let received = pin!(self.ros_controls[subscription].recv()).poll(context);
+            any |= received.is_ready();
+            match received {
+                Poll::Ready(Ok(sample)) => self.consider(sample.message),
+                Poll::Ready(Err(error)) => {
+                    self.refuse(ControlError::Undecodable(error.to_string()));
+                }
+                Poll::Pending => {}
             }
         }
+        any
     }
 
     /// Checks a sequence that came in, unless it has come by another way.
@@ -275,6 +299,15 @@ impl Link {
                 Err(error) => warn!("control sequence refused: {error}"),
             }
         }
+    }
+}
+
+/// Wakes the thread.
+struct Unpark(Thread);
+
+impl Wake for Unpark {
+    fn wake(self: Arc<Self>) {
+        self.0.unpark();
     }
 }
 

@@ -4,13 +4,13 @@ use std::time::Duration;
 use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
-use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
 use super::Published;
+use super::clock::FlightClock;
 use super::counted::{Counted, Counts};
 
 /// Depth of the topics that stream.
@@ -28,7 +28,7 @@ pub(super) struct Topics {
     pub(super) markers: Counted<MarkerArray>,
     pub(super) flown: Counted<ControlSequence>,
     pub(super) intervention: Counted<Intervention>,
-    pub(super) clock: Option<Counted<Clock>>,
+    pub(super) clock: Option<FlightClock>,
 }
 
 impl Topics {
@@ -57,10 +57,20 @@ impl Topics {
             markers: Counted::new(ros, "~/markers", &once, lossless)?,
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(16), lossless)?,
             intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
-            clock: clock
-                .then(|| Counted::new(ros, "/clock", &Qos::reliable(10), false))
-                .transpose()?,
+            clock: clock.then(|| FlightClock::new(ros)).transpose()?,
         })
+    }
+
+    /// Whether anybody has subscribed to what is made of states.
+    pub(super) fn wanted(&self) -> bool {
+        // All are asked, for the counts.
+        let odometry = self.odometry.iter().filter(|topic| topic.wanted()).count();
+        let others = [
+            self.state.wanted(),
+            self.tf.wanted(),
+            self.invariants.wanted(),
+        ];
+        odometry > 0 || others.contains(&true)
     }
 
     /// Whether odometry, tf and invariants have `count` subscribers each.
@@ -105,7 +115,7 @@ impl Topics {
             self.intervention.counts(),
         ]);
         counts.extend(self.tf_static.as_ref().map(Counted::counts));
-        counts.extend(self.clock.as_ref().map(Counted::counts));
+        counts.extend(self.clock.as_ref().map(FlightClock::counts));
         counts
     }
 }

@@ -81,7 +81,9 @@ fn child<'a>(message: &'a TFMessage, name: &str) -> &'a Transform {
 fn the_transforms_of_a_flight_compose_to_its_geometry() {
     let world = World::new();
     let (summary, bag) = world.fly(&scene("docking_corridor"), "flight");
-    assert_eq!(summary.published, summary.recorded);
+    let mut published = summary.published;
+    published.retain(|_, count| *count > 0);
+    assert_eq!(published, summary.recorded);
     let flight = Recording::read(&bag);
     let fixed = flight.messages::<TFMessage>("/tf_static");
     assert_eq!(fixed.len(), 1);

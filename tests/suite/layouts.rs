@@ -7,14 +7,6 @@ use lgvi_msgs::lookup;
 use lgvi_tests::root;
 use serde_json::Value;
 
-/// Rows that the table has yet to get.
-const ANNOUNCED: &str = "
-| propagator | `~/markers` | `visualization_msgs/msg/MarkerArray` | latched, 1 | |
-| | `/tf_static` | `tf2_msgs/msg/TFMessage` | latched, 1 | |
-| planner | `~/markers` | `visualization_msgs/msg/MarkerArray` | latched, 1 | |
-| all | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | reliable | |
-";
-
 /// A row of the table of topics in docs/interfaces.md.
 struct Topic {
     /// Its full name, in which `<body>` stands for any one part.
@@ -35,8 +27,7 @@ fn topics() -> Vec<Topic> {
     let (table, _) = page.split_once("\n## ").unwrap();
     let mut node = String::new();
     let mut topics = Vec::new();
-    let rows = table.lines().chain(ANNOUNCED.lines());
-    for row in rows.filter(|line| line.starts_with("| ")) {
+    for row in table.lines().filter(|line| line.starts_with("| ")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         if !cells[1].is_empty() {
             node = format!("/lgvi_{}/", cells[1]);

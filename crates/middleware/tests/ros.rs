@@ -328,8 +328,12 @@ impl Drop for Listener {
 fn listener() {
     let environment = Environment::localhost(env::var(DOMAIN).unwrap().parse().unwrap());
     let count: u32 = env::var(COUNT).unwrap().parse().unwrap();
-    let subscription = node("listener", &environment)
+    let node = node("listener", &environment);
+    let subscription = node
         .subscription::<Odometry>("/odometry", &Qos::reliable(count as usize))
+        .unwrap();
+    let _other = node
+        .subscription::<Odometry>("/other", &Qos::reliable(1))
         .unwrap();
     for index in 0..count {
         assert_eq!(next(&subscription).pose.pose.position.x, f64::from(index));
@@ -356,26 +360,32 @@ fn a_burst_reaches_another_process_though_its_publisher_leaves_at_once() {
 }
 
 #[test]
-fn a_subscription_that_hangs_costs_one_wait() {
+fn a_process_that_hangs_costs_one_wait() {
+    const COUNT: u32 = 2000;
     let environment = isolated();
     let listener = Listener::spawn(&environment, 1_000_000);
-    let limit = Duration::from_millis(50);
-    let publisher = node("sender", &environment)
-        .publisher("/odometry", &Qos::reliable(1).max_wait(limit))
-        .unwrap();
-    assert!(publisher.wait_for_subscriptions(1, PATIENCE));
+    let limit = Duration::from_secs(1);
+    let node = node("sender", &environment);
+    let publishers = ["/odometry", "/other"].map(|topic| {
+        let publisher = node.publisher(topic, &Qos::reliable(1)).unwrap();
+        assert!(publisher.wait_for_subscriptions(1, PATIENCE));
+        publisher.publish(&odometry(0.0)).unwrap();
+        publisher.flush(PATIENCE).unwrap();
+        publisher
+    });
     listener.signal(Signal::SIGSTOP);
     let start = Instant::now();
-    let mut full = 0;
-    for index in 0..5000 {
-        match publisher.publish(&odometry(f64::from(index))) {
-            Ok(()) => {}
-            Err(PublishError::Full { .. }) => full += 1,
-            Err(error) => panic!("{error}"),
+    for index in 1..COUNT {
+        for publisher in &publishers {
+            publisher
+                .publish_lossless(&odometry(f64::from(index)), limit)
+                .unwrap();
         }
     }
+    // One wait for both, and 20 ms once in half a window of 512.
     let elapsed = start.elapsed();
-    assert!(elapsed >= limit && elapsed < 20 * limit, "{elapsed:?}");
-    assert!(full > 4000);
-    assert_eq!(publisher.dropped(), full);
+    assert!(elapsed >= limit && elapsed < 2 * limit, "{elapsed:?}");
+    for publisher in &publishers {
+        assert_eq!((publisher.sent(), publisher.dropped()), (COUNT.into(), 0));
+    }
 }

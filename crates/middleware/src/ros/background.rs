@@ -9,13 +9,17 @@ use std::{
     },
     task::{Context, Poll},
     thread::{self, JoinHandle, Thread},
+    time::Duration,
 };
 
 use futures_core::Stream;
-use rustdds::{DomainParticipant, DomainParticipantStatusListener, StatusEvented};
+use rustdds::{
+    DomainParticipant, DomainParticipantStatusEvent as Event, DomainParticipantStatusListener,
+    StatusEvented,
+};
 use tracing::warn;
 
-use super::{inbox::Inbox, matches::Matches};
+use super::{faults::Faults, inbox::Inbox, laggards::Laggards, matches::Matches, names::Names};
 use crate::block::thread_waker;
 
 /// Keeps [`Matches`] up to date and fills the inboxes; ends when dropped.
@@ -28,6 +32,14 @@ pub(super) struct Background {
     thread: Option<JoinHandle<()>>,
 }
 
+/// What the thread keeps up to date.
+pub(super) struct Keeps {
+    pub(super) matches: Arc<Matches>,
+    pub(super) laggards: Arc<Laggards>,
+    pub(super) names: Arc<Names>,
+    pub(super) faults: Arc<Faults>,
+}
+
 #[derive(Debug, Default)]
 struct Shared {
     stop: AtomicBool,
@@ -35,16 +47,13 @@ struct Shared {
 }
 
 impl Background {
-    pub(super) fn start(
-        participant: &DomainParticipant,
-        matches: Arc<Matches>,
-    ) -> io::Result<Self> {
+    pub(super) fn start(participant: &DomainParticipant, keeps: Keeps) -> io::Result<Self> {
         let listener = participant.status_listener();
         let shared = Arc::new(Shared::default());
         let work = Arc::clone(&shared);
         let thread = thread::Builder::new()
             .name("dds-inbox".into())
-            .spawn(move || work.run(&listener, &matches))?;
+            .spawn(move || work.run(&listener, &keeps))?;
         Ok(Self {
             shared,
             thread: Some(thread),
@@ -64,7 +73,8 @@ impl Background {
             .retain(|other| !Arc::ptr_eq(other, inbox));
     }
 
-    fn unpark(&self) {
+    /// Has the thread look for something to do.
+    pub(super) fn unpark(&self) {
         self.thread
             .as_ref()
             .map(JoinHandle::thread)
@@ -72,8 +82,26 @@ impl Background {
     }
 }
 
+impl Keeps {
+    fn apply(&self, event: Event) {
+        self.faults.apply(&event);
+        if let Event::ParticipantLost { id, .. } = event {
+            self.names.retain(|participant| participant.prefix != id);
+        }
+        self.matches.apply(event);
+    }
+
+    /// Does what is due; returns when there will be more to do.
+    fn tend(&self) -> Option<Duration> {
+        self.names.refresh();
+        let report = self.faults.report(&self.names);
+        let reminder = self.laggards.remind(&self.matches);
+        report.into_iter().chain(reminder).min()
+    }
+}
+
 impl Shared {
-    fn run(&self, listener: &DomainParticipantStatusListener, matches: &Matches) {
+    fn run(&self, listener: &DomainParticipantStatusListener, keeps: &Keeps) {
         let mut events = pin!(listener.as_async_status_stream());
         let waker = thread_waker();
         let mut context = Context::from_waker(&waker);
@@ -81,10 +109,11 @@ impl Shared {
             for inbox in self.inboxes().iter() {
                 inbox.fill(&waker);
             }
+            let next = keeps.tend();
             match events.as_mut().poll_next(&mut context) {
-                Poll::Ready(Some(event)) => matches.apply(event),
+                Poll::Ready(Some(event)) => keeps.apply(event),
                 Poll::Ready(None) => break,
-                Poll::Pending => thread::park(),
+                Poll::Pending => next.map_or_else(thread::park, thread::park_timeout),
             }
         }
     }

@@ -8,7 +8,7 @@ use ros2_client::{
     entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo},
 };
 use rustdds::{
-    DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, TopicKind,
+    DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, Topic, TopicKind,
     dds::result::CreateResult, no_key::DataWriterCdr,
 };
 use tracing::warn;
@@ -30,11 +30,12 @@ pub(super) enum Side {
 }
 
 impl Graph {
+    /// Announces the node; returns also the topic, on which the others announce theirs.
     pub(super) fn new(
         participant: &DomainParticipant,
         publisher: &Publisher,
         node: NodeName,
-    ) -> CreateResult<Self> {
+    ) -> CreateResult<(Self, Topic)> {
         let topic = participant.create_topic(
             ros_discovery::TOPIC_NAME.into(),
             ros_discovery::TYPE_NAME.into(),
@@ -49,7 +50,7 @@ impl Graph {
             announcer: publisher.create_datawriter_no_key(&topic, None)?,
         };
         graph.announce(vec![graph.node_info()]);
-        Ok(graph)
+        Ok((graph, topic))
     }
 
     pub(super) fn add(&mut self, side: Side, endpoint: GUID) {

@@ -42,6 +42,7 @@ struct Contents {
     waiting: VecDeque<Taken>,
     taker: Option<Waker>,
     latest: BTreeMap<GUID, i64>,
+    received: u64,
     lost: u64,
 }
 
@@ -97,6 +98,11 @@ impl Inbox {
         &self.topic
     }
 
+    /// Samples that have arrived.
+    pub(super) fn received(&self) -> u64 {
+        lock(&self.contents).received
+    }
+
     /// Samples that were sent after the first one of their publisher and will never be taken.
     pub(super) fn lost(&self) -> u64 {
         lock(&self.contents).lost
@@ -141,6 +147,7 @@ impl Inbox {
     fn put(&self, arrived: Result<DeserializedCacheChange<Vec<u8>>, TakeError>) {
         let mut contents = lock(&self.contents);
         if let Ok(change) = &arrived {
+            contents.received += 1;
             contents.count_gap(change.writer_guid(), i64::from(change.sequence_number));
         }
         if contents.waiting.len() >= self.depth {

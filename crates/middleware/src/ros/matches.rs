@@ -7,7 +7,7 @@ use std::{
 };
 
 use rustdds::{DomainParticipantStatusEvent as Event, GUID};
-use tracing::{debug, warn};
+use tracing::debug;
 
 /// The matched remote endpoints of each local one.
 #[derive(Debug, Default)]
@@ -106,24 +106,6 @@ impl Matches {
                     remotes.retain(|remote| remote.prefix != id);
                 }
             }
-            Event::RemoteReaderQosIncompatible {
-                local_writer: local,
-                remote_reader: remote,
-                requested_qos,
-                offered_qos,
-            }
-            | Event::RemoteWriterQosIncompatible {
-                local_reader: local,
-                remote_writer: remote,
-                requested_qos,
-                offered_qos,
-            } => warn!(
-                ?local,
-                ?remote,
-                ?requested_qos,
-                ?offered_qos,
-                "incompatible quality of service"
-            ),
             _ => return,
         }
         self.changed.notify_all();

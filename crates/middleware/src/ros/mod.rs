@@ -13,20 +13,25 @@
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
 
 mod action;
+mod admission;
 mod background;
 mod cdr;
 mod clock;
 mod diagnostics;
 mod executor;
+mod faults;
 mod graph;
 mod inbox;
+mod laggards;
 mod lifecycle;
 mod matches;
+mod names;
 mod naming;
 mod node;
 mod peers;
 mod publisher;
 mod qos;
+mod rtps;
 mod service;
 mod subscription;
 

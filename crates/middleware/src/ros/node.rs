@@ -13,18 +13,21 @@ use lgvi_msgs::{Action, RosMessage, Service};
 use ros2_client::NodeName;
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, Topic, TopicKind,
-    dds::result::CreateResult,
+    DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, RTPSEntity, Topic,
+    TopicDescription, TopicKind, dds::result::CreateResult,
 };
 use tracing::warn;
 
 use super::{
     RosError,
     action::{ActionClient, ActionServer, Decision},
-    background::Background,
+    background::{Background, Keeps},
+    faults::Faults,
     graph::{Graph, Side},
     inbox::Inbox,
+    laggards::{Laggards, RemoteReader},
     matches::Matches,
+    names::Names,
     naming,
     peers::{self, StaticPeers},
     publisher::{Publisher, RawPublisher},
@@ -38,6 +41,9 @@ use crate::{Environment, NameError, NodeArgs, Reach, ServiceMapping};
 const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
 const ANSWER: Duration = Duration::from_millis(10 + 20);
 
+/// Announcements of other participants that may wait for the background thread.
+const MAX_ANNOUNCEMENTS: usize = 1024;
+
 /// A node of the ROS graph. Clones are handles to the same node; it leaves the graph when the last of them and the last
 /// of its endpoints are dropped.
 #[derive(Clone)]
@@ -50,6 +56,9 @@ pub(super) struct Inner {
     graph: Mutex<Graph>,
     pub(super) background: Background,
     pub(super) matches: Arc<Matches>,
+    pub(super) laggards: Arc<Laggards>,
+    pub(super) faults: Arc<Faults>,
+    names: Arc<Names>,
     publisher: rustdds::Publisher,
     subscriber: rustdds::Subscriber,
     created: Instant,
@@ -194,6 +203,12 @@ impl RosNode {
             .collect()
     }
 
+    /// The fully qualified names of the nodes that other participants have announced so far, sorted; a name that two
+    /// nodes have is there twice.
+    pub fn other_nodes(&self) -> Vec<String> {
+        self.0.names.all()
+    }
+
     /// The absolute name of a topic, expanded and remapped.
     pub fn resolve(&self, topic: &str) -> Result<String, NameError> {
         self.0.args.resolve(topic)
@@ -220,7 +235,10 @@ impl RosNode {
             let publisher = &self.0.publisher;
             publisher.create_datawriter_no_key(topic, Some(qos.offered()))
         })
-        .map(|(topic, writer)| RawPublisher::new(Arc::clone(&self.0), topic, writer, qos))
+        .map(|(topic, writer)| {
+            self.note(writer.guid(), Side::Publisher, &topic, type_name);
+            RawPublisher::new(Arc::clone(&self.0), topic, writer, qos)
+        })
     }
 
     /// Creates a subscription to a DDS topic; `topic` is what it is called in ROS.
@@ -236,8 +254,16 @@ impl RosNode {
             subscriber.create_simple_datareader_no_key(topic, Some(qos.requested()))
         })
         .map(|(topic, reader)| {
+            self.note(reader.guid(), Side::Subscription, &topic, type_name);
             RawSubscription::new(Arc::clone(&self.0), Inbox::new(reader, topic, qos.depth()))
         })
+    }
+
+    /// Has faults of an endpoint reported.
+    fn note(&self, guid: GUID, side: Side, topic: &str, type_name: &str) {
+        if let Ok(dds_type) = naming::dds_type(type_name) {
+            self.0.faults.add(guid, side, topic, &dds_type);
+        }
     }
 
     fn endpoint<E>(
@@ -295,12 +321,32 @@ impl Inner {
         let subscriber = participant.create_subscriber(&none).map_err(text)?;
         let name = NodeName::new(args.namespace(), args.name()).map_err(text)?;
         let matches = Arc::new(Matches::default());
+        let loopback_only = environment.reach == Reach::Localhost;
+        let laggards = Arc::new(Laggards::new(&participant, loopback_only).map_err(text)?);
+        let (graph, announcements) = Graph::new(&participant, &publisher, name).map_err(text)?;
+        let others = subscriber
+            .create_simple_datareader_no_key(&announcements, Some(Qos::latched(1).requested()))
+            .map_err(text)?;
+        let others = Inbox::new(others, announcements.name(), MAX_ANNOUNCEMENTS);
+        let names = Arc::new(Names::new(participant.guid(), others));
+        let faults = Arc::new(Faults::default());
+        let keeps = Keeps {
+            matches: Arc::clone(&matches),
+            laggards: Arc::clone(&laggards),
+            names: Arc::clone(&names),
+            faults: Arc::clone(&faults),
+        };
+        let background = Background::start(&participant, keeps).map_err(text)?;
+        background.add(Arc::clone(names.inbox()));
         Ok(Self {
             args: args.clone(),
             service_mapping: environment.service_mapping,
-            background: Background::start(&participant, Arc::clone(&matches)).map_err(text)?,
+            background,
             matches,
-            graph: Mutex::new(Graph::new(&participant, &publisher, name).map_err(text)?),
+            laggards,
+            faults,
+            names,
+            graph: Mutex::new(graph),
             publisher,
             subscriber,
             created: Instant::now(),
@@ -318,6 +364,7 @@ impl Inner {
     pub(super) fn remove(&self, side: Side, endpoint: GUID) {
         self.graph().remove(side, endpoint);
         self.matches.forget(endpoint);
+        self.faults.remove(endpoint);
     }
 
     /// Whether a writer's matched readers say of themselves that they are on the loopback interface, and nowhere else.
@@ -333,6 +380,34 @@ impl Inner {
             }
         }
         matched.is_empty()
+    }
+
+    /// The reliable readers that a writer is matched with.
+    pub(super) fn reliable_readers(&self, writer: GUID) -> Vec<RemoteReader> {
+        let matched = self.matches.of(writer);
+        let mut readers = self.participant.discovered_readers();
+        readers.retain(|reader| {
+            matched.contains(&reader.reader_proxy.remote_reader_guid)
+                && reader.subscription_topic_data.qos().is_reliable()
+        });
+        readers
+            .into_iter()
+            .map(|reader| RemoteReader {
+                guid: reader.reader_proxy.remote_reader_guid,
+                locators: reader
+                    .reader_proxy
+                    .unicast_locator_list
+                    .into_iter()
+                    .map(SocketAddr::from)
+                    .collect(),
+            })
+            .collect()
+    }
+
+    /// What a remote endpoint is called: its node, or its identity.
+    pub(super) fn describe(&self, remote: GUID) -> String {
+        let name = self.names.node_of(remote);
+        name.unwrap_or_else(|| format!("{remote:?}"))
     }
 
     fn graph(&self) -> MutexGuard<'_, Graph> {

@@ -12,10 +12,7 @@ use std::{
 };
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
-use rustdds::{
-    GUID, RTPSEntity, Timestamp, WriteOptionsBuilder, bytes::Bytes, dds::result::WriteError,
-    no_key::DataWriter,
-};
+use rustdds::{GUID, RTPSEntity, Timestamp, WriteOptionsBuilder, bytes::Bytes, no_key::DataWriter};
 
 use super::{
     cdr::{CdrBytes, LITTLE_ENDIAN},
@@ -24,15 +21,12 @@ use super::{
     qos::Qos,
     subscription::SampleId,
 };
-use crate::block::block_on_for;
 
 /// A message that was not published, or not received by all.
 #[derive(Debug, thiserror::Error)]
 pub enum PublishError {
-    /// Too many samples are unacknowledged: a reliable subscription does not keep up. The message is dropped.
-    #[error(
-        "{topic}: a subscription does not keep up; dropped a message after {waited:?}, {dropped} so far"
-    )]
+    /// Too many samples are unsent or unacknowledged, and no room could be made. The message is dropped.
+    #[error("{topic}: no room; dropped a message after {waited:?}, {dropped} so far")]
     Full {
         /// The topic.
         topic: String,
@@ -122,14 +116,18 @@ pub struct Publisher<M> {
 /// Dropping it waits for acknowledgements up to 0.1 s, and until 0.1 s after the last message, unless nobody listens:
 /// [`flush`](Self::flush) before, if more time may be needed.
 pub struct RawPublisher {
-    writer: DataWriter<Bytes, CdrBytes>,
-    topic: String,
+    pub(super) writer: DataWriter<Bytes, CdrBytes>,
+    pub(super) topic: String,
+    /// How many samples fit between the oldest one that is not acknowledged and the latest.
+    pub(super) window: usize,
     limit: Duration,
     introduced: AtomicUsize,
-    stalled: AtomicBool,
-    dropped: AtomicU64,
+    /// Whether the latest message found no room.
+    pub(super) stalled: AtomicBool,
+    pub(super) sent: AtomicU64,
+    pub(super) dropped: AtomicU64,
     latest: Mutex<Option<Instant>>,
-    node: Arc<Inner>,
+    pub(super) node: Arc<Inner>,
 }
 
 impl<M: RosMessage> Publisher<M> {
@@ -168,9 +166,19 @@ impl<M> Publisher<M> {
         self.raw.wait_for_subscriptions(count, timeout)
     }
 
+    /// How many messages were published.
+    pub fn sent(&self) -> u64 {
+        self.raw.sent()
+    }
+
     /// How many messages were dropped for want of room.
     pub fn dropped(&self) -> u64 {
         self.raw.dropped()
+    }
+
+    /// How many subscriptions of other participants cannot be served; see [`RawPublisher::incompatible`].
+    pub fn incompatible(&self) -> usize {
+        self.raw.incompatible()
     }
 
     /// The absolute topic name.
@@ -190,9 +198,11 @@ impl RawPublisher {
         Self {
             writer,
             topic,
+            window: qos.window(),
             limit: qos.publish_limit(),
             introduced: AtomicUsize::new(0),
             stalled: AtomicBool::new(false),
+            sent: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
             latest: Mutex::new(None),
             node,
@@ -201,28 +211,38 @@ impl RawPublisher {
 
     /// Publishes CDR bytes that start with the four-byte encapsulation header of little-endian plain CDR.
     ///
-    /// Waits at most [`Qos::max_wait`] for room, and never with [`Qos::sensor`]. After a wait in vain it does not wait
-    /// again until a message has found room, so that a subscription that hangs costs one wait, not one a message. The
-    /// first message after a match waits for its acknowledgement too, up to the same limit and at most a second.
+    /// Waits at most [`Qos::max_wait`] for room, and never with [`Qos::sensor`]. After a wait in vain, what the
+    /// subscriptions that do not keep up have not yet received is overwritten, but for the later half of the window; that
+    /// takes up to 20 ms for each that is tried. A participant that has not kept up once is waited for only 20 ms from
+    /// then on, once in half a window, by all publishers of the node, until it does keep up. The first message after a
+    /// match waits for its acknowledgement too, up to the same limit and at most a second.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
         self.write(cdr, self.limit, None).map(drop)
     }
 
     /// Publishes CDR bytes, waiting up to `patience` for room, by the rules of [`publish`](Self::publish).
     ///
-    /// No message is lost on the way to a reliable subscription whose depth covers what it has yet to take.
+    /// No message is lost on the way to a reliable subscription that does not hang for longer, and whose depth covers what
+    /// it has yet to take.
     pub fn publish_lossless(&self, cdr: Vec<u8>, patience: Duration) -> Result<(), PublishError> {
         self.write(cdr, patience, None).map(drop)
     }
 
-    /// Blocks until every matched reliable subscription has acknowledged every message.
+    /// Blocks until every matched reliable subscription has acknowledged every message, up to `patience`; up to 0.1 s if
+    /// one of their participants has not kept up before, or an earlier flush of the node was in vain.
     pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
+        let patience = self.patience(patience);
         match self.writer.wait_for_acknowledgments(patience) {
             Ok(true) => Ok(()),
-            Ok(false) => Err(PublishError::Unacknowledged {
-                topic: self.topic.clone(),
-                waited: patience,
-            }),
+            Ok(false) => {
+                for reader in self.node.reliable_readers(self.writer.guid()) {
+                    self.node.laggards.suspect(reader.guid);
+                }
+                Err(PublishError::Unacknowledged {
+                    topic: self.topic.clone(),
+                    waited: patience,
+                })
+            }
             Err(error) => Err(self.dds_error(&error)),
         }
     }
@@ -235,6 +255,17 @@ impl RawPublisher {
     /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
     pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
         self.node.matches.wait(self.writer.guid(), count, timeout)
+    }
+
+    /// How many messages were published.
+    pub fn sent(&self) -> u64 {
+        self.sent.load(Ordering::Relaxed)
+    }
+
+    /// How many subscriptions of other participants cannot be served, by their quality of service or their type. Each
+    /// is named in a warning.
+    pub fn incompatible(&self) -> usize {
+        self.node.faults.count(self.writer.guid())
     }
 
     /// How many messages were dropped for want of room.
@@ -297,6 +328,7 @@ impl RawPublisher {
         } else {
             limit
         };
+        self.note_recovery();
         let matched = self.matched_subscriptions();
         let introduce = self.introduced.swap(matched, Ordering::Relaxed) < matched;
         if introduce {
@@ -306,31 +338,40 @@ impl RawPublisher {
             .source_timestamp(Timestamp::now())
             .related_sample_identity_opt(related.map(Into::into))
             .build();
-        let written = block_on_for(
-            self.writer.async_write_with_options(payload, options),
-            limit,
-        );
-        self.stalled.store(
-            matches!(written, None | Some(Err(WriteError::WouldBlock { .. }))),
-            Ordering::Relaxed,
-        );
-        match written {
-            Some(Ok(identity)) => {
-                *self.latest() = Some(Instant::now());
-                if introduce {
-                    // Whether all have acknowledged: what follows is sent in any case.
-                    let _ = self
-                        .writer
-                        .wait_for_acknowledgments(limit.min(ACQUAINTANCE));
-                }
-                Ok(identity.into())
+        let identity = self.admit(&payload, &options, limit)?;
+        self.sent.fetch_add(1, Ordering::Relaxed);
+        *self.latest() = Some(Instant::now());
+        if introduce {
+            // Whether all have acknowledged: what follows is sent in any case.
+            let acquaintance = self.patience(limit.min(ACQUAINTANCE));
+            let _ = self.writer.wait_for_acknowledgments(acquaintance);
+        }
+        Ok(identity.into())
+    }
+
+    /// Ends what is done for subscriptions that did not keep up, once all have received everything.
+    fn note_recovery(&self) {
+        let (writer, laggards) = (self.writer.guid(), &self.node.laggards);
+        if laggards.has_gaps(writer)
+            && matches!(
+                self.writer.wait_for_acknowledgments(Duration::ZERO),
+                Ok(true)
+            )
+        {
+            laggards.close_gaps(writer);
+            for reader in self.node.matches.of(writer) {
+                laggards.pardon(reader);
             }
-            None | Some(Err(WriteError::WouldBlock { .. })) => Err(PublishError::Full {
-                topic: self.topic.clone(),
-                waited: limit,
-                dropped: self.dropped.fetch_add(1, Ordering::Relaxed) + 1,
-            }),
-            Some(Err(error)) => Err(self.dds_error(&error)),
+        }
+    }
+
+    /// How long acknowledgements may be waited for: hardly, if they are not to be expected from all.
+    fn patience(&self, patience: Duration) -> Duration {
+        let matched = self.node.matches.of(self.writer.guid());
+        if self.node.laggards.suspects_any(&matched) {
+            patience.min(FAREWELL)
+        } else {
+            patience
         }
     }
 
@@ -338,7 +379,7 @@ impl RawPublisher {
         self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn dds_error(&self, error: &impl fmt::Display) -> PublishError {
+    pub(super) fn dds_error(&self, error: &impl fmt::Display) -> PublishError {
         PublishError::Dds {
             topic: self.topic.clone(),
             reason: error.to_string(),
@@ -354,9 +395,10 @@ impl Drop for RawPublisher {
             && !self.stalled.load(Ordering::Relaxed)
         {
             // Whether all have acknowledged: it leaves in any case.
-            let _ = self.writer.wait_for_acknowledgments(FAREWELL);
+            let _ = self.flush(FAREWELL);
             thread::sleep(FAREWELL.saturating_sub(latest.elapsed()));
         }
+        self.node.laggards.close_gaps(self.writer.guid());
         self.node.remove(Side::Publisher, self.writer.guid());
     }
 }

@@ -13,8 +13,7 @@ const MAX_WAIT: Duration = Duration::from_millis(100);
 /// The fewest samples a reliable publisher may have unacknowledged before it waits, whatever its depth.
 const MIN_WINDOW: usize = 512;
 
-/// The same for a latched one. RustDDS retains as many while nobody listens, so that it is no larger than is needed
-/// for a subscription that was killed not to hold up the rare messages of such a topic until its lease ends.
+/// The same for a latched one. RustDDS retains as many while nobody listens, and gives them to whoever comes.
 const MIN_LATCHED_WINDOW: usize = 16;
 
 /// The most: beyond it RustDDS forgets what it has to repair.
@@ -44,9 +43,10 @@ const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
 /// that it may get more, oldest first. The depth of a subscription is how many samples wait to be taken; further ones
 /// push out the oldest, which [`lost`](super::Subscription::lost) counts.
 ///
-/// A subscription that hangs or was killed holds up the *reliable* publishers it is matched with, once they have 512
-/// samples (16 if latched) unacknowledged: they drop messages for everyone until its lease ends, for up to 50 s.
-/// Streams that must flow in real time are `sensor`.
+/// A reliable publisher has a window: 512 samples (16 if latched) or twice its depth, whichever is more, but at most 8192
+/// may be unacknowledged. A subscription that is stopped, hangs or was killed fills it. Then the publisher waits once for
+/// its participant, and overwrites the older half of the window as ROS 2 publishers do: all others go on receiving
+/// everything, and the one that is back gets the later half, and counts what it has lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Qos {
     reliable: bool,
@@ -101,12 +101,18 @@ impl Qos {
     }
 
     pub(super) fn offered(&self) -> QosPolicies {
+        self.policies(self.reliable, self.window())
+    }
+
+    /// How many samples of a publisher may be unacknowledged. Half of them are the depth at least, so that a
+    /// subscription that has not kept up still gets as many.
+    pub(super) fn window(&self) -> usize {
         let least = if self.latched {
             MIN_LATCHED_WINDOW
         } else {
             MIN_WINDOW
         };
-        self.policies(self.reliable, self.depth.clamp(least, MAX_WINDOW))
+        self.depth.saturating_mul(2).clamp(least, MAX_WINDOW)
     }
 
     pub(super) fn requested(&self) -> QosPolicies {

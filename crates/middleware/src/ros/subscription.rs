@@ -170,6 +170,16 @@ impl<M> Subscription<M> {
         self.raw.wait_for_publishers(count, timeout)
     }
 
+    /// How many samples have arrived.
+    pub fn received(&self) -> u64 {
+        self.raw.received()
+    }
+
+    /// How many publishers of other participants cannot be received; see [`RawSubscription::incompatible`].
+    pub fn incompatible(&self) -> usize {
+        self.raw.incompatible()
+    }
+
     /// How many samples were lost; see [`RawSubscription::lost`].
     pub fn lost(&self) -> u64 {
         self.raw.lost()
@@ -222,6 +232,17 @@ impl RawSubscription {
     /// Blocks until so many publishers are matched or the time has passed; returns whether they are.
     pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
         self.node.matches.wait(self.inbox.guid(), count, timeout)
+    }
+
+    /// How many samples have arrived, taken or not.
+    pub fn received(&self) -> u64 {
+        self.inbox.received()
+    }
+
+    /// How many publishers of other participants cannot be received, by their quality of service or their type. Each is
+    /// named in a warning.
+    pub fn incompatible(&self) -> usize {
+        self.node.faults.count(self.inbox.guid())
     }
 
     /// How many samples were lost after the first one of their publisher: on the way, or pushed out by newer ones

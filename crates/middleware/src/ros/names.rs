@@ -1,0 +1,113 @@
+//! The nodes of other participants, as these announce them.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+use lgvi_msgs::{RosMessage, cdr};
+use rustdds::GUID;
+use serde::{Deserialize, Serialize};
+
+use super::inbox::Inbox;
+
+type Gid = [u8; 16];
+
+/// Keeps what arrives on `ros_discovery_info`.
+pub(super) struct Names {
+    inbox: Arc<Inbox>,
+    own: Gid,
+    of: Mutex<BTreeMap<Gid, Vec<NodeEntities>>>,
+}
+
+/// What one participant announces.
+#[derive(Debug, Serialize, Deserialize)]
+struct ParticipantEntities {
+    participant: Gid,
+    nodes: Vec<NodeEntities>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct NodeEntities {
+    namespace: String,
+    name: String,
+    readers: Vec<Gid>,
+    writers: Vec<Gid>,
+}
+
+impl RosMessage for ParticipantEntities {
+    const TYPE_NAME: &'static str = "rmw_dds_common/msg/ParticipantEntitiesInfo";
+    const TYPE_HASH: &'static str = "";
+    const DEFINITION: &'static str = "";
+}
+
+impl Names {
+    pub(super) fn new(participant: GUID, inbox: Arc<Inbox>) -> Self {
+        Self {
+            inbox,
+            own: participant.to_bytes(),
+            of: Mutex::default(),
+        }
+    }
+
+    pub(super) fn inbox(&self) -> &Arc<Inbox> {
+        &self.inbox
+    }
+
+    /// Takes note of what has arrived.
+    pub(super) fn refresh(&self) {
+        while let Some(taken) = self.inbox.take() {
+            // What cannot be read is another version's, of which no names are known.
+            if let Ok(Ok(entities)) =
+                taken.map(|sample| cdr::decode::<ParticipantEntities>(&sample.message))
+                && entities.participant != self.own
+            {
+                self.lock().insert(entities.participant, entities.nodes);
+            }
+        }
+    }
+
+    /// Forgets the participants for which this is not so.
+    pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
+        self.lock()
+            .retain(|participant, _| stays(GUID::from_bytes(*participant)));
+    }
+
+    /// The fully qualified names of all nodes, sorted; one that is there twice is named twice.
+    pub(super) fn all(&self) -> Vec<String> {
+        let mut names: Vec<_> = self
+            .lock()
+            .values()
+            .flatten()
+            .map(NodeEntities::fully_qualified_name)
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// The node that an endpoint belongs to.
+    pub(super) fn node_of(&self, endpoint: GUID) -> Option<String> {
+        let gid = endpoint.to_bytes();
+        let of = self.lock();
+        let nodes = of
+            .iter()
+            .filter(|(participant, _)| participant[..12] == gid[..12])
+            .flat_map(|(_, nodes)| nodes);
+        let mut names = nodes.clone().filter(|node| node.has(&gid)).chain(nodes);
+        names.next().map(NodeEntities::fully_qualified_name)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Gid, Vec<NodeEntities>>> {
+        self.of.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl NodeEntities {
+    fn fully_qualified_name(&self) -> String {
+        format!("{}/{}", self.namespace.trim_end_matches('/'), self.name)
+    }
+
+    fn has(&self, endpoint: &Gid) -> bool {
+        self.readers.contains(endpoint) || self.writers.contains(endpoint)
+    }
+}

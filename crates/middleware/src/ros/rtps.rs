@@ -1,0 +1,129 @@
+//! The two RTPS messages that the node sends itself, beside those of RustDDS.
+
+use rustdds::GUID;
+
+/// Protocol version 2.4, and the vendor's number of RustDDS.
+const VERSION: [u8; 2] = [2, 4];
+const VENDOR: [u8; 2] = [1, 18];
+
+const LITTLE_ENDIAN: u8 = 0b01;
+/// In an ACKNACK: no answer is needed.
+const FINAL: u8 = 0b10;
+
+/// To the participant of `writer` from itself, in the name of `reader`: all samples before `before` are received.
+///
+/// INFO_SRC says that what follows is another participant's (RTPS 2.5, 8.3.8.9), so that nothing is learnt about where
+/// that one is.
+pub(super) fn acknowledgement(writer: GUID, reader: GUID, before: i64, count: i32) -> Vec<u8> {
+    let (writer_prefix, writer_id) = parts(writer);
+    let (reader_prefix, reader_id) = parts(reader);
+    let mut message = header(writer_prefix);
+    let source = [&[0; 4], &VERSION[..], &VENDOR, &reader_prefix].concat();
+    push(&mut message, 0x0c, LITTLE_ENDIAN, &source);
+    let received = [
+        &reader_id[..],
+        &writer_id,
+        &sequence_number(before),
+        // An empty set of missing ones.
+        &0_u32.to_le_bytes(),
+        &count.to_le_bytes(),
+    ];
+    push(
+        &mut message,
+        0x06,
+        LITTLE_ENDIAN | FINAL,
+        &received.concat(),
+    );
+    message
+}
+
+/// From `writer` to the participant of `reader`: no sample before `before` will come.
+pub(super) fn gap(writer: GUID, reader: GUID, before: i64) -> Vec<u8> {
+    let (writer_prefix, writer_id) = parts(writer);
+    let (reader_prefix, reader_id) = parts(reader);
+    let mut message = header(writer_prefix);
+    push(&mut message, 0x0e, LITTLE_ENDIAN, &reader_prefix);
+    let irrelevant = [
+        &reader_id[..],
+        &writer_id,
+        &sequence_number(1),
+        &sequence_number(before),
+        &0_u32.to_le_bytes(),
+    ];
+    push(&mut message, 0x08, LITTLE_ENDIAN, &irrelevant.concat());
+    message
+}
+
+/// The participant's prefix and the entity's identifier.
+fn parts(endpoint: GUID) -> ([u8; 12], [u8; 4]) {
+    let mut parts = ([0; 12], [0; 4]);
+    let bytes = endpoint.to_bytes();
+    parts.0.copy_from_slice(&bytes[..12]);
+    parts.1.copy_from_slice(&bytes[12..]);
+    parts
+}
+
+fn header(prefix: [u8; 12]) -> Vec<u8> {
+    [b"RTPS", &VERSION[..], &VENDOR, &prefix].concat()
+}
+
+fn push(message: &mut Vec<u8>, kind: u8, flags: u8, body: &[u8]) {
+    // Both messages have fixed lengths, of less than a hundred bytes.
+    message.extend([kind, flags, body.len() as u8, 0]);
+    message.extend(body);
+}
+
+/// High half first, each half little-endian.
+fn sequence_number(number: i64) -> [u8; 8] {
+    let mut bytes = number.to_le_bytes();
+    bytes.rotate_left(4);
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guid(prefix: u8, entity: u8) -> GUID {
+        let mut bytes = [prefix; 16];
+        bytes[12..].fill(entity);
+        GUID::from_bytes(bytes)
+    }
+
+    /// RTPS 2.5, 9.4.5.3 (ACKNACK), 9.4.5.10 (INFO_SRC), with all numbers little-endian.
+    #[test]
+    fn an_acknowledgement_is_the_reader_s_and_misses_nothing() {
+        let message = acknowledgement(guid(1, 2), guid(3, 4), 0x0000_0005_0000_0006, 7);
+        let expected: &[&[u8]] = &[
+            b"RTPS\x02\x04\x01\x12",
+            &[1; 12],
+            &[0x0c, 1, 20, 0],
+            &[0, 0, 0, 0, 2, 4, 1, 18],
+            &[3; 12],
+            &[0x06, 3, 24, 0],
+            &[4; 4],
+            &[2; 4],
+            &[5, 0, 0, 0, 6, 0, 0, 0, 0, 0, 0, 0],
+            &[7, 0, 0, 0],
+        ];
+        assert_eq!(message, expected.concat());
+    }
+
+    /// RTPS 2.5, 9.4.5.6 (GAP), 9.4.5.8 (INFO_DST).
+    #[test]
+    fn a_gap_is_the_writer_s_and_ends_before_the_sample() {
+        let message = gap(guid(1, 2), guid(3, 4), 9);
+        let expected: &[&[u8]] = &[
+            b"RTPS\x02\x04\x01\x12",
+            &[1; 12],
+            &[0x0e, 1, 12, 0],
+            &[3; 12],
+            &[0x08, 1, 28, 0],
+            &[4; 4],
+            &[2; 4],
+            &[0, 0, 0, 0, 1, 0, 0, 0],
+            &[0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0],
+        ];
+        assert_eq!(message, expected.concat());
+    }
+}

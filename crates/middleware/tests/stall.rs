@@ -1,0 +1,195 @@
+//! Subscriptions whose process is stopped, and what that does to others.
+//!
+//! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::{
+    env,
+    io::{BufRead, BufReader},
+    path::PathBuf,
+    process::{Child, Command, Stdio},
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread::{self, JoinHandle},
+    time::{Duration, Instant},
+};
+
+use common::{isolated, node};
+use lgvi_middleware::{
+    Environment,
+    ros::{Publisher, Qos},
+};
+use lgvi_msgs::nav_msgs::Odometry;
+use nix::{
+    sys::signal::{Signal, kill},
+    unistd::Pid,
+};
+use serde_json::Value;
+
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A publisher's, and how many samples may be unacknowledged at this depth.
+const DEPTH: usize = 10;
+const WINDOW: usize = 512;
+
+/// How long a publisher waits for a subscription that holds it up, the first time.
+const WAIT: Duration = Duration::from_millis(100);
+
+/// That and 20 ms to make room, with a margin for a machine that has other things to do.
+const SLOWEST: Duration = Duration::from_millis(500);
+
+/// A subscription of Cyclone DDS, and the numbers of the messages it has received.
+struct Peer {
+    process: Child,
+    received: Arc<AtomicUsize>,
+    reading: Option<JoinHandle<Vec<usize>>>,
+}
+
+impl Peer {
+    fn subscribe(environment: &Environment, topic: &str, qos: &str, count: usize) -> Self {
+        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let python = env::var_os("LGVI_PYTHON")
+            .map_or_else(|| root.join("target/python-env/bin/python"), PathBuf::from);
+        let mut process = Command::new(python)
+            .arg(root.join("tests/python/cyclone_peer.py"))
+            .args(["--domain", &environment.domain_id.to_string()])
+            .args(["--timeout", "60", "--odometry", topic, "--qos", qos])
+            .args(["--count", &count.to_string()])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let received = Arc::new(AtomicUsize::new(0));
+        let (output, count) = (process.stdout.take().unwrap(), Arc::clone(&received));
+        let reading = thread::spawn(move || {
+            BufReader::new(output)
+                .lines()
+                .map(|line| {
+                    let sample: Value = serde_json::from_str(&line.unwrap()).unwrap();
+                    count.fetch_add(1, Ordering::Relaxed);
+                    let number = sample["pose"]["pose"]["position"]["x"].as_f64().unwrap();
+                    number as usize
+                })
+                .collect()
+        });
+        Self {
+            process,
+            received,
+            reading: Some(reading),
+        }
+    }
+
+    /// Waits until it has found its publisher.
+    fn matched(&mut self) {
+        let mut line = String::new();
+        BufReader::new(self.process.stderr.as_mut().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        assert_eq!(line.trim(), "matched");
+    }
+
+    fn signal(&self, signal: Signal) {
+        let id = i32::try_from(self.process.id()).unwrap();
+        kill(Pid::from_raw(id), signal).unwrap();
+    }
+
+    /// What it has received once it has so many or the time has passed.
+    fn numbers(mut self, count: usize, timeout: Duration) -> Vec<usize> {
+        let start = Instant::now();
+        while self.received.load(Ordering::Relaxed) < count && start.elapsed() < timeout {
+            thread::sleep(Duration::from_millis(5));
+        }
+        self.process.kill().unwrap();
+        self.reading.take().unwrap().join().unwrap()
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Publishes the numbers of a range, that many in a second; returns how long the slowest call took.
+fn publish(
+    publisher: &Publisher<Odometry>,
+    numbers: std::ops::Range<usize>,
+    rate: f64,
+) -> Duration {
+    let start = Instant::now();
+    let first = numbers.start;
+    let mut slowest = Duration::ZERO;
+    for number in numbers {
+        let due = Duration::from_secs_f64((number - first) as f64 / rate);
+        thread::sleep(due.saturating_sub(start.elapsed()));
+        let mut message = Odometry::default();
+        message.pose.pose.position.x = number as f64;
+        let call = Instant::now();
+        publisher.publish(&message).unwrap();
+        slowest = slowest.max(call.elapsed());
+    }
+    slowest
+}
+
+#[test]
+fn a_stopped_subscription_takes_nothing_from_another_and_recovers() {
+    const STOPPED: usize = 20;
+    const CONTINUED: usize = 3 * WINDOW;
+    const END: usize = CONTINUED + 100;
+    let environment = isolated();
+    let publisher = node("sender", &environment)
+        .publisher("/odometry", &Qos::reliable(DEPTH))
+        .unwrap();
+    let mut healthy = Peer::subscribe(&environment, "/odometry", "reliable", END);
+    let mut stopped = Peer::subscribe(&environment, "/odometry", "reliable", END);
+    assert!(publisher.wait_for_subscriptions(2, PATIENCE));
+    healthy.matched();
+    stopped.matched();
+    publish(&publisher, 0..STOPPED, 200.0);
+    stopped.signal(Signal::SIGSTOP);
+    let slowest = publish(&publisher, STOPPED..CONTINUED, 250.0);
+    stopped.signal(Signal::SIGCONT);
+    publish(&publisher, CONTINUED..END, 250.0);
+    let all: Vec<_> = (0..END).collect();
+    assert_eq!(healthy.numbers(END, PATIENCE), all);
+    let numbers = stopped.numbers(END, Duration::from_secs(2));
+    assert!(numbers.is_sorted());
+    assert!(numbers.starts_with(&all[..STOPPED]));
+    assert!(numbers.ends_with(&all[CONTINUED - DEPTH..]), "{numbers:?}");
+    // The wait in vain, after which the window was made free.
+    assert!(slowest >= WAIT && slowest < SLOWEST, "{slowest:?}");
+    assert_eq!((publisher.sent(), publisher.dropped()), (END as u64, 0));
+}
+
+#[test]
+fn a_stopped_latched_subscription_does_not_hold_up_rare_messages() {
+    const STOPPED: usize = 2;
+    const END: usize = 60;
+    let environment = isolated();
+    let publisher = node("sender", &environment)
+        .publisher("/plan", &Qos::latched(1))
+        .unwrap();
+    let mut healthy = Peer::subscribe(&environment, "/plan", "latched", END);
+    let mut stopped = Peer::subscribe(&environment, "/plan", "latched", END);
+    assert!(publisher.wait_for_subscriptions(2, PATIENCE));
+    healthy.matched();
+    stopped.matched();
+    publish(&publisher, 0..STOPPED, 50.0);
+    stopped.signal(Signal::SIGSTOP);
+    let slowest = publish(&publisher, STOPPED..END, 50.0);
+    let late = Peer::subscribe(&environment, "/plan", "latched", 1);
+    let all: Vec<_> = (0..END).collect();
+    assert_eq!(healthy.numbers(END, PATIENCE), all);
+    assert_eq!(late.numbers(1, PATIENCE).len(), 1);
+    stopped.signal(Signal::SIGCONT);
+    let numbers = stopped.numbers(END, Duration::from_secs(2));
+    assert_eq!(numbers.last(), Some(&(END - 1)), "{numbers:?}");
+    assert!(slowest < SLOWEST, "{slowest:?}");
+    assert_eq!((publisher.sent(), publisher.dropped()), (END as u64, 0));
+}

@@ -10,6 +10,7 @@
 mod binaries;
 mod controls;
 mod domain;
+mod ending;
 mod flight;
 mod process;
 mod python;
@@ -23,6 +24,7 @@ use std::path::PathBuf;
 
 pub use binaries::binary;
 pub use controls::{coast, publish};
+pub use ending::{assert_gone, await_node, note};
 pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
 pub use nix::sys::signal::Signal;
 pub use process::{Finished, Process};

@@ -22,7 +22,8 @@ pub trait Managed: Sized {
     /// Opens what it needs.
     ///
     /// # Errors
-    /// The node stays unconfigured, and ends where nobody manages it.
+    /// The node stays unconfigured, and ends where nobody manages it. What takes long looks for [`Node::shutdown`]
+    /// meanwhile, and fails with [`NodeError::Interrupted`].
     fn configure(node: &Node) -> Result<Self, NodeError>;
 
     /// Works, as long as the node is active; called anew each time that it becomes so.
@@ -64,7 +65,7 @@ pub fn main<M: Managed>(args: impl IntoIterator<Item = String>) -> ExitCode {
     };
     let lived = life.live();
     let ended = life.end();
-    match lived.and(ended) {
+    match node.namesakes.refused().and(lived).and(ended) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             error!("{error}");
@@ -87,7 +88,10 @@ impl<M: Managed> Life<'_, M> {
     fn live(&mut self) -> Result<(), NodeError> {
         let managed = !self.node.autostart;
         if !managed {
-            self.change(Change::Configure)?;
+            match self.change(Change::Configure) {
+                Err(NodeError::Interrupted) => return Ok(()),
+                configured => configured?,
+            }
             self.change(Change::Activate)?;
         }
         while !self.node.shutdown.requested() {

@@ -188,7 +188,7 @@ fn sample(change: DeserializedCacheChange<Vec<u8>>) -> Sample<Vec<u8>> {
 }
 
 /// RTPS time counts 2⁻³² s since the UNIX epoch.
-fn nanoseconds(time: Timestamp) -> Option<i64> {
+pub(super) fn nanoseconds(time: Timestamp) -> Option<i64> {
     if time == Timestamp::INVALID || time == Timestamp::INFINITE {
         return None;
     }

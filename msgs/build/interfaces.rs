@@ -141,16 +141,6 @@ fn folder(source: &Path, output: &Path, package: &str, kind: &str) -> io::Result
     Ok(folder)
 }
 
-/// A message without fields gets the one that ROS 2 gives it.
 fn write(folder: &Path, name: &str, text: &str) -> io::Result<()> {
-    let has_fields = text
-        .lines()
-        .map(|line| line.split('#').next().unwrap_or_default().trim())
-        .any(|line| !line.is_empty() && !line.contains('='));
-    let text = if has_fields {
-        text.to_owned()
-    } else {
-        format!("{text}uint8 structure_needs_at_least_one_member\n")
-    };
     fs::write(folder.join(format!("{name}.msg")), text)
 }

@@ -34,6 +34,8 @@ pub trait RosMessage: Serialize + DeserializeOwned {
 pub trait Service: 'static {
     /// Name in the ROS 2 form, `pkg/srv/Type`.
     const TYPE_NAME: &'static str;
+    /// REP-2011 type hash of the service, its event message included, `RIHS01_…`.
+    const TYPE_HASH: &'static str;
     /// `pkg/srv/Type_Request`
     type Request: RosMessage;
     /// `pkg/srv/Type_Response`
@@ -46,6 +48,8 @@ pub trait Service: 'static {
 pub trait Action: 'static {
     /// Name in the ROS 2 form, `pkg/action/Type`.
     const TYPE_NAME: &'static str;
+    /// REP-2011 type hash of the action, its services included, `RIHS01_…`.
+    const TYPE_HASH: &'static str;
     /// What is to be done.
     type Goal: RosMessage + Send;
     /// What has come of it.
@@ -91,6 +95,11 @@ impl MessageType {
 /// All message types of this crate, ordered by name.
 pub fn message_types() -> &'static [MessageType] {
     MESSAGE_TYPES
+}
+
+/// Names and hashes of all services and actions of this crate, those of an action's services included, ordered by name.
+pub fn endpoint_types() -> &'static [(&'static str, &'static str)] {
+    ENDPOINT_TYPES
 }
 
 /// Finds a message type by its name in the ROS 2 form, `pkg/msg/Type`.

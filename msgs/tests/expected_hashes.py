@@ -1,45 +1,51 @@
-"""Writes expected_hashes.json: the RIHS01 hash of every message type of this crate as PyPI `rosbags` computes it.
+"""Writes expected_hashes.json: the RIHS01 hash of every message, service and action type of this crate.
 
-Standard types are taken from its ROS 2 Jazzy store, not from ../vendor; ours from ../msg. Run in this folder:
+They are those that rosidl computes, the ROS 2 tool itself: for the standard packages as they are installed with ROS 2
+Jazzy, for ours and tf2_msgs when colcon builds them. PyPI `rosbags` computes those of messages once more, the standard
+ones from a Jazzy store of its own; if the two differ, nothing is written. Run in this folder:
 
-    pip install -r ../../tests/python/requirements.txt && python expected_hashes.py
+    python3 ../../tests/python/ros_environment.py && $(python3 ../../tests/python/environment.py) expected_hashes.py
 """
 
 import json
+import sys
 from pathlib import Path
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-# rosbags knows no services: theirs are from the .json files that ROS 2 Jazzy installs beside the .srv files.
-SERVICES = {
-    "action_msgs/srv/CancelGoal_Request": "RIHS01_3d3c84653c1f96918086887e1dcb236faec88b81a5b14fd4cf4840065bcdf8af",
-    "action_msgs/srv/CancelGoal_Response": "RIHS01_35e682cf3f510e83c70a82a4aac888496dedee56773bf9d8e5e0aa81f9e1c960",
-}
-
 here = Path(__file__).resolve().parent
-store = get_typestore(Stores.ROS2_JAZZY)
-names = [f"{path.parts[-3]}/msg/{path.stem}" for path in here.glob("../vendor/*/msg/*.msg")]
+installed = here.parents[1] / "target" / "ros-env" / "share"
+# Event messages are within services: they have no types in this crate.
+EVENT = "_Event"
+# rosbags has a type of its own for `char`; in ROS 2 it is uint8.
+DIFFERENT = {"service_msgs/msg/ServiceEventInfo"}
 
 
-def register(name, text):
-    """Takes in the text of a message, by the name in the ROS 2 form."""
-    store.register(get_types_from_msg(text, name))
-    names.append(name)
+def by_rosidl(path):
+    """The hashes of an interface file's types: of the interface itself and of those that belong to it."""
+    package = path.parents[1].resolve().name
+    package = "lgvi_msgs" if package == "msgs" else package
+    name = f"{package}/{path.parent.name}/{path.stem}"
+    hashes = json.loads((installed / name).with_suffix(".json").read_text())["type_hashes"]
+    return {
+        entry["type_name"]: entry["hash_string"]
+        for entry in hashes
+        if entry["type_name"] == name or entry["type_name"].startswith(f"{name}_")
+        if not entry["type_name"].endswith(EVENT)
+    }
 
 
-for path in here.glob("../msg/*.msg"):
-    register(f"lgvi_msgs/msg/{path.stem}", path.read_text())
+def by_rosbags(names):
+    """The hashes of messages in `msg`."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for path in here.glob("../msg/*.msg"):
+        store.register(get_types_from_msg(path.read_text(), f"lgvi_msgs/msg/{path.stem}"))
+    return {name: store.hash_rihs01(name) for name in names if "/msg/" in name and name not in DIFFERENT}
 
-IDENTITY = "unique_identifier_msgs/msg/UUID goal_id\n"
-for path in sorted(here.glob("../action/*.action")):
-    name = f"lgvi_msgs/action/{path.stem}"
-    for part, text in zip(("Goal", "Result", "Feedback"), path.read_text().split("---\n"), strict=True):
-        register(f"{name}_{part}", text)
-    register(f"{name}_SendGoal_Request", f"{IDENTITY}{name}_Goal goal\n")
-    register(f"{name}_SendGoal_Response", "bool accepted\nbuiltin_interfaces/msg/Time stamp\n")
-    register(f"{name}_GetResult_Request", IDENTITY)
-    register(f"{name}_GetResult_Response", f"int8 status\n{name}_Result result\n")
-    register(f"{name}_FeedbackMessage", f"{IDENTITY}{name}_Feedback feedback\n")
 
-hashes = {name: store.hash_rihs01(name) for name in names} | SERVICES
+files = [path for kind in ("msg", "srv", "action") for path in here.glob(f"../**/{kind}/*.{kind}")]
+hashes = {name: hash for path in files for name, hash in by_rosidl(path).items()}
+for name, found in by_rosbags(hashes).items():
+    if found != hashes[name]:
+        sys.exit(f"{name} is {hashes[name]} by rosidl and {found} by rosbags")
 (here / "expected_hashes.json").write_text(json.dumps(hashes, indent=1, sort_keys=True) + "\n")

@@ -7,7 +7,8 @@ use std::process::Command;
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
-const PROGRAMS: [&str; 5] = [
+const PROGRAMS: [&str; 6] = [
+    "examples/own_node",
     "lgvi",
     "lgvi_propagator",
     "lgvi_planner",
@@ -74,6 +75,7 @@ fn build(directory: &Path) {
             "build",
             "--workspace",
             "--bins",
+            "--examples",
             "--profile",
             profile,
             "--target-dir",

@@ -9,9 +9,11 @@
 
 mod binaries;
 mod controls;
+mod cpp;
 mod domain;
 mod ending;
 mod flight;
+mod hosts;
 mod process;
 mod python;
 mod recording;
@@ -24,8 +26,10 @@ use std::path::PathBuf;
 
 pub use binaries::binary;
 pub use controls::{coast, publish};
+pub use cpp::fast_dds;
 pub use ending::{assert_gone, await_node, note};
 pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
+pub use hosts::{Cut, Host, Hosts, between_hosts};
 pub use nix::sys::signal::Signal;
 pub use process::{Finished, Process};
 pub use python::{python, ros_python};

@@ -46,9 +46,19 @@ impl World {
 
     /// Starts a script of `tests/python` on ROS 2 Jazzy with Fast DDS.
     pub fn ros_python(&self, script: &str, arguments: &[&str]) -> Process {
+        let command = self.ros_script(self.command(&ros_python()), script, arguments);
+        self.start(script, command)
+    }
+
+    /// Has a command that ends with [`ros_python`] run a script of `tests/python`.
+    pub(crate) fn ros_script(
+        &self,
+        mut command: Command,
+        script: &str,
+        arguments: &[&str],
+    ) -> Command {
         let python = ros_python();
         let environment = python.ancestors().nth(2).expect("<environment>/bin/python");
-        let mut command = self.command(&python);
         for name in FOREIGN {
             command.env_remove(name);
         }
@@ -60,6 +70,6 @@ impl World {
             .env("PYTHONDONTWRITEBYTECODE", "1")
             .arg(root().join("tests/python").join(script))
             .args(arguments);
-        self.start(script, command)
+        command
     }
 }

@@ -2,7 +2,6 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::panic::Location;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::RosNode;
+use lgvi_middleware::shm::ShmOptions;
 use lgvi_middleware::{Environment, NodeArgs};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -165,9 +165,11 @@ impl World {
 
     /// The world's segments in `/dev/shm`, by the prefix that the middleware derives from `LGVI_SHM_ROOT`.
     fn segments(&self) -> Vec<PathBuf> {
-        let mut hasher = DefaultHasher::new();
-        self.shared_memory_root().hash(&mut hasher);
-        let prefix = format!("lgvi_{:016x}_", hasher.finish());
+        let options = ShmOptions {
+            domain_id: self.domain.id,
+            root: Some(self.shared_memory_root()),
+        };
+        let prefix = options.prefix().expect("a root has one");
         let entries = fs::read_dir(SHARED_MEMORY).expect(SHARED_MEMORY).flatten();
         entries
             .filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix))

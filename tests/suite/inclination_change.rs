@@ -32,10 +32,12 @@ fn it_arrives_at_the_reference_cost_and_every_message_is_recorded() {
     assert!(told >= u64::from(plan.iterations) + 2, "{told}");
     let expected = BTreeMap::from([
         ("/lgvi_planner/control_sequence", 1),
+        ("/lgvi_planner/markers", 1),
         ("/lgvi_planner/planned_path", 1),
         ("/lgvi_planner/progress", told),
         ("/lgvi_propagator/flown_control", 1),
         ("/lgvi_propagator/invariants", 101),
+        ("/lgvi_propagator/markers", 1),
         ("/lgvi_propagator/odometry/spacecraft", 101),
         ("/lgvi_propagator/scene", 1),
         (STATE, 1001),

@@ -76,6 +76,7 @@ fn the_propagator() {
         "/y/x/state",
         "/y/x/odometry/body",
         "/y/x/scene",
+        "/y/x/markers",
         "/y/x/flown_control",
         "/truth/invariants",
         "/tf",
@@ -96,6 +97,7 @@ fn the_planner() {
             "/y/x/control_sequence",
             "/y/x/progress",
             "/y/x/planned_path",
+            "/y/x/markers",
         ],
         &[],
     );
@@ -121,7 +123,7 @@ fn the_player() {
     let (_, bag) = world.fly(&scene("free_body"), "flight");
     let bag = format!("bag:={}", bag.display());
     let mut arguments = vec!["-p", &bag, "-p", "await_subscribers:=1"];
-    let remaps = ["state", "odometry/body", "scene", "invariants"]
+    let remaps = ["state", "odometry/body", "scene", "markers", "invariants"]
         .map(|topic| format!("/lgvi_propagator/{topic}:=/replayed/{topic}"));
     arguments.extend(remaps.iter().flat_map(|remap| ["-r", remap]));
     let player = renamed(&world, "lgvi_player", &arguments);
@@ -129,6 +131,7 @@ fn the_player() {
         "/replayed/state",
         "/replayed/odometry/body",
         "/replayed/scene",
+        "/replayed/markers",
         "/replayed/invariants",
         "/tf",
     ];

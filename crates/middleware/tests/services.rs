@@ -311,6 +311,7 @@ struct ShortCall;
 
 impl lgvi_msgs::Service for ShortCall {
     const TYPE_NAME: &'static str = "action_msgs/srv/CancelGoal";
+    const TYPE_HASH: &'static str = "";
     type Request = Short;
     type Response = CancelGoalResponse;
 }

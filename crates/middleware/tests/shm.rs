@@ -4,7 +4,6 @@
 
 use std::{
     env, fs,
-    hash::{DefaultHasher, Hash, Hasher},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread,
@@ -59,9 +58,7 @@ fn is_counter(path: &Path) -> bool {
 }
 
 fn in_shm(root: &Path) -> Vec<PathBuf> {
-    let mut hasher = DefaultHasher::new();
-    root.to_path_buf().hash(&mut hasher);
-    let prefix = format!("lgvi_{:016x}_", hasher.finish());
+    let prefix = options(root).prefix().unwrap();
     let mut found = Vec::new();
     files(Path::new("/dev/shm"), &mut found);
     found.retain(|path| {
@@ -85,12 +82,15 @@ fn files(directory: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-fn node(root: &Path, name: &str) -> ShmNode {
-    let options = ShmOptions {
+fn options(root: &Path) -> ShmOptions {
+    ShmOptions {
         domain_id: 7,
         root: Some(root.into()),
-    };
-    ShmNode::new(name, &options).unwrap()
+    }
+}
+
+fn node(root: &Path, name: &str) -> ShmNode {
+    ShmNode::new(name, &options(root)).unwrap()
 }
 
 fn header(sequence: u64) -> StateHeader {

@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod frame;
 mod gravity;
 mod maneuver;
 mod polyhedron;
@@ -42,6 +43,7 @@ impl Scene {
                 ros_every: count("publish.ros_every", file.publish.ros_every)?,
             },
             bodies,
+            frames: Vec::new(),
             gravity,
             maneuver: None,
             disturbance: None,
@@ -49,6 +51,7 @@ impl Scene {
         run::check_step(&scene)?;
         check_si(&scene)?;
         run::check_end(&scene)?;
+        scene.frames = frame::frames(&scene, &file.frames)?;
         if let Some(file) = &file.maneuver {
             scene.maneuver = Some(maneuver::maneuver(&scene, file)?);
             if let Some(Err(error)) = scene.transfer() {

@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod frame;
 mod gravity;
 mod maneuver;
 
@@ -11,6 +12,7 @@ pub(crate) use body::{
     AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
 };
 pub(crate) use disturbance::DisturbanceFile;
+pub(crate) use frame::FrameFile;
 pub(crate) use gravity::{CentralFile, GravityFile};
 pub(crate) use maneuver::{
     ActuatorFile, ConstraintFile, DynamicsFile, FinalTimeFile, LimitFile, ManeuverFile, MotionFile,
@@ -33,6 +35,8 @@ pub(crate) struct SceneFile {
     #[serde(default)]
     pub gravity: GravityFile,
     pub bodies: Vec<BodyFile>,
+    #[serde(default)]
+    pub frames: Vec<FrameFile>,
     pub maneuver: Option<ManeuverFile>,
     pub disturbance: Option<DisturbanceFile>,
 }

@@ -1,7 +1,10 @@
+use std::sync::Arc;
+
 use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
+use lgvi_dynamics::gravity::Polyhedron;
 use lgvi_dynamics::{BodyState, RigidBody, Simulation, System};
 
-use crate::{Disturbance, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units};
+use crate::{Disturbance, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units};
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
@@ -32,6 +35,8 @@ pub struct Scene {
     pub publishing: Publishing,
     /// The bodies and their states at the epoch.
     pub bodies: Vec<NamedBody>,
+    /// Further frames, those that others hang on first.
+    pub frames: Vec<Frame>,
     /// What acts on the bodies.
     pub gravity: SceneGravity,
     /// What is to be planned and flown.
@@ -49,6 +54,8 @@ pub struct NamedBody {
     pub body: RigidBody,
     /// State at the epoch.
     pub state: BodyState,
+    /// Its surface, where the scene tells it.
+    pub mesh: Option<Arc<Polyhedron>>,
 }
 
 /// How often states are published, in steps.

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use lgvi_control::Plan;
 use lgvi_middleware::ros::{Decision, GoalHandle, StopReason};
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverFeedback, PlanManeuverGoal, PlanManeuverResult};
+use lgvi_msgs::msg::ControlSequence;
 use lgvi_scene::Scene;
 use tracing::warn;
 
@@ -21,12 +22,20 @@ pub(crate) struct Goal {
 
 /// A newer goal takes the place of those that are `waiting`; while the node is not active, none is accepted.
 pub(crate) fn decide(goal: &PlanManeuverGoal, waiting: usize, active: bool) -> Decision {
-    if !active || !(goal.deadline.is_finite() && goal.deadline >= 0.0) {
+    if !(active && goal.deadline.is_finite() && goal.deadline >= 0.0) {
         Decision::Refuse
     } else if waiting > 0 {
         Decision::Preempt
     } else {
         Decision::Accept
+    }
+}
+
+/// What is said of a plan where its controls are too long to be sent: they are on `~/control_sequence`.
+pub(crate) fn without_controls(result: PlanManeuverResult) -> PlanManeuverResult {
+    PlanManeuverResult {
+        controls: ControlSequence::default(),
+        ..result
     }
 }
 

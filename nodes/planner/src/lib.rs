@@ -10,6 +10,7 @@
 
 mod follower;
 mod goals;
+mod markers;
 mod messages;
 mod monitor;
 mod outlet;

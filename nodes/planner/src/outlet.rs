@@ -7,10 +7,12 @@ use lgvi_msgs::RosMessage;
 use lgvi_msgs::msg::{ControlSequence, PlanProgress};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::stamp::StampError;
+use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_node::{FeedbackSequence, Node, NodeError};
 use lgvi_scene::Scene;
 use tracing::warn;
 
+use crate::markers::markers;
 use crate::messages;
 use crate::sequence::{Samples, Sequence};
 
@@ -30,6 +32,7 @@ pub(crate) struct Outlet {
     controls: Publisher<ControlSequence>,
     progress: Publisher<PlanProgress>,
     path: Publisher<Path>,
+    markers: Publisher<MarkerArray>,
     /// Messages sent, by topic.
     sent: BTreeMap<String, u64>,
 }
@@ -51,6 +54,9 @@ impl Outlet {
                 .map_err(NodeError::runtime)?,
             path: ros
                 .publisher("~/planned_path", &Qos::latched(1))
+                .map_err(NodeError::runtime)?,
+            markers: ros
+                .publisher("~/markers", &Qos::latched(1))
                 .map_err(NodeError::runtime)?,
             sent: BTreeMap::new(),
         })
@@ -83,6 +89,8 @@ impl Outlet {
         send(&self.controls, &message, &mut self.sent);
         let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
+        let markers = markers(scene, sequence).map_err(NodeError::runtime)?;
+        send(&self.markers, &markers, &mut self.sent);
         Ok(())
     }
 
@@ -103,6 +111,7 @@ impl Outlet {
             self.controls.flush(patience),
             self.progress.flush(patience),
             self.path.flush(patience),
+            self.markers.flush(patience),
         ];
         for error in settled.into_iter().filter_map(Result::err) {
             warn!("{error}");

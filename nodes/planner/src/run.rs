@@ -69,7 +69,8 @@ impl Managed for Planner {
             .action_server("~/plan_maneuver", move |goal, waiting| {
                 goals::decide(goal, waiting, open.load(Ordering::Acquire))
             })
-            .map_err(NodeError::runtime)?;
+            .map_err(NodeError::runtime)?
+            .shortened_by(goals::without_controls);
         let monitor = Arc::new(Monitor::default());
         Ok(Self {
             events: Arc::clone(&node.events),

@@ -1,7 +1,7 @@
 //! The stamp of a message, read from its CDR without decoding the rest.
 
 use lgvi_msgs::builtin_interfaces::Time;
-use lgvi_msgs::{MessageType, RosMessage, tf2_msgs};
+use lgvi_msgs::{MessageType, RosMessage, tf2_msgs, visualization_msgs};
 
 /// The encapsulation header that precedes the message.
 const ENCAPSULATION: usize = 4;
@@ -11,8 +11,8 @@ const ENCAPSULATION: usize = 4;
 pub(crate) enum Stamped {
     /// In a header at the front.
     Header,
-    /// In the header of its first transform.
-    FirstTransform,
+    /// In the header of its first transform or marker.
+    FirstElement,
     /// Nowhere.
     No,
 }
@@ -26,8 +26,12 @@ impl Stamped {
             .lines()
             .map(uncommented)
             .find(|line| !line.is_empty() && !line.contains('='));
-        if message_type.name == tf2_msgs::TFMessage::TYPE_NAME {
-            Self::FirstTransform
+        let lists = [
+            tf2_msgs::TFMessage::TYPE_NAME,
+            visualization_msgs::MarkerArray::TYPE_NAME,
+        ];
+        if lists.contains(&message_type.name) {
+            Self::FirstElement
         } else if first_field.is_some_and(|field| field.starts_with("std_msgs/Header ")) {
             Self::Header
         } else {
@@ -44,7 +48,7 @@ impl Stamped {
         };
         let at = match self {
             Self::Header => 0,
-            Self::FirstTransform if u32::from_le_bytes(word(0)?) > 0 => 4,
+            Self::FirstElement if u32::from_le_bytes(word(0)?) > 0 => 4,
             _ => return None,
         };
         let little_endian = cdr.get(1) == Some(&1);
@@ -66,11 +70,12 @@ mod tests {
     use lgvi_msgs::nav_msgs::Odometry;
     use lgvi_msgs::rosgraph_msgs::Clock;
     use lgvi_msgs::tf2_msgs::TFMessage;
+    use lgvi_msgs::visualization_msgs::{Marker, MarkerArray};
 
     use super::*;
 
     #[test]
-    fn stamps_are_found_in_headers_and_first_transforms() {
+    fn stamps_are_found_in_headers_and_in_first_transforms_and_markers() {
         let stamp = Time {
             sec: 12,
             nanosec: 345,
@@ -85,13 +90,24 @@ mod tests {
         assert_eq!(stamped.read(&[0, 1, 0, 0, 1]), None);
 
         let mut transform = TransformStamped::default();
-        transform.header.stamp = stamp;
+        transform.header.stamp = stamp.clone();
         let stamped = Stamped::of(&MessageType::of::<TFMessage>());
         let tf = TFMessage {
             transforms: vec![transform],
         };
         assert_eq!(stamped.read(&encode(&tf).unwrap()), Some(12_000_000_345));
         assert_eq!(stamped.read(&encode(&TFMessage::default()).unwrap()), None);
+
+        let mut marker = Marker::default();
+        marker.header.stamp = stamp;
+        let markers = MarkerArray {
+            markers: vec![marker],
+        };
+        let stamped = Stamped::of(&MessageType::of::<MarkerArray>());
+        assert_eq!(
+            stamped.read(&encode(&markers).unwrap()),
+            Some(12_000_000_345)
+        );
 
         let after_constants = Stamped::of(&MessageType::of::<PlanProgress>());
         assert_eq!(after_constants, Stamped::Header);

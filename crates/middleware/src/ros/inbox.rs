@@ -41,9 +41,16 @@ pub(super) struct Inbox {
 struct Contents {
     waiting: VecDeque<Taken>,
     taker: Option<Waker>,
-    latest: BTreeMap<GUID, i64>,
+    latest: BTreeMap<GUID, Latest>,
     received: u64,
     lost: u64,
+}
+
+/// The last sample of a publisher.
+#[derive(Clone, Copy)]
+struct Latest {
+    sequence: i64,
+    received: Timestamp,
 }
 
 /// Called by RustDDS once something has arrived.
@@ -146,15 +153,16 @@ impl Inbox {
 
     fn put(&self, arrived: Result<DeserializedCacheChange<Vec<u8>>, TakeError>) {
         let mut contents = lock(&self.contents);
-        if let Ok(change) = &arrived {
+        let arrived = arrived.map(|change| {
             contents.received += 1;
-            contents.count_gap(change.writer_guid(), i64::from(change.sequence_number));
-        }
+            let received = contents.follow(&change);
+            sample(change, received)
+        });
         if contents.waiting.len() >= self.depth {
             contents.waiting.pop_front();
             contents.lost += 1;
         }
-        contents.waiting.push_back(arrived.map(sample));
+        contents.waiting.push_back(arrived);
         if let Some(taker) = contents.taker.take() {
             drop(contents);
             taker.wake();
@@ -167,20 +175,28 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Contents {
-    fn count_gap(&mut self, writer: GUID, sequence: i64) {
-        if let Some(previous) = self.latest.insert(writer, sequence) {
-            self.lost += u64::try_from(sequence - previous - 1).unwrap_or(0);
+    /// Counts the gap before a sample; when it was received.
+    fn follow(&mut self, change: &DeserializedCacheChange<Vec<u8>>) -> Timestamp {
+        let sequence = i64::from(change.sequence_number);
+        let mut received = change.receive_instant;
+        if let Some(previous) = self.latest.get(&change.writer_guid()) {
+            self.lost += u64::try_from(sequence - previous.sequence - 1).unwrap_or(0);
+            // What follows a sample that is sent again has arrived before it, and waited for it.
+            received = received.max(previous.received);
         }
+        let latest = Latest { sequence, received };
+        self.latest.insert(change.writer_guid(), latest);
+        received
     }
 }
 
-fn sample(change: DeserializedCacheChange<Vec<u8>>) -> Sample<Vec<u8>> {
+fn sample(change: DeserializedCacheChange<Vec<u8>>, received: Timestamp) -> Sample<Vec<u8>> {
     Sample {
         info: SampleInfo {
             writer: WriterId(change.writer_guid().to_bytes()),
             sequence: i64::from(change.sequence_number).unsigned_abs(),
             source_time: change.source_timestamp().and_then(nanoseconds),
-            received_time: nanoseconds(change.receive_instant).unwrap_or_default(),
+            received_time: nanoseconds(received).unwrap_or_default(),
             related: change.related_sample_identity().map(SampleId::from),
         },
         message: change.into_value(),

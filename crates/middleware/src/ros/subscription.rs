@@ -56,7 +56,7 @@ pub struct SampleInfo {
     pub sequence: u64,
     /// When it was published, if the publisher says so.
     pub source_time: Option<i64>,
-    /// When it was received.
+    /// When it was received, with all of its publisher's before it.
     pub received_time: i64,
     /// What it belongs to, if the publisher says so: DDS-RPC's related sample identity.
     pub related: Option<SampleId>,

@@ -1,15 +1,12 @@
 //! Which shared memory is used.
 
-use std::{
-    env,
-    hash::{DefaultHasher, Hash, Hasher},
-    path::PathBuf,
-};
+use std::{env, path::PathBuf};
 
 use iceoryx2::{
     config::Config,
     prelude::{FileName, Path, SemanticString},
 };
+use sha2::{Digest, Sha256};
 
 use super::ShmError;
 use crate::Environment;
@@ -34,18 +31,30 @@ impl ShmOptions {
         }
     }
 
+    /// What the names of all files of a root begin with, in it and in `/dev/shm`: `lgvi_`, the first 16 hexadecimal
+    /// digits of the SHA-256 of the root's path without trailing slashes, and `_`. Without a root it is iceoryx2's own.
+    ///
+    /// A process in another language sets its iceoryx2 configuration's root path and prefix to these two.
+    pub fn prefix(&self) -> Option<String> {
+        let root = self.root.as_ref()?.as_os_str().as_encoded_bytes();
+        let slashes = root.iter().rev().take_while(|&&byte| byte == b'/').count();
+        let digest = Sha256::digest(&root[..root.len() - slashes]);
+        let digits: String = digest[..8]
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        Some(format!("lgvi_{digits}_"))
+    }
+
     /// The configuration of iceoryx2: the root path, and a prefix of its own for what lies in `/dev/shm`.
     pub(super) fn config(&self) -> Result<Config, ShmError> {
         let mut config = Config::global_config().clone();
-        if let Some(root) = &self.root {
+        if let (Some(root), Some(prefix)) = (&self.root, self.prefix()) {
             let fail = |reason: String| ShmError::Name {
                 what: "LGVI_SHM_ROOT",
                 value: root.display().to_string(),
                 reason,
             };
-            let mut hasher = DefaultHasher::new();
-            root.hash(&mut hasher);
-            let prefix = format!("lgvi_{:016x}_", hasher.finish());
             config.global.prefix =
                 FileName::new(prefix.as_bytes()).map_err(|error| fail(format!("{error:?}")))?;
             let path = Path::new(root.as_os_str().as_encoded_bytes())
@@ -53,5 +62,27 @@ impl ShmOptions {
             config.global.set_root_path(&path);
         }
         Ok(config)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prefix(root: &str) -> Option<String> {
+        let options = ShmOptions {
+            root: Some(root.into()),
+            ..ShmOptions::default()
+        };
+        options.prefix()
+    }
+
+    #[test]
+    fn the_prefix_is_what_another_language_computes() {
+        // printf /tmp/lgvi | sha256sum | cut -c1-16
+        let expected = "lgvi_6a0d605a6dafe7ba_".to_owned();
+        assert_eq!(prefix("/tmp/lgvi"), Some(expected.clone()));
+        assert_eq!(prefix("/tmp/lgvi//"), Some(expected));
+        assert_eq!(ShmOptions::default().prefix(), None);
     }
 }

@@ -1,4 +1,6 @@
-use lgvi_dynamics::gravity::{Moments, Multipole};
+use std::sync::Arc;
+
+use lgvi_dynamics::gravity::{Moments, Multipole, Polyhedron};
 use lgvi_dynamics::{BodyError, BodyState, Drive, Inertia, Mobility, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
@@ -11,7 +13,8 @@ use crate::{SceneError, check};
 pub(super) fn body(key: &str, file: &BodyFile) -> Result<NamedBody, SceneError> {
     check::name(&format!("{key}.name"), &file.name)?;
     let mobility = mobility(&format!("{key}.mobility"), &file.mobility)?;
-    let body = rigid_body(key, file, &mobility)?
+    let (body, mesh) = rigid_body(key, file, &mobility)?;
+    let body = body
         .with_mobility(mobility)
         .with_radius(file.radius)
         .map_err(|_| {
@@ -21,6 +24,7 @@ pub(super) fn body(key: &str, file: &BodyFile) -> Result<NamedBody, SceneError> 
         name: file.name.clone(),
         state: state(key, file, &body)?,
         body,
+        mesh: mesh.map(Arc::new),
     })
 }
 
@@ -42,7 +46,12 @@ fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {
     })
 }
 
-fn rigid_body(key: &str, file: &BodyFile, mobility: &Mobility) -> Result<RigidBody, SceneError> {
+/// The body, and its surface where that is told.
+fn rigid_body(
+    key: &str,
+    file: &BodyFile,
+    mobility: &Mobility,
+) -> Result<(RigidBody, Option<Polyhedron>), SceneError> {
     let refuse = |error: BodyError| {
         let expected = format!("the masses of a rigid body: {error}");
         SceneError::value(key, &file.name, expected)
@@ -56,28 +65,36 @@ fn rigid_body(key: &str, file: &BodyFile, mobility: &Mobility) -> Result<RigidBo
         }
         (Some(multipole), None) => {
             let (inertia, multipole) = expansion(key, file, multipole, points)?;
-            RigidBody::with_multipole(inertia, multipole).map_err(refuse)
+            let body = RigidBody::with_multipole(inertia, multipole).map_err(refuse)?;
+            Ok((body, None))
         }
         (None, Some(_)) if !points.is_empty() => {
             let key = format!("{key}.points");
             let expected = "none beside a `polyhedron`";
             Err(SceneError::value(key, points.len(), expected))
         }
-        (None, Some(shape)) => solid(key, file, shape),
+        (None, Some(shape)) => {
+            let (body, mesh) = solid(key, file, shape)?;
+            Ok((body, Some(mesh)))
+        }
         (None, None) => {
             let inertia = given_inertia(key, file)?;
-            if *mobility == Mobility::Pivoted {
+            let body = if *mobility == Mobility::Pivoted {
                 RigidBody::pivoted(file.mass, inertia, points)
             } else {
                 RigidBody::new(file.mass, inertia, points)
-            }
-            .map_err(refuse)
+            };
+            Ok((body.map_err(refuse)?, None))
         }
     }
 }
 
-/// A body that is given by its `polyhedron`.
-fn solid(key: &str, file: &BodyFile, shape: &PolyhedronFile) -> Result<RigidBody, SceneError> {
+/// A body that is given by its `polyhedron`, and that.
+fn solid(
+    key: &str,
+    file: &BodyFile,
+    shape: &PolyhedronFile,
+) -> Result<(RigidBody, Polyhedron), SceneError> {
     let key_of_shape = format!("{key}.polyhedron");
     let polyhedron = polyhedron(&key_of_shape, shape, file.mass)?;
     let inertia = match &file.inertia {
@@ -85,7 +102,8 @@ fn solid(key: &str, file: &BodyFile, shape: &PolyhedronFile) -> Result<RigidBody
         None => None,
     };
     let degree = shape.degree.unwrap_or(DEGREE);
-    RigidBody::with_polyhedron(inertia, &polyhedron, degree).map_err(|error| match error {
+    let body = RigidBody::with_polyhedron(inertia, &polyhedron, degree);
+    let body = body.map_err(|error| match error {
         BodyError::CloudDegree(_) | BodyError::Polyhedron(_) => {
             let expected = format!("2 to 10: {error}");
             SceneError::value(format!("{key_of_shape}.degree"), degree, expected)
@@ -94,7 +112,8 @@ fn solid(key: &str, file: &BodyFile, shape: &PolyhedronFile) -> Result<RigidBody
             let expected = format!("the shape of a rigid body: {error}");
             SceneError::value(key_of_shape, &file.name, expected)
         }
-    })
+    })?;
+    Ok((body, polyhedron))
 }
 
 /// The inertia and the series of a body that is given by its `multipole`.

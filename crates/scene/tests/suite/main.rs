@@ -5,10 +5,12 @@
 mod bodies;
 mod classes;
 mod disturbances;
+mod frames;
 mod gravity;
 mod integrators;
 mod maneuvers;
 mod planned;
+mod shapes;
 mod shipped;
 
 use lgvi_scene::{Scene, SceneError};

@@ -19,7 +19,14 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
             "lgvi_msgs/msg/Invariants",
         ),
         ("/tf".into(), "tf2_msgs/msg/TFMessage"),
+        (
+            "/lgvi_propagator/markers".into(),
+            "visualization_msgs/msg/MarkerArray",
+        ),
     ];
+    if !scene.frames.is_empty() {
+        topics.push(("/tf_static".into(), "tf2_msgs/msg/TFMessage"));
+    }
     for body in &scene.bodies {
         topics.push((
             format!("/lgvi_propagator/odometry/{}", body.name),
@@ -37,6 +44,10 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
                 "lgvi_msgs/msg/PlanProgress",
             ),
             ("/lgvi_planner/planned_path".into(), "nav_msgs/msg/Path"),
+            (
+                "/lgvi_planner/markers".into(),
+                "visualization_msgs/msg/MarkerArray",
+            ),
         ]);
     }
     topics

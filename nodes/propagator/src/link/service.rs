@@ -58,7 +58,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Publishes the scene for late joiners.
+    /// Publishes what stays as it is, for late joiners: the scene, its frames and how it looks.
     pub(super) fn announce_scene(&mut self) -> Result<(), NodeError> {
         let scene = &self.scene;
         let message = msg::Scene {
@@ -68,6 +68,12 @@ impl Link {
             software: crate::SOFTWARE.into(),
         };
         self.topics.scene.send(&message);
+        let markers = messages::markers(scene).map_err(NodeError::input)?;
+        self.topics.markers.send(&markers);
+        let frames = messages::static_transforms(scene).map_err(NodeError::input)?;
+        if let (Some(topic), Some(frames)) = (&mut self.topics.tf_static, frames) {
+            topic.send(&frames);
+        }
         Ok(())
     }
 

@@ -6,6 +6,7 @@ use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::tf2_msgs::TFMessage;
+use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 
@@ -22,6 +23,9 @@ pub(super) struct Topics {
     pub(super) tf: Counted<TFMessage>,
     pub(super) invariants: Counted<msg::Invariants>,
     pub(super) scene: Counted<msg::Scene>,
+    /// None where the scene has no frames.
+    pub(super) tf_static: Option<Counted<TFMessage>>,
+    pub(super) markers: Counted<MarkerArray>,
     pub(super) flown: Counted<ControlSequence>,
     pub(super) intervention: Counted<Intervention>,
     pub(super) clock: Option<Counted<Clock>>,
@@ -43,12 +47,18 @@ impl Topics {
             }
             Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless)
         });
+        let once = Qos::latched(1);
+        let tf_static = (!scene.frames.is_empty())
+            .then(|| Counted::new(ros, "/tf_static", &once, lossless))
+            .transpose()?;
         Ok(Self {
             state: Counted::new(ros, "~/state", &stream, lossless)?,
             odometry: odometry.collect::<Result<_, _>>()?,
             tf: Counted::new(ros, "/tf", &stream, lossless)?,
             invariants: Counted::new(ros, "~/invariants", &stream, lossless)?,
-            scene: Counted::new(ros, "~/scene", &Qos::latched(1), lossless)?,
+            scene: Counted::new(ros, "~/scene", &once, lossless)?,
+            tf_static,
+            markers: Counted::new(ros, "~/markers", &once, lossless)?,
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(16), lossless)?,
             intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
             clock: clock
@@ -78,9 +88,11 @@ impl Topics {
             self.tf.settle(patience),
             self.invariants.settle(patience),
             self.scene.settle(patience),
+            self.markers.settle(patience),
             self.flown.settle(patience),
             self.intervention.settle(patience),
         ]);
+        published.extend(self.tf_static.iter().map(|topic| topic.settle(patience)));
         published
     }
 
@@ -92,9 +104,11 @@ impl Topics {
             self.tf.counts(),
             self.invariants.counts(),
             self.scene.counts(),
+            self.markers.counts(),
             self.flown.counts(),
             self.intervention.counts(),
         ]);
+        counts.extend(self.tf_static.as_ref().map(Counted::counts));
         counts.extend(self.clock.as_ref().map(Counted::counts));
         counts
     }

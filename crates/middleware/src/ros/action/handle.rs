@@ -55,11 +55,6 @@ impl<A: Action> GoalHandle<A> {
         self.shared.feedback(self.id, feedback);
     }
 
-    /// Whether a result can be sent as a whole; one that cannot is replaced by the default one.
-    pub fn fits(&self, result: &A::Result) -> bool {
-        self.shared.fits(result)
-    }
-
     /// Ends the goal: it has been reached.
     pub fn succeed(self, result: A::Result) {
         self.shared.finish(self.id, Ending::Success, result);

@@ -12,8 +12,8 @@
 //! - A goal that is cancelled, or pre-empted, before it was taken up ends at once, with the default result.
 //! - At most 16 goals are active at a time, and 16 results of 64 MiB together are kept, for 15 minutes. Of 64 unsent
 //!   feedback messages the oldest are dropped.
-//! - A result that is too long to be sent (see the limitations of services) is replaced by the default one, with a
-//!   warning in the log; [`GoalHandle::fits`] says so before.
+//! - A result that is too long to be sent (see the limitations of services) is [shortened](ActionServer::shortened_by), or
+//!   replaced by the default one, with a warning in the log.
 //! - [Services](super::ServiceServer)' limitations apply.
 
 mod client;

@@ -21,7 +21,7 @@ use super::{
     Decision, GoalId, GoalState, StopReason,
     goals::{Answer, Ending, MAX_ACTIVE},
     part,
-    server::{Shared, response, without_result},
+    server::{Shared, response},
 };
 use crate::{
     block::thread_waker,
@@ -80,8 +80,6 @@ where
         let waker = thread_waker();
         let context = Context::from_waker(&waker);
         while !shared.stop.load(Ordering::Acquire) {
-            let max_response = self.get_result.max_reply();
-            shared.max_response.store(max_response, Ordering::Relaxed);
             self.take_cancellations(&context);
             self.take_goals(&context);
             self.take_result_requests(&context);
@@ -158,13 +156,13 @@ where
         }
     }
 
-    /// Replies with a response, without its result if that has become too long for the peers that are there now.
+    /// Replies with a response, with a shorter result if that is too long for the peers that are there now.
     fn reply_result(&self, id: RequestId, cdr: Vec<u8>) {
-        let cdr = if cdr.len() <= self.get_result.max_reply() {
+        let limit = self.get_result.max_reply();
+        let cdr = if cdr.len() <= limit {
             cdr
         } else {
-            warn!("a result is too long to be sent: replaced by the default one");
-            without_result::<A>(&cdr)
+            self.shared.shortened(&cdr, limit)
         };
         warn_of(self.get_result.reply_cdr(id, cdr));
     }

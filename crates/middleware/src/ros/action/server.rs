@@ -5,7 +5,7 @@ use std::{
     fmt,
     sync::{
         Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
+        atomic::{AtomicBool, Ordering},
     },
     thread::{self, JoinHandle, Thread},
     time::Duration,
@@ -49,8 +49,8 @@ pub(super) struct Shared<A: Action> {
     pub(super) stop: AtomicBool,
     /// The server's own.
     pub(super) thread: OnceLock<Thread>,
-    /// The most bytes of a response with a result.
-    pub(super) max_response: AtomicUsize,
+    /// What is left of a result that is too long.
+    pub(super) shorten: OnceLock<fn(A::Result) -> A::Result>,
 }
 
 pub(super) struct Table<A: Action> {
@@ -77,7 +77,7 @@ impl<A: Action> ActionServer<A> {
             arrival: Condvar::new(),
             stop: AtomicBool::new(false),
             thread: OnceLock::new(),
-            max_response: AtomicUsize::new(usize::MAX),
+            shorten: OnceLock::new(),
         });
         let protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
         let thread = thread::Builder::new()
@@ -114,6 +114,13 @@ impl<A: Action> ActionServer<A> {
         })
     }
 
+    /// Has results that are too long to be sent replaced by what `shorten` leaves of them, if that is not too long too.
+    #[must_use]
+    pub fn shortened_by(self, shorten: fn(A::Result) -> A::Result) -> Self {
+        self.shared.shorten.get_or_init(|| shorten);
+        self
+    }
+
     /// The absolute name of the action.
     pub fn name(&self) -> &str {
         &self.name
@@ -123,21 +130,26 @@ impl<A: Action> ActionServer<A> {
 impl<A: Action> Shared<A> {
     /// Ends a goal, if it is active, and has those told who wait for its result.
     pub(super) fn finish(&self, id: GoalId, ending: Ending, result: A::Result) {
-        let result = if self.fits(&result) {
-            result
-        } else {
-            warn!(%id, "the result is too long to be sent: replaced by the default one");
-            A::Result::default()
-        };
         let mut table = self.table();
         table.finish(id, ending, result);
         drop(table);
         self.wake();
     }
 
-    pub(super) fn fits(&self, result: &A::Result) -> bool {
-        // The response has the state before the result, which aligns to eight bytes at most.
-        encode(result).len() + 8 <= self.max_response.load(Ordering::Relaxed)
+    /// The same response with a shorter result, or with the default one if that is longer than `limit` too.
+    pub(super) fn shortened(&self, response: &[u8], limit: usize) -> Vec<u8> {
+        let (code, result) = match cdr::decode::<Response<A>>(response) {
+            Ok(response) => response.into(),
+            Err(_) => (GoalState::Unknown.code(), A::Result::default()),
+        };
+        if let Some(shorten) = self.shorten.get() {
+            let shorter = encode(&Response::<A>::from((code, shorten(result))));
+            if shorter.len() <= limit {
+                return shorter;
+            }
+        }
+        warn!("a result is too long to be sent: replaced by the default one");
+        encode(&Response::<A>::from((code, A::Result::default())))
     }
 
     pub(super) fn feedback(&self, id: GoalId, feedback: A::Feedback) {
@@ -193,15 +205,6 @@ pub(super) fn response<A: Action>(state: GoalState, result: A::Result) -> Vec<u8
     encode(&Response::<A>::from((state.code(), result)))
 }
 
-/// The same response with the default result.
-pub(super) fn without_result<A: Action>(response: &[u8]) -> Vec<u8> {
-    let code = cdr::decode::<Response<A>>(response).map_or(GoalState::Unknown.code(), |response| {
-        let (code, _) = response.into();
-        code
-    });
-    encode(&Response::<A>::from((code, A::Result::default())))
-}
-
 /// Nothing if it cannot be encoded, which no generated message type can cause; sending that is an error.
 fn encode<M: RosMessage>(message: &M) -> Vec<u8> {
     cdr::encode(message).unwrap_or_default()
@@ -224,24 +227,5 @@ impl<A: Action> fmt::Debug for ActionServer<A> {
         f.debug_struct("ActionServer")
             .field("name", &self.name)
             .finish_non_exhaustive()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use lgvi_msgs::action::{PlanManeuver, PlanManeuverResult};
-
-    use super::*;
-
-    #[test]
-    fn a_response_without_its_result_keeps_the_state() {
-        let result = PlanManeuverResult {
-            message: "a long one".repeat(1000),
-            ..PlanManeuverResult::default()
-        };
-        let long = response::<PlanManeuver>(GoalState::Canceled, result);
-        let default = PlanManeuverResult::default();
-        let short = response::<PlanManeuver>(GoalState::Canceled, default);
-        assert_eq!(without_result::<PlanManeuver>(&long), short);
     }
 }

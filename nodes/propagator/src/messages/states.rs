@@ -1,15 +1,11 @@
 //! ROS messages of a state.
 
 use lgvi_dynamics::{BodyState, System};
-use lgvi_msgs::geometry_msgs::{
-    Point, Pose, PoseWithCovariance, Transform, TransformStamped, Twist, TwistWithCovariance,
-    Vector3,
-};
+use lgvi_msgs::geometry_msgs::{PoseWithCovariance, Twist, TwistWithCovariance, Vector3};
 use lgvi_msgs::msg::{self, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::shm::{ConversionError, Name, StateHeader};
 use lgvi_msgs::stamp::StampError;
-use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_node::{body_sample, header, pose};
 use lgvi_scene::Scene;
 
@@ -97,30 +93,6 @@ pub(crate) fn odometry(
     })
 }
 
-pub(crate) fn transforms(scene: &Scene, snapshot: &Snapshot) -> Result<TFMessage, StampError> {
-    let each = scene
-        .bodies
-        .iter()
-        .zip(&snapshot.states)
-        .map(|(named, state)| {
-            let Pose {
-                position: Point { x, y, z },
-                orientation,
-            } = pose(state, &scene.units);
-            Ok(TransformStamped {
-                header: header(scene, snapshot.step)?,
-                child_frame_id: named.name.clone(),
-                transform: Transform {
-                    translation: Vector3 { x, y, z },
-                    rotation: orientation,
-                },
-            })
-        });
-    Ok(TFMessage {
-        transforms: each.collect::<Result<_, _>>()?,
-    })
-}
-
 pub(crate) fn invariants(
     scene: &Scene,
     system: &System,
@@ -138,12 +110,15 @@ pub(crate) fn invariants(
     })
 }
 
-fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+pub(super) fn vector([x, y, z]: [f64; 3]) -> Vector3 {
     Vector3 { x, y, z }
 }
 
 #[cfg(test)]
 mod tests {
+    use lgvi_msgs::geometry_msgs::{Point, Pose};
+
+    use super::super::transforms;
     use super::*;
 
     #[test]

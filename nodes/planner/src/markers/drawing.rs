@@ -1,0 +1,149 @@
+use lgvi_msgs::geometry_msgs::{Point, Vector3 as Scale};
+use lgvi_msgs::std_msgs::{ColorRGBA, Header};
+use lgvi_msgs::visualization_msgs::{Marker, MarkerArray};
+use nalgebra::{Matrix3, Vector3};
+
+/// What is drawn in which colour: red, green, blue, opacity.
+pub(super) mod colour {
+    pub(crate) const PATH: [f32; 4] = [0.34, 0.71, 0.91, 1.0];
+    pub(crate) const THRUST: [f32; 4] = [0.90, 0.62, 0.00, 1.0];
+    pub(crate) const TARGET: [f32; 4] = [0.94, 0.89, 0.26, 1.0];
+    pub(crate) const FORBIDDEN: [f32; 4] = [0.84, 0.20, 0.15, 0.3];
+    pub(crate) const ALLOWED: [f32; 4] = [0.00, 0.62, 0.45, 0.2];
+    pub(crate) const AXES: [[f32; 4]; 3] = [
+        [1.0, 0.0, 0.0, 1.0],
+        [0.0, 1.0, 0.0, 1.0],
+        [0.0, 0.0, 1.0, 1.0],
+    ];
+}
+
+/// Markers in one frame, of what is given in the scene's unit of length.
+pub(super) struct Drawing {
+    header: Header,
+    /// The unit (m).
+    length: f64,
+    /// Width of lines (m).
+    line: f64,
+    markers: Vec<Marker>,
+}
+
+impl Drawing {
+    /// One that takes the place of those before it, with lines so wide in a unit of length `length` (m).
+    pub(super) fn new(header: Header, length: f64, line: f64) -> Self {
+        let clean = Marker {
+            header: header.clone(),
+            action: Marker::DELETEALL,
+            ..Marker::default()
+        };
+        Self {
+            header,
+            length,
+            line: line * length,
+            markers: vec![clean],
+        }
+    }
+
+    pub(super) fn finish(self) -> MarkerArray {
+        MarkerArray {
+            markers: self.markers,
+        }
+    }
+
+    /// A line through points.
+    pub(super) fn strip(
+        &mut self,
+        ns: &str,
+        id: i32,
+        points: impl IntoIterator<Item = Vector3<f64>>,
+        colour: [f32; 4],
+    ) {
+        self.markers.push(Marker {
+            r#type: Marker::LINE_STRIP,
+            scale: scale([self.line, 0.0, 0.0]),
+            points: points.into_iter().map(|p| self.point(p)).collect(),
+            ..self.marker(ns, id, colour)
+        });
+    }
+
+    /// An arrow, thicker than a line.
+    pub(super) fn arrow(&mut self, ns: &str, id: i32, ends: [Vector3<f64>; 2], colour: [f32; 4]) {
+        self.markers.push(Marker {
+            r#type: Marker::ARROW,
+            // Diameters of shaft and head; the head's length follows from them.
+            scale: scale([2.0 * self.line, 4.0 * self.line, 0.0]),
+            points: ends.map(|p| self.point(p)).into(),
+            ..self.marker(ns, id, colour)
+        });
+    }
+
+    /// Three axes, the columns of a matrix, in the colours of x, y and z.
+    pub(super) fn axes(&mut self, ns: &str, id: i32, origin: Vector3<f64>, axes: Matrix3<f64>) {
+        let ends = axes.column_iter().flat_map(|axis| [origin, origin + axis]);
+        let colours = colour::AXES
+            .iter()
+            .flat_map(|colour| [rgba(*colour), rgba(*colour)]);
+        self.markers.push(Marker {
+            r#type: Marker::LINE_LIST,
+            scale: scale([2.0 * self.line, 0.0, 0.0]),
+            points: ends.map(|p| self.point(p)).collect(),
+            colors: colours.collect(),
+            ..self.marker(ns, id, colour::AXES[0])
+        });
+    }
+
+    pub(super) fn sphere(
+        &mut self,
+        ns: &str,
+        id: i32,
+        centre: Vector3<f64>,
+        radius: f64,
+        colour: [f32; 4],
+    ) {
+        let mut marker = Marker {
+            r#type: Marker::SPHERE,
+            scale: scale([2.0 * radius * self.length; 3]),
+            ..self.marker(ns, id, colour)
+        };
+        marker.pose.position = self.point(centre);
+        self.markers.push(marker);
+    }
+
+    /// Each three points a triangle.
+    pub(super) fn triangles(
+        &mut self,
+        ns: &str,
+        id: i32,
+        corners: Vec<Vector3<f64>>,
+        colour: [f32; 4],
+    ) {
+        self.markers.push(Marker {
+            r#type: Marker::TRIANGLE_LIST,
+            scale: scale([1.0; 3]),
+            points: corners.into_iter().map(|p| self.point(p)).collect(),
+            ..self.marker(ns, id, colour)
+        });
+    }
+
+    fn marker(&self, ns: &str, id: i32, colour: [f32; 4]) -> Marker {
+        Marker {
+            header: self.header.clone(),
+            ns: ns.into(),
+            id,
+            color: rgba(colour),
+            ..Marker::default()
+        }
+    }
+
+    fn point(&self, p: Vector3<f64>) -> Point {
+        let [x, y, z] = (p * self.length).into();
+        Point { x, y, z }
+    }
+}
+
+fn scale([x, y, z]: [f64; 3]) -> Scale {
+    Scale { x, y, z }
+}
+
+fn rgba([r, g, b, a]: [f32; 4]) -> ColorRGBA {
+    ColorRGBA { r, g, b, a }
+}

@@ -1,0 +1,188 @@
+//! Markers of a plan: where it goes, what pushes, where it is to end, and what it keeps clear of.
+
+mod curves;
+mod drawing;
+
+use lgvi_control::{Constraint, RotationTarget, TranslationTarget};
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_msgs::stamp::StampError;
+use lgvi_msgs::visualization_msgs::MarkerArray;
+use lgvi_node::header;
+use lgvi_scene::{Maneuver, Scene};
+
+use crate::sequence::Sequence;
+use drawing::{Drawing, colour};
+
+/// The most arrows of thrust.
+const ARROWS: usize = 40;
+
+/// Length of the longest, of the drawing's size.
+const LONGEST: f64 = 0.15;
+
+/// Forces below this, of the largest, have no arrow.
+const LEAST: f64 = 0.01;
+
+/// Width of lines, of the drawing's size.
+const LINE: f64 = 0.003;
+
+/// The plan and its manoeuvre, in the inertial frame. What was drawn before is deleted first.
+pub(crate) fn markers(scene: &Scene, sequence: &Sequence) -> Result<MarkerArray, StampError> {
+    let Some(maneuver) = &scene.maneuver else {
+        return Ok(MarkerArray::default());
+    };
+    let body = scene.bodies[maneuver.body].shape().extent();
+    let plan = Picture {
+        scene,
+        maneuver,
+        sequence,
+        body,
+        size: span(&sequence.plan.states).max(4.0 * body),
+    };
+    let header = header(scene, sequence.first_step)?;
+    let mut drawing = Drawing::new(header, scene.units.length, LINE * plan.size);
+    plan.path(&mut drawing);
+    plan.thrust(&mut drawing);
+    plan.target(&mut drawing);
+    plan.constraints(&mut drawing);
+    Ok(drawing.finish())
+}
+
+/// Diagonal of the box round all positions.
+fn span(states: &[BodyState]) -> f64 {
+    let Some(first) = states.first() else {
+        return 0.0;
+    };
+    let (low, high) = states
+        .iter()
+        .fold((first.position, first.position), |(low, high), state| {
+            (low.inf(&state.position), high.sup(&state.position))
+        });
+    (high - low).norm()
+}
+
+/// A plan to be drawn, in the scene's units.
+struct Picture<'a> {
+    scene: &'a Scene,
+    maneuver: &'a Maneuver,
+    sequence: &'a Sequence,
+    /// Extent of the body.
+    body: f64,
+    /// Extent of the whole.
+    size: f64,
+}
+
+impl Picture<'_> {
+    /// States as often as ROS messages are published, with the last one.
+    fn shown(&self) -> impl Iterator<Item = &BodyState> {
+        let (every, arrival) = (self.scene.publishing.ros_every, self.sequence.arrival());
+        (self.sequence.first_step..)
+            .zip(&self.sequence.plan.states)
+            .filter(move |(step, _)| *step == arrival || step.is_multiple_of(every))
+            .map(|(_, state)| state)
+    }
+
+    fn path(&self, drawing: &mut Drawing) {
+        if span(&self.sequence.plan.states) > 0.0 {
+            let positions = self.shown().map(|state| state.position);
+            drawing.strip("path", 0, positions, colour::PATH);
+        }
+    }
+
+    /// The force at the start of every n-th interval, from where the body is then.
+    fn thrust(&self, drawing: &mut Drawing) {
+        let controls = &self.sequence.plan.controls;
+        let norm = |control: &Load| control.force.norm();
+        let largest = controls.iter().map(norm).fold(0.0, f64::max);
+        if largest == 0.0 {
+            return;
+        }
+        let stride = controls.len().div_ceil(ARROWS);
+        let chosen = self.sequence.plan.states.iter().zip(controls);
+        for (id, (state, control)) in (0..).zip(chosen.step_by(stride)) {
+            if norm(control) >= LEAST * largest {
+                let arrow = control.force * (LONGEST * self.size / largest);
+                let tip = state.position + arrow;
+                drawing.arrow("thrust", id, [state.position, tip], colour::THRUST);
+            }
+        }
+    }
+
+    fn target(&self, drawing: &mut Drawing) {
+        let target = &self.maneuver.target;
+        let last = self.sequence.plan.states.last();
+        let origin = match target.translation {
+            TranslationTarget::State { position, .. }
+            | TranslationTarget::Position { position } => Some(position),
+            TranslationTarget::Orbit { .. } | TranslationTarget::Free => {
+                last.map(|state| state.position)
+            }
+        };
+        if let TranslationTarget::Orbit {
+            gm,
+            center,
+            position,
+            linear_momentum,
+        } = target.translation
+        {
+            let mass = self.scene.bodies[self.maneuver.body].body.mass();
+            let velocity = linear_momentum / mass;
+            let orbit = curves::orbit(gm, &(position - center), &velocity);
+            let orbit = orbit.map(|r| center + r);
+            drawing.strip("goal_orbit", 0, orbit, colour::TARGET);
+        }
+        let Some(origin) = origin else { return };
+        let length = (0.1 * self.size).max(1.5 * self.body);
+        match target.rotation {
+            RotationTarget::State { attitude, .. } | RotationTarget::Attitude { attitude } => {
+                drawing.axes("target", 0, origin, attitude * length);
+            }
+            RotationTarget::SpinAxis { direction, .. } => {
+                let tip = origin + direction * length;
+                drawing.arrow("target", 0, [origin, tip], colour::TARGET);
+            }
+            RotationTarget::Free => {}
+        }
+    }
+
+    fn constraints(&self, drawing: &mut Drawing) {
+        let states = &self.sequence.plan.states;
+        let Some(first) = states.first() else { return };
+        for (id, constraint) in (0..).zip(&self.maneuver.constraints) {
+            match *constraint {
+                Constraint::KeepOutSphere { center, radius } => {
+                    drawing.sphere("keep_out", id, center, radius, colour::FORBIDDEN);
+                }
+                Constraint::KeepOutCone {
+                    axis,
+                    direction,
+                    half_angle,
+                } => {
+                    let (apex, reach) = (first.position, 0.5 * self.size);
+                    let cone = curves::cone(&apex, &direction, half_angle, reach);
+                    drawing.triangles("keep_out", id, cone, colour::FORBIDDEN);
+                    let trace = self.shown();
+                    let trace = trace.map(|state| apex + state.attitude * axis * reach);
+                    drawing.strip("kept_axis", id, trace, colour::PATH);
+                }
+                Constraint::Corridor {
+                    apex,
+                    axis,
+                    half_angle,
+                } => {
+                    let distance = |state: &BodyState| (state.position - apex).norm();
+                    let reach = states.iter().map(distance).fold(0.0, f64::max);
+                    let cone = curves::cone(&apex, &axis, half_angle, reach);
+                    drawing.triangles("corridor", id, cone, colour::ALLOWED);
+                }
+                Constraint::Commands { .. }
+                | Constraint::ForceComponents { .. }
+                | Constraint::MomentComponents { .. }
+                | Constraint::ForceNorm { .. }
+                | Constraint::MomentNorm { .. } => {}
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

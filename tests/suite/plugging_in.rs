@@ -1,0 +1,249 @@
+//! The programs of `examples/`, against the nodes that they are written for.
+
+use std::path::Path;
+
+use lgvi_middleware::ros::Qos;
+use lgvi_msgs::geometry_msgs::{PointStamped, Vector3, Vector3Stamped};
+use lgvi_msgs::msg::{BodyState, ControlSequence, Invariants, SystemState};
+use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::std_msgs::Header;
+use lgvi_tests::{Process, Recording, Summary, World, binary, eventually, fast_dds, root, scene};
+use serde::Deserialize;
+
+const ODOMETRY: &str = "/lgvi_propagator/odometry/spacecraft";
+const STATE: &str = "/lgvi_propagator/state";
+
+/// A real-time factor at which the inclination change takes nine seconds: Fast DDS may need some to find a publisher of
+/// RustDDS, which keeps all for it meanwhile.
+const SLOW: &str = "0.1";
+
+/// A program of `examples/`.
+fn example(path: &str) -> String {
+    let path = root().join("examples").join(path);
+    path.into_os_string().into_string().unwrap()
+}
+
+/// Waits until a flight has ended with nothing lost; returns its bag.
+#[track_caller]
+fn flown(flight: Process, bag: &Path) -> Recording {
+    let summary: Summary = flight.finish().expect(0).json();
+    assert_eq!(summary.lost, Some(0), "messages lost");
+    Recording::read(bag)
+}
+
+/// What a program has printed: a line of numbers a message, behind the time.
+fn numbers(process: Process) -> Vec<(String, Vec<f64>)> {
+    let output = process.finish().expect(0).stdout;
+    output
+        .lines()
+        .map(|line| {
+            let mut words = line.split_whitespace();
+            let time = words.next().unwrap().to_owned();
+            (time, words.map(|word| word.parse().unwrap()).collect())
+        })
+        .collect()
+}
+
+fn time(header: &Header) -> String {
+    format!("{}.{:09}", header.stamp.sec, header.stamp.nanosec)
+}
+
+fn array(Vector3 { x, y, z }: &Vector3) -> [f64; 3] {
+    [*x, *y, *z]
+}
+
+#[test]
+fn a_python_program_on_cyclone_dds_stops_the_rotation_and_sees_it_stop() {
+    let world = World::new();
+    let flight = world.start_flight(&scene("inclination_change"), "flight", &["--no-planner"]);
+    let printed = numbers(world.python(&example("python_dds/detumble.py"), &[]));
+    let bag = flown(flight, &world.path("flight"));
+
+    let energies = bag.messages::<Invariants>("/lgvi_propagator/invariants");
+    let expected: Vec<_> = bag
+        .messages::<Odometry>(ODOMETRY)
+        .iter()
+        .zip(&energies)
+        .map(|(odometry, invariants)| {
+            assert_eq!(odometry.header.stamp, invariants.header.stamp);
+            let mut line = array(&odometry.twist.twist.angular).to_vec();
+            line.push(invariants.energy);
+            (time(&odometry.header), line)
+        })
+        .collect();
+    assert_eq!(expected.len(), 101);
+    assert_eq!(printed, expected);
+
+    let rate = |line: usize| {
+        printed[line].1[..3]
+            .iter()
+            .map(|w| w * w)
+            .sum::<f64>()
+            .sqrt()
+    };
+    assert!(rate(0) > 0.98, "it turns at first: {}", rate(0));
+    // What is left balances the gradient of gravity, at most 3/2 gm/r³ ΔJ = 0.034 N m about z: ω ≤ 0.034 / (50 * 0.0315).
+    assert!(rate(100) < 0.024, "it still turns: {}", rate(100));
+    let law = bag.messages::<ControlSequence>("/lgvi_propagator/flown_control");
+    assert_eq!(law[0].feedback.len(), 72 * 1000);
+    world.verify_agrees(&world.path("flight"), 1001);
+}
+
+/// A line of `read_states.py`.
+#[derive(Debug, Deserialize)]
+struct State {
+    sequence: u64,
+    step: u64,
+    time: f64,
+    bodies: Vec<Body>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Body {
+    name: String,
+    position: [f64; 3],
+    linear_momentum: [f64; 3],
+    attitude: [f64; 9],
+    angular_momentum: [f64; 3],
+}
+
+/// The bits of a body's numbers.
+fn bits(body: &BodyState) -> Vec<u64> {
+    let vectors = [body.position, body.linear_momentum, body.angular_momentum];
+    let numbers = vectors.as_flattened().iter().chain(&body.attitude);
+    numbers.map(|number| number.to_bits()).collect()
+}
+
+#[test]
+fn a_python_program_reads_every_state_from_shared_memory_bit_for_bit() {
+    let world = World::new();
+    let reader = world.python(&example("python_shared_memory/read_states.py"), &[]);
+    reader.await_stderr("listening");
+    let (_, bag) = world.fly(&scene("two_dumbbells"), "flight");
+    let output = reader.finish().expect(0).stdout;
+    let recorded = Recording::read(&bag).messages::<SystemState>(STATE);
+    assert_eq!(recorded.len(), 15001);
+    assert_eq!(output.lines().count(), recorded.len());
+    for (line, expected) in output.lines().zip(recorded) {
+        let found: State = serde_json::from_str(line).unwrap();
+        assert_eq!(
+            (found.sequence, found.step, found.time.to_bits()),
+            (expected.sequence, expected.step, expected.time.to_bits())
+        );
+        assert_eq!(found.bodies.len(), 2);
+        for (found, expected) in found.bodies.into_iter().zip(&expected.bodies) {
+            let found = BodyState {
+                name: found.name,
+                position: found.position,
+                linear_momentum: found.linear_momentum,
+                attitude: found.attitude,
+                angular_momentum: found.angular_momentum,
+            };
+            assert_eq!(found.name, expected.name);
+            assert_eq!(bits(&found), bits(expected), "step {}", line);
+        }
+    }
+}
+
+#[test]
+fn a_cpp_program_on_fast_dds_sees_every_odometry() {
+    let world = World::new();
+    let program = fast_dds("examples/cpp_fast_dds/watch_odometry.cpp");
+    let mut command = world.command(&program);
+    command.arg("101");
+    let watcher = world.start("watch_odometry", command);
+    watcher.await_stderr("listening");
+    let arguments = ["--real-time-factor", SLOW];
+    let flight = world.start_flight(&scene("inclination_change"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+    let expected: Vec<_> = bag
+        .messages::<Odometry>(ODOMETRY)
+        .iter()
+        .map(|odometry| {
+            let position = &odometry.pose.pose.position;
+            let rate = array(&odometry.twist.twist.angular);
+            let line = [[position.x, position.y, position.z], rate].concat();
+            (time(&odometry.header), line)
+        })
+        .collect();
+    assert_eq!(expected.len(), 101);
+    assert_eq!(numbers(watcher), expected);
+}
+
+#[test]
+fn a_node_on_rclpy_follows_the_odometry_and_publishes() {
+    let world = World::new();
+    let listener = world.ros_node("listener");
+    let normals = listener
+        .subscription::<Vector3Stamped>("/orbit_normal/normal", &Qos::reliable(1000))
+        .unwrap();
+    let node = world.ros_python(&example("python_ros/orbit_normal.py"), &[]);
+    eventually("the node's publisher", || {
+        (normals.matched_publishers() > 0).then_some(())
+    });
+    let arguments = ["--real-time-factor", SLOW];
+    let flight = world.start_flight(&scene("inclination_change"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+
+    let odometry = bag.messages::<Odometry>(ODOMETRY);
+    let mut states = bag.messages::<SystemState>(STATE);
+    states.retain(|state| state.step % 10 == 0);
+    assert_eq!((states.len(), odometry.len()), (101, 101));
+    let mut inclinations = Vec::new();
+    for (state, odometry) in states.iter().zip(&odometry) {
+        let sample = eventually("a normal for each odometry", || normals.take().unwrap());
+        assert_eq!(sample.message.header, odometry.header);
+        let normal = array(&sample.message.vector);
+        let dot = |vector: [f64; 3]| vector.iter().zip(normal).map(|(v, n)| v * n).sum::<f64>();
+        let body = &state.bodies[0];
+        assert!(dot(body.position).abs() < 1e-14 && dot(body.linear_momentum).abs() < 1e-14);
+        assert!((dot(normal) - 1.0).abs() < 1e-14);
+        inclinations.push(normal[2].acos().to_degrees());
+    }
+    assert!(inclinations[0].abs() < 1e-6 && (inclinations[100] - 60.0).abs() < 1e-9);
+    node.stop().expect(0);
+}
+
+#[test]
+fn a_rust_node_of_ones_own_follows_the_state_and_publishes() {
+    let world = World::new();
+    let listener = world.ros_node("listener");
+    let positions = listener
+        .subscription::<PointStamped>("/chase/view/position", &Qos::reliable(1000))
+        .unwrap();
+    let mut command = world.command(&binary("examples/own_node"));
+    command.args(["--ros-args", "-r", "__ns:=/chase", "-r", "__node:=view"]);
+    command.args(["-r", "~/state:=/lgvi_propagator/state"]);
+    command.args(["-p", "observer:=dumbbell2", "-p", "target:=dumbbell1"]);
+    let node = world.start("own_node", command);
+    eventually("the node's publisher", || {
+        (positions.matched_publishers() > 0).then_some(())
+    });
+    let arguments = ["--real-time-factor", "10"];
+    let flight = world.start_flight(&scene("two_dumbbells"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+
+    let mut states = bag.messages::<SystemState>(STATE);
+    states.retain(|state| state.step % 50 == 0);
+    assert_eq!(states.len(), 301);
+    for state in &states {
+        let sample = eventually("a position for each state", || positions.take().unwrap());
+        let PointStamped { header, point } = sample.message;
+        assert_eq!(header.stamp, state.header.stamp);
+        assert_eq!(header.frame_id, "dumbbell2");
+        // Turned back into the inertial frame, it leads from the observer to the target.
+        let [target, observer] = &*state.bodies else {
+            panic!("{state:?}")
+        };
+        for axis in 0..3 {
+            let row = &observer.attitude[3 * axis..];
+            let turned = row[0] * point.x + row[1] * point.y + row[2] * point.z;
+            let reached = observer.position[axis] + turned;
+            assert!(
+                (reached - target.position[axis]).abs() < 1e-14,
+                "{state:?} {point:?}"
+            );
+        }
+    }
+    node.stop().expect(0);
+}

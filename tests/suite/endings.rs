@@ -156,6 +156,18 @@ fn a_propagator_on_its_way_to_a_large_scene() {
     });
 }
 
+/// Fast DDS would list the endpoints until the lease has run out, 50 s later.
+#[test]
+fn real_ros_2_sees_the_node_and_its_endpoints_go() {
+    let world = World::new();
+    let propagator = propagator(&world, &scene("free_body"), &["await_subscribers:=9"]);
+    let peer = world.ros_python("ros2_peer.py", &["departure", PROPAGATOR]);
+    peer.await_stderr("matched");
+    propagator.stop().expect(0);
+    let listed: f64 = peer.finish().expect(0).stdout.trim().parse().unwrap();
+    assert!(listed < LIMIT.as_secs_f64(), "{listed} s");
+}
+
 #[test]
 fn a_propagator_that_waits() {
     let maneuver = scene("inclination_change");

@@ -235,8 +235,8 @@ impl RawPublisher {
     /// Blocks until every matched reliable subscription has acknowledged every message, up to `patience`; up to 0.1 s if
     /// one of their participants has not kept up before, or an earlier flush of the node was in vain.
     pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
-        let patience = self.patience(patience);
-        match self.acknowledged(patience) {
+        let start = Instant::now();
+        match self.acknowledged(self.patience(patience)) {
             Ok(true) => Ok(()),
             Ok(false) => {
                 for reader in self.node.reliable_readers(self.writer.guid()) {
@@ -244,7 +244,7 @@ impl RawPublisher {
                 }
                 Err(PublishError::Unacknowledged {
                     topic: self.topic.clone(),
-                    waited: patience,
+                    waited: start.elapsed(),
                 })
             }
             Err(error) => Err(self.dds_error(&error)),

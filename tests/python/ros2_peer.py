@@ -2,6 +2,7 @@
 """A ROS 2 Jazzy node on rclpy and Fast DDS that meets lgvi nodes as any other ROS node would.
 
     ros2_peer.py graph /lgvi_propagator
+    ros2_peer.py departure /lgvi_propagator
     ros2_peer.py echo /lgvi_propagator/scene lgvi_msgs/msg/Scene --qos latched
     ros2_peer.py publish /lgvi_propagator/control_sequence lgvi_msgs/msg/ControlSequence --file control.json
     ros2_peer.py call /lgvi_propagator/step lgvi_msgs/srv/Step '{"steps": 3}'
@@ -169,6 +170,25 @@ def act(peer, args):
         say({"canceling": [info.goal_id == goal.goal_id for info in reply.goals_canceling]})
     outcome = peer.answer("the result", goal.get_result_async())
     say({"status": outcome.status, "result": to_plain(outcome.result)})
+
+
+@case(("node", {}))
+def departure(peer, args):
+    """Prints for how long a node's topics and services are listed after the node itself is not (s)."""
+    node, below = peer.node, args.node + "/"
+
+    def named():
+        return any(f"{space.rstrip('/')}/{name}" == args.node for name, space in node.get_node_names_and_namespaces())
+
+    def listed():
+        lists = node.get_topic_names_and_types(), node.get_service_names_and_types()
+        return [name for names in lists for name, _ in names if name.startswith(below)]
+
+    peer.matched(f"{args.node} and its endpoints", lambda: named() and len(listed()) > 10)
+    peer.until(f"the end of {args.node}", lambda: not named())
+    left = time.monotonic()
+    peer.until(f"the end of the endpoints of {args.node}", lambda: not listed())
+    say(time.monotonic() - left)
 
 
 def main():

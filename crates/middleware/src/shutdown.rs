@@ -2,14 +2,12 @@
 
 use std::{
     io,
-    sync::{
-        Arc, Condvar, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
+use nix::sys::signal::{SigSet, Signal};
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
     iterator::Signals,
@@ -22,8 +20,8 @@ pub struct Shutdown(Arc<Flag>);
 
 #[derive(Debug, Default)]
 struct Flag {
-    /// The same as `raised`, for who must not lock.
-    seen: AtomicBool,
+    /// When `raised` was set, for who must not lock.
+    since: OnceLock<Instant>,
     raised: Mutex<bool>,
     blocking: Condvar,
     tasks: Notify,
@@ -35,7 +33,11 @@ impl Shutdown {
         Self::default()
     }
 
-    /// A flag that SIGINT and SIGTERM raise too; these signals have no other effect from here on.
+    /// A flag that SIGINT and SIGTERM raise too; these signals have no other effect from here on. To be called before
+    /// other threads are started.
+    ///
+    /// The signals are blocked on the calling thread and on those that it starts: in the midst of a wait for shared
+    /// memory, a signal would make iceoryx2 0.10 fail.
     ///
     /// Fails if the handlers cannot be installed.
     pub fn on_signals() -> io::Result<Self> {
@@ -45,24 +47,32 @@ impl Shutdown {
         thread::Builder::new()
             .name("signals".into())
             .spawn(move || {
+                // Whoever has started the process may have them blocked.
+                let _ = signal_mask().thread_unblock();
                 for _ in signals.forever() {
                     raised.request();
                 }
             })?;
+        signal_mask().thread_block()?;
         Ok(shutdown)
     }
 
     /// Raises the flag.
     pub fn request(&self) {
         *self.lock() = true;
-        self.0.seen.store(true, Ordering::Release);
+        let _ = self.0.since.set(Instant::now());
         self.0.blocking.notify_all();
         self.0.tasks.notify_waiters();
     }
 
     /// Whether the flag is raised. Does not lock.
     pub fn requested(&self) -> bool {
-        self.0.seen.load(Ordering::Acquire)
+        self.0.since.get().is_some()
+    }
+
+    /// How long the flag has been raised. Does not lock.
+    pub fn elapsed(&self) -> Option<Duration> {
+        self.0.since.get().map(Instant::elapsed)
     }
 
     /// Blocks until the flag is raised or the time has passed; returns whether it is raised.
@@ -90,16 +100,19 @@ impl Shutdown {
     }
 }
 
+fn signal_mask() -> SigSet {
+    SigSet::from_iter([Signal::SIGINT, Signal::SIGTERM])
+}
+
 #[cfg(test)]
 mod tests {
-    use std::time::Instant;
-
     use super::*;
 
     #[test]
     fn waiting_ends_with_the_request() {
         let shutdown = Shutdown::new();
         assert!(!shutdown.wait_timeout(Duration::from_millis(1)));
+        assert_eq!(shutdown.elapsed(), None);
         let other = shutdown.clone();
         let requester = thread::spawn(move || {
             thread::sleep(Duration::from_millis(20));
@@ -108,6 +121,7 @@ mod tests {
         let start = Instant::now();
         assert!(shutdown.wait_timeout(Duration::from_secs(10)));
         assert!(start.elapsed() < Duration::from_secs(5));
+        assert!(shutdown.elapsed().unwrap() <= start.elapsed());
         requester.join().unwrap();
     }
 
@@ -131,7 +145,7 @@ mod tests {
     fn sigterm_raises_the_flag() {
         let shutdown = Shutdown::on_signals().unwrap();
         assert!(!shutdown.requested());
-        signal_hook::low_level::raise(SIGTERM).unwrap();
+        nix::sys::signal::kill(nix::unistd::Pid::this(), Signal::SIGTERM).unwrap();
         assert!(shutdown.wait_timeout(Duration::from_secs(10)));
     }
 }

@@ -11,6 +11,9 @@ pub enum NodeError {
     /// What it was doing failed: exit code 1.
     #[error("{0}")]
     Runtime(String),
+    /// It was told to end meanwhile: exit code 0.
+    #[error("told to end before it was ready")]
+    Interrupted,
 }
 
 impl NodeError {
@@ -29,6 +32,7 @@ impl NodeError {
         match self {
             Self::Input(_) => ExitCode::from(2),
             Self::Runtime(_) => ExitCode::from(1),
+            Self::Interrupted => ExitCode::SUCCESS,
         }
     }
 }

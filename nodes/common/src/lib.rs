@@ -7,6 +7,7 @@ mod error;
 mod event;
 mod file_lock;
 mod managed;
+mod namesakes;
 mod node;
 mod scene_file;
 

@@ -22,7 +22,8 @@ pub trait Managed: Sized {
     /// Opens what it needs.
     ///
     /// # Errors
-    /// The node stays unconfigured, and ends where nobody manages it.
+    /// The node stays unconfigured, and ends where nobody manages it. What takes long looks for [`Node::shutdown`]
+    /// meanwhile, and fails with [`NodeError::Interrupted`].
     fn configure(node: &Node) -> Result<Self, NodeError>;
 
     /// Opens what it needs only while it is active; called before each [`run`](Self::run) that follows an activation.
@@ -73,7 +74,7 @@ pub fn main<M: Managed>(args: impl IntoIterator<Item = String>) -> ExitCode {
     };
     let lived = life.live();
     let ended = life.end();
-    match lived.and(ended) {
+    match node.namesakes.refused().and(lived).and(ended) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             error!("{error}");
@@ -96,7 +97,10 @@ impl<M: Managed> Life<'_, M> {
     fn live(&mut self) -> Result<(), NodeError> {
         let managed = !self.node.autostart;
         if !managed {
-            self.change(Change::Configure)?;
+            match self.change(Change::Configure) {
+                Err(NodeError::Interrupted) => return Ok(()),
+                configured => configured?,
+            }
             self.change(Change::Activate)?;
         }
         while !self.node.shutdown.requested() {

@@ -10,6 +10,7 @@ use lgvi_middleware::{
 };
 
 use crate::file_lock::{FileLock, LockError};
+use crate::namesakes::{self, Namesakes};
 use crate::{Event, NodeError};
 
 /// The one argument of our own: report [`Event`]s on standard output, and stop when standard input ends.
@@ -39,6 +40,7 @@ pub struct Node {
     /// The node in the ROS 2 graph.
     pub ros: RosNode,
     pub(crate) autostart: bool,
+    pub(crate) namesakes: Namesakes,
     environment: Environment,
     _alone: FileLock,
 }
@@ -66,9 +68,11 @@ impl Node {
         });
         let alone = only_one(&environment, &args)?;
         let ros = RosNode::new(&args, &environment).map_err(NodeError::runtime)?;
+        ros.leave_on(&shutdown);
         let rosout = logging.attach(&ros).map_err(NodeError::runtime)?;
 
         let mut executor = Executor::new();
+        let namesakes = Namesakes::watch(&ros, &mut executor, &environment, &shutdown);
         let runtime = NodeError::runtime;
         let clock = if parameters.get("use_sim_time").map_err(NodeError::input)? {
             Clock::simulated(&ros, &mut executor).map_err(runtime)?
@@ -93,6 +97,7 @@ impl Node {
             shutdown,
             events,
             ros,
+            namesakes,
             environment,
             _alone: alone,
         })
@@ -106,7 +111,9 @@ impl Node {
     /// Opens shared memory.
     pub fn shm(&self) -> Result<ShmNode, NodeError> {
         let options = ShmOptions::from_env(&self.environment);
-        ShmNode::new(&self.args.fully_qualified_name(), &options).map_err(NodeError::runtime)
+        ShmNode::new(&self.args.fully_qualified_name(), &options)
+            .map(|shm| shm.leave_on(&self.shutdown))
+            .map_err(NodeError::runtime)
     }
 
     /// Tells the supervisor. One that has gone has raised [`Node::shutdown`] already.
@@ -156,11 +163,9 @@ fn only_one(environment: &Environment, args: &NodeArgs) -> Result<FileLock, Node
     let name = args.fully_qualified_name();
     let lock = format!("node{}", name.replace('/', "."));
     FileLock::take(environment, &lock, &name).map_err(|error| match error {
-        LockError::Held(other) => NodeError::Input(format!(
-            "a node named {name} runs in domain {} already ({other}), expected none: end it, \
-             or give this one another name with -r __node:=NAME or another namespace with -r __ns:=/NAMESPACE",
-            environment.domain_id
-        )),
+        LockError::Held(other) => {
+            NodeError::Input(namesakes::refusal(&name, environment.domain_id, &other))
+        }
         error => NodeError::runtime(error),
     })
 }

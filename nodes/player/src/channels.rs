@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use lgvi_bag::{BagReader, Durability, Message, Reliability, Topic};
-use lgvi_middleware::ros::{Qos, RawPublisher, RosNode};
-use lgvi_middleware::shm::{Delivery, ShmNode, StatePublisher};
+use lgvi_middleware::Shutdown;
+use lgvi_middleware::ros::{Qos, RawPublisher};
+use lgvi_middleware::shm::{Delivery, StatePublisher};
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::shm::StateHeader;
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::NodeError;
+use lgvi_node::{Node, NodeError};
 use tracing::warn;
 
 /// How long subscribers that do not keep up are waited for.
@@ -27,13 +28,9 @@ struct Channel {
 }
 
 impl Channels {
-    pub(crate) fn open(
-        bag: &BagReader,
-        ros: &RosNode,
-        shm: &ShmNode,
-        lossless: bool,
-    ) -> Result<Self, NodeError> {
-        let bodies = bodies(bag)?;
+    pub(crate) fn open(bag: &BagReader, node: &Node, lossless: bool) -> Result<Self, NodeError> {
+        let (ros, shm) = (&node.ros, node.shm()?);
+        let bodies = bodies(bag, &node.shutdown)?;
         let mut by_topic = BTreeMap::new();
         for topic in bag.topics() {
             let dds = ros
@@ -107,7 +104,7 @@ impl Channels {
 }
 
 /// How many bodies the states of each topic of states have, the most of any message.
-fn bodies(bag: &BagReader) -> Result<BTreeMap<String, usize>, NodeError> {
+fn bodies(bag: &BagReader, shutdown: &Shutdown) -> Result<BTreeMap<String, usize>, NodeError> {
     let mut bodies = BTreeMap::new();
     if bag
         .topics()
@@ -115,6 +112,10 @@ fn bodies(bag: &BagReader) -> Result<BTreeMap<String, usize>, NodeError> {
         .any(|topic| topic.type_name == SystemState::TYPE_NAME)
     {
         for message in bag.messages() {
+            // Of a long bag this takes seconds.
+            if shutdown.requested() {
+                return Err(NodeError::Interrupted);
+            }
             let message = message.map_err(NodeError::input)?;
             if message.topic.type_name == SystemState::TYPE_NAME {
                 let (_, states) = state(&message)?;

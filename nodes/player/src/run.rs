@@ -43,7 +43,7 @@ impl Managed for Player {
         let config = Config::read(&node.parameters)?;
         let lossless = config::rate(&node.parameters)? == 0.0;
         let bag = BagReader::open(&config.bag).map_err(NodeError::input)?;
-        let channels = Channels::open(&bag, &node.ros, &node.shm()?, lossless)?;
+        let channels = Channels::open(&bag, node, lossless)?;
         let clock = config
             .clock
             .then(|| RecordedClock::new(&node.ros))

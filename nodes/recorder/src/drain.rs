@@ -11,8 +11,8 @@ const IDLE: Duration = Duration::from_micros(500);
 /// How long a source must be silent before it is taken to be drained.
 const SILENCE: Duration = Duration::from_millis(100);
 
-/// How long it is waited for after the shutdown.
-const DEADLINE: Duration = Duration::from_secs(1);
+/// How long it is waited for after the shutdown. What is left of a second is for closing the bag and the node.
+const DEADLINE: Duration = Duration::from_millis(400);
 
 /// Runs `poll` until the shutdown and after it until it has been silent for a while, but not for long.
 ///

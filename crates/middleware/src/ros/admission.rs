@@ -103,15 +103,21 @@ impl RawPublisher {
         options: &WriteOptions,
         limit: Duration,
     ) -> Result<Option<SampleIdentity>, PublishError> {
-        let write = self
-            .writer
-            .async_write_with_options(payload.clone(), options.clone());
-        match block_on_for(write, limit) {
+        let written = self.node.farewell.wait(limit, |slice| {
+            let write = self
+                .writer
+                .async_write_with_options(payload.clone(), options.clone());
+            match block_on_for(write, slice) {
+                None | Some(Err(WriteError::WouldBlock { .. })) => None,
+                written => written,
+            }
+        });
+        match written {
             Some(Ok(identity)) => {
                 self.stalled.store(false, Ordering::Relaxed);
                 Ok(Some(identity))
             }
-            None | Some(Err(WriteError::WouldBlock { .. })) => Ok(None),
+            None => Ok(None),
             Some(Err(error)) => Err(self.dds_error(&error)),
         }
     }

@@ -19,6 +19,10 @@ pub(super) struct Graph {
     node: NodeName,
     readers: BTreeSet<Gid>,
     writers: BTreeSet<Gid>,
+    /// When the node was first announced, which is what all its announcements are stamped with: two nodes of one name
+    /// see alike which of them is the older.
+    born: Timestamp,
+    gone: bool,
     announcer: DataWriterCdr<ParticipantEntitiesInfo>,
 }
 
@@ -47,10 +51,25 @@ impl Graph {
             node,
             readers: BTreeSet::new(),
             writers: BTreeSet::new(),
+            born: Timestamp::now(),
+            gone: false,
             announcer: publisher.create_datawriter_no_key(&topic, None)?,
         };
         graph.announce(vec![graph.node_info()]);
         Ok((graph, topic))
+    }
+
+    /// When the node was first announced.
+    pub(super) fn born(&self) -> Timestamp {
+        self.born
+    }
+
+    /// Takes the node back, before its endpoints go one by one.
+    pub(super) fn leave(&mut self) {
+        if !self.gone {
+            self.announce(Vec::new());
+            self.gone = true;
+        }
     }
 
     pub(super) fn add(&mut self, side: Side, endpoint: GUID) {
@@ -78,8 +97,11 @@ impl Graph {
     }
 
     fn announce(&self, nodes: Vec<NodeEntitiesInfo>) {
+        if self.gone {
+            return;
+        }
         let info = ParticipantEntitiesInfo::new(self.participant, nodes);
-        if let Err(error) = self.announcer.write(info, Some(Timestamp::now())) {
+        if let Err(error) = self.announcer.write(info, Some(self.born)) {
             warn!(%error, "cannot announce the node in the ROS graph");
         }
     }
@@ -87,6 +109,6 @@ impl Graph {
 
 impl Drop for Graph {
     fn drop(&mut self) {
-        self.announce(Vec::new());
+        self.leave();
     }
 }

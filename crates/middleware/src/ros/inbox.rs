@@ -204,7 +204,7 @@ fn sample(change: DeserializedCacheChange<Vec<u8>>, received: Timestamp) -> Samp
 }
 
 /// RTPS time counts 2⁻³² s since the UNIX epoch.
-fn nanoseconds(time: Timestamp) -> Option<i64> {
+pub(super) fn nanoseconds(time: Timestamp) -> Option<i64> {
     if time == Timestamp::INVALID || time == Timestamp::INFINITE {
         return None;
     }

@@ -150,12 +150,18 @@ impl Laggards {
         lock(&self.suspects).remove(&participant(reader));
     }
 
+    /// Sends a message of the participant's.
+    pub(super) fn send(&self, message: &[u8], to: impl IntoIterator<Item = SocketAddr>) {
+        for address in to {
+            // UDP: it may be lost on any way.
+            let _ = self.socket.send_to(message, address);
+        }
+    }
+
     fn tell(&self, writer: GUID, reader: GUID, (before, locators): &(i64, Vec<SocketAddr>)) {
         let message = rtps::gap(writer, reader, *before);
-        for locator in locators {
-            // UDP: it is sent again until it has an effect.
-            let _ = self.socket.send_to(&message, locator);
-        }
+        // It is sent again until it has an effect.
+        self.send(&message, locators.iter().copied());
     }
 }
 

@@ -9,7 +9,7 @@ use lgvi_msgs::{RosMessage, cdr};
 use rustdds::GUID;
 use serde::{Deserialize, Serialize};
 
-use super::inbox::Inbox;
+use super::{inbox::Inbox, namesakes::Birth};
 
 type Gid = [u8; 16];
 
@@ -17,7 +17,14 @@ type Gid = [u8; 16];
 pub(super) struct Names {
     inbox: Arc<Inbox>,
     own: Gid,
-    of: Mutex<BTreeMap<Gid, Vec<NodeEntities>>>,
+    of: Mutex<BTreeMap<Gid, Announced>>,
+}
+
+/// What is known of one participant.
+struct Announced {
+    nodes: Vec<NodeEntities>,
+    /// The earliest time at which it says to have announced something (ns since the UNIX epoch, by its host's clock).
+    since: i64,
 }
 
 /// What one participant announces.
@@ -58,13 +65,35 @@ impl Names {
     pub(super) fn refresh(&self) {
         while let Some(taken) = self.inbox.take() {
             // What cannot be read is another version's, of which no names are known.
-            if let Ok(Ok(entities)) =
-                taken.map(|sample| cdr::decode::<ParticipantEntities>(&sample.message))
+            if let Ok(sample) = taken
+                && let Ok(entities) = cdr::decode::<ParticipantEntities>(&sample.message)
                 && entities.participant != self.own
             {
-                self.lock().insert(entities.participant, entities.nodes);
+                let stamp = sample.info.source_time;
+                let stamp = stamp.unwrap_or(sample.info.received_time);
+                self.note(entities, stamp);
             }
         }
+    }
+
+    fn note(&self, entities: ParticipantEntities, stamp: i64) {
+        let mut of = self.lock();
+        let known = of.get(&entities.participant);
+        let since = known.map_or(stamp, |known| known.since.min(stamp));
+        let nodes = entities.nodes;
+        of.insert(entities.participant, Announced { nodes, since });
+    }
+
+    /// The participants that have a node of this name, and since when they say to be there.
+    pub(super) fn namesakes(&self, name: &str) -> Vec<Birth> {
+        let of = self.lock();
+        let named = of.iter().filter(|(_, announced)| {
+            let mut nodes = announced.nodes.iter();
+            nodes.any(|node| node.fully_qualified_name() == name)
+        });
+        named
+            .map(|(participant, announced)| (announced.since, *participant))
+            .collect()
     }
 
     /// Forgets the participants for which this is not so.
@@ -78,7 +107,7 @@ impl Names {
         let mut names: Vec<_> = self
             .lock()
             .values()
-            .flatten()
+            .flat_map(|announced| &announced.nodes)
             .map(NodeEntities::fully_qualified_name)
             .collect();
         names.sort();
@@ -92,12 +121,12 @@ impl Names {
         let nodes = of
             .iter()
             .filter(|(participant, _)| participant[..12] == gid[..12])
-            .flat_map(|(_, nodes)| nodes);
+            .flat_map(|(_, announced)| &announced.nodes);
         let mut names = nodes.clone().filter(|node| node.has(&gid)).chain(nodes);
         names.next().map(NodeEntities::fully_qualified_name)
     }
 
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Gid, Vec<NodeEntities>>> {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Gid, Announced>> {
         self.of.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

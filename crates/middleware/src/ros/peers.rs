@@ -128,6 +128,15 @@ fn discovery_port(domain: u16, place: u16) -> u16 {
     7400 + 250 * domain + 10 + 2 * place
 }
 
+/// Where a participant listens for announcements that listens for data at `data`, if its ports are those of RTPS 2.5,
+/// 9.6.2.3.
+pub(super) fn discovery_address(domain: u16, data: SocketAddr) -> Option<SocketAddr> {
+    let port = data.port().checked_sub(1)?;
+    let above = port.checked_sub(discovery_port(domain, 0))?;
+    let usual = above.is_multiple_of(2) && above < 240;
+    usual.then(|| SocketAddr::new(data.ip(), port))
+}
+
 /// The last free one of the ports that RustDDS announces to: participants take the first.
 fn inlet(domain: u16) -> io::Result<UdpSocket> {
     let ports = (0..LOOPBACK_PLACES).rev();
@@ -215,6 +224,21 @@ fn announces(message: &[u8], participant: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_participant_with_the_usual_ports_listens_for_announcements_beside_its_data() {
+        let of = |port| discovery_address(3, (Ipv4Addr::LOCALHOST, port).into());
+        let address = |port| Some((Ipv4Addr::LOCALHOST, port).into());
+        assert_eq!(of(7400 + 750 + 11), address(7400 + 750 + 10));
+        assert_eq!(
+            of(7400 + 750 + 11 + 2 * 7),
+            address(7400 + 750 + 10 + 2 * 7)
+        );
+        assert_eq!(of(7400 + 750 + 10), None);
+        assert_eq!(of(7400 + 11), None);
+        assert_eq!(of(7400 + 1000 + 11), None);
+        assert_eq!(of(0), None);
+    }
 
     #[test]
     fn peers_are_addresses_or_host_names() {

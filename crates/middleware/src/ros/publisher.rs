@@ -12,7 +12,10 @@ use std::{
 };
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
-use rustdds::{GUID, RTPSEntity, Timestamp, WriteOptionsBuilder, bytes::Bytes, no_key::DataWriter};
+use rustdds::{
+    GUID, RTPSEntity, Timestamp, WriteOptionsBuilder, bytes::Bytes, dds::result::WriteResult,
+    no_key::DataWriter,
+};
 
 use super::{
     cdr::{CdrBytes, LITTLE_ENDIAN},
@@ -114,7 +117,8 @@ pub struct Publisher<M> {
 /// Publishes ready CDR bytes.
 ///
 /// Dropping it waits for acknowledgements up to 0.1 s, and until 0.1 s after the last message, unless nobody listens:
-/// [`flush`](Self::flush) before, if more time may be needed.
+/// [`flush`](Self::flush) before, if more time may be needed. Once the process is to end, all waits of a node's
+/// publishers share 0.3 s; see [`RosNode::leave_on`](super::RosNode::leave_on).
 pub struct RawPublisher {
     pub(super) writer: DataWriter<Bytes, CdrBytes>,
     pub(super) topic: String,
@@ -231,8 +235,8 @@ impl RawPublisher {
     /// Blocks until every matched reliable subscription has acknowledged every message, up to `patience`; up to 0.1 s if
     /// one of their participants has not kept up before, or an earlier flush of the node was in vain.
     pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
-        let patience = self.patience(patience);
-        match self.writer.wait_for_acknowledgments(patience) {
+        let start = Instant::now();
+        match self.acknowledged(self.patience(patience)) {
             Ok(true) => Ok(()),
             Ok(false) => {
                 for reader in self.node.reliable_readers(self.writer.guid()) {
@@ -240,7 +244,7 @@ impl RawPublisher {
                 }
                 Err(PublishError::Unacknowledged {
                     topic: self.topic.clone(),
-                    waited: patience,
+                    waited: start.elapsed(),
                 })
             }
             Err(error) => Err(self.dds_error(&error)),
@@ -344,7 +348,7 @@ impl RawPublisher {
         if introduce {
             // Whether all have acknowledged: what follows is sent in any case.
             let acquaintance = self.patience(limit.min(ACQUAINTANCE));
-            let _ = self.writer.wait_for_acknowledgments(acquaintance);
+            let _ = self.acknowledged(acquaintance);
         }
         Ok(identity.into())
     }
@@ -363,6 +367,17 @@ impl RawPublisher {
                 laggards.pardon(reader);
             }
         }
+    }
+
+    /// Waits until all is acknowledged; returns whether it is.
+    fn acknowledged(&self, patience: Duration) -> WriteResult<bool, ()> {
+        let acknowledged = self.node.farewell.wait(patience, |slice| {
+            match self.writer.wait_for_acknowledgments(slice) {
+                Ok(false) => None,
+                ended => Some(ended),
+            }
+        });
+        acknowledged.unwrap_or(Ok(false))
     }
 
     /// How long acknowledgements may be waited for: hardly, if they are not to be expected from all.
@@ -396,7 +411,8 @@ impl Drop for RawPublisher {
         {
             // Whether all have acknowledged: it leaves in any case.
             let _ = self.flush(FAREWELL);
-            thread::sleep(FAREWELL.saturating_sub(latest.elapsed()));
+            let farewell = &self.node.farewell;
+            farewell.pause(FAREWELL.saturating_sub(latest.elapsed()));
         }
         self.node.laggards.close_gaps(self.writer.guid());
         self.node.remove(Side::Publisher, self.writer.guid());

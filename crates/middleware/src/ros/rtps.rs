@@ -1,4 +1,4 @@
-//! The two RTPS messages that the node sends itself, beside those of RustDDS.
+//! The RTPS messages that the node sends itself, beside those of RustDDS.
 
 use rustdds::GUID;
 
@@ -9,6 +9,8 @@ const VENDOR: [u8; 2] = [1, 18];
 const LITTLE_ENDIAN: u8 = 0b01;
 /// In an ACKNACK: no answer is needed.
 const FINAL: u8 = 0b10;
+/// In DATA.
+const INLINE_QOS: u8 = 0b10;
 
 /// To the participant of `writer` from itself, in the name of `reader`: all samples before `before` are received.
 ///
@@ -54,6 +56,35 @@ pub(super) fn gap(writer: GUID, reader: GUID, before: i64) -> Vec<u8> {
     message
 }
 
+/// From `participant` to all others: it leaves.
+///
+/// RustDDS 0.15 says so in another way, without the key hash by which Fast DDS would know of whom it is said.
+pub(super) fn departure(participant: GUID) -> Vec<u8> {
+    let (prefix, _) = parts(participant);
+    let mut message = header(prefix);
+    let departure = [
+        // Extra flags, and where the inline QoS begins.
+        &[0, 0, 16, 0][..],
+        // The built-in reader and writer of participants (RTPS 2.5, 9.3.1.5).
+        &[0, 1, 0, 0xc7],
+        &[0, 1, 0, 0xc2],
+        // Later than anything that RustDDS has announced.
+        &sequence_number(1 << 40),
+        // PID_KEY_HASH, PID_STATUS_INFO (disposed and unregistered), PID_SENTINEL (9.6.3).
+        &[0x70, 0, 16, 0],
+        &participant.to_bytes(),
+        &[0x71, 0, 4, 0, 0, 0, 0, 0b11],
+        &[1, 0, 0, 0],
+    ];
+    push(
+        &mut message,
+        0x15,
+        LITTLE_ENDIAN | INLINE_QOS,
+        &departure.concat(),
+    );
+    message
+}
+
 /// The participant's prefix and the entity's identifier.
 fn parts(endpoint: GUID) -> ([u8; 12], [u8; 4]) {
     let mut parts = ([0; 12], [0; 4]);
@@ -68,7 +99,7 @@ fn header(prefix: [u8; 12]) -> Vec<u8> {
 }
 
 fn push(message: &mut Vec<u8>, kind: u8, flags: u8, body: &[u8]) {
-    // Both messages have fixed lengths, of less than a hundred bytes.
+    // All messages have fixed lengths, of less than a hundred bytes.
     message.extend([kind, flags, body.len() as u8, 0]);
     message.extend(body);
 }
@@ -105,6 +136,26 @@ mod tests {
             &[2; 4],
             &[5, 0, 0, 0, 6, 0, 0, 0, 0, 0, 0, 0],
             &[7, 0, 0, 0],
+        ];
+        assert_eq!(message, expected.concat());
+    }
+
+    /// RTPS 2.5, 9.4.5.4 (DATA), 9.6.4.9 (status), 9.6.4.8 (key hash).
+    #[test]
+    fn a_departure_names_who_leaves() {
+        let message = departure(guid(1, 2));
+        let expected: &[&[u8]] = &[
+            b"RTPS\x02\x04\x01\x12",
+            &[1; 12],
+            &[0x15, 3, 52, 0],
+            &[0, 0, 16, 0],
+            &[0x00, 0x01, 0x00, 0xc7, 0x00, 0x01, 0x00, 0xc2],
+            &[0, 1, 0, 0, 0, 0, 0, 0],
+            &[0x70, 0x00, 0x10, 0x00],
+            &[1; 12],
+            &[2; 4],
+            &[0x71, 0x00, 0x04, 0x00, 0, 0, 0, 3],
+            &[0x01, 0x00, 0x00, 0x00],
         ];
         assert_eq!(message, expected.concat());
     }

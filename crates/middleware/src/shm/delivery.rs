@@ -11,6 +11,11 @@ use std::{
 use iceoryx2::port::{BackpressureAction, BackpressureInfo};
 use tracing::warn;
 
+use crate::Shutdown;
+
+/// How long a subscriber is still waited for after the shutdown.
+const FAREWELL: Duration = Duration::from_millis(100);
+
 /// What a publisher does about a subscriber whose buffer is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delivery {
@@ -19,7 +24,8 @@ pub enum Delivery {
     /// Waits for it, up to `patience`. If that was in vain, the subscriber is not waited for again until it has taken
     /// a sample, so that one that is stopped or was killed costs one wait.
     Lossless {
-        /// The longest wait for one sample.
+        /// The longest wait for one sample. Once the process is to end, it ends within 0.1 s; see
+        /// [`ShmNode::leave_on`](super::ShmNode::leave_on).
         patience: Duration,
     },
 }
@@ -37,6 +43,7 @@ pub struct Delivered {
 #[derive(Debug)]
 pub(super) struct Backpressure {
     patience: Duration,
+    shutdown: Shutdown,
     /// Which sample is being sent, and how many subscribers have refused it.
     sample: AtomicU64,
     refused: AtomicUsize,
@@ -45,8 +52,9 @@ pub(super) struct Backpressure {
 }
 
 impl Backpressure {
-    pub(super) fn new(delivery: Delivery) -> Self {
+    pub(super) fn new(delivery: Delivery, shutdown: Shutdown) -> Self {
         Self {
+            shutdown,
             patience: match delivery {
                 Delivery::DropNewest => Duration::ZERO,
                 Delivery::Lossless { patience } => patience,
@@ -92,11 +100,12 @@ impl Backpressure {
             }
             stalled.swap_remove(index);
         }
-        if elapsed < self.patience {
+        let farewell = self.shutdown.elapsed();
+        if elapsed < self.patience && farewell.is_none_or(|since| since < FAREWELL) {
             return true;
         }
         warn!(
-            patience = ?self.patience,
+            waited = ?elapsed,
             "a shared-memory subscriber takes no samples; going on without it"
         );
         stalled.push((receiver, sample));
@@ -110,9 +119,13 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_millis(10);
 
+    fn backpressure(delivery: Delivery) -> Backpressure {
+        Backpressure::new(delivery, Shutdown::new())
+    }
+
     #[test]
     fn a_stalled_subscriber_is_waited_for_once_until_it_moves() {
-        let backpressure = Backpressure::new(Delivery::Lossless { patience: PATIENCE });
+        let backpressure = backpressure(Delivery::Lossless { patience: PATIENCE });
         backpressure.begin();
         assert!(backpressure.must_wait(1, Duration::ZERO));
         assert!(!backpressure.must_wait(1, PATIENCE));
@@ -133,8 +146,20 @@ mod tests {
     }
 
     #[test]
+    fn after_the_shutdown_nobody_is_waited_for_much_longer() {
+        let shutdown = Shutdown::new();
+        let patience = Duration::from_secs(60);
+        let backpressure = Backpressure::new(Delivery::Lossless { patience }, shutdown.clone());
+        backpressure.begin();
+        assert!(backpressure.must_wait(1, 2 * FAREWELL));
+        shutdown.request();
+        std::thread::sleep(FAREWELL);
+        assert!(!backpressure.must_wait(1, 2 * FAREWELL));
+    }
+
+    #[test]
     fn without_patience_nothing_waits() {
-        let backpressure = Backpressure::new(Delivery::DropNewest);
+        let backpressure = backpressure(Delivery::DropNewest);
         backpressure.begin();
         assert!(!backpressure.must_wait(1, Duration::ZERO));
     }

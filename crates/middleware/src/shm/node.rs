@@ -18,6 +18,7 @@ use super::{
     publisher::ShmPublisher,
     subscriber::ShmSubscriber,
 };
+use crate::Shutdown;
 
 /// An open service.
 pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as Channel>::Header>;
@@ -28,6 +29,7 @@ pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as 
 pub struct ShmNode {
     node: Arc<Node<Service>>,
     domain_id: u16,
+    shutdown: Shutdown,
 }
 
 impl ShmNode {
@@ -50,9 +52,20 @@ impl ShmNode {
         let node = Self {
             node: Arc::new(node),
             domain_id: options.domain_id,
+            shutdown: Shutdown::new(),
         };
         node.clean();
         Ok(node)
+    }
+
+    /// Has no publisher that is made from here on wait for a subscriber once `shutdown` has been raised for 0.1 s.
+    pub fn leave_on(mut self, shutdown: &Shutdown) -> Self {
+        self.shutdown = shutdown.clone();
+        self
+    }
+
+    pub(super) fn shutdown(&self) -> &Shutdown {
+        &self.shutdown
     }
 
     /// Creates the publisher of states of up to `bodies` bodies; there may be one of a topic.

@@ -57,7 +57,7 @@ impl<C: Channel> ShmPublisher<C> {
                 limit: C::MAX_ELEMENTS,
             });
         }
-        let backpressure = Arc::new(Backpressure::new(delivery));
+        let backpressure = Arc::new(Backpressure::new(delivery, node.shutdown().clone()));
         let decider = Arc::clone(&backpressure);
         let size = (elements * size_of::<C::Element>()).max(1);
         let port = open

@@ -74,7 +74,7 @@ pub(crate) fn start(
     monitor: &Arc<Monitor>,
 ) -> Result<LinkEnd, NodeError> {
     let ros = &node.ros;
-    let topics = Topics::new(ros, scene, config.clock, rates.lossless())?;
+    let topics = Topics::new(node, scene, config.clock, rates.lossless())?;
     let counts = topics.counts();
     let control_topic = ros
         .resolve("~/control_sequence")

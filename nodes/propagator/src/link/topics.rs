@@ -1,12 +1,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use lgvi_middleware::ros::{Qos, RosNode};
+use lgvi_middleware::ros::Qos;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
-use lgvi_node::NodeError;
+use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 
 use super::Published;
@@ -33,16 +33,20 @@ pub(super) struct Topics {
 
 impl Topics {
     pub(super) fn new(
-        ros: &RosNode,
+        node: &Node,
         scene: &Scene,
         clock: bool,
         lossless: bool,
     ) -> Result<Self, NodeError> {
+        let ros = &node.ros;
         let stream = Qos::reliable(STREAM_DEPTH);
-        let odometry = scene
-            .bodies
-            .iter()
-            .map(|body| Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless));
+        // Of a thousand bodies these take seconds.
+        let odometry = scene.bodies.iter().map(|body| {
+            if node.shutdown.requested() {
+                return Err(NodeError::Interrupted);
+            }
+            Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless)
+        });
         let once = Qos::latched(1);
         let tf_static = (!scene.frames.is_empty())
             .then(|| Counted::new(ros, "/tf_static", &once, lossless))

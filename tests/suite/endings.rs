@@ -261,6 +261,8 @@ fn a_planner_that_plans_or_has_failed() {
             node.await_event("planning", |event| {
                 matches!(event, Event::Planning(_)).then_some(())
             });
+            // Until that iteration is over; then it waits for 2 s.
+            std::thread::sleep(Duration::from_millis(500));
             Scenario {
                 node,
                 others: Vec::new(),

@@ -50,7 +50,9 @@ fn it_arrives_at_the_reference_cost_and_every_message_is_recorded() {
         .collect();
     assert_eq!(expected, recorded);
     assert_eq!(expected, Recording::read(&bag).counts());
-    assert_eq!(summary.published, summary.recorded);
+    let mut published = summary.published;
+    published.retain(|_, messages| *messages > 0);
+    assert_eq!(published, summary.recorded);
     world.verify_agrees(&bag, 1001);
 }
 

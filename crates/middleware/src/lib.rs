@@ -29,7 +29,7 @@ pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, Servi
 pub use log_settings::LogSettings;
 pub use names::NameError;
 pub use parameters::{
-    Change as ParameterChange, FromParameter, Given, ParameterError, ParameterKind, ParameterSpec,
-    ParameterType, ParameterValue, Parameters,
+    Change as ParameterChange, Given, ParameterError, ParameterKind, ParameterSpec, ParameterType,
+    ParameterValue, Parameters,
 };
 pub use shutdown::Shutdown;

@@ -9,7 +9,7 @@ mod store;
 mod tests;
 mod value;
 
-pub use given::{FromParameter, Given};
+pub use given::Given;
 pub use specification::{Change, ParameterSpec};
 pub use store::Parameters;
 pub use value::{ParameterKind, ParameterType, ParameterValue};

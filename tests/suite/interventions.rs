@@ -251,6 +251,9 @@ fn states_are_set_at_a_step_all_or_none() {
     mirrored.attitude[8] = -1.0;
     refused(&[good.clone(), mirrored], "determinant -1");
     flight.is_still();
+    let mut fast = state(&names[1]);
+    fast.linear_momentum[0] = 1e200;
+    refused(&[good.clone(), fast], "energy");
 
     let reply = flight.set(std::slice::from_ref(&good));
     assert_eq!((reply.success, reply.step), (true, now), "{reply:?}");

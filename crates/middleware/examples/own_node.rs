@@ -9,7 +9,8 @@
 
 use std::{env, error::Error, time::Duration};
 
-use lgvi_middleware::{Environment, NodeArgs, Shutdown, ros::Qos, ros::RosNode};
+use lgvi_middleware::ros::{Executor, Qos, RosNode};
+use lgvi_middleware::{Environment, NodeArgs, ParameterSpec, Parameters, Shutdown};
 use lgvi_msgs::geometry_msgs::{Point, PointStamped};
 use lgvi_msgs::msg::{BodyState, SystemState};
 
@@ -18,13 +19,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(unknown) = rest.first() {
         return Err(format!("unknown argument {unknown:?}, expected --ros-args").into());
     }
-    let mut parameters = args.parameters();
-    let observer: String = parameters.take("observer")?.unwrap_or("dumbbell1".into());
-    let target: String = parameters.take("target")?.unwrap_or("dumbbell2".into());
-    parameters.finish()?;
+    let body =
+        |name, default: &str| ParameterSpec::new(name, default.to_owned(), "a body of the scene");
+    let specs = vec![body("observer", "dumbbell1"), body("target", "dumbbell2")];
+    let parameters = Parameters::declare(args.parameters(), specs)?;
+    let (observer, target): (String, String) =
+        (parameters.get("observer")?, parameters.get("target")?);
 
     let shutdown = Shutdown::on_signals()?;
     let node = RosNode::new(&args, &Environment::from_env()?)?;
+    let mut executor = Executor::new();
+    parameters.serve(&node, &mut executor)?;
+    let _running = executor.start()?;
     let states = node.subscription::<SystemState>("~/state", &Qos::latched(1000))?;
     let positions = node.publisher::<PointStamped>("~/position", &Qos::reliable(1000))?;
     while !shutdown.requested() {

@@ -120,11 +120,14 @@ impl<M: Managed> Life<'_, M> {
                 }
             }
             if let Some(asked) = self.node.lifecycle.next(LOOK) {
-                let changed = self.change(asked.change);
+                let asked_for = asked.change;
+                let changed = self.change(asked_for);
                 if let Err(error) = &changed {
                     error!("{error}");
                 }
-                asked.answer(changed.is_ok());
+                // What fails on the way out ends there all the same.
+                let out = matches!(asked_for, Change::CleanUp | Change::Shutdown);
+                asked.answer(out || changed.is_ok());
             }
         }
         Ok(())
@@ -135,13 +138,17 @@ impl<M: Managed> Life<'_, M> {
         let lifecycle = &self.node.lifecycle;
         lifecycle.begin(change);
         let (outcome, changed) = match change {
-            Change::Configure => match M::configure(self.node) {
-                Ok(configured) => {
-                    self.configured = Some(configured);
-                    (Outcome::Success, Ok(()))
+            Change::Configure => {
+                // What is set from here on would not be seen.
+                self.node.parameters.configured(true);
+                match M::configure(self.node) {
+                    Ok(configured) => {
+                        self.configured = Some(configured);
+                        (Outcome::Success, Ok(()))
+                    }
+                    Err(error) => (Outcome::Failure, Err(error)),
                 }
-                Err(error) => (Outcome::Failure, Err(error)),
-            },
+            }
             Change::Activate => match self.activate() {
                 Ok(()) => (Outcome::Success, Ok(())),
                 Err(error) => (Outcome::Failure, Err(error)),
@@ -153,8 +160,8 @@ impl<M: Managed> Life<'_, M> {
                 Err(error) => (Outcome::Success, Err(error)),
             },
         };
-        lifecycle.end(outcome);
         self.node.parameters.configured(self.configured.is_some());
+        lifecycle.end(outcome);
         let state = lifecycle.state();
         info!("{}", state.label());
         let ready = if self.node.autostart {
@@ -176,12 +183,12 @@ impl<M: Managed> Life<'_, M> {
         if let Err(error) = self.clean_up() {
             error!("{error}");
         }
+        self.node.parameters.configured(false);
         lifecycle.end(if managed {
             Outcome::Success
         } else {
             Outcome::Failure
         });
-        self.node.parameters.configured(false);
     }
 
     fn activate(&mut self) -> Result<(), NodeError> {

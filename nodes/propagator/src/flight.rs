@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
 use lgvi_scene::{ActuatorErrors, Scene, Scheme, SchemeError};
+use thiserror::Error;
 
 use crate::{ControlError, Controls, SetStates};
 
@@ -19,6 +20,17 @@ pub struct Flight {
     /// Which body's controls act other than they are meant, and by how much.
     errors: Option<(usize, ActuatorErrors)>,
     loads: Vec<Load>,
+}
+
+/// States that a flight cannot go on from.
+#[derive(Debug, Error)]
+pub enum SetStatesError {
+    /// They are not those of rigid bodies.
+    #[error(transparent)]
+    Method(#[from] MethodError),
+    /// Bodies that are too fast, or at one point.
+    #[error("the energy of these states is not finite")]
+    Energy,
 }
 
 impl Flight {
@@ -71,10 +83,16 @@ impl Flight {
     }
 
     /// Goes on from other states of some bodies at the present step; where they cannot be, from those that it has.
-    pub fn set_states(&mut self, states: &SetStates) -> Result<(), MethodError> {
-        let mut all = self.simulation.states().to_vec();
+    pub fn set_states(&mut self, states: &SetStates) -> Result<(), SetStatesError> {
+        let before = self.simulation.states().to_vec();
+        let mut all = before.clone();
         states.write(&mut all);
-        self.simulation.set_states(&all)
+        self.simulation.set_states(&all)?;
+        if self.invariants().energy.is_finite() {
+            return Ok(());
+        }
+        self.simulation.set_states(&before)?;
+        Err(SetStatesError::Energy)
     }
 
     /// Whether a sequence has been accepted for `body`.

@@ -22,7 +22,7 @@ mod set_states;
 use std::process::ExitCode;
 
 pub use controls::{ControlError, Controls};
-pub use flight::Flight;
+pub use flight::{Flight, SetStatesError};
 pub use law::{Law, LawError};
 pub use set_states::{SetStates, StateError};
 

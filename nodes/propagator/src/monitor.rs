@@ -8,7 +8,7 @@ use lgvi_dynamics::{BodyState, Invariants};
 use lgvi_middleware::ros::{Diagnosed, Diagnostics, Level, Status};
 use lgvi_scene::Scene;
 
-/// Every so many steps one is timed: reading the clock takes as long as a step of a small scene.
+/// Every so many steps one is timed where they follow each other as fast as possible: reading the clock takes as long as a step of a small scene.
 const TIMED: u64 = 64;
 
 /// What the loop notes in passing; others read it.
@@ -73,9 +73,9 @@ impl Monitor {
         }
     }
 
-    /// When the step from `step` began, if it is one that is timed.
-    pub(crate) fn times(&self, step: u64) -> Option<Instant> {
-        step.is_multiple_of(TIMED).then(Instant::now)
+    /// When the step from `step` began, if it is one that is timed: every one of a flight that has to be on time.
+    pub(crate) fn times(&self, step: u64, on_time: bool) -> Option<Instant> {
+        (on_time || step.is_multiple_of(TIMED)).then(Instant::now)
     }
 
     /// A step has taken so long.
@@ -86,11 +86,13 @@ impl Monitor {
         self.longest.fetch_max(took, Ordering::Relaxed);
     }
 
-    /// Invariants are measured from here; the state follows.
-    pub(crate) fn begin(&self, step: u64, start: &Invariants) {
+    /// Invariants are measured from here.
+    pub(crate) fn begin(&self, step: u64, states: &[BodyState], start: &Invariants) {
         self.step.store(step, Ordering::Relaxed);
-        lock(&self.seen).start = *start;
-        self.asked.store(true, Ordering::Release);
+        let mut seen = lock(&self.seen);
+        seen.start = *start;
+        seen.step = step;
+        seen.states.copy_from_slice(states);
     }
 
     /// Whether a state is to be observed: one for each report, so that nothing is done where nobody listens.

@@ -149,12 +149,13 @@ impl Orders {
 
     /// What is to be done next.
     pub(crate) fn next(&mut self) -> Option<Order> {
-        self.given.pop().ok()
+        // One place more is for the order that is being carried out.
+        (self.done.slots() > 1).then(|| self.given.pop().ok())?
     }
 
     /// Says what has become of an order; the answer goes out from another thread.
     pub(crate) fn answer(&mut self, order: Order, outcome: Outcome) {
-        // As many places as orders can be under way, and one that is being carried out.
+        // There is room: see `next`.
         let _ = self.done.push((order, outcome));
         self.executor.wake();
     }

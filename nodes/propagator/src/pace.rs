@@ -34,6 +34,11 @@ impl Pace {
         }
     }
 
+    /// Whether nothing has to be on time.
+    pub(crate) fn is_free(&self) -> bool {
+        matches!(self.source, Source::Free)
+    }
+
     /// From now on, when simulated time is `from` (s), at `factor` simulated seconds a second; 0 means as fast as
     /// possible. Where the node's time is that of `/clock`, the factor means nothing.
     pub(crate) fn set(&mut self, clock: &Clock, from: f64, factor: f64) {

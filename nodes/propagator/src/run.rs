@@ -122,6 +122,7 @@ impl Managed for Propagator {
             .state_publisher(&state_topic, names.len(), delivery)
             .map_err(NodeError::runtime)?;
         let monitor = Arc::new(Monitor::new(&scene));
+        let orders = Orders::serve(node, &scene)?;
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
         let now = Instant::now();
         Ok(Self {
@@ -135,7 +136,7 @@ impl Managed for Propagator {
             cost: 0.0,
             arrival: None,
             cuts: Cuts::default(),
-            orders: Orders::serve(node, &scene)?,
+            orders,
             stepping: None,
             pace: Pace::free(),
             phase: Phase::Unattended,
@@ -170,10 +171,12 @@ impl Managed for Propagator {
         if let Some(warning) = self.cuts.rest() {
             warn!("{warning}");
         }
-        if !self.accounted {
-            self.account(node, FAREWELL)?;
-        }
-        self.link.close()
+        let accounted = if self.accounted {
+            Ok(())
+        } else {
+            self.account(node, FAREWELL)
+        };
+        self.link.close().and(accounted)
     }
 }
 
@@ -299,7 +302,7 @@ impl Propagator {
 
     fn advance(&mut self) -> Result<(), NodeError> {
         let step = self.flight.step();
-        let timed = self.monitor.times(step);
+        let timed = self.monitor.times(step, !self.pace.is_free());
         let report = self.flight.advance().map_err(|error| {
             let name = error.body().map(|body| &self.scene.bodies[body].name);
             let of = name.map(|name| format!(" of {name}")).unwrap_or_default();
@@ -403,14 +406,15 @@ impl Propagator {
         self.cost = 0.0;
         self.arrival = None;
         self.start = self.flight.invariants();
-        self.monitor.begin(0, &self.start);
+        self.monitor.begin(0, self.flight.states(), &self.start);
         Ok(())
     }
 
     /// Takes the present state for the one that the invariants are measured from.
     pub(crate) fn measure_from_here(&mut self) {
         self.start = self.flight.invariants();
-        self.monitor.begin(self.flight.step(), &self.start);
+        self.monitor
+            .begin(self.flight.step(), self.flight.states(), &self.start);
     }
 
     fn report(&self) -> FlightReport {

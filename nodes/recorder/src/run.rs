@@ -66,8 +66,7 @@ impl Managed for Recorder {
 
     fn activate(&mut self, node: &Node) -> Result<(), NodeError> {
         let config = Config::read(&node.parameters)?;
-        let writer = sink::create(&config).map_err(NodeError::input)?;
-        self.opened = Some(Opened::new(node, config, writer, &self.shm)?);
+        self.opened = Some(Opened::new(node, config, &self.shm)?);
         self.counts.reset();
         Ok(())
     }
@@ -92,12 +91,7 @@ impl Managed for Recorder {
 }
 
 impl Opened {
-    fn new(
-        node: &Node,
-        config: Config,
-        writer: BagWriter,
-        shm: &ShmNode,
-    ) -> Result<Self, NodeError> {
+    fn new(node: &Node, config: Config, shm: &ShmNode) -> Result<Self, NodeError> {
         let resolve = |topic: &str| node.args.resolve(topic).map_err(NodeError::input);
         let elsewhere = config
             .states
@@ -105,11 +99,14 @@ impl Opened {
             .map(|topic| resolve(topic))
             .collect::<Result<_, _>>()?;
         let time = Arc::<StateTime>::default();
+        let states = States::open(&config, shm, Arc::clone(&time), resolve)?;
+        let topics = Topics::open(&config, node.ros.clone(), elsewhere, time)?;
         Ok(Self {
-            states: States::open(&config, shm, Arc::clone(&time), resolve)?,
-            topics: Topics::open(&config, node.ros.clone(), elsewhere, time)?,
+            // Last, so that no bag is left where the others fail.
+            writer: sink::create(&config).map_err(NodeError::input)?,
+            states,
+            topics,
             config,
-            writer,
         })
     }
 

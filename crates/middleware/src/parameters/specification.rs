@@ -128,7 +128,6 @@ impl ParameterSpec {
         }
         match given {
             None => Ok(default),
-            Some(Value::Null) => self.accept(ParameterValue::NotSet),
             Some(value) => match self.kind.read_yaml(value) {
                 Some(value) => self.accept(value),
                 None => Err(self.not_of_type(yaml_text(value))),

@@ -130,11 +130,11 @@ impl ParameterKind {
     /// Reads a value from YAML; `None` if it is of another type.
     pub(super) fn read_yaml(self, value: &Value) -> Option<ParameterValue> {
         Some(match self {
-            Self::Bool => yaml_bool(value)?.into(),
+            Self::Bool => value.as_bool()?.into(),
             Self::Integer => value.as_i64()?.into(),
             Self::Double => value.as_f64()?.into(),
             Self::String => value.as_str()?.into(),
-            Self::BoolArray => yaml_list(value, yaml_bool)?.into(),
+            Self::BoolArray => yaml_list(value, Value::as_bool)?.into(),
             Self::IntegerArray => yaml_list(value, Value::as_i64)?.into(),
             Self::DoubleArray => yaml_list(value, Value::as_f64)?.into(),
             Self::StringArray => yaml_list(value, |item| item.as_str().map(String::from))?.into(),
@@ -164,19 +164,6 @@ impl ParameterKind {
             Self::StringArray => Some(Vec::<String>::new().into()),
             _ => None,
         }
-    }
-}
-
-fn yaml_bool(value: &Value) -> Option<bool> {
-    match value {
-        Value::Bool(flag) => Some(*flag),
-        // ROS 2 reads YAML 1.1, where these are booleans too.
-        Value::String(word) => match word.to_ascii_lowercase().as_str() {
-            "y" | "yes" | "on" => Some(true),
-            "n" | "no" | "off" => Some(false),
-            _ => None,
-        },
-        _ => None,
     }
 }
 

@@ -97,7 +97,10 @@ impl Link {
                 self.shared.attended.store(true, Ordering::Release);
             }
             // Taken before what was handed over before it.
-            let request = self.requests.try_recv().ok();
+            let request = match self.requests.try_recv() {
+                Err(mpsc::TryRecvError::Disconnected) => return,
+                request => request.ok(),
+            };
             self.answer_pending();
             let received = self.receive_controls(&mut context);
             self.held.retain(|controls| Arc::strong_count(controls) > 1);

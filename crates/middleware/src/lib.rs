@@ -22,6 +22,7 @@ pub mod report;
 pub mod ros;
 pub mod shm;
 mod shutdown;
+mod wall;
 mod yaml;
 
 pub use args::{ArgsError, NodeArgs};

@@ -10,7 +10,7 @@ use std::{
         mpsc::{self, Receiver, SyncSender},
     },
     thread::{self, JoinHandle},
-    time::{Duration, SystemTime, UNIX_EPOCH},
+    time::Duration,
 };
 
 use lgvi_msgs::{rcl_interfaces, stamp};
@@ -30,6 +30,7 @@ use tracing_subscriber::{
 use crate::{
     LogSettings, NodeArgs,
     ros::{Publisher, Qos, RosError, RosNode},
+    wall,
 };
 
 pub use levels::{LevelError, Levels};
@@ -215,7 +216,7 @@ impl<S: Subscriber> Layer<S> for ToRosout {
         let mut text = Text::default();
         event.record(&mut text);
         let message = rcl_interfaces::Log {
-            stamp: stamp::to_message(now()).unwrap_or_default(),
+            stamp: stamp::to_message(wall::now()).unwrap_or_default(),
             level: ros_level(*metadata.level()),
             name: self.name.clone(),
             msg: text.message + &text.fields,
@@ -235,15 +236,6 @@ fn ros_level(level: Level) -> u8 {
         Level::INFO => rcl_interfaces::Log::INFO,
         _ => rcl_interfaces::Log::DEBUG,
     }
-}
-
-/// Nanoseconds since the UNIX epoch.
-pub(crate) fn now() -> i64 {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .ok()
-        .and_then(|elapsed| elapsed.as_nanos().try_into().ok())
-        .unwrap_or_default()
 }
 
 /// The message of an event, and its fields after it.

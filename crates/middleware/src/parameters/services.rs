@@ -19,8 +19,8 @@ use tracing::warn;
 
 use super::{ParameterError, ParameterValue, Parameters};
 use crate::{
-    log,
     ros::{Executor, Publisher, Qos, RosError, RosNode},
+    wall,
 };
 
 /// Between the parts of a parameter's name.
@@ -83,7 +83,7 @@ impl Parameters {
         let publisher = Arc::new(node.publisher::<ParameterEvent>("/parameter_events", &EVENTS)?);
         let name = node.fully_qualified_name();
         let event = move || ParameterEvent {
-            stamp: stamp::to_message(log::now()).unwrap_or_default(),
+            stamp: stamp::to_message(wall::now()).unwrap_or_default(),
             node: name.clone(),
             ..ParameterEvent::default()
         };

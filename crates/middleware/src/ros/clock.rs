@@ -3,11 +3,13 @@
 use std::{
     fmt,
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+    time::{Duration, Instant},
 };
 
 use lgvi_msgs::{rosgraph_msgs, stamp};
 use tracing::{info, warn};
+
+use crate::wall;
 
 use super::{Executor, Level, Qos, RosError, RosNode, Status};
 
@@ -67,11 +69,7 @@ impl Clock {
     /// The time; 0 as long as nothing has come on `/clock`.
     pub fn now(&self) -> i64 {
         match &self.0 {
-            None => SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .ok()
-                .and_then(|elapsed| elapsed.as_nanos().try_into().ok())
-                .unwrap_or_default(),
+            None => wall::now(),
             Some(heard) => heard.lock().latest.unwrap_or_default(),
         }
     }

@@ -5,13 +5,12 @@ use std::{
     sync::{Arc, atomic::Ordering},
     task::{Context, Poll},
     thread,
-    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+    time::{Duration, Instant},
 };
 
 use lgvi_msgs::{
     Action, RosMessage, Service,
     action_msgs::{GoalStatusArray, srv::CancelGoal},
-    builtin_interfaces::Time,
     stamp,
     unique_identifier_msgs::UUID,
 };
@@ -26,6 +25,7 @@ use super::{
 use crate::{
     block::thread_waker,
     ros::{Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer},
+    wall,
 };
 
 /// The longest a message waits for a hanging client, or for one that has just been found to be introduced.
@@ -98,7 +98,8 @@ where
         for Request { id, message } in taken(&self.send_goal, context) {
             let (goal_id, goal) = message.into();
             let goal_id = GoalId(goal_id.uuid);
-            let (accepted, now) = (self.decided(goal_id, &goal), now());
+            let now = stamp::to_message(wall::now()).unwrap_or_default();
+            let accepted = self.decided(goal_id, &goal);
             // The goal is known before the client may ask for it, and worked on after the reply is on its way.
             let stop = accepted.then(|| self.shared.table().goals.accept(goal_id, now.clone()));
             warn_of(self.send_goal.reply(id, &(accepted, now).into()));
@@ -216,14 +217,4 @@ fn warn_of(sent: Result<(), impl fmt::Display>) {
     if let Err(error) = sent {
         warn!(%error, "an action client misses a message");
     }
-}
-
-fn now() -> Time {
-    let elapsed = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .unwrap_or_default();
-    i64::try_from(elapsed.as_nanos())
-        .ok()
-        .and_then(|nanoseconds| stamp::to_message(nanoseconds).ok())
-        .unwrap_or_default()
 }

@@ -9,7 +9,7 @@ use std::{
         Arc, Condvar, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
-    time::{Duration, SystemTime, UNIX_EPOCH},
+    time::Duration,
 };
 
 use lgvi_msgs::lifecycle_msgs::{
@@ -20,6 +20,8 @@ use lgvi_msgs::lifecycle_msgs::{
     },
 };
 use tracing::warn;
+
+use crate::wall;
 
 use super::{Executor, Publisher, Qos, Reply, RosError, RosNode};
 use machine::{Edge, STATES};
@@ -146,7 +148,7 @@ impl Lifecycle {
         inner.state = edge.goal;
         drop(inner);
         let event = TransitionEvent {
-            timestamp: now(),
+            timestamp: wall::now().unsigned_abs(),
             transition: edge.transition(),
             start_state: edge.start.message(),
             goal_state: edge.goal.message(),
@@ -203,15 +205,6 @@ fn transitions(states: impl IntoIterator<Item = State>) -> GetAvailableTransitio
             .map(Edge::description)
             .collect(),
     }
-}
-
-/// Nanoseconds since the UNIX epoch.
-fn now() -> u64 {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .ok()
-        .and_then(|elapsed| elapsed.as_nanos().try_into().ok())
-        .unwrap_or_default()
 }
 
 impl fmt::Debug for Lifecycle {

@@ -6,7 +6,7 @@ use std::{
     marker::PhantomData,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     task::{Context, Poll},
-    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+    time::{Duration, Instant},
 };
 
 use lgvi_msgs::{RosMessage, Service};
@@ -20,6 +20,7 @@ use crate::{
         PublishError, RawPublisher, RawSubscription, RosError, RosNode, Sample, TakeError, naming,
         node::Inner,
     },
+    wall,
 };
 
 /// How long a request is held back for its client to be reachable.
@@ -74,7 +75,7 @@ impl<S: Service> ServiceServer<S> {
             replies: node.writer(service.into(), reply, reply_type, &SENT)?,
             requests: node.reader(service.into(), request, S::Request::TYPE_NAME, &TAKEN)?,
             held: Mutex::default(),
-            created: now(),
+            created: wall::now(),
             node: Arc::clone(node.inner()),
             service: PhantomData,
         })
@@ -218,14 +219,6 @@ impl<S: Service> ServiceServer<S> {
     fn held(&self) -> MutexGuard<'_, VecDeque<Held>> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// Nanoseconds since the UNIX epoch.
-fn now() -> i64 {
-    let elapsed = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .unwrap_or_default();
-    i64::try_from(elapsed.as_nanos()).unwrap_or(i64::MAX)
 }
 
 impl<S> fmt::Debug for ServiceServer<S> {

@@ -36,5 +36,6 @@ mod reference_bags;
 mod replay;
 mod scenes;
 mod shutdown;
+mod stalls;
 mod two_hosts;
 mod waiting;

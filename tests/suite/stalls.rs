@@ -1,0 +1,212 @@
+//! Nobody can stall a node: who is stopped, never reads or is busy costs a flight in real time nothing of its rate.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use lgvi_middleware::ros::{Qos, ServiceClient, Subscription};
+use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal};
+use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::srv::{Step, StepRequest};
+use lgvi_node::{Event, FlightReport};
+use lgvi_tests::{Operator, PATIENCE, Process, Signal, World, edited, note};
+
+const PROPAGATOR: &str = "lgvi_propagator";
+const PLAN: &str = "/lgvi_planner/plan_maneuver";
+
+/// How far behind the clock on the wall a state may come on a machine that has other things to do. A single wait of 0.1 s
+/// for each message that a stopped subscriber has no room for would exceed it fifteen messages later.
+const BEHIND: Duration = Duration::from_millis(1500);
+
+/// How many of the steps may come late.
+const LATE: f64 = 0.05;
+
+/// How soon a service answers: in the end the propagator waits up to 5 s for acknowledgements.
+const ANSWER: Duration = Duration::from_secs(10);
+
+/// Until the propagator knows its subscriber too.
+const MUTUAL: Duration = Duration::from_millis(500);
+
+/// The longest flight.
+const LONGEST: Duration = Duration::from_secs(10);
+
+/// How many replies that a client has not acknowledged a server keeps.
+const REPLIES: usize = 512;
+
+/// A flight in real time, each of whose states is published, and a subscriber that keeps up.
+struct Flight {
+    propagator: Process,
+    operator: Operator,
+    odometry: Subscription<Odometry>,
+    steps: u64,
+    step: Duration,
+}
+
+impl Flight {
+    /// Configured, and known to the subscriber.
+    fn new(world: &World, scene: &Path, body: &str, steps: u64, time: f64) -> Self {
+        let scene = format!("scene:={}", scene.display());
+        let parameters = [&*scene, "autostart:=false", "await_control:=false"];
+        let propagator = world.node("propagator", &parameters);
+        let operator = world.operator(PROPAGATOR);
+        operator.lead(&["configure"]);
+        let odometry = operator
+            .ros()
+            .subscription::<Odometry>(&odometry(body), &Qos::reliable(10_000))
+            .unwrap();
+        assert!(odometry.wait_for_publishers(1, PATIENCE));
+        let step = Duration::from_secs_f64(time / steps as f64);
+        Self {
+            propagator,
+            operator,
+            odometry,
+            steps,
+            step,
+        }
+    }
+
+    /// Flies to the end; what happens once a few states have come is `hinder`. Every state comes, in its order and in
+    /// time.
+    #[track_caller]
+    fn keeps_its_rate(&self, hinder: impl FnOnce()) {
+        thread::sleep(MUTUAL);
+        self.operator.lead(&["activate"]);
+        let mut hinder = Some(hinder);
+        let mut first = None;
+        let mut worst = Duration::ZERO;
+        for number in 0..=self.steps {
+            let sample = self.odometry.recv_timeout(PATIENCE).unwrap();
+            let stamp = sample.expect("an odometry").message.header.stamp;
+            let stamp = Duration::new(u64::try_from(stamp.sec).unwrap(), stamp.nanosec);
+            let (epoch, began) = *first.get_or_insert_with(|| (stamp, Instant::now()));
+            let due = self.step * u32::try_from(number).unwrap();
+            assert!(
+                stamp.abs_diff(epoch + due) < self.step / 2,
+                "state {number} is that of {:?}",
+                stamp.saturating_sub(epoch)
+            );
+            worst = worst.max(began.elapsed().saturating_sub(due));
+            if number == 50
+                && let Some(hinder) = hinder.take()
+            {
+                hinder();
+            }
+        }
+        note(&format!("{worst:?} behind at worst"));
+        assert!(worst < BEHIND, "{worst:?} behind");
+    }
+
+    /// What the propagator reports in the end: it has not waited either.
+    #[track_caller]
+    fn reports(&self) -> FlightReport {
+        let report = self.propagator.await_event("flown", |event| match event {
+            Event::Flown(report) => Some(report.clone()),
+            _ => None,
+        });
+        let time = self.step.as_secs_f64() * self.steps as f64;
+        note(&format!(
+            "{} s for {time} s, {} overruns",
+            report.seconds, report.overruns
+        ));
+        assert_eq!(report.steps, self.steps);
+        assert!(report.seconds < time + BEHIND.as_secs_f64(), "{report:?}");
+        let late = report.overruns as f64 / self.steps as f64;
+        assert!(late < LATE, "{late} of the steps came late");
+        report
+    }
+}
+
+fn odometry(body: &str) -> String {
+    format!("/{PROPAGATOR}/odometry/{body}")
+}
+
+/// Has requests answered until it is `over`; how many.
+fn ask(client: &ServiceClient<Step>, over: &AtomicBool) -> usize {
+    let mut answers = 0;
+    let start = Instant::now();
+    while !over.load(Ordering::Relaxed) && start.elapsed() < LONGEST {
+        let reply = client.call(&StepRequest { steps: 1 }, ANSWER).unwrap();
+        assert!(!reply.success, "a step of a flight that is not paused");
+        answers += 1;
+    }
+    answers
+}
+
+/// More states are published than a publisher keeps for a subscriber that does not acknowledge them, 2000, and more
+/// replies than a server does; a recorder has the states over shared memory too.
+#[test]
+fn stopped_subscribers_and_a_stopped_client_of_a_service() {
+    let world = World::new();
+    let changes = [
+        ("duration = 100.0", "duration = 8.0"),
+        ("steps = 10000", "steps = 2400"),
+        ("ros_every = 100", "ros_every = 1"),
+    ];
+    let scene = edited(&world, "free_body", &changes);
+    let flight = Flight::new(&world, &scene, "body", 2400, 8.0);
+    let arguments = ["--odometry", &odometry("body"), "--count", "100000"];
+    let subscriber = world.python("cyclone_peer.py", &arguments);
+    let output = format!("output:={}", world.path("bag").display());
+    let topics = format!("topics:=['/{PROPAGATOR}/scene=lgvi_msgs/msg/Scene']");
+    let recorder = world.node("recorder", &[&output, &topics]);
+    recorder.await_ready();
+    let step = format!("/{PROPAGATOR}/step");
+    let caller = world.python("cyclone_service_peer.py", &["--step", &step]);
+    caller.await_stderr("sent");
+    caller.suspend();
+    subscriber.await_stderr("matched");
+
+    let client = flight.operator.client::<Step>("step");
+    assert!(client.wait_for_server(PATIENCE));
+    let over = AtomicBool::new(false);
+    let answers = thread::scope(|scope| {
+        let asking = scope.spawn(|| ask(&client, &over));
+        flight.keeps_its_rate(|| {
+            subscriber.suspend();
+            recorder.suspend();
+        });
+        over.store(true, Ordering::Relaxed);
+        for stopped in [&subscriber, &recorder, &caller] {
+            stopped.signal(Signal::SIGCONT);
+        }
+        asking.join().unwrap()
+    });
+    note(&format!("{answers} answers"));
+    assert!(answers > REPLIES, "{answers} answers");
+    assert!(!subscriber.stdout().is_empty(), "it has received some");
+    let report = flight.reports();
+    assert!(report.refused > 0, "shared memory has no room for all");
+    flight.propagator.stop().expect(0);
+}
+
+/// The plan is so long that it outlasts the flight.
+#[test]
+fn a_planner_that_is_busy_and_a_client_that_never_asks_for_the_result() {
+    let world = World::new();
+    let steps = ("steps = 1000", "steps = 1000000");
+    let endless = edited(&world, "inclination_change", &[steps]);
+    let endless = format!("scene:={}", endless.display());
+    let planner = world.node("planner", &[&endless, "plan_at_start:=false"]);
+    planner.await_ready();
+    let client = world
+        .ros_node("client")
+        .action_client::<PlanManeuver>(PLAN)
+        .unwrap();
+    assert!(client.wait_for_server(PATIENCE));
+    let goal = client
+        .send_goal(PlanManeuverGoal::default(), PATIENCE)
+        .unwrap();
+    assert!(client.feedback(goal, PATIENCE).unwrap().is_some());
+
+    let changes = [
+        ("time = \"1 s\"", "time = \"4 s\""),
+        ("ros_every = 10", "ros_every = 1"),
+    ];
+    let scene = edited(&world, "inclination_change", &changes);
+    let flight = Flight::new(&world, &scene, "spacecraft", 1000, 4.0 * 0.902976);
+    flight.keeps_its_rate(|| {});
+    flight.reports();
+    planner.stop().expect(0);
+    flight.propagator.stop().expect(0);
+}

@@ -28,6 +28,9 @@ from ros2_messages import from_plain, interface, to_plain
 
 DEPTH = 10_000
 
+# The graph is known when it has not changed for so long (s).
+SETTLED = 0.5
+
 
 def qos(reliability, durability):
     return QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=DEPTH, reliability=reliability, durability=durability)
@@ -94,13 +97,25 @@ def graph(peer, args):
     namespace = namespace or "/"
     node = peer.node
     peer.until(args.name, lambda: (name, namespace) in node.get_node_names_and_namespaces())
-    offered = node.get_publisher_names_and_types_by_node
-    peer.matched("its topics", lambda: len(offered(name, namespace)) >= args.topics)
-    say({
-        "publishers": dict(offered(name, namespace)),
-        "subscriptions": dict(node.get_subscriber_names_and_types_by_node(name, namespace)),
-        "services": dict(node.get_service_names_and_types_by_node(name, namespace)),
-    })
+
+    def known():
+        return {
+            "publishers": dict(node.get_publisher_names_and_types_by_node(name, namespace)),
+            "subscriptions": dict(node.get_subscriber_names_and_types_by_node(name, namespace)),
+            "services": dict(node.get_service_names_and_types_by_node(name, namespace)),
+        }
+
+    def settled():
+        nonlocal latest, since
+        now = time.monotonic()
+        if (found := known()) != latest:
+            latest, since = found, now
+        return now - since > SETTLED
+
+    peer.matched("its topics", lambda: len(known()["publishers"]) >= args.topics)
+    latest, since = known(), time.monotonic()
+    peer.until("the end of its discovery", settled)
+    say(latest)
 
 
 @case(("topic", {}), ("type", {}), ("--qos", {"choices": QOS, "default": "reliable"}), ("--count", {"type": int, "default": 1}))

@@ -10,6 +10,7 @@
 mod binaries;
 mod controls;
 mod cpp;
+mod documented;
 mod domain;
 mod ending;
 mod flight;
@@ -28,6 +29,7 @@ use std::path::PathBuf;
 pub use binaries::binary;
 pub use controls::{coast, publish};
 pub use cpp::fast_dds;
+pub use documented::{Row, codes, documented};
 pub use ending::{assert_gone, await_node, note};
 pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
 pub use hosts::{Cut, Host, Hosts, between_hosts};

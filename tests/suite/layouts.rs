@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use lgvi_msgs::lookup;
-use lgvi_tests::root;
+use lgvi_tests::{Row, codes, documented, root};
 use serde_json::Value;
 
 /// A row of the table of topics in docs/interfaces.md.
@@ -15,32 +15,19 @@ struct Topic {
     latched: bool,
 }
 
-/// Spans of code in Markdown.
-fn codes(cell: &str) -> Vec<String> {
-    cell.split('`').skip(1).step_by(2).map(Into::into).collect()
-}
-
 /// What nodes publish, as documented.
 fn topics() -> Vec<Topic> {
-    let page = fs::read_to_string(root().join("docs/interfaces.md")).unwrap();
-    let (_, page) = page.split_once("## Topics").unwrap();
-    let (table, _) = page.split_once("\n## ").unwrap();
-    let mut node = String::new();
     let mut topics = Vec::new();
-    for row in table.lines().filter(|line| line.starts_with("| ")) {
-        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-        if !cells[1].is_empty() {
-            node = format!("/lgvi_{}/", cells[1]);
-        }
-        if cells[2].starts_with("subscribes") {
+    for Row { node, cells } in documented("Topics") {
+        if cells[0].starts_with("subscribes") {
             continue;
         }
-        if let Some(name) = codes(cells[2]).into_iter().next() {
-            let types = codes(cells[3]).into_iter();
+        if let Some(name) = codes(&cells[0]).into_iter().next() {
+            let types = codes(&cells[1]).into_iter();
             topics.push(Topic {
-                name: name.replace("~/", &node),
+                name: name.replace("~/", &format!("/lgvi_{node}/")),
                 types: types.filter(|name| name.contains("/msg/")).collect(),
-                latched: cells[4].starts_with("latched"),
+                latched: cells[2].starts_with("latched"),
             });
         }
     }

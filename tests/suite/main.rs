@@ -16,6 +16,7 @@ mod feedback;
 mod frames;
 mod inclination_change;
 mod instances;
+mod interfaces;
 mod interventions;
 mod launch_file;
 mod layouts;

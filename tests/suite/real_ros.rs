@@ -44,18 +44,19 @@ fn payloads<'a>(flight: &'a Recording, topic: &str) -> Vec<&'a [u8]> {
 }
 
 /// Names of topics or services and their types, of which each has one.
-type Names = BTreeMap<String, [String; 1]>;
+pub(crate) type Names = BTreeMap<String, [String; 1]>;
 
 /// What ROS knows of a node.
 #[derive(Debug, Deserialize)]
-struct Graph {
-    publishers: Names,
-    subscriptions: Names,
-    services: Names,
+pub(crate) struct Graph {
+    pub(crate) publishers: Names,
+    pub(crate) subscriptions: Names,
+    pub(crate) services: Names,
 }
 
 impl Graph {
-    fn of(world: &World, node: &str, topics: &str) -> Self {
+    /// Of a node that publishes so many topics at least.
+    pub(crate) fn of(world: &World, node: &str, topics: &str) -> Self {
         let peer = world.ros_python("ros2_peer.py", &["graph", node, "--topics", topics]);
         serde_json::from_value(lines(peer).remove(0)).unwrap()
     }

@@ -1,0 +1,179 @@
+//! Nodes have the topics, services and actions of docs/interfaces.md, and no others, as real ROS 2 sees them.
+
+use std::collections::BTreeMap;
+
+use lgvi_tests::{Process, Recording, Row, World, codes, documented, root, scene};
+
+use crate::real_ros::{Graph, Names};
+
+/// Names, in which `<body>` stands for any one part, and their types, of which some have a package only.
+type Documented = BTreeMap<String, String>;
+
+/// What the page says that a node has.
+struct Page {
+    publishers: Documented,
+    subscriptions: Documented,
+    services: Documented,
+}
+
+impl Page {
+    /// What is said of a node, `propagator` for example, and of all of them.
+    fn of(node: &str) -> Self {
+        let rows = |section| {
+            let rows = documented(section).into_iter();
+            rows.filter(|row| [node, "all"].contains(&&*row.node))
+        };
+        let full = |name: &str| name.replace("~/", &format!("/lgvi_{node}/"));
+        let mut page = Self {
+            publishers: Documented::new(),
+            subscriptions: Documented::new(),
+            services: Documented::new(),
+        };
+        for Row { cells, .. } in rows("Topics") {
+            let types = codes(&cells[1]);
+            let (Some(name), Some(kind)) = (
+                codes(&cells[0]).into_iter().next(),
+                types.into_iter().find(|kind| kind.contains("/msg/")),
+            ) else {
+                continue;
+            };
+            let topics = if cells[0].starts_with("subscribes") {
+                &mut page.subscriptions
+            } else {
+                &mut page.publishers
+            };
+            topics.insert(full(&name), kind);
+        }
+        for Row { cells, .. } in rows("Services") {
+            let kind = codes(&cells[1]).remove(0);
+            let names = codes(&cells[0]).into_iter();
+            page.services
+                .extend(names.map(|name| (full(&name), kind.clone())));
+        }
+        for Row { cells, .. } in rows("Actions") {
+            page.act(&full(&codes(&cells[0])[0]), &codes(&cells[1])[0]);
+        }
+        page
+    }
+
+    /// Adds what ROS makes an action of.
+    fn act(&mut self, action: &str, kind: &str) {
+        let part = |name: &str| format!("{action}/_action/{name}");
+        let status = "action_msgs/msg/GoalStatusArray";
+        self.publishers.extend([
+            (part("feedback"), format!("{kind}_FeedbackMessage")),
+            (part("status"), status.into()),
+        ]);
+        self.services.extend([
+            (part("send_goal"), format!("{kind}_SendGoal")),
+            (part("get_result"), format!("{kind}_GetResult")),
+            (part("cancel_goal"), "action_msgs/srv/CancelGoal".into()),
+        ]);
+    }
+
+    /// Without the subscription to `/clock`, which a node has under `use_sim_time` only.
+    fn on_the_wall(mut self) -> Self {
+        self.subscriptions.remove("/clock").unwrap();
+        self
+    }
+
+    /// The node runs, and has what is documented.
+    #[track_caller]
+    fn is_of(&self, world: &World, node: &Process, name: &str) {
+        node.await_ready();
+        let graph = Graph::of(world, name, &self.publishers.len().to_string());
+        for (kind, found, documented) in [
+            ("published", &graph.publishers, &self.publishers),
+            ("subscribed to", &graph.subscriptions, &self.subscriptions),
+            ("served", &graph.services, &self.services),
+        ] {
+            compare(kind, found, documented);
+        }
+    }
+}
+
+#[track_caller]
+fn compare(kind: &str, found: &Names, documented: &Documented) {
+    let undocumented: Vec<_> = found
+        .iter()
+        .filter(|(name, [found])| {
+            !documented
+                .iter()
+                .any(|(known, kind)| is_called(name, known) && is_typed(found, kind))
+        })
+        .collect();
+    let missing: Vec<_> = documented
+        .keys()
+        .filter(|known| !found.keys().any(|name| is_called(name, known)))
+        .collect();
+    assert!(
+        undocumented.is_empty() && missing.is_empty(),
+        "{kind}, but not in docs/interfaces.md: {undocumented:?}; in it, but not {kind}: {missing:?}"
+    );
+}
+
+fn is_called(name: &str, documented: &str) -> bool {
+    match documented.split_once("<body>") {
+        Some((before, after)) => name
+            .strip_prefix(before)
+            .and_then(|rest| rest.strip_suffix(after))
+            .is_some_and(|body| !body.is_empty() && !body.contains('/')),
+        None => name == documented,
+    }
+}
+
+fn is_typed(kind: &str, documented: &str) -> bool {
+    match kind.strip_prefix(documented) {
+        Some("") => true,
+        Some(rest) => !documented.contains('/') && rest.starts_with("/srv/"),
+        None => false,
+    }
+}
+
+#[test]
+fn the_propagator_has_what_is_documented() {
+    let world = World::new();
+    let scene = format!("scene:={}", scene("docking_corridor").display());
+    let propagator = world.node("propagator", &[&scene, "clock:=true"]);
+    let page = Page::of("propagator").on_the_wall();
+    page.is_of(&world, &propagator, "/lgvi_propagator");
+    propagator.stop().expect(0);
+}
+
+#[test]
+fn the_planner_has_what_is_documented() {
+    let world = World::new();
+    let scene = format!("scene:={}", scene("inclination_replan").display());
+    let parameters = [&scene, "plan_at_start:=false", "use_sim_time:=true"];
+    let planner = world.node("planner", &parameters);
+    Page::of("planner").is_of(&world, &planner, "/lgvi_planner");
+    planner.stop().expect(0);
+}
+
+#[test]
+fn the_recorder_has_what_is_documented_and_the_topics_that_it_is_to_record() {
+    let world = World::new();
+    let topics = "topics:=[/tf=tf2_msgs/msg/TFMessage]";
+    let output = format!("output:={}", world.path("bag").display());
+    let recorder = world.node("recorder", &[&output, topics, "use_sim_time:=true"]);
+    let mut page = Page::of("recorder");
+    let recorded = ("/tf".into(), "tf2_msgs/msg/TFMessage".into());
+    page.subscriptions.extend([recorded]);
+    page.is_of(&world, &recorder, "/lgvi_recorder");
+    recorder.stop().expect(0);
+}
+
+#[test]
+fn the_player_has_what_is_documented_and_the_topics_of_its_bag() {
+    let world = World::new();
+    let bag = root().join("bags/inclination_change");
+    let given = format!("bag:={}", bag.display());
+    let parameters = [&given, "clock:=true", "await_subscribers:=1"];
+    let player = world.node("player", &parameters);
+    let mut page = Page::of("player").on_the_wall();
+    let played = Recording::read(&bag).topics.into_iter();
+    page.publishers
+        .extend(played.map(|topic| (topic.name, topic.type_name)));
+    page.is_of(&world, &player, "/lgvi_player");
+    player.stop().expect(0);
+}

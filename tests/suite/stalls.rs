@@ -134,9 +134,10 @@ fn ask(client: &ServiceClient<Step>, over: &AtomicBool) -> usize {
 }
 
 /// More states are published than a publisher keeps for a subscriber that does not acknowledge them, 2000, and more
-/// replies than a server does; a recorder has the states over shared memory too.
+/// replies than a server does (the stopped caller hears those to the others, too); a recorder has the states over shared
+/// memory.
 #[test]
-fn stopped_subscribers_and_a_stopped_client_of_a_service() {
+fn stopped_subscribers_and_a_stopped_reader_of_replies() {
     let world = World::new();
     let changes = [
         ("duration = 100.0", "duration = 8.0"),

@@ -31,8 +31,8 @@ use crate::monitor::Monitor;
 
 pub(crate) use self::end::{LinkEnd, Wait};
 
-/// Snapshots between the loop and the ROS side.
-const SNAPSHOTS: usize = 64;
+/// Snapshots between the loop and the ROS side: at 1 kHz as long as two publishers wait for one that does not keep up.
+const SNAPSHOTS: usize = 256;
 
 /// Control sequences on their way to the loop.
 const SEQUENCES: usize = 8;

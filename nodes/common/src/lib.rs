@@ -9,6 +9,7 @@ mod file_lock;
 mod managed;
 mod namesakes;
 mod node;
+mod parameters;
 mod scene_file;
 
 pub use command_line::{complain, with_arguments};
@@ -21,4 +22,5 @@ pub use event::{Event, FlightReport, Miss, PlanReport};
 pub use file_lock::{FileLock, LockError};
 pub use managed::{Managed, Stopped, main};
 pub use node::Node;
+pub use parameters::{publishes_clock, required_path};
 pub use scene_file::load_scene;

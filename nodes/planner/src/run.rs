@@ -1,11 +1,10 @@
 //! The node as a managed node.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgvi_middleware::ParameterSpec;
-use lgvi_node::{Managed, Node, NodeError, Stopped, load_scene};
+use lgvi_node::{Managed, Node, NodeError, Stopped, load_scene, required_path};
 use lgvi_scene::Scene;
 use tracing::warn;
 
@@ -39,13 +38,7 @@ impl Managed for Planner {
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
-        let path: String = node.parameters.get("scene").map_err(NodeError::input)?;
-        if path.is_empty() {
-            return Err(NodeError::Input(
-                "parameter \"scene\" is missing, expected a path".into(),
-            ));
-        }
-        let path = PathBuf::from(path);
+        let path = required_path(&node.parameters, "scene")?;
         let scene = Arc::new(load_scene(&path)?);
         let Some(maneuver) = scene.maneuver.clone() else {
             let path = path.display();

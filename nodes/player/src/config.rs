@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::NodeError;
+use lgvi_node::{NodeError, publishes_clock, required_path};
 
 /// The node's parameters, as they are when it is configured.
 pub(crate) struct Config {
@@ -42,26 +42,12 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
 
 impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
-        let bag: String = parameters.get("bag").map_err(NodeError::input)?;
-        if bag.is_empty() {
-            return Err(NodeError::Input(
-                "parameter \"bag\" is missing, expected a path".into(),
-            ));
-        }
-        let clock = parameters.get("clock").map_err(NodeError::input)?;
-        if clock && parameters.get("use_sim_time").map_err(NodeError::input)? {
-            return Err(NodeError::Input(
-                "parameters \"clock\" and \"use_sim_time\" are both true, expected one at most: \
-                 the node would follow itself"
-                    .into(),
-            ));
-        }
         let await_subscribers: i64 = parameters
             .get("await_subscribers")
             .map_err(NodeError::input)?;
         Ok(Self {
-            bag: bag.into(),
-            clock,
+            bag: required_path(parameters, "bag")?,
+            clock: publishes_clock(parameters)?,
             await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
         })
     }

@@ -1,8 +1,7 @@
-use std::path::PathBuf;
 use std::time::Duration;
 
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::{NodeError, load_scene};
+use lgvi_node::{NodeError, load_scene, publishes_clock, required_path};
 use lgvi_scene::Scene;
 
 /// The node's parameters, as they are when it is configured.
@@ -85,21 +84,9 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
 
 impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
-        let scene: String = parameters.get("scene").map_err(NodeError::input)?;
-        if scene.is_empty() {
-            return Err(NodeError::Input(
-                "parameter \"scene\" is missing, expected a path".into(),
-            ));
-        }
-        let clock = parameters.get("clock").map_err(NodeError::input)?;
-        if clock && parameters.get("use_sim_time").map_err(NodeError::input)? {
-            return Err(NodeError::Input(
-                "parameters \"clock\" and \"use_sim_time\" are both true, expected one at most: \
-                 the node would follow itself"
-                    .into(),
-            ));
-        }
-        let scene = load_scene(&PathBuf::from(scene))?;
+        let scene = required_path(parameters, "scene")?;
+        let clock = publishes_clock(parameters)?;
+        let scene = load_scene(&scene)?;
         let await_control = parameters
             .get_optional("await_control")
             .map_err(NodeError::input)?

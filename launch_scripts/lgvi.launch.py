@@ -20,8 +20,7 @@ def nodes(context):
     recorder = {
         "output": bag,
         "states": [f"{root}{propagator}/state"],
-        # Else a bag would not be the flight's but that of its reception.
-        "use_sim_time": typed(context, "use_sim_time") or True,
+        "log_time": value(context, "log_time"),
     }
     flight = {
         "scene": scene,
@@ -48,6 +47,13 @@ def generate_launch_description():
                 "bag",
                 default_value="",
                 description="Directory of the bag, which must not exist; empty: nothing is recorded",
+            ),
+            DeclareLaunchArgument(
+                "log_time",
+                # Else a bag would not be the flight's but that of its reception.
+                default_value="stamp",
+                choices=["stamp", "received"],
+                description="What the recorder logs messages at",
             ),
             DeclareLaunchArgument(
                 "plan",

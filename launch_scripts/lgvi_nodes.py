@@ -36,7 +36,7 @@ def common_arguments():
             "use_sim_time",
             default_value="",
             choices=SWITCH,
-            description="true: the time is that of /clock; the recorder logs messages at their stamps",
+            description="true: the time is that of /clock",
         ),
         DeclareLaunchArgument(
             "log_level", default_value="", description="debug, info, warn, error or fatal"

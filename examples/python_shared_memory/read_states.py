@@ -68,7 +68,7 @@ def open_states(node):
         .enable_safe_overflow(False)
         .max_publishers(1)
         .max_subscribers(8)
-        .subscriber_max_buffer_size(1024)
+        .subscriber_max_buffer_size(8192)
         .history_size(1)
         .open_or_create()
     )
@@ -98,7 +98,7 @@ def state(sample):
 def main():
     node = iceoryx2.NodeBuilder.new().config(configuration()).create(iceoryx2.ServiceType.Ipc)
     service = open_states(node)
-    subscriber = service.subscriber_builder().buffer_size(1024).create()
+    subscriber = service.subscriber_builder().buffer_size(8192).create()
     print("listening to", TOPIC, file=sys.stderr, flush=True)
 
     expected = None

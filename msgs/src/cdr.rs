@@ -67,14 +67,23 @@ pub enum CdrError {
 /// # Errors
 /// [`CdrError::Encode`], which no generated message type can cause.
 pub fn encode<M: RosMessage>(message: &M) -> Result<Vec<u8>, CdrError> {
-    let mut bytes = LITTLE_ENDIAN.to_vec();
-    cdr_encoding::to_writer::<M, LittleEndian, _>(&mut bytes, message).map_err(|source| {
+    let mut bytes = Vec::new();
+    encode_into(&mut bytes, message)?;
+    Ok(bytes)
+}
+
+/// Appends a message to `bytes` as [`encode`] makes it.
+///
+/// # Errors
+/// As [`encode`]; `bytes` may hold part of the message then.
+pub fn encode_into<M: RosMessage>(bytes: &mut Vec<u8>, message: &M) -> Result<(), CdrError> {
+    bytes.extend_from_slice(&LITTLE_ENDIAN);
+    cdr_encoding::to_writer::<M, LittleEndian, _>(bytes, message).map_err(|source| {
         CdrError::Encode {
             type_name: M::TYPE_NAME,
             source,
         }
-    })?;
-    Ok(bytes)
+    })
 }
 
 /// Decodes a message from CDR of either byte order behind its encapsulation header.

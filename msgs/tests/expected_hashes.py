@@ -1,7 +1,7 @@
 """Writes expected_hashes.json: the RIHS01 hash of every message, service and action type of this crate.
 
 They are those that rosidl computes, the ROS 2 tool itself: for the standard packages as they are installed with ROS 2
-Jazzy, for ours and tf2_msgs when colcon builds them. PyPI `rosbags` computes those of messages once more, the standard
+Jazzy, for ours, rosbag2_interfaces and tf2_msgs when colcon builds them. PyPI `rosbags` computes those of messages once more, the standard
 ones from a Jazzy store of its own; if the two differ, nothing is written. Run in this folder:
 
     python3 ../../tests/python/ros_environment.py && $(python3 ../../tests/python/environment.py) expected_hashes.py

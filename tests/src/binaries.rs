@@ -16,6 +16,28 @@ const PROGRAMS: [&str; 6] = [
     "lgvi_player",
 ];
 
+/// How programs are built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Build {
+    /// As the tests are: optimised, with assertions.
+    Tests,
+    /// As `cargo build` makes them: hardly optimised, with assertions.
+    Debug,
+    /// As they are used.
+    Release,
+}
+
+/// `lgvi` as it is built; what it starts is built alike.
+pub fn lgvi(build: Build) -> PathBuf {
+    static DEBUG: OnceLock<PathBuf> = OnceLock::new();
+    static RELEASE: OnceLock<PathBuf> = OnceLock::new();
+    match build {
+        Build::Tests => binary("lgvi"),
+        Build::Debug => DEBUG.get_or_init(debug).clone(),
+        Build::Release => RELEASE.get_or_init(release).clone(),
+    }
+}
+
 /// A program of the workspace. `--workspace` has built it; a run of this package alone builds all of them, unless they
 /// are newer than their sources.
 pub fn binary(name: &str) -> PathBuf {
@@ -70,24 +92,46 @@ fn build(directory: &Path) {
         Some("debug") | None => "test",
         Some(profile) => profile,
     };
+    let what = ["--workspace", "--bins", "--examples", "--profile", profile];
+    cargo_build(target, &what);
+}
+
+/// `lgvi` as `cargo build` makes it, in a target directory of its own: in the tests' one it has the place of the tests'.
+/// `tests/run` puts it there; it is built where it is missing or outdated.
+fn debug() -> PathBuf {
+    let directory = directory();
+    let target = directory.parent().expect("<target>/<profile>").join("dev");
+    let program = target.join("debug/lgvi");
+    if outdated(&program) {
+        cargo_build(&target, &["--package", "lgvi", "--bin", "lgvi"]);
+    }
+    program
+}
+
+/// `lgvi` in release, built where it is missing or outdated.
+fn release() -> PathBuf {
+    let directory = directory();
+    let target = directory.parent().expect("<target>/<profile>");
+    let program = target.join("release/lgvi");
+    if outdated(&program) {
+        cargo_build(target, &["--package", "lgvi", "--bin", "lgvi", "--release"]);
+    }
+    program
+}
+
+fn cargo_build(target: &Path, what: &[&str]) {
     let output = Command::new(env!("CARGO"))
-        .args([
-            "build",
-            "--workspace",
-            "--bins",
-            "--examples",
-            "--profile",
-            profile,
-            "--target-dir",
-        ])
+        .arg("build")
+        .args(what)
+        .arg("--target-dir")
         .arg(target)
         .current_dir(crate::root())
         .output()
         .expect("cargo starts");
     assert!(
         output.status.success(),
-        "the programs under test are missing or outdated in {}, and cannot be built:\n{}",
-        directory.display(),
+        "the programs under test are missing or outdated in {}, and cannot be built with {what:?}:\n{}",
+        target.display(),
         String::from_utf8_lossy(&output.stderr)
     );
 }

@@ -7,9 +7,11 @@
     reason = "a test stops at the first surprise and says why"
 )]
 
+mod bags;
 mod binaries;
 mod controls;
 mod cpp;
+mod disks;
 mod documented;
 mod domain;
 mod ending;
@@ -20,15 +22,18 @@ mod process;
 mod python;
 mod recording;
 mod scenes;
+mod states;
 mod truth;
 mod wait;
 mod world;
 
 use std::path::PathBuf;
 
-pub use binaries::binary;
+pub use bags::{earlier_bags, reference_bag, reference_bags};
+pub use binaries::{Build, binary};
 pub use controls::{coast, publish};
 pub use cpp::fast_dds;
+pub use disks::{Disk, with_disks};
 pub use documented::{Row, codes, documented};
 pub use ending::{assert_gone, await_node, note};
 pub use flight::{Difference, Failure, Replanned, Summary, Verdict};
@@ -38,7 +43,8 @@ pub use operator::Operator;
 pub use process::{Finished, Process};
 pub use python::{python, ros_python};
 pub use recording::{Record, Recording};
-pub use scenes::{edited, scene};
+pub use scenes::{edited, scene, shipped};
+pub use states::{Sender, state_numbers};
 pub use truth::{Deviation, Trajectory, optimal_cost};
 pub use wait::{PATIENCE, eventually, within};
 pub use world::World;

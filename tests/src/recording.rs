@@ -53,7 +53,12 @@ impl Recording {
 
     /// Writes a bag.
     pub fn write(&self, bag: &Path) {
-        let mut writer = BagWriter::create(bag, BagOptions::default()).expect("a new bag");
+        self.write_as(bag, BagOptions::default());
+    }
+
+    /// Writes a bag with options.
+    pub fn write_as(&self, bag: &Path, options: BagOptions) {
+        let mut writer = BagWriter::create(bag, options).expect("a new bag");
         for topic in &self.topics {
             writer.add_topic(topic).expect("a topic");
         }
@@ -121,6 +126,15 @@ impl Recording {
         let mut message = cdr::decode(&record.data).expect("a message");
         change(&mut message);
         record.data = cdr::encode(&message).expect("CDR");
+    }
+
+    /// The same with the topics of these names only.
+    pub fn only(mut self, topics: &[&str]) -> Self {
+        self.topics
+            .retain(|topic| topics.contains(&topic.name.as_str()));
+        self.records
+            .retain(|record| topics.contains(&record.topic.as_str()));
+        self
     }
 
     /// The same without one topic.

@@ -10,15 +10,16 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::RosNode;
-use lgvi_middleware::shm::ShmOptions;
+use lgvi_middleware::shm::{ShmNode, ShmOptions};
 use lgvi_middleware::{Environment, NodeArgs};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
 
+use crate::binaries::lgvi;
 use crate::domain::Domain;
 use crate::process::Printed;
-use crate::{Process, binary};
+use crate::{Build, Process, binary};
 
 /// Variables with these prefixes would reach into the world from outside.
 const FOREIGN: [&str; 5] = ["ROS_", "RMW_", "LGVI_", "CYCLONEDDS_", "RUST_LOG"];
@@ -69,6 +70,15 @@ impl World {
         RosNode::new(&args, &self.environment()).expect("a ROS node")
     }
 
+    /// A node of shared memory in this process.
+    pub fn shm_node(&self, name: &str) -> ShmNode {
+        let options = ShmOptions {
+            domain_id: self.domain.id,
+            root: Some(self.shared_memory_root()),
+        };
+        ShmNode::new(name, &options).expect("a node of shared memory")
+    }
+
     /// A command that knows no other world.
     pub fn command(&self, program: &Path) -> Command {
         let mut command = Command::new(program);
@@ -100,7 +110,16 @@ impl World {
 
     /// Starts `lgvi` with arguments.
     pub fn lgvi<A: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = A>) -> Process {
-        let mut command = self.command(&binary("lgvi"));
+        self.lgvi_by(Build::Tests, arguments)
+    }
+
+    /// Starts a build of `lgvi` with arguments.
+    pub fn lgvi_by<A: AsRef<OsStr>>(
+        &self,
+        build: Build,
+        arguments: impl IntoIterator<Item = A>,
+    ) -> Process {
+        let mut command = self.command(&lgvi(build));
         command.args(arguments);
         self.start("lgvi", command)
     }

@@ -237,7 +237,7 @@ fn output_that_nobody_takes_is_no_panic() {
     };
     let full = File::create("/dev/full").expect("/dev/full");
     let (code, stderr) = verify(full.into());
-    assert_eq!(code, Some(1), "{stderr}");
+    assert_eq!(code, Some(2), "{stderr}");
     assert!(
         stderr.starts_with("lgvi: cannot write to standard output: "),
         "{stderr}"

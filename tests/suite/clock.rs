@@ -142,7 +142,7 @@ fn a_replayed_flights_time_leads_another_flight_through_the_same_states() {
     let topics = "topics:=[/follower/scene=lgvi_msgs/msg/Scene, \
                   /follower/flown_control=lgvi_msgs/msg/ControlSequence]";
     let states = "states:=[/follower/state]";
-    let recorder = world.node("recorder", &[&output, topics, states, "use_sim_time:=true"]);
+    let recorder = world.node("recorder", &[&output, topics, states, "log_time:=stamp"]);
     recorder.await_ready();
     let scene = parameter("scene", &lgvi_tests::scene("inclination_change"));
     let controls = "~/control_sequence:=/lgvi_propagator/flown_control";

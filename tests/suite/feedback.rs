@@ -146,7 +146,7 @@ fn without_feedback_the_sequence_is_flown_and_recorded_in_open_loop() {
     let topics = "topics:=[/lgvi_propagator/scene=lgvi_msgs/msg/Scene, \
                   /lgvi_propagator/flown_control=lgvi_msgs/msg/ControlSequence, \
                   /lgvi_propagator/invariants=lgvi_msgs/msg/Invariants]";
-    let recorder = world.node("recorder", &[&output, topics, "use_sim_time:=true"]);
+    let recorder = world.node("recorder", &[&output, topics, "log_time:=stamp"]);
     recorder.await_ready();
     let scene = format!("scene:={}", disturbed(&world).display());
     let parameters = [&scene, "real_time_factor:=0.0", "feedback:=false"];

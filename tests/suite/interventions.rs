@@ -44,7 +44,7 @@ impl Flight {
              '{FLOWN}=lgvi_msgs/msg/ControlSequence', '{INTERVENTION}=lgvi_msgs/msg/Intervention', \
              '/lgvi_propagator/invariants=lgvi_msgs/msg/Invariants']"
         );
-        let recorder = world.node("recorder", &[&output, &topics, "use_sim_time:=true"]);
+        let recorder = world.node("recorder", &[&output, &topics, "log_time:=stamp"]);
         recorder.await_ready();
         let operator = world.operator("lgvi_propagator");
         let states = operator

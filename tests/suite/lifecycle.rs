@@ -253,7 +253,7 @@ fn a_flight_that_was_interrupted_goes_on_bit_for_bit() {
     );
     let bag = world.path("bag");
     let output = format!("output:={}", bag.display());
-    let recorder = world.node("recorder", &[&output, "use_sim_time:=true"]);
+    let recorder = world.node("recorder", &[&output, "log_time:=stamp"]);
     recorder.await_ready();
     let scene = format!("scene:={}", scene.display());
     let parameters = [MANAGED, &scene, "ros_every:=10", "await_subscribers:=1"];

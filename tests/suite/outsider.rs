@@ -42,7 +42,7 @@ fn the_propagator_flies_a_strangers_controls_and_the_stranger_sees_every_bit_of_
     let topics = "topics:=[/lgvi_propagator/scene=lgvi_msgs/msg/Scene, \
                   /lgvi_propagator/flown_control=lgvi_msgs/msg/ControlSequence, \
                   /lgvi_propagator/invariants=lgvi_msgs/msg/Invariants]";
-    let recorder = world.node("recorder", &[&output, topics, "use_sim_time:=true"]);
+    let recorder = world.node("recorder", &[&output, topics, "log_time:=stamp"]);
     recorder.await_ready();
     let scene = format!("scene:={}", scene.display());
     let propagator = world.node(

@@ -75,9 +75,16 @@ fn kill_in_flight(world: &World, node: &str) -> Summary {
     kill(Pid::from_raw(pid), Signal::SIGKILL).unwrap();
     let summary: Summary = flight.finish().expect(1).json();
     let message = &summary.failure.as_ref().unwrap().message;
+    let hint = match node {
+        "recorder" => format!(
+            "; what was recorded can be got back with lgvi recover {}",
+            world.path("flight").display()
+        ),
+        _ => String::new(),
+    };
     assert_eq!(
         *message,
-        format!("{node}: ended before the flight was over")
+        format!("{node}: ended before the flight was over{hint}")
     );
     assert_eq!(world.processes(), []);
     summary

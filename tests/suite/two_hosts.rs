@@ -115,7 +115,7 @@ fn events(stdout: &str) -> impl DoubleEndedIterator<Item = Event> {
 fn recorded(recorder: &Process, topic: &str) -> (u64, u64) {
     let stdout = recorder.stdout();
     let mut counts = events(&stdout).filter_map(|event| match event {
-        Event::Recording { messages, lost } => {
+        Event::Recording { messages, lost, .. } => {
             Some((messages.get(topic).copied().unwrap_or(0), lost))
         }
         _ => None,

@@ -45,6 +45,7 @@ impl Sample {
             type_name: M::TYPE_NAME.to_owned(),
             type_hash: M::TYPE_HASH.to_owned(),
             definition: M::DEFINITION.to_owned(),
+            definition_encoding: lgvi_bag::ROS2MSG.to_owned(),
             qos,
         };
         let id = self.bag.add_topic(&topic)?;

@@ -1,6 +1,5 @@
-use std::{io, path::PathBuf, str::Utf8Error};
+use std::{collections::BTreeMap, io, path::PathBuf, str::Utf8Error};
 
-use mcap::McapError;
 use thiserror::Error;
 
 /// Why a bag cannot be written.
@@ -44,17 +43,54 @@ pub enum WriteError {
         /// What the system says.
         source: io::Error,
     },
-    /// The MCAP file could not be written on; what was flushed before stays readable.
-    #[error("{path}: {source}", path = .path.display())]
-    Mcap {
-        /// The bag's file.
+    /// A bag that was being written could not be written on.
+    #[error("{path}: {source}; {rest}", path = .path.display())]
+    Failed {
+        /// File or directory.
         path: PathBuf,
-        /// What the MCAP writer says.
-        source: McapError,
+        /// What the system says.
+        source: io::Error,
+        /// What is left of the bag.
+        rest: Rest,
+    },
+    /// The bag was closed after an earlier error.
+    #[error("{path}: takes no more messages after an earlier error", path = .path.display())]
+    Ended {
+        /// The bag's directory.
+        path: PathBuf,
+    },
+    /// MCAP numbers topics with 16 bits.
+    #[error("topic {topic}: a bag has at most 65535 topics")]
+    TooManyTopics {
+        /// The topic that was to be added.
+        topic: String,
     },
     /// Metadata could not be rendered.
     #[error("cannot render bag metadata: {0}")]
     Yaml(#[from] serde_yaml_ng::Error),
+}
+
+/// What is left of a bag that could not be written on.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Rest {
+    /// A complete bag of what was written before.
+    #[error("the bag is closed without the last {lost} messages")]
+    Closed {
+        /// Messages taken that are not in it.
+        lost: u64,
+    },
+    /// A bag without its end.
+    #[error(
+        "the bag could not be closed: what was written can be got back with lgvi recover {bag}",
+        bag = .bag.display()
+    )]
+    Unclosed {
+        /// The bag's directory.
+        bag: PathBuf,
+    },
+    /// Nothing where it was: it was deleted or moved.
+    #[error("the bag has been deleted or moved while it was written")]
+    Gone,
 }
 
 /// Why a bag cannot be read.
@@ -69,12 +105,10 @@ pub enum BagError {
         source: io::Error,
     },
     /// A directory that is no bag.
-    #[error("{path}: found {found} .mcap files and no metadata.yaml, expected metadata.yaml or a single .mcap file", path = .path.display())]
+    #[error("{path}: no bag: expected metadata.yaml or .mcap files in it", path = .path.display())]
     NoBag {
         /// The directory.
         path: PathBuf,
-        /// Number of MCAP files in it.
-        found: usize,
     },
     /// `metadata.yaml` is not what rosbag2 writes.
     #[error("{file}: {source}", file = .file.display())]
@@ -96,11 +130,14 @@ pub enum BagError {
     },
     /// The bag is stored in another format than MCAP.
     #[error(
-        "{file}: storage_identifier is {found:?}, expected \"mcap\"; convert the bag: ros2 bag convert -i <bag> -o <options.yaml> with storage_id: mcap",
-        file = .file.display()
+        "{file}: storage is {found:?}, expected \"mcap\"; convert the bag: {tool}",
+        file = .file.display(),
+        tool = if found.starts_with("ROS 1") { "rosbags-convert (PyPI rosbags)" } else {
+            "ros2 bag convert -i <bag> -o <options.yaml> with storage_id: mcap"
+        }
     )]
     Storage {
-        /// The metadata file.
+        /// The metadata file, or the file of the other storage.
         file: PathBuf,
         /// The storage found, as `sqlite3`.
         found: String,
@@ -118,13 +155,21 @@ pub enum BagError {
         /// As `zstd`.
         format: String,
     },
-    /// The chunks of an MCAP file are compressed in a way that this crate does not know.
-    #[error("{file}: chunk compression is {found:?}, expected none or \"zstd\"; convert the file: mcap compress", file = .file.display())]
-    ChunkCompression {
+    /// A file of the bag lies, as the metadata has it, outside of the bag's directory.
+    #[error("{file}: lists {listed:?}, expected a path within the bag's directory", file = .file.display())]
+    Outside {
+        /// The metadata file.
+        file: PathBuf,
+        /// The path it lists.
+        listed: String,
+    },
+    /// Too many messages would have to be in memory to bring them into the order of their log times.
+    #[error("{file}: chunks that overlap in time hold more than {limit} bytes; sort the file: mcap sort", file = .file.display())]
+    Overlap {
         /// The file.
         file: PathBuf,
-        /// The compression found, as `lz4`.
-        found: String,
+        /// Bytes that are held at most.
+        limit: usize,
     },
     /// `metadata.yaml` and the MCAP files disagree: messages were lost, or belong to another bag.
     #[error("{file}: message_count of {topic} is {expected}, but the bag's files hold {found}", file = .file.display())]
@@ -147,7 +192,10 @@ pub enum BagError {
         found: Vec<u8>,
     },
     /// The file ends before its end: the recorder was killed, or the file cut off.
-    #[error("{file}: truncated: expected {expected} at byte {offset} of {size}, found {found:02x?}", file = .file.display())]
+    #[error(
+        "{file}: truncated: expected {expected} at byte {offset} of {size}, found {found:02x?}; what is readable: lgvi recover",
+        file = .file.display()
+    )]
     Truncated {
         /// The file.
         file: PathBuf,
@@ -160,12 +208,6 @@ pub enum BagError {
         /// The file's size.
         size: u64,
     },
-    /// The file was made without the summary from which topics and indexes are read.
-    #[error("{file}: has no summary section; rebuild it: mcap recover", file = .file.display())]
-    NoSummary {
-        /// The file.
-        file: PathBuf,
-    },
     /// The MCAP file is not of ROS 2.
     #[error("{file}: profile is {found:?}, expected {expected:?}", file = .file.display())]
     Profile {
@@ -174,20 +216,6 @@ pub enum BagError {
         /// The profile found.
         found: String,
         /// The profile of ROS 2.
-        expected: &'static str,
-    },
-    /// A topic's messages or definition are in an encoding that this crate does not know.
-    #[error("{file}: {field} of {topic} is {found:?}, expected {expected:?}", file = .file.display())]
-    Encoding {
-        /// The file.
-        file: PathBuf,
-        /// The topic.
-        topic: String,
-        /// What has the encoding.
-        field: &'static str,
-        /// The encoding found.
-        found: String,
-        /// The encoding known.
         expected: &'static str,
     },
     /// A topic's quality of service is not what rosbag2 writes.
@@ -215,9 +243,86 @@ pub enum BagError {
 /// What is wrong with bytes of an MCAP file.
 #[derive(Debug, Error)]
 pub enum Damage {
-    /// Checksums, lengths or compressed data are wrong.
-    #[error(transparent)]
-    Mcap(#[from] McapError),
+    /// A checksum does not match.
+    #[error("checksum of the {of} is {calculated:08x}, saved is {saved:08x}")]
+    Checksum {
+        /// What it is of.
+        of: &'static str,
+        /// What the file says.
+        saved: u32,
+        /// What it is.
+        calculated: u32,
+    },
+    /// A record is longer than any that is read.
+    #[error("record {opcode:#04x} is of {length} bytes, expected at most {limit}")]
+    TooLong {
+        /// Its operation code.
+        opcode: u8,
+        /// Its length.
+        length: u64,
+        /// The longest that is read.
+        limit: usize,
+    },
+    /// A chunk is compressed in a way that this crate does not know.
+    #[error(
+        "chunk compression is {found:?}, expected none, \"lz4\" or \"zstd\"; convert the file: mcap compress"
+    )]
+    Compression {
+        /// The compression found.
+        found: String,
+    },
+    /// Compressed data is damaged.
+    #[error("cannot be decompressed: {source}")]
+    Unpack {
+        /// What the decompressor says.
+        source: io::Error,
+    },
+    /// A chunk holds another number of bytes than it says.
+    #[error("chunk holds {found} bytes, expected {expected}")]
+    ChunkLength {
+        /// What the chunk says.
+        expected: usize,
+        /// What it holds.
+        found: usize,
+    },
+    /// A file holds another number of messages than it says.
+    #[error("chunks hold {found} messages, expected {expected}")]
+    MessageCount {
+        /// What the file says.
+        expected: u64,
+        /// What its chunks hold.
+        found: u64,
+    },
+    /// Two channels have one id.
+    #[error("channel {channel} is of {first} and of {second}", first = .topics[0], second = .topics[1])]
+    OtherChannel {
+        /// The id.
+        channel: u16,
+        /// The topics of both.
+        topics: [String; 2],
+    },
+    /// A message has a log time that its chunk index excludes.
+    #[error(
+        "message {sequence} is logged at {log_time} ns, its chunk is of {start} ns to {end} ns"
+    )]
+    OutOfTime {
+        /// The message's sequence number.
+        sequence: u32,
+        /// Its log time (ns).
+        log_time: u64,
+        /// First log time of the chunk (ns).
+        start: u64,
+        /// Last log time of the chunk (ns).
+        end: u64,
+    },
+    /// A file has fewer messages than it says are repeated.
+    #[error("{expected} messages are repeated, of which {left:?} are missing")]
+    RepeatedMissing {
+        /// Number of messages that the file says are repeated.
+        expected: u64,
+        /// Those not found, by topic.
+        left: BTreeMap<String, u64>,
+    },
     /// A record ends within a field.
     #[error("{record} record: a field needs {needed} bytes, {left} are left")]
     Short {
@@ -258,6 +363,34 @@ pub enum Damage {
         /// Bytes found instead.
         found: Vec<u8>,
     },
+    /// Where an index points to is no such metadata record.
+    #[error("expected the metadata record {expected:?}")]
+    NoMetadata {
+        /// The record's name.
+        expected: &'static str,
+    },
+    /// A metadata record has a text where a count belongs.
+    #[error("metadata record: {key} is {value:?}, expected a count")]
+    NotCount {
+        /// The entry's key.
+        key: String,
+        /// Its value.
+        value: String,
+    },
+    /// The first messages of a file are not those that it says are repeated.
+    #[error(
+        "message {index} of the file is of {topic}, expected one of the {expected} repeated messages: {left:?} are missing"
+    )]
+    NotRepeated {
+        /// Index of the message.
+        index: usize,
+        /// Its topic.
+        topic: String,
+        /// Number of messages that the file says are repeated.
+        expected: u64,
+        /// Those not found, by topic.
+        left: BTreeMap<String, u64>,
+    },
     /// A channel has a schema that the file does not have.
     #[error("channel {channel} has schema {schema}, which is not in the file")]
     UnknownSchema {
@@ -267,7 +400,7 @@ pub enum Damage {
         schema: u16,
     },
     /// A message has a channel that the file does not have.
-    #[error("message {sequence} has channel {channel}, which is not in the summary")]
+    #[error("message {sequence} has channel {channel}, which is not in the file")]
     UnknownChannel {
         /// The message's sequence number.
         sequence: u32,

@@ -17,6 +17,7 @@
 //!     type_name: SystemState::TYPE_NAME.to_owned(),
 //!     type_hash: SystemState::TYPE_HASH.to_owned(),
 //!     definition: SystemState::DEFINITION.to_owned(),
+//!     definition_encoding: lgvi_bag::ROS2MSG.to_owned(),
 //!     qos: Qos::default(),
 //! })?;
 //! let state = SystemState { step: 7, ..SystemState::default() };
@@ -34,20 +35,26 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod directory;
 mod error;
-mod mcap_file;
 mod metadata;
+mod new_directory;
 mod qos;
-mod reader;
+mod read;
 mod records;
+mod recover;
+mod regular;
 mod topic;
-mod writer;
+mod write;
+mod yaml;
 
-pub use error::{BagError, Damage, WriteError};
+pub use error::{BagError, Damage, Rest, WriteError};
+pub use new_directory::NewDirectory;
 pub use qos::{Durability, History, Qos, Reliability};
-pub use reader::{BagReader, Message, Messages};
-pub use topic::Topic;
-pub use writer::{BagOptions, BagSummary, BagWriter, Compression, TopicId};
+pub use read::{BagFile, BagReader, Chunks, Message, Messages};
+pub use recover::{LeftOut, RecoverError, RecoveredFile, Recovery, recover, recover_in_place};
+pub use topic::{LeftOutTopic, Topic};
+pub use write::{BagOptions, BagSummary, BagWriter, Compression, TopicId};
 
 /// Name of rosbag2's description of a bag inside the bag's directory.
 const METADATA_FILE: &str = "metadata.yaml";
@@ -55,8 +62,12 @@ const METADATA_FILE: &str = "metadata.yaml";
 /// Encoding of all messages.
 const SERIALIZATION_FORMAT: &str = "cdr";
 
-/// Encoding of all message definitions.
-const SCHEMA_ENCODING: &str = "ros2msg";
+/// Encoding of message definitions as texts of `.msg` files.
+pub const ROS2MSG: &str = "ros2msg";
+
+/// Name of the MCAP metadata record that tells which messages are repeated from an earlier file of the bag: topics and
+/// how many of their first messages are.
+const REPEATED: &str = "lgvi_repeated";
 
 /// MCAP profile of ROS 2 bags.
 const PROFILE: &str = "ros2";

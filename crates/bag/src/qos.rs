@@ -1,8 +1,10 @@
 use serde::{Deserialize, Serialize};
 
+use crate::yaml;
+
 /// Quality of service of a publisher, as far as it decides what a late or slow reader gets.
 ///
-/// Policies that lgvi does not tell apart (unknown, system default) are read as the default of ROS 2.
+/// Policies that are unknown or a system's default are read as the default of ROS 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
     /// Whether lost samples are sent again.
@@ -11,7 +13,7 @@ pub struct Qos {
     pub durability: Durability,
     /// Which samples are kept for that.
     pub history: History,
-    /// Number of samples kept with [`History::KeepLast`].
+    /// Number of samples kept with [`History::KeepLast`]; 0 where it is unknown.
     pub depth: u32,
 }
 
@@ -43,6 +45,8 @@ pub enum History {
     KeepLast,
     /// All.
     KeepAll,
+    /// Discovery does not tell. It is written so, and read as the default of ROS 2.
+    Unknown,
 }
 
 impl Default for Qos {
@@ -57,6 +61,14 @@ impl Default for Qos {
 }
 
 impl Qos {
+    /// How many samples late joiners are taken to get: the depth, or that of ROS 2's default where it is unknown.
+    pub fn assumed_depth(&self) -> u32 {
+        match self.history {
+            History::Unknown => Self::default().depth,
+            History::KeepLast | History::KeepAll => self.depth.max(1),
+        }
+    }
+
     /// The profile as rosbag2 writes it into `metadata.yaml`.
     pub(crate) fn profile(&self) -> Profile {
         let name = |name: &str| Policy::Name(name.to_owned());
@@ -64,6 +76,7 @@ impl Qos {
             history: name(match self.history {
                 History::KeepLast => "keep_last",
                 History::KeepAll => "keep_all",
+                History::Unknown => "unknown",
             }),
             depth: self.depth,
             reliability: name(match self.reliability {
@@ -87,15 +100,38 @@ impl Qos {
         serde_yaml_ng::to_string(&[self.profile()])
     }
 
-    /// Reads the first profile of an MCAP channel's metadata, of rosbag2 metadata version 4 to 9.
+    /// Reads the profiles of an MCAP channel's metadata, of rosbag2 metadata version 4 to 9: one for each publisher, of
+    /// which the strongest suits every subscriber that any of them suited.
     pub(crate) fn from_yaml(text: &str) -> Result<Self, serde_yaml_ng::Error> {
         if text.trim().is_empty() {
             return Ok(Self::default());
         }
-        let profiles: Vec<Profile> = serde_yaml_ng::from_str(text)?;
-        Ok(profiles
-            .first()
-            .map_or_else(Self::default, Self::from_profile))
+        let profiles: Vec<Profile> = yaml::read(text)?;
+        let profiles = profiles.iter().map(Self::from_profile);
+        Ok(profiles.reduce(Self::strongest).unwrap_or_default())
+    }
+
+    /// Each policy of the one that offers more.
+    pub(crate) fn strongest(self, other: Self) -> Self {
+        let any = |found: fn(&Self) -> bool| found(&self) || found(&other);
+        Self {
+            reliability: if any(|qos| qos.reliability == Reliability::Reliable) {
+                Reliability::Reliable
+            } else {
+                Reliability::BestEffort
+            },
+            durability: if any(|qos| qos.durability == Durability::TransientLocal) {
+                Durability::TransientLocal
+            } else {
+                Durability::Volatile
+            },
+            history: if any(|qos| qos.history == History::KeepAll) {
+                History::KeepAll
+            } else {
+                History::KeepLast
+            },
+            depth: self.depth.max(other.depth),
+        }
     }
 
     fn from_profile(profile: &Profile) -> Self {
@@ -209,6 +245,30 @@ mod tests {
   avoid_ros_namespace_conventions: false
 ";
         assert_eq!(Qos::default().to_yaml().unwrap(), expected);
+    }
+
+    #[test]
+    fn what_discovery_does_not_tell_is_unknown() {
+        let qos = Qos {
+            history: History::Unknown,
+            depth: 0,
+            ..Qos::default()
+        };
+        let text = qos.to_yaml().unwrap();
+        assert!(
+            text.starts_with("- history: unknown\n  depth: 0\n"),
+            "{text}"
+        );
+        assert_eq!(Qos::from_yaml(&text).unwrap(), Qos::default());
+        assert_eq!(qos.assumed_depth(), Qos::default().depth);
+        assert_eq!(
+            Qos {
+                depth: 0,
+                ..Qos::default()
+            }
+            .assumed_depth(),
+            1
+        );
     }
 
     #[test]

@@ -14,6 +14,13 @@ pub(crate) struct Header {
 pub(crate) struct Footer {
     /// Zero if there is no summary.
     pub summary_start: u64,
+    /// Zero if it was not computed.
+    pub summary_checksum: u32,
+}
+
+pub(crate) struct DataEnd {
+    /// Zero if it was not computed.
+    pub checksum: u32,
 }
 
 pub(crate) struct Schema {
@@ -23,6 +30,7 @@ pub(crate) struct Schema {
     pub data: Vec<u8>,
 }
 
+#[derive(Clone)]
 pub(crate) struct Channel {
     pub id: u16,
     /// Zero if it has none.
@@ -32,23 +40,51 @@ pub(crate) struct Channel {
     pub metadata: BTreeMap<String, String>,
 }
 
-pub(crate) struct Message {
+pub(crate) struct MessageHeader {
     pub channel: u16,
     pub sequence: u32,
     pub log_time: u64,
     pub publish_time: u64,
-    pub data: Vec<u8>,
+}
+
+pub(crate) struct ChunkHeader {
+    /// Of the records (bytes).
+    pub length: u64,
+    /// Of the records; zero if it was not computed.
+    pub checksum: u32,
+    pub compression: String,
+    /// Bytes in the file.
+    pub packed_length: u64,
 }
 
 pub(crate) struct ChunkIndex {
     /// No message of the chunk is earlier (ns).
     pub start_time: u64,
+    /// No message of the chunk is later (ns).
+    pub end_time: u64,
     pub offset: u64,
     pub length: u64,
+    /// Channels of which the chunk's messages are indexed.
+    pub channels: Vec<u16>,
+    pub compression: String,
+    pub packed_length: u64,
+    pub unpacked_length: u64,
+}
+
+pub(crate) struct Metadata {
+    pub name: String,
+    pub entries: BTreeMap<String, String>,
+}
+
+pub(crate) struct MetadataIndex {
+    pub offset: u64,
+    pub length: u64,
+    pub name: String,
 }
 
 pub(crate) struct Statistics {
     pub message_count: u64,
+    pub chunk_count: u32,
     pub start_time: u64,
     pub end_time: u64,
     /// Number of messages of each channel that has any.
@@ -65,8 +101,20 @@ impl Header {
 
 impl Footer {
     pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+        let mut fields = Fields::new("footer", body);
+        let summary_start = fields.u64()?;
+        let _offsets_start = fields.u64()?;
         Ok(Self {
-            summary_start: Fields::new("footer", body).u64()?,
+            summary_start,
+            summary_checksum: fields.u32()?,
+        })
+    }
+}
+
+impl DataEnd {
+    pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+        Ok(Self {
+            checksum: Fields::new("data end", body).u32()?,
         })
     }
 }
@@ -96,15 +144,41 @@ impl Channel {
     }
 }
 
-impl Message {
-    pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+impl MessageHeader {
+    pub const LENGTH: usize = 2 + 4 + 8 + 8;
+
+    /// The header of a message, and its data.
+    pub fn parse(body: &[u8]) -> Result<(Self, &[u8]), Damage> {
         let mut fields = Fields::new("message", body);
-        Ok(Self {
+        let header = Self {
             channel: fields.u16()?,
             sequence: fields.u32()?,
             log_time: fields.u64()?,
             publish_time: fields.u64()?,
-            data: fields.left.to_vec(),
+        };
+        Ok((header, fields.left))
+    }
+}
+
+impl ChunkHeader {
+    /// Bytes before the compression's name.
+    pub const FIXED: usize = 8 + 8 + 8 + 4 + 4;
+
+    /// Length of the compression's name.
+    pub fn name_length(fixed: &[u8]) -> Result<usize, Damage> {
+        let mut fields = Fields::new("chunk", fixed);
+        fields.take(Self::FIXED - size_of::<u32>())?;
+        fields.u32().map(|length| length as usize)
+    }
+
+    pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+        let mut fields = Fields::new("chunk", body);
+        let [_start_time, _end_time] = [fields.u64()?, fields.u64()?];
+        Ok(Self {
+            length: fields.u64()?,
+            checksum: fields.u32()?,
+            compression: fields.string()?,
+            packed_length: fields.u64()?,
         })
     }
 }
@@ -112,12 +186,51 @@ impl Message {
 impl ChunkIndex {
     pub fn parse(body: &[u8]) -> Result<Self, Damage> {
         let mut fields = Fields::new("chunk index", body);
-        let start_time = fields.u64()?;
-        let _end_time = fields.u64()?;
+        let [start_time, end_time] = [fields.u64()?, fields.u64()?];
+        let [offset, length] = [fields.u64()?, fields.u64()?];
+        let indexes = fields.map(|entry| Ok((entry.u16()?, entry.u64()?)))?;
+        let _indexes_length = fields.u64()?;
         Ok(Self {
             start_time,
+            end_time,
+            offset,
+            length,
+            channels: indexes.into_keys().collect(),
+            compression: fields.string()?,
+            packed_length: fields.u64()?,
+            unpacked_length: fields.u64()?,
+        })
+    }
+}
+
+impl Metadata {
+    pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+        let mut fields = Fields::new("metadata", body);
+        Ok(Self {
+            name: fields.string()?,
+            entries: fields.map(|entry| Ok((entry.string()?, entry.string()?)))?,
+        })
+    }
+
+    /// The entries as numbers.
+    pub fn counts(self) -> Result<BTreeMap<String, u64>, Damage> {
+        let counts = self.entries.into_iter().map(|(key, value)| {
+            value
+                .parse()
+                .map(|count: u32| (key.clone(), count.into()))
+                .map_err(|_| Damage::NotCount { key, value })
+        });
+        counts.collect()
+    }
+}
+
+impl MetadataIndex {
+    pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+        let mut fields = Fields::new("metadata index", body);
+        Ok(Self {
             offset: fields.u64()?,
             length: fields.u64()?,
+            name: fields.string()?,
         })
     }
 }
@@ -127,10 +240,10 @@ impl Statistics {
         let mut fields = Fields::new("statistics", body);
         let message_count = fields.u64()?;
         let _schemas = fields.u16()?;
-        let [_channels, _attachments, _metadata, _chunks] =
-            [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
+        let [_channels, _attachments, _metadata] = [fields.u32()?, fields.u32()?, fields.u32()?];
         Ok(Self {
             message_count,
+            chunk_count: fields.u32()?,
             start_time: fields.u64()?,
             end_time: fields.u64()?,
             channel_message_counts: fields.map(|entry| Ok((entry.u16()?, entry.u64()?)))?,
@@ -139,13 +252,13 @@ impl Statistics {
 }
 
 /// The fields of a record that are still to be read.
-struct Fields<'a> {
+pub(crate) struct Fields<'a> {
     record: &'static str,
-    left: &'a [u8],
+    pub left: &'a [u8],
 }
 
 impl<'a> Fields<'a> {
-    fn new(record: &'static str, left: &'a [u8]) -> Self {
+    pub fn new(record: &'static str, left: &'a [u8]) -> Self {
         Self { record, left }
     }
 
@@ -167,15 +280,15 @@ impl<'a> Fields<'a> {
         Ok(array)
     }
 
-    fn u16(&mut self) -> Result<u16, Damage> {
+    pub fn u16(&mut self) -> Result<u16, Damage> {
         self.array().map(u16::from_le_bytes)
     }
 
-    fn u32(&mut self) -> Result<u32, Damage> {
+    pub fn u32(&mut self) -> Result<u32, Damage> {
         self.array().map(u32::from_le_bytes)
     }
 
-    fn u64(&mut self) -> Result<u64, Damage> {
+    pub fn u64(&mut self) -> Result<u64, Damage> {
         self.array().map(u64::from_le_bytes)
     }
 
@@ -184,7 +297,7 @@ impl<'a> Fields<'a> {
         self.take(length as usize)
     }
 
-    fn string(&mut self) -> Result<String, Damage> {
+    pub fn string(&mut self) -> Result<String, Damage> {
         let text = std::str::from_utf8(self.bytes()?);
         text.map(str::to_owned).map_err(|source| Damage::NotUtf8 {
             record: self.record,
@@ -192,7 +305,7 @@ impl<'a> Fields<'a> {
         })
     }
 
-    fn map<K: Ord, V>(
+    pub fn map<K: Ord, V>(
         &mut self,
         mut entry: impl FnMut(&mut Self) -> Result<(K, V), Damage>,
     ) -> Result<BTreeMap<K, V>, Damage> {

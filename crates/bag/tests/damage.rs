@@ -45,7 +45,14 @@ static ALONE: Mutex<()> = Mutex::new(());
 const LARGEST_ALLOWED: usize = 2 * (64 << 20);
 
 fn write_bag(directory: &Path, compression: Compression) -> Vec<Read> {
-    let mut writer = BagWriter::create(directory, BagOptions { compression }).unwrap();
+    let mut writer = BagWriter::create(
+        directory,
+        BagOptions {
+            compression,
+            ..BagOptions::default()
+        },
+    )
+    .unwrap();
     let id = writer.add_topic(&topic("/a", Qos::default())).unwrap();
     for sequence in 0..300 {
         writer
@@ -101,7 +108,8 @@ fn damaged_bags() {
             );
         }
 
-        // Few flips go unnoticed: those in what is not read (indexes of messages, the library's name).
+        // Few flips go unnoticed: those in what is not read (indexes of messages, the library's name, topics and
+        // definitions before the first chunk, which are read from the summary).
         let mut noticed = 0;
         for seed in 0..500 {
             let mut damaged = bytes.clone();
@@ -111,7 +119,7 @@ fn damaged_bags() {
             let case = format!("bit {} of byte {position}", random >> 61);
             noticed += usize::from(check(&directory, &file, &damaged, &original, &case).is_err());
         }
-        assert!(noticed > 350, "{compression:?}: {noticed}");
+        assert!(noticed > 300, "{compression:?}: {noticed}");
         fs::write(&file, &bytes).unwrap();
     }
 }

@@ -45,7 +45,10 @@ fn messages_topics_and_custom_data() {
         // Several chunks.
         write_bag(
             &directory,
-            BagOptions { compression },
+            BagOptions {
+                compression,
+                ..BagOptions::default()
+            },
             (0..20_000).map(|k| 1_000 + k),
         );
 

@@ -34,6 +34,8 @@ pub(crate) enum BenchError {
     Peer(String),
     #[error("{0}")]
     Nodes(String),
+    #[error("writing bags: {0}")]
+    Bag(String),
     #[error("no plan: {0}")]
     Plan(String),
     #[error("{0}")]

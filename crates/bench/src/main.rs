@@ -6,6 +6,7 @@
 #![allow(clippy::print_stdout)]
 
 mod auto;
+mod bag;
 mod clock;
 mod corrected;
 mod cost;
@@ -22,6 +23,7 @@ mod peer;
 mod picture;
 mod planner;
 mod precision;
+mod recording;
 mod run;
 
 use std::path::PathBuf;
@@ -82,8 +84,13 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
+    /// Writing bags, beside the crate mcap alone.
+    Bag,
     /// What the propagator costs by who listens; needs `cargo build -p lgvi` of the same profile.
     Laziness(laziness::Options),
+    /// What the recorder costs at 10 kHz, and from which rate on states are lost; needs `cargo build -p lgvi` of the same
+    /// profile.
+    Recording(recording::Options),
     /// How far disturbed flights of a plan miss, with and without feedback and new plans on the way.
     Feedback {
         /// Flights of each kind.
@@ -118,7 +125,9 @@ fn main() -> Result<(), BenchError> {
         }
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
         Command::Maneuvers { count, seed } => maneuvers::run(count, seed, &arguments.images),
+        Command::Bag => bag::run(repeats),
         Command::Laziness(options) => laziness::run(&options),
+        Command::Recording(options) => recording::run(&options),
         Command::Feedback { flights, intervals } => {
             feedback::run(flights, intervals, &arguments.images)
         }

@@ -1,6 +1,10 @@
 //! The command line of a ROS 2 node: what stands between `--ros-args` and `--`.
 
-use std::{fs, io, path::PathBuf};
+use std::{
+    fs::File,
+    io::{self, Read},
+    path::PathBuf,
+};
 
 use serde_yaml_ng::Value;
 
@@ -290,9 +294,22 @@ fn refuse(argument: &'static str, value: String, reason: &'static str) -> Result
     })
 }
 
+/// Bytes of the longest parameter file: what is longer is none, and a device may have no end.
+const LONGEST_FILE: u64 = 4 << 20;
+
 fn read_file(path: PathBuf, node: &str) -> Result<Vec<(String, Value)>, ArgsError> {
-    match fs::read_to_string(&path) {
+    let read = || {
+        let mut text = String::new();
+        let file = File::open(&path)?;
+        file.take(LONGEST_FILE + 1).read_to_string(&mut text)?;
+        Ok(text)
+    };
+    match read() {
         Err(source) => Err(ArgsError::ReadFile { path, source }),
+        Ok(text) if text.len() as u64 > LONGEST_FILE => {
+            let reason = format!("it is longer than {LONGEST_FILE} bytes");
+            Err(ArgsError::ParseFile { path, reason })
+        }
         Ok(text) => {
             params_file::read(&text, node).map_err(|reason| ArgsError::ParseFile { path, reason })
         }

@@ -6,12 +6,18 @@
 //! - [`shm`]: states and controls over shared memory, on one host.
 //! - [`log`], [`Shutdown`], [`report`]: logging, signals, and the channel to the process that started a node.
 
+#![cfg_attr(
+    not(feature = "transport"),
+    allow(dead_code, reason = "services of parameters go by DDS")
+)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod args;
 mod assignment;
+#[cfg(feature = "transport")]
 mod block;
 mod environment;
+#[cfg(feature = "transport")]
 pub mod log;
 mod log_settings;
 mod names;
@@ -19,9 +25,13 @@ pub mod parameters;
 mod params_file;
 mod remap;
 pub mod report;
+#[cfg(feature = "transport")]
 pub mod ros;
+#[cfg(feature = "transport")]
 pub mod shm;
+#[cfg(feature = "transport")]
 mod shutdown;
+#[cfg(feature = "transport")]
 mod wall;
 mod yaml;
 
@@ -33,4 +43,5 @@ pub use parameters::{
     Change as ParameterChange, Given, ParameterError, ParameterKind, ParameterSpec, ParameterType,
     ParameterValue, Parameters,
 };
+#[cfg(feature = "transport")]
 pub use shutdown::Shutdown;

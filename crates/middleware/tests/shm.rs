@@ -21,7 +21,7 @@ use tempfile::TempDir;
 
 const TOPIC: &str = "/lgvi_propagator/state";
 const PATIENCE: Duration = Duration::from_secs(20);
-const BUFFER: usize = 1024;
+const BUFFER: usize = 8192;
 
 /// A directory of its own. iceoryx2 keeps a counter of 16 bytes in /dev/shm for good: it goes with the directory.
 struct World(TempDir);
@@ -240,6 +240,40 @@ fn lossless_delivery_waits_for_a_slow_subscriber() {
         }
     });
     assert_eq!(subscriber.lost(), 0);
+}
+
+#[test]
+fn lossless_delivery_waits_for_memory() {
+    /// So large that memory is for a quarter of a full buffer.
+    const BODIES: usize = 1024;
+    const COUNT: u64 = 3000;
+    let root = World::new();
+    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    let mut dropping = a
+        .state_publisher("/dropping", BODIES, Delivery::DropNewest)
+        .unwrap();
+    let _idle = b.state_subscriber("/dropping", BUFFER).unwrap();
+    let refused: usize = (0..COUNT)
+        .map(|sequence| send(&mut dropping, sequence).refused)
+        .sum();
+    assert!(
+        (1..1000).contains(&refused),
+        "{refused} of {COUNT}, which do not fill the buffer"
+    );
+
+    let delivery = Delivery::Lossless { patience: PATIENCE };
+    let mut publisher = a.state_publisher(TOPIC, BODIES, delivery).unwrap();
+    let mut subscriber = b.state_subscriber(TOPIC, BUFFER).unwrap();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            (0..COUNT).for_each(|sequence| _ = send(&mut publisher, sequence));
+            assert_eq!(publisher.lost(), 0);
+        });
+        thread::sleep(Duration::from_millis(100));
+        for sequence in 0..COUNT {
+            assert_eq!(receive_within(&mut subscriber, PATIENCE), Some(sequence));
+        }
+    });
 }
 
 #[test]

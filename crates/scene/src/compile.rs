@@ -141,9 +141,10 @@ fn bodies(files: &[BodyFile]) -> Result<Vec<NamedBody>, SceneError> {
         let expected = format!("1 to {MAX_BODIES} bodies");
         return Err(SceneError::value("bodies", files.len(), expected));
     }
+    let mut work = polyhedron::MOST_WORK;
     let mut bodies: Vec<NamedBody> = Vec::with_capacity(files.len());
     for (index, file) in files.iter().enumerate() {
-        let body = body::body(&format!("bodies[{index}]"), file)?;
+        let body = body::body(&format!("bodies[{index}]"), file, &mut work)?;
         if bodies.iter().any(|other| other.name == body.name) {
             let key = format!("bodies[{index}].name");
             return Err(SceneError::value(

@@ -98,6 +98,19 @@ pub struct Replan {
     pub deadline: f64,
 }
 
+impl Replan {
+    /// The step that the plan made at `step` begins at in a flight in lockstep with its planner, whose steps last
+    /// `step_size` (s): the one that real time would have reached by the deadline. `None` where no plan is made at `step`,
+    /// and where fewer than [`Replan::every`] steps, or two, would be left to it before the arrival at step `arrival`.
+    pub fn in_lockstep(&self, step: u64, step_size: f64, arrival: u64) -> Option<u64> {
+        let due = step > 0 && step.is_multiple_of(self.every);
+        let lead = (self.deadline / step_size).ceil().max(1.0) as u64;
+        let first_step = step.checked_add(lead)?;
+        let least = first_step.checked_add(self.every.max(2))?;
+        (due && least <= arrival).then_some(first_step)
+    }
+}
+
 impl Maneuver {
     /// What a control of one step `h` costs.
     pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
@@ -161,5 +174,28 @@ impl Scene {
             "the manoeuvre is planned in {planned} steps and flown by {method} with {substeps} substeps: \
              it will miss its target"
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn in_lockstep_a_plan_begins_where_real_time_would_be_at_its_deadline() {
+        let replan = Replan {
+            every: 10,
+            deadline: 0.25,
+        };
+        let begins = |step| replan.in_lockstep(step, 0.1, 60);
+        assert_eq!(begins(0), None, "the first plan is there");
+        assert_eq!(begins(9), None);
+        assert_eq!(begins(10), Some(13));
+        assert_eq!(begins(40), Some(43));
+        assert_eq!(begins(50), None, "7 steps would be left to it");
+        assert_eq!(replan.in_lockstep(40, 0.025, 60), Some(50));
+        assert_eq!(replan.in_lockstep(40, 0.024, 60), None);
+        assert_eq!(replan.in_lockstep(10, 1e300, u64::MAX), Some(11));
+        assert_eq!(replan.in_lockstep(10, 1e-300, u64::MAX), None);
     }
 }

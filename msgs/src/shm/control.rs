@@ -1,3 +1,4 @@
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{ConversionError, Limits, Name};
@@ -7,8 +8,9 @@ use crate::{geometry_msgs::Vector3, msg::ControlSequence, stamp, std_msgs::Heade
 ///
 /// Interval `k` acts from step `first_step + k` to `first_step + k + 1`.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("lgvi/ControlHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/ControlHeader"))]
 pub struct ControlHeader {
     /// The controlled body's name in the scene.
     pub body: Name,
@@ -22,8 +24,9 @@ pub struct ControlHeader {
 
 /// Force and moment held over one integration step.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("lgvi/ControlInterval")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/ControlInterval"))]
 pub struct ControlInterval {
     /// uᶠ: force, inertial frame (N).
     pub force: [f64; 3],

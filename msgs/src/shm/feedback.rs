@@ -1,3 +1,4 @@
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{BodySample, ControlHeader, ControlInterval, ConversionError};
@@ -11,8 +12,9 @@ const COLUMNS: usize = 12;
 
 /// Bounds of a control: each component in magnitude, and the norms. Infinity is no bound.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[type_name("lgvi/ControlLimits")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/ControlLimits"))]
 pub struct Limits {
     /// Of the force's components, inertial frame (N).
     pub force: [f64; 3],
@@ -27,8 +29,9 @@ pub struct Limits {
 /// Which body a control sequence with a feedback law acts on, when, and within which limits; user header of a slice of
 /// [`FeedbackInterval`].
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("lgvi/FeedbackHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/FeedbackHeader"))]
 pub struct FeedbackHeader {
     /// The sequence.
     pub control: ControlHeader,
@@ -39,8 +42,9 @@ pub struct FeedbackHeader {
 /// A control with its correction: `u = u* − K δz` over one integration step, where
 /// `δz = [x − x*, γ − γ*, log(R*ᵀR), Π − Π*]` at the start of the step.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("lgvi/FeedbackInterval")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/FeedbackInterval"))]
 pub struct FeedbackInterval {
     /// `u*`.
     pub control: ControlInterval,

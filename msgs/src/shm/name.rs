@@ -1,12 +1,14 @@
 use std::fmt;
 
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 use thiserror::Error;
 
 /// A body's name: up to 31 printable ASCII characters, padded with NUL. The default is no name.
 #[repr(C)]
-#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, ZeroCopySend)]
-#[type_name("lgvi/Name")]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/Name"))]
 pub struct Name([u8; 32]);
 
 /// A text that is no [`Name`].

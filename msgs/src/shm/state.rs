@@ -1,3 +1,4 @@
+#[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{ConversionError, Name, NameError};
@@ -9,8 +10,9 @@ use crate::{
 
 /// What all bodies of one state share; user header of a slice of [`BodySample`].
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("lgvi/StateHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/StateHeader"))]
 pub struct StateHeader {
     /// Counts the samples of one run from 0 without gaps: a gap is a loss.
     pub sequence: u64,
@@ -24,8 +26,9 @@ pub struct StateHeader {
 
 /// State of one body, as the integrator holds it.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("lgvi/BodySample")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "iceoryx2", derive(ZeroCopySend))]
+#[cfg_attr(feature = "iceoryx2", type_name("lgvi/BodySample"))]
 pub struct BodySample {
     /// The body's name in the scene.
     pub name: Name,
@@ -68,6 +71,32 @@ impl StateHeader {
             time: self.time,
             bodies: bodies.iter().map(BodyState::from).collect(),
         })
+    }
+
+    /// Makes `message` that of [`to_message`](Self::to_message) in its present frame. Where it has held a state of the
+    /// same bodies before, nothing is allocated.
+    ///
+    /// # Errors
+    /// A stamp that ROS time cannot hold.
+    pub fn update_message(
+        &self,
+        bodies: &[BodySample],
+        message: &mut SystemState,
+    ) -> Result<(), ConversionError> {
+        message.header.stamp = stamp::to_message(self.stamp_nanoseconds)?;
+        message.sequence = self.sequence;
+        message.step = self.step;
+        message.time = self.time;
+        message.bodies.resize_with(bodies.len(), BodyState::default);
+        for (body, sample) in message.bodies.iter_mut().zip(bodies) {
+            body.name.clear();
+            body.name.push_str(sample.name.as_str());
+            body.position = sample.position;
+            body.linear_momentum = sample.linear_momentum;
+            body.attitude = sample.attitude;
+            body.angular_momentum = sample.angular_momentum;
+        }
+        Ok(())
     }
 
     /// Takes a state from its message; the frame is the reader's to check.
@@ -190,6 +219,19 @@ mod tests {
             .map(|body| body.name.as_str())
             .collect();
         assert_eq!(names, ["chaser", "target"]);
+    }
+
+    #[test]
+    fn a_message_that_is_updated_is_as_one_that_is_made() {
+        let (header, bodies) = sample();
+        let mut message = StateHeader::default()
+            .to_message(&[bodies[1], bodies[0], bodies[1]], "inertial")
+            .unwrap();
+        header.update_message(&bodies, &mut message).unwrap();
+        let made = header.to_message(&bodies, "inertial").unwrap();
+        let mut appended = vec![7; 3];
+        cdr::encode_into(&mut appended, &message).unwrap();
+        assert_eq!(appended[3..], cdr::encode(&made).unwrap());
     }
 
     #[test]

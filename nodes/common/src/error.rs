@@ -29,10 +29,15 @@ impl NodeError {
 
     /// The code that the process exits with.
     pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.code())
+    }
+
+    /// The same as a number.
+    pub fn code(&self) -> u8 {
         match self {
-            Self::Input(_) => ExitCode::from(2),
-            Self::Runtime(_) => ExitCode::from(1),
-            Self::Interrupted => ExitCode::SUCCESS,
+            Self::Input(_) => 2,
+            Self::Runtime(_) => 1,
+            Self::Interrupted => 0,
         }
     }
 }

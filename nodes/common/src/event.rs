@@ -45,6 +45,12 @@ pub enum Event {
         messages: BTreeMap<String, u64>,
         /// Messages known to be missing.
         lost: u64,
+        /// How often receiving has waited for writing.
+        #[serde(default)]
+        waits: u64,
+        /// For how long in all (s).
+        #[serde(default)]
+        waited: f64,
     },
     /// The recorder has closed the bag.
     Recorded {
@@ -54,6 +60,12 @@ pub enum Event {
         messages: BTreeMap<String, u64>,
         /// Messages known to be missing.
         lost: u64,
+        /// How often receiving has waited for writing.
+        #[serde(default)]
+        waits: u64,
+        /// For how long in all (s).
+        #[serde(default)]
+        waited: f64,
     },
     /// The player has played the whole bag.
     Played {

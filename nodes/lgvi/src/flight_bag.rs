@@ -44,13 +44,13 @@ struct Given {
 impl FlightBag {
     /// Opens the bag and reads its scene and control sequences; every error is [`NodeError::Input`] and names the bag.
     pub(crate) fn open(path: &Path) -> Result<Self, NodeError> {
-        let reader = BagReader::open(path).map_err(|error| refuse(path, &error))?;
+        let reader = BagReader::open(path).map_err(NodeError::input)?;
         let topics = Topics::of(&reader).map_err(|error| refuse(path, &error))?;
         let Given {
             scene,
             sequences,
             interventions,
-        } = given(&reader, &topics).map_err(|error| refuse(path, &error))?;
+        } = given(path, &reader, &topics)?;
         let software = scene.software;
         let scene = Scene::parse(&scene.name, &scene.text).map_err(|error| refuse(path, &error))?;
         let path = path.to_owned();
@@ -132,7 +132,7 @@ impl FlightBag {
     /// are among those of others.
     pub(crate) fn states(&self) -> impl Iterator<Item = Result<SystemState, NodeError>> {
         self.reader.messages().filter_map(|message| match message {
-            Err(error) => Some(Err(self.refuse(&error))),
+            Err(error) => Some(Err(NodeError::input(error))),
             Ok(message) if message.topic.name == self.topics.state => {
                 Some(decode(&message).map_err(|error| self.refuse(&error)))
             }
@@ -189,22 +189,23 @@ fn decode<M: RosMessage>(message: &Message<'_>) -> Result<M, String> {
         .map_err(|error| format!("{name} at {} ns: {error}", message.log_time))
 }
 
-fn given(bag: &BagReader, topics: &Topics) -> Result<Given, String> {
+fn given(path: &Path, bag: &BagReader, topics: &Topics) -> Result<Given, NodeError> {
+    let refused = |error: String| refuse(path, &error);
     let mut scene = None;
     let (mut sequences, mut interventions) = (Vec::new(), Vec::new());
     for message in bag.messages() {
-        let message = message.map_err(|error| error.to_string())?;
+        let message = message.map_err(NodeError::input)?;
         let topic = &message.topic.name;
         if *topic == topics.scene {
-            scene = Some(decode(&message)?);
+            scene = Some(decode(&message).map_err(refused)?);
         } else if *topic == topics.flown {
-            sequences.push((message.sequence, decode(&message)?));
+            sequences.push((message.sequence, decode(&message).map_err(refused)?));
         } else if *topic == topics.intervention {
-            interventions.push((message.sequence, decode(&message)?));
+            interventions.push((message.sequence, decode(&message).map_err(refused)?));
         }
     }
     Ok(Given {
-        scene: scene.ok_or_else(|| format!("{}: no scene", topics.scene))?,
+        scene: scene.ok_or_else(|| refused(format!("{}: no scene", topics.scene)))?,
         sequences: in_order(sequences),
         interventions: in_order(interventions),
     })

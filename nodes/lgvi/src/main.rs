@@ -1,9 +1,13 @@
 //! `lgvi`: the front door to the node suite.
+mod convert;
 mod course;
 mod explain;
 mod flight_bag;
+mod info;
 mod output;
+mod play;
 mod plot;
+mod recover;
 mod run;
 mod values;
 mod verify;
@@ -35,7 +39,15 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Says what is in a bag: files, topics, times, losses.
+    ///
+    /// Looks at what the files tell at their ends; with --check at every chunk. Exit code 0: the bag is complete, as far as
+    /// was looked. 1: only a part of it can be read, which is said. 2: it cannot be used.
+    Info(info::Options),
     /// Repeats a recorded flight from its scene and controls, and compares every state bit for bit.
+    ///
+    /// Exit code 0: all recorded states agree, of an interrupted flight too, which is said. 1: one differs. 2: the bag cannot
+    /// be verified, or the result not be told.
     Verify {
         /// The bag's directory, or its MCAP file.
         #[arg(value_parser = values::path())]
@@ -44,7 +56,18 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Makes CSV or Parquet files of a bag's topics, one of each.
+    ///
+    /// Any rosbag2 bag of MCAP files will do. Ends with 1 where a topic had to be left out, which is said and why.
+    Convert(convert::Options),
+    /// Makes a new bag of what is readable of a damaged one, as a killed recorder or a full disk leaves it.
+    ///
+    /// Exit code 0: nothing is missing but the end that was not written. 1: there is a new bag, and something was left out of
+    /// it, or messages are missing by the bag's own counts. 2: no bag can be made, or nothing is readable, and why.
+    Recover(recover::Options),
     /// Draws a recorded flight: its motion in space, controls, energy and momentum.
+    ///
+    /// Only flight.svg in the bag's directory is ever made anew; any other file that exists is left as it is.
     Plot {
         /// The bag's directory, or its MCAP file.
         #[arg(value_parser = values::path())]
@@ -54,17 +77,7 @@ enum Command {
         output: Option<PathBuf>,
     },
     /// Replays a bag over shared memory and DDS.
-    Play {
-        /// The bag's directory, or its MCAP file.
-        #[arg(value_parser = values::path())]
-        bag: PathBuf,
-        /// Recorded seconds a second; 0 means as fast as possible, without loss.
-        #[arg(long, default_value_t = 1.0, value_parser = values::rate, allow_negative_numbers = true)]
-        rate: f64,
-        /// Publish `/clock` at the recorded times.
-        #[arg(long)]
-        clock: bool,
-    },
+    Play(play::Options),
     /// Runs one node of the suite; what follows is its own command line.
     Node {
         /// Which node.
@@ -73,6 +86,31 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+}
+
+impl Command {
+    /// Whether what it says is to be one JSON object.
+    fn prints_json(&self) -> bool {
+        match self {
+            Self::Run(options) => options.json,
+            Self::Info(options) => options.json,
+            Self::Convert(options) => options.json,
+            Self::Recover(options) => options.json,
+            Self::Explain { json, .. } | Self::Verify { json, .. } => *json,
+            Self::Plot { .. } | Self::Play(_) | Self::Node { .. } => false,
+        }
+    }
+
+    /// The exit code of a failure; 1 is not for those whose findings it tells.
+    fn code_of(&self, error: &NodeError) -> u8 {
+        match (self, error) {
+            (
+                Self::Info(_) | Self::Verify { .. } | Self::Convert(_) | Self::Recover(_),
+                NodeError::Runtime(_),
+            ) => 2,
+            _ => error.code(),
+        }
+    }
 }
 
 /// The nodes of the suite.
@@ -107,25 +145,29 @@ impl NodeKind {
 }
 
 fn main() -> ExitCode {
-    let outcome = match Arguments::parse().command {
-        Command::Run(options) => run::run(&options),
-        Command::Explain { scene, json } => explain::explain(&scene, json),
-        Command::Verify { bag, json } => verify::verify(&bag, json),
-        Command::Plot { bag, output } => plot::plot(&bag, output.as_deref())
+    let command = Arguments::parse().command;
+    let outcome = match &command {
+        Command::Run(options) => run::run(options),
+        Command::Explain { scene, json } => explain::explain(scene, *json),
+        Command::Info(options) => info::info(options),
+        Command::Verify { bag, json } => verify::verify(bag, *json),
+        Command::Convert(options) => convert::convert(options),
+        Command::Recover(options) => recover::recover(options),
+        Command::Plot { bag, output } => plot::plot(bag, output.as_deref())
             .and_then(|picture| output::say(&picture.display()))
             .map(|()| ExitCode::SUCCESS),
-        Command::Play { bag, rate, clock } => {
-            let parameters = [
-                format!("bag:={}", run::yaml(&bag)),
-                format!("rate:={rate:?}"),
-                format!("clock:={clock}"),
-            ];
-            return NodeKind::Player.run(run::ros_arguments(parameters));
-        }
-        Command::Node { node, arguments } => return node.run(arguments),
+        Command::Play(options) => return play::play(options),
+        Command::Node { node, arguments } => return node.run(arguments.clone()),
     };
-    outcome.unwrap_or_else(|error: NodeError| {
-        complain(&format_args!("lgvi: {error}"));
-        error.exit_code()
-    })
+    outcome.unwrap_or_else(|error| fail(&command, &error))
+}
+
+/// Says why there is no result: on standard error, and as JSON where that was asked for.
+fn fail(command: &Command, error: &NodeError) -> ExitCode {
+    let exit_code = command.code_of(error);
+    if command.prints_json() {
+        output::fail(error, exit_code);
+    }
+    complain(&format_args!("lgvi: {error}"));
+    ExitCode::from(exit_code)
 }

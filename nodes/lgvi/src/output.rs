@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
 use lgvi_node::NodeError;
+use serde_json::json;
 
 /// Writes a text and a newline. A reader that has gone has read enough.
 pub(crate) fn say(text: &dyn Display) -> Result<(), NodeError> {
@@ -12,6 +13,22 @@ pub(crate) fn say(text: &dyn Display) -> Result<(), NodeError> {
         written => written.map_err(|error| {
             NodeError::Runtime(format!("cannot write to standard output: {error}"))
         }),
+    }
+}
+
+/// Writes why there is no result as a JSON object, as far as that is possible.
+pub(crate) fn fail(error: &NodeError, exit_code: u8) {
+    let failure = json!({"failure": {"message": error.to_string(), "exit_code": exit_code}});
+    // Whatever is wrong with standard output, standard error has the message.
+    let _ = write(&mut io::stdout().lock(), &failure);
+}
+
+/// Names a topic that is left out, and why.
+pub(crate) fn left_out(name: &str, type_name: &str, reason: &str) -> String {
+    if type_name.is_empty() {
+        format!("left out: {name}: {reason}")
+    } else {
+        format!("left out: {name} ({type_name}): {reason}")
     }
 }
 

@@ -21,6 +21,11 @@ pub(crate) fn rate(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a finite number ≥ 0".into())
 }
 
+/// A length of time (s).
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
+    rate(text)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -27,6 +27,12 @@ struct Verdict {
     interventions: usize,
     /// States compared, the differing one included.
     states: u64,
+    /// Step of the last of them.
+    step: u64,
+    /// Steps of the scene.
+    steps: u64,
+    /// Whether the states compared go to the scene's last step: those of an interrupted flight do not.
+    complete: bool,
     bodies: usize,
     difference: Option<Difference>,
 }
@@ -53,6 +59,9 @@ pub(crate) fn verify(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
         sequences: 0,
         interventions: bag.interventions(),
         states: 0,
+        step: 0,
+        steps: scene.steps,
+        complete: false,
         bodies: scene.bodies.len(),
         difference: None,
     };
@@ -84,6 +93,8 @@ fn repeat(bag: &FlightBag, course: &Course<'_>, verdict: &mut Verdict) -> Result
         let state = state?;
         bag.complete(state.sequence, verdict.states)?;
         verdict.states += 1;
+        verdict.step = state.step;
+        verdict.complete = state.step == scene.steps;
         if let Some((_, intervention)) = set.next_if(|(sample, _)| *sample == state.sequence) {
             set_states(scene, &mut flight, intervention).map_err(|error| bag.refuse(&error))?;
         }
@@ -127,6 +138,9 @@ impl Display for Verdict {
             sequences,
             interventions,
             states,
+            step: last,
+            steps,
+            complete,
             bodies,
             ..
         } = self;
@@ -143,7 +157,16 @@ impl Display for Verdict {
             writeln!(f, "flown by {flown_by}, repeated by {repeated_by}")?;
         }
         match &self.difference {
-            None => write!(f, "all {states} recorded states agree bit for bit"),
+            None => {
+                write!(f, "all {states} recorded states agree bit for bit")?;
+                if !complete {
+                    write!(
+                        f,
+                        "; the flight is not complete: its last state is of step {last} of {steps}"
+                    )?;
+                }
+                Ok(())
+            }
             Some(Difference {
                 step,
                 body,

@@ -101,16 +101,19 @@ impl Follower {
         self.shm = None;
     }
 
-    /// Takes in what has come since; whether that was so much that the next look should come soon.
-    pub(crate) fn look(&mut self) -> bool {
+    /// Takes in what has come since, over shared memory up to a state of a step that `stops`; whether that was so much that
+    /// the next look should come soon.
+    pub(crate) fn look(&mut self, stops: impl Fn(u64) -> bool) -> bool {
         let now = Instant::now();
-        let (mut taken, mut last) = (0, None);
-        while let Some(shm) = self.shm.as_mut().filter(|_| taken < BUFFER) {
+        let (mut taken, mut last, mut stopped) = (0, None, false);
+        while let Some(shm) = self.shm.as_mut().filter(|_| taken < BUFFER && !stopped) {
             match shm.receive() {
                 Ok(Some(sample)) => {
-                    let changed = self.shm_lane.pass(sample.header().step);
+                    let step = sample.header().step;
+                    let changed = self.shm_lane.pass(step);
                     last = Some((sample, changed));
                     taken += 1;
+                    stopped = stops(step);
                 }
                 Ok(None) => break,
                 Err(error) => {
@@ -140,7 +143,7 @@ impl Follower {
                 }
             }
         }
-        taken > BUFFER / 8
+        stopped || taken > BUFFER / 8
     }
 
     /// Takes note of a state, with the course of the way by which it has come, whether it is a change of the one before,

@@ -78,7 +78,28 @@ impl Outlet {
         sequence: &Sequence,
     ) -> Result<(), NodeError> {
         let samples = Samples::of(scene, body, sequence).map_err(NodeError::runtime)?;
-        match &samples {
+        self.controls(scene, &samples)?;
+        let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
+        send(&self.path, &path, &mut self.sent);
+        let markers = markers(scene, sequence).map_err(NodeError::runtime)?;
+        send(&self.markers, &markers, &mut self.sent);
+        Ok(())
+    }
+
+    /// Publishes what is left of a sequence from a step on, to be flown as it would be anyway.
+    pub(crate) fn rest(
+        &mut self,
+        scene: &Scene,
+        body: usize,
+        sequence: &Sequence,
+        first_step: u64,
+    ) -> Result<(), NodeError> {
+        let samples = Samples::of(scene, body, sequence).map_err(NodeError::runtime)?;
+        self.controls(scene, &samples.from(scene, first_step))
+    }
+
+    fn controls(&mut self, scene: &Scene, samples: &Samples) -> Result<(), NodeError> {
+        match samples {
             Samples::Open(header, intervals) => self.shm.send(*header, intervals),
             Samples::Closed(FeedbackSequence { header, intervals }) => {
                 self.shm_feedback.send(*header, intervals)
@@ -87,10 +108,6 @@ impl Outlet {
         .map_err(NodeError::runtime)?;
         let message = samples.to_message(scene).map_err(NodeError::runtime)?;
         send(&self.controls, &message, &mut self.sent);
-        let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
-        send(&self.path, &path, &mut self.sent);
-        let markers = markers(scene, sequence).map_err(NodeError::runtime)?;
-        send(&self.markers, &markers, &mut self.sent);
         Ok(())
     }
 

@@ -96,12 +96,32 @@ impl Planner {
             if let Some((number, update)) = self.worker.hear(pause)? {
                 self.take(node, number, update)?;
             }
-            busy = self.follower.look();
+            busy = !self.waited_for() && self.look();
             self.follow();
             self.attend_goals()?;
             self.replan()?;
         }
         Ok(())
+    }
+
+    /// Whether the flight waits for the plans made on its way.
+    pub(crate) fn in_lockstep(&self) -> bool {
+        let replanner = self.replanner.as_ref();
+        replanner.is_some_and(Replanner::in_lockstep)
+    }
+
+    /// Whether the flight waits for what the worker is at: in lockstep a plan is made of the state that it is due at, though
+    /// later ones may have come.
+    fn waited_for(&self) -> bool {
+        let purpose = self.current.as_ref().map(|current| &current.purpose);
+        self.in_lockstep() && matches!(purpose, Some(Purpose::Own | Purpose::Replan))
+    }
+
+    /// Takes in where the flight is; whether the next look should come soon.
+    pub(crate) fn look(&mut self) -> bool {
+        let replanner = self.replanner.as_ref();
+        self.follower
+            .look(|step| replanner.is_some_and(|replanner| replanner.stops_at(step)))
     }
 
     /// Ends what is under way: nobody waits for it.

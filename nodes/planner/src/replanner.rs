@@ -11,6 +11,8 @@ const TRANSPORT: Duration = Duration::from_millis(10);
 /// Decides when the manoeuvre is planned anew in flight, and from which step on.
 pub(crate) struct Replanner {
     options: Replan,
+    /// The step size (s) of a flight that waits for the plans made on its way; `None` where it does not.
+    lockstep: Option<f64>,
     /// The last multiple of [`Replan::every`] that has had its plan.
     last: u64,
     /// No plan is made any more.
@@ -22,9 +24,10 @@ pub(crate) struct Replanner {
 }
 
 impl Replanner {
-    pub(crate) fn new(options: Replan) -> Self {
+    pub(crate) fn new(options: Replan, lockstep: Option<f64>) -> Self {
         Self {
             options,
+            lockstep,
             last: 0,
             over: false,
             published: 0,
@@ -38,6 +41,16 @@ impl Replanner {
         self.over = false;
     }
 
+    /// Whether the flight waits for the plans made on its way.
+    pub(crate) fn in_lockstep(&self) -> bool {
+        self.lockstep.is_some()
+    }
+
+    /// Whether the flight waits at `step` for the plan made there, in lockstep.
+    pub(crate) fn stops_at(&self, step: u64) -> bool {
+        self.in_lockstep() && step.is_multiple_of(self.options.every)
+    }
+
     /// Wall-clock time from the state that is planned from to the plan.
     pub(crate) fn deadline(&self) -> Duration {
         Duration::from_secs_f64(self.options.deadline.min(1e9))
@@ -49,6 +62,11 @@ impl Replanner {
         let turn = now.step / self.options.every;
         if self.over || turn <= self.last {
             return None;
+        }
+        if let Some(step_size) = self.lockstep {
+            let first_step = self.options.in_lockstep(now.step, step_size, arrival)?;
+            self.last = turn;
+            return Some(first_step);
         }
         let pace = pace?;
         let lead = self.deadline() + TRANSPORT + now.at.elapsed();
@@ -89,10 +107,31 @@ mod tests {
     }
 
     fn replanner(deadline: f64) -> Replanner {
-        Replanner::new(Replan {
+        let options = Replan {
             every: 10,
             deadline,
-        })
+        };
+        Replanner::new(options, None)
+    }
+
+    #[test]
+    fn in_lockstep_a_plan_is_due_once_at_each_turn_whatever_the_pace() {
+        let replan = Replan {
+            every: 10,
+            deadline: 0.5,
+        };
+        let mut replanner = Replanner::new(replan, Some(0.1));
+        let mut due = |step| replanner.due(&at(step), None, 40);
+        let expected = [
+            (9, None),
+            (10, Some(15)),
+            (10, None),
+            (11, None),
+            (20, Some(25)),
+        ];
+        for (step, first_step) in expected.into_iter().chain([(29, None), (30, None)]) {
+            assert_eq!(due(step), first_step, "step {step}");
+        }
     }
 
     #[test]

@@ -19,6 +19,9 @@ use crate::worker::Worker;
 /// Messages about the progress that are kept for late joiners where the scene does not limit the iterations.
 const HISTORY: u32 = 500;
 
+const NOT_IN_LOCKSTEP: &str =
+    "parameter \"lockstep\" is true, expected false: the scene is not planned anew in flight";
+
 impl Managed for Planner {
     const NAME: &'static str = "lgvi_planner";
 
@@ -34,6 +37,11 @@ impl Managed for Planner {
                 true,
                 "whether to plan the manoeuvre when the node becomes active; false: wait for goals",
             ),
+            ParameterSpec::new(
+                "lockstep",
+                false,
+                "whether the flight waits for the plans made on its way, as a propagator in lockstep does",
+            ),
         ]
     }
 
@@ -46,6 +54,10 @@ impl Managed for Planner {
                 "scene {path}: `maneuver` is missing: nothing to plan"
             )));
         };
+        let lockstep: bool = node.parameters.get("lockstep").map_err(NodeError::input)?;
+        if lockstep && maneuver.replan.is_none() {
+            return Err(NodeError::Input(NOT_IN_LOCKSTEP.into()));
+        }
         let scheme = scene.scheme().map_err(NodeError::input)?;
         if let Some(warning) = scene.flown_otherwise(scheme) {
             warn!("{warning}");
@@ -54,8 +66,10 @@ impl Managed for Planner {
         let ros = &node.ros;
         let shm = node.shm()?;
         let states = node.args.resolve("~/state").map_err(NodeError::input)?;
-        // What corrects the flight must hear of it, wherever it is; goals make do with the one on this host.
-        let remote = maneuver.replan.is_some().then_some(ros);
+        // What corrects the flight must hear of it, wherever it is; goals, and plans that are waited for, make do with the one
+        // on this host.
+        let remote = (maneuver.replan.is_some() && !lockstep).then_some(ros);
+        let step_size = lockstep.then(|| scene.seconds(1));
         let active = Arc::new(AtomicBool::new(false));
         let open = Arc::clone(&active);
         let actions = ros
@@ -72,7 +86,9 @@ impl Managed for Planner {
             worker: Worker::start(Arc::clone(&scene))?,
             actions,
             active,
-            replanner: maneuver.replan.map(Replanner::new),
+            replanner: maneuver
+                .replan
+                .map(|replan| Replanner::new(replan, step_size)),
             _diagnosed: Monitor::diagnose(&monitor, &node.diagnostics),
             monitor,
             scheme,

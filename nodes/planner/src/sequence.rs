@@ -89,6 +89,23 @@ impl Samples {
         ))
     }
 
+    /// What is left of them from a step on.
+    pub(crate) fn from(self, scene: &Scene, first_step: u64) -> Self {
+        match self {
+            Self::Open(mut header, intervals) => {
+                let intervals = rest(scene, &mut header, intervals, first_step);
+                Self::Open(header, intervals)
+            }
+            Self::Closed(FeedbackSequence {
+                mut header,
+                intervals,
+            }) => {
+                let intervals = rest(scene, &mut header.control, intervals, first_step);
+                Self::Closed(FeedbackSequence { header, intervals })
+            }
+        }
+    }
+
     /// The message that says the same.
     pub(crate) fn to_message(&self, scene: &Scene) -> Result<ControlSequence, ConversionError> {
         match self {
@@ -96,6 +113,21 @@ impl Samples {
             Self::Closed(sequence) => sequence.to_message(scene),
         }
     }
+}
+
+/// The intervals from a step on, whose header becomes theirs.
+fn rest<I>(
+    scene: &Scene,
+    header: &mut ControlHeader,
+    mut intervals: Vec<I>,
+    first_step: u64,
+) -> Vec<I> {
+    let before = first_step.saturating_sub(header.first_step);
+    header.first_step += before;
+    header.stamp_nanoseconds = scene.stamp(header.first_step);
+    let before = usize::try_from(before).unwrap_or(usize::MAX);
+    intervals.drain(..before.min(intervals.len()));
+    intervals
 }
 
 /// The limits that constraints put on force and moment, the tightest of each kind. Those on commands are such limits only
@@ -126,7 +158,10 @@ fn limits(maneuver: &Maneuver) -> Limits {
 
 #[cfg(test)]
 mod tests {
+    use lgvi_propagator::{Controls, Flight};
+
     use super::*;
+    use crate::solver::{End, Initial, Task, solve};
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
 
@@ -157,5 +192,37 @@ mod tests {
             Limits::NONE,
             "three units of a command are six of force"
         );
+    }
+
+    #[test]
+    fn the_rest_of_a_sequence_is_flown_as_the_whole() {
+        for feedback in ["feedback = true", "feedback = false"] {
+            let text = SCENE.replace("steps = 500", "steps = 60");
+            let scene = Scene::parse("test", &text.replace("feedback = true", feedback)).unwrap();
+            let task = Task {
+                first_step: 0,
+                initial: Initial::State(scene.bodies[0].state),
+                end: End::After(60),
+                guess: None,
+            };
+            let plan = solve(&scene, &task, &mut |_| true).unwrap().plan;
+            let sequence = Sequence::new(scene.maneuver.as_ref().unwrap(), 0, plan);
+            let fly = |rests: &[u64]| {
+                let mut flight = Flight::new(&scene).unwrap();
+                for &step in [0].iter().chain(rests) {
+                    let samples = Samples::of(&scene, 0, &sequence).unwrap();
+                    let message = samples.from(&scene, step).to_message(&scene).unwrap();
+                    assert_eq!(message.force.len() as u64, 60 - step);
+                    let controls = Controls::of_message(&scene, &message).unwrap();
+                    flight.accept(controls).unwrap();
+                    assert!(flight.has_sequence_from(0, step));
+                }
+                for _ in 0..60 {
+                    flight.advance().unwrap();
+                }
+                flight.states().to_vec()
+            };
+            assert_eq!(fly(&[23, 41]), fly(&[]));
+        }
     }
 }

@@ -1,66 +1,99 @@
 //! Where a bag's topics go.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
-use lgvi_bag::{BagReader, Durability, Message, Reliability, Topic};
-use lgvi_middleware::Shutdown;
-use lgvi_middleware::ros::{Qos, RawPublisher};
-use lgvi_middleware::shm::{Delivery, StatePublisher};
-use lgvi_msgs::msg::SystemState;
-use lgvi_msgs::shm::StateHeader;
-use lgvi_msgs::{RosMessage, cdr};
+use lgvi_bag::{BagReader, Durability, Topic};
+use lgvi_middleware::shm::{Delivery, ShmNode};
 use lgvi_node::{Node, NodeError};
 use tracing::warn;
 
+use crate::channel::Channel;
+use crate::clock::CLOCK;
+use crate::config::Config;
+use crate::reel::Shown;
+use crate::states;
+
 /// How long subscribers that do not keep up are waited for.
-const PATIENCE: Duration = Duration::from_secs(5);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The outlets of a bag's topics, by name.
-pub(crate) struct Channels {
-    by_topic: BTreeMap<String, Channel>,
-    lossless: bool,
-}
-
-struct Channel {
-    dds: RawPublisher,
-    shm: Option<StatePublisher>,
-}
+/// The outlets of a bag's topics, in the order of the bag; none for those that are not played.
+pub(crate) struct Channels(Vec<Option<Channel>>);
 
 impl Channels {
-    pub(crate) fn open(bag: &BagReader, node: &Node, lossless: bool) -> Result<Self, NodeError> {
-        let (ros, shm) = (&node.ros, node.shm()?);
-        let bodies = bodies(bag, &node.shutdown)?;
-        let mut by_topic = BTreeMap::new();
-        for topic in bag.topics() {
-            let dds = ros
-                .raw_publisher(&topic.name, &topic.type_name, &qos(topic))
-                .map_err(NodeError::runtime)?;
-            let delivery = if lossless {
-                Delivery::Lossless { patience: PATIENCE }
-            } else {
-                Delivery::DropNewest
-            };
-            let shm = bodies
-                .get(&topic.name)
-                .map(|&bodies| shm.state_publisher(dds.topic(), bodies, delivery))
-                .transpose()
-                .map_err(NodeError::runtime)?;
-            by_topic.insert(topic.name.clone(), Channel { dds, shm });
+    /// Opens what is to be played.
+    ///
+    /// A topic that cannot be published is left out, with a warning.
+    ///
+    /// # Errors
+    /// Nothing is left to play.
+    pub(crate) fn open(
+        bag: &BagReader,
+        node: &Node,
+        config: &Config,
+        lossless: bool,
+    ) -> Result<Self, NodeError> {
+        let (topics, selection) = (bag.topics(), &config.selection);
+        let unreadable = bag.left_out().iter();
+        for topic in unreadable.filter(|topic| selection.takes(&topic.name)) {
+            warn!("{} is left out: {}", topic.name, topic.reason);
         }
-        Ok(Self { by_topic, lossless })
+        for asked in selection.asked_for() {
+            if !names(bag).any(|name| name == asked) {
+                warn!("{asked}: not in the bag");
+            }
+        }
+        let wanted: Vec<bool> = topics
+            .iter()
+            .map(|topic| {
+                let own = config.clock.is_some() && topic.name == CLOCK;
+                if own {
+                    warn!("{CLOCK} of the bag is not played: it is published as parameter \"clock\" asks for");
+                }
+                selection.takes(&topic.name) && !own
+            })
+            .collect();
+        let is_empty = names(bag).next().is_none();
+        let nothing = |is: &str| {
+            let names: Vec<&str> = names(bag).collect();
+            NodeError::Input(format!(
+                "none of the bag's topics {is} played: {}",
+                names.join(", ")
+            ))
+        };
+        if !is_empty && !wanted.contains(&true) {
+            return Err(nothing("is to be"));
+        }
+        let bodies = states::bodies(bag, &wanted, &node.shutdown)?;
+        let shm = node.shm()?;
+        let delivery = if lossless {
+            Delivery::Lossless { patience: PATIENCE }
+        } else {
+            Delivery::DropNewest
+        };
+        let channels = topics.iter().zip(wanted).zip(bodies);
+        let channels = channels.map(|((topic, wanted), bodies)| {
+            if wanted {
+                open(topic, node, bodies.map(|bodies| (&shm, bodies)), delivery)
+            } else {
+                Ok(None)
+            }
+        });
+        let channels = Self(channels.collect::<Result<_, _>>()?);
+        if !is_empty && !channels.opened().contains(&true) {
+            return Err(nothing("can be"));
+        }
+        Ok(channels)
+    }
+
+    /// Which of the bag's topics are played.
+    pub(crate) fn opened(&self) -> Vec<bool> {
+        self.0.iter().map(Option::is_some).collect()
     }
 
     /// Whether every topic has so many subscribers, over DDS or shared memory.
     pub(crate) fn have_subscribers(&mut self, count: usize) -> Result<bool, NodeError> {
-        for channel in self.by_topic.values_mut() {
-            let over_shm = match &mut channel.shm {
-                Some(shm) => shm
-                    .wait_for_subscribers(count, Duration::ZERO)
-                    .map_err(NodeError::runtime)?,
-                None => false,
-            };
-            if !over_shm && channel.dds.matched_subscriptions() < count {
+        for channel in self.0.iter_mut().flatten() {
+            if !channel.has_subscribers(count)? {
                 return Ok(false);
             }
         }
@@ -68,83 +101,42 @@ impl Channels {
     }
 
     /// Publishes a message to those who have subscribed to its topic.
-    pub(crate) fn publish(&mut self, message: Message<'_>) -> Result<(), NodeError> {
-        let Some(channel) = self.by_topic.get_mut(&message.topic.name) else {
-            return Ok(());
-        };
-        if let Some(shm) = &mut channel.shm {
-            let (header, bodies) = state(&message)?;
-            shm.send(header, &bodies).map_err(NodeError::runtime)?;
+    pub(crate) fn publish(&mut self, shown: Shown<'_>) -> Result<(), NodeError> {
+        match self.0.get_mut(shown.topic) {
+            Some(Some(channel)) => channel.publish(shown.message),
+            _ => Ok(()),
         }
-        // A durable topic is published for those who come later, too.
-        if message.topic.qos.durability == Durability::Volatile
-            && channel.dds.matched_subscriptions() == 0
-        {
-            return Ok(());
-        }
-        let sent = if self.lossless {
-            channel.dds.publish_lossless(message.data, PATIENCE)
-        } else {
-            channel.dds.publish(message.data)
-        };
-        if let Err(error) = sent {
-            warn!("{error}");
-        }
-        Ok(())
     }
 
     /// Waits for the acknowledgements.
     pub(crate) fn settle(&self) {
-        for channel in self.by_topic.values() {
-            if let Err(error) = channel.dds.flush(PATIENCE) {
-                warn!("{error}");
-            }
-        }
+        self.0.iter().flatten().for_each(Channel::settle);
     }
 }
 
-/// How many bodies the states of each topic of states have, the most of any message.
-fn bodies(bag: &BagReader, shutdown: &Shutdown) -> Result<BTreeMap<String, usize>, NodeError> {
-    let mut bodies = BTreeMap::new();
-    if bag
-        .topics()
-        .iter()
-        .any(|topic| topic.type_name == SystemState::TYPE_NAME)
-    {
-        for message in bag.messages() {
-            // Of a long bag this takes seconds.
-            if shutdown.requested() {
-                return Err(NodeError::Interrupted);
-            }
-            let message = message.map_err(NodeError::input)?;
-            if message.topic.type_name == SystemState::TYPE_NAME {
-                let (_, states) = state(&message)?;
-                let most: &mut usize = bodies.entry(message.topic.name.clone()).or_default();
-                *most = states.len().max(*most);
-            }
+fn open(
+    topic: &Topic,
+    node: &Node,
+    states: Option<(&ShmNode, usize)>,
+    delivery: Delivery,
+) -> Result<Option<Channel>, NodeError> {
+    let name = &topic.name;
+    let durable = topic.qos.durability == Durability::TransientLocal;
+    let opened = node
+        .ros
+        .raw_publisher(name, &topic.type_name, &Channel::qos(topic));
+    let dds = match opened {
+        Ok(dds) => dds,
+        Err(error) => {
+            warn!("{name} is left out: {error}");
+            return Ok(None);
         }
-    }
-    Ok(bodies)
-}
-
-fn state(
-    message: &Message<'_>,
-) -> Result<(StateHeader, Vec<lgvi_msgs::shm::BodySample>), NodeError> {
-    let refuse = |error: &dyn std::fmt::Display| {
-        NodeError::Input(format!(
-            "{} at {} ns: {error}",
-            message.topic.name, message.log_time
-        ))
     };
-    let state: SystemState = cdr::decode(&message.data).map_err(|error| refuse(&error))?;
-    StateHeader::from_message(&state).map_err(|error| refuse(&error))
+    Channel::new(dds, durable, states, delivery).map(Some)
 }
 
-fn qos(topic: &Topic) -> Qos {
-    let depth = (topic.qos.depth as usize).max(1);
-    match (topic.qos.reliability, topic.qos.durability) {
-        (Reliability::BestEffort, _) => Qos::sensor(depth),
-        (Reliability::Reliable, Durability::TransientLocal) => Qos::latched(depth),
-        (Reliability::Reliable, Durability::Volatile) => Qos::reliable(depth),
-    }
+/// Names of the bag's topics, also of those that cannot be read.
+fn names(bag: &BagReader) -> impl Iterator<Item = &str> {
+    let topics = bag.topics().iter().map(|topic| &*topic.name);
+    topics.chain(bag.left_out().iter().map(|topic| &*topic.name))
 }

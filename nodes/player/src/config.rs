@@ -3,17 +3,22 @@ use std::path::PathBuf;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
 use lgvi_node::{NodeError, publishes_clock, required_path};
 
+use crate::range::Range;
+use crate::selection::Selection;
+
 /// The node's parameters, as they are when it is configured.
 pub(crate) struct Config {
     pub(crate) bag: PathBuf,
-    /// Whether to publish `/clock` at the recorded times.
-    pub(crate) clock: bool,
+    /// How often to publish `/clock` a recorded second at most, if at all.
+    pub(crate) clock: Option<f64>,
     /// How many subscribers each topic must have before the replay begins.
     pub(crate) await_subscribers: usize,
+    pub(crate) start_paused: bool,
+    pub(crate) selection: Selection,
 }
 
 pub(crate) fn specifications() -> Vec<ParameterSpec> {
-    vec![
+    let mut specifications = vec![
         ParameterSpec::new(
             "bag",
             String::new(),
@@ -27,17 +32,37 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         .range(0.0, f64::MAX)
         .change(ParameterChange::Anytime),
         ParameterSpec::new(
+            "loop",
+            false,
+            "whether to begin anew at the end, until somebody stops it",
+        )
+        .change(ParameterChange::Anytime),
+        ParameterSpec::new(
+            "start_paused",
+            false,
+            "whether to begin with a pause, until somebody resumes",
+        ),
+        ParameterSpec::new(
             "clock",
             false,
             "whether to publish /clock at the recorded times",
         ),
+        ParameterSpec::new(
+            "clock_frequency",
+            100.0,
+            "how often to publish /clock a recorded second at most (Hz)",
+        )
+        .range(1e-3, 1e6),
         ParameterSpec::new(
             "await_subscribers",
             0_i64,
             "hold until every topic has so many subscribers",
         )
         .integer_range(0, 1000),
-    ]
+    ];
+    specifications.extend(Range::specifications());
+    specifications.extend(Selection::specifications());
+    specifications
 }
 
 impl Config {
@@ -45,10 +70,15 @@ impl Config {
         let await_subscribers: i64 = parameters
             .get("await_subscribers")
             .map_err(NodeError::input)?;
+        let frequency = parameters
+            .get("clock_frequency")
+            .map_err(NodeError::input)?;
         Ok(Self {
             bag: required_path(parameters, "bag")?,
-            clock: publishes_clock(parameters)?,
+            clock: publishes_clock(parameters)?.then_some(frequency),
             await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
+            start_paused: parameters.get("start_paused").map_err(NodeError::input)?,
+            selection: Selection::read(parameters)?,
         })
     }
 }
@@ -56,4 +86,9 @@ impl Config {
 /// Recorded seconds a second; 0 means as fast as possible.
 pub(crate) fn rate(parameters: &Parameters) -> Result<f64, NodeError> {
     parameters.get("rate").map_err(NodeError::input)
+}
+
+/// Whether to begin anew at the end.
+pub(crate) fn is_loop(parameters: &Parameters) -> Result<bool, NodeError> {
+    parameters.get("loop").map_err(NodeError::input)
 }

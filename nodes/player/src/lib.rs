@@ -2,10 +2,20 @@
 //!
 //! Each message goes out as the bytes that were recorded. States go over shared memory too, as they came.
 
+mod channel;
 mod channels;
 mod clock;
 mod config;
+mod latched;
+mod pace;
+mod range;
+mod reel;
+mod remote;
+mod replay;
 mod run;
+mod selection;
+mod services;
+mod states;
 
 use std::process::ExitCode;
 

@@ -2,34 +2,42 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use lgvi_bag::BagReader;
 use lgvi_middleware::ParameterSpec;
-use lgvi_middleware::ros::{Diagnosed, Status};
+use lgvi_middleware::ros::{Diagnosed, Running, Status};
 use lgvi_node::{Event, Managed, Node, NodeError, Stopped};
 use tracing::info;
 
 use crate::channels::Channels;
 use crate::clock::RecordedClock;
 use crate::config::{self, Config};
+use crate::latched::Latched;
+use crate::range::Range;
+use crate::reel::{Place, Reel};
+use crate::remote::Remote;
+use crate::replay::Replay;
+use crate::services;
 
 /// How often waiting looks whether it is over.
 const WAIT: Duration = Duration::from_millis(1);
 
-/// How long a message may be waited for at a stretch.
-const SLICE: Duration = Duration::from_millis(10);
-
 /// A replay, and all that it needs.
 pub(crate) struct Player {
-    bag: BagReader,
-    channels: Channels,
-    clock: Option<RecordedClock>,
-    await_subscribers: usize,
-    /// Messages played.
-    played: u64,
-    count: Arc<AtomicU64>,
+    _services: Running,
     _diagnosed: Diagnosed,
+    bag: BagReader,
+    range: Range,
+    channels: Channels,
+    wanted: Vec<bool>,
+    clock: Option<RecordedClock>,
+    latched: Latched,
+    await_subscribers: usize,
+    remote: Remote,
+    /// Where it was interrupted, and at which recorded time (ns).
+    interrupted: Option<(Place, u64)>,
+    played: Arc<AtomicU64>,
 }
 
 impl Managed for Player {
@@ -41,63 +49,65 @@ impl Managed for Player {
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
         let config = Config::read(&node.parameters)?;
-        let lossless = config::rate(&node.parameters)? == 0.0;
+        let rate = config::rate(&node.parameters)?;
         let bag = BagReader::open(&config.bag).map_err(NodeError::input)?;
-        let channels = Channels::open(&bag, node, lossless)?;
+        let range = Range::read(&node.parameters, &bag)?;
+        let channels = Channels::open(&bag, node, &config, rate == 0.0)?;
         let clock = config
             .clock
-            .then(|| RecordedClock::new(&node.ros))
+            .map(|frequency| RecordedClock::new(&node.ros, frequency))
             .transpose()?;
-        let count = Arc::<AtomicU64>::default();
-        let played = Arc::clone(&count);
-        let diagnosed = node.diagnostics.add("replay", move || {
-            let played = played.load(Ordering::Relaxed);
-            Status::ok("playing").value("messages", played)
-        });
+        let wanted = channels.opened();
+        let remote = Remote::new(rate, config.start_paused);
+        let played = Arc::<AtomicU64>::default();
         Ok(Self {
+            _services: services::serve(node, &remote)?,
+            _diagnosed: diagnose(node, &played, &remote, range),
+            latched: Latched::new(&bag, &wanted),
             bag,
+            range,
             channels,
+            wanted,
             clock,
             await_subscribers: config.await_subscribers,
-            played: 0,
-            count,
-            _diagnosed: diagnosed,
+            remote,
+            interrupted: None,
+            played,
         })
     }
 
     /// Goes on where it was interrupted.
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
-        while !node.interrupted() && !self.channels.have_subscribers(self.await_subscribers)? {
-            std::thread::sleep(WAIT);
-        }
-        let mut pace = Pace::new(config::rate(&node.parameters)?);
-        let mut generation = node.parameters.generation();
-        let skipped = usize::try_from(self.played).map_err(NodeError::runtime)?;
-        let mut last = 0;
-        for message in self.bag.messages().skip(skipped) {
-            let message = message.map_err(NodeError::input)?;
-            while !node.interrupted() && !pace.wait(message.log_time) {
-                if node.parameters.generation() != generation {
-                    generation = node.parameters.generation();
-                    pace = Pace::new(config::rate(&node.parameters)?);
-                }
-            }
+        while !self.channels.have_subscribers(self.await_subscribers)? {
             if node.interrupted() {
                 return Ok(Stopped::Interrupted);
             }
-            if let Some(clock) = &mut self.clock {
-                clock.tell(message.log_time)?;
-            }
-            last = message.log_time;
-            self.channels.publish(message)?;
-            self.played += 1;
-            self.count.store(self.played, Ordering::Relaxed);
+            std::thread::sleep(WAIT);
         }
-        if let Some(clock) = &mut self.clock {
-            clock.tell_last(last)?;
+        let begun = self.interrupted.is_some();
+        let start = (Place::at(self.range.start), self.range.start);
+        let (place, time) = self.interrupted.unwrap_or(start);
+        self.remote.begin(time);
+        let mut replay = Replay {
+            node,
+            bag: &self.bag,
+            range: self.range,
+            channels: &mut self.channels,
+            clock: self.clock.as_mut(),
+            latched: &mut self.latched,
+            remote: &self.remote,
+            reel: Reel::new(&self.bag, &self.wanted, self.range.end, place)?,
+            wanted: &self.wanted,
+            played: &self.played,
+        };
+        let stopped = replay.play(!begun);
+        self.interrupted = Some((replay.place(), self.remote.recorded()));
+        self.remote.end();
+        if stopped? == Stopped::Interrupted {
+            return Ok(Stopped::Interrupted);
         }
         self.channels.settle();
-        let messages = self.played;
+        let messages = self.played.load(Ordering::Relaxed);
         info!("played {messages} messages");
         node.report(&Event::Played { messages });
         Ok(Stopped::Done)
@@ -108,29 +118,17 @@ impl Managed for Player {
     }
 }
 
-/// When recorded messages are due.
-struct Pace {
-    rate: f64,
-    /// When the first message came, and when it was logged (ns).
-    first: Option<(Instant, u64)>,
-}
-
-impl Pace {
-    fn new(rate: f64) -> Self {
-        Self { rate, first: None }
-    }
-
-    /// Waits for the time of a message, for a while at most; whether it has come.
-    fn wait(&mut self, log_time: u64) -> bool {
-        if self.rate == 0.0 {
-            return true;
-        }
-        let (start, first) = *self.first.get_or_insert_with(|| (Instant::now(), log_time));
-        let recorded = Duration::from_nanos(log_time.saturating_sub(first));
-        let due = Duration::try_from_secs_f64(recorded.as_secs_f64() / self.rate)
-            .unwrap_or(Duration::MAX);
-        let left = due.saturating_sub(start.elapsed());
-        std::thread::sleep(left.min(SLICE));
-        left <= SLICE
-    }
+fn diagnose(node: &Node, played: &Arc<AtomicU64>, remote: &Remote, range: Range) -> Diagnosed {
+    let (played, remote) = (Arc::clone(played), remote.clone());
+    node.diagnostics.add("replay", move || {
+        let said = if remote.is_paused() {
+            "paused"
+        } else {
+            "playing"
+        };
+        let time = Duration::from_nanos(remote.recorded().saturating_sub(range.start));
+        Status::ok(said)
+            .value("messages", played.load(Ordering::Relaxed))
+            .value("time (s)", time.as_secs_f64())
+    })
 }

@@ -15,6 +15,8 @@ pub(crate) struct Config {
     pub(crate) stop_on_bad_control: bool,
     /// Whether feedback laws are flown, or their sequences in open loop.
     pub(crate) feedback: bool,
+    /// Whether to hold wherever the scene is planned anew until the plan made there has been accepted.
+    pub(crate) lockstep: bool,
     /// Whether `/clock` is published.
     pub(crate) clock: bool,
 }
@@ -78,6 +80,11 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             true,
             "whether feedback laws are flown, or their sequences in open loop",
         ),
+        ParameterSpec::new(
+            "lockstep",
+            false,
+            "whether to hold wherever the scene is planned anew until the plan made there has been accepted",
+        ),
         ParameterSpec::new("clock", false, "whether to publish the flight's time on /clock"),
     ]
 }
@@ -97,6 +104,13 @@ impl Config {
                     .into(),
             ));
         }
+        let lockstep: bool = parameters.get("lockstep").map_err(NodeError::input)?;
+        let replan = scene.maneuver.as_ref().and_then(|maneuver| maneuver.replan);
+        if lockstep && replan.is_none() {
+            return Err(NodeError::Input(
+                "parameter \"lockstep\" is true, expected false: the scene is not planned anew in flight".into(),
+            ));
+        }
         let await_subscribers: i64 = parameters
             .get("await_subscribers")
             .map_err(NodeError::input)?;
@@ -108,6 +122,7 @@ impl Config {
                 .get("stop_on_bad_control")
                 .map_err(NodeError::input)?,
             feedback: parameters.get("feedback").map_err(NodeError::input)?,
+            lockstep,
             clock,
         })
     }

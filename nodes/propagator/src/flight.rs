@@ -100,6 +100,12 @@ impl Flight {
         !self.accepted[body].is_empty()
     }
 
+    /// Whether a sequence of `body` that begins at `step` has been accepted and will act, or acts.
+    pub fn has_sequence_from(&self, body: usize, step: u64) -> bool {
+        let mut accepted = self.accepted[body].iter();
+        accepted.any(|controls| controls.first_step == step)
+    }
+
     /// The step at which the sequence of `body` that acts last ends.
     pub fn sequence_end(&self, body: usize) -> Option<u64> {
         let last = self.accepted[body].last()?;
@@ -235,7 +241,10 @@ mod tests {
         let mut flight = Flight::new(&scene()).unwrap();
         flight.accept(controls(0, 2.0, 10)).unwrap();
         flight.accept(controls(8, 8.0, 10)).unwrap();
+        assert!(flight.has_sequence_from(0, 8));
         flight.accept(controls(4, 4.0, 3)).unwrap();
+        let begins = [0, 4, 5, 8].map(|step| flight.has_sequence_from(0, step));
+        assert_eq!(begins, [true, true, false, false]);
         let expected = [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0];
         assert_eq!(momentum_gains(&mut flight), expected);
     }

@@ -11,6 +11,7 @@ mod cuts;
 mod flight;
 mod law;
 mod link;
+mod lockstep;
 mod messages;
 mod monitor;
 mod obey;

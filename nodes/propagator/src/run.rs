@@ -17,6 +17,7 @@ use crate::config::{self, Config, PATIENCE, Rates};
 use crate::cuts::Cuts;
 use crate::flight::Flight;
 use crate::link::{self, LinkEnd, Wait};
+use crate::lockstep::Lockstep;
 use crate::messages::state_header;
 use crate::monitor::Monitor;
 use crate::orders::{Order, Orders};
@@ -60,6 +61,8 @@ pub(crate) struct Propagator {
     /// Steps to be made of a paused flight, and who has asked for them.
     pub(crate) stepping: Option<(Order, u64)>,
     pace: Pace,
+    /// Where it waits for plans made on the way.
+    lockstep: Option<Lockstep>,
     pub(crate) phase: Phase,
     pub(crate) paused: bool,
     /// Sequences accepted.
@@ -139,6 +142,7 @@ impl Managed for Propagator {
             orders,
             stepping: None,
             pace: Pace::free(),
+            lockstep: config.lockstep.then(|| Lockstep::new(&scene)).flatten(),
             phase: Phase::Unattended,
             paused: false,
             accepted: 0,
@@ -186,9 +190,11 @@ impl Propagator {
         self.set_pace(node);
         while !node.interrupted() {
             self.heed(node)?;
+            let held = self.phase == Phase::Flying && self.waits_for_plan(node);
             match self.phase {
                 Phase::Unattended => self.await_company()?,
                 Phase::Uncommanded => self.await_command(node)?,
+                Phase::Flying if held => std::thread::sleep(WAIT),
                 Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
                 Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
             }
@@ -271,6 +277,18 @@ impl Propagator {
         Ok(())
     }
 
+    /// Whether it holds until a plan made on the way has come; what is missed meanwhile is not made up for.
+    fn waits_for_plan(&mut self, node: &Node) -> bool {
+        let Some(lockstep) = &mut self.lockstep else {
+            return false;
+        };
+        let waited = lockstep.waits(&self.flight);
+        if waited {
+            self.set_pace(node);
+        }
+        waited
+    }
+
     /// Makes the next step when its time has come, and publishes where it leads.
     fn step(&mut self, node: &Node) -> Result<(), NodeError> {
         let next = self.flight.step() + 1;
@@ -284,6 +302,12 @@ impl Propagator {
             }
         }
         self.advance()?;
+        if let Some(lockstep) = &mut self.lockstep
+            && lockstep.reach(&self.flight)
+            && !next.is_multiple_of(self.rates.state_every)
+        {
+            self.sample()?;
+        }
         // Steps that were asked for have the time that it takes.
         self.publish(match self.stepping {
             None => Wait::AsConfigured,
@@ -403,6 +427,9 @@ impl Propagator {
     pub(crate) fn restart(&mut self) -> Result<(), NodeError> {
         self.flight.reset(&self.scene).map_err(NodeError::runtime)?;
         self.phase = Phase::Uncommanded;
+        if let Some(lockstep) = &mut self.lockstep {
+            lockstep.begin_anew();
+        }
         self.cost = 0.0;
         self.arrival = None;
         self.start = self.flight.invariants();

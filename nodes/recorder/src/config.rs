@@ -1,37 +1,81 @@
-use std::path::PathBuf;
+//! The node's parameters.
 
-use lgvi_middleware::{ParameterSpec, Parameters};
-use lgvi_msgs::{MessageType, lookup};
+use std::num::NonZeroU64;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use lgvi_bag::{BagOptions, Compression};
+use lgvi_middleware::{ParameterSpec, ParameterType, ParameterValue, Parameters};
 use lgvi_node::NodeError;
+use regex::Regex;
+
+use crate::log_time::LogTime;
+use crate::selection::Selection;
+
+/// What may wait to be written, unless told otherwise (bytes).
+const CACHE: i64 = 64 << 20;
+
+/// Each name with what it stands for.
+const COMPRESSIONS: [(&str, Compression); 3] = [
+    ("none", Compression::None),
+    ("lz4", Compression::Lz4),
+    ("zstd", Compression::Zstd),
+];
+const LOG_TIMES: [(&str, LogTime); 2] =
+    [("received", LogTime::Received), ("stamp", LogTime::Stamp)];
 
 /// The node's parameters.
 pub(crate) struct Config {
     /// `output`: the bag's directory, which must not exist; by default named after the time.
     pub(crate) output: PathBuf,
+    /// `compression`, `max_bytes`, `max_duration`.
+    pub(crate) options: BagOptions,
+    /// `max_cache_size`: what may wait to be written (bytes).
+    pub(crate) cache: usize,
     /// `states`: topics of full-rate states to take from shared memory.
     pub(crate) states: Vec<String>,
-    /// `topics`: topics to take from DDS, each as `name=package/msg/Type`; by default all topics of known types.
-    pub(crate) topics: Option<Vec<Chosen>>,
     /// `frame`: the inertial frame of states from shared memory, which do not carry it.
     pub(crate) frame: String,
-    /// `use_sim_time`: whether messages are logged at their stamps, or at the time of their reception.
-    pub(crate) use_sim_time: bool,
-}
-
-/// A topic to be recorded.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Chosen {
-    pub(crate) name: String,
-    pub(crate) message_type: MessageType,
+    /// `log_time`: what messages are logged at.
+    pub(crate) log_time: LogTime,
+    /// `start_paused`: whether nothing is recorded before `~/resume`.
+    pub(crate) start_paused: bool,
+    /// `topics`: topics to take from DDS, each as a name or as `name=package/msg/Type`; none: all that nothing else
+    /// chooses among.
+    topics: Option<Vec<String>>,
+    regex: Option<Regex>,
+    exclude_topics: Vec<String>,
+    exclude_regex: Option<Regex>,
+    include_hidden_topics: bool,
 }
 
 pub(crate) fn specifications() -> Vec<ParameterSpec> {
+    let none = Vec::<String>::new;
     vec![
         ParameterSpec::new(
             "output",
             String::new(),
             "directory of the bag, which must not exist; empty: named after the time",
         ),
+        named("compression", "zstd", &COMPRESSIONS, "compression of the bag's chunks"),
+        ParameterSpec::new(
+            "max_bytes",
+            0,
+            "size from which on a file of the bag is closed and the next one begun (bytes); 0: never",
+        )
+        .integer_range(0, i64::MAX),
+        ParameterSpec::new(
+            "max_duration",
+            0.0,
+            "log time that a file of the bag spans at most (s); 0: any",
+        )
+        .range(0.0, 1e9),
+        ParameterSpec::new(
+            "max_cache_size",
+            CACHE,
+            "what may wait to be written (bytes); receiving waits where there is more",
+        )
+        .integer_range(1, i64::MAX),
         ParameterSpec::new(
             "states",
             vec!["/lgvi_propagator/state".to_owned()],
@@ -39,23 +83,42 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         ),
         ParameterSpec::optional::<Vec<String>>(
             "topics",
-            "topics to take from DDS, each as name=package/msg/Type; not set: all topics of known types",
+            "topics to take from DDS, each as name or name=package/msg/Type; not set: all, or those of regex",
+        ),
+        pattern("regex", "topics whose names contain this are taken from DDS too; empty: none"),
+        ParameterSpec::new("exclude_topics", none(), "topics that are not taken from DDS"),
+        pattern(
+            "exclude_regex",
+            "topics whose names contain this are not taken from DDS; empty: none",
+        ),
+        ParameterSpec::new(
+            "include_hidden_topics",
+            false,
+            "whether topics are taken of whose names a part begins with '_'",
         ),
         ParameterSpec::new(
             "frame",
             "inertial".to_owned(),
             "inertial frame of states from shared memory",
         ),
+        named("log_time", "received", &LOG_TIMES, "what messages are logged at"),
+        ParameterSpec::new(
+            "start_paused",
+            false,
+            "whether nothing is recorded before ~/resume",
+        ),
     ]
 }
 
 impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
-        let output: String = parameters.get("output").map_err(NodeError::input)?;
-        let topics: Option<Vec<String>> = parameters
-            .get_optional("topics")
-            .map_err(NodeError::input)?;
-        let topics = topics.map(|topics| topics.iter().map(|topic| choose(topic)).collect());
+        let output: String = get(parameters, "output")?;
+        let [bytes, cache]: [i64; 2] = [
+            get(parameters, "max_bytes")?,
+            get(parameters, "max_cache_size")?,
+        ];
+        let seconds: f64 = get(parameters, "max_duration")?;
+        let topics = parameters.get_optional("topics");
         Ok(Self {
             output: if output.is_empty() {
                 chrono::Local::now()
@@ -65,52 +128,114 @@ impl Config {
             } else {
                 output.into()
             },
-            states: parameters.get("states").map_err(NodeError::input)?,
-            topics: topics.transpose()?,
-            frame: parameters.get("frame").map_err(NodeError::input)?,
-            use_sim_time: parameters.get("use_sim_time").map_err(NodeError::input)?,
+            options: BagOptions {
+                compression: chosen(parameters, "compression", &COMPRESSIONS)?,
+                max_bytes: NonZeroU64::new(bytes.unsigned_abs()),
+                max_duration: (seconds > 0.0).then(|| Duration::from_secs_f64(seconds)),
+            },
+            cache: usize::try_from(cache).unwrap_or(usize::MAX),
+            states: get(parameters, "states")?,
+            frame: get(parameters, "frame")?,
+            log_time: chosen(parameters, "log_time", &LOG_TIMES)?,
+            start_paused: get(parameters, "start_paused")?,
+            topics: topics.map_err(NodeError::input)?,
+            regex: expression(parameters, "regex")?,
+            exclude_topics: get(parameters, "exclude_topics")?,
+            exclude_regex: expression(parameters, "exclude_regex")?,
+            include_hidden_topics: get(parameters, "include_hidden_topics")?,
+        })
+    }
+
+    /// The topics of known types among `topics`: names and types.
+    pub(crate) fn typed(&self) -> impl Iterator<Item = (&str, &str)> {
+        let topics = self.topics.iter().flatten();
+        topics.filter_map(|topic| topic.split_once('='))
+    }
+
+    /// What is taken from DDS, where `resolve` makes names absolute.
+    pub(crate) fn selection(
+        &self,
+        resolve: impl Fn(&str) -> Result<String, NodeError>,
+    ) -> Result<Selection, NodeError> {
+        let name = |topic: &String| {
+            let name = topic.split_once('=').map_or(&**topic, |(name, _)| name);
+            resolve(name)
+        };
+        let names = self
+            .topics
+            .as_ref()
+            .map(|topics| topics.iter().map(name).collect());
+        Ok(Selection {
+            names: names.transpose()?,
+            regex: self.regex.clone(),
+            exclude: self
+                .exclude_topics
+                .iter()
+                .map(name)
+                .collect::<Result<_, _>>()?,
+            exclude_regex: self.exclude_regex.clone(),
+            hidden: self.include_hidden_topics,
         })
     }
 }
 
-fn choose(topic: &str) -> Result<Chosen, NodeError> {
-    let refuse = |expected: &str| {
-        NodeError::Input(format!(
-            "parameter \"topics\" has {topic:?}, expected {expected}"
-        ))
-    };
-    let (name, type_name) = topic
-        .split_once('=')
-        .ok_or_else(|| refuse("name=package/msg/Type"))?;
-    let message_type = lookup(type_name).ok_or_else(|| refuse("a message type that lgvi knows"))?;
-    Ok(Chosen {
-        name: name.into(),
-        message_type,
-    })
+fn get<T: ParameterType>(parameters: &Parameters, name: &str) -> Result<T, NodeError> {
+    parameters.get(name).map_err(NodeError::input)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// A parameter that is one of some names.
+fn named<T>(
+    name: &str,
+    default: &str,
+    choices: &'static [(&str, T)],
+    description: &str,
+) -> ParameterSpec
+where
+    T: Sync,
+{
+    let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+    let names = names.join(", ");
+    ParameterSpec::new(name, default.to_owned(), description)
+        .constraints(&names)
+        .check(move |value| {
+            let known = |(name, _): &(&str, T)| matches!(value, ParameterValue::String(value) if value == name);
+            if choices.iter().any(known) {
+                Ok(())
+            } else {
+                Err(format!("expected one of {names}"))
+            }
+        })
+}
 
-    #[test]
-    fn topics_are_names_with_known_types() {
-        let chosen = choose("/tf=tf2_msgs/msg/TFMessage").unwrap();
-        assert_eq!(
-            (chosen.name.as_str(), chosen.message_type.name),
-            ("/tf", "tf2_msgs/msg/TFMessage")
-        );
-        assert!(
-            choose("/tf")
-                .unwrap_err()
-                .to_string()
-                .contains("name=package/msg/Type")
-        );
-        assert!(
-            choose("/tf=tf2_msgs/msg/Nothing")
-                .unwrap_err()
-                .to_string()
-                .contains("knows")
-        );
+fn chosen<T: Copy>(
+    parameters: &Parameters,
+    name: &str,
+    choices: &[(&str, T)],
+) -> Result<T, NodeError> {
+    let value: String = get(parameters, name)?;
+    let found = choices.iter().find(|(choice, _)| *choice == value);
+    // Others are refused before.
+    found
+        .map(|(_, chosen)| *chosen)
+        .ok_or_else(|| NodeError::Input(format!("parameter {name:?} is {value:?}")))
+}
+
+/// A parameter that is a regular expression, or empty.
+fn pattern(name: &str, description: &str) -> ParameterSpec {
+    ParameterSpec::new(name, String::new(), description)
+        .constraints("a regular expression")
+        .check(|value| match value {
+            ParameterValue::String(text) => Regex::new(text)
+                .map(drop)
+                .map_err(|error| format!("expected a regular expression: {error}")),
+            _ => Ok(()),
+        })
+}
+
+fn expression(parameters: &Parameters, name: &str) -> Result<Option<Regex>, NodeError> {
+    let text: String = get(parameters, name)?;
+    if text.is_empty() {
+        return Ok(None);
     }
+    Regex::new(&text).map(Some).map_err(NodeError::input)
 }

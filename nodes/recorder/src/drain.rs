@@ -1,11 +1,12 @@
-//! How receiving ends.
+//! How receiving goes on and ends.
 
+use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::Shutdown;
 use lgvi_node::NodeError;
 
-/// How often a source looks for messages when there are none.
+/// How often a source that is to end looks for messages.
 const IDLE: Duration = Duration::from_micros(500);
 
 /// How long a source must be silent before it is taken to be drained.
@@ -14,12 +15,22 @@ const SILENCE: Duration = Duration::from_millis(100);
 /// How long it is waited for after the shutdown. What is left of a second is for closing the bag and the node.
 const DEADLINE: Duration = Duration::from_millis(400);
 
-/// Runs `poll` until the shutdown and after it until it has been silent for a while, but not for long.
+/// What a look at a source has come to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Looked {
+    /// Whether there was anything.
+    pub(crate) found: bool,
+    /// How long to wait before the next look. Where nothing was found, unparking the thread ends it.
+    pub(crate) pause: Duration,
+}
+
+/// Calls `look` until the shutdown and after it until it has found nothing for a while, but not for long. Who raises the
+/// shutdown unparks the thread.
 ///
-/// `poll` takes what has arrived, within limits, and says whether that was anything.
+/// `look` takes what has arrived, within limits.
 pub(crate) fn drain(
     shutdown: &Shutdown,
-    mut poll: impl FnMut() -> Result<bool, NodeError>,
+    mut look: impl FnMut() -> Result<Looked, NodeError>,
 ) -> Result<(), NodeError> {
     let mut heard = Instant::now();
     let mut requested = None;
@@ -27,17 +38,22 @@ pub(crate) fn drain(
         if requested.is_none() && shutdown.requested() {
             requested = Some(Instant::now());
         }
-        // Decided before the last poll, which takes all that has arrived by then.
+        // Decided before the last look, which takes all that has arrived by then.
         let last = requested.is_some_and(|requested| requested.elapsed() >= DEADLINE);
-        if poll()? {
+        let Looked { found, pause } = look()?;
+        if found {
             heard = Instant::now();
         } else if requested.is_some() && heard.elapsed() >= SILENCE {
             return Ok(());
-        } else {
-            std::thread::sleep(IDLE);
         }
         if last {
             return Ok(());
+        }
+        match requested {
+            Some(_) if found => {}
+            Some(_) => thread::sleep(IDLE),
+            None if found => thread::sleep(pause),
+            None => thread::park_timeout(pause),
         }
     }
 }
@@ -46,14 +62,19 @@ pub(crate) fn drain(
 mod tests {
     use super::*;
 
+    fn looked(found: bool) -> Result<Looked, NodeError> {
+        let pause = IDLE;
+        Ok(Looked { found, pause })
+    }
+
     #[test]
     fn a_source_that_never_falls_silent_is_left() {
         let shutdown = Shutdown::new();
         shutdown.request();
         let start = Instant::now();
         drain(&shutdown, || {
-            std::thread::sleep(IDLE);
-            Ok(true)
+            thread::sleep(IDLE);
+            looked(true)
         })
         .unwrap();
         let took = start.elapsed();
@@ -69,7 +90,7 @@ mod tests {
         drain(&shutdown, || {
             let due = start.elapsed() >= found * SILENCE / 2;
             found += u32::from(due && found < 4);
-            Ok(due && found < 4)
+            looked(due && found < 4)
         })
         .unwrap();
         assert_eq!(found, 4);

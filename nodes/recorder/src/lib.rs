@@ -1,14 +1,26 @@
 //! The recorder node: full-rate states from shared memory and all other topics from DDS, into a rosbag2 directory.
 //!
 //! Two threads receive (`states`, `topics`) and one writes (`sink`), so that a slow disk delays neither; the queue between
-//! them is bounded, and when it is full the receivers wait, and with them publishers that fly without loss.
+//! them is bounded in bytes, and when it is full the receivers wait, and with them publishers that fly without loss. How
+//! often and how long they have waited, and what is missing of each topic, the `account` has.
 
+mod account;
+mod batch;
 mod config;
+mod definitions;
 mod drain;
+mod fields;
 mod log_time;
+mod outlet;
+mod participants;
+mod queue;
+mod request;
 mod run;
 mod seen;
+mod selection;
+mod services;
 mod sink;
+mod source;
 mod stamp;
 mod states;
 mod topics;

@@ -1,13 +1,18 @@
-//! When messages from DDS are logged.
+//! When messages are logged.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
-use crate::sink::Record;
+use lgvi_middleware::ros::Clock;
+
+use crate::batch::Head;
 
 /// Messages that are held until the first stamp is known.
 const HELD: usize = 1000;
+
+/// The most memory that they take (bytes).
+const HELD_SIZE: usize = 16 << 20;
 
 /// The stamp of the last state from shared memory.
 #[derive(Debug)]
@@ -29,81 +34,109 @@ impl StateTime {
     }
 }
 
-/// Log times: those of reception, or stamps. What has no stamp is logged at the last one of others, and what comes
-/// before the first one waits for it.
+/// What messages are logged at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LogTime {
+    /// The node's time when they are received.
+    Received,
+    /// Their stamps.
+    Stamp,
+}
+
+/// A message whose log time is still that of its reception.
+pub(crate) struct Message {
+    pub(crate) head: Head,
+    pub(crate) cdr: Vec<u8>,
+}
+
+/// Log times. What has no stamp is logged at the last one of others; and what comes before the first one, or before the
+/// first time on `/clock`, waits for it.
 pub(crate) struct LogTimes {
-    use_sim_time: bool,
+    by: LogTime,
+    clock: Clock,
     latest: Option<i64>,
     states: Arc<StateTime>,
-    held: VecDeque<Record>,
+    held: VecDeque<Message>,
+    /// Bytes of what waits.
+    size: usize,
 }
 
 impl LogTimes {
-    pub(crate) fn new(use_sim_time: bool, states: Arc<StateTime>) -> Self {
+    pub(crate) fn new(by: LogTime, clock: Clock, states: Arc<StateTime>) -> Self {
         Self {
-            use_sim_time,
+            by,
+            clock,
             latest: None,
             states,
             held: VecDeque::new(),
+            size: 0,
         }
     }
 
-    /// Passes on a message whose log time is that of its reception, and those that have waited for its stamp.
+    /// Passes on a message, and those that have waited for its stamp.
     pub(crate) fn log(
         &mut self,
-        mut record: Record,
+        mut message: Message,
         stamp: Option<i64>,
-        mut pass_on: impl FnMut(Record),
+        mut pass_on: impl FnMut(Message),
     ) {
-        if !self.use_sim_time {
-            return pass_on(record);
-        }
-        self.latest = stamp.or(self.latest);
+        let own = match self.by {
+            LogTime::Received if !self.clock.is_simulated() => return pass_on(message),
+            LogTime::Received => None,
+            LogTime::Stamp => stamp,
+        };
+        self.latest = own.or(self.latest);
         self.release(&mut pass_on);
-        match stamp.or_else(|| self.time()) {
+        match own.or_else(|| self.time()) {
             Some(time) => {
-                record.log_time = time;
-                pass_on(record);
+                message.head.log_time = time;
+                pass_on(message);
             }
             None => {
-                self.held.push_back(record);
-                if self.held.len() > HELD {
-                    self.held.pop_front().into_iter().for_each(pass_on);
+                self.size += message.cdr.len();
+                self.held.push_back(message);
+                while self.held.len() > HELD || self.size > HELD_SIZE {
+                    let Some(oldest) = self.held.pop_front() else {
+                        break;
+                    };
+                    self.size -= oldest.cdr.len();
+                    pass_on(oldest);
                 }
             }
         }
     }
 
-    /// Passes on those that have waited, if a stamp is known by now.
-    pub(crate) fn release(&mut self, pass_on: impl FnMut(Record)) {
+    /// Passes on those that have waited, if a time is known by now.
+    pub(crate) fn release(&mut self, pass_on: impl FnMut(Message)) {
         if self.held.is_empty() {
             return;
         }
         if let Some(time) = self.time() {
-            let timed = |mut record: Record| {
-                record.log_time = time;
-                record
+            let timed = |mut message: Message| {
+                message.head.log_time = time;
+                message
             };
             self.held.drain(..).map(timed).for_each(pass_on);
+            self.size = 0;
         }
     }
 
     /// Passes on those that have waited in vain, at the times of their reception.
-    pub(crate) fn finish(&mut self, mut pass_on: impl FnMut(Record)) {
+    pub(crate) fn finish(&mut self, mut pass_on: impl FnMut(Message)) {
         self.release(&mut pass_on);
         self.held.drain(..).for_each(pass_on);
     }
 
     fn time(&self) -> Option<i64> {
-        self.latest.max(self.states.get())
+        match self.by {
+            LogTime::Received => Some(self.clock.now()).filter(|time| *time != 0),
+            LogTime::Stamp => self.latest.max(self.states.get()),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use lgvi_msgs::MessageType;
-    use lgvi_msgs::rosgraph_msgs::Clock;
-
     use super::*;
 
     /// Log times as they come out, of messages received at 1000, 1001 and so on.
@@ -115,10 +148,10 @@ mod tests {
     }
 
     impl Bench {
-        fn new(use_sim_time: bool) -> Self {
+        fn new(by: LogTime) -> Self {
             let states = Arc::<StateTime>::default();
             Self {
-                times: LogTimes::new(use_sim_time, Arc::clone(&states)),
+                times: LogTimes::new(by, Clock::wall(), Arc::clone(&states)),
                 states,
                 logged: Vec::new(),
                 received: 0,
@@ -126,31 +159,32 @@ mod tests {
         }
 
         fn receive(&mut self, stamp: Option<i64>) {
-            let record = Record {
-                topic: Arc::from("/topic"),
-                message_type: MessageType::of::<Clock>(),
-                depth: 1,
-                log_time: 1000 + self.received.cast_signed(),
-                publish_time: 0,
-                sequence: self.received,
+            let message = Message {
+                head: Head {
+                    publisher: 0,
+                    track: 0,
+                    log_time: 1000 + self.received.cast_signed(),
+                    publish_time: 0,
+                    sequence: self.received,
+                },
                 cdr: Vec::new(),
             };
             self.received += 1;
-            self.times.log(record, stamp, |record| {
-                self.logged.push((record.sequence, record.log_time));
+            self.times.log(message, stamp, |Message { head, .. }| {
+                self.logged.push((head.sequence, head.log_time));
             });
         }
 
         fn finish(&mut self) {
-            self.times.finish(|record| {
-                self.logged.push((record.sequence, record.log_time));
+            self.times.finish(|Message { head, .. }| {
+                self.logged.push((head.sequence, head.log_time));
             });
         }
     }
 
     #[test]
     fn what_comes_before_the_first_stamp_waits_for_it() {
-        let mut bench = Bench::new(true);
+        let mut bench = Bench::new(LogTime::Stamp);
         bench.receive(None);
         bench.receive(None);
         assert_eq!(bench.logged, []);
@@ -163,7 +197,7 @@ mod tests {
 
     #[test]
     fn states_from_shared_memory_tell_the_time_too() {
-        let mut bench = Bench::new(true);
+        let mut bench = Bench::new(LogTime::Stamp);
         bench.receive(None);
         bench.states.set(3);
         bench.receive(None);
@@ -175,7 +209,7 @@ mod tests {
 
     #[test]
     fn what_waits_in_vain_is_logged_at_its_reception() {
-        let mut bench = Bench::new(true);
+        let mut bench = Bench::new(LogTime::Stamp);
         for _ in 0..=HELD {
             bench.receive(None);
         }
@@ -188,8 +222,8 @@ mod tests {
     }
 
     #[test]
-    fn without_simulated_time_nothing_waits() {
-        let mut bench = Bench::new(false);
+    fn what_is_logged_at_its_reception_waits_for_no_stamp() {
+        let mut bench = Bench::new(LogTime::Received);
         bench.receive(None);
         bench.receive(Some(5));
         assert_eq!(bench.logged, [(0, 1000), (1, 1001)]);

@@ -1,19 +1,24 @@
 //! The node as a managed node: each time that it is active it makes a bag.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use lgvi_bag::BagWriter;
-use lgvi_middleware::ros::{Diagnosed, Level, Status};
+use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::ShmNode;
 use lgvi_middleware::{ParameterSpec, Shutdown};
 use lgvi_node::{Event, Managed, Node, NodeError, Stopped};
 use tracing::info;
 
+use crate::account::Account;
 use crate::config::{self, Config};
-use crate::log_time::StateTime;
-use crate::sink::{self, Sink};
+use crate::log_time::{LogTimes, StateTime};
+use crate::outlet::Outlet;
+use crate::queue::Queue;
+use crate::services::Services;
+use crate::sink::Sink;
 use crate::states::States;
 use crate::topics::Topics;
 
@@ -25,7 +30,9 @@ pub(crate) struct Recorder {
     shm: ShmNode,
     /// While the node is active.
     opened: Option<Opened>,
-    counts: Arc<Counts>,
+    services: Services,
+    /// The account of the last recording.
+    account: Arc<Mutex<Arc<Account>>>,
     _diagnosed: Diagnosed,
 }
 
@@ -35,14 +42,7 @@ struct Opened {
     writer: BagWriter,
     states: States,
     topics: Topics,
-}
-
-/// What `/diagnostics` has of a recording.
-#[derive(Default)]
-struct Counts {
-    written: AtomicU64,
-    states_lost: AtomicU64,
-    topics_lost: AtomicU64,
+    account: Arc<Account>,
 }
 
 impl Managed for Recorder {
@@ -53,114 +53,120 @@ impl Managed for Recorder {
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
-        Config::read(&node.parameters)?;
-        let counts = Arc::<Counts>::default();
-        let told = Arc::clone(&counts);
+        let config = Config::read(&node.parameters)?;
+        let services = Services::serve(node)?;
+        services
+            .paused
+            .store(config.start_paused, Ordering::Relaxed);
+        let account = Arc::<Mutex<Arc<Account>>>::default();
+        let (told, paused) = (Arc::clone(&account), Arc::clone(&services.paused));
+        let status = move || lock(&told).status(paused.load(Ordering::Relaxed));
         Ok(Self {
-            opened: None,
             shm: node.shm()?,
-            counts,
-            _diagnosed: node.diagnostics.add("recording", move || told.status()),
+            opened: None,
+            services,
+            account,
+            _diagnosed: node.diagnostics.add("recording", status),
         })
     }
 
     fn activate(&mut self, node: &Node) -> Result<(), NodeError> {
         let config = Config::read(&node.parameters)?;
-        self.opened = Some(Opened::new(node, config, &self.shm)?);
-        self.counts.reset();
+        let opened = Opened::new(node, config, &self.shm, &self.services)?;
+        *lock(&self.account) = Arc::clone(&opened.account);
+        self.opened = Some(opened);
         Ok(())
     }
 
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
         if let Some(opened) = self.opened.take() {
-            opened.record(node, &self.counts)?;
+            opened.record(node, &self.services)?;
         }
         Ok(Stopped::Interrupted)
     }
 
     fn clean_up(self, _: &Node) -> Result<(), NodeError> {
         // A bag that nothing was recorded into is closed too.
-        let Some(Opened { writer, .. }) = self.opened else {
+        let Some(Opened {
+            writer, account, ..
+        }) = self.opened
+        else {
             return Ok(());
         };
         writer
-            .finish(std::collections::BTreeMap::new())
+            .finish(account.metadata())
             .map(drop)
             .map_err(NodeError::runtime)
     }
 }
 
 impl Opened {
-    fn new(node: &Node, config: Config, shm: &ShmNode) -> Result<Self, NodeError> {
-        let resolve = |topic: &str| node.args.resolve(topic).map_err(NodeError::input);
-        let elsewhere = config
+    fn new(
+        node: &Node,
+        config: Config,
+        shm: &ShmNode,
+        services: &Services,
+    ) -> Result<Self, NodeError> {
+        let resolve = |topic: &String| node.args.resolve(topic).map_err(NodeError::input);
+        let names: Vec<String> = config
             .states
             .iter()
-            .map(|topic| resolve(topic))
+            .map(resolve)
             .collect::<Result<_, _>>()?;
         let time = Arc::<StateTime>::default();
-        let states = States::open(&config, shm, Arc::clone(&time), resolve)?;
-        let topics = Topics::open(&config, node.ros.clone(), elsewhere, time)?;
+        let account = Arc::<Account>::default();
+        let clock = &node.clock;
+        let paused = || Arc::clone(&services.paused);
+        let states = States::open(
+            &config,
+            &names,
+            shm,
+            clock.clone(),
+            Arc::clone(&time),
+            paused(),
+            &account,
+        )?;
+        let times = LogTimes::new(config.log_time, clock.clone(), time);
+        let ros = node.ros.clone();
+        let topics = Topics::open(&config, ros, names, times, paused(), Arc::clone(&account))?;
+        let writer = BagWriter::create(&config.output, config.options);
         Ok(Self {
             // Last, so that no bag is left where the others fail.
-            writer: sink::create(&config).map_err(NodeError::input)?,
+            writer: writer.map_err(NodeError::input)?,
             states,
             topics,
+            account,
             config,
         })
     }
 
     /// Records until the node is to stop, and closes the bag.
-    fn record(self, node: &Node, counts: &Arc<Counts>) -> Result<(), NodeError> {
+    fn record(self, node: &Node, services: &Services) -> Result<(), NodeError> {
         let Self {
             config,
             writer,
             states,
             topics,
+            account,
         } = self;
+        let queue = Queue::new(config.cache, Arc::clone(&account));
+        let outlets = [queue.outlet(), queue.outlet()];
         let sink = {
-            let events = Arc::clone(&node.events);
-            let counts = Arc::clone(counts);
-            let tell = move |written: &sink::Counts| {
-                counts
-                    .written
-                    .store(written.values().sum(), Ordering::Relaxed);
+            let (events, told) = (Arc::clone(&node.events), Arc::clone(&account));
+            let tell = move || {
+                let (waits, waited) = told.waits();
                 let _ = events.report(&Event::Recording {
-                    messages: written.clone(),
-                    lost: counts.lost(),
+                    messages: told.written(),
+                    lost: told.lost().values().sum(),
+                    waits,
+                    waited,
                 });
             };
-            Sink::start(writer, tell).map_err(NodeError::runtime)?
+            Sink::start(writer, &queue, &account, tell).map_err(NodeError::runtime)?
         };
-        let stop = Shutdown::new();
-        let received = std::thread::scope(|scope| {
-            let queue = sink.queue.clone();
-            let from_dds = scope.spawn(|| {
-                let queue = queue;
-                topics.run(&queue, &counts.topics_lost, &stop)
-            });
-            let queue = sink.queue.clone();
-            let from_shm = scope.spawn(|| {
-                let queue = queue;
-                states.run(&queue, &counts.states_lost, &stop)
-            });
-            while !node.interrupted()
-                && !sink.failed()
-                && !from_dds.is_finished()
-                && !from_shm.is_finished()
-            {
-                std::thread::sleep(LOOK);
-            }
-            stop.request();
-            let panicked = |_| NodeError::runtime("a receiving thread has panicked");
-            let outcomes = [
-                from_dds.join().map_err(panicked),
-                from_shm.join().map_err(panicked),
-            ];
-            outcomes
-                .into_iter()
-                .try_for_each(|outcome| outcome.and_then(|received| received))
-        });
+        let attached = services.attach(&queue);
+        let received = receive(node, &sink, states, topics, outlets);
+        drop(attached);
 
         let written = sink
             .finish()
@@ -169,33 +175,51 @@ impl Opened {
         let messages: u64 = summary.messages.values().sum();
         let bag = config.output;
         info!("recorded {messages} messages in {}", bag.display());
+        let (waits, waited) = account.waits();
         node.report(&Event::Recorded {
             bag,
             messages: summary.messages,
-            lost: counts.lost(),
+            lost: account.lost().values().sum(),
+            waits,
+            waited,
         });
         received
     }
 }
 
-impl Counts {
-    /// Messages known to be missing.
-    fn lost(&self) -> u64 {
-        self.states_lost.load(Ordering::Relaxed) + self.topics_lost.load(Ordering::Relaxed)
-    }
-
-    fn reset(&self) {
-        for count in [&self.written, &self.states_lost, &self.topics_lost] {
-            count.store(0, Ordering::Relaxed);
+/// Receives on both ways until the node is to stop, or writing has failed.
+fn receive(
+    node: &Node,
+    sink: &Sink,
+    states: States,
+    topics: Topics,
+    [to_states, to_topics]: [Outlet; 2],
+) -> Result<(), NodeError> {
+    let stop = Shutdown::new();
+    thread::scope(|scope| {
+        let from_dds = scope.spawn(|| topics.run(to_topics, &stop));
+        let from_shm = scope.spawn(|| states.run(to_states, &stop));
+        while !node.interrupted()
+            && !sink.failed()
+            && !from_dds.is_finished()
+            && !from_shm.is_finished()
+        {
+            thread::sleep(LOOK);
         }
-    }
+        stop.request();
+        from_dds.thread().unpark();
+        from_shm.thread().unpark();
+        let panicked = |_| NodeError::runtime("a receiving thread has panicked");
+        let outcomes = [
+            from_dds.join().map_err(panicked),
+            from_shm.join().map_err(panicked),
+        ];
+        outcomes
+            .into_iter()
+            .try_for_each(|outcome| outcome.and_then(|received| received))
+    })
+}
 
-    fn status(&self) -> Status {
-        let written = self.written.load(Ordering::Relaxed);
-        let lost = self.lost();
-        Status::ok(format!("{written} messages written"))
-            .when(lost > 0, Level::Warn, "messages are missing")
-            .value("messages written", written)
-            .value("messages lost", lost)
-    }
+fn lock(account: &Mutex<Arc<Account>>) -> MutexGuard<'_, Arc<Account>> {
+    account.lock().unwrap_or_else(PoisonError::into_inner)
 }

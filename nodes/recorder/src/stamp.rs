@@ -1,7 +1,10 @@
 //! The stamp of a message, read from its CDR without decoding the rest.
 
 use lgvi_msgs::builtin_interfaces::Time;
-use lgvi_msgs::{MessageType, RosMessage, tf2_msgs, visualization_msgs};
+use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
+use lgvi_msgs::{RosMessage, tf2_msgs, visualization_msgs};
+
+use crate::definitions::Definition;
 
 /// The encapsulation header that precedes the message.
 const ENCAPSULATION: usize = 4;
@@ -18,11 +21,13 @@ pub(crate) enum Stamped {
 }
 
 impl Stamped {
-    pub(crate) fn of(message_type: &MessageType) -> Self {
-        let uncommented = |line: &'static str| line.split('#').next().unwrap_or_default().trim();
+    pub(crate) fn of(definition: &Definition) -> Self {
+        fn uncommented(line: &str) -> &str {
+            line.split('#').next().unwrap_or_default().trim()
+        }
         // Constants, which have a '=', are no fields.
-        let first_field = message_type
-            .definition
+        let first_field = definition
+            .text
             .lines()
             .map(uncommented)
             .find(|line| !line.is_empty() && !line.contains('='));
@@ -30,9 +35,14 @@ impl Stamped {
             tf2_msgs::TFMessage::TYPE_NAME,
             visualization_msgs::MarkerArray::TYPE_NAME,
         ];
-        if lists.contains(&message_type.name) {
+        if lists.contains(&&*definition.type_name) {
             Self::FirstElement
-        } else if first_field.is_some_and(|field| field.starts_with("std_msgs/Header ")) {
+        } else if definition.type_name == DiagnosticArray::TYPE_NAME {
+            // That of the wall, as a rule, in a flight of another time.
+            Self::No
+        } else if first_field.is_some_and(|field| {
+            field.starts_with("std_msgs/Header ") || field.starts_with("std_msgs/msg/Header ")
+        }) {
             Self::Header
         } else {
             Self::No
@@ -73,6 +83,11 @@ mod tests {
     use lgvi_msgs::visualization_msgs::{Marker, MarkerArray};
 
     use super::*;
+    use crate::definitions::Definitions;
+
+    fn stamped<M: RosMessage>() -> Stamped {
+        Stamped::of(&Definitions::installed().find(M::TYPE_NAME).unwrap())
+    }
 
     #[test]
     fn stamps_are_found_in_headers_and_in_first_transforms_and_markers() {
@@ -82,35 +97,33 @@ mod tests {
         };
         let mut odometry = Odometry::default();
         odometry.header.stamp = stamp.clone();
-        let stamped = Stamped::of(&MessageType::of::<Odometry>());
+        let found = stamped::<Odometry>();
         assert_eq!(
-            stamped.read(&encode(&odometry).unwrap()),
+            found.read(&encode(&odometry).unwrap()),
             Some(12_000_000_345)
         );
-        assert_eq!(stamped.read(&[0, 1, 0, 0, 1]), None);
+        assert_eq!(found.read(&[0, 1, 0, 0, 1]), None);
 
         let mut transform = TransformStamped::default();
         transform.header.stamp = stamp.clone();
-        let stamped = Stamped::of(&MessageType::of::<TFMessage>());
+        let found = stamped::<TFMessage>();
         let tf = TFMessage {
             transforms: vec![transform],
         };
-        assert_eq!(stamped.read(&encode(&tf).unwrap()), Some(12_000_000_345));
-        assert_eq!(stamped.read(&encode(&TFMessage::default()).unwrap()), None);
+        assert_eq!(found.read(&encode(&tf).unwrap()), Some(12_000_000_345));
+        assert_eq!(found.read(&encode(&TFMessage::default()).unwrap()), None);
 
         let mut marker = Marker::default();
         marker.header.stamp = stamp;
         let markers = MarkerArray {
             markers: vec![marker],
         };
-        let stamped = Stamped::of(&MessageType::of::<MarkerArray>());
-        assert_eq!(
-            stamped.read(&encode(&markers).unwrap()),
-            Some(12_000_000_345)
-        );
+        let found = stamped::<MarkerArray>();
+        assert_eq!(found.read(&encode(&markers).unwrap()), Some(12_000_000_345));
 
-        let after_constants = Stamped::of(&MessageType::of::<PlanProgress>());
+        let after_constants = stamped::<PlanProgress>();
         assert_eq!(after_constants, Stamped::Header);
-        assert_eq!(Stamped::of(&MessageType::of::<Clock>()), Stamped::No);
+        assert_eq!(stamped::<Clock>(), Stamped::No);
+        assert_eq!(stamped::<DiagnosticArray>(), Stamped::No);
     }
 }

@@ -1,104 +1,188 @@
 //! What is recorded from shared memory.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::SyncSender;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
+use lgvi_bag::{Durability, History, Qos, ROS2MSG, Reliability, Topic};
 use lgvi_middleware::Shutdown;
+use lgvi_middleware::ros::Clock;
 use lgvi_middleware::shm::{ShmNode, StateSubscriber};
 use lgvi_msgs::msg::SystemState;
-use lgvi_msgs::{MessageType, cdr};
+use lgvi_msgs::shm::{BodySample, StateHeader};
+use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::NodeError;
+use tracing::{info, warn};
 
+use crate::account::{Account, Track};
+use crate::batch::Head;
 use crate::config::Config;
-use crate::drain::drain;
-use crate::log_time::StateTime;
-use crate::sink::Record;
+use crate::drain::{Looked, drain};
+use crate::log_time::{LogTime, StateTime};
+use crate::outlet::Outlet;
 
-/// Places in a state subscription.
-const STATE_BUFFER: usize = 1024;
+/// Places in a state subscription: 0.8 s of 10 kHz, for as long as the thread may have to wait for a processor.
+const STATE_BUFFER: usize = 8192;
+
+/// The shortest and the longest pause between two looks. A publisher that has been held up catches up at some 200 000
+/// states a second: the places must do for that.
+const PAUSE: (Duration, Duration) = (Duration::from_micros(100), Duration::from_millis(2));
 
 /// States from shared memory.
 pub(crate) struct States {
-    subscribers: Vec<(Arc<str>, StateSubscriber)>,
-    message_type: MessageType,
-    frame: String,
-    use_sim_time: bool,
+    sources: Vec<Source>,
+    /// The last state, whose memory is used again for the next.
+    message: SystemState,
+    log_time: LogTime,
+    clock: Clock,
     time: Arc<StateTime>,
+    paused: Arc<AtomicBool>,
+}
+
+/// A topic of states.
+struct Source {
+    subscriber: StateSubscriber,
+    place: usize,
+    track: Arc<Track>,
+    /// States that no message can hold.
+    unusable: u64,
 }
 
 impl States {
+    /// Subscribes to topics by their absolute names.
     pub(crate) fn open(
         config: &Config,
+        topics: &[String],
         shm: &ShmNode,
+        clock: Clock,
         time: Arc<StateTime>,
-        resolve: impl Fn(&str) -> Result<String, NodeError>,
+        paused: Arc<AtomicBool>,
+        account: &Account,
     ) -> Result<Self, NodeError> {
         let open = |topic: &String| {
-            let topic = resolve(topic)?;
             let subscriber = shm
-                .state_subscriber(&topic, STATE_BUFFER)
+                .state_subscriber(topic, STATE_BUFFER)
                 .map_err(NodeError::runtime)?;
-            Ok((Arc::from(topic), subscriber))
+            let (place, track) = account.add(topic);
+            track.topic.get_or_init(|| describe(topic));
+            info!("recording {topic} from shared memory");
+            Ok(Source {
+                subscriber,
+                place,
+                track,
+                unusable: 0,
+            })
         };
+        let mut message = SystemState::default();
+        message.header.frame_id.clone_from(&config.frame);
         Ok(Self {
-            subscribers: config.states.iter().map(open).collect::<Result<_, _>>()?,
-            message_type: MessageType::of::<SystemState>(),
-            frame: config.frame.clone(),
-            use_sim_time: config.use_sim_time,
+            sources: topics.iter().map(open).collect::<Result<_, _>>()?,
+            message,
+            log_time: config.log_time,
+            clock,
             time,
+            paused,
         })
     }
 
-    /// Receives until the shutdown; `lost` counts what is missing.
-    pub(crate) fn run(
-        mut self,
-        queue: &SyncSender<Record>,
-        lost: &AtomicU64,
-        shutdown: &Shutdown,
-    ) -> Result<(), NodeError> {
+    /// Receives until the shutdown.
+    pub(crate) fn run(mut self, mut outlet: Outlet, shutdown: &Shutdown) -> Result<(), NodeError> {
+        let mut pause = PAUSE.1;
         drain(shutdown, || {
-            let mut found = false;
-            for (topic, subscriber) in &mut self.subscribers {
-                // No more than has room to wait.
-                for _ in 0..STATE_BUFFER {
-                    let Some(sample) = subscriber.receive().map_err(NodeError::runtime)? else {
-                        break;
-                    };
-                    found = true;
-                    let header = *sample.header();
-                    let message = header
-                        .to_message(sample.elements(), &self.frame)
-                        .map_err(NodeError::runtime)?;
-                    drop(sample);
-                    let stamp = header.stamp_nanoseconds;
-                    self.time.set(stamp);
-                    let record = Record {
-                        topic: Arc::clone(topic),
-                        message_type: self.message_type,
-                        depth: STATE_BUFFER as u32,
-                        log_time: if self.use_sim_time { stamp } else { now() },
-                        publish_time: stamp,
-                        sequence: header.sequence,
-                        cdr: cdr::encode(&message).map_err(NodeError::runtime)?,
-                    };
-                    if queue.send(record).is_err() {
-                        return Ok(false);
-                    }
-                }
+            let mut most = 0;
+            for source in 0..self.sources.len() {
+                most = most.max(self.receive(source, &mut outlet)?);
             }
-            let missing = self
-                .subscribers
-                .iter()
-                .map(|(_, subscriber)| subscriber.lost())
-                .sum();
-            lost.store(missing, Ordering::Relaxed);
-            Ok(found)
+            outlet.tick();
+            // So that a small part of the places is in use at the next look.
+            if most > STATE_BUFFER / 4 {
+                pause = PAUSE.0;
+            } else if most > STATE_BUFFER / 8 {
+                pause = (pause / 2).max(PAUSE.0);
+            } else if most < STATE_BUFFER / 16 {
+                pause = (2 * pause).min(PAUSE.1);
+            }
+            Ok(Looked {
+                found: most > 0,
+                pause,
+            })
         })
+    }
+
+    /// Takes what has arrived on one topic; how many samples.
+    fn receive(&mut self, index: usize, outlet: &mut Outlet) -> Result<usize, NodeError> {
+        let source = &mut self.sources[index];
+        let mut received = 0;
+        // No more than has room to wait.
+        while received < STATE_BUFFER {
+            let sample = source.subscriber.receive().map_err(NodeError::runtime)?;
+            let Some(sample) = sample else {
+                break;
+            };
+            received += 1;
+            let (header, bodies) = (sample.header(), sample.elements());
+            let stamp = header.stamp_nanoseconds;
+            self.time.set(stamp);
+            if self.paused.load(Ordering::Relaxed) {
+                continue;
+            }
+            let head = Head {
+                publisher: 0,
+                track: source.place,
+                log_time: log_time(self.log_time, &self.clock, stamp),
+                publish_time: stamp,
+                sequence: header.sequence,
+            };
+            let message = &mut self.message;
+            if let Err(why) = outlet.put_with(head, |cdr| encode(cdr, header, bodies, message)) {
+                if source.unusable == 0 {
+                    warn!("{}: a state cannot be recorded: {why}", source.track.name);
+                }
+                source.unusable += 1;
+            }
+        }
+        let lost = source.subscriber.lost() + source.unusable;
+        source.track.lost.store(lost, Ordering::Relaxed);
+        Ok(received)
     }
 }
 
-/// Wall-clock time (ns since the UNIX epoch).
-fn now() -> i64 {
-    chrono::Utc::now().timestamp_nanos_opt().unwrap_or(i64::MAX)
+fn encode(
+    cdr: &mut Vec<u8>,
+    header: &StateHeader,
+    bodies: &[BodySample],
+    message: &mut SystemState,
+) -> Result<(), String> {
+    header
+        .update_message(bodies, message)
+        .map_err(|error| error.to_string())?;
+    cdr::encode_into(cdr, message).map_err(|error| error.to_string())
+}
+
+/// When a state is logged; before the first time on `/clock`, at its stamp.
+fn log_time(by: LogTime, clock: &Clock, stamp: i64) -> i64 {
+    match by {
+        LogTime::Stamp => stamp,
+        LogTime::Received => match clock.now() {
+            0 => stamp,
+            now => now,
+        },
+    }
+}
+
+/// How a topic of states stands in the bag.
+fn describe(topic: &str) -> Topic {
+    Topic {
+        name: topic.to_owned(),
+        type_name: SystemState::TYPE_NAME.into(),
+        type_hash: SystemState::TYPE_HASH.into(),
+        definition: SystemState::DEFINITION.into(),
+        definition_encoding: ROS2MSG.to_owned(),
+        qos: Qos {
+            reliability: Reliability::Reliable,
+            durability: Durability::Volatile,
+            history: History::KeepLast,
+            depth: STATE_BUFFER as u32,
+        },
+    }
 }

@@ -1,11 +1,13 @@
 //! Topics and messages of the tests.
 
 #![allow(dead_code, reason = "no test uses all of it")]
+#![allow(clippy::unwrap_used)]
 
-use std::path::Path;
+use std::{collections::BTreeMap, fs, ops::Range, path::Path};
 
-use lgvi_bag::{BagError, BagReader, Qos, Topic};
+use lgvi_bag::{BagError, BagReader, Durability, Qos, Topic};
 use lgvi_msgs::{RosMessage, cdr, std_msgs::String as StringMessage};
+use mcap::{MessageStream, Summary};
 
 pub fn topic(name: &str, qos: Qos) -> Topic {
     Topic {
@@ -13,6 +15,7 @@ pub fn topic(name: &str, qos: Qos) -> Topic {
         type_name: StringMessage::TYPE_NAME.to_owned(),
         type_hash: StringMessage::TYPE_HASH.to_owned(),
         definition: StringMessage::DEFINITION.to_owned(),
+        definition_encoding: lgvi_bag::ROS2MSG.to_owned(),
         qos,
     }
 }
@@ -34,8 +37,26 @@ pub fn random(seed: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// Places of a file's chunks.
+pub fn chunks(bytes: &[u8]) -> Vec<Range<usize>> {
+    let mut chunks = Vec::new();
+    let mut start = mcap::MAGIC.len();
+    while let Some((prefix, _)) = bytes[start..].split_first_chunk::<9>() {
+        let [opcode, length @ ..] = *prefix;
+        let end = start + prefix.len() + u64::from_le_bytes(length) as usize;
+        if opcode == mcap::records::op::CHUNK {
+            chunks.push(start..end);
+        }
+        if opcode == mcap::records::op::FOOTER {
+            break;
+        }
+        start = end;
+    }
+    chunks
+}
+
 /// A message without its topic.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Read {
     pub topic: String,
     pub log_time: u64,
@@ -57,4 +78,105 @@ pub fn read_all(path: &Path) -> Result<Vec<Read>, BagError> {
             })
         })
         .collect()
+}
+
+/// A topic of which late joiners get the last messages.
+pub fn latched(name: &str, depth: u32) -> Topic {
+    let qos = Qos {
+        durability: Durability::TransientLocal,
+        depth,
+        ..Qos::default()
+    };
+    topic(name, qos)
+}
+
+/// An MCAP file as the crate mcap reads it, with its checksums.
+pub struct McapFile {
+    /// In the order of the file.
+    pub messages: Vec<Read>,
+    pub summary: Summary,
+    /// Names and contents of the metadata records.
+    pub metadata: Vec<(String, BTreeMap<String, String>)>,
+}
+
+impl McapFile {
+    pub fn read(path: &Path) -> Self {
+        let bytes = fs::read(path).unwrap();
+        let options = mcap::sans_io::LinearReaderOptions::default()
+            .with_validate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true);
+        let mut reader = mcap::sans_io::LinearReader::new_with_options(options);
+        let mut left = &bytes[..];
+        while let Some(event) = reader.next_event() {
+            if let mcap::sans_io::LinearReadEvent::ReadRequest(length) = event.unwrap() {
+                let length = length.min(left.len());
+                reader.insert(length).copy_from_slice(&left[..length]);
+                reader.notify_read(length);
+                left = &left[length..];
+            }
+        }
+        let summary = Summary::read(&bytes).unwrap().unwrap();
+        let messages = MessageStream::new(&bytes).unwrap().map(|message| {
+            let message = message.unwrap();
+            Read {
+                topic: message.channel.topic.clone(),
+                log_time: message.log_time,
+                publish_time: message.publish_time,
+                sequence: message.sequence,
+                data: message.data.into_owned(),
+            }
+        });
+        let metadata = summary.metadata_indexes.iter().map(|index| {
+            let record = mcap::read::metadata(&bytes, index).unwrap();
+            (record.name, record.metadata)
+        });
+        Self {
+            messages: messages.collect(),
+            metadata: metadata.collect(),
+            summary,
+        }
+    }
+
+    /// How many messages of each topic are repeated.
+    pub fn repeated(&self) -> BTreeMap<String, usize> {
+        let records = self.metadata.iter();
+        let mut records = records.filter(|(name, _)| name == "lgvi_repeated");
+        let Some((_, counts)) = records.next() else {
+            return BTreeMap::new();
+        };
+        assert!(records.next().is_none(), "two lgvi_repeated records");
+        let counts = counts.iter();
+        counts
+            .map(|(topic, count)| (topic.clone(), count.parse().unwrap()))
+            .collect()
+    }
+
+    /// The messages that are not repeated.
+    pub fn own(self) -> Vec<Read> {
+        let mut repeated = self.repeated();
+        let mut messages = self.messages;
+        messages.retain(|message| {
+            let left = repeated.get_mut(&message.topic);
+            let Some(left) = left.filter(|left| **left > 0) else {
+                return true;
+            };
+            *left -= 1;
+            false
+        });
+        messages
+    }
+
+    /// What rosbag2 writes into the file of its `metadata.yaml`.
+    pub fn rosbag2(&self) -> serde_yaml_ng::Value {
+        let (_, record) = self.metadata.last().unwrap();
+        serde_yaml_ng::from_str(&record["serialized_metadata"]).unwrap()
+    }
+}
+
+/// What `metadata.yaml` holds.
+pub fn metadata(bag: &Path) -> serde_yaml_ng::Value {
+    let text = fs::read_to_string(bag.join("metadata.yaml")).unwrap();
+    let document: serde_yaml_ng::Value = serde_yaml_ng::from_str(&text).unwrap();
+    document["rosbag2_bagfile_information"].clone()
 }

@@ -81,7 +81,7 @@ fn parameters_of_other_nodes_and_namespaces_are_not_ours() {
 fn later_parameters_win_and_node_prefixes_select() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("p.yaml");
-    fs::write(&file, "/**: {ros__parameters: {a: 2, b: 2, c: [p, q]}}").unwrap();
+    std::fs::write(&file, "/**: {ros__parameters: {a: 2, b: 2, c: [p, q]}}").unwrap();
     let line = format!(
         "--ros-args -p a:=1 --params-file {} -p b:=3 -p node:d:=4 -p other:d:=5",
         file.display()
@@ -185,6 +185,7 @@ fn what_is_wrong_is_said() {
         ("--ros-args --log-level loud", "\"loud\""),
         ("--ros-args -r __node:=a/b", "must not contain '/'"),
         ("--ros-args --params-file /nowhere.yaml", "/nowhere.yaml"),
+        ("--ros-args --params-file /dev/zero", "longer than"),
     ] {
         let error = parse(line).unwrap_err().to_string();
         assert!(error.contains(expected), "{line}: {error}");

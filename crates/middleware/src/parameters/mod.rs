@@ -2,6 +2,7 @@
 //! parameter files, validated before they take effect, seen and set through services.
 
 mod given;
+#[cfg(feature = "transport")]
 mod services;
 mod specification;
 mod store;

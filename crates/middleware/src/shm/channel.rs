@@ -21,6 +21,8 @@ pub trait Channel: Debug + Send + Sync + 'static {
     const SUBSCRIBERS: usize = 8;
     /// The most samples that wait for one subscriber.
     const BUFFER: usize;
+    /// The fewest samples that a publisher has memory for, however large they are.
+    const FEWEST: usize;
     /// How many samples a subscriber gets that comes later.
     const HISTORY: usize = 1;
     /// The most elements of a sample.
@@ -48,7 +50,8 @@ impl Channel for State {
     type Header = StateHeader;
     type Element = BodySample;
     const PUBLISHERS: usize = 1;
-    const BUFFER: usize = 1024;
+    const BUFFER: usize = 8192;
+    const FEWEST: usize = 2048;
     const MAX_ELEMENTS: usize = 4096;
     const GROWTH: AllocationStrategy = AllocationStrategy::Static;
 
@@ -62,6 +65,7 @@ impl Channel for Control {
     type Element = ControlInterval;
     const PUBLISHERS: usize = 8;
     const BUFFER: usize = 4;
+    const FEWEST: usize = 8;
     const MAX_ELEMENTS: usize = 1_000_000;
     const GROWTH: AllocationStrategy = AllocationStrategy::BestFit;
 
@@ -76,6 +80,7 @@ impl Channel for Feedback {
     const SUFFIX: &str = "/feedback";
     const PUBLISHERS: usize = 8;
     const BUFFER: usize = 4;
+    const FEWEST: usize = 8;
     const MAX_ELEMENTS: usize = 100_000;
     const GROWTH: AllocationStrategy = AllocationStrategy::BestFit;
 

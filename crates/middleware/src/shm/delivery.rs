@@ -86,7 +86,8 @@ impl Backpressure {
         }
     }
 
-    fn must_wait(&self, receiver: u128, elapsed: Duration) -> bool {
+    /// Whether to wait for a subscriber that has been waited for this long.
+    pub(super) fn must_wait(&self, receiver: u128, elapsed: Duration) -> bool {
         if self.patience.is_zero() {
             return false;
         }

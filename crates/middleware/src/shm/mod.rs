@@ -5,7 +5,7 @@
 //!
 //! | Channel | User header | Slice of | Publishers | Subscribers | Buffer | History |
 //! | --- | --- | --- | --- | --- | --- | --- |
-//! | [`State`] | `lgvi/StateHeader` | `lgvi/BodySample` | 1 | 8 | 1024 | 1 |
+//! | [`State`] | `lgvi/StateHeader` | `lgvi/BodySample` | 1 | 8 | 8192 | 1 |
 //! | [`Control`] | `lgvi/ControlHeader` | `lgvi/ControlInterval` | 8 | 8 | 4 | 1 |
 //! | [`Feedback`] | `lgvi/FeedbackHeader` | `lgvi/FeedbackInterval` | 8 | 8 | 4 | 1 |
 //!
@@ -21,6 +21,10 @@
 //! [`Delivery::Lossless`] after a wait. The publisher counts what was refused; the subscriber sees a gap in the
 //! sequence. (With overflow on, the oldest would vanish under a reader that is only late, and a lossless publisher
 //! could not exist beside it.)
+//!
+//! A publisher has memory for full buffers of all subscribers, but no more than 256 MiB of it, or 2048 states. While
+//! all of that waits to be received, all subscribers are as one whose buffer is full. Memory is taken from the system
+//! when it is used for the first time, and used again before more is taken.
 //!
 //! # Assumptions and limitations
 //! - A subscriber connects to a new publisher when it receives: poll at least every 10 ms.

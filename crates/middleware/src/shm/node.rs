@@ -78,7 +78,7 @@ impl ShmNode {
         ShmPublisher::new(self, topic, bodies, delivery)
     }
 
-    /// Creates a subscriber for states, of which up to `buffer` wait to be received: at least 1, at most 1024.
+    /// Creates a subscriber for states, of which up to `buffer` wait to be received: at least 1, at most 8192.
     pub fn state_subscriber(
         &self,
         topic: &str,

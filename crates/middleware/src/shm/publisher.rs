@@ -1,6 +1,7 @@
 //! The sending end of a channel.
 
 use std::{
+    mem::MaybeUninit,
     sync::Arc,
     thread,
     time::{Duration, Instant},
@@ -13,6 +14,7 @@ use iceoryx2::{
         update_connections::UpdateConnections,
     },
     prelude::PortFactory as _,
+    sample_mut_uninit::SampleMutUninit,
 };
 
 use super::{
@@ -22,14 +24,24 @@ use super::{
     node::Open,
 };
 
-/// The most memory a publisher of large samples may take, unless that is less than two full buffers (byte).
+/// The most memory a publisher may take, unless that is for less than its channel's fewest samples (byte).
 const MEMORY_LIMIT: usize = 256 << 20;
+
+/// Stands for all subscribers.
+const ALL: u128 = u128::MAX;
+
+/// The cycle at which it is looked for memory.
+const MEMORY_POLL: Duration = Duration::from_micros(100);
 
 /// The cycle at which counts are polled.
 const POLL: Duration = Duration::from_millis(1);
 
 /// How long new subscribers have to connect; they do so when they receive.
 const CONNECT: Duration = Duration::from_millis(20);
+
+/// Memory for one sample.
+type Loan<C> =
+    SampleMutUninit<Service, [MaybeUninit<<C as Channel>::Element>], <C as Channel>::Header>;
 
 /// Publishes samples of a channel.
 #[derive(Debug)]
@@ -65,7 +77,7 @@ impl<C: Channel> ShmPublisher<C> {
             .initial_max_slice_len(elements)
             .allocation_strategy(C::GROWTH)
             .override_sample_preallocation(move |worst_case| {
-                worst_case.min((MEMORY_LIMIT / size).max(2 * C::BUFFER))
+                worst_case.min((MEMORY_LIMIT / size).max(C::FEWEST))
             })
             .set_backpressure_handler(move |info| decider.decide(info))
             .create()
@@ -100,7 +112,7 @@ impl<C: Channel> ShmPublisher<C> {
     ) -> Result<Delivered, ShmError> {
         let subscribers = self.subscribers();
         self.backpressure.begin();
-        let receivers = match self.port.loan_slice_uninit(elements) {
+        let receivers = match self.loan(elements) {
             Ok(mut sample) => {
                 *sample.user_header_mut() = header;
                 sample
@@ -126,6 +138,24 @@ impl<C: Channel> ShmPublisher<C> {
         };
         self.lost += refused as u64;
         Ok(Delivered { receivers, refused })
+    }
+
+    /// Memory for a sample. While there is none, subscribers that have taken it all are waited for as one is whose
+    /// buffer is full.
+    fn loan(&self, elements: usize) -> Result<Loan<C>, LoanError> {
+        let mut since = None;
+        loop {
+            match self.port.loan_slice_uninit(elements) {
+                Err(LoanError::OutOfMemory) => {
+                    let since = since.get_or_insert_with(Instant::now);
+                    if !self.backpressure.must_wait(ALL, since.elapsed()) {
+                        return Err(LoanError::OutOfMemory);
+                    }
+                    thread::sleep(MEMORY_POLL);
+                }
+                loaned => return loaned,
+            }
+        }
     }
 
     /// Sends a sample with these elements.

@@ -4,16 +4,16 @@ use lgvi_dynamics::gravity::{Moments, Multipole, Polyhedron};
 use lgvi_dynamics::{BodyError, BodyState, Drive, Inertia, Mobility, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
-use super::polyhedron::{DEGREE, polyhedron};
+use super::polyhedron::{DEGREE, polyhedron, work as work_of};
 use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile};
 use crate::scene::NamedBody;
 use crate::{SceneError, check};
 
-/// The body whose keys begin with `key`.
-pub(super) fn body(key: &str, file: &BodyFile) -> Result<NamedBody, SceneError> {
+/// The body whose keys begin with `key`; what its cloud costs is taken from `work`.
+pub(super) fn body(key: &str, file: &BodyFile, work: &mut u64) -> Result<NamedBody, SceneError> {
     check::name(&format!("{key}.name"), &file.name)?;
     let mobility = mobility(&format!("{key}.mobility"), &file.mobility)?;
-    let (body, mesh) = rigid_body(key, file, &mobility)?;
+    let (body, mesh) = rigid_body(key, file, &mobility, work)?;
     let body = body
         .with_mobility(mobility)
         .with_radius(file.radius)
@@ -51,6 +51,7 @@ fn rigid_body(
     key: &str,
     file: &BodyFile,
     mobility: &Mobility,
+    work: &mut u64,
 ) -> Result<(RigidBody, Option<Polyhedron>), SceneError> {
     let refuse = |error: BodyError| {
         let expected = format!("the masses of a rigid body: {error}");
@@ -74,7 +75,7 @@ fn rigid_body(
             Err(SceneError::value(key, points.len(), expected))
         }
         (None, Some(shape)) => {
-            let (body, mesh) = solid(key, file, shape)?;
+            let (body, mesh) = solid(key, file, shape, work)?;
             Ok((body, Some(mesh)))
         }
         (None, None) => {
@@ -94,6 +95,7 @@ fn solid(
     key: &str,
     file: &BodyFile,
     shape: &PolyhedronFile,
+    work: &mut u64,
 ) -> Result<(RigidBody, Polyhedron), SceneError> {
     let key_of_shape = format!("{key}.polyhedron");
     let polyhedron = polyhedron(&key_of_shape, shape, file.mass)?;
@@ -102,6 +104,16 @@ fn solid(
         None => None,
     };
     let degree = shape.degree.unwrap_or(DEGREE);
+    *work = work
+        .checked_sub(work_of(&polyhedron, degree))
+        .ok_or_else(|| {
+            let key = format!("{key_of_shape}.degree");
+            let expected = format!(
+                "a lower degree or fewer faces than {}, of all bodies together",
+                polyhedron.faces().len()
+            );
+            SceneError::value(key, degree, expected)
+        })?;
     let body = RigidBody::with_polyhedron(inertia, &polyhedron, degree);
     let body = body.map_err(|error| match error {
         BodyError::CloudDegree(_) | BodyError::Polyhedron(_) => {

@@ -12,6 +12,18 @@ const SUBDIVISIONS: u32 = 3;
 /// Degree of the cloud of points that other fields act on, if not told: 35 points.
 pub(super) const DEGREE: usize = 4;
 
+/// What the clouds of all bodies of a scene may cost together, as points times moments: seconds, and 200 MB. A scene of a few
+/// lines can ask for hours.
+pub(super) const MOST_WORK: u64 = 500_000_000;
+
+/// What it costs to find the cloud of this degree: Gauss points of a tetrahedron on each face, thinned out with all moments
+/// up to the degree.
+pub(super) fn work(shape: &Polyhedron, degree: usize) -> u64 {
+    let n = degree.min(10) as u64;
+    let (points, moments) = ((n / 2 + 1).pow(3), (n + 1) * (n + 2) * (n + 3) / 6);
+    shape.faces().len() as u64 * points * moments
+}
+
 /// The polyhedron with this mass about its centre of mass; `key` is that of the polyhedron.
 pub(super) fn polyhedron(
     key: &str,

@@ -267,6 +267,7 @@ mod tests {
                 type_name: M::TYPE_NAME.into(),
                 type_hash: M::TYPE_HASH.into(),
                 definition: M::DEFINITION.into(),
+                definition_encoding: lgvi_bag::ROS2MSG.into(),
                 qos: Qos::default(),
             }
         }

@@ -23,27 +23,43 @@ mod thin;
 mod ticks;
 mod view;
 
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use lgvi_node::NodeError;
 
 use data::FlightData;
 
-/// Draws the flight in the bag at `path` and says where: at `output`, or beside the bag's files.
+/// Draws the flight in the bag at `path` and says where: at `output`, which must not exist; else `flight.svg` in the bag's
+/// directory, which is made anew; else beside a single MCAP file, with its name.
 pub(crate) fn plot(path: &Path, output: Option<&Path>) -> Result<PathBuf, NodeError> {
+    let own = output.is_none() && path.is_dir();
+    let output = match output {
+        Some(output) => output.to_owned(),
+        None if own => path.join("flight.svg"),
+        None => path.with_extension("svg"),
+    };
     let picture = page::draw(&FlightData::read(path)?)?;
-    let output = output.map_or_else(|| default_output(path), Path::to_owned);
-    std::fs::write(&output, picture).map_err(|error| {
-        NodeError::Runtime(format!("cannot write {}: {error}", output.display()))
+    let written = if own {
+        fs::write(&output, picture)
+    } else {
+        write_new(&output, picture.as_bytes())
+    };
+    written.map_err(|error| {
+        let message = format!("cannot write {}: {error}", output.display());
+        match error.kind() {
+            ErrorKind::AlreadyExists => NodeError::Input(message),
+            _ => NodeError::Runtime(message),
+        }
     })?;
     Ok(output)
 }
 
-/// `flight.svg` in the bag's directory; beside a single MCAP file, with its name.
-fn default_output(bag: &Path) -> PathBuf {
-    if bag.is_dir() {
-        bag.join("flight.svg")
-    } else {
-        bag.with_extension("svg")
-    }
+/// Writes a file that does not exist yet, or none.
+fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    File::create_new(path)?.write_all(bytes).inspect_err(|_| {
+        // It is of no use; what went wrong is told.
+        let _ = fs::remove_file(path);
+    })
 }

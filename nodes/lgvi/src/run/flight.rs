@@ -68,11 +68,14 @@ pub(crate) fn fly(
             format!("real_time_factor:={factor:?}"),
             "await_subscribers:=1".into(),
         ]);
+        let lockstep = planned && factor == 0.0 && replans(scene);
+        let lockstep = format!("lockstep:={lockstep}");
         if planned {
+            propagator.extend(["-p".into(), lockstep.clone()]);
             propagator.extend(
                 ["-r", "~/control_sequence:=/lgvi_planner/control_sequence"].map(Into::into),
             );
-            let mut planner = ros_arguments([scene_file]);
+            let mut planner = ros_arguments([scene_file, lockstep]);
             planner.extend(["-r", "~/state:=/lgvi_propagator/state"].map(Into::into));
             course.start(NodeKind::Planner, planner)?;
         }
@@ -89,15 +92,31 @@ pub(crate) fn fly(
             exit_code: 130,
         });
     }
-    Ok(course.end())
+    let mut flown = course.end();
+    hint(&mut flown, bag);
+    Ok(flown)
 }
 
-/// As fast as possible, or in real time where it is planned anew on the way: there is no time for that otherwise.
+/// Says how to get back what was recorded, where the recorder has not closed the bag.
+fn hint(flown: &mut Flown, bag: &Path) {
+    let unclosed = flown.bag.is_none() && bag.is_dir() && !bag.join("metadata.yaml").exists();
+    if let Some(failure) = flown.failure.as_mut().filter(|_| unclosed) {
+        let hint = format!("lgvi recover {}", bag.display());
+        if !failure.message.contains(&hint) {
+            failure.message += &format!("; what was recorded can be got back with {hint}");
+        }
+    }
+}
+
+/// As fast as possible, or in real time where it is planned anew on the way, within a deadline.
 fn default_factor(scene: &Scene) -> f64 {
+    f64::from(u8::from(replans(scene)))
+}
+
+/// Whether the scene is planned anew in flight.
+fn replans(scene: &Scene) -> bool {
     let maneuver = scene.maneuver.as_ref();
-    f64::from(u8::from(
-        maneuver.is_some_and(|maneuver| maneuver.replan.is_some()),
-    ))
+    maneuver.is_some_and(|maneuver| maneuver.replan.is_some())
 }
 
 impl Course {
@@ -187,7 +206,7 @@ impl Course {
                 self.flown.published.extend(messages);
                 self.accounted.insert(kind);
             }
-            Event::Recording { messages, lost } => {
+            Event::Recording { messages, lost, .. } => {
                 if messages != self.flown.recorded {
                     self.grown = Instant::now();
                 }
@@ -199,6 +218,7 @@ impl Course {
                 bag,
                 messages,
                 lost,
+                ..
             } => {
                 self.flown.bag = Some(bag);
                 self.flown.recorded = messages;

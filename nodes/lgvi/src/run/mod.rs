@@ -29,8 +29,8 @@ pub(crate) struct Options {
     /// The bag's directory, which must not exist (default: `flights/<scene>_<time>`).
     #[arg(long, value_parser = values::path())]
     bag: Option<PathBuf>,
-    /// Simulated seconds a second; 0 means as fast as possible, without loss (default: 0, or 1 where the scene is planned
-    /// anew in flight).
+    /// Simulated seconds a second; 0 means as fast as possible, without loss, in lockstep where the scene is planned anew in
+    /// flight (default: 0, or 1 where it is).
     #[arg(long, value_parser = values::rate, allow_negative_numbers = true)]
     real_time_factor: Option<f64>,
     /// Do not start the planner: the control sequence of the scene's manoeuvre comes from elsewhere.
@@ -41,7 +41,7 @@ pub(crate) struct Options {
     no_plot: bool,
     /// Print the summary as one JSON object.
     #[arg(long)]
-    json: bool,
+    pub(crate) json: bool,
 }
 
 /// Flies the scene and says how it went.

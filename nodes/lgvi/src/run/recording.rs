@@ -67,6 +67,6 @@ pub(super) fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> 
         format!("output:={}", yaml(bag)),
         format!("topics:=[{}]", topics.join(", ")),
         format!("frame:={}", scene.frame),
-        "use_sim_time:=true".into(),
+        "log_time:=stamp".into(),
     ]
 }

@@ -65,16 +65,14 @@ impl Planner {
             return Ok(());
         };
         let deadline = now.at + replanner.deadline();
+        let deadline = (!replanner.in_lockstep()).then_some(deadline);
         let pace = self.follower.pace();
         let Some(first_step) = replanner.due(now, pace, sequence.arrival()) else {
             return Ok(());
         };
         match self.rest(first_step, true) {
-            Ok(task) => self.begin(task, Purpose::Replan, Some(deadline)),
-            Err(why) => {
-                self.keep(first_step, Iteration::NONE, why);
-                Ok(())
-            }
+            Ok(task) => self.begin(task, Purpose::Replan, deadline),
+            Err(why) => self.keep(first_step, Iteration::NONE, why),
         }
     }
 
@@ -86,6 +84,7 @@ impl Planner {
     ) -> Result<(), NodeError> {
         let first_step = current.first_step;
         let plan = match ended.map_err(|unsolved| unsolved.message) {
+            Ok(solved) if self.in_lockstep() => Ok(solved.plan),
             Ok(solved) => self.in_time(first_step).map(|()| solved.plan),
             Err(why) => Err(why),
         };
@@ -100,10 +99,10 @@ impl Planner {
                 let milliseconds = current.began.elapsed().as_secs_f64() * 1e3;
                 info!("planned anew from step {first_step} on in {milliseconds:.1} ms");
                 self.count();
+                Ok(())
             }
             Err(why) => self.keep(first_step, current.last, why),
         }
-        Ok(())
     }
 
     /// Where the flight has begun anew, forgets what was planned for its earlier course.
@@ -130,7 +129,7 @@ impl Planner {
 
     /// Whether a sequence that begins at `first_step` can still be flown.
     pub(super) fn in_time(&mut self, first_step: u64) -> Result<(), String> {
-        self.follower.look();
+        self.look();
         if first_step > 0 && self.follower.course() != self.course {
             return Err(ANEW.to_owned());
         }
@@ -144,8 +143,15 @@ impl Planner {
         }
     }
 
-    /// Takes note that the old plan is flown on.
-    fn keep(&mut self, first_step: u64, last: Iteration, why: String) {
+    /// Takes note that the old plan is flown on. A flight in lockstep gets the rest of it in place of a new one.
+    fn keep(&mut self, first_step: u64, last: Iteration, why: String) -> Result<(), NodeError> {
+        if self.in_lockstep() {
+            let mut newest = self.sequences.iter().rev();
+            if let Some(flown) = newest.find(|sequence| sequence.first_step <= first_step) {
+                let body = self.maneuver.body;
+                self.outlet.rest(&self.scene, body, flown, first_step)?;
+            }
+        }
         warn!("the old plan is kept, there is no new one from step {first_step} on: {why}");
         self.progress(first_step, &last, (PlanProgress::KEPT, why));
         if let Some(replanner) = &mut self.replanner {
@@ -153,6 +159,7 @@ impl Planner {
         }
         self.monitor.kept.fetch_add(1, Ordering::Relaxed);
         self.count();
+        Ok(())
     }
 
     fn count(&self) {

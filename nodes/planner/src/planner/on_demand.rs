@@ -24,10 +24,10 @@ impl Planner {
                 older.fail(&self.scene, self.maneuver.body, why, None);
             }
         }
-        // The node's own plan comes first; one in flight gives way.
+        // The node's own plan comes first; one in flight gives way, unless the flight waits for it.
         let busy = match &self.current {
             None => false,
-            Some(current) => !matches!(current.purpose, Purpose::Replan),
+            Some(current) => self.in_lockstep() || !matches!(current.purpose, Purpose::Replan),
         };
         if busy {
             return Ok(());

@@ -1,0 +1,210 @@
+//! `metadata.yaml`, field by field as rosbag2 (Jazzy, `rosbag2_storage/yaml.hpp`) writes it.
+
+mod entries;
+
+use std::{collections::BTreeMap, fs, io, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+pub(crate) use entries::{File, TopicMetadata, TopicWithCount};
+
+use entries::{FileInformation, Nanoseconds, NanosecondsSinceEpoch, span};
+
+use crate::{BagError, SERIALIZATION_FORMAT, Topic, regular, yaml};
+
+/// The version that Jazzy writes, and the newest known.
+const VERSION: u32 = 9;
+
+/// The first version whose paths are relative to the bag's directory; before, they began with its name.
+const RELATIVE_TO_BAG: u32 = 4;
+
+/// Name and only key of the metadata record in which rosbag2 repeats the description in each file.
+pub(crate) const RECORD: (&str, &str) = ("rosbag2", "serialized_metadata");
+
+const STORAGE: &str = "mcap";
+
+/// The distribution whose message definitions and format are written.
+const ROS_DISTRO: &str = "jazzy";
+
+/// The document in `metadata.yaml`.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Document<T> {
+    pub(crate) rosbag2_bagfile_information: T,
+}
+
+/// A bag's description.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Metadata {
+    pub(crate) version: u32,
+    storage_identifier: String,
+    duration: Nanoseconds,
+    starting_time: NanosecondsSinceEpoch,
+    message_count: u64,
+    topics_with_message_count: Vec<TopicWithCount>,
+    #[serde(default)]
+    pub(crate) compression_format: String,
+    #[serde(default)]
+    pub(crate) compression_mode: String,
+    pub(crate) relative_file_paths: Vec<String>,
+    #[serde(default)]
+    files: Vec<FileInformation>,
+    #[serde(default)]
+    custom_data: Option<BTreeMap<String, String>>,
+    #[serde(default)]
+    pub(crate) ros_distro: String,
+}
+
+impl Metadata {
+    /// Describes a bag of files and of topics with their message counts.
+    pub(crate) fn new<'a>(
+        files: &[File],
+        topics: impl Iterator<Item = (&'a Topic, u64)>,
+        custom: BTreeMap<String, String>,
+    ) -> Result<Self, serde_yaml_ng::Error> {
+        let topics = topics.map(|(topic, message_count)| {
+            Ok(TopicWithCount {
+                topic_metadata: TopicMetadata {
+                    name: topic.name.clone(),
+                    r#type: topic.type_name.clone(),
+                    serialization_format: SERIALIZATION_FORMAT.to_owned(),
+                    offered_qos_profiles: serde_yaml_ng::to_value([topic.qos.profile()])?,
+                    type_description_hash: topic.type_hash.clone(),
+                },
+                message_count,
+            })
+        });
+        let topics = topics.collect::<Result<_, serde_yaml_ng::Error>>()?;
+        Ok(Self::of(files, topics, custom))
+    }
+
+    /// Describes a bag of files and of topics as they are described.
+    pub(crate) fn of(
+        files: &[File],
+        topics_with_message_count: Vec<TopicWithCount>,
+        custom: BTreeMap<String, String>,
+    ) -> Self {
+        let times = files.iter().filter_map(|file| file.times);
+        let times = times.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)));
+        let (starting_time, duration) = span(times);
+        Self {
+            version: VERSION,
+            storage_identifier: STORAGE.to_owned(),
+            duration,
+            starting_time,
+            message_count: files.iter().map(|file| file.messages).sum(),
+            topics_with_message_count,
+            compression_format: String::new(),
+            compression_mode: String::new(),
+            relative_file_paths: files.iter().map(|file| file.name.clone()).collect(),
+            files: files.iter().map(FileInformation::new).collect(),
+            custom_data: Some(custom).filter(|custom| !custom.is_empty()),
+            ros_distro: ROS_DISTRO.to_owned(),
+        }
+    }
+
+    /// The text that rosbag2 puts into the MCAP file.
+    pub(crate) fn to_yaml(&self) -> Result<String, serde_yaml_ng::Error> {
+        serde_yaml_ng::to_string(self)
+    }
+
+    /// Writes `metadata.yaml` at `path`, at once or not at all.
+    pub(crate) fn write(self, path: &Path) -> io::Result<()> {
+        let text = serde_yaml_ng::to_string(&Document {
+            rosbag2_bagfile_information: self,
+        });
+        let text = text.map_err(io::Error::other)?;
+        let unfinished = path.with_extension("yaml.tmp");
+        let written = fs::write(&unfinished, text).and_then(|()| fs::rename(&unfinished, path));
+        if written.is_err() {
+            let _ = fs::remove_file(&unfinished);
+        }
+        written
+    }
+
+    /// Reads `metadata.yaml` and refuses what this crate cannot read.
+    pub(crate) fn read(file: &Path) -> Result<Self, BagError> {
+        #[derive(Deserialize)]
+        struct Versioned {
+            version: u32,
+        }
+
+        let io_error = |source| BagError::Io {
+            path: file.to_owned(),
+            source,
+        };
+        let yaml_error = |source| BagError::Metadata {
+            file: file.to_owned(),
+            source,
+        };
+        let text = regular::text(file, yaml::MAX_TEXT).map_err(io_error)?;
+        let versioned: Document<Versioned> = yaml::read(&text).map_err(yaml_error)?;
+        let found = versioned.rosbag2_bagfile_information.version;
+        if found > VERSION {
+            return Err(BagError::MetadataVersion {
+                file: file.to_owned(),
+                found,
+                newest: VERSION,
+            });
+        }
+        let document: Document<Self> = yaml::read(&text).map_err(yaml_error)?;
+        let mut metadata = document.rosbag2_bagfile_information;
+        if found < RELATIVE_TO_BAG {
+            metadata.leave_out_folder();
+        }
+        metadata.check(file)?;
+        Ok(metadata)
+    }
+
+    /// Makes paths relative to the bag's directory that begin with its name, whatever it is called now.
+    fn leave_out_folder(&mut self) {
+        for path in &mut self.relative_file_paths {
+            if let Some((_, within)) = path.split_once('/') {
+                *path = within.to_owned();
+            }
+        }
+    }
+
+    fn check(&self, file: &Path) -> Result<(), BagError> {
+        if self.storage_identifier != STORAGE {
+            let found = self.storage_identifier.clone();
+            return Err(BagError::Storage {
+                file: file.to_owned(),
+                found,
+            });
+        }
+        // Files and messages that are compressed with zstd are known by their first bytes.
+        let mode = self.compression_mode.to_lowercase();
+        if !["", "none"].contains(&&*mode) && self.compression_format != "zstd" {
+            return Err(BagError::Compressed {
+                file: file.to_owned(),
+                mode: self.compression_mode.clone(),
+                format: self.compression_format.clone(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Number of messages of each topic.
+    pub(crate) fn message_counts(&self) -> BTreeMap<&str, u64> {
+        let mut counts = BTreeMap::new();
+        for topic in &self.topics_with_message_count {
+            let count: &mut u64 = counts.entry(&*topic.topic_metadata.name).or_default();
+            *count = count.saturating_add(topic.message_count);
+        }
+        counts
+    }
+
+    /// Type hash of a topic; empty if the metadata does not tell.
+    pub(crate) fn type_hash(&self, topic: &Topic) -> &str {
+        self.topics_with_message_count
+            .iter()
+            .map(|known| &known.topic_metadata)
+            .find(|known| known.name == topic.name && known.r#type == topic.type_name)
+            .map_or("", |known| &known.type_description_hash)
+    }
+
+    /// What the recorder added.
+    pub(crate) fn into_custom(self) -> BTreeMap<String, String> {
+        self.custom_data.unwrap_or_default()
+    }
+}

@@ -1,0 +1,178 @@
+//! Directories that are complete or not there.
+
+use std::{
+    ffi::OsString,
+    fs::{self, File, TryLockError},
+    io::{self, ErrorKind},
+    path::{Path, PathBuf},
+};
+
+use crate::{METADATA_FILE, WriteError};
+
+/// Where a directory is filled: added to its name, or a directory in it.
+const PART: &str = ".part";
+
+/// A file in a directory that is being filled, locked by who does that.
+const MARK: &str = ".unfinished";
+
+/// A directory that is filled under another name, and has its own when it is complete: `<output>.part` beside it, or
+/// `.part` in it if it is there already. One that is dropped before leaves nothing behind.
+pub struct NewDirectory {
+    output: PathBuf,
+    exists: bool,
+    part: Part,
+}
+
+impl NewDirectory {
+    /// Begins to make the directory `output`, which must not exist, or be empty. What an earlier attempt left, that was
+    /// ended before it was complete, is removed.
+    ///
+    /// # Errors
+    /// There is something at `output` or where it is filled, it has no name, or it cannot be written.
+    pub fn begin(output: &Path) -> Result<Self, WriteError> {
+        let exists = match fs::symlink_metadata(output) {
+            Ok(_) => true,
+            Err(error) if error.kind() == ErrorKind::NotFound => false,
+            Err(error) => return Err(io_error(output)(error)),
+        };
+        let part = if exists {
+            check_empty(output)?;
+            output.join(PART)
+        } else {
+            let mut name = output
+                .file_name()
+                .ok_or_else(|| WriteError::NoName {
+                    path: output.to_owned(),
+                })?
+                .to_owned();
+            name.push(PART);
+            let part = output.with_file_name(name);
+            if let Some(parent) = part.parent() {
+                fs::create_dir_all(parent).map_err(io_error(parent))?;
+            }
+            part
+        };
+        Ok(Self {
+            output: output.to_owned(),
+            exists,
+            part: Part::take(part)?,
+        })
+    }
+
+    /// Where its files are written.
+    pub fn path(&self) -> &Path {
+        &self.part.path
+    }
+
+    /// Gives it its name.
+    ///
+    /// # Errors
+    /// That is taken by now, or the directory cannot be renamed.
+    pub fn complete(mut self) -> Result<(), WriteError> {
+        let output = &self.output;
+        if self.exists {
+            check_empty(output)?;
+            for name in self.part.files()? {
+                let path = output.join(&name);
+                fs::rename(self.part.path.join(name), &path).map_err(io_error(&path))?;
+            }
+            return Ok(());
+        }
+        match fs::rename(&self.part.path, output) {
+            Ok(()) => {}
+            Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => {
+                return Err(taken(output));
+            }
+            Err(error) => return Err(io_error(output)(error)),
+        }
+        self.part.path.clone_from(output);
+        self.part.renamed = true;
+        let mark = output.join(MARK);
+        fs::remove_file(&mark).map_err(io_error(&mark))
+    }
+}
+
+/// A directory that is being filled, and is removed in the end.
+pub(crate) struct Part {
+    pub path: PathBuf,
+    renamed: bool,
+    _lock: File,
+}
+
+impl Part {
+    /// Makes the directory, or takes and empties one that was left. One that others made is left alone.
+    pub fn take(path: PathBuf) -> Result<Self, WriteError> {
+        let mark = path.join(MARK);
+        match fs::create_dir(&path) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
+                return Err(io_error(&path)(error));
+            }
+            Err(_) if !mark.exists() && !names(&path)?.is_empty() => return Err(taken(&path)),
+            _ => {}
+        }
+        let lock = File::create(&mark).map_err(io_error(&mark))?;
+        // File systems without locks do without.
+        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
+            let busy = io::Error::new(ErrorKind::ResourceBusy, "is being written by another");
+            return Err(io_error(&path)(busy));
+        }
+        let part = Self {
+            path,
+            renamed: false,
+            _lock: lock,
+        };
+        for name in part.files()? {
+            let left = part.path.join(name);
+            fs::remove_file(&left).map_err(io_error(&left))?;
+        }
+        Ok(part)
+    }
+
+    /// Names of the files in it; one that describes the others is the last.
+    pub fn files(&self) -> Result<Vec<OsString>, WriteError> {
+        let mut names = names(&self.path)?;
+        names.retain(|name| name != MARK);
+        names.sort_by_key(|name| name == METADATA_FILE);
+        Ok(names)
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        if !self.renamed {
+            // What is in it is of no use; whatever made it incomplete is told already.
+            let _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}
+
+fn check_empty(output: &Path) -> Result<(), WriteError> {
+    match names(output)?.iter().all(|name| name == PART) {
+        true => Ok(()),
+        false => Err(taken(output)),
+    }
+}
+
+fn names(directory: &Path) -> Result<Vec<OsString>, WriteError> {
+    let read = || -> io::Result<_> {
+        let entries = fs::read_dir(directory)?;
+        entries.map(|entry| Ok(entry?.file_name())).collect()
+    };
+    read().map_err(|error| match error.kind() {
+        ErrorKind::NotADirectory | ErrorKind::NotFound => taken(directory),
+        _ => io_error(directory)(error),
+    })
+}
+
+fn taken(path: &Path) -> WriteError {
+    WriteError::Exists {
+        path: path.to_owned(),
+    }
+}
+
+fn io_error(path: &Path) -> impl Fn(io::Error) -> WriteError {
+    move |source| WriteError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}

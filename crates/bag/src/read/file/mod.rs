@@ -1,0 +1,270 @@
+//! One MCAP file of a bag.
+//!
+//! No length found in the file is believed beyond [`MAX_RECORD_LENGTH`] and [`MAX_CHUNK_LENGTH`].
+
+mod chunk;
+mod contents;
+mod scan;
+mod source;
+mod summary;
+mod walk;
+
+use std::{collections::BTreeMap, path::Path};
+
+use mcap::{MAGIC, records::op};
+
+pub use contents::Chunks;
+pub(crate) use {
+    chunk::Batch,
+    contents::{Contents, Span},
+    source::ZSTD_MAGIC,
+};
+
+use crate::{
+    BagError, Damage, LeftOutTopic, PROFILE, Qos, SERIALIZATION_FORMAT, Topic, channel_key,
+    records::{Channel, Header, MessageHeader, Schema},
+};
+use source::Source;
+
+/// Longest record that is read: far above any message of lgvi, and an image of 4K still fits.
+pub(crate) const MAX_RECORD_LENGTH: usize = 64 << 20;
+
+/// Longest chunk that is read: rosbag2's are of 768 KiB, or as long as a message.
+pub(crate) const MAX_CHUNK_LENGTH: usize = 256 << 20;
+
+/// Operation code and length before each record's body.
+const RECORD_PREFIX: usize = 1 + 8;
+
+/// The data end record lies right before the summary.
+const DATA_END_LENGTH: u64 = RECORD_PREFIX as u64 + 4;
+
+/// The footer record holds two offsets and a checksum and lies right before the end magic.
+const FOOTER_LENGTH: u64 = RECORD_PREFIX as u64 + 8 + 8 + 4;
+
+const MAGIC_LENGTH: u64 = MAGIC.len() as u64;
+
+/// An MCAP file, of which topics and places of messages are in memory.
+pub(crate) struct McapFile {
+    source: Source,
+    /// Topics by channel, but for those left out.
+    pub topics: BTreeMap<u16, Topic>,
+    /// Topics whose messages cannot be given out.
+    pub left_out: Vec<LeftOutTopic>,
+    pub contents: Contents,
+    /// What is wrong with the rest of the file, of one that is opened in spite of that.
+    pub fault: Option<BagError>,
+}
+
+impl McapFile {
+    /// Reads header and summary; the whole file, once, if it has none that tells of all messages.
+    pub fn open(path: &Path) -> Result<Self, BagError> {
+        let source = Source::open(path)?;
+        check_header(&source)?;
+        let (footer, start) = summary::footer(&source)?;
+        if let Some(contents) = summary::read(&source, &footer, start)? {
+            return Self::new(source, contents, None);
+        }
+        match scan::scan(&source) {
+            (_, Some(fault)) => Err(fault),
+            (contents, None) => Self::new(source, contents, None),
+        }
+    }
+
+    /// Reads a file that cannot be opened up to its first fault.
+    pub fn open_damaged(path: &Path, unopened: BagError) -> Result<Self, BagError> {
+        let source = Source::open(path)?;
+        check_header(&source)?;
+        let (contents, fault) = scan::scan(&source);
+        Self::new(source, contents, Some(fault.unwrap_or(unopened)))
+    }
+
+    fn new(source: Source, contents: Contents, fault: Option<BagError>) -> Result<Self, BagError> {
+        let mut topics = BTreeMap::new();
+        let mut left_out = Vec::new();
+        for channel in contents.channels.values() {
+            match unusable(channel, &contents.schemas) {
+                Some(topic) => left_out.push(topic),
+                None => {
+                    topics.insert(channel.id, topic(&source, channel, &contents.schemas)?);
+                }
+            }
+        }
+        Ok(Self {
+            topics,
+            left_out,
+            source,
+            contents,
+            fault,
+        })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.source.path
+    }
+
+    /// Bytes of the file, of the unpacked one if it is compressed as a whole.
+    pub fn size(&self) -> u64 {
+        self.source.size
+    }
+
+    /// How many of the first messages of each span are repeated from an earlier file, by the span's offset.
+    pub fn repeated_messages(&self) -> Result<BTreeMap<u64, usize>, BagError> {
+        let mut by_span = BTreeMap::new();
+        let mut left = self.contents.repeated.clone();
+        left.retain(|_, count| *count > 0);
+        let expected = left.values().sum();
+        let mut index = 0;
+        let mut spans: Vec<_> = self.contents.spans.iter().collect();
+        spans.sort_by_key(|span| span.offset);
+        for span in spans {
+            if left.is_empty() {
+                break;
+            }
+            let mut repeated = 0;
+            self.read(span, 0, |header| {
+                if left.is_empty() {
+                    return Ok(false);
+                }
+                let topic = &self.contents.channels[&header.channel].topic;
+                let Some(count) = left.get_mut(topic) else {
+                    return Err(Damage::NotRepeated {
+                        index,
+                        topic: topic.clone(),
+                        expected,
+                        left: left.clone(),
+                    });
+                };
+                *count -= 1;
+                if *count == 0 {
+                    left.remove(topic);
+                }
+                repeated += 1;
+                index += 1;
+                Ok(false)
+            })?;
+            by_span.insert(span.offset, repeated);
+        }
+        if left.is_empty() {
+            return Ok(by_span);
+        }
+        let damage = Damage::RepeatedMissing { expected, left };
+        Err(self.source.damaged(0, damage))
+    }
+
+    /// The messages of a span, but for its first `repeated` ones, that are wanted.
+    pub fn read(
+        &self,
+        span: &Span,
+        repeated: usize,
+        mut wanted: impl FnMut(&MessageHeader) -> Result<bool, Damage>,
+    ) -> Result<Batch, BagError> {
+        let damaged = |damage| self.source.damaged(span.offset, damage);
+        let bytes = if span.is_chunk {
+            self.unpack(span)?
+        } else {
+            self.source.bytes(span.offset, span.length)?
+        };
+        let known = |header: &MessageHeader| {
+            let MessageHeader {
+                channel, sequence, ..
+            } = *header;
+            if !self.contents.channels.contains_key(&channel) {
+                return Err(Damage::UnknownChannel { sequence, channel });
+            }
+            span.check_time(sequence, header.log_time)?;
+            wanted(header)
+        };
+        Batch::new(bytes, repeated, known).map_err(damaged)
+    }
+
+    fn unpack(&self, span: &Span) -> Result<Vec<u8>, BagError> {
+        let damaged = |damage| self.source.damaged(span.offset, damage);
+        let mut records = self.source.records(span.offset, span.length)?;
+        let expected = span.length.saturating_sub(RECORD_PREFIX as u64);
+        match records.next()? {
+            Some(prefix) if (prefix.opcode, prefix.length) == (op::CHUNK, expected) => {
+                let header = records.chunk_header(prefix)?;
+                chunk::unpack(&header, records).map_err(damaged)
+            }
+            _ => {
+                let expected = [&[op::CHUNK], &expected.to_le_bytes()[..]].concat();
+                let found = self.source.bytes(span.offset, RECORD_PREFIX as u64)?;
+                Err(damaged(Damage::NotChunk { expected, found }))
+            }
+        }
+    }
+
+    /// A message of the span that is damaged in itself.
+    pub fn damaged(&self, offset: u64, damage: Damage) -> BagError {
+        self.source.damaged(offset, damage)
+    }
+}
+
+fn check_header(source: &Source) -> Result<(), BagError> {
+    let mut records = source.records(MAGIC_LENGTH, source.size)?;
+    let found = match records.next()? {
+        Some(prefix) if prefix.opcode == op::HEADER => {
+            let header = Header::parse(records.body(prefix)?);
+            header
+                .map_err(|damage| source.damaged(MAGIC_LENGTH, damage))?
+                .profile
+        }
+        _ => String::new(),
+    };
+    if found.is_empty() || found == PROFILE {
+        return Ok(());
+    }
+    Err(BagError::Profile {
+        file: source.path.clone(),
+        found,
+        expected: PROFILE,
+    })
+}
+
+/// The channel's topic, if its messages cannot be given out: MCAP allows any encoding, and messages without schema.
+fn unusable(channel: &Channel, schemas: &BTreeMap<u16, Schema>) -> Option<LeftOutTopic> {
+    let Channel {
+        schema, encoding, ..
+    } = channel;
+    let reason = if encoding != SERIALIZATION_FORMAT {
+        format!("its messages are {encoding:?}, expected {SERIALIZATION_FORMAT:?}")
+    } else if *schema == 0 {
+        "it has no type and no definition".to_owned()
+    } else {
+        return None;
+    };
+    let type_name = schemas.get(schema).map(|schema| schema.name.clone());
+    Some(LeftOutTopic {
+        name: channel.topic.clone(),
+        type_name: type_name.unwrap_or_default(),
+        reason,
+    })
+}
+
+fn topic(
+    source: &Source,
+    channel: &Channel,
+    schemas: &BTreeMap<u16, Schema>,
+) -> Result<Topic, BagError> {
+    let Some(schema) = schemas.get(&channel.schema) else {
+        let damage = Damage::UnknownSchema {
+            channel: channel.id,
+            schema: channel.schema,
+        };
+        return Err(source.damaged(0, damage));
+    };
+    let metadata = |key| channel.metadata.get(key).map_or("", String::as_str);
+    let qos = Qos::from_yaml(metadata(channel_key::QOS));
+    Ok(Topic {
+        name: channel.topic.clone(),
+        type_name: schema.name.clone(),
+        type_hash: metadata(channel_key::TYPE_HASH).to_owned(),
+        definition: String::from_utf8_lossy(&schema.data).into_owned(),
+        definition_encoding: schema.encoding.clone(),
+        qos: qos.map_err(|error| BagError::Qos {
+            file: source.path.clone(),
+            topic: channel.topic.clone(),
+            source: error,
+        })?,
+    })
+}

@@ -1,0 +1,190 @@
+//! The files of a bag.
+
+use std::{
+    cmp::Ordering,
+    fs,
+    path::{Component, Path, PathBuf},
+};
+
+use crate::{BagError, METADATA_FILE, metadata::Metadata};
+
+/// Endings of names of MCAP files, as a whole compressed ones included.
+const MCAP_FILES: [&str; 2] = [".mcap", ".mcap.zstd"];
+
+/// Endings of names of what bags were stored in before, and the storage's name.
+const OTHER_FILES: [(&str, &str); 3] = [
+    (".db3", "sqlite3"),
+    (".db3.zstd", "sqlite3"),
+    (".bag", "ROS 1 bag"),
+];
+
+/// Metadata up to this version lists files with the directory's name before theirs.
+const LAST_WITH_DIRECTORY: u32 = 3;
+
+/// A bag's MCAP files in their order, and its `metadata.yaml` if it has one.
+pub(crate) struct Listing {
+    pub files: Vec<PathBuf>,
+    pub metadata: Option<(PathBuf, Metadata)>,
+}
+
+impl Listing {
+    /// Of a bag's directory, or a single file.
+    pub fn read(path: &Path) -> Result<Self, BagError> {
+        let io_error = |source| BagError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        if !fs::metadata(path).map_err(io_error)?.is_dir() {
+            return Ok(Self {
+                files: vec![path.to_owned()],
+                metadata: None,
+            });
+        }
+        let file = path.join(METADATA_FILE);
+        if !file.exists() {
+            return Ok(Self {
+                files: mcap_files(path)?,
+                metadata: None,
+            });
+        }
+        let metadata = Metadata::read(&file)?;
+        let within = |listed: &String| {
+            let found = within(listed, metadata.version).map(|relative| path.join(relative));
+            found.ok_or_else(|| BagError::Outside {
+                file: file.clone(),
+                listed: listed.clone(),
+            })
+        };
+        let files = metadata.relative_file_paths.iter().map(within);
+        Ok(Self {
+            files: files.collect::<Result<_, _>>()?,
+            metadata: Some((file, metadata)),
+        })
+    }
+}
+
+/// A path of the metadata relative to the bag's directory, if it lies therein.
+fn within(listed: &str, version: u32) -> Option<PathBuf> {
+    let mut parts = Vec::new();
+    for component in Path::new(listed).components() {
+        match component {
+            Component::Normal(part) => parts.push(part),
+            Component::CurDir => {}
+            _ => return None,
+        }
+    }
+    if version <= LAST_WITH_DIRECTORY && parts.len() > 1 {
+        parts.remove(0);
+    }
+    (!parts.is_empty()).then(|| parts.into_iter().collect())
+}
+
+/// The MCAP files of a directory in their natural order.
+fn mcap_files(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
+    let io_error = |source| BagError::Io {
+        path: directory.to_owned(),
+        source,
+    };
+    let mut names = Vec::new();
+    let mut other = None;
+    for entry in fs::read_dir(directory).map_err(io_error)? {
+        let name = entry.map_err(io_error)?.file_name();
+        let text = name.to_string_lossy();
+        if MCAP_FILES.iter().any(|ending| text.ends_with(ending)) {
+            names.push(name);
+        } else if let Some((_, storage)) = OTHER_FILES
+            .iter()
+            .find(|(ending, _)| text.ends_with(ending))
+        {
+            other = Some((directory.join(&name), *storage));
+        }
+    }
+    if names.is_empty() {
+        return Err(match other {
+            Some((file, found)) => BagError::Storage {
+                file,
+                found: found.to_owned(),
+            },
+            None => BagError::NoBag {
+                path: directory.to_owned(),
+            },
+        });
+    }
+    names.sort_by(|a, b| natural(a.as_encoded_bytes(), b.as_encoded_bytes()).then(a.cmp(b)));
+    Ok(names.iter().map(|name| directory.join(name)).collect())
+}
+
+/// Order of names in which numbers count as such: `run_2` is before `run_10`.
+fn natural(a: &[u8], b: &[u8]) -> Ordering {
+    let (mut a, mut b) = (a, b);
+    loop {
+        let (number_a, number_b) = (digits(a), digits(b));
+        if !number_a.is_empty() && !number_b.is_empty() {
+            (a, b) = (&a[number_a.len()..], &b[number_b.len()..]);
+            let value = |digits: &[u8]| -> Vec<u8> {
+                let digits = digits.iter().copied();
+                digits.skip_while(|digit| *digit == b'0').collect()
+            };
+            let (value_a, value_b) = (value(number_a), value(number_b));
+            let order = value_a
+                .len()
+                .cmp(&value_b.len())
+                .then(value_a.cmp(&value_b));
+            if order.is_ne() {
+                return order;
+            }
+            continue;
+        }
+        match (a.split_first(), b.split_first()) {
+            (Some((first_a, rest_a)), Some((first_b, rest_b))) if first_a == first_b => {
+                (a, b) = (rest_a, rest_b);
+            }
+            _ => return a.cmp(b),
+        }
+    }
+}
+
+/// The digits that a name starts with.
+fn digits(name: &[u8]) -> &[u8] {
+    let end = name.iter().position(|byte| !byte.is_ascii_digit());
+    &name[..end.unwrap_or(name.len())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_in_their_natural_order() {
+        let mut names = [
+            "run_10", "run_9", "run", "run_010", "a_2_1", "a_10_1", "run_2",
+        ];
+        names.sort_by(|a, b| natural(a.as_bytes(), b.as_bytes()).then(a.cmp(b)));
+        assert_eq!(
+            names,
+            [
+                "a_2_1", "a_10_1", "run", "run_2", "run_9", "run_010", "run_10"
+            ]
+        );
+    }
+
+    #[test]
+    fn paths_stay_within_the_bag() {
+        let within =
+            |listed, version| within(listed, version).map(|path| path.display().to_string());
+        for (listed, version, expected) in [
+            ("run_0.mcap", 9, Some("run_0.mcap")),
+            ("./run_0.mcap", 5, Some("run_0.mcap")),
+            ("sub/run_0.mcap", 4, Some("sub/run_0.mcap")),
+            ("run/run_0.mcap", 3, Some("run_0.mcap")),
+            ("run_0.mcap", 3, Some("run_0.mcap")),
+            ("/run_0.mcap", 9, None),
+            ("../run_0.mcap", 9, None),
+            ("a/../../run_0.mcap", 9, None),
+            ("", 9, None),
+            (".", 9, None),
+        ] {
+            assert_eq!(within(listed, version).as_deref(), expected, "{listed}");
+        }
+    }
+}

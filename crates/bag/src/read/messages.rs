@@ -1,0 +1,213 @@
+//! The messages of a bag in the order of their log times.
+
+use std::{
+    cmp::Reverse,
+    collections::{BinaryHeap, VecDeque, binary_heap::PeekMut},
+    io::Read,
+};
+
+use super::{
+    BagReader,
+    file::{Batch, MAX_RECORD_LENGTH, Span, ZSTD_MAGIC},
+};
+use crate::{BagError, Damage, Topic};
+
+/// Memory (bytes) from which on no further overlapping chunk is read.
+const MAX_HELD: usize = 512 << 20;
+
+/// A message of a bag.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message<'a> {
+    /// The topic it was published on.
+    pub topic: &'a Topic,
+    /// When it was recorded (ns).
+    pub log_time: u64,
+    /// When it was published (ns).
+    pub publish_time: u64,
+    /// The publisher's count.
+    pub sequence: u32,
+    /// CDR with its encapsulation header.
+    pub data: Vec<u8>,
+}
+
+/// Iterator over the messages of a bag; ends after the first error.
+pub struct Messages<'a> {
+    bag: &'a BagReader,
+    /// No message before it is given out (ns).
+    start: u64,
+    /// Whether each topic's messages are given out.
+    wanted: Vec<bool>,
+    /// Not yet read, by file and in order.
+    spans: VecDeque<(usize, &'a Span)>,
+    /// Read, not yet given out, by their next messages.
+    batches: BinaryHeap<Reverse<Active>>,
+    /// Bytes of memory that the batches take.
+    held: usize,
+}
+
+/// Place of a batch's next message in the order of reading; batches themselves never overlap in a file.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Position {
+    log_time: u64,
+    file: usize,
+    offset: u64,
+}
+
+struct Active {
+    position: Position,
+    batch: Batch,
+}
+
+impl PartialEq for Active {
+    fn eq(&self, other: &Self) -> bool {
+        self.position == other.position
+    }
+}
+
+impl Eq for Active {}
+
+impl PartialOrd for Active {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Active {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.position.cmp(&other.position)
+    }
+}
+
+impl<'a> Messages<'a> {
+    pub(crate) fn new(bag: &'a BagReader, start: u64, wanted: Vec<bool>) -> Self {
+        let is_wanted = |file: usize, span: &Span| {
+            let topics = &bag.channels[file];
+            span.channels.as_ref().is_none_or(|channels| {
+                let mut topics = channels.iter().filter_map(|channel| topics.get(channel));
+                topics.any(|topic| wanted[*topic])
+            })
+        };
+        let spans = bag
+            .files
+            .iter()
+            .enumerate()
+            .flat_map(|(file, mcap)| mcap.contents.spans.iter().map(move |span| (file, span)));
+        let mut spans: Vec<_> = spans
+            .filter(|&(file, span)| span.end_time >= start && is_wanted(file, span))
+            .collect();
+        spans.sort_by_key(|&(file, span)| Position::start_of(file, span));
+        Self {
+            bag,
+            start,
+            wanted,
+            spans: spans.into(),
+            batches: BinaryHeap::new(),
+            held: 0,
+        }
+    }
+
+    /// Reads spans until no unread one can hold a message before the next one.
+    fn fill(&mut self) -> Result<(), BagError> {
+        while let Some(&(file, span)) = self.spans.front() {
+            let next = self.batches.peek();
+            if next.is_some_and(|Reverse(next)| next.position < Position::start_of(file, span)) {
+                break;
+            }
+            self.spans.pop_front();
+            let mcap = &self.bag.files[file];
+            if self.held > MAX_HELD {
+                return Err(BagError::Overlap {
+                    file: mcap.path().to_owned(),
+                    limit: MAX_HELD,
+                });
+            }
+            let topics = &self.bag.channels[file];
+            let repeated = self.bag.repeated[file].get(&span.offset).copied();
+            let batch = mcap.read(span, repeated.unwrap_or(0), |header| {
+                let wanted = topics
+                    .get(&header.channel)
+                    .is_some_and(|topic| self.wanted[*topic]);
+                Ok(wanted && header.log_time >= self.start)
+            })?;
+            if let Some(log_time) = batch.next_time() {
+                self.held += batch.memory();
+                let position = Position {
+                    log_time,
+                    ..Position::start_of(file, span)
+                };
+                self.batches.push(Reverse(Active { position, batch }));
+            }
+        }
+        Ok(())
+    }
+
+    fn pop(&mut self) -> Option<Result<Message<'a>, BagError>> {
+        let mut next = self.batches.peek_mut()?;
+        let Reverse(Active { position, batch }) = &mut *next;
+        let Position { file, offset, .. } = *position;
+        let (header, data) = batch.pop()?;
+        let topic = &self.bag.topics[self.bag.channels[file][&header.channel]];
+        let data = if data.starts_with(ZSTD_MAGIC) {
+            unpack(data)
+        } else {
+            Ok(data.to_vec())
+        };
+        if let Some(log_time) = batch.next_time() {
+            position.log_time = log_time;
+        } else {
+            self.held -= batch.memory();
+            PeekMut::pop(next);
+        }
+        let message = data.map(|data| Message {
+            topic,
+            log_time: header.log_time,
+            publish_time: header.publish_time,
+            sequence: header.sequence,
+            data,
+        });
+        Some(message.map_err(|damage| self.bag.files[file].damaged(offset, damage)))
+    }
+}
+
+impl Position {
+    fn start_of(file: usize, span: &Span) -> Self {
+        Self {
+            log_time: span.start_time,
+            file,
+            offset: span.offset,
+        }
+    }
+}
+
+impl<'a> Iterator for Messages<'a> {
+    type Item = Result<Message<'a>, BagError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let next = match self.fill() {
+            Ok(()) => self.pop(),
+            Err(error) => Some(Err(error)),
+        };
+        if let Some(Err(_)) = next {
+            self.spans.clear();
+            self.batches.clear();
+        }
+        next
+    }
+}
+
+/// Decompresses a message that rosbag2 has compressed by itself.
+fn unpack(data: &[u8]) -> Result<Vec<u8>, Damage> {
+    let mut bytes = Vec::new();
+    let limit = MAX_RECORD_LENGTH as u64;
+    zstd::Decoder::with_buffer(data)
+        .and_then(|decoder| decoder.take(limit + 1).read_to_end(&mut bytes))
+        .map_err(|source| Damage::Unpack { source })?;
+    if bytes.len() > MAX_RECORD_LENGTH {
+        return Err(Damage::TooLong {
+            opcode: mcap::records::op::MESSAGE,
+            length: bytes.len() as u64,
+            limit: MAX_RECORD_LENGTH,
+        });
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,281 @@
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
+
+use super::{Chunks, Messages, file::McapFile, listing::Listing};
+use crate::{BagError, LeftOutTopic, Topic, metadata::Metadata};
+
+/// A bag of one or several MCAP files, of any recorder that follows rosbag2.
+///
+/// Chunks may be compressed with lz4 or zstd, files or messages as a whole with zstd (rosbag2's compression modes `FILE`
+/// and `MESSAGE`). A file that tells of its messages at its end, as rosbag2's do, is opened by reading that only; another
+/// one is read through once. A file that is compressed as a whole is unpacked into a temporary file.
+///
+/// # Assumptions and limitations
+/// Memory is that of the chunks that overlap in time, one of 768 KiB as a rule: no chunk over 256 MiB is read, and none
+/// beyond 512 MiB of overlapping ones; no message is over 64 MiB. Attachments and others' metadata records are skipped, and
+/// so are topics of other messages than CDR or without a schema: [`left_out`](Self::left_out).
+pub struct BagReader {
+    pub(crate) files: Vec<McapFile>,
+    pub(crate) topics: Vec<Topic>,
+    left_out: Vec<LeftOutTopic>,
+    /// For each file, the index in `topics` of each channel.
+    pub(crate) channels: Vec<BTreeMap<u16, usize>>,
+    /// For each file, how many of the first messages of each span are repeated from an earlier file, by offset.
+    pub(crate) repeated: Vec<BTreeMap<u64, usize>>,
+    custom: BTreeMap<String, String>,
+}
+
+/// What is known of one file of a bag.
+#[derive(Debug)]
+pub struct BagFile<'a> {
+    /// Where it lies.
+    pub path: &'a Path,
+    /// Its size (bytes), of the unpacked one if it is compressed as a whole.
+    pub size: u64,
+    /// Its chunks by their compression, which is empty for none.
+    pub chunks: &'a BTreeMap<String, Chunks>,
+    /// First and last log time (ns), if it has messages.
+    pub times: Option<(u64, u64)>,
+    /// Number of its messages, without those of topics left out, if it tells.
+    pub messages: Option<u64>,
+    /// How many of them are repeated from an earlier file.
+    pub repeated: u64,
+    /// Why not all of it can be read.
+    pub fault: Option<&'a BagError>,
+}
+
+impl BagReader {
+    /// Opens a bag's directory, or a single MCAP file.
+    ///
+    /// The files of a directory without `metadata.yaml` are read in the natural order of their names.
+    ///
+    /// # Errors
+    /// See [`BagError`]. Damage within messages is found when they are read.
+    pub fn open(path: &Path) -> Result<Self, BagError> {
+        let Listing { files, metadata } = Listing::read(path)?;
+        let files = files.iter().map(|file| McapFile::open(file));
+        let mut reader = Self::new(files.collect::<Result<_, _>>()?)?;
+        for file in reader.files.iter().skip(1) {
+            reader.repeated.push(file.repeated_messages()?);
+        }
+        if let Some((file, metadata)) = metadata {
+            reader.check_counts(&metadata, &file)?;
+            reader.describe(metadata);
+        }
+        Ok(reader)
+    }
+
+    /// Opens what is readable of a bag of which files are damaged, cut off or missing; what is wrong with them, in the
+    /// order of the files.
+    ///
+    /// # Errors
+    /// It is no bag, or none of its files has a readable beginning.
+    pub fn open_damaged(path: &Path) -> Result<(Self, Vec<BagError>), BagError> {
+        let Listing { files, metadata } = Listing::read(path)?;
+        let mut opened = Vec::new();
+        let mut faults = Vec::new();
+        for file in &files {
+            match McapFile::open(file).or_else(|fault| McapFile::open_damaged(file, fault)) {
+                Ok(file) => opened.push(file),
+                Err(error) => faults.push(error),
+            }
+        }
+        if opened.is_empty()
+            && let Some(error) = faults.pop()
+        {
+            return Err(error);
+        }
+        let mut reader = Self::new(opened)?;
+        for file in reader.files.iter().skip(1) {
+            reader
+                .repeated
+                .push(file.repeated_messages().unwrap_or_default());
+        }
+        if let Some((_, metadata)) = metadata {
+            reader.describe(metadata);
+        }
+        Ok((reader, faults))
+    }
+
+    fn new(files: Vec<McapFile>) -> Result<Self, BagError> {
+        let mut topics: Vec<Topic> = Vec::new();
+        let mut index_of = |topic: &Topic| {
+            let known = topics
+                .iter()
+                .position(|known| known.name == topic.name && known.type_name == topic.type_name);
+            match known {
+                Some(index) => {
+                    let known = &mut topics[index];
+                    known.qos = known.qos.strongest(topic.qos);
+                    if known.type_hash.is_empty() {
+                        known.type_hash.clone_from(&topic.type_hash);
+                    }
+                    index
+                }
+                None => {
+                    topics.push(topic.clone());
+                    topics.len() - 1
+                }
+            }
+        };
+        let channels = files.iter().map(|file| {
+            let channels = file.topics.iter();
+            channels
+                .map(|(&channel, topic)| (channel, index_of(topic)))
+                .collect()
+        });
+        let left_out: BTreeSet<_> = files.iter().flat_map(|file| &file.left_out).collect();
+        let left_out = left_out.into_iter().cloned().collect();
+        Ok(Self {
+            left_out,
+            channels: channels.collect(),
+            files,
+            topics,
+            repeated: vec![BTreeMap::new()],
+            custom: BTreeMap::new(),
+        })
+    }
+
+    /// Takes over what only the metadata tells.
+    fn describe(&mut self, metadata: Metadata) {
+        // Other recorders than rosbag2 give the hash in one of the two places only.
+        for topic in &mut self.topics {
+            if topic.type_hash.is_empty() {
+                topic.type_hash = metadata.type_hash(topic).to_owned();
+            }
+        }
+        self.custom = metadata.into_custom();
+    }
+
+    fn check_counts(&self, metadata: &Metadata, metadata_file: &Path) -> Result<(), BagError> {
+        let Some(mut found) = self.counts_of_files() else {
+            return Ok(());
+        };
+        let check = |topic: &str, expected, found| {
+            if expected == found {
+                return Ok(());
+            }
+            Err(BagError::Count {
+                file: metadata_file.to_owned(),
+                topic: topic.to_owned(),
+                expected,
+                found,
+            })
+        };
+        let left_out = self.left_out.iter().map(|topic| &*topic.name);
+        let left_out: BTreeSet<_> = left_out.collect();
+        found.retain(|topic, _| !left_out.contains(topic));
+        for (topic, expected) in metadata.message_counts() {
+            if left_out.contains(topic) {
+                continue;
+            }
+            check(topic, expected, found.remove(topic).unwrap_or(0))?;
+        }
+        found
+            .into_iter()
+            .try_for_each(|(topic, found)| check(topic, 0, found))
+    }
+
+    /// All topics. One that has been published with several qualities of service has the strongest of each policy.
+    pub fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    /// Topics whose messages cannot be given out, and why; in the order of their names.
+    pub fn left_out(&self) -> &[LeftOutTopic] {
+        &self.left_out
+    }
+
+    /// What the recorder added to the bag's metadata.
+    pub fn custom(&self) -> &BTreeMap<String, String> {
+        &self.custom
+    }
+
+    /// The bag's files in their order.
+    pub fn files(&self) -> impl Iterator<Item = BagFile<'_>> {
+        self.files.iter().enumerate().map(|(index, file)| BagFile {
+            path: file.path(),
+            size: file.size(),
+            chunks: &file.contents.chunks,
+            times: file.contents.times,
+            messages: file.contents.counts.as_ref().map(|counts| {
+                let known = counts.iter();
+                known
+                    .filter(|(channel, _)| file.topics.contains_key(channel))
+                    .fold(0, |sum: u64, (_, count)| sum.saturating_add(*count))
+            }),
+            repeated: self.repeated_of(index).map(|(_, count)| count).sum(),
+            fault: file.fault.as_ref(),
+        })
+    }
+
+    /// Number of messages of each topic, if all files tell; messages repeated at the head of a further file do not count.
+    pub fn message_counts(&self) -> Option<BTreeMap<&str, u64>> {
+        let mut counts = self.counts_of_files()?;
+        for (topic, repeated) in self.repeats() {
+            if let Some(count) = counts.get_mut(topic) {
+                *count = count.saturating_sub(repeated);
+            }
+        }
+        Some(counts)
+    }
+
+    /// Number of messages of each topic that are repeated at the head of a further file.
+    pub fn repeats(&self) -> BTreeMap<&str, u64> {
+        let mut repeats = BTreeMap::new();
+        for (topic, count) in (0..self.files.len()).flat_map(|file| self.repeated_of(file)) {
+            *repeats.entry(topic).or_default() += count;
+        }
+        repeats
+    }
+
+    fn repeated_of(&self, file: usize) -> impl Iterator<Item = (&str, u64)> {
+        let repeated = self.files.get(file).filter(|_| file > 0);
+        let repeated = repeated
+            .into_iter()
+            .flat_map(|file| &file.contents.repeated);
+        repeated.map(|(topic, count)| (&**topic, *count))
+    }
+
+    fn counts_of_files(&self) -> Option<BTreeMap<&str, u64>> {
+        let mut counts: BTreeMap<_, _> =
+            self.topics.iter().map(|topic| (&*topic.name, 0)).collect();
+        for file in &self.files {
+            for (channel, count) in file.contents.counts.as_ref()? {
+                if let Some(topic) = file.topics.get(channel) {
+                    let sum: &mut u64 = counts.entry(&*topic.name).or_default();
+                    *sum = sum.saturating_add(*count);
+                }
+            }
+        }
+        Some(counts)
+    }
+
+    /// First and last log time (ns), if the files tell and the bag has messages.
+    pub fn times(&self) -> Option<(u64, u64)> {
+        self.files
+            .iter()
+            .filter_map(|file| file.contents.times)
+            .reduce(|(first, last), (start, end)| (first.min(start), last.max(end)))
+    }
+
+    /// All messages in the order of their log times, without those repeated at the head of a further file; those of one
+    /// log time in the order of the files.
+    pub fn messages(&self) -> Messages<'_> {
+        self.messages_from(0)
+    }
+
+    /// The messages whose log time (ns) is not before `start`, as [`messages`](Self::messages) gives them; chunks before
+    /// it are not read.
+    pub fn messages_from(&self, start: u64) -> Messages<'_> {
+        self.messages_of(start, |_| true)
+    }
+
+    /// The messages from `start` (ns) on of the topics that are wanted, as [`messages`](Self::messages) gives them; chunks
+    /// that have none of them are not read.
+    pub fn messages_of(&self, start: u64, wanted: impl Fn(&Topic) -> bool) -> Messages<'_> {
+        Messages::new(self, start, self.topics.iter().map(wanted).collect())
+    }
+}

@@ -1,0 +1,232 @@
+//! The records of a damaged file, of which those that can be read are copied.
+
+use std::collections::BTreeMap;
+
+use mcap::records::{MessageHeader, op};
+
+use super::{LIMIT, RecoverError, chunk::Records, copy::Copy, original::Original, scan::Place};
+use crate::{
+    Qos, REPEATED, SERIALIZATION_FORMAT, channel_key,
+    metadata::RECORD,
+    records::{Channel, Fields, Schema},
+};
+
+/// What was found in a chunk.
+pub(super) struct Seen {
+    pub messages: u64,
+    /// Bytes behind its last complete record.
+    pub bytes: u64,
+}
+
+impl Copy {
+    /// Copies the records of an unpacked chunk.
+    pub(super) fn records(&mut self, records: &[u8], chunk: u64) -> Result<Seen, RecoverError> {
+        let before = self.counts.total();
+        let mut iterator = Records(records);
+        for (opcode, body) in &mut iterator {
+            match opcode {
+                op::MESSAGE => self.message(body, chunk)?,
+                _ => self.definition(opcode, body, chunk),
+            }
+        }
+        Ok(Seen {
+            messages: self.counts.total() - before,
+            bytes: iterator.0.len() as u64,
+        })
+    }
+
+    /// Copies a record outside of chunks.
+    pub(super) fn record(&mut self, opcode: u8, place: Place) -> Result<(), RecoverError> {
+        if place.length > LIMIT as u64 {
+            let reason = format!("a record of more than {LIMIT} bytes");
+            self.losses.leave_out(place, reason);
+            return Ok(());
+        }
+        if !matches!(
+            opcode,
+            op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT
+        ) {
+            return Ok(());
+        }
+        let body = self
+            .source
+            .view(place.offset, place.length as usize)?
+            .to_vec();
+        match opcode {
+            op::MESSAGE => {
+                self.losses.settle();
+                let before = self.counts.total();
+                self.message(&body, place.offset)?;
+                self.loose += self.counts.total() - before;
+                Ok(())
+            }
+            op::METADATA => self.metadata(&body, place),
+            op::ATTACHMENT => match attachment(&body) {
+                Some(attachment) => self.output.attachment(&attachment),
+                None => {
+                    let reason = "an attachment is damaged".to_owned();
+                    self.losses.leave_out(place, reason);
+                    Ok(())
+                }
+            },
+            // Those of the summary have a checksum.
+            _ if self.has_summary => Ok(()),
+            _ => {
+                self.definition(opcode, &body, place.offset);
+                Ok(())
+            }
+        }
+    }
+
+    fn metadata(&mut self, body: &[u8], place: Place) -> Result<(), RecoverError> {
+        let mut fields = Fields::new("metadata", body);
+        let parsed = fields.string().and_then(|name| {
+            Ok((
+                name,
+                fields.map(|entry| Ok((entry.string()?, entry.string()?)))?,
+            ))
+        });
+        match parsed {
+            Ok((name, metadata)) if name == RECORD.0 => {
+                self.original = Original::of_record(&metadata).or(self.original.take());
+                Ok(())
+            }
+            Ok((name, metadata)) if name == REPEATED => {
+                let counts = metadata
+                    .into_iter()
+                    .filter_map(|(topic, count)| Some((topic, count.parse().ok()?)));
+                let counts: BTreeMap<_, u64> = counts.collect();
+                if self.counts.total() == 0 {
+                    let counts_of_all = counts.values();
+                    self.repeated = counts_of_all.fold(0, |sum, count| sum.saturating_add(*count));
+                    self.output.begin_head(counts);
+                }
+                Ok(())
+            }
+            Ok((name, metadata)) => self
+                .output
+                .metadata(mcap::records::Metadata { name, metadata }),
+            Err(damage) => {
+                self.losses.leave_out(place, damage.to_string());
+                Ok(())
+            }
+        }
+    }
+
+    /// Takes note of a schema or a channel.
+    pub(super) fn definition(&mut self, opcode: u8, body: &[u8], offset: u64) {
+        let place = Place {
+            offset,
+            length: body.len() as u64,
+        };
+        let taken = match opcode {
+            op::SCHEMA => Schema::parse(body).map(|schema| {
+                self.schemas.entry(schema.id).or_insert(schema);
+            }),
+            op::CHANNEL => Channel::parse(body).map(|channel| self.channel(channel, place)),
+            _ => Ok(()),
+        };
+        if let Err(damage) = taken {
+            self.losses.leave_out(place, damage.to_string());
+        }
+    }
+
+    /// Takes note of a channel that our reader takes, without the quality of service where that is damaged.
+    fn channel(&mut self, mut channel: Channel, place: Place) {
+        let id = channel.id;
+        if channel.schema == 0 {
+            let reason = format!("channel {id} has no definition");
+            return self.losses.leave_out(place, reason);
+        }
+        if channel.encoding != SERIALIZATION_FORMAT {
+            let (found, expected) = (&channel.encoding, SERIALIZATION_FORMAT);
+            let reason = format!("channel {id} holds {found:?}, expected {expected:?}");
+            return self.losses.leave_out(place, reason);
+        }
+        if self.channels.contains_key(&id) {
+            return;
+        }
+        let offered = channel.metadata.get(channel_key::QOS);
+        if let Some(Err(error)) = offered.map(|text| Qos::from_yaml(text)) {
+            let reason = format!("quality of service of channel {id}: {error}");
+            self.losses.leave_out(place, reason);
+            channel.metadata.remove(channel_key::QOS);
+        }
+        self.channels.insert(id, channel);
+    }
+
+    fn message(&mut self, body: &[u8], offset: u64) -> Result<(), RecoverError> {
+        let mut fields = Fields::new("message", body);
+        let mut header = || {
+            Ok::<_, crate::Damage>(MessageHeader {
+                channel_id: fields.u16()?,
+                sequence: fields.u32()?,
+                log_time: fields.u64()?,
+                publish_time: fields.u64()?,
+            })
+        };
+        let place = Place {
+            offset,
+            length: body.len() as u64,
+        };
+        let header = match header() {
+            Ok(header) => header,
+            Err(damage) => {
+                self.losses.leave_out(place, damage.to_string());
+                return Ok(());
+            }
+        };
+        let channel = header.channel_id;
+        let schema = self.channels.get(&channel).map(|channel| channel.schema);
+        let known = schema.is_some_and(|schema| self.schemas.contains_key(&schema));
+        if !known {
+            let reason = format!("the definition of channel {channel} is lost");
+            self.losses.leave_out(place, reason);
+            self.losses.add_message(header.log_time);
+            return Ok(());
+        }
+        self.add_channel(channel)?;
+        let topic = self
+            .channels
+            .get(&channel)
+            .map_or("", |channel| &channel.topic);
+        self.output.message(topic, header, fields.left)?;
+        self.counts.add(channel, header.log_time);
+        Ok(())
+    }
+
+    pub(super) fn add_channel(&mut self, channel: u16) -> Result<(), RecoverError> {
+        let Some(channel) = self.channels.get(&channel) else {
+            return Ok(());
+        };
+        let schema = self.schemas.get(&channel.schema);
+        if schema.is_none() {
+            return Ok(());
+        }
+        self.output.add_channel(channel, schema)
+    }
+}
+
+/// An attachment whose checksum is right, or that has none.
+fn attachment(body: &[u8]) -> Option<mcap::Attachment<'_>> {
+    let (before, checksum) = body.split_last_chunk()?;
+    let saved = u32::from_le_bytes(*checksum);
+    if saved != 0 && crc32fast::hash(before) != saved {
+        return None;
+    }
+    let mut fields = Fields::new("attachment", before);
+    let mut parse = || {
+        let (log_time, create_time) = (fields.u64()?, fields.u64()?);
+        let (name, media_type) = (fields.string()?, fields.string()?);
+        let length = fields.u64()?;
+        Ok::<_, crate::Damage>((log_time, create_time, name, media_type, length))
+    };
+    let (log_time, create_time, name, media_type, length) = parse().ok()?;
+    (length == fields.left.len() as u64).then(|| mcap::Attachment {
+        log_time,
+        create_time,
+        name,
+        media_type,
+        data: fields.left.into(),
+    })
+}

@@ -1,0 +1,176 @@
+//! The recovered bag's `metadata.yaml`.
+//!
+//! What publishers offered is kept word for word, where it is written as version 9 writes it.
+
+use std::{collections::BTreeMap, path::Path};
+
+use mcap::records::Metadata as MetadataRecord;
+use serde_yaml_ng::Value;
+
+use super::{RecoverError, counts::Counts, original::Original, report::Recovery};
+use crate::{
+    METADATA_FILE, Qos, WriteError, channel_key,
+    metadata::{File, Metadata, RECORD, TopicMetadata, TopicWithCount},
+    records::{Channel, Schema},
+    yaml,
+};
+
+/// Entry of the custom data in every recovered bag.
+const RECOVERED: &str = "recovered";
+
+/// Entry of the custom data that says how many messages are missing; those of earlier recoveries are added.
+const MISSING: &str = "missing";
+
+/// What the recovered bag holds so far.
+pub(super) struct Description {
+    pub files: Vec<File>,
+    topics: Vec<TopicWithCount>,
+    original: Original,
+    /// Messages that were not recovered, as far as that is known.
+    pub missing: Option<u64>,
+}
+
+impl Description {
+    pub fn new(original: Option<Original>) -> Self {
+        Self {
+            files: Vec::new(),
+            topics: Vec::new(),
+            original: original.unwrap_or_default(),
+            missing: None,
+        }
+    }
+
+    /// Keeps what the damaged bag says of itself.
+    pub fn keep(&mut self, original: Original) {
+        self.original = original;
+    }
+
+    /// Adds a file with its channels.
+    pub fn add<'a>(
+        &mut self,
+        name: &str,
+        channels: impl Iterator<Item = (&'a Channel, Option<&'a Schema>)>,
+        counts: &Counts,
+    ) {
+        for (channel, schema) in channels {
+            let count = counts.messages.get(&channel.id).copied().unwrap_or(0);
+            self.topic(channel, schema).message_count += count;
+        }
+        self.files.push(File {
+            name: name.to_owned(),
+            times: counts.times,
+            messages: counts.total(),
+        });
+    }
+
+    fn topic(&mut self, channel: &Channel, schema: Option<&Schema>) -> &mut TopicWithCount {
+        let type_name = schema.map_or("", |schema| &schema.name);
+        let is_it = |topic: &TopicWithCount| {
+            topic.topic_metadata.name == channel.topic && topic.topic_metadata.r#type == type_name
+        };
+        let profiles = profiles(channel);
+        let known = self.topics.iter().position(is_it);
+        let index = known.unwrap_or_else(|| {
+            let original = self
+                .original
+                .topics_with_message_count
+                .iter()
+                .find(|topic| is_it(topic));
+            let given = channel.metadata.get(channel_key::TYPE_HASH).cloned();
+            self.topics.push(TopicWithCount {
+                topic_metadata: TopicMetadata {
+                    name: channel.topic.clone(),
+                    r#type: type_name.to_owned(),
+                    serialization_format: channel.encoding.clone(),
+                    offered_qos_profiles: Value::Sequence(Vec::new()),
+                    type_description_hash: given
+                        .filter(|hash| !hash.is_empty())
+                        .or(original
+                            .map(|topic| topic.topic_metadata.type_description_hash.clone()))
+                        .unwrap_or_default(),
+                },
+                message_count: 0,
+            });
+            self.topics.len() - 1
+        });
+        let topic = &mut self.topics[index];
+        if let Value::Sequence(all) = &mut topic.topic_metadata.offered_qos_profiles {
+            all.extend(
+                profiles
+                    .into_iter()
+                    .filter(|profile| !all.contains(profile))
+                    .collect::<Vec<_>>(),
+            );
+        }
+        topic
+    }
+
+    fn metadata(&self) -> Metadata {
+        let original = &self.original;
+        let mut custom = original.custom_data.clone().unwrap_or_default();
+        custom.insert(RECOVERED.to_owned(), "true".to_owned());
+        if let Some(missing) = self.missing.filter(|missing| *missing > 0) {
+            let before = custom.get(MISSING).and_then(|count| count.parse().ok());
+            let all = missing.saturating_add(before.unwrap_or(0));
+            custom.insert(MISSING.to_owned(), all.to_string());
+        }
+        let mut metadata = Metadata::of(&self.files, self.topics.clone(), custom);
+        // Messages are copied as they are.
+        if original.compression_mode.eq_ignore_ascii_case("message") {
+            metadata
+                .compression_format
+                .clone_from(&original.compression_format);
+            metadata
+                .compression_mode
+                .clone_from(&original.compression_mode);
+        }
+        if !original.ros_distro.is_empty() {
+            metadata.ros_distro.clone_from(&original.ros_distro);
+        }
+        metadata
+    }
+
+    /// The record that goes into each file.
+    pub fn record(&self) -> Result<MetadataRecord, WriteError> {
+        let (name, key) = RECORD;
+        Ok(MetadataRecord {
+            name: name.to_owned(),
+            metadata: BTreeMap::from([(key.to_owned(), self.metadata().to_yaml()?)]),
+        })
+    }
+
+    /// Writes `metadata.yaml`.
+    pub fn write(&self, directory: &Path) -> Result<(), RecoverError> {
+        let path = directory.join(METADATA_FILE);
+        self.metadata()
+            .write(&path)
+            .map_err(RecoverError::write(&path))
+    }
+
+    /// Fills in what the recovered bag holds.
+    pub fn tell(&self, recovery: &mut Recovery) {
+        for topic in &self.topics {
+            let name = topic.topic_metadata.name.clone();
+            *recovery.messages.entry(name).or_default() += topic.message_count;
+        }
+        let times = self.files.iter().filter_map(|file| file.times);
+        recovery.times =
+            times.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)));
+    }
+}
+
+/// The quality of service that a channel's publisher offered. Up to version 8 policies were numbers.
+fn profiles(channel: &Channel) -> Vec<Value> {
+    let text = channel
+        .metadata
+        .get(channel_key::QOS)
+        .map_or("", String::as_str);
+    let given: Option<Vec<Value>> = yaml::read(text).ok();
+    let given = given.unwrap_or_default();
+    let named = |profile: &Value| profile.get("history").is_some_and(Value::is_string);
+    if given.iter().all(named) {
+        return given;
+    }
+    let ours = Qos::from_yaml(text).unwrap_or_default().profile();
+    serde_yaml_ng::to_value(ours).into_iter().collect()
+}

@@ -1,0 +1,170 @@
+//! A bag that is made of damaged files, one after the other.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    RecoverError, RecoveredFile, Recovery,
+    copy::Copy,
+    counts::Counts,
+    description::Description,
+    identities::Identities,
+    original::Original,
+    output::Output,
+    source::Source,
+    tally::{Tally, Told},
+};
+use crate::records::{Channel, Schema};
+
+/// The recovered bag, while it is made.
+pub(super) struct NewBag {
+    directory: PathBuf,
+    description: Description,
+    recovery: Recovery,
+    /// Messages marked as repeated, by topic.
+    repeated: BTreeMap<String, u64>,
+    identities: Identities,
+    tally: Tally,
+}
+
+impl NewBag {
+    pub fn new(directory: &Path, original: Option<Result<Original, String>>) -> Self {
+        let (original, unusable) = match original {
+            Some(Ok(original)) => (Some(original), None),
+            Some(Err(why)) => (None, Some(why)),
+            None => (None, Some("there is none with a single file".to_owned())),
+        };
+        Self {
+            tally: Tally::new(original.as_ref()),
+            directory: directory.to_owned(),
+            description: Description::new(original),
+            recovery: Recovery {
+                bag: directory.to_owned(),
+                metadata_rebuilt: unusable,
+                ..Recovery::default()
+            },
+            repeated: BTreeMap::new(),
+            identities: Identities::default(),
+        }
+    }
+
+    /// Adds what is readable of a file of the damaged bag.
+    pub fn add(&mut self, path: &Path, only: bool) -> Result<(), RecoverError> {
+        if !path.exists() {
+            let mut file = RecoveredFile {
+                path: path.to_owned(),
+                ..RecoveredFile::default()
+            };
+            self.tally.add(&mut file, &Told::default());
+            self.recovery.files.push(file);
+            return Ok(());
+        }
+        let name = path.file_name().unwrap_or_default().display().to_string();
+        let source = Source::open(path)?;
+        let (found, _) = source.peek::<{ mcap::MAGIC.len() }>(0)?;
+        let identities = std::mem::take(&mut self.identities);
+        let output = Output::new(self.directory.join(&name), identities);
+        let mut copy = Copy::new(source, output);
+        let is_mcap = copy.run()?;
+        if !is_mcap && only && copy.losses.file.bytes > Some(0) {
+            return Err(RecoverError::NotMcap {
+                file: path.to_owned(),
+                found: found.to_vec(),
+            });
+        }
+        if let Some(original) = copy.original.take()
+            && self.recovery.metadata_rebuilt.is_some()
+        {
+            self.description.keep(original);
+        }
+        let told = Told {
+            messages: copy.statistics,
+            repeated: copy.repeated,
+            marked: copy.output.repeated.values().sum(),
+        };
+        self.tally.add(&mut copy.losses.file, &told);
+        copy.losses.file.kept = copy.losses.file.complete || copy.losses.file.messages > 0;
+        if copy.losses.file.kept {
+            self.recovery.unverified += copy.unverified;
+            for (topic, count) in &copy.output.repeated {
+                *self.repeated.entry(topic.clone()).or_default() += count;
+            }
+            let channels = copy
+                .channels
+                .values()
+                .map(|channel| (channel, copy.schemas.get(&channel.schema)));
+            self.finish_file(&name, copy.output, channels, &copy.counts)?;
+        } else {
+            self.identities = copy.output.abandon()?;
+        }
+        self.recovery.files.push(copy.losses.file);
+        Ok(())
+    }
+
+    fn finish_file<'a>(
+        &mut self,
+        name: &str,
+        mut output: Output,
+        channels: impl Iterator<Item = (&'a Channel, Option<&'a Schema>)>,
+        counts: &Counts,
+    ) -> Result<(), RecoverError> {
+        self.description.add(name, channels, counts);
+        self.description.missing = self.tally.missing();
+        output.metadata(self.description.record()?)?;
+        self.identities = output.finish()?;
+        Ok(())
+    }
+
+    /// Describes the bag, of which all files are copied.
+    pub fn finish(mut self, bag: &Path) -> Result<Recovery, RecoverError> {
+        self.recovery.missing = self.tally.missing();
+        if !self.recovery.files.iter().any(|file| file.messages > 0) {
+            self.check_empty(bag)?;
+        }
+        if self.description.files.is_empty() {
+            // A bag has at least one file.
+            let first = self.recovery.files.first();
+            let name = first.and_then(|file| file.path.file_name());
+            let name = name.unwrap_or_default().display().to_string();
+            let output = Output::new(self.directory.join(&name), Identities::default());
+            self.finish_file(&name, output, [].into_iter(), &Counts::default())?;
+        }
+        self.description.missing = self.recovery.missing;
+        self.description.write(&self.directory)?;
+        Ok(self.recovery())
+    }
+
+    /// Whether a bag without messages had none.
+    fn check_empty(&self, bag: &Path) -> Result<(), RecoverError> {
+        let files = &self.recovery.files;
+        if self.tally.expected() == Some(0) || files.iter().all(RecoveredFile::is_sound) {
+            return Ok(());
+        }
+        let left_out = files.iter().flat_map(|file| &file.left_out);
+        Err(RecoverError::Nothing {
+            bag: bag.to_owned(),
+            bytes: files.iter().filter_map(|file| file.bytes).sum(),
+            missing: self.recovery.missing,
+            reason: left_out.map(|place| place.reason.clone()).next(),
+        })
+    }
+
+    fn recovery(self) -> Recovery {
+        let Self {
+            description,
+            mut recovery,
+            repeated,
+            ..
+        } = self;
+        description.tell(&mut recovery);
+        for (topic, count) in repeated {
+            recovery.repeated += count;
+            if let Some(messages) = recovery.messages.get_mut(&topic) {
+                *messages = messages.saturating_sub(count);
+            }
+        }
+        recovery
+    }
+}

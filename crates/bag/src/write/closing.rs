@@ -1,0 +1,188 @@
+//! The end of a bag's files and of the bag, also where a disk is full or files have gone.
+
+use std::{collections::BTreeMap, fmt, io, path::PathBuf};
+
+use super::{BagSummary, BagWriter, mcap_writer::McapWriter};
+use crate::{
+    METADATA_FILE, Rest, WriteError,
+    metadata::{File, Metadata, RECORD},
+};
+
+/// Bytes that are freed for the end of a file on a full disk, at first.
+const ROOM: u64 = 8 << 10;
+
+/// A file that is complete.
+pub(crate) struct Closed {
+    pub file: File,
+    pub bytes: u64,
+}
+
+/// What went wrong where.
+pub(crate) struct Fault {
+    pub path: PathBuf,
+    pub source: io::Error,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}: {}", self.path.display(), self.source)
+    }
+}
+
+impl BagWriter {
+    /// Completes the file that is being written, whose chunks must be written, and gives it back.
+    pub(crate) fn close_file(&mut self) -> Result<Option<McapWriter>, Fault> {
+        let bytes = self.end_file()?;
+        Ok(self.keep_file(bytes))
+    }
+
+    /// The same, and writes `metadata.yaml`.
+    pub(crate) fn close_bag(&mut self) -> Result<(), Fault> {
+        let bytes = self.end_file()?;
+        let path = self.directory.join(METADATA_FILE);
+        let written = self.metadata().and_then(|metadata| metadata.write(&path));
+        written.map_err(|source| Fault { path, source })?;
+        self.keep_file(bytes);
+        Ok(())
+    }
+
+    /// Closes what can be closed after an error.
+    pub(crate) fn fail(&mut self, fault: Fault) -> WriteError {
+        self.custom.insert("error".to_owned(), fault.to_string());
+        let rest = self.salvage();
+        self.file = None;
+        let Fault { path, source } = fault;
+        WriteError::Failed { path, source, rest }
+    }
+
+    /// The same after an error of the file that is being written.
+    pub(crate) fn fail_on_file(&mut self, source: io::Error) -> WriteError {
+        let path = self.path();
+        self.fail(Fault { path, source })
+    }
+
+    fn salvage(&mut self) -> Rest {
+        if self.file.as_ref().is_some_and(McapWriter::is_gone) {
+            // One that was moved is completed where it is.
+            if self.file.as_mut().is_some_and(|file| file.cut(0).is_ok()) {
+                let _ = self.end_file();
+            }
+            self.file = None;
+            if self.closed.is_empty() || !self.directory.is_dir() {
+                return Rest::Gone;
+            }
+        }
+        let mut room = 0;
+        loop {
+            let cut = self.file.as_mut().map(|file| file.cut(room));
+            let was_cut = matches!(cut, Some(Ok(true)));
+            let Err(fault) = self.close_bag() else {
+                return Rest::Closed { lost: self.lost() };
+            };
+            if is_full(&fault.source) && was_cut {
+                room = ROOM.max(2 * room);
+                continue;
+            }
+            match &mut self.file {
+                Some(file) if file.written() == 0 && !self.closed.is_empty() => {
+                    let _ = file.remove();
+                    self.file = None;
+                }
+                file => {
+                    // What could be written of the end is not left behind.
+                    let _ = file.as_mut().map(|file| file.cut(0));
+                    let bag = self.directory.clone();
+                    return Rest::Unclosed { bag };
+                }
+            }
+        }
+    }
+
+    /// Writes the end of the file and gives the file's size.
+    fn end_file(&self) -> Result<u64, Fault> {
+        let Some(file) = &self.file else {
+            return Ok(0);
+        };
+        let text = self.metadata().and_then(|metadata| {
+            let text = metadata.to_yaml();
+            text.map_err(io::Error::other)
+        });
+        let (name, key) = RECORD;
+        let ended = text.and_then(|text| {
+            let texts = BTreeMap::from([(key.to_owned(), text)]);
+            file.close(name, &texts)
+        });
+        ended.map_err(|source| Fault {
+            path: file.path().to_owned(),
+            source,
+        })
+    }
+
+    /// Counts a file that has its end among the closed ones.
+    fn keep_file(&mut self, bytes: u64) -> Option<McapWriter> {
+        let file = self.file.take()?;
+        let description = describe(&file);
+        self.closed.push(Closed {
+            file: description,
+            bytes,
+        });
+        let counts = file.counts();
+        for ((topic, count), repeated) in self.topics.iter_mut().zip(counts).zip(&self.repeated) {
+            topic.messages += count;
+            topic.repeated += count.min(*repeated);
+        }
+        Some(file)
+    }
+
+    /// The bag with the file that is being written, as far as its chunks are written.
+    fn metadata(&self) -> io::Result<Metadata> {
+        let closed = self.closed.iter().map(|closed| closed.file.clone());
+        let files: Vec<_> = closed.chain(self.file.as_ref().map(describe)).collect();
+        let counts = self.file.as_ref().map(McapWriter::counts);
+        let counts = counts.into_iter().flatten().chain(std::iter::repeat(0));
+        let topics = self.topics.iter().zip(counts);
+        let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
+        Metadata::new(&files, topics, self.custom.clone()).map_err(io::Error::other)
+    }
+
+    /// Messages taken that are in no closed file.
+    fn lost(&self) -> u64 {
+        let kept = self.topics.iter();
+        let kept: u64 = kept.map(|topic| topic.messages - topic.repeated).sum();
+        self.taken.saturating_sub(kept)
+    }
+
+    /// What a bag holds of which all files are closed.
+    pub(crate) fn summary(&self) -> BagSummary {
+        let messages = self.topics.iter().map(|topic| {
+            let name = topic.topic.name.clone();
+            (name, topic.messages - topic.repeated)
+        });
+        let files = self.closed.iter();
+        BagSummary {
+            messages: messages.collect(),
+            repeated: self.topics.iter().map(|topic| topic.repeated).sum(),
+            files: files
+                .clone()
+                .map(|closed| self.directory.join(&closed.file.name))
+                .collect(),
+            bytes: files.map(|closed| closed.bytes).sum(),
+            times: self.times,
+        }
+    }
+}
+
+fn describe(file: &McapWriter) -> File {
+    let name = file.path().file_name().unwrap_or_default();
+    File {
+        name: name.to_string_lossy().into_owned(),
+        times: file.times(),
+        messages: file.counts().iter().sum(),
+    }
+}
+
+/// Whether an error goes away where something else is removed.
+fn is_full(error: &io::Error) -> bool {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    matches!(error.kind(), FileTooLarge | QuotaExceeded | StorageFull)
+}

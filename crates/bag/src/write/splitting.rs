@@ -1,0 +1,136 @@
+//! Where one file of a bag ends and the next begins.
+
+use std::{collections::BTreeMap, io, time::Duration};
+
+use super::{
+    BagOptions, BagWriter,
+    catalogue::Catalogue,
+    closing::Fault,
+    encode::MessageHeader,
+    mcap_writer::{CHUNK, McapWriter},
+};
+use crate::{REPEATED, WriteError};
+
+impl BagWriter {
+    /// Completes the file that is being written and goes on in the next one. A file that has no message of its own yet
+    /// is not split.
+    ///
+    /// # Errors
+    /// Writing fails, or the file is no longer where it was made.
+    pub fn split(&mut self) -> Result<(), WriteError> {
+        self.flush()?;
+        if self.begin.is_none() {
+            return Ok(());
+        }
+        let opened = self.close_file().and_then(|file| {
+            self.begin = None;
+            self.open_file(file.map(McapWriter::into_catalogue).unwrap_or_default())
+        });
+        opened.map_err(|fault| self.fail(fault))
+    }
+
+    /// Whether a message of this log time belongs into the next file.
+    pub(crate) fn is_full(&mut self, log_time: u64) -> Result<bool, WriteError> {
+        let BagOptions {
+            max_bytes,
+            max_duration,
+            ..
+        } = self.options;
+        let max_index = self.max_index;
+        let begin = self.begin;
+        let file = self.file()?;
+        let Some(begin) = begin else {
+            return Ok(false);
+        };
+        let elapsed = Duration::from_nanos(log_time.saturating_sub(begin));
+        Ok(max_duration.is_some_and(|most| elapsed > most)
+            || max_bytes.is_some_and(|most| file.written() >= most.get())
+            || file.index_memory() >= max_index)
+    }
+
+    /// Begins the file that is being written, at the log time of its first message: repeats what is latched.
+    pub(crate) fn begin(&mut self, log_time: u64) -> Result<(), WriteError> {
+        self.begin = Some(log_time);
+        if self.closed.is_empty() {
+            return Ok(());
+        }
+        let repeated = self.repeat(log_time);
+        repeated.map_err(|source| self.fail_on_file(source))
+    }
+
+    fn repeat(&mut self, log_time: u64) -> io::Result<()> {
+        let Some(file) = &mut self.file else {
+            return Ok(());
+        };
+        let mut counts = BTreeMap::new();
+        for (topic, messages) in self.latched.topics() {
+            self.repeated[topic] = messages.len() as u64;
+            let name = self.topics[topic].topic.name.clone();
+            counts.insert(name, messages.len().to_string());
+        }
+        if counts.is_empty() {
+            return Ok(());
+        }
+        file.write_metadata(REPEATED, &counts)?;
+        for (topic, messages) in self.latched.topics() {
+            for message in messages {
+                let header = MessageHeader {
+                    channel: self.topics[topic].channel,
+                    sequence: message.sequence,
+                    log_time,
+                    publish_time: message.publish_time,
+                };
+                file.write(header, &message.data)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the next file, with the topics that are known.
+    pub(crate) fn open_file(&mut self, catalogue: Catalogue) -> Result<(), Fault> {
+        let path = self.path();
+        let BagOptions {
+            compression,
+            max_bytes,
+            ..
+        } = self.options;
+        let chunk = max_bytes.map_or(CHUNK, |most| CHUNK.min(most.get() / 8).max(1 << 10));
+        let file = McapWriter::create(path.clone(), compression, chunk as usize, catalogue);
+        self.file = Some(file.map_err(|source| Fault { path, source })?);
+        self.repeated.fill(0);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Topic;
+
+    /// However many chunks are flushed, the index of a file takes no more memory than is allowed.
+    #[test]
+    fn the_memory_of_indexes_is_bounded() {
+        let folder = tempfile::tempdir().unwrap();
+        let directory = folder.path().join("run");
+        let mut writer = BagWriter::create(&directory, BagOptions::default()).unwrap();
+        writer.max_index = 2_000;
+        let topic = Topic {
+            name: "/a".to_owned(),
+            type_name: "std_msgs/msg/Empty".to_owned(),
+            type_hash: String::new(),
+            definition: String::new(),
+            definition_encoding: crate::ROS2MSG.to_owned(),
+            qos: crate::Qos::default(),
+        };
+        let topic = writer.add_topic(&topic).unwrap();
+        for time in 0..100 {
+            writer.write(topic, time, time, 0, &[]).unwrap();
+            writer.flush().unwrap();
+            let index = writer.file().unwrap().index_memory();
+            assert!(index < 2_000 + 200, "{index}");
+        }
+        let summary = writer.finish(BTreeMap::new()).unwrap();
+        assert!((3..20).contains(&summary.files.len()));
+        assert_eq!(summary.messages["/a"], 100);
+    }
+}

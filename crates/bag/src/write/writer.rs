@@ -1,0 +1,276 @@
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    BagOptions, BagSummary,
+    catalogue::Catalogue,
+    closing::{Closed, Fault},
+    encode::MessageHeader,
+    latched::{Kept, Latched},
+    mcap_writer::McapWriter,
+};
+use crate::{Topic, WriteError, directory};
+
+/// Bytes of latched messages that are kept to be repeated, all topics together; half of
+/// [`BagOptions::max_bytes`] if that is less.
+const LATCHED: u64 = 64 << 20;
+
+/// Bytes of memory that the index of a file may take, about 200 for each of its chunks.
+const INDEX: usize = 64 << 20;
+
+/// A topic of a [`BagWriter`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TopicId(usize);
+
+/// Writes a bag, of one MCAP file or, with limits or [`split`](Self::split), of several.
+///
+/// Chunks are held in memory until they are complete: a process killed at any time leaves a file that is readable up to
+/// the last complete chunk, at least up to the last [`flush`](Self::flush). Dropping the writer completes the file but
+/// writes no `metadata.yaml`. Nothing is forced to the disk (`fsync`).
+///
+/// # Latched messages
+/// Of each topic that [is latched](Topic::is_latched) the last messages of each publisher, as many as its depth, stand
+/// again at the head of each further file, logged at the time of the file's first message. A metadata record named
+/// `lgvi_repeated` before them says how many each topic has. Of all topics together 64 MiB are kept at most.
+///
+/// # Errors while writing
+/// When a file cannot be written on, everything up to the last complete chunk is closed as a bag, with `metadata.yaml`;
+/// where the disk is full, the last chunks make room for that. [`WriteError::Failed`] tells how that went. Such a bag
+/// has the key `error` in its custom data. The writer then takes no more messages.
+///
+/// # Memory
+/// One chunk of 1 MiB or the longest message, its compressed form and 16 bytes for each message in it; for each chunk
+/// written about 200 bytes, until the file is closed: at 64 MiB the next file is begun by itself. Nothing else grows with
+/// the number of messages.
+pub struct BagWriter {
+    pub(crate) directory: PathBuf,
+    name: String,
+    pub(crate) options: BagOptions,
+    /// Bytes of memory from which on the index of a file ends it.
+    pub(crate) max_index: usize,
+    pub(crate) custom: BTreeMap<String, String>,
+    pub(crate) topics: Vec<RecordedTopic>,
+    pub(crate) latched: Latched,
+    pub(crate) closed: Vec<Closed>,
+    /// The file that is being written; none after an error.
+    pub(crate) file: Option<McapWriter>,
+    /// Log time of the first message of that file, apart from those repeated.
+    pub(crate) begin: Option<u64>,
+    /// How many messages of each topic are repeated in that file.
+    pub(crate) repeated: Vec<u64>,
+    /// Number of messages taken.
+    pub(crate) taken: u64,
+    /// First and last log time of them.
+    pub(crate) times: Option<(u64, u64)>,
+}
+
+pub(crate) struct RecordedTopic {
+    pub topic: Topic,
+    pub channel: u16,
+    /// Messages in closed files.
+    pub messages: u64,
+    /// How many of them are repeated.
+    pub repeated: u64,
+}
+
+impl BagWriter {
+    /// Creates the bag's directory and in it the file `<directory's name>_0.mcap`.
+    ///
+    /// # Errors
+    /// The directory exists and is not empty, has no usable name, or cannot be written.
+    pub fn create(directory: &Path, options: BagOptions) -> Result<Self, WriteError> {
+        let name = directory::name(directory)?;
+        let made = directory::make_empty(directory)?;
+        let latched = options
+            .max_bytes
+            .map_or(LATCHED, |most| LATCHED.min(most.get() / 2));
+        let mut writer = Self {
+            directory: directory.to_owned(),
+            name,
+            options,
+            max_index: INDEX,
+            custom: BTreeMap::new(),
+            topics: Vec::new(),
+            latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
+            closed: Vec::new(),
+            file: None,
+            begin: None,
+            repeated: Vec::new(),
+            taken: 0,
+            times: None,
+        };
+        let opened = writer.open_file(Catalogue::default());
+        opened.map_err(|Fault { path, source }| {
+            if made {
+                let _ = fs::remove_dir(directory);
+            }
+            WriteError::Io { path, source }
+        })?;
+        Ok(writer)
+    }
+
+    /// The MCAP file that is being written.
+    pub fn path(&self) -> PathBuf {
+        self.directory
+            .join(format!("{}_{}.mcap", self.name, self.closed.len()))
+    }
+
+    /// Custom data for `metadata.yaml`, should the bag have to be closed after an error, and of each file that is closed
+    /// from now on.
+    pub fn set_custom(&mut self, custom: BTreeMap<String, String>) {
+        self.custom = custom;
+    }
+
+    /// Adds a topic, or finds it if it was added before.
+    ///
+    /// # Errors
+    /// A topic of this name but another type is in the bag, the bag has 65535 topics, or writing fails.
+    pub fn add_topic(&mut self, topic: &Topic) -> Result<TopicId, WriteError> {
+        let known = self.topics.iter();
+        let known = known.map(|recorded| &recorded.topic);
+        if let Some((index, known)) = known
+            .enumerate()
+            .find(|(_, known)| known.name == topic.name)
+        {
+            if (&known.type_name, &known.type_hash) == (&topic.type_name, &topic.type_hash) {
+                return Ok(TopicId(index));
+            }
+            let type_and_hash =
+                |topic: &Topic| format!("{} ({})", topic.type_name, topic.type_hash);
+            return Err(WriteError::ConflictingType {
+                topic: topic.name.clone(),
+                existing: type_and_hash(known),
+                requested: type_and_hash(topic),
+            });
+        }
+        let qos = topic.qos.to_yaml()?;
+        let added = self.file()?.add_topic(topic, qos);
+        let channel = match added {
+            Ok(Some(channel)) => channel,
+            Ok(None) => {
+                return Err(WriteError::TooManyTopics {
+                    topic: topic.name.clone(),
+                });
+            }
+            Err(source) => return Err(self.fail_on_file(source)),
+        };
+        self.latched.add_topic(topic);
+        self.repeated.push(0);
+        self.topics.push(RecordedTopic {
+            topic: topic.clone(),
+            channel,
+            messages: 0,
+            repeated: 0,
+        });
+        Ok(TopicId(self.topics.len() - 1))
+    }
+
+    /// Writes a message, CDR with its encapsulation header. Times are nanoseconds since the UNIX epoch.
+    ///
+    /// # Errors
+    /// The topic is of another bag, or writing fails.
+    pub fn write(
+        &mut self,
+        topic: TopicId,
+        log_time: u64,
+        publish_time: u64,
+        sequence: u32,
+        cdr: &[u8],
+    ) -> Result<(), WriteError> {
+        self.write_of(0, topic, log_time, publish_time, sequence, cdr)
+    }
+
+    /// The same for a message of one of several publishers, told by any number: of a latched topic, the last messages of each
+    /// are repeated.
+    ///
+    /// # Errors
+    /// As for [`write`](Self::write).
+    pub fn write_of(
+        &mut self,
+        publisher: u128,
+        topic: TopicId,
+        log_time: u64,
+        publish_time: u64,
+        sequence: u32,
+        cdr: &[u8],
+    ) -> Result<(), WriteError> {
+        let Some(&RecordedTopic { channel, .. }) = self.topics.get(topic.0) else {
+            return Err(WriteError::UnknownTopic {
+                index: topic.0,
+                count: self.topics.len(),
+            });
+        };
+        if self.is_full(log_time)? {
+            self.split()?;
+        }
+        if self.begin.is_none() {
+            self.begin(log_time)?;
+        }
+        let header = MessageHeader {
+            channel,
+            sequence,
+            log_time,
+            publish_time,
+        };
+        if let Err(source) = self.file()?.write(header, cdr) {
+            return Err(self.fail_on_file(source));
+        }
+        self.taken += 1;
+        let (first, last) = self.times.unwrap_or((log_time, log_time));
+        self.times = Some((first.min(log_time), last.max(log_time)));
+        if self.latched.keeps(topic.0) {
+            let kept = Kept {
+                publisher,
+                publish_time,
+                sequence,
+                data: cdr.to_vec(),
+            };
+            self.latched.push(topic.0, kept);
+        }
+        Ok(())
+    }
+
+    /// Hands everything written so far to the operating system, as a complete chunk.
+    ///
+    /// # Errors
+    /// Writing fails, or the file is no longer where it was made.
+    pub fn flush(&mut self) -> Result<(), WriteError> {
+        let file = self.file()?;
+        let flushed = file.check_place().and_then(|()| file.finish_chunk());
+        flushed.map_err(|source| self.fail_on_file(source))
+    }
+
+    /// Completes the file and writes `metadata.yaml` with the given custom data.
+    ///
+    /// # Errors
+    /// Writing fails, or the file is no longer where it was made.
+    pub fn finish(mut self, custom: BTreeMap<String, String>) -> Result<BagSummary, WriteError> {
+        self.custom = custom;
+        if let (None, Some((_, last))) = (self.begin, self.times) {
+            self.begin(last)?;
+        }
+        self.flush()?;
+        let closed = self.close_bag();
+        closed.map_err(|fault| self.fail(fault))?;
+        Ok(self.summary())
+    }
+
+    /// The file that is being written.
+    pub(crate) fn file(&mut self) -> Result<&mut McapWriter, WriteError> {
+        self.file.as_mut().ok_or_else(|| WriteError::Ended {
+            path: self.directory.clone(),
+        })
+    }
+}
+
+impl Drop for BagWriter {
+    fn drop(&mut self) {
+        if let Some(file) = &mut self.file {
+            let _ = file.finish_chunk();
+            let _ = self.close_file();
+        }
+    }
+}

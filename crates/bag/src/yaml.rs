@@ -1,0 +1,82 @@
+//! YAML of bags that others made, with bounds on what it may ask for.
+//!
+//! The parser below serde expands aliases and holds all of a document before anything of it is used: aliases of aliases,
+//! or of a long text, take memory without bound, and deep nesting takes time that grows with its square.
+
+use std::fmt::Display;
+
+use saphyr_parser::{Event, Parser};
+use serde::de::{DeserializeOwned, Error as _};
+use serde_yaml_ng::Error;
+
+/// Longest text (bytes): a bag of ten thousand topics needs less. Parsing takes some hundred times as much memory.
+pub(crate) const MAX_TEXT: usize = 4 << 20;
+
+/// Nesting beyond this is refused; that of rosbag2 is less than ten.
+const MAX_DEPTH: usize = 64;
+
+/// Reads a document without aliases, which rosbag2 never writes.
+pub(crate) fn read<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
+    check(text)?;
+    serde_yaml_ng::from_str(text)
+}
+
+fn check(text: &str) -> Result<(), Error> {
+    if text.len() > MAX_TEXT {
+        let length = text.len();
+        return Err(Error::custom(format!(
+            "{length} bytes of YAML, expected at most {MAX_TEXT}"
+        )));
+    }
+    let mut depth = 0_usize;
+    for event in Parser::new_from_str(text) {
+        let (event, span) = event.map_err(Error::custom)?;
+        let refused = |reason: &dyn Display| {
+            let line = span.start.line();
+            Err(Error::custom(format!("line {line}: {reason}")))
+        };
+        match event {
+            Event::Alias(_) => return refused(&"an alias"),
+            Event::SequenceStart(..) | Event::MappingStart(..) => depth += 1,
+            Event::SequenceEnd | Event::MappingEnd => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > MAX_DEPTH {
+            return refused(&format!("nested more than {MAX_DEPTH} deep"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_yaml_ng::Value;
+
+    use super::*;
+
+    fn refusal(text: &str) -> String {
+        read::<Value>(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_text_within_the_bounds_is_read() {
+        let nested = "[".repeat(MAX_DEPTH) + &"]".repeat(MAX_DEPTH);
+        assert!(read::<Value>(&nested).is_ok());
+        let value: Value = read("a: &anchor 'b * c & *d'\n").unwrap();
+        assert_eq!(value["a"], Value::from("b * c & *d"));
+    }
+
+    #[test]
+    fn bombs_are_refused() {
+        let deep = "[".repeat(MAX_DEPTH + 1);
+        assert_eq!(refusal(&(deep + "]")), "line 1: nested more than 64 deep");
+        refusal(&"[".repeat(MAX_TEXT));
+        let aliases = "a: &a [x]\nb: [*a, *a]\n";
+        assert_eq!(refusal(aliases), "line 2: an alias");
+        let long = " ".repeat(MAX_TEXT + 1);
+        assert_eq!(
+            refusal(&long),
+            "4194305 bytes of YAML, expected at most 4194304"
+        );
+    }
+}

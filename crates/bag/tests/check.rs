@@ -1,0 +1,110 @@
+//! Reading all of a bag finds what its files do not tell at their ends.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod common;
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use common::{payload, topic};
+use lgvi_bag::{BagError, BagReader, Damage, Qos};
+use mcap::{WriteOptions, records::MessageHeader};
+
+const MESSAGES: u32 = 100;
+
+/// Offset of the first channel's count in a statistics record: after the total, six numbers of other things and two times,
+/// the length of the counts and the channel's id.
+const FIRST_COUNT: usize = 8 + 2 + 4 * 4 + 2 * 8 + 4 + 2;
+
+const STATISTICS: u8 = 0x0b;
+
+/// A file of several chunks, whose summary has no checksum.
+fn file() -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    let mut writer = WriteOptions::new()
+        .profile("ros2")
+        .compression(None)
+        .chunk_size(Some(2_000))
+        .calculate_summary_section_crc(false)
+        .create(fs::File::create(&path).unwrap())
+        .unwrap();
+    let string = topic("/a", Qos::default());
+    let schema = writer
+        .add_schema(&string.type_name, "ros2msg", string.definition.as_bytes())
+        .unwrap();
+    let channel_id = writer
+        .add_channel(schema, "/a", "cdr", &BTreeMap::new())
+        .unwrap();
+    for sequence in 0..MESSAGES {
+        let header = MessageHeader {
+            channel_id,
+            sequence,
+            log_time: sequence.into(),
+            publish_time: 0,
+        };
+        let data = payload(sequence);
+        writer.write_to_known_channel(&header, &data).unwrap();
+    }
+    writer.finish().unwrap();
+    fs::read(path).unwrap()
+}
+
+/// What is wrong with a file that can be opened.
+fn faults(path: &Path, bytes: &[u8]) -> Vec<Damage> {
+    fs::write(path, bytes).unwrap();
+    let bag = BagReader::open(path).unwrap();
+    let damage = |error| match error {
+        BagError::Damaged { source, .. } => source,
+        other => panic!("{other}"),
+    };
+    bag.check().into_iter().map(damage).collect()
+}
+
+fn position(bytes: &[u8], wanted: &[u8]) -> usize {
+    let mut windows = bytes.windows(wanted.len());
+    windows.position(|window| window == wanted).unwrap()
+}
+
+#[test]
+fn every_damaged_chunk_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    let mut bytes = file();
+    assert_eq!(faults(&path, &bytes).len(), 0);
+    for sequence in [0, MESSAGES / 2, MESSAGES - 1] {
+        let at = position(&bytes, &payload(sequence));
+        bytes[at + 20] ^= 1;
+    }
+    let faults = faults(&path, &bytes);
+    assert_eq!(faults.len(), 3, "{faults:?}");
+    for fault in faults {
+        assert!(
+            matches!(fault, Damage::Checksum { of: "chunk", .. }),
+            "{fault}"
+        );
+    }
+}
+
+#[test]
+fn a_count_that_is_not_that_of_the_chunks_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    let mut bytes = file();
+    // Its total is the first number of the record.
+    let start = [&[STATISTICS], &56_u64.to_le_bytes()[..], &[100, 0, 0, 0]].concat();
+    let at = position(&bytes, &start) + 9 + FIRST_COUNT;
+    assert_eq!(bytes[at], 100);
+    bytes[at] = 101;
+    let faults = faults(&path, &bytes);
+    assert!(
+        matches!(
+            faults[..],
+            [Damage::MessageCount {
+                expected: 101,
+                found: 100
+            }]
+        ),
+        "{faults:?}"
+    );
+}

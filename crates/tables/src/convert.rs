@@ -1,0 +1,213 @@
+//! From a bag to a directory of tables.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+
+use lgvi_bag::{BagReader, Message, NewDirectory, ROS2MSG, Topic, WriteError};
+
+use crate::conversion::{Conversion, ConvertError, Format, LeftOut, Options, TableFile};
+use crate::definition;
+use crate::file_names::{self, FileNames};
+use crate::layout::Layout;
+use crate::open::{Learnt, Open};
+
+/// Rows of all tables together take this much memory before the longest table's are written.
+const MAX_BUFFERED: usize = 64 << 20;
+
+const NO_DEFINITION: &str = "it has no definition";
+
+/// Makes a table of each topic in the directory `output`, which must not exist, or be empty.
+///
+/// The bag is read twice: once to learn the columns, once to write them. Memory is bounded by what the bag's reader
+/// needs and by the rows of one row group (64 MiB). The directory has its name only when all tables are complete.
+///
+/// Topics whose definition or messages cannot be understood are left out as a whole and told in the result.
+///
+/// # Errors
+/// See [`ConvertError`].
+pub fn convert(
+    bag: &BagReader,
+    output: &Path,
+    options: &Options,
+) -> Result<Conversion, ConvertError> {
+    convert_within(bag, output, options, MAX_BUFFERED)
+}
+
+/// As [`convert`], with at most `buffered` bytes of rows in memory.
+pub(crate) fn convert_within(
+    bag: &BagReader,
+    output: &Path,
+    options: &Options,
+    buffered: usize,
+) -> Result<Conversion, ConvertError> {
+    check_topics(bag, &options.topics)?;
+    let directory = NewDirectory::begin(output).map_err(|error| output_error(output, error))?;
+    let (layouts, left_out) = learn(bag, options)?;
+    let mut files = write(bag, directory.path(), options.format, layouts, buffered)?;
+    directory
+        .complete()
+        .map_err(|error| output_error(output, error))?;
+    for file in &mut files {
+        file.file = output.join(&file.file);
+    }
+    Ok(Conversion { files, left_out })
+}
+
+fn output_error(output: &Path, error: WriteError) -> ConvertError {
+    match error {
+        WriteError::Exists { path } => ConvertError::Exists { path },
+        WriteError::Io { path, source } => ConvertError::Io { path, source },
+        other => ConvertError::Io {
+            path: output.to_owned(),
+            source: io::Error::other(other),
+        },
+    }
+}
+
+fn check_topics(bag: &BagReader, wanted: &[String]) -> Result<(), ConvertError> {
+    let topics = bag.topics().iter().map(|topic| &*topic.name);
+    let left_out = bag.left_out().iter().map(|topic| &*topic.name);
+    let known: Vec<&str> = topics.chain(left_out).collect();
+    match wanted.iter().find(|name| !known.contains(&name.as_str())) {
+        None => Ok(()),
+        Some(topic) => Err(ConvertError::UnknownTopic {
+            topic: topic.clone(),
+            known: known.join(", "),
+        }),
+    }
+}
+
+/// Name and type, of which a bag has no topic twice.
+type Key<'b> = (&'b str, &'b str);
+
+fn key(topic: &Topic) -> Key<'_> {
+    (&topic.name, &topic.type_name)
+}
+
+/// Shows all messages to the layouts of their topics.
+fn learn<'b>(
+    bag: &'b BagReader,
+    options: &Options,
+) -> Result<(Vec<Learnt<'b>>, Vec<LeftOut>), ConvertError> {
+    let wanted = |name: &String| options.topics.is_empty() || options.topics.contains(name);
+    let mut topics: BTreeMap<Key<'b>, Result<Learnt<'b>, String>> = BTreeMap::new();
+    for topic in bag.topics().iter().filter(|topic| wanted(&topic.name)) {
+        topics.insert(key(topic), begin(topic, options.max_elements));
+    }
+    for message in bag.messages() {
+        let message = message?;
+        let Some(entry) = topics.get_mut(&key(message.topic)) else {
+            continue;
+        };
+        if let Ok(learnt) = entry {
+            learnt.rows += 1;
+            if let Err(error) = observe(learnt, &message, options.format) {
+                let at = message.log_time;
+                *entry = Err(if has_definition(message.topic) {
+                    format!("message at {at} ns: {error}")
+                } else {
+                    NO_DEFINITION.to_owned()
+                });
+            }
+        }
+    }
+    let mut learnt = Vec::new();
+    let unreadable = bag.left_out().iter().filter(|topic| wanted(&topic.name));
+    let mut left_out: Vec<_> = unreadable
+        .map(|topic| LeftOut {
+            topic: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+            reason: topic.reason.clone(),
+        })
+        .collect();
+    for (topic, found) in topics {
+        match found {
+            Ok(found) => learnt.push(found),
+            Err(reason) => left_out.push(LeftOut {
+                topic: topic.0.to_owned(),
+                type_name: topic.1.to_owned(),
+                reason,
+            }),
+        }
+    }
+    Ok((learnt, left_out))
+}
+
+fn begin(topic: &Topic, max_elements: usize) -> Result<Learnt<'_>, String> {
+    file_names::check(&topic.name)?;
+    if topic.definition_encoding != ROS2MSG {
+        if !has_definition(topic) {
+            return Err(NO_DEFINITION.to_owned());
+        }
+        let encoding = &topic.definition_encoding;
+        return Err(format!(
+            "its definition is {encoding:?}, expected {ROS2MSG:?}"
+        ));
+    }
+    let message = definition::Message::parse(&topic.type_name, &topic.definition)
+        .map_err(|error| error.to_string())?;
+    let layout = Layout::new(message, max_elements).map_err(|error| error.to_string())?;
+    Ok(Learnt {
+        topic,
+        layout,
+        rows: 0,
+    })
+}
+
+/// A message without fields has an empty definition, too.
+fn has_definition(topic: &Topic) -> bool {
+    !topic.definition.trim().is_empty()
+}
+
+fn observe(learnt: &mut Learnt<'_>, message: &Message<'_>, format: Format) -> Result<(), String> {
+    let latest = message.log_time.max(message.publish_time);
+    if format == Format::Parquet && i64::try_from(latest).is_err() {
+        return Err(format!("time {latest} ns is beyond what Parquet can tell"));
+    }
+    learnt
+        .layout
+        .observe(&message.data)
+        .map_err(|error| error.to_string())
+}
+
+fn write(
+    bag: &BagReader,
+    directory: &Path,
+    format: Format,
+    learnt: Vec<Learnt<'_>>,
+    buffered: usize,
+) -> Result<Vec<TableFile>, ConvertError> {
+    let mut names = FileNames::default();
+    let mut open = BTreeMap::new();
+    for learnt in learnt {
+        let name = format!("{}.{}", names.of(&learnt.topic.name), format.name());
+        let topic = key(learnt.topic);
+        open.insert(
+            topic,
+            Open::create(bag, directory.join(name), format, learnt)?,
+        );
+    }
+    for message in bag.messages() {
+        let message = message?;
+        let Some(file) = open.get_mut(&key(message.topic)) else {
+            continue;
+        };
+        file.row(&message)?;
+        flush(&mut open, buffered)?;
+    }
+    open.into_values().map(Open::finish).collect()
+}
+
+/// Writes the longest tables until no more than `buffered` bytes are in memory.
+fn flush(open: &mut BTreeMap<Key<'_>, Open<'_>>, buffered: usize) -> Result<(), ConvertError> {
+    let mut total: usize = open.values().map(Open::buffered).sum();
+    while total > buffered {
+        let Some(longest) = open.values_mut().max_by_key(|file| file.buffered()) else {
+            break;
+        };
+        total -= longest.buffered();
+        longest.flush()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,153 @@
+//! A topic's table between its first row and its last.
+
+use std::fs::File;
+use std::path::PathBuf;
+
+use lgvi_bag::{BagReader, Message, Topic};
+
+use crate::cdr::Value;
+use crate::conversion::{ConvertError, Format, TableColumn, TableFile};
+use crate::csv_table::CsvTable;
+use crate::definition::Number;
+use crate::layout::{Cell, Column, Kind, Layout};
+use crate::parquet_table::ParquetTable;
+use crate::table::{Table, TableError};
+
+/// A topic, and how its messages are taken apart.
+pub(crate) struct Learnt<'b> {
+    pub(crate) topic: &'b Topic,
+    pub(crate) layout: Layout,
+    pub(crate) rows: u64,
+}
+
+/// A table that is being written.
+pub(crate) struct Open<'b> {
+    learnt: Learnt<'b>,
+    columns: Vec<Column>,
+    table: Box<dyn Table>,
+    path: PathBuf,
+}
+
+impl<'b> Open<'b> {
+    pub(crate) fn create(
+        bag: &BagReader,
+        path: PathBuf,
+        format: Format,
+        learnt: Learnt<'b>,
+    ) -> Result<Self, ConvertError> {
+        let columns = columns(&learnt.layout);
+        let file = File::create_new(&path).map_err(|source| ConvertError::Io {
+            path: path.clone(),
+            source,
+        })?;
+        let table = match format {
+            Format::Csv => {
+                CsvTable::create(file, &columns).map(|table| Box::new(table) as Box<dyn Table>)
+            }
+            Format::Parquet => ParquetTable::create(file, &columns, &metadata(bag, learnt.topic))
+                .map(|table| Box::new(table) as Box<dyn Table>),
+        };
+        match table {
+            Ok(table) => Ok(Self {
+                learnt,
+                columns,
+                table,
+                path,
+            }),
+            Err(source) => Err(ConvertError::Table { path, source }),
+        }
+    }
+
+    pub(crate) fn row(&mut self, message: &Message<'_>) -> Result<(), ConvertError> {
+        let mut cells = vec![
+            Cell::Number(Value::Uint64(message.log_time)),
+            Cell::Number(Value::Uint64(message.publish_time)),
+            Cell::Number(Value::Uint32(message.sequence)),
+        ];
+        let fields = self.learnt.layout.cells(&message.data);
+        cells.extend(fields.map_err(|source| ConvertError::Changed {
+            topic: message.topic.name.clone(),
+            source,
+        })?);
+        let added = self.table.row(cells);
+        added.map_err(|source| self.error(source))
+    }
+
+    /// Bytes of the rows that are in memory.
+    pub(crate) fn buffered(&self) -> usize {
+        self.table.buffered()
+    }
+
+    /// Writes the rows that are in memory.
+    pub(crate) fn flush(&mut self) -> Result<(), ConvertError> {
+        let flushed = self.table.flush();
+        flushed.map_err(|source| self.error(source))
+    }
+
+    fn error(&self, source: TableError) -> ConvertError {
+        ConvertError::Table {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
+    /// Completes the file, whose name is told without the directory.
+    pub(crate) fn finish(self) -> Result<TableFile, ConvertError> {
+        let path = self.path;
+        let name = path.file_name().map(PathBuf::from);
+        let finished = self.table.finish();
+        finished.map_err(|source| ConvertError::Table { path, source })?;
+        let columns = self.columns.into_iter();
+        Ok(TableFile {
+            topic: self.learnt.topic.name.clone(),
+            type_name: self.learnt.topic.type_name.clone(),
+            file: name.unwrap_or_default(),
+            rows: self.learnt.rows,
+            columns: columns
+                .map(|column| TableColumn {
+                    name: column.name,
+                    type_name: column.kind.name(),
+                })
+                .collect(),
+        })
+    }
+}
+
+/// The bag's columns, whose names yield to those of the message's own fields, and the message's.
+fn columns(layout: &Layout) -> Vec<Column> {
+    let fields = layout.columns();
+    let own = [
+        ("log_time", Kind::Time),
+        ("publish_time", Kind::Time),
+        ("sequence", Kind::Number(Number::Uint32)),
+    ];
+    let mut columns: Vec<_> = own
+        .into_iter()
+        .map(|(name, kind)| {
+            let taken = fields.iter().any(|field| field.name == name);
+            Column {
+                // No field's name begins so.
+                name: format!("{}{name}", if taken { "_" } else { "" }),
+                kind,
+            }
+        })
+        .collect();
+    columns.extend(fields);
+    columns
+}
+
+/// What a Parquet file tells of itself.
+fn metadata(bag: &BagReader, topic: &Topic) -> Vec<(&'static str, String)> {
+    let custom: serde_json::Map<_, _> = bag
+        .custom()
+        .iter()
+        .map(|(key, value)| (key.clone(), value.clone().into()))
+        .collect();
+    vec![
+        ("topic", topic.name.clone()),
+        ("type", topic.type_name.clone()),
+        ("type_hash", topic.type_hash.clone()),
+        ("definition", topic.definition.clone()),
+        ("custom_data", serde_json::Value::Object(custom).to_string()),
+    ]
+}

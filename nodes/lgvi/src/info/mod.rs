@@ -1,0 +1,281 @@
+//! What is in a bag, of any recorder.
+
+mod text;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use lgvi_bag::{BagReader, Chunks, Durability, History, LeftOutTopic, Reliability, Topic};
+use lgvi_node::NodeError;
+use serde::Serialize;
+
+use crate::output::say;
+use crate::values;
+
+/// The command line of `lgvi info`.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The bag's directory, or its MCAP file, of any recorder.
+    #[arg(value_parser = values::path())]
+    bag: PathBuf,
+    /// Read all of the bag, and compare every checksum.
+    #[arg(long)]
+    check: bool,
+    /// Print what is known as one JSON object.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What is known of a bag.
+#[derive(Debug, Serialize)]
+struct Info {
+    bag: String,
+    /// Whether all files are whole and hold what the metadata says.
+    complete: bool,
+    /// Whether all of it was read for that; else what its files tell at their ends.
+    checked: bool,
+    /// What is wrong with it.
+    faults: Vec<String>,
+    /// First and last log time (ns since the UNIX epoch).
+    start: Option<u64>,
+    end: Option<u64>,
+    /// From the first to the last log time (s).
+    duration: f64,
+    /// Messages, without those repeated at the head of a further file.
+    messages: u64,
+    repeated: u64,
+    /// Size of all files (bytes).
+    bytes: u64,
+    files: Vec<File>,
+    /// Chunks by their compression.
+    chunks: BTreeMap<String, ChunkSizes>,
+    topics: Vec<TopicInfo>,
+    /// Topics whose messages cannot be read, and do not count.
+    left_out: Vec<LeftOut>,
+    /// What the recorder added to the bag's metadata.
+    custom: BTreeMap<String, String>,
+}
+
+#[derive(Debug, Serialize)]
+struct File {
+    path: String,
+    bytes: u64,
+    /// Messages, the repeated ones included; none where the file does not tell.
+    messages: Option<u64>,
+    repeated: u64,
+    start: Option<u64>,
+    end: Option<u64>,
+    /// Why not all of it can be read.
+    fault: Option<String>,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct ChunkSizes {
+    count: u64,
+    /// Bytes in the files.
+    packed: u64,
+    /// Bytes of the records.
+    unpacked: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct TopicInfo {
+    name: String,
+    #[serde(rename = "type")]
+    type_name: String,
+    type_hash: String,
+    definition_encoding: String,
+    messages: u64,
+    repeated: u64,
+    /// Messages a second, over the bag's duration.
+    rate: Option<f64>,
+    /// What the recorder says of messages that were lost.
+    lost: Option<String>,
+    reliability: &'static str,
+    durability: &'static str,
+    history: &'static str,
+    depth: u32,
+}
+
+#[derive(Debug, Serialize)]
+struct LeftOut {
+    name: String,
+    #[serde(rename = "type")]
+    type_name: String,
+    reason: String,
+}
+
+/// Says what is in a bag; exit code 0 where it is complete, 1 where only a part of it can be read.
+pub(crate) fn info(options: &Options) -> Result<ExitCode, NodeError> {
+    let (bag, mut faults) = open(&options.bag)?;
+    if options.check {
+        let found = bag.check();
+        faults.extend(found.iter().map(ToString::to_string));
+    }
+    let info = Info::of(options, &bag, faults);
+    if options.json {
+        say(&serde_json::to_string(&info).map_err(NodeError::runtime)?)?;
+    } else {
+        say(&info)?;
+    }
+    Ok(ExitCode::from(u8::from(!info.complete)))
+}
+
+/// The bag, and what is wrong with it.
+fn open(path: &Path) -> Result<(BagReader, Vec<String>), NodeError> {
+    let error = match BagReader::open(path) {
+        Ok(bag) => return Ok((bag, Vec::new())),
+        Err(error) => error,
+    };
+    let Ok((bag, missing)) = BagReader::open_damaged(path) else {
+        return Err(NodeError::input(error));
+    };
+    let damaged = bag
+        .files()
+        .filter_map(|file| file.fault.map(ToString::to_string));
+    let mut faults: Vec<_> = damaged
+        .chain(missing.iter().map(ToString::to_string))
+        .collect();
+    if faults.is_empty() {
+        faults.push(error.to_string());
+    }
+    Ok((bag, faults))
+}
+
+impl Info {
+    fn of(options: &Options, bag: &BagReader, mut faults: Vec<String>) -> Self {
+        let counts = counts(bag, &mut faults);
+        let repeats = bag.repeats();
+        let times = bag.times();
+        let duration = times.map_or(0.0, |(start, end)| end.saturating_sub(start) as f64 / 1e9);
+        let topics = bag.topics().iter().map(|topic| {
+            let messages = counts.get(&topic.name).copied().unwrap_or(0);
+            TopicInfo {
+                repeated: repeats.get(&*topic.name).copied().unwrap_or(0),
+                lost: bag.custom().get(&format!("lost:{}", topic.name)).cloned(),
+                rate: (duration > 0.0).then(|| messages as f64 / duration),
+                ..TopicInfo::of(topic, messages)
+            }
+        });
+        let files: Vec<_> = bag
+            .files()
+            .map(|file| File {
+                path: file.path.display().to_string(),
+                bytes: file.size,
+                messages: file.messages,
+                repeated: file.repeated,
+                start: file.times.map(|(start, _)| start),
+                end: file.times.map(|(_, end)| end),
+                fault: file.fault.map(ToString::to_string),
+            })
+            .collect();
+        let mut chunks = BTreeMap::<_, ChunkSizes>::new();
+        for (compression, found) in bag.files().flat_map(|file| file.chunks) {
+            let Chunks {
+                count,
+                packed,
+                unpacked,
+            } = *found;
+            let name = if compression.is_empty() {
+                "none"
+            } else {
+                compression
+            };
+            let sizes = chunks.entry(name.to_owned()).or_default();
+            sizes.count = sizes.count.saturating_add(count);
+            sizes.packed = sizes.packed.saturating_add(packed);
+            sizes.unpacked = sizes.unpacked.saturating_add(unpacked);
+        }
+        Self {
+            bag: options.bag.display().to_string(),
+            complete: faults.is_empty(),
+            checked: options.check,
+            faults,
+            start: times.map(|(start, _)| start),
+            end: times.map(|(_, end)| end),
+            duration,
+            messages: sum(counts.values()),
+            repeated: sum(repeats.values()),
+            bytes: sum(files.iter().map(|file| &file.bytes)),
+            topics: topics.collect(),
+            left_out: bag.left_out().iter().map(LeftOut::of).collect(),
+            files,
+            chunks,
+            custom: bag.custom().clone(),
+        }
+    }
+}
+
+/// What damaged counts amount to is wrong, but no reason to stop.
+fn sum<'a>(counts: impl Iterator<Item = &'a u64>) -> u64 {
+    counts.fold(0, |sum, count| sum.saturating_add(*count))
+}
+
+/// Messages by topic; where the files do not tell, all are read.
+fn counts(bag: &BagReader, faults: &mut Vec<String>) -> BTreeMap<String, u64> {
+    if let Some(counts) = bag.message_counts() {
+        let counts = counts.into_iter();
+        return counts
+            .map(|(topic, count)| (topic.to_owned(), count))
+            .collect();
+    }
+    let mut counts = BTreeMap::new();
+    for message in bag.messages() {
+        match message {
+            Ok(message) => *counts.entry(message.topic.name.clone()).or_default() += 1,
+            Err(error) => {
+                let fault = error.to_string();
+                if !faults.contains(&fault) {
+                    faults.push(fault);
+                }
+            }
+        }
+    }
+    counts
+}
+
+impl LeftOut {
+    fn of(topic: &LeftOutTopic) -> Self {
+        let LeftOutTopic {
+            name,
+            type_name,
+            reason,
+        } = topic.clone();
+        Self {
+            name,
+            type_name,
+            reason,
+        }
+    }
+}
+
+impl TopicInfo {
+    fn of(topic: &Topic, messages: u64) -> Self {
+        Self {
+            name: topic.name.clone(),
+            type_name: topic.type_name.clone(),
+            type_hash: topic.type_hash.clone(),
+            definition_encoding: topic.definition_encoding.clone(),
+            messages,
+            repeated: 0,
+            rate: None,
+            lost: None,
+            reliability: match topic.qos.reliability {
+                Reliability::Reliable => "reliable",
+                Reliability::BestEffort => "best_effort",
+            },
+            durability: match topic.qos.durability {
+                Durability::Volatile => "volatile",
+                Durability::TransientLocal => "transient_local",
+            },
+            history: match topic.qos.history {
+                History::KeepLast => "keep_last",
+                History::KeepAll => "keep_all",
+                History::Unknown => "unknown",
+            },
+            depth: topic.qos.depth,
+        }
+    }
+}

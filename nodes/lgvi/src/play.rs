@@ -1,0 +1,181 @@
+//! `lgvi play`: the player node with the command line of a tool.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+
+use crate::run::yaml;
+use crate::{NodeKind, values};
+
+/// The command line of `lgvi play`.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The bag's directory, or its MCAP file.
+    #[arg(value_parser = values::path())]
+    bag: PathBuf,
+    /// Recorded seconds a second; 0 means as fast as possible, without loss.
+    #[arg(long, default_value_t = 1.0, value_parser = values::rate, allow_negative_numbers = true)]
+    rate: f64,
+    /// Begin anew at the end, until somebody stops it.
+    #[arg(long = "loop")]
+    repeat: bool,
+    /// Begin so many seconds after the bag's first message.
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    start_offset: Option<f64>,
+    /// Play for so many recorded seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// End so many seconds after the bag's first message.
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
+    until: Option<f64>,
+    /// Play these topics only, by their names in the bag.
+    #[arg(long, value_name = "TOPIC", num_args = 1..)]
+    topics: Vec<String>,
+    /// Play the topics only, or too where --topics has some, whose names contain this regular expression.
+    #[arg(long)]
+    regex: Option<String>,
+    /// Leave these topics out.
+    #[arg(long, value_name = "TOPIC", num_args = 1..)]
+    exclude_topics: Vec<String>,
+    /// Leave the topics out whose names contain this regular expression.
+    #[arg(long, value_name = "REGEX")]
+    exclude_regex: Option<String>,
+    /// Publish a topic under another name; can be repeated.
+    #[arg(long, value_name = "OLD:=NEW")]
+    remap: Vec<String>,
+    /// Begin with a pause, until the service `~/resume` is called.
+    #[arg(long)]
+    start_paused: bool,
+    /// Publish `/clock` at the recorded times.
+    #[arg(long)]
+    clock: bool,
+    /// How often `/clock` is published a recorded second at most (Hz) [default: 100].
+    #[arg(long, value_name = "HZ", requires = "clock")]
+    clock_frequency: Option<f64>,
+    /// Wait until each topic has so many subscribers.
+    #[arg(long, value_name = "COUNT")]
+    await_subscribers: Option<u16>,
+}
+
+/// Runs the player in this process.
+pub(crate) fn play(options: &Options) -> ExitCode {
+    NodeKind::Player.run(options.ros_arguments())
+}
+
+impl Options {
+    /// The node's command line.
+    fn ros_arguments(&self) -> Vec<String> {
+        let mut parameters = vec![
+            format!("bag:={}", yaml(&self.bag)),
+            format!("rate:={:?}", self.rate),
+            format!("loop:={}", self.repeat),
+            format!("start_paused:={}", self.start_paused),
+            format!("clock:={}", self.clock),
+        ];
+        let numbers = [
+            ("start_offset", self.start_offset),
+            ("duration", self.duration),
+            ("until", self.until),
+            ("clock_frequency", self.clock_frequency),
+        ];
+        for (name, number) in numbers {
+            parameters.extend(number.map(|number| format!("{name}:={number:?}")));
+        }
+        for (name, topics) in [
+            ("topics", &self.topics),
+            ("exclude_topics", &self.exclude_topics),
+        ] {
+            if !topics.is_empty() {
+                let topics: Vec<String> = topics.iter().map(|topic| quoted(topic)).collect();
+                parameters.push(format!("{name}:=[{}]", topics.join(", ")));
+            }
+        }
+        for (name, regex) in [
+            ("regex", &self.regex),
+            ("exclude_regex", &self.exclude_regex),
+        ] {
+            parameters.extend(
+                regex
+                    .iter()
+                    .map(|regex| format!("{name}:={}", quoted(regex))),
+            );
+        }
+        let count = self.await_subscribers;
+        parameters.extend(count.map(|count| format!("await_subscribers:={count}")));
+        let mut arguments = crate::run::ros_arguments(parameters);
+        for rule in &self.remap {
+            arguments.extend(["-r".to_owned(), rule.clone()]);
+        }
+        arguments
+    }
+}
+
+/// A text as a YAML string.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    fn arguments(line: &[&str]) -> Vec<String> {
+        let line = std::iter::once("play").chain(line.iter().copied());
+        Line::try_parse_from(line).unwrap().options.ros_arguments()
+    }
+
+    #[test]
+    fn options_are_the_nodes_parameters() {
+        let line = [
+            "a b/bag",
+            "--rate",
+            "0",
+            "--loop",
+            "--duration",
+            "1.5",
+            "--topics",
+            "/tf",
+            "/a",
+            "--exclude-regex",
+            "it's [0-9]",
+            "--remap",
+            "/tf:=/b",
+            "--remap",
+            "/a:=/c",
+            "--clock",
+            "--clock-frequency",
+            "50",
+        ];
+        assert_eq!(
+            arguments(&line).join(" "),
+            "--ros-args -p bag:='a b/bag' -p rate:=0.0 -p loop:=true -p start_paused:=false -p clock:=true \
+             -p duration:=1.5 -p clock_frequency:=50.0 -p topics:=['/tf', '/a'] -p exclude_regex:='it''s [0-9]' \
+             -r /tf:=/b -r /a:=/c"
+        );
+        assert_eq!(
+            arguments(&["bag"]).join(" "),
+            "--ros-args -p bag:='bag' -p rate:=1.0 -p loop:=false -p start_paused:=false -p clock:=false"
+        );
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused() {
+        for bad in [
+            ["bag", "--start-offset", "-1"],
+            ["bag", "--until", "nan"],
+            ["bag", "--clock-frequency", "10"],
+        ] {
+            let line = std::iter::once("play").chain(bad);
+            assert!(Line::try_parse_from(line).is_err(), "{bad:?}");
+        }
+    }
+}

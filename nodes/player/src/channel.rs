@@ -1,0 +1,147 @@
+//! Where one topic goes.
+
+use std::time::{Duration, Instant};
+
+use lgvi_bag::{Durability, Message, Reliability, Topic};
+use lgvi_middleware::ros::{Qos, RawPublisher};
+use lgvi_middleware::shm::{Delivery, ShmNode, StatePublisher};
+use lgvi_node::NodeError;
+use tracing::warn;
+
+use crate::channels::PATIENCE;
+use crate::states;
+
+/// How often somebody is told that messages of a topic are not published.
+const COMPLAINT: Duration = Duration::from_secs(1);
+
+/// How long subscribers have to connect to a publisher that takes another's place; they do so when they receive.
+const CONNECT: Duration = Duration::from_millis(100);
+
+/// The outlets of a topic.
+pub(crate) struct Channel {
+    dds: RawPublisher,
+    states: Option<States>,
+    /// Whether messages are for those who come later, too.
+    durable: bool,
+    delivery: Delivery,
+    complained: Option<Instant>,
+}
+
+/// The way of states over shared memory.
+struct States {
+    shm: ShmNode,
+    delivery: Delivery,
+    /// How many bodies the publisher has room for.
+    bodies: usize,
+    publisher: Option<StatePublisher>,
+}
+
+impl Channel {
+    /// States go over shared memory too, which has room for so many bodies.
+    pub(crate) fn new(
+        dds: RawPublisher,
+        durable: bool,
+        states: Option<(&ShmNode, usize)>,
+        delivery: Delivery,
+    ) -> Result<Self, NodeError> {
+        let mut states = states.map(|(shm, bodies)| States {
+            shm: shm.clone(),
+            delivery,
+            bodies,
+            publisher: None,
+        });
+        if let Some(states) = &mut states {
+            states.publisher(dds.topic(), 0)?;
+        }
+        Ok(Self {
+            dds,
+            states,
+            durable,
+            delivery,
+            complained: None,
+        })
+    }
+
+    /// How a topic is offered: as it was recorded.
+    pub(crate) fn qos(topic: &Topic) -> Qos {
+        let depth = (topic.qos.depth as usize).max(1);
+        match (topic.qos.reliability, topic.qos.durability) {
+            (Reliability::BestEffort, _) => Qos::sensor(depth),
+            (Reliability::Reliable, Durability::TransientLocal) => Qos::latched(depth),
+            (Reliability::Reliable, Durability::Volatile) => Qos::reliable(depth),
+        }
+    }
+
+    /// Whether the topic has so many subscribers, over DDS or shared memory.
+    pub(crate) fn has_subscribers(&mut self, count: usize) -> Result<bool, NodeError> {
+        let over_shm = match &mut self.states {
+            Some(states) => states
+                .publisher(self.dds.topic(), 0)?
+                .wait_for_subscribers(count, Duration::ZERO)
+                .map_err(NodeError::runtime)?,
+            None => false,
+        };
+        Ok(over_shm || self.dds.matched_subscriptions() >= count)
+    }
+
+    /// Publishes a message to those who have subscribed.
+    pub(crate) fn publish(&mut self, message: Message<'_>) -> Result<(), NodeError> {
+        if let Some(states) = &mut self.states {
+            let (header, bodies) = states::state(&message)?;
+            states
+                .publisher(self.dds.topic(), bodies.len())?
+                .send(header, &bodies)
+                .map_err(NodeError::runtime)?;
+        }
+        if !self.durable && self.dds.matched_subscriptions() == 0 {
+            return Ok(());
+        }
+        let sent = match self.delivery {
+            Delivery::Lossless { patience } => self.dds.publish_lossless(message.data, patience),
+            Delivery::DropNewest => self.dds.publish(message.data),
+        };
+        if let Err(error) = sent
+            && self
+                .complained
+                .is_none_or(|when| when.elapsed() >= COMPLAINT)
+        {
+            self.complained = Some(Instant::now());
+            warn!("{error}");
+        }
+        Ok(())
+    }
+
+    /// Waits for the acknowledgements.
+    pub(crate) fn settle(&self) {
+        if let Err(error) = self.dds.flush(PATIENCE) {
+            warn!("{error}");
+        }
+    }
+}
+
+impl States {
+    /// The publisher, with room for so many bodies at least. Where it was made for fewer it is made anew, and subscribers
+    /// are given the time to connect to it; they get what the old one has sent.
+    fn publisher(&mut self, topic: &str, bodies: usize) -> Result<&mut StatePublisher, NodeError> {
+        let grows = bodies > self.bodies;
+        if grows {
+            self.bodies = bodies;
+            // A topic has one publisher of states at a time.
+            self.publisher = None;
+        }
+        let publisher = match &mut self.publisher {
+            Some(publisher) => publisher,
+            none => {
+                let made = self.shm.state_publisher(topic, self.bodies, self.delivery);
+                none.insert(made.map_err(NodeError::runtime)?)
+            }
+        };
+        if grows && publisher.subscribers() > 0 {
+            publisher
+                .wait_for_subscribers(1, Duration::ZERO)
+                .map_err(NodeError::runtime)?;
+            std::thread::sleep(CONNECT);
+        }
+        Ok(publisher)
+    }
+}

@@ -1,0 +1,207 @@
+//! What is known of a recording while it lasts: messages written and lost by topic, and waits.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use lgvi_bag::Topic;
+use lgvi_middleware::ros::{Level, Status};
+use tracing::warn;
+
+/// Name and version of the recorder, as they stand in the bag.
+const SOFTWARE: &str = concat!("lgvi_recorder ", env!("CARGO_PKG_VERSION"));
+
+/// How often it is said at most that receiving waits.
+const COMPLAINT: Duration = Duration::from_secs(5);
+
+/// A topic that is recorded.
+#[derive(Debug)]
+pub(crate) struct Track {
+    pub(crate) name: String,
+    /// How it stands in the bag; known before its first message is handed over.
+    pub(crate) topic: OnceLock<Topic>,
+    pub(crate) written: AtomicU64,
+    pub(crate) lost: AtomicU64,
+}
+
+/// The account of one recording.
+#[derive(Debug, Default)]
+pub(crate) struct Account {
+    tracks: Mutex<Vec<Arc<Track>>>,
+    /// Topics that cannot be recorded.
+    refused: Mutex<BTreeSet<String>>,
+    /// The name of the scene that is flown.
+    scene: OnceLock<String>,
+    waits: AtomicU64,
+    /// In nanoseconds.
+    waited: AtomicU64,
+    complained: Mutex<Option<Instant>>,
+    /// The file that is written.
+    file: Mutex<String>,
+}
+
+impl Account {
+    /// Adds a topic; returns its place too.
+    pub(crate) fn add(&self, name: &str) -> (usize, Arc<Track>) {
+        let track = Arc::new(Track {
+            name: name.to_owned(),
+            topic: OnceLock::new(),
+            written: AtomicU64::new(0),
+            lost: AtomicU64::new(0),
+        });
+        let mut tracks = lock(&self.tracks);
+        tracks.push(Arc::clone(&track));
+        (tracks.len() - 1, track)
+    }
+
+    /// The topic at a place.
+    pub(crate) fn track(&self, place: usize) -> Option<Arc<Track>> {
+        lock(&self.tracks).get(place).cloned()
+    }
+
+    /// Takes note of a topic that cannot be recorded; whether that is news.
+    pub(crate) fn refuse(&self, name: &str) -> bool {
+        lock(&self.refused).insert(name.to_owned())
+    }
+
+    /// Takes note of the scene that is flown; the first one counts.
+    pub(crate) fn fly(&self, scene: String) {
+        let _ = self.scene.set(scene);
+    }
+
+    /// Takes note of the file that is written.
+    pub(crate) fn write_to(&self, file: &Path) {
+        *lock(&self.file) = file.display().to_string();
+    }
+
+    /// Takes note of a time for which receiving has waited, `first` of that wait, and says so from time to time.
+    pub(crate) fn waited(&self, first: bool, time: Duration) {
+        let nanoseconds = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        self.waited.fetch_add(nanoseconds, Ordering::Relaxed);
+        self.waits.fetch_add(u64::from(first), Ordering::Relaxed);
+        let mut complained = lock(&self.complained);
+        if complained.is_none_or(|then| then.elapsed() >= COMPLAINT) {
+            *complained = Some(Instant::now());
+            let (waits, waited) = self.waits();
+            warn!(
+                "writing does not keep up: receiving has waited {waits} times so far, {waited:.3} s"
+            );
+        }
+    }
+
+    /// How often receiving has waited, and for how long (s).
+    pub(crate) fn waits(&self) -> (u64, f64) {
+        let nanoseconds = self.waited.load(Ordering::Relaxed);
+        let waited = Duration::from_nanos(nanoseconds).as_secs_f64();
+        (self.waits.load(Ordering::Relaxed), waited)
+    }
+
+    /// Messages written, by topic.
+    pub(crate) fn written(&self) -> BTreeMap<String, u64> {
+        self.counts(|track| &track.written)
+    }
+
+    /// Messages known to be missing, by topic.
+    pub(crate) fn lost(&self) -> BTreeMap<String, u64> {
+        self.counts(|track| &track.lost)
+    }
+
+    /// What stands in the bag's metadata.
+    pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
+        let lost = self.lost();
+        let total: u64 = lost.values().sum();
+        let (_, waited) = self.waits();
+        let mut metadata = BTreeMap::from([
+            ("software".to_owned(), SOFTWARE.to_owned()),
+            ("lost".to_owned(), total.to_string()),
+            ("waited".to_owned(), format!("{waited:.6}")),
+        ]);
+        let each = lost
+            .iter()
+            .map(|(topic, lost)| (format!("lost:{topic}"), lost.to_string()));
+        metadata.extend(each);
+        let scene = self.scene.get().cloned();
+        metadata.extend(scene.map(|scene| ("scene".to_owned(), scene)));
+        metadata
+    }
+
+    /// What stands in `/diagnostics`.
+    pub(crate) fn status(&self, paused: bool) -> Status {
+        let written: u64 = self.written().values().sum();
+        let lost = self.lost();
+        let total: u64 = lost.values().sum();
+        let (waits, waited) = self.waits();
+        let refused = lock(&self.refused).len();
+        let said = if paused {
+            format!("paused after {written} messages")
+        } else {
+            format!("{written} messages written")
+        };
+        let status = Status::ok(said)
+            .when(total > 0, Level::Warn, "messages are missing")
+            .when(waits > 0, Level::Warn, "writing does not keep up")
+            .when(refused > 0, Level::Warn, "topics are not recorded")
+            .value("messages written", written)
+            .value("messages lost", total)
+            .value("times waited", waits)
+            .value("time waited (s)", format!("{waited:.3}"))
+            .value("file", &*lock(&self.file))
+            .value("topics not recorded", refused);
+        lost.iter().fold(status, |status, (topic, lost)| {
+            status.value(format!("messages lost on {topic}"), lost)
+        })
+    }
+
+    fn counts(&self, of: impl Fn(&Track) -> &AtomicU64) -> BTreeMap<String, u64> {
+        let mut counts = BTreeMap::new();
+        for track in lock(&self.tracks).iter() {
+            let count = of(track).load(Ordering::Relaxed);
+            if count > 0 {
+                *counts.entry(track.name.clone()).or_default() += count;
+            }
+        }
+        counts
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_metadata_names_topics_that_have_lost_something() {
+        let account = Account::default();
+        let (_, one) = account.add("/one");
+        let (place, other) = account.add("/other");
+        assert_eq!(account.track(place).unwrap().name, "/other");
+        one.written.store(7, Ordering::Relaxed);
+        other.lost.store(3, Ordering::Relaxed);
+        account.waited(true, Duration::from_millis(20));
+        account.waited(false, Duration::from_millis(5));
+        account.fly("pendulum".into());
+        assert_eq!(account.written(), BTreeMap::from([("/one".into(), 7)]));
+        assert_eq!(account.waits(), (1, 0.025));
+        let expected = [
+            ("lost", "3"),
+            ("lost:/other", "3"),
+            ("scene", "pendulum"),
+            ("software", SOFTWARE),
+            ("waited", "0.025000"),
+        ];
+        let expected = expected.map(|(key, value)| (key.to_owned(), value.to_owned()));
+        assert_eq!(account.metadata(), BTreeMap::from(expected));
+    }
+
+    #[test]
+    fn a_topic_is_refused_once() {
+        let account = Account::default();
+        assert!(account.refuse("/strange"));
+        assert!(!account.refuse("/strange"));
+    }
+}

@@ -1,0 +1,7 @@
+#![no_main]
+
+use lgvi_fuzz::{memory, targets};
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+    memory::watch(targets::MOST_MEMORY, || targets::bag_reader(data));
+});

@@ -1,0 +1,177 @@
+//! Disks that are full, read-only or taken away while a flight is recorded.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use lgvi_tests::{
+    Disk, Finished, Process, Recording, Signal, Summary, World, edited, eventually, with_disks,
+};
+
+const STATE: &str = "/lgvi_propagator/state";
+
+/// How soon the flight must end when its bag cannot be written; some more on a loaded machine.
+const SOON: Duration = Duration::from_secs(20);
+
+/// A flight that lasts as long as its bag can be written, and waits for its recorder.
+fn endless(world: &World) -> PathBuf {
+    let changes = [
+        ("duration = 100.0", "duration = 1e6"),
+        ("steps = 10000", "steps = 100000000"),
+    ];
+    edited(world, "free_body", &changes)
+}
+
+fn fly(world: &World, bag: &Path) -> Process {
+    let scene = endless(world);
+    let mut command = world.command(&lgvi_tests::binary("lgvi"));
+    command
+        .arg("run")
+        .arg(scene)
+        .arg("--bag")
+        .arg(bag)
+        .args(["--no-plot", "--json"]);
+    world.start("lgvi", command)
+}
+
+/// Waits until a bag under way has some chunks.
+#[track_caller]
+fn await_chunks(bag: &Path) {
+    let name = bag.file_name().unwrap().to_str().unwrap();
+    let file = bag.join(format!("{name}_0.mcap"));
+    eventually("chunks in the bag", || {
+        let length = fs::metadata(&file).ok()?.len();
+        (length > 50_000).then_some(())
+    });
+}
+
+/// The flight ends soon, and says of its recorder what is expected.
+#[track_caller]
+fn fails(flight: Process, code: i32, fragments: &[&str]) -> Finished {
+    let start = Instant::now();
+    let finished = flight.finish().expect(code);
+    assert!(start.elapsed() < SOON, "{:?}", start.elapsed());
+    let summary: Summary = finished.json();
+    let failure = summary.failure.unwrap();
+    assert!(failure.message.starts_with("recorder: "), "{failure:?}");
+    for fragment in fragments {
+        assert!(
+            failure.message.contains(fragment),
+            "{fragment:?} is not in {failure:?}"
+        );
+    }
+    assert!(summary.lost.is_none(), "{:?}", summary.lost);
+    finished
+}
+
+/// All states from the first on, repeated bit for bit; foreign readers read them too.
+#[track_caller]
+fn is_readable(world: &World, bag: &Path) -> u64 {
+    let states = Recording::read(bag).on(STATE).count() as u64;
+    assert!(states > 0, "no states");
+    world.verify_agrees(bag, states);
+    world
+        .python("read_bags.py", &[bag.to_str().unwrap()])
+        .finish()
+        .expect(0);
+    states
+}
+
+#[test]
+fn a_disk_that_fills_up() {
+    with_disks("crash_disk::a_disk_that_fills_up", || {
+        let world = World::new();
+        let disk = Disk::mount(&world, "disk", 2 << 20);
+        let bag = disk.path("flight");
+        let file = bag.join("flight_0.mcap");
+        let flight = fly(&world, &bag);
+        fails(
+            flight,
+            1,
+            &[file.to_str().unwrap(), "No space left on device", "closed"],
+        );
+        let states = is_readable(&world, &bag);
+        let bytes = fs::metadata(&file).unwrap().len();
+        assert!(
+            bytes > 1 << 20,
+            "{bytes} bytes of the disk were used, for {states} states"
+        );
+    });
+}
+
+#[test]
+fn a_disk_that_is_full_from_the_start() {
+    with_disks("crash_disk::a_disk_that_is_full_from_the_start", || {
+        let world = World::new();
+        let disk = Disk::mount(&world, "disk", 64 << 10);
+        let filled = fs::write(disk.path("ballast"), vec![1; 1 << 20]).unwrap_err();
+        assert_eq!(filled.kind(), std::io::ErrorKind::StorageFull);
+        let bag = disk.path("flight");
+        let flight = fly(&world, &bag);
+        let finished = flight.finish();
+        assert!(matches!(finished.code, Some(1 | 2)), "{:?}", finished.code);
+        let summary: Summary = finished.json();
+        let message = summary.failure.unwrap().message;
+        assert!(
+            message.contains(bag.to_str().unwrap()) && message.contains("No space left on device"),
+            "{message}"
+        );
+    });
+}
+
+#[test]
+fn a_disk_that_is_read_only() {
+    with_disks("crash_disk::a_disk_that_is_read_only", || {
+        let world = World::new();
+        let disk = Disk::mount(&world, "disk", 1 << 20);
+        disk.make_read_only();
+        let bag = disk.path("flight");
+        let flight = fly(&world, &bag);
+        fails(flight, 2, &[bag.to_str().unwrap(), "Read-only file system"]);
+    });
+}
+
+#[test]
+fn a_description_that_cannot_be_written() {
+    let world = World::new();
+    let bag = world.path("flight");
+    let flight = fly(&world, &bag);
+    await_chunks(&bag);
+    let metadata = bag.join("metadata.yaml");
+    fs::create_dir(&metadata).unwrap();
+    flight.signal(Signal::SIGINT);
+    let finished = flight.finish();
+    assert!(
+        finished.code.is_some_and(|code| code != 0),
+        "{:?}",
+        finished.code
+    );
+    let said = format!("{}{}", finished.stdout, finished.stderr);
+    assert!(said.contains(metadata.to_str().unwrap()), "{said}");
+    fs::remove_dir(&metadata).unwrap();
+    let output = world.path("recovered");
+    assert!(lgvi_bag::recover(&bag, &output).unwrap().is_whole());
+    is_readable(&world, &output);
+}
+
+#[test]
+fn a_bag_that_is_deleted_in_flight() {
+    let world = World::new();
+    let bag = world.path("flight");
+    let flight = fly(&world, &bag);
+    await_chunks(&bag);
+    fs::remove_dir_all(&bag).unwrap();
+    fails(flight, 1, &[bag.to_str().unwrap(), "deleted"]);
+    assert!(!bag.exists());
+}
+
+#[test]
+fn a_file_that_is_deleted_in_flight() {
+    let world = World::new();
+    let bag = world.path("flight");
+    let flight = fly(&world, &bag);
+    await_chunks(&bag);
+    let file = bag.join("flight_0.mcap");
+    fs::remove_file(&file).unwrap();
+    fails(flight, 1, &[file.to_str().unwrap(), "deleted"]);
+}

@@ -1,0 +1,145 @@
+//! Every scene of the repository, flown whole as fast as possible: twice in each build, the same bits; and repeated by each.
+//!
+//! What is compared is all of each topic: payloads, log times and their order. How topics lie among each other in the bag's
+//! file depends on the order in which they came over shared memory and DDS, and so does the wall-clock time at which DDS says
+//! that they were published.
+
+use std::collections::BTreeSet;
+use std::hint;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use lgvi_tests::{Build, Recording, World, eventually, scene, shipped};
+
+const STATE: &str = "/lgvi_propagator/state";
+
+/// Where the first message of a topic is that another flight has otherwise, if there is one.
+fn difference(first: &Recording, second: &Recording) -> Option<String> {
+    let (first, second) = (first.contents(), second.contents());
+    let topics: BTreeSet<_> = first.keys().chain(second.keys()).collect();
+    topics.into_iter().find_map(|topic| {
+        let [first, second] = [&first, &second].map(|flight| flight.get(topic));
+        let [first, second] = [first, second].map(|messages| messages.map_or(&[][..], |m| m));
+        if first.len() != second.len() {
+            return Some(format!(
+                "{topic}: {} and {} messages",
+                first.len(),
+                second.len()
+            ));
+        }
+        let differ = first
+            .iter()
+            .zip(second)
+            .position(|(one, other)| one != other)?;
+        let [one, other] = [first, second].map(|messages| messages[differ].0);
+        Some(format!(
+            "{topic}: message {differ}, logged at {one} and {other}"
+        ))
+    })
+}
+
+#[track_caller]
+fn equal(first: &Recording, second: &Recording, which: &str) {
+    let difference = difference(first, second);
+    assert!(
+        difference.is_none(),
+        "{which} differ: {}",
+        difference.unwrap_or_default()
+    );
+}
+
+fn the_same_bits(name: &str) {
+    let world = World::new();
+    let fly = |build, bag: &str| world.fly_by(build, &scene(name), bag).1;
+    let bag = fly(Build::Debug, "a");
+    let a = Recording::read(&bag);
+    assert!(a.contents().contains_key(STATE));
+    let b = Recording::read(&fly(Build::Debug, "b"));
+    equal(&a, &b, "two flights in debug");
+    let c = Recording::read(&fly(Build::Release, "c"));
+    equal(&a, &c, "flights in debug and in release");
+    let d = Recording::read(&fly(Build::Release, "d"));
+    equal(&c, &d, "two flights in release");
+
+    let states = a.on(STATE).count() as u64;
+    for build in [Build::Debug, Build::Tests, Build::Release] {
+        let verdict = world.verify_by(build, &bag, 0);
+        assert!(verdict.difference.is_none(), "{build:?}: {verdict:?}");
+        assert_eq!(verdict.states, states, "{build:?}");
+    }
+}
+
+macro_rules! scenes {
+    ($($name:ident),* $(,)?) => {
+        $(
+            #[test]
+            fn $name() {
+                the_same_bits(stringify!($name));
+            }
+        )*
+
+        #[test]
+        fn none_is_left_out() {
+            assert_eq!(shipped(), [$(stringify!($name)),*]);
+        }
+    };
+}
+
+scenes!(
+    asteroid_orbiter,
+    binary_asteroid,
+    docking_corridor,
+    free_body,
+    inclination_change,
+    inclination_replan,
+    oblate_orbit,
+    orbital_capture,
+    pendulum,
+    slew_keep_out,
+    two_dumbbells,
+);
+
+/// In lockstep the flight waits for its plans: how long they take, and how slow the machine is, does not matter.
+#[test]
+fn a_flight_planned_anew_does_not_depend_on_the_planners_speed() {
+    let world = World::new();
+    let path = scene("inclination_replan");
+    let (summary, bag) = world.fly_by(Build::Tests, &path, "undisturbed");
+    let plans = summary.replanned.unwrap();
+    // Steps 50 to 400: at 450 less than 50 steps would be left to a plan.
+    assert_eq!((plans.published, plans.kept), (8, 0));
+    let undisturbed = Recording::read(&bag);
+
+    let flight = world.start_flight(
+        &path,
+        "disturbed",
+        &["--no-plot", "--real-time-factor", "0"],
+    );
+    let planner = eventually("the planner", || world.find_process("node planner"));
+    let nice = ["-n", "10", "-p", &planner.to_string()];
+    let slowed = Command::new("renice").args(nice).output().unwrap();
+    assert!(slowed.status.success(), "{slowed:?}");
+    let busy = thread::available_parallelism().map_or(2, usize::from);
+    let done = AtomicBool::new(false);
+    let finished = thread::scope(|scope| {
+        for _ in 0..busy {
+            scope.spawn(|| {
+                while !done.load(Ordering::Relaxed) {
+                    hint::spin_loop();
+                }
+            });
+        }
+        let finished = catch_unwind(AssertUnwindSafe(|| flight.finish()));
+        done.store(true, Ordering::Relaxed);
+        finished
+    });
+    finished.unwrap().expect(0);
+    let disturbed = Recording::read(&world.path("disturbed"));
+    equal(
+        &undisturbed,
+        &disturbed,
+        "a flight and one with a slow planner",
+    );
+}

@@ -1,0 +1,141 @@
+//! Readers of bags that share no code with ours, PyPI's `rosbags` and `mcap` with `mcap-ros2-support`, read every bag of the
+//! repository to its end, and agree with us value by value.
+
+use std::path::Path;
+
+use lgvi_bag::{BagOptions, Compression};
+use lgvi_msgs::msg::{ControlSequence, Intervention, Invariants, PlanProgress, Scene, SystemState};
+use lgvi_msgs::nav_msgs::{Odometry, Path as PosePath};
+use lgvi_msgs::tf2_msgs::TFMessage;
+use lgvi_msgs::visualization_msgs::MarkerArray;
+use lgvi_msgs::{RosMessage, cdr};
+use lgvi_tests::{Recording, World, earlier_bags, reference_bag, reference_bags};
+use serde::Deserialize;
+use serde_yaml_ng::Value;
+
+/// A message as `check_bag.py` prints it.
+#[derive(Deserialize)]
+struct Line {
+    topic: String,
+    time: u64,
+    message: serde_json::Value,
+}
+
+/// JSON as what can hold all numbers: those that it cannot are objects there.
+fn value(json: serde_json::Value) -> Value {
+    match json {
+        serde_json::Value::Object(fields) => {
+            match fields.get("float").and_then(|text| text.as_str()) {
+                Some(text) => Value::from(text.parse::<f64>().unwrap()),
+                None => fields
+                    .into_iter()
+                    .map(|(name, field)| (Value::from(name), value(field)))
+                    .collect::<serde_yaml_ng::Mapping>()
+                    .into(),
+            }
+        }
+        serde_json::Value::Array(elements) => {
+            Value::Sequence(elements.into_iter().map(value).collect())
+        }
+        other => serde_yaml_ng::to_value(other).unwrap(),
+    }
+}
+
+/// What they have read of a message, as our type of it, is the same as what we read, and gives the recorded bytes.
+#[track_caller]
+fn agrees<M: RosMessage + PartialEq>(read: Value, data: &[u8], place: &str) {
+    let theirs: M = serde_yaml_ng::from_value(read).unwrap();
+    let ours: M = cdr::decode(data).unwrap();
+    assert!(theirs == ours, "{place}");
+    // DDS fills a payload up to a multiple of four bytes.
+    let encoded = cdr::encode(&theirs).unwrap();
+    let filling = data.strip_prefix(&*encoded);
+    assert!(
+        filling.is_some_and(|rest| rest.len() < 4),
+        "{place}: other bits"
+    );
+}
+
+/// Has all of a bag read, and compares.
+#[track_caller]
+fn compare(world: &World, bag: &Path) {
+    let recording = Recording::read(bag);
+    let path = bag.to_str().unwrap();
+    let summary = world.python("check_bag.py", &[path]).finish().expect(0);
+    let summary: serde_json::Value = summary.json();
+    assert_eq!(summary["counts"], serde_json::json!(recording.counts()));
+
+    let dump = world.python("check_bag.py", &[path, "--dump"]);
+    let dump = dump.finish().expect(0).stdout;
+    // Topics interleave otherwise where log times are equal.
+    let mut lines: Vec<Line> = dump
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let mut records: Vec<_> = recording.records.iter().collect();
+    lines.sort_by(|one, other| one.topic.cmp(&other.topic));
+    records.sort_by(|one, other| one.topic.cmp(&other.topic));
+    assert_eq!(lines.len(), records.len(), "messages");
+    for (line, record) in lines.into_iter().zip(records) {
+        let place = format!("{path}: {} at {}", record.topic, record.log_time);
+        assert_eq!(
+            (&line.topic, line.time),
+            (&record.topic, record.log_time),
+            "{place}"
+        );
+        let topic = recording
+            .topics
+            .iter()
+            .find(|topic| topic.name == record.topic);
+        let kind = topic.unwrap().type_name.as_str();
+        let compare = match kind {
+            ControlSequence::TYPE_NAME => agrees::<ControlSequence>,
+            Intervention::TYPE_NAME => agrees::<Intervention>,
+            Invariants::TYPE_NAME => agrees::<Invariants>,
+            MarkerArray::TYPE_NAME => agrees::<MarkerArray>,
+            Odometry::TYPE_NAME => agrees::<Odometry>,
+            PlanProgress::TYPE_NAME => agrees::<PlanProgress>,
+            PosePath::TYPE_NAME => agrees::<PosePath>,
+            Scene::TYPE_NAME => agrees::<Scene>,
+            SystemState::TYPE_NAME => agrees::<SystemState>,
+            TFMessage::TYPE_NAME => agrees::<TFMessage>,
+            other => panic!("{place}: a message of type {other}"),
+        };
+        compare(value(line.message), &record.data, &place);
+    }
+}
+
+#[test]
+fn they_read_the_reference_bags_as_we_do() {
+    let world = World::new();
+    for bag in reference_bags() {
+        compare(&world, &bag);
+    }
+}
+
+#[test]
+fn they_read_the_bags_of_earlier_versions_as_we_do() {
+    let world = World::new();
+    for bag in earlier_bags() {
+        compare(&world, &bag);
+    }
+}
+
+#[test]
+fn they_read_bags_of_every_compression_as_we_do() {
+    let world = World::new();
+    let recording = Recording::read(&reference_bag("interventions"));
+    for (name, compression) in [
+        ("none", Compression::None),
+        ("lz4", Compression::Lz4),
+        ("zstd", Compression::Zstd),
+    ] {
+        let bag = world.path(name);
+        let options = BagOptions {
+            compression,
+            ..BagOptions::default()
+        };
+        recording.write_as(&bag, options);
+        compare(&world, &bag);
+    }
+}

@@ -1,0 +1,174 @@
+//! `lgvi info` on bags of lgvi and of others.
+
+use std::fs;
+use std::path::Path;
+
+use lgvi_msgs::std_msgs::String as Text;
+use lgvi_tests::{Recording, World, root};
+use serde_json::Value;
+
+#[track_caller]
+fn info(world: &World, bag: &Path, code: i32) -> Value {
+    let json = world
+        .lgvi(["info".as_ref(), bag.as_os_str(), "--json".as_ref()])
+        .finish()
+        .expect(code);
+    serde_json::from_str(&json.stdout).expect("one JSON object")
+}
+
+#[track_caller]
+fn text(world: &World, bag: &Path, code: i32) -> String {
+    let text = world.lgvi(["info".as_ref(), bag.as_os_str()]);
+    text.finish().expect(code).stdout
+}
+
+fn topic<'a>(info: &'a Value, name: &str) -> &'a Value {
+    let mut topics = info["topics"].as_array().unwrap().iter();
+    topics.find(|topic| topic["name"] == name).unwrap()
+}
+
+#[test]
+fn a_bag_of_lgvi() {
+    let world = World::new();
+    let bag = root().join("bags/inclination_change");
+    let found = info(&world, &bag, 0);
+    let recording = Recording::read(&bag);
+    assert_eq!(found["complete"], true);
+    assert_eq!(found["messages"], recording.records.len());
+    assert_eq!(found["start"], recording.records[0].log_time);
+    assert_eq!(found["end"], recording.records.last().unwrap().log_time);
+    for (name, count) in recording.counts() {
+        assert_eq!(topic(&found, name)["messages"], count, "{name}");
+    }
+    let states = topic(&found, "/lgvi_propagator/state");
+    assert_eq!(states["type"], "lgvi_msgs/msg/SystemState");
+    let text = text(&world, &bag, 0);
+    for fragment in ["/lgvi_propagator/state", "1001", "zstd", "transient local"] {
+        assert!(text.contains(fragment), "{fragment} is not in {text}");
+    }
+}
+
+#[test]
+fn what_is_readable_of_a_bag_that_is_cut_off() {
+    let world = World::new();
+    let bag = world.path("cut");
+    fs::create_dir(&bag).unwrap();
+    let original = root().join("bags/inclination_change");
+    fs::copy(original.join("metadata.yaml"), bag.join("metadata.yaml")).unwrap();
+    let whole = fs::read(original.join("inclination_change_0.mcap")).unwrap();
+    let file = bag.join("inclination_change_0.mcap");
+    fs::write(&file, &whole[..whole.len() - 1000]).unwrap();
+
+    let found = info(&world, &bag, 1);
+    assert_eq!(found["complete"], false);
+    assert_eq!(topic(&found, "/lgvi_propagator/state")["messages"], 1001);
+    let text = text(&world, &bag, 1);
+    for fragment in ["not complete", "truncated", "lgvi recover"] {
+        assert!(text.contains(fragment), "{fragment} is not in {text}");
+    }
+
+    fs::write(&file, "").unwrap();
+    let refused = world.lgvi(["info".as_ref(), bag.as_os_str()]).finish();
+    refused.expect(2).says(&[file.to_str().unwrap()]);
+}
+
+#[test]
+fn bags_of_rosbags() {
+    let world = World::new();
+    let directory = world.path("foreign");
+    fs::create_dir(&directory).unwrap();
+    let path = directory.to_str().unwrap().to_owned();
+    world.python("write_bags.py", &[&path]).finish().expect(0);
+    for version in [8, 9] {
+        for mode in ["none", "file", "message", "storage"] {
+            let bag = directory.join(format!("mcap_{version}_{mode}"));
+            let found = info(&world, &bag, 0);
+            assert_eq!(found["messages"], 100, "{mode}");
+            assert_eq!(found["custom"]["made_by"], "rosbags");
+            assert_eq!(topic(&found, "/silent")["messages"], 0);
+            assert!((found["duration"].as_f64().unwrap() - 0.99).abs() < 1e-9);
+
+            let messages: Vec<Text> = Recording::read(&bag).messages("/chatter");
+            assert_eq!(messages.len(), 100);
+            for (number, message) in messages.iter().enumerate() {
+                assert_eq!(message.data, format!("message {number}"));
+            }
+        }
+    }
+    let sqlite3 = directory.join("sqlite3");
+    let refused = world.lgvi(["info".as_ref(), sqlite3.as_os_str()]).finish();
+    refused.expect(2).says(&["ros2 bag convert"]);
+}
+
+#[test]
+fn damage_within_a_bag_is_found_by_a_check() {
+    let world = World::new();
+    let original = root().join("bags/inclination_change");
+    let checked = |bag: &Path, code| {
+        let line = ["info".as_ref(), bag.as_os_str(), "--check".as_ref()];
+        let text = world.lgvi(line).finish().expect(code).stdout;
+        let line = line.into_iter().chain(["--json".as_ref()]);
+        let json = world.lgvi(line).finish().expect(code);
+        (text, serde_json::from_str::<Value>(&json.stdout).unwrap())
+    };
+    let (said, found) = checked(&original, 0);
+    assert!(said.contains("every chunk has been read"), "{said}");
+    assert_eq!(
+        (&found["complete"], &found["checked"]),
+        (&true.into(), &true.into())
+    );
+
+    let bag = world.path("damaged");
+    fs::create_dir(&bag).unwrap();
+    fs::copy(original.join("metadata.yaml"), bag.join("metadata.yaml")).unwrap();
+    let name = "inclination_change_0.mcap";
+    let mut bytes = fs::read(original.join(name)).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(bag.join(name), bytes).unwrap();
+    let summaries = text(&world, &bag, 0);
+    assert!(
+        summaries.contains("complete by its summaries"),
+        "{summaries}"
+    );
+    assert_eq!(info(&world, &bag, 0)["checked"], false);
+    let (said, found) = checked(&bag, 1);
+    assert!(said.contains("damaged at byte"), "{said}");
+    assert_eq!(found["complete"], false);
+    assert_eq!(found["faults"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn topics_that_are_not_of_ros_2_are_left_out_by_name() {
+    let world = World::new();
+    let file = world.path("mixed.mcap");
+    let path = file.to_str().unwrap();
+    world.python("mixed_bag.py", &[path]).finish().expect(0);
+    let found = info(&world, &file, 0);
+    assert_eq!(found["messages"], 10);
+    let names: Vec<_> = found["left_out"].as_array().unwrap().iter().collect();
+    assert_eq!(names.len(), 2);
+    assert_eq!(names[0]["name"], "/status");
+    assert_eq!(names[1]["name"], "/untyped");
+    let said = text(&world, &file, 0);
+    assert!(said.contains("left out: /status (Status)"), "{said}");
+
+    let converted = world.lgvi(["convert", path, "--format", "csv", "--json"]);
+    let converted: Value = converted.finish().expect(1).json();
+    assert_eq!(converted["files"][0]["rows"], 10);
+    assert_eq!(converted["left_out"].as_array().unwrap().len(), 2);
+
+    let play = ["play", path, "--rate", "0"];
+    let played = world.lgvi(play).finish().expect(0);
+    played.says(&[
+        "/status is left out",
+        "/untyped is left out",
+        "played 10 messages",
+    ]);
+    let nothing = ["play", path, "--rate", "0", "--topics", "/status"];
+    world
+        .lgvi(nothing)
+        .finish()
+        .expect(2)
+        .says(&["none of the bag's topics"]);
+}

@@ -21,7 +21,7 @@ pub(crate) struct Options {
     /// Format of the files.
     #[arg(long)]
     format: Format,
-    /// The directory to make, or an empty one [default: <BAG>_<FORMAT>].
+    /// The directory to make, or an empty one (default: `<BAG>_<FORMAT>`).
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
     output: Option<PathBuf>,
     /// Convert this topic, instead of all; may be given several times.

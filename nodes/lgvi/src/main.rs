@@ -72,7 +72,7 @@ enum Command {
         /// The bag's directory, or its MCAP file.
         #[arg(value_parser = values::path())]
         bag: PathBuf,
-        /// The SVG file to write [default: flight.svg in the bag's directory].
+        /// The SVG file to write (default: flight.svg in the bag's directory).
         #[arg(long, value_parser = values::path())]
         output: Option<PathBuf>,
     },

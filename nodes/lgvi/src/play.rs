@@ -50,7 +50,7 @@ pub(crate) struct Options {
     /// Publish `/clock` at the recorded times.
     #[arg(long)]
     clock: bool,
-    /// How often `/clock` is published a recorded second at most (Hz) [default: 100].
+    /// How often `/clock` is published a recorded second at most (Hz) (default: 100).
     #[arg(long, value_name = "HZ", requires = "clock")]
     clock_frequency: Option<f64>,
     /// Wait until each topic has so many subscribers.

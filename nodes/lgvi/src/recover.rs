@@ -17,11 +17,11 @@ pub(crate) struct Options {
     /// The bag's directory, or its MCAP file.
     #[arg(value_parser = values::path())]
     bag: PathBuf,
-    /// The new bag's directory, which must not exist [default: <BAG>_recovered].
+    /// The new bag's directory, which must not exist (default: `<BAG>_recovered`).
     #[arg(long, value_parser = values::path())]
     output: Option<PathBuf>,
     /// Replace the bag's own files once the new ones are complete. Those of which something is left out are kept, as
-    /// <name>.damaged.
+    /// `<name>.damaged`.
     #[arg(long, conflicts_with = "output")]
     in_place: bool,
     /// Print the result as one JSON object.

@@ -258,11 +258,7 @@ fn a_planner_that_plans_or_has_failed() {
             let hasty = [("[maneuver.target]", solver)];
             let scene = parameter("scene", &edited(world, "inclination_change", &hasty));
             let node = world.node("planner", &[&scene]);
-            node.await_event("planning", |event| {
-                matches!(event, Event::Planning(_)).then_some(())
-            });
-            // Until that iteration is over; then it waits for 2 s.
-            std::thread::sleep(Duration::from_millis(500));
+            node.await_stderr("no plan; those who listen");
             Scenario {
                 node,
                 others: Vec::new(),

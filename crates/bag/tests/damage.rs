@@ -2,41 +2,14 @@
 //! allocation.
 
 #![allow(clippy::unwrap_used)]
-#![allow(unsafe_code, reason = "an allocator that records the largest request")]
 
 mod common;
+mod largest;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    collections::BTreeMap,
-    fs,
-    path::Path,
-    sync::{
-        Mutex,
-        atomic::{AtomicUsize, Ordering},
-    },
-};
+use std::{collections::BTreeMap, fs, path::Path, sync::Mutex};
 
 use common::{Read, payload, random, read_all, topic};
 use lgvi_bag::{BagError, BagOptions, BagWriter, Compression, Qos};
-
-struct Recording;
-
-static LARGEST: AtomicUsize = AtomicUsize::new(0);
-
-unsafe impl GlobalAlloc for Recording {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Recording = Recording;
 
 /// One test at a time, so that none sees what another allocates.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -74,9 +47,9 @@ fn check(
     case: &str,
 ) -> Result<(), BagError> {
     fs::write(file, damaged).unwrap();
-    LARGEST.store(0, Ordering::Relaxed);
+    largest::reset();
     let outcome = read_all(directory);
-    let largest = LARGEST.load(Ordering::Relaxed);
+    let largest = largest::largest();
     assert!(largest <= LARGEST_ALLOWED, "{case}: {largest} bytes");
     let messages = outcome?;
     assert!(messages == original, "{case}: other messages, and no error");

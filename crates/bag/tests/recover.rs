@@ -1,16 +1,14 @@
 //! What `recover` makes of bags that are whole, cut off or damaged.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
-#![allow(unsafe_code, reason = "an allocator that records the largest request")]
 
 mod common;
+mod largest;
 
 use std::{
-    alloc::{GlobalAlloc, Layout, System},
     collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
-    sync::atomic::{AtomicUsize, Ordering},
 };
 
 use common::{Read, chunks, payload, random, read_all, topic};
@@ -19,24 +17,6 @@ use lgvi_bag::{
     recover, recover_in_place,
 };
 use tempfile::TempDir;
-
-struct Recording;
-
-static LARGEST: AtomicUsize = AtomicUsize::new(0);
-
-unsafe impl GlobalAlloc for Recording {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Recording = Recording;
 
 /// No bag of these tests is larger than a MiB; a decoder has buffers of its own.
 const LARGEST_ALLOWED: usize = 16 << 20;
@@ -212,7 +192,7 @@ fn a_bag_with_any_byte_changed() {
         let bytes = fs::read(&file).unwrap();
         let mut damaged = bytes.clone();
         let (mut hurt, mut told) = (0, 0);
-        LARGEST.store(0, Ordering::Relaxed);
+        largest::reset();
         for position in (0..bytes.len()).step_by(step(compression)) {
             let random = random(position as u64);
             let changes = [1 << (random >> 61), 0xff, (random as u8) | 1];
@@ -240,7 +220,7 @@ fn a_bag_with_any_byte_changed() {
             "{hurt} of {}",
             bytes.len()
         );
-        let largest = LARGEST.load(Ordering::Relaxed);
+        let largest = largest::largest();
         assert!(largest <= LARGEST_ALLOWED, "{largest} bytes");
     }
 }

@@ -279,6 +279,7 @@ impl Planner {
             Err(Unsolved {
                 reason, message, ..
             }) => {
+                info!("no plan; those who listen for its progress have a moment to come");
                 self.outlet.await_listener(node);
                 self.account(PATIENCE);
                 return match reason {

@@ -11,6 +11,10 @@ use crate::{
 /// Bytes that are freed for the end of a file on a full disk, at first.
 const ROOM: u64 = 8 << 10;
 
+/// Keys of the custom data of a bag that an error has ended: the error, and how many messages taken are not in the bag.
+const ERROR: &str = "error";
+const UNWRITTEN: &str = "unwritten";
+
 /// A file that is complete.
 pub(crate) struct Closed {
     pub file: File,
@@ -48,7 +52,7 @@ impl BagWriter {
 
     /// Closes what can be closed after an error.
     pub(crate) fn fail(&mut self, fault: Fault) -> WriteError {
-        self.custom.insert("error".to_owned(), fault.to_string());
+        self.custom.insert(ERROR.to_owned(), fault.to_string());
         let rest = self.salvage();
         self.file = None;
         let Fault { path, source } = fault;
@@ -77,7 +81,9 @@ impl BagWriter {
             let cut = self.file.as_mut().map(|file| file.cut(room));
             let was_cut = matches!(cut, Some(Ok(true)));
             let Err(fault) = self.close_bag() else {
-                return Rest::Closed { lost: self.lost() };
+                return Rest::Closed {
+                    lost: self.unwritten(),
+                };
             };
             if is_full(&fault.source) && was_cut {
                 room = ROOM.max(2 * room);
@@ -142,14 +148,23 @@ impl BagWriter {
         let counts = counts.into_iter().flatten().chain(std::iter::repeat(0));
         let topics = self.topics.iter().zip(counts);
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
-        Metadata::new(&files, topics, self.custom.clone()).map_err(io::Error::other)
+        let mut custom = self.custom.clone();
+        if custom.contains_key(ERROR) {
+            custom.insert(UNWRITTEN.to_owned(), self.unwritten().to_string());
+        }
+        Metadata::new(&files, topics, custom).map_err(io::Error::other)
     }
 
-    /// Messages taken that are in no closed file.
-    fn lost(&self) -> u64 {
-        let kept = self.topics.iter();
-        let kept: u64 = kept.map(|topic| topic.messages - topic.repeated).sum();
-        self.taken.saturating_sub(kept)
+    /// Messages taken that are neither in a closed file nor in a written chunk of the present one.
+    fn unwritten(&self) -> u64 {
+        let closed = self.topics.iter();
+        let closed: u64 = closed.map(|topic| topic.messages - topic.repeated).sum();
+        let counts = self.file.as_ref().map(McapWriter::counts);
+        let present = counts.into_iter().flatten().zip(&self.repeated);
+        let present: u64 = present
+            .map(|(count, repeated)| count.saturating_sub(*repeated))
+            .sum();
+        self.taken.saturating_sub(closed + present)
     }
 
     /// What a bag holds of which all files are closed.

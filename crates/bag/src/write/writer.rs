@@ -39,7 +39,8 @@ pub struct TopicId(usize);
 /// # Errors while writing
 /// When a file cannot be written on, everything up to the last complete chunk is closed as a bag, with `metadata.yaml`;
 /// where the disk is full, the last chunks make room for that. [`WriteError::Failed`] tells how that went. Such a bag
-/// has the key `error` in its custom data. The writer then takes no more messages.
+/// has the keys `error` and `unwritten`, the number of messages that are missing, in its custom data. The writer then takes
+/// no more messages.
 ///
 /// # Memory
 /// One chunk of 1 MiB or the longest message, its compressed form and 16 bytes for each message in it; for each chunk

@@ -1,16 +1,12 @@
 //! Actions between participants of this crate, over the loopback interface.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     sync::atomic::{AtomicBool, Ordering},
     thread::{self, Scope},
     time::{Duration, Instant},
 };
 
-use common::{isolated, node, own_name};
+use crate::common::{isolated, node, own_name};
 use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{

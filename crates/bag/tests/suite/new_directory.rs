@@ -1,7 +1,5 @@
 //! Directories are complete or not there, and never made over anything.
 
-#![allow(clippy::unwrap_used)]
-
 use std::{fs, path::Path};
 
 use lgvi_bag::{NewDirectory, WriteError};

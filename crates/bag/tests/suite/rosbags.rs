@@ -1,12 +1,8 @@
 //! Bags that the Python package `rosbags` writes, of every version and compression.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
 use std::{path::Path, process::Command};
 
-use common::read_all;
+use crate::common::read_all;
 use lgvi_bag::{BagError, BagReader};
 use lgvi_msgs::{cdr, std_msgs::String as Text};
 

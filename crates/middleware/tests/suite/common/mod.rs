@@ -17,14 +17,12 @@ pub fn isolated() -> Environment {
     Environment::localhost(1 + (serial % 101) as u16)
 }
 
-#[allow(dead_code, reason = "not every test binary needs it")]
 pub fn node(name: &str, environment: &Environment) -> RosNode {
     let (args, _) = NodeArgs::parse(name, []).unwrap();
     RosNode::new(&args, environment).unwrap()
 }
 
 /// A name that no test in another process has, should it be in the same domain.
-#[allow(dead_code, reason = "not every test binary needs it")]
 pub fn own_name(name: &str) -> String {
     format!("{name}_{}", process::id())
 }

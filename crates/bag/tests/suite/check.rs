@@ -1,12 +1,8 @@
 //! Reading all of a bag finds what its files do not tell at their ends.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod common;
-
 use std::{collections::BTreeMap, fs, path::Path};
 
-use common::{payload, topic};
+use crate::common::{payload, topic};
 use lgvi_bag::{BagError, BagReader, Damage, Qos};
 use mcap::{WriteOptions, records::MessageHeader};
 

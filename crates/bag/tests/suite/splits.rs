@@ -1,12 +1,8 @@
 //! Bags of several files: where they are split, what each file holds by itself, and what is repeated.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
 use std::{collections::BTreeMap, fs, num::NonZeroU64, path::Path, time::Duration};
 
-use common::{McapFile, Read, latched, metadata, payload, read_all, topic};
+use crate::common::{McapFile, Read, latched, metadata, payload, read_all, topic};
 use lgvi_bag::{BagOptions, BagSummary, BagWriter, Compression, Qos, Topic, WriteError};
 use tempfile::TempDir;
 

@@ -1,15 +1,11 @@
 //! Services between participants of this crate, over the loopback interface.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     thread,
     time::{Duration, Instant},
 };
 
-use common::{isolated, node, own_name};
+use crate::common::{isolated, node, own_name};
 use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{CallError, PublishError, Request, ServiceClient, ServiceServer},
@@ -282,7 +278,7 @@ fn what_is_no_request_is_reported_and_passed_over() {
     let environment = environment(ServiceMapping::FastDds);
     let node = node("server", &environment);
     let server = node.service_server::<CancelGoal>(&own_name("/x")).unwrap();
-    let other = common::node("client", &environment);
+    let other = crate::common::node("client", &environment);
     let client = other.service_client::<ShortCall>(&own_name("/x")).unwrap();
     let good = other.service_client::<CancelGoal>(&own_name("/x")).unwrap();
     assert!(client.wait_for_server(PATIENCE) && good.wait_for_server(PATIENCE));

@@ -1,12 +1,8 @@
 //! Logging that reaches other nodes; it is set up once a process, hence one test.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::time::Duration;
 
-use common::isolated;
+use crate::common::isolated;
 use lgvi_middleware::{
     NodeArgs, log,
     ros::{Qos, RosNode},
@@ -20,7 +16,7 @@ fn a_warning_reaches_rosout_and_the_last_one_too() {
     let logging = log::init(&args).unwrap();
     assert!(log::init(&args).is_err(), "a second time");
 
-    let listener = common::node("listener", &environment);
+    let listener = crate::common::node("listener", &environment);
     let subscription = listener
         .subscription::<rcl_interfaces::Log>("/rosout", &Qos::reliable(10))
         .unwrap();

@@ -1,12 +1,8 @@
 //! Topics that are no ROS 2 topics, which MCAP allows beside those that are.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
 use std::{collections::BTreeMap, fs, path::Path};
 
-use common::{payload, read_all, topic};
+use crate::common::{payload, read_all, topic};
 use lgvi_bag::{BagOptions, BagReader, BagWriter, Qos};
 use mcap::{WriteOptions, records::MessageHeader};
 

@@ -1,12 +1,8 @@
 //! What is written is read, in order, whole, and as rosbag2 lays it out.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-mod common;
-
 use std::{collections::BTreeMap, fs, path::Path};
 
-use common::{payload, read_all, topic};
+use crate::common::{payload, read_all, topic};
 use lgvi_bag::{
     BagError, BagOptions, BagReader, BagWriter, Compression, Durability, History, Qos, Reliability,
     WriteError,
@@ -137,7 +133,7 @@ fn metadata_is_that_of_jazzy() {
     let directory = folder.path().join("run");
     write_bag(&directory, BagOptions::default(), [7, 5, 9]);
     let text = fs::read_to_string(directory.join("metadata.yaml")).unwrap();
-    assert_eq!(text, include_str!("metadata.yaml"));
+    assert_eq!(text, include_str!("../metadata.yaml"));
 }
 
 #[test]

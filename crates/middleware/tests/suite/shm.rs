@@ -1,7 +1,5 @@
 //! Shared memory between nodes, of one process and of several, each test in a directory of its own.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::{
     env, fs,
     path::{Path, PathBuf},
@@ -430,7 +428,7 @@ const ROLE: &str = "LGVI_TEST_ROLE";
 fn spawn(role: &str, root: &Path) -> Child {
     use std::io::{BufRead, BufReader};
     let mut child = Command::new(env::current_exe().unwrap())
-        .args(["--exact", "child", "--ignored", "--nocapture"])
+        .args(["--exact", "shm::child", "--ignored", "--nocapture"])
         .env(ROLE, role)
         .env("LGVI_SHM_ROOT", root)
         .stdout(Stdio::piped())

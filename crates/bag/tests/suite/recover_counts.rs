@@ -1,16 +1,12 @@
 //! How many messages `recover` says are lost.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::{chunks, payload, read_all, topic};
+use crate::common::{chunks, payload, read_all, topic};
 use lgvi_bag::{BagOptions, BagReader, BagWriter, Qos, RecoverError, Recovery, recover};
 use tempfile::TempDir;
 
@@ -74,7 +70,9 @@ impl Bag {
         let directory = folder.path().join("run");
         let mut writer = BagWriter::create(&directory, BagOptions::default()).unwrap();
         let often = writer.add_topic(&topic("/often", Qos::default())).unwrap();
-        let scene = writer.add_topic(&common::latched("/scene", 1)).unwrap();
+        let scene = writer
+            .add_topic(&crate::common::latched("/scene", 1))
+            .unwrap();
         for chunk in 0..9_u64 {
             let time = 1000 * chunk;
             if chunk % 3 == 0 {

@@ -1,12 +1,8 @@
 //! Bags as others make them.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-mod common;
-
 use std::{borrow::Cow, collections::BTreeMap, fs, path::Path};
 
-use common::{Read, payload, random, read_all, topic};
+use crate::common::{Read, payload, random, read_all, topic};
 use lgvi_bag::{BagError, BagReader, Damage, Durability, Qos, Reliability};
 use mcap::{
     Attachment, Compression, WriteOptions,

@@ -1,16 +1,12 @@
 //! Messages of latched topics stand in every file of a split bag: where one is lost, `recover` finds it in the next.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod common;
-
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
 };
 
-use common::{McapFile, Read, latched, payload, read_all, topic};
+use crate::common::{McapFile, Read, latched, payload, read_all, topic};
 use lgvi_bag::{BagOptions, BagReader, BagWriter, Qos, Recovery, recover};
 use tempfile::TempDir;
 

@@ -1,7 +1,5 @@
 //! Hosts that are told of a node without multicast.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::{
     io::ErrorKind,
     net::UdpSocket,
@@ -10,8 +8,7 @@ use std::{
 
 use lgvi_middleware::{Environment, NodeArgs, ros::RosNode};
 
-mod common;
-use common::{isolated, node};
+use crate::common::{isolated, node};
 
 /// A place that RustDDS does not announce to by itself: it does so to the first twelve on 127.0.0.1.
 const PLACE: u16 = 20;

@@ -1,12 +1,8 @@
 //! Files that somebody has made to cost memory or time.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod common;
-
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Instant};
 
-use common::{read_all, topic};
+use crate::common::{read_all, topic};
 use lgvi_bag::{BagError, BagOptions, BagReader, BagWriter, Compression, Damage, Qos};
 
 fn write_bag(directory: &Path, compression: Compression, messages: u32, payload: &[u8]) -> Vec<u8> {

@@ -1,16 +1,12 @@
 //! What is no bag, or one that cannot be read, says so.
 
-#![allow(clippy::unwrap_used, clippy::expect_used)]
-
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::{payload, read_all, topic};
+use crate::common::{payload, read_all, topic};
 use lgvi_bag::{BagError, BagOptions, BagReader, BagWriter, Qos};
 use mcap::{WriteOptions, records::MessageHeader};
 use tempfile::TempDir;

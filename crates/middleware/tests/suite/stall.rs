@@ -2,10 +2,6 @@
 //!
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     env,
     io::{BufRead, BufReader},
@@ -19,7 +15,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{isolated, node};
+use crate::common::{isolated, node};
 use lgvi_middleware::{
     Environment,
     ros::{Publisher, Qos},

@@ -1,9 +1,5 @@
 //! Endpoints that cannot work together, and the names of those who have them.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     io::{self, Write},
     sync::{Mutex, OnceLock},
@@ -11,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{isolated, node};
+use crate::common::{isolated, node};
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::{nav_msgs::Odometry, tf2_msgs::TFMessage};
 

@@ -1,9 +1,5 @@
 //! The Python packages `rosbags` and `mcap` read split bags as they were written, and agree on every value.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
 use std::{
     collections::BTreeMap,
     num::NonZeroU64,
@@ -11,7 +7,7 @@ use std::{
     process::Command,
 };
 
-use common::{latched, payload, topic};
+use crate::common::{latched, payload, topic};
 use lgvi_bag::{BagOptions, BagWriter, Compression, Qos};
 
 fn run(program: impl AsRef<Path>, script: &str, arguments: &[&Path]) -> String {

@@ -1,9 +1,5 @@
 //! A writer whose disk is full or whose files are taken away says so, and leaves a bag.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod common;
-
 use std::{
     collections::BTreeMap,
     env, fs,
@@ -11,7 +7,7 @@ use std::{
     process::Command,
 };
 
-use common::{McapFile, latched, metadata, payload, read_all, topic};
+use crate::common::{McapFile, latched, metadata, payload, read_all, topic};
 use lgvi_bag::{BagOptions, BagWriter, Compression, Qos, Rest, WriteError};
 
 /// Where the child of [`child_writes_until_it_fails`] makes its bag, and how.
@@ -67,7 +63,11 @@ fn child(directory: &Path, blocks: u64) -> BTreeMap<String, String> {
         .args(["-c", "trap '' XFSZ; ulimit -f $0; exec \"$@\""])
         .arg(blocks.to_string())
         .arg(env::current_exe().unwrap())
-        .args(["--exact", "child_writes_until_it_fails", "--nocapture"])
+        .args([
+            "--exact",
+            "failing::child_writes_until_it_fails",
+            "--nocapture",
+        ])
         .env(CHILD, directory)
         .output()
         .unwrap();
@@ -123,6 +123,8 @@ fn full_disk() {
         assert_eq!(metadata["custom_data"]["software"], "lgvi");
         let reason = metadata["custom_data"]["error"].as_str().unwrap();
         assert!(error.starts_with(reason), "{reason}");
+        let unwritten = &metadata["custom_data"]["unwritten"];
+        assert_eq!(unwritten, &(taken - read).to_string());
     }
 }
 

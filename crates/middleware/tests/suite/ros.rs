@@ -1,9 +1,5 @@
 //! Participants of this crate among themselves, over the loopback interface.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     env,
     io::{BufRead, BufReader, Lines},
@@ -12,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{isolated, node};
+use crate::common::{isolated, node};
 use lgvi_middleware::{
     Environment,
     ros::{PublishError, Publisher, Qos, RosNode, Subscription, TakeError},
@@ -291,7 +287,7 @@ const COUNT: &str = "LGVI_TEST_COUNT";
 impl Listener {
     fn spawn(environment: &Environment, count: u32) -> Self {
         let mut process = Command::new(env::current_exe().unwrap())
-            .args(["--exact", "listener", "--ignored", "--nocapture"])
+            .args(["--exact", "ros::listener", "--ignored", "--nocapture"])
             .env(DOMAIN, environment.domain_id.to_string())
             .env(COUNT, count.to_string())
             .stdout(Stdio::piped())

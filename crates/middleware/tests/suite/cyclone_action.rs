@@ -2,10 +2,6 @@
 //!
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     env,
     io::{BufRead, BufReader, Lines, Read},
@@ -15,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::{isolated, node, own_name};
+use crate::common::{isolated, node, own_name};
 use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{ActionServer, Decision, GoalHandle, GoalState},

@@ -1,12 +1,8 @@
 //! Messages that a split bag repeats at the head of a further file are given out once.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
 use std::{collections::BTreeMap, fs, path::Path};
 
-use common::{payload, read_all, topic};
+use crate::common::{payload, read_all, topic};
 use lgvi_bag::{BagError, BagReader, Damage, Qos};
 use mcap::{
     WriteOptions,

@@ -2,10 +2,6 @@
 //!
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     env,
     io::{BufRead, BufReader, Read, Write},
@@ -14,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use common::{isolated, node};
+use crate::common::{isolated, node};
 use lgvi_middleware::{Environment, ros::Qos};
 use lgvi_msgs::{
     geometry_msgs::{TransformStamped, Vector3},

@@ -3,10 +3,6 @@
 //!
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     env,
     io::{BufRead, BufReader, Lines, Write},
@@ -16,7 +12,7 @@ use std::{
     time::Duration,
 };
 
-use common::{isolated, own_name};
+use crate::common::{isolated, own_name};
 use lgvi_middleware::{
     Environment, NodeArgs, ServiceMapping, log,
     parameters::{Change, ParameterSpec, ParameterValue, Parameters},

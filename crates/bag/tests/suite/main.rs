@@ -1,0 +1,21 @@
+//! Bags written, read and recovered: whole, split, damaged, and of others.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod check;
+mod errors;
+mod failing;
+mod foreign;
+mod hostile;
+mod layouts;
+mod left_out;
+mod new_directory;
+mod recover_counts;
+mod recover_repeats;
+mod repeats;
+mod rosbags;
+mod round_trip;
+mod splits;

@@ -34,11 +34,23 @@ impl Matches {
         count(&remotes, local) >= wanted
     }
 
-    /// Whether a local endpoint is matched with one of the participant that a remote endpoint belongs to.
-    pub(super) fn reaches(&self, local: GUID, remote: GUID) -> bool {
+    /// Whether a local endpoint is matched with a remote one.
+    pub(super) fn has(&self, local: GUID, remote: GUID) -> bool {
         self.lock()
             .get(&local)
-            .is_some_and(|remotes| remotes.iter().any(|other| other.prefix == remote.prefix))
+            .is_some_and(|remotes| remotes.contains(&remote))
+    }
+
+    /// Whether a server can answer all clients of the participant that `writer`, which has sent a request, belongs to: as many
+    /// readers of its replies are known as writers of requests.
+    pub(super) fn answers(&self, replies: GUID, requests: GUID, writer: GUID) -> bool {
+        let remotes = self.lock();
+        let of = |local| {
+            let remotes = remotes.get(&local).into_iter().flatten();
+            remotes.filter(|remote| remote.prefix == writer.prefix)
+        };
+        let others = of(requests).filter(|other| **other != writer).count();
+        of(replies).count() > others
     }
 
     /// The remote endpoints that a local one is matched with.
@@ -129,4 +141,43 @@ fn paired(
 
 fn count(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
     remotes.get(&local).map_or(0, BTreeSet::len)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guid(participant: u8, entity: u8) -> GUID {
+        let mut bytes = [0; 16];
+        (bytes[0], bytes[13]) = (participant, entity);
+        GUID::from_bytes(bytes)
+    }
+
+    fn matched(matches: &Matches, local: GUID, remote: GUID) {
+        matches.apply(Event::RemoteReaderMatched {
+            local_writer: local,
+            remote_reader: remote,
+        });
+    }
+
+    /// A participant's first client does not vouch for its second one.
+    #[test]
+    fn each_client_of_a_participant_counts() {
+        let matches = Matches::default();
+        let (replies, requests) = (guid(1, 1), guid(1, 2));
+        let (first, second) = (guid(2, 1), guid(2, 3));
+        assert!(!matches.answers(replies, requests, first));
+        matched(&matches, replies, guid(3, 2));
+        assert!(!matches.answers(replies, requests, first), "a stranger's");
+        matched(&matches, replies, guid(2, 2));
+        // Whether or not the match of the request's writer has been reported.
+        assert!(matches.answers(replies, requests, first));
+        matched(&matches, requests, first);
+        assert!(matches.answers(replies, requests, first));
+        assert!(!matches.answers(replies, requests, second));
+        matched(&matches, requests, second);
+        assert!(!matches.answers(replies, requests, second));
+        matched(&matches, replies, guid(2, 4));
+        assert!(matches.answers(replies, requests, second));
+    }
 }

@@ -196,9 +196,7 @@ impl<S: Service> ServiceServer<S> {
     fn next(&self) -> Option<Result<Request<S::Request>, TakeError>> {
         let mut held = self.held();
         let ready = held.iter().position(|request| {
-            let client = GUID::from_bytes(request.id.writer.0);
-            request.arrived.elapsed() >= PATIENCE
-                || self.node.matches.reaches(self.replies.guid(), client)
+            request.arrived.elapsed() >= PATIENCE || self.reaches(&request.id)
         })?;
         let request = held.remove(ready)?;
         drop(held);
@@ -214,6 +212,18 @@ impl<S: Service> ServiceServer<S> {
                     source: Box::new(source),
                 }),
         )
+    }
+
+    /// Whether the client's reader is known, without which a reply is lost.
+    fn reaches(&self, id: &RequestId) -> bool {
+        let (matches, replies) = (&self.node.matches, self.replies.guid());
+        match id.reader() {
+            Some(reader) => matches.has(replies, reader),
+            None => {
+                let writer = GUID::from_bytes(id.writer.0);
+                matches.answers(replies, self.requests.guid(), writer)
+            }
+        }
     }
 
     fn held(&self) -> MutexGuard<'_, VecDeque<Held>> {

@@ -18,8 +18,15 @@ pub struct RequestId {
     pub(super) sequence: i64,
 }
 
-#[cfg(test)]
 impl RequestId {
+    /// The client's reader of replies, where it is named.
+    pub(super) fn reader(&self) -> Option<GUID> {
+        let client = GUID::from_bytes(self.client);
+        let is_guid = self.client[..8] != [0; 8];
+        (is_guid && client.entity_id.kind().is_reader()).then_some(client)
+    }
+
+    #[cfg(test)]
     pub(in crate::ros) fn numbered(sequence: i64) -> Self {
         Self {
             writer: WriterId([1; 16]),
@@ -224,14 +231,15 @@ mod tests {
 
     #[test]
     fn fast_dds_replies_to_the_named_reader_and_the_sample_s_number() {
-        let reader = GUID::from_bytes([9; 16]);
+        let reader = GUID::from_bytes([4; 16]);
         let (bytes, related) = request(ServiceMapping::FastDds, vec![0, 1, 0, 0], id(), reader);
         assert_eq!(bytes, [0, 1, 0, 0]);
         let (id, _) = taken_request(ServiceMapping::FastDds, sample(bytes, related)).unwrap();
-        assert_eq!((id.client, id.sequence), ([9; 16], 7));
+        assert_eq!((id.client, id.sequence), ([4; 16], 7));
+        assert_eq!(id.reader(), Some(reader));
         let (_, related) = reply(ServiceMapping::FastDds, Vec::new(), id);
         let expected = SampleId {
-            writer: WriterId([9; 16]),
+            writer: WriterId([4; 16]),
             sequence: 7,
         };
         assert_eq!(related, Some(expected));
@@ -244,6 +252,7 @@ mod tests {
             let sample = sample(Vec::new(), related);
             let (id, _) = taken_request(ServiceMapping::FastDds, sample).unwrap();
             assert_eq!((id.client, id.sequence), ([3; 16], 7));
+            assert_eq!(id.reader(), None);
         }
     }
 }

@@ -27,7 +27,7 @@ demo:
     cargo run --release --locked -- run scenes/inclination_change.toml --bag target/demo_$(date +%s)
 
 # The fuzz targets for some seconds each: no panic, no hang, no memory without bound.
-fuzz seconds="10":
+fuzz seconds="5":
     tests/fuzz/run {{seconds}}
 
 # Reference bags are made anew.

@@ -11,33 +11,16 @@ use allocation_counter::{AllocationInfo, measure};
 
 use super::*;
 
-/// Tells the process with the node from that of the test, and where the scene lies.
-const SCENE: &str = "LGVI_TEST_SCENE";
+/// Tells the process with the node from that of the test.
+const NODE: &str = "LGVI_TEST_NODE";
+
+const SCENE: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../scenes/two_dumbbells.toml"
+);
 
 /// Steps before the first that is watched, and steps that are.
 const STEPS: [u64; 2] = [1_000, 10_000];
-
-const TEXT: &str = r#"
-title = "Two dumbbells"
-[run]
-duration = 1000.0
-steps = 1000000
-integrator = "lgvi"
-[gravity.mutual]
-constant = 1.0
-"#;
-
-const BODY: &str = r#"
-[[bodies]]
-name = "NAME"
-mass = 1.0
-inertia = [0.1, 1.0, 1.0]
-position = [X, 0.0, 0.0]
-velocity = [0.0, V, 0.1]
-attitude = { w = 1, x = 0, y = 0, z = 0 }
-angular_velocity = [0.1, 0.2, 0.3]
-points = [{ mass = 0.5, position = [0.125, 0, 0] }, { mass = 0.5, position = [-0.125, 0, 0] }]
-"#;
 
 /// The node, whose loop is watched, and one who receives its states.
 struct Watched {
@@ -120,8 +103,8 @@ impl Managed for Watched {
 /// The node needs a process of its own, whose environment names a DDS domain and a place for shared memory.
 #[test]
 fn the_loop_allocates_nothing() {
-    if let Ok(scene) = env::var(SCENE) {
-        let parameters = [&format!("scene:={scene}"), "real_time_factor:=0.0"];
+    if env::var_os(NODE).is_some() {
+        let parameters = [&format!("scene:={SCENE}"), "real_time_factor:=0.0"];
         let given = parameters.iter().flat_map(|text| ["-p", text]);
         let args = ["--ros-args"].into_iter().chain(given).map(str::to_owned);
         assert_eq!(
@@ -131,16 +114,10 @@ fn the_loop_allocates_nothing() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("dumbbells.toml");
-    let body = |name: &str, x: &str, v: &str| {
-        BODY.replace("NAME", name).replace('X', x).replace('V', v)
-    };
-    let text = TEXT.to_owned() + &body("one", "1.0", "0.5") + &body("other", "-1.0", "-0.5");
-    std::fs::write(&scene, text).unwrap();
     let test = "run::tests::the_loop_allocates_nothing";
     let output = Command::new(env::current_exe().unwrap())
         .args(["--exact", test, "--nocapture"])
-        .env(SCENE, &scene)
+        .env(NODE, "")
         .env("ROS_DOMAIN_ID", (1 + std::process::id() % 101).to_string())
         .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         .env("LGVI_SHM_ROOT", folder.path())

@@ -44,7 +44,9 @@ pub(crate) fn run(family: Option<&str>, json: Option<&Path>) -> Result<(), Bench
             known: FAMILIES.iter().map(|(known, _)| *known).collect(),
         });
     }
-    println!("| Trial | What is done | What is right | Measured (bound) | |\n| --- | --- | --- | --- | --- |");
+    println!(
+        "| Trial | What is done | What is right | Measured (bound) | |\n| --- | --- | --- | --- | --- |"
+    );
     let mut outcomes = Vec::new();
     for (name, trials) in FAMILIES {
         if family.is_some_and(|family| family != name) {
@@ -97,7 +99,16 @@ fn row(outcome: &Outcome) -> String {
     let figures: Vec<_> = texts.chain(outcome.error.clone()).collect();
     let verdict = if outcome.passes { "pass" } else { "**FAIL**" };
     let measured = figures.join("; ");
-    let cells = [outcome.trial, outcome.done, outcome.right, &measured, verdict];
+    let cells = [
+        outcome.trial,
+        outcome.done,
+        outcome.right,
+        &measured,
+        verdict,
+    ];
     // A bar ends a cell, in code too.
-    format!("| {} |", cells.map(|cell| cell.replace('|', "\\|")).join(" | "))
+    format!(
+        "| {} |",
+        cells.map(|cell| cell.replace('|', "\\|")).join(" | ")
+    )
 }

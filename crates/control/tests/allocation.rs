@@ -8,7 +8,9 @@ mod case;
 
 use allocation_counter::{AllocationInfo, measure};
 use case::Case;
-use lgvi_control::{Constraint, NewtonSettings, Phase, PlanError, Progress, Start, Transfer, solve};
+use lgvi_control::{
+    Constraint, NewtonSettings, Phase, PlanError, Progress, Start, Transfer, solve,
+};
 use lgvi_dynamics::gravity::Central;
 use nalgebra::Vector3;
 
@@ -54,7 +56,11 @@ fn an_iteration_allocates_nothing() {
         for iterations in 2..=6 {
             let more = taken(&transfer, constrained, iterations);
             let counted = |info: &AllocationInfo| (info.count_total, info.bytes_total);
-            assert_eq!(counted(&more), counted(&few), "constrained: {constrained}, {iterations} iterations");
+            assert_eq!(
+                counted(&more),
+                counted(&few),
+                "constrained: {constrained}, {iterations} iterations"
+            );
         }
     }
 }

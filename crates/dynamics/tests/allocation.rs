@@ -118,7 +118,11 @@ fn a_step_that_is_cut_allocates_nothing() {
     let case = Case::load("a1_two_dumbbells_regular");
     for method in methods() {
         let simulation = case.simulation(method, 0.01).with_substeps(4);
-        assert_eq!(taken(simulation), AllocationInfo::default(), "{method}, substeps");
+        assert_eq!(
+            taken(simulation),
+            AllocationInfo::default(),
+            "{method}, substeps"
+        );
         if method.has_error_control() {
             continue;
         }
@@ -131,10 +135,8 @@ fn a_step_that_is_cut_allocates_nothing() {
 /// A step that fails leaves the allocator alone too.
 #[test]
 fn a_step_that_fails_allocates_nothing() {
-    let mut simulation = Case::load("b1_free_asymmetric").simulation(
-        Method::Lgvi(Rotor::Discrete(Chart::Cayley)),
-        10.0,
-    );
+    let mut simulation = Case::load("b1_free_asymmetric")
+        .simulation(Method::Lgvi(Rotor::Discrete(Chart::Cayley)), 10.0);
     let info = measure(|| {
         simulation
             .advance(&[Load::default()])

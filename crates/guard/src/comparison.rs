@@ -113,7 +113,10 @@ impl fmt::Display for Comparison {
             }
         }
         if let Some([kept, measured]) = &self.compilers {
-            writeln!(f, "The counts are those of rustc {kept}; this is {measured}.")?;
+            writeln!(
+                f,
+                "The counts are those of rustc {kept}; this is {measured}."
+            )?;
         }
         let verdict = if self.passes() { "passes" } else { "FAILS" };
         writeln!(f, "{verdict}: limit {} %", self.limit)?;
@@ -150,7 +153,10 @@ mod tests {
         let (passes, text) = compared(1000, 1030);
         assert!(passes && text.contains("+3.00 %"), "{text}");
         let (passes, text) = compared(1000, 1031);
-        assert!(!passes && text.contains("GROWN") && text.contains("FAILS"), "{text}");
+        assert!(
+            !passes && text.contains("GROWN") && text.contains("FAILS"),
+            "{text}"
+        );
         let (passes, text) = compared(1000, 969);
         assert!(passes && text.contains("less"), "{text}");
     }
@@ -171,7 +177,10 @@ mod tests {
         let within = Comparison::of(&kept, &counts("1.96", [("lgvi", 1200)]));
         let text = within.to_string();
         assert!(within.passes(), "{text}");
-        assert!(text.contains("1.95") && text.contains("1.96") && text.contains("25 %"), "{text}");
+        assert!(
+            text.contains("1.95") && text.contains("1.96") && text.contains("25 %"),
+            "{text}"
+        );
         assert!(!Comparison::of(&kept, &counts("1.96", [("lgvi", 1260)])).passes());
     }
 

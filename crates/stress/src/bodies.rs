@@ -3,9 +3,7 @@
 use lgvi_dynamics::gravity::Gravity;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::rotation::Chart;
-use lgvi_dynamics::{
-    BodyState, Inertia, Load, Method, RigidBody, Simulation, StepError, System,
-};
+use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, StepError, System};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::TrialError;
@@ -34,7 +32,11 @@ pub(crate) fn turning(body: &RigidBody, omega: Vector3<f64>) -> BodyState {
 }
 
 /// Moving without turning, with the attitude I.
-pub(crate) fn moving(body: &RigidBody, position: Vector3<f64>, velocity: Vector3<f64>) -> BodyState {
+pub(crate) fn moving(
+    body: &RigidBody,
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+) -> BodyState {
     let (r, zero) = (Matrix3::identity(), Vector3::zeros());
     BodyState::from_velocities(body, position, velocity, r, zero)
 }
@@ -46,7 +48,12 @@ pub(crate) fn free(
     method: Method,
     h: f64,
 ) -> Result<Simulation, TrialError> {
-    Ok(Simulation::new(System::new(vec![body], vec![]), vec![state], method, h)?)
+    Ok(Simulation::new(
+        System::new(vec![body], vec![]),
+        vec![state],
+        method,
+        h,
+    )?)
 }
 
 /// Bodies under one kind of gravity.

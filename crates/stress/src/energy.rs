@@ -53,7 +53,13 @@ fn kepler(eccentricity: f64, method: Method, steps: u64) -> Result<Simulation, T
     let speed = ((1.0 + eccentricity) / (1.0 - eccentricity)).sqrt();
     let position = Vector3::new(1.0 - eccentricity, 0.0, 0.0);
     let state = moving(&body, position, Vector3::new(0.0, speed, 0.0));
-    under(Central { gm: 1.0 }, vec![body], vec![state], method, TAU / steps as f64)
+    under(
+        Central { gm: 1.0 },
+        vec![body],
+        vec![state],
+        method,
+        TAU / steps as f64,
+    )
 }
 
 /// The greatest relative energy error in each doubling of time: its exponent and the greatest of all.
@@ -75,7 +81,9 @@ fn growth(mut simulation: Simulation, first: u64, all: u64) -> Result<[f64; 2], 
         }
         (begin, end) = (end, 2 * end);
     }
-    let greatest = blocks.iter().fold(0.0, |greatest: f64, block| greatest.max(block[1]));
+    let greatest = blocks
+        .iter()
+        .fold(0.0, |greatest: f64, block| greatest.max(block[1]));
     Ok([exponent(&blocks), greatest])
 }
 
@@ -140,11 +148,7 @@ fn rounding(length: Length) -> Result<Report, TrialError> {
         // A step of the leapfrog turns position and momentum by the same angle.
         let speed = (1.0 / radius - h * h / (4.0 * f64::powi(radius, 4))).sqrt();
         let frame = random.rotation();
-        let state = moving(
-            &body,
-            frame.column(0) * radius,
-            frame.column(1) * speed,
-        );
+        let state = moving(&body, frame.column(0) * radius, frame.column(1) * speed);
         let field = Central { gm: 1.0 };
         let mut simulation = under(field, vec![body.clone()], vec![state], LGVI, h)?;
         let energy = simulation.invariants().energy;

@@ -4,7 +4,9 @@
 pub(crate) fn exponent(points: &[[f64; 2]]) -> f64 {
     let logs = || points.iter().map(|point| point.map(libm::log));
     let count = points.len() as f64;
-    let mean = logs().fold([0.0; 2], |sum, [x, y]| [sum[0] + x / count, sum[1] + y / count]);
+    let mean = logs().fold([0.0; 2], |sum, [x, y]| {
+        [sum[0] + x / count, sum[1] + y / count]
+    });
     let (mut covariance, mut variance) = (0.0, 0.0);
     for [x, y] in logs() {
         covariance += (x - mean[0]) * (y - mean[1]);
@@ -50,7 +52,9 @@ impl Spread {
 
     pub(crate) fn exponent(&self) -> f64 {
         let points = self.times.iter().zip(&self.squares);
-        let points: Vec<_> = points.map(|(&time, square)| [time, square.sqrt()]).collect();
+        let points: Vec<_> = points
+            .map(|(&time, square)| [time, square.sqrt()])
+            .collect();
         exponent(&points)
     }
 }

@@ -20,7 +20,7 @@ pub(crate) const TRIALS: [Trial; 2] = [
     Trial {
         name: "ends of the range",
         done: "a free body whose mass, moments, momenta, position and step are each 5e-324, 1e-310, 2.3e-308, 1e-200, 1, 1e200, 1e308 in all \
-               combinations, three steps by each of 14 methods",
+               combinations, three steps by each of the 12 methods that keep momenta",
         right: "refused by a typed error, or finite, with linear and angular momentum those of the start and R a rotation",
         run: ends,
     },
@@ -71,22 +71,33 @@ enum Outcome {
 
 fn ends(length: Length) -> Result<Report, TrialError> {
     let [mut refused, mut right, mut wrong] = [0_u32; 3];
+    let mut first = None;
     let stride = length.of(97, 1);
     let count = ENDS.len();
     for index in (0..count.pow(5)).step_by(stride) {
         let pick = |n: u32| ENDS[index / count.pow(n) % count];
         for method in methods() {
-            match flown([pick(0), pick(1), pick(2), pick(3), pick(4)], method) {
+            if matches!(method, Method::RungeKutta4 | Method::CrouchGrossman) {
+                continue;
+            }
+            let data = [pick(0), pick(1), pick(2), pick(3), pick(4)];
+            match flown(data, method) {
                 Outcome::Refused => refused += 1,
                 Outcome::Right => right += 1,
-                Outcome::Wrong => wrong += 1,
+                Outcome::Wrong => {
+                    wrong += 1;
+                    first = first.or(Some((method, data)));
+                }
             }
         }
     }
     let mut report = Report::default();
     report.shows("right", f64::from(right));
     report.shows("refused", f64::from(refused));
-    report.within("wrong", f64::from(wrong), [0.0; 2]);
+    let what = first.map_or_else(String::new, |(method, data)| {
+        format!(", first {method}, {data:?}")
+    });
+    report.within(format!("wrong{what}"), f64::from(wrong), [0.0; 2]);
     Ok(report)
 }
 
@@ -112,7 +123,11 @@ fn flown([mass, moment, momentum, position, h]: [f64; 5], method: Method) -> Out
         let before = simulation.states()[0];
         if simulation.advance(&[Load::default()]).is_err() {
             let kept = simulation.states()[0] == before && before.is_finite();
-            return if kept { Outcome::Refused } else { Outcome::Wrong };
+            return if kept {
+                Outcome::Refused
+            } else {
+                Outcome::Wrong
+            };
         }
     }
     let end = simulation.states()[0];

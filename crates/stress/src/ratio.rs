@@ -37,9 +37,17 @@ fn simulation(method: Method, steps: f64) -> Result<Simulation, TrialError> {
     let total = 1.0 + LIGHT;
     // At the apocentre of a relative orbit with a = 1.
     let away = Vector3::new(1.0 + ECCENTRICITY, 0.0, 0.0);
-    let speed = Vector3::new(0.0, (total * (1.0 - ECCENTRICITY) / (1.0 + ECCENTRICITY)).sqrt(), 0.0);
+    let speed = Vector3::new(
+        0.0,
+        (total * (1.0 - ECCENTRICITY) / (1.0 + ECCENTRICITY)).sqrt(),
+        0.0,
+    );
     let states = vec![
-        moving(&bodies[0], -away * (LIGHT / total), -speed * (LIGHT / total)),
+        moving(
+            &bodies[0],
+            -away * (LIGHT / total),
+            -speed * (LIGHT / total),
+        ),
         moving(&bodies[1], away / total, speed / total),
     ];
     let h = TAU / total.sqrt() / steps;
@@ -73,15 +81,14 @@ fn momenta(length: Length) -> Result<Report, TrialError> {
     let start = simulation.invariants();
     let light = simulation.states()[1].linear_momentum.norm();
     let mut errors = [0.0_f64; 2];
-    for period in 0..periods {
-        let half = &mut errors[usize::from(2 * period >= periods)];
-        for _ in 0..10 {
-            fly(&mut simulation, 20)?;
-            *half = half.max((simulation.invariants().energy / start.energy - 1.0).abs());
-        }
+    let all = 200 * periods;
+    while simulation.step() < all {
+        fly(&mut simulation, 7)?;
+        let half = &mut errors[usize::from(2 * simulation.step() > all)];
+        *half = half.max((simulation.invariants().energy / start.energy - 1.0).abs());
     }
     let end = simulation.invariants();
-    let walk = ULP * ((200 * periods) as f64).sqrt();
+    let walk = ULP * (all as f64).sqrt();
     let mut report = Report::default();
     let linear = (end.linear_momentum - start.linear_momentum).norm() / light;
     report.at_most("linear momentum", linear, walk);

@@ -18,8 +18,8 @@ pub(crate) const TRIALS: [Trial; 4] = [
     Trial {
         name: "near rod",
         done: "moments 1e-12, 1, 1 and 1e-12, 1, 1 + 1e-12, turning about all axes at once; h = 0.01, 1e6 steps of `lgvi`",
-        right: "every step can be made; `|Π|²`, `RΠ` and the energy are kept to `2⁻⁵²√n`; only the spin about the rod, a part \
-                1e-12 of Π, is lost in the rounding of Π",
+        right: "every step can be made; `|Π|²`, `RΠ` and the energy are kept to `2⁻⁵²√n`; the spin about the rod, which is a \
+                part 1e-12 of Π, to 1e12 times that",
         run: near_rod,
     },
     Trial {
@@ -50,7 +50,13 @@ fn near_sphere(length: Length) -> Result<Report, TrialError> {
     let bound = 4e-12 * turned + 4.0 * ULP * (steps as f64).sqrt();
     let cases = [
         ("`lgvi`", LGVI, H, steps, libm::asin(H * rate)),
-        ("`closed_form`", Method::ClosedForm, steps as f64 * H, 1, turned),
+        (
+            "`closed_form`",
+            Method::ClosedForm,
+            steps as f64 * H,
+            1,
+            turned,
+        ),
     ];
     for (name, method, h, steps, angle) in cases {
         let mut simulation = free(round.clone(), state, method, h)?;
@@ -80,8 +86,16 @@ fn near_rod(length: Length) -> Result<Report, TrialError> {
         report.at_most(format!("{name}: `|Π|²`"), square.abs(), walk);
         let turned = relative(&end.angular_momentum, &start.angular_momentum);
         report.at_most("`RΠ`", turned, 4.0 * walk);
-        report.at_most("energy", (end.energy / start.energy - 1.0).abs(), 4.0 * walk);
-        report.shows("spin about the rod, of 1", (pi.x / moments[0] - 1.0).abs());
+        report.at_most(
+            "energy",
+            (end.energy / start.energy - 1.0).abs(),
+            4.0 * walk,
+        );
+        // The other's turns under the body's asymmetry, small as that is.
+        if moments[1] == moments[2] {
+            let spin = (pi.x / moments[0] - 1.0).abs();
+            report.at_most("spin about the rod", spin, walk / moments[0]);
+        }
     }
     Ok(report)
 }
@@ -102,7 +116,11 @@ fn rod_order(_: Length) -> Result<Report, TrialError> {
             (direction(LGVI, 2.0 * H)? - exact).norm(),
             (direction(LGVI, H)? - exact).norm(),
         ];
-        report.within(format!("{name}: order"), (errors[0] / errors[1]).log2(), [1.9, 2.1]);
+        report.within(
+            format!("{name}: order"),
+            (errors[0] / errors[1]).log2(),
+            [1.9, 2.1],
+        );
         report.shows("error at 0.01", errors[1]);
     }
     Ok(report)
@@ -125,7 +143,11 @@ fn limits(length: Length) -> Result<Report, TrialError> {
         let found = error(LGVI, H, steps)?;
         let miss = (found.column(0) - exact.column(0)).norm();
         // The phase errs by a twelfth or so of the turn squared a step.
-        report.at_most(format!("moments {small:e}, 1, sum: direction"), miss, H * H * t);
+        report.at_most(
+            format!("moments {small:e}, 1, sum: direction"),
+            miss,
+            H * H * t,
+        );
     }
     let refusals = [
         ("triangle", [1.0, 1.0, 2.0 + 1e-11]),
@@ -140,11 +162,18 @@ fn limits(length: Length) -> Result<Report, TrialError> {
         !matches!(
             (*kind, found),
             ("triangle", Err(InertiaError::TriangleInequality(_)))
-                | ("zero" | "negative" | "slender", Err(InertiaError::NotPositive(_)))
+                | (
+                    "zero" | "negative" | "slender",
+                    Err(InertiaError::NotPositive(_))
+                )
                 | ("infinite" | "NaN", Err(InertiaError::NotFinite { .. }))
         )
     });
     let wrong = wrong.count() as f64;
-    report.within(format!("of {} that are none, not refused", refusals.len()), wrong, [0.0; 2]);
+    report.within(
+        format!("of {} that are none, not refused", refusals.len()),
+        wrong,
+        [0.0; 2],
+    );
     Ok(report)
 }

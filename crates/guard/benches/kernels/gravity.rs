@@ -39,7 +39,10 @@ fn multipole() -> RigidBody {
 
 /// A body by its second moments round an oblate planet.
 fn central_j2() -> Placed {
-    placed(vec![multipole()], Box::new(Multipole::oblate(1.0, 1e-3, 0.5)))
+    placed(
+        vec![multipole()],
+        Box::new(Multipole::oblate(1.0, 1e-3, 0.5)),
+    )
 }
 
 fn multipole_pair() -> Placed {

@@ -47,7 +47,10 @@ fn solve_in_part(transfer: Transfer<Central>) -> u32 {
         seen += 1;
         seen < ITERATIONS
     });
-    assert!(matches!(ended, Err(PlanError::Stopped { .. })), "{seen} iterations");
+    assert!(
+        matches!(ended, Err(PlanError::Stopped { .. })),
+        "{seen} iterations"
+    );
     seen
 }
 

@@ -41,7 +41,9 @@ fn fly(simulation: &mut Simulation) {
 }
 
 fn of_case(name: &str, method: Method, h: f64) -> Simulation {
-    let (system, states) = Case::load(name).and_then(|case| case.system()).expect("a case");
+    let (system, states) = Case::load(name)
+        .and_then(|case| case.system())
+        .expect("a case");
     begun(Simulation::new(system, states, method, h).expect("a method"))
 }
 

@@ -82,3 +82,27 @@ pub(crate) fn fly(simulation: &mut Simulation, steps: u64) -> Result<(), StepErr
 pub(crate) fn relative(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     (a - b).norm() / b.norm()
 }
+
+/// Keeps the greatest of values; one that is no number is greater than any.
+pub(crate) fn keep(greatest: &mut f64, value: f64) {
+    if !greatest.is_nan() && (value > *greatest || value.is_nan()) {
+        *greatest = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_is_no_number_is_kept() {
+        let mut greatest = 0.0;
+        for (value, expected) in [(2.0, 2.0), (1.0, 2.0)] {
+            keep(&mut greatest, value);
+            assert_eq!(greatest, expected);
+        }
+        keep(&mut greatest, f64::NAN);
+        keep(&mut greatest, 3.0);
+        assert!(greatest.is_nan());
+    }
+}

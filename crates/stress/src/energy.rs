@@ -9,7 +9,7 @@ use lgvi_truth::Case;
 use lgvi_truth::random::Random;
 use nalgebra::Vector3;
 
-use crate::bodies::{LGVI, fly, moving, sphere, under};
+use crate::bodies::{LGVI, fly, keep, moving, sphere, under};
 use crate::fit::{Spread, exponent};
 use crate::{Length, Report, Trial, TrialError};
 
@@ -73,7 +73,10 @@ fn growth(mut simulation: Simulation, first: u64, all: u64) -> Result<[f64; 2], 
         let mut greatest = 0.0_f64;
         while simulation.step() < end.min(all) {
             fly(&mut simulation, between)?;
-            greatest = greatest.max((simulation.invariants().energy / energy - 1.0).abs());
+            keep(
+                &mut greatest,
+                (simulation.invariants().energy / energy - 1.0).abs(),
+            );
         }
         // A last one that is cut short says less.
         if end <= all {
@@ -81,9 +84,10 @@ fn growth(mut simulation: Simulation, first: u64, all: u64) -> Result<[f64; 2], 
         }
         (begin, end) = (end, 2 * end);
     }
-    let greatest = blocks
-        .iter()
-        .fold(0.0, |greatest: f64, block| greatest.max(block[1]));
+    let mut greatest = 0.0;
+    for block in &blocks {
+        keep(&mut greatest, block[1]);
+    }
     Ok([exponent(&blocks), greatest])
 }
 

@@ -7,7 +7,7 @@ use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, Simulation};
 use nalgebra::Vector3;
 
-use crate::bodies::{LGVI, ULP, fly, moving, sphere, under};
+use crate::bodies::{LGVI, ULP, fly, keep, moving, sphere, under};
 use crate::{Length, Report, Trial, TrialError};
 
 pub(crate) const TRIALS: [Trial; 2] = [
@@ -85,7 +85,10 @@ fn momenta(length: Length) -> Result<Report, TrialError> {
     while simulation.step() < all {
         fly(&mut simulation, 7)?;
         let half = &mut errors[usize::from(2 * simulation.step() > all)];
-        *half = half.max((simulation.invariants().energy / start.energy - 1.0).abs());
+        keep(
+            half,
+            (simulation.invariants().energy / start.energy - 1.0).abs(),
+        );
     }
     let end = simulation.invariants();
     let walk = ULP * (all as f64).sqrt();

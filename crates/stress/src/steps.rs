@@ -4,7 +4,7 @@ use lgvi_dynamics::rotation::FreeRotation;
 use lgvi_dynamics::{Load, StepError};
 use nalgebra::Vector3;
 
-use crate::bodies::{LGVI, ULP, body, fly, free, turning};
+use crate::bodies::{LGVI, ULP, body, fly, free, keep, turning};
 use crate::fit::exponent;
 use crate::{Length, Report, Trial, TrialError};
 
@@ -19,7 +19,7 @@ pub(crate) const TRIALS: [Trial; 2] = [
     },
     Trial {
         name: "h beyond the limit",
-        done: "the same body, h = 1, 2 … 2²⁰, 1e100, 1e300",
+        done: "the same body, h = 1, 2 … 2²⁰, 1e10, 1e20, 1e30",
         right: "from some step on, and from there always, a typed error, and the state is that of before to the last bit",
         run: beyond,
     },
@@ -48,7 +48,7 @@ fn sizes(length: Length) -> Result<Report, TrialError> {
         let error = (simulation.states()[0].attitude - exact).norm();
         let truncation = (h * rate).powi(2) * rate * t;
         let bound = truncation + 4.0 * ULP * (steps as f64).sqrt();
-        worst = worst.max(error / bound);
+        keep(&mut worst, error / bound);
         if (9e-4..0.11).contains(&h) {
             resolved.push([h, error / t]);
         }
@@ -64,7 +64,7 @@ fn beyond(_: Length) -> Result<Report, TrialError> {
     let state = turning(&body, omega());
     let (mut refused, mut returns, mut traces, mut others) = (None, 0, 0, 0);
     let doublings = (0..=20).map(|n| f64::from(1 << n));
-    for h in doublings.chain([1e100, 1e300]) {
+    for h in doublings.chain([1e10, 1e20, 1e30]) {
         let mut simulation = free(body.clone(), state, LGVI, h)?;
         match simulation.advance(&[Load::default()]) {
             Ok(_) => returns += u32::from(refused.is_some()),

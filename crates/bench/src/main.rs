@@ -25,6 +25,7 @@ mod planner;
 mod precision;
 mod recording;
 mod run;
+mod stress;
 
 use std::path::PathBuf;
 
@@ -84,6 +85,14 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
+    /// Trials that drive the dynamics to its limits, some minutes of them; fails where one does.
+    Stress {
+        /// A family of trials, such as `rounding`; all of them without one.
+        family: Option<String>,
+        /// File that the figures are written to.
+        #[arg(long)]
+        json: Option<PathBuf>,
+    },
     /// Writing bags, beside the crate mcap alone.
     Bag,
     /// What the propagator costs by who listens; needs `cargo build -p lgvi` of the same profile.
@@ -125,6 +134,7 @@ fn main() -> Result<(), BenchError> {
         }
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
         Command::Maneuvers { count, seed } => maneuvers::run(count, seed, &arguments.images),
+        Command::Stress { family, json } => stress::run(family.as_deref(), json.as_deref()),
         Command::Bag => bag::run(repeats),
         Command::Laziness(options) => laziness::run(&options),
         Command::Recording(options) => recording::run(&options),

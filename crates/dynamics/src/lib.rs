@@ -15,6 +15,7 @@ pub mod integrator;
 mod invariants;
 mod load;
 mod mobility;
+mod range;
 pub mod rotation;
 mod simulation;
 mod state;

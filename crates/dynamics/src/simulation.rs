@@ -1,6 +1,7 @@
 use lgvi_lie::orthogonality_error;
 
 use crate::integrator::Subdivision;
+use crate::range::{check_body, check_step};
 use crate::{
     BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
 };
@@ -27,8 +28,8 @@ impl Simulation {
     /// From `states` (one a body) at step 0, with step `h`, which is negative for a flight back in time.
     ///
     /// # Errors
-    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; what `method` cannot
-    /// integrate.
+    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; numbers so great or small
+    /// that their products leave the range of double precision; what `method` cannot integrate.
     pub fn new(
         mut system: System,
         mut states: Vec<BodyState>,
@@ -38,6 +39,7 @@ impl Simulation {
         if !h.is_normal() {
             return Err(refuse("step", h, "a finite number other than 0"));
         }
+        check_step(h)?;
         check(&system, &states)?;
         system.constrain(&mut states);
         let mut integrator = method.integrator(&system)?;
@@ -201,6 +203,7 @@ fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
                 determinant,
             });
         }
+        check_body(body, &system.bodies()[body], state)?;
     }
     Ok(())
 }

@@ -482,3 +482,6 @@ impl Propagator {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

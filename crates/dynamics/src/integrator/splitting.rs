@@ -176,8 +176,8 @@ impl Splitting {
 impl Integrator for Splitting {
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
         self.drift.forget();
-        self.between = states.to_vec();
-        self.begun = states.to_vec();
+        states.clone_into(&mut self.between);
+        states.clone_into(&mut self.begun);
         system.loads(states, &mut self.loads.gravity);
         self.loads.known = true;
     }

@@ -17,6 +17,7 @@ mod load;
 mod mobility;
 pub mod rotation;
 mod simulation;
+pub mod skip;
 mod state;
 mod system;
 
@@ -27,5 +28,6 @@ pub use invariants::Invariants;
 pub use load::Load;
 pub use mobility::{Drive, Mobility};
 pub use simulation::Simulation;
+pub use skip::Skip;
 pub use state::BodyState;
 pub use system::System;

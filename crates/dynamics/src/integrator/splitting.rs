@@ -1,4 +1,6 @@
-use super::drift::{Drift, end};
+use nalgebra::Vector3;
+
+use super::drift::{Coasting, Drift, end};
 use super::{Integrator, Rotor, StepError, StepReport, check_finite};
 use crate::{BodyState, Load, RigidBody, System};
 
@@ -22,6 +24,8 @@ pub struct Splitting {
     between: Vec<BodyState>,
     /// Where the present step began.
     begun: Vec<BodyState>,
+    /// Whether a body on which no moment acts is at rest.
+    rests: bool,
 }
 
 /// A kick `K(bh)`, then a drift `D(ah)`.
@@ -42,6 +46,7 @@ impl Splitting {
             drift: Drift::new(rotor, bodies, drifts.len()),
             between: Vec::new(),
             begun: Vec::new(),
+            rests: false,
         }
     }
 
@@ -144,8 +149,25 @@ impl Splitting {
         let Stage { b, a } = self.stages[index];
         let loads = self.loads.at(system, states, controls, (b, index == 0));
         let kick = (loads, b * h);
+        let once = self.drift.is_exact() && self.stages.len() > 1;
+        let coasting = if (once || self.rests) && controls.is_empty() {
+            system.coasting()
+        } else {
+            &[]
+        };
+        // Where the rotation is exact, that of the whole step is made in its first drift.
+        let time = match (once, index) {
+            (false, _) => a * h,
+            (true, 0) => h,
+            (true, _) => 0.0,
+        };
+        let coasting = Coasting {
+            bodies: coasting,
+            time,
+        };
+        let states = (states, next);
         self.drift
-            .apply(system.bodies(), (states, next), kick, a * h, index)
+            .apply(system.bodies(), states, kick, a * h, index, coasting)
     }
 
     /// Sets `next` to `states` after all stages, to and fro between two buffers.
@@ -180,6 +202,9 @@ impl Integrator for Splitting {
         self.begun = states.to_vec();
         system.loads(states, &mut self.loads.gravity);
         self.loads.known = true;
+        let mut each = system.coasting().iter().zip(states);
+        self.rests =
+            each.any(|(coasts, state)| *coasts && state.angular_momentum == Vector3::zeros());
     }
 
     fn step(
@@ -231,7 +256,7 @@ impl Integrator for Splitting {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::Matrix3;
 
     use super::*;
     use crate::{Inertia, Method, Simulation};

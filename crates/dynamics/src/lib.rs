@@ -1,7 +1,8 @@
 //! Rigid bodies under gravity, integrated on SE(3).
 //!
 //! Pure mathematics: no I/O, no clock, no thread. A [`System`] is bodies and the gravity that acts on them; an
-//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together and counts the steps.
+//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together, counts the steps, and leaves
+//! out what a [`Skip`] allows.
 //!
 //! Any consistent system of units will do. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`, `Π`
 //! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational

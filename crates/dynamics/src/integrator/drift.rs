@@ -228,11 +228,6 @@ impl Drift {
             Movers::Exact(movers) => advance(movers, bodies, states, kick, h, known),
         }
     }
-
-    /// Whether the rotation of a drift is that of all its parts.
-    pub(super) fn is_exact(&self) -> bool {
-        matches!(self.movers, Movers::Exact(_))
-    }
 }
 
 /// Kicks `states`; returns whether they are finite to all appearances: sums may overflow where terms do not.

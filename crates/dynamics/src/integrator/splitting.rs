@@ -24,7 +24,9 @@ pub struct Splitting {
     between: Vec<BodyState>,
     /// Where the present step began.
     begun: Vec<BodyState>,
-    /// Whether a body on which no moment acts is at rest.
+    /// Whether a body on which no moment acts turns once a step, in the first of its drifts.
+    once: bool,
+    /// Whether such a body is at rest.
     rests: bool,
 }
 
@@ -40,6 +42,7 @@ impl Splitting {
     pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
         let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage { b, a });
         Self {
+            once: rotor == Rotor::Exact && drifts.len() > 1,
             stages: stages.collect(),
             last_kick: kicks[drifts.len()],
             loads: Loads::new(bodies.len()),
@@ -149,21 +152,17 @@ impl Splitting {
         let Stage { b, a } = self.stages[index];
         let loads = self.loads.at(system, states, controls, (b, index == 0));
         let kick = (loads, b * h);
-        let once = self.drift.is_exact() && self.stages.len() > 1;
-        let coasting = if (once || self.rests) && controls.is_empty() {
-            system.coasting()
+        let coasting = if (self.once || self.rests) && controls.is_empty() {
+            Coasting {
+                bodies: system.coasting(),
+                time: match (self.once, index) {
+                    (false, _) => a * h,
+                    (true, 0) => h,
+                    (true, _) => 0.0,
+                },
+            }
         } else {
-            &[]
-        };
-        // Where the rotation is exact, that of the whole step is made in its first drift.
-        let time = match (once, index) {
-            (false, _) => a * h,
-            (true, 0) => h,
-            (true, _) => 0.0,
-        };
-        let coasting = Coasting {
-            bodies: coasting,
-            time,
+            Coasting::default()
         };
         let states = (states, next);
         self.drift

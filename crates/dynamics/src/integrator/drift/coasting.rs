@@ -10,7 +10,7 @@ use crate::rotation::PreprocessedError;
 use crate::{BodyState, Mobility, RigidBody};
 
 /// Bodies on which no moment acts.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(in super::super) struct Coasting<'a> {
     /// Which, one a body; none of them where that is empty.
     pub(in super::super) bodies: &'a [bool],

@@ -96,13 +96,13 @@ fn parts(
         let force = (full[index].force - kept[index].force).norm() / body.mass();
         let moment = full[index].moment - kept[index].moment;
         let turning = (body.inertia().inverse() * moment).norm();
-        // Of loads that cancel, rounding is left.
-        let rounding = |load: &Vector3<f64>| 1e-14 * load.norm();
+        // Of loads that cancel rounding is left, and in moments that of the force that goes through the other's centre.
+        let rounding = 1e-14 * full[index].force.norm();
         let part = |found: f64, rounding: f64, bound: f64| {
             (found - rounding).max(0.0) / bound.max(f64::MIN_POSITIVE)
         };
-        let of_force = rounding(&full[index].force) / body.mass();
-        let of_moment = rounding(&full[index].moment) * body.inertia().inverse().norm();
+        let of_force = rounding / body.mass();
+        let of_moment = rounding * distance * body.inertia().inverse().norm();
         [
             part(force, of_force, bound.acceleration),
             part(turning, of_moment, bound.angular_acceleration),

@@ -113,6 +113,9 @@ fn a_pair_that_comes_near_is_computed_in_full() {
         };
         let mut course: Vec<_> = notes.iter().map(|note| levels(note)).collect();
         course.dedup();
+        if method != METHODS[2] {
+            course.remove(0); // the simulation was made before it was told what to leave out
+        }
         println!("{method}: {error:e}, {course:?}, {allowance:?}");
         assert!(course.len() > 2 && reduced.switches() >= 2, "{course:?}");
         assert!(course.contains(&Level::Full), "{course:?}");

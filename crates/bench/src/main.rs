@@ -26,6 +26,7 @@ mod precision;
 mod recording;
 mod run;
 mod stress;
+mod skip;
 
 use std::path::PathBuf;
 
@@ -68,6 +69,11 @@ enum Command {
     /// The automatic choice of method and step against the best by hand.
     Auto {
         /// A scene or a reference case, such as `pendulum`; all of them without one.
+        name: Option<String>,
+    },
+    /// What skipping saves in each scene, and what it changes.
+    Skip {
+        /// A scene, such as `rocks`; all of them without one.
         name: Option<String>,
     },
     /// What steps, stages and gravity cost: the constants of the automatic choice.
@@ -128,6 +134,7 @@ fn main() -> Result<(), BenchError> {
         Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
         Command::Step { fly: None } => cost::run(repeats),
         Command::Auto { name } => auto::run(name.as_deref(), repeats),
+        Command::Skip { name } => skip::run(name.as_deref(), repeats),
         Command::Costs => costs::run(repeats),
         Command::Planner(options) => {
             planner::run(&options, peer.as_ref(), repeats, &arguments.images)

@@ -203,7 +203,7 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Option<f64> {
 }
 
 /// The shipped scenes, by name.
-fn scenes() -> Result<Vec<PathBuf>, BenchError> {
+pub(crate) fn scenes() -> Result<Vec<PathBuf>, BenchError> {
     let unread = |source| BenchError::Read {
         path: Path::new(SCENES).into(),
         source,

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::gravity::{Multipole, Polyhedron, PolyhedronError, PolyhedronMass};
@@ -219,6 +219,26 @@ impl RigidBody {
     /// Mass `m`.
     pub fn mass(&self) -> f64 {
         self.mass
+    }
+
+    /// The mass that gravity acts on: the sum of the points, which may round otherwise than the mass.
+    pub(crate) fn attracted_mass(&self) -> f64 {
+        match self.points() {
+            [] => self.mass,
+            points => points.iter().map(|point| point.mass).sum(),
+        }
+    }
+
+    /// What gravity acts on, to second order.
+    pub(crate) fn to_second_order(&self) -> Multipole {
+        if let MassDistribution::Multipole(multipole) = &self.distribution {
+            return multipole.clone();
+        }
+        let mut second = Matrix3::zeros();
+        for PointMass { mass, position } in self.points() {
+            second += *mass * position * position.transpose();
+        }
+        Multipole::of_second_moments(self.attracted_mass(), &second)
     }
 
     /// Inertia `J` about the centre of mass.

@@ -26,6 +26,7 @@ impl Scene {
         check::name("frame", &file.frame)?;
         let gravity = gravity::gravity(&file.gravity)?;
         let bodies = bodies(&file.bodies)?;
+        let integration = run::integration(&file.run, file.maneuver.as_ref())?;
         let mut scene = Self {
             name: name.into(),
             title: file.title,
@@ -33,7 +34,8 @@ impl Scene {
             frame: file.frame,
             units,
             epoch: run::epoch(&file.run)?,
-            integration: run::integration(&file.run, file.maneuver.as_ref())?,
+            integration,
+            skipping: run::skipping(&file.run, integration)?,
             substeps: run::substeps(&file.run)?,
             subdivide: run::subdivide(&file.run)?,
             duration: check::positive("run.duration", file.run.duration)?,

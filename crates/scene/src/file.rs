@@ -19,7 +19,7 @@ pub(crate) use maneuver::{
     ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
 };
 
-use crate::integrator::IntegratorFile;
+use crate::integrator::{IntegratorFile, SkipFile};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -75,6 +75,7 @@ pub(crate) struct RunFile {
     pub substeps: Option<u32>,
     #[serde(default)]
     pub subdivide: u32,
+    pub skip: Option<SkipFile>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]

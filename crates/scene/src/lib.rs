@@ -22,7 +22,7 @@ pub use disturbance::{ActuatorErrors, Disturbance};
 pub use error::{SceneError, SchemeError};
 pub use frame::Frame;
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
-pub use integrator::{Integration, Scheme};
+pub use integrator::{Integration, Scheme, Skipping};
 pub use maneuver::{FinalTime, Maneuver, Replan, Search, Solver, SolverMethod};
 pub use scene::{NamedBody, Publishing, Scene};
 pub use shape::Shape;

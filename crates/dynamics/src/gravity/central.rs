@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, Monopole};
+use super::{Attractor, Falloff, Monopole};
 
 /// A point attractor, or a sphere from outside, at the origin: `φ = −GM/|d|` (§4.7).
 ///
@@ -56,6 +56,12 @@ impl Attractor for Central {
             gm: self.gm,
             position: Vector3::zeros(),
             radius: 0.0,
+        })
+    }
+    fn falloff(&self) -> Option<Falloff> {
+        Some(Falloff {
+            strength: self.gm,
+            harmonic: 0.0,
         })
     }
 }

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, Monopole};
+use super::{Attractor, Falloff, Monopole};
 use crate::BodyError;
 
 /// An attractor `A` fixed in the inertial frame with a place and an attitude, itself an attractor in that frame.
@@ -54,6 +54,10 @@ impl<A: Attractor> Fixed<A> {
 impl<A: Attractor> Attractor for Fixed<A> {
     fn cost(&self) -> f64 {
         self.attractor.cost()
+    }
+
+    fn falloff(&self) -> Option<Falloff> {
+        self.attractor.falloff()
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, Monopole};
+use super::{Attractor, Falloff, Monopole};
 
 /// A uniform field, `φ = −g·d`: gravity of the 3D pendulum and the heavy top.
 ///
@@ -32,5 +32,11 @@ impl Attractor for Uniform {
 
     fn monopole(&self) -> Option<Monopole> {
         None
+    }
+    fn falloff(&self) -> Option<Falloff> {
+        Some(Falloff {
+            strength: 0.0,
+            harmonic: 0.0,
+        })
     }
 }

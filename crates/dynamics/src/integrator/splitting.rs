@@ -1,4 +1,6 @@
-use super::drift::{Drift, end};
+use nalgebra::Vector3;
+
+use super::drift::{Coasting, Drift, end};
 use super::{Integrator, Rotor, StepError, StepReport, check_finite};
 use crate::{BodyState, Load, RigidBody, System};
 
@@ -22,6 +24,10 @@ pub struct Splitting {
     between: Vec<BodyState>,
     /// Where the present step began.
     begun: Vec<BodyState>,
+    /// Whether a body on which no moment acts turns once a step, in the first of its drifts.
+    once: bool,
+    /// Whether such a body is at rest.
+    rests: bool,
 }
 
 /// A kick `K(bh)`, then a drift `D(ah)`.
@@ -36,12 +42,14 @@ impl Splitting {
     pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
         let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage { b, a });
         Self {
+            once: rotor == Rotor::Exact && drifts.len() > 1,
             stages: stages.collect(),
             last_kick: kicks[drifts.len()],
             loads: Loads::new(bodies.len()),
             drift: Drift::new(rotor, bodies, drifts.len()),
             between: Vec::new(),
             begun: Vec::new(),
+            rests: false,
         }
     }
 
@@ -144,8 +152,21 @@ impl Splitting {
         let Stage { b, a } = self.stages[index];
         let loads = self.loads.at(system, states, controls, (b, index == 0));
         let kick = (loads, b * h);
+        let coasting = if (self.once || self.rests) && controls.is_empty() {
+            Coasting {
+                bodies: system.coasting(),
+                time: match (self.once, index) {
+                    (false, _) => a * h,
+                    (true, 0) => h,
+                    (true, _) => 0.0,
+                },
+            }
+        } else {
+            Coasting::default()
+        };
+        let states = (states, next);
         self.drift
-            .apply(system.bodies(), (states, next), kick, a * h, index)
+            .apply(system.bodies(), states, kick, a * h, index, coasting)
     }
 
     /// Sets `next` to `states` after all stages, to and fro between two buffers.
@@ -180,6 +201,9 @@ impl Integrator for Splitting {
         states.clone_into(&mut self.begun);
         system.loads(states, &mut self.loads.gravity);
         self.loads.known = true;
+        let mut each = system.coasting().iter().zip(states);
+        self.rests =
+            each.any(|(coasts, state)| *coasts && state.angular_momentum == Vector3::zeros());
     }
 
     fn step(
@@ -231,7 +255,7 @@ impl Integrator for Splitting {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::Matrix3;
 
     use super::*;
     use crate::{Inertia, Method, Simulation};

@@ -21,5 +21,6 @@ mod mutual;
 mod polyhedra;
 mod potentials;
 mod preprocessed;
+mod skips;
 mod truncation;
 mod truth;

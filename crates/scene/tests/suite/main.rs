@@ -12,6 +12,7 @@ mod maneuvers;
 mod planned;
 mod shapes;
 mod shipped;
+mod skipping;
 
 use lgvi_scene::{Scene, SceneError};
 

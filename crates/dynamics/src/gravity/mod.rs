@@ -7,6 +7,7 @@ mod attractor;
 mod central;
 mod field;
 mod fixed;
+mod form;
 mod harmonic;
 mod moments;
 mod multipole;
@@ -24,6 +25,7 @@ pub use attractor::{Attractor, Monopole};
 pub use central::Central;
 pub use field::{Field, Intrusion, LoadCurvature, LoadGradient};
 pub use fixed::Fixed;
+pub use form::{Form, Placement, Shape};
 pub use moments::Moments;
 pub use multipole::Multipole;
 pub use mutual::Mutual;
@@ -52,6 +54,11 @@ pub trait Gravity: Send {
             .iter()
             .map(|body| body.points().len().max(1) as f64)
             .sum()
+    }
+
+    /// What it is in numbers; none where it has no such form.
+    fn form(&self) -> Option<Form> {
+        None
     }
 
     /// Whether all bodies are outside each other's radii and those of the sources.

@@ -12,6 +12,7 @@ mod corrected;
 mod cost;
 mod costs;
 mod dumbbells;
+mod ensemble;
 mod error;
 mod feedback;
 mod flight;
@@ -75,6 +76,8 @@ enum Command {
     Planner(planner::Options),
     /// The two-dumbbell figure of the paper's §3.4, as pictures.
     Dumbbells,
+    /// Throughput of ensembles: lanes beside the simulation, threads, size.
+    Ensemble(ensemble::Options),
     /// How many random manoeuvres the planner solves from nothing, beside plain shooting.
     Maneuvers {
         /// How many, from the first on.
@@ -124,6 +127,7 @@ fn main() -> Result<(), BenchError> {
             planner::run(&options, peer.as_ref(), repeats, &arguments.images)
         }
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
+        Command::Ensemble(options) => ensemble::run(&options, repeats),
         Command::Maneuvers { count, seed } => maneuvers::run(count, seed, &arguments.images),
         Command::Bag => bag::run(repeats),
         Command::Laziness(options) => laziness::run(&options),

@@ -4,7 +4,9 @@ use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::gravity::Polyhedron;
 use lgvi_dynamics::{BodyState, RigidBody, Simulation, System};
 
-use crate::{Disturbance, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units};
+use crate::{
+    Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units,
+};
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
@@ -43,6 +45,8 @@ pub struct Scene {
     pub maneuver: Option<Maneuver>,
     /// What sets the flight of the manoeuvre apart from its plan.
     pub disturbance: Option<Disturbance>,
+    /// What an ensemble of the scene's flights differs in.
+    pub ensemble: Option<Ensemble>,
 }
 
 /// A body with its name and its state at the epoch.

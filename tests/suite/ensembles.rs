@@ -10,9 +10,9 @@ use serde_json::Value;
 /// Samples of the test's ensembles, four parts.
 const SAMPLES: &str = "3300";
 
-/// A capture in so few steps that parts are soon flown, and so many that a run can be caught on the way.
+/// A capture in so many steps that a run of one lane can be caught on the way.
 const SHORTER: [(&str, &str); 2] = [
-    ("steps = 1000", "steps = 400"),
+    ("steps = 1000", "steps = 2000"),
     ("samples = 10000", "samples = 3300"),
 ];
 
@@ -56,7 +56,7 @@ fn a_killed_run_and_merged_shards_are_the_run_that_was_not_cut() {
     let world = World::new();
     let scene = edited(&world, "dispersed_capture", &SHORTER);
     let whole = world.path("whole");
-    start(&world, &scene, &whole, &["--threads", "2", "--lanes", "1"])
+    start(&world, &scene, &whole, &["--threads", "2", "--lanes", "4"])
         .finish()
         .expect(0);
     let expected = contents(&whole);
@@ -68,7 +68,7 @@ fn a_killed_run_and_merged_shards_are_the_run_that_was_not_cut() {
     );
 
     let killed = world.path("killed");
-    let running = start(&world, &scene, &killed, &["--threads", "1"]);
+    let running = start(&world, &scene, &killed, &["--threads", "1", "--lanes", "1"]);
     eventually("a first part", || (parts(&killed) > 0).then_some(()));
     running.signal(Signal::SIGKILL);
     running.finish();
@@ -85,7 +85,7 @@ fn a_killed_run_and_merged_shards_are_the_run_that_was_not_cut() {
     assert!(contents(&killed) == expected);
 
     let ended = world.path("ended");
-    let running = start(&world, &scene, &ended, &["--threads", "1", "--lanes", "4"]);
+    let running = start(&world, &scene, &ended, &["--threads", "1", "--lanes", "1"]);
     eventually("a first part", || (parts(&ended) > 0).then_some(()));
     let end = running.stop().expect(1);
     end.says(&[

@@ -1,8 +1,8 @@
 //! Monte Carlo flights: a scene flown many times over, each sample with deviations of its own.
 //!
-//! A [`Campaign`] knows what is flown; [`run`] spreads it over cores, as many samples side by side as a vector register has
+//! A [`Campaign`] knows what is flown; [`run()`] spreads it over cores, as many samples side by side as a vector register has
 //! lanes, and keeps what comes of it in Parquet files of [`PART`] samples each, so that a run that was ended goes on from
-//! whole parts; [`merge`] joins parts that were flown elsewhere; [`Summary`] says what all samples come to.
+//! whole parts; [`merge()`] joins parts that were flown elsewhere; [`Summary`] says what all samples come to.
 //!
 //! A sample depends on scene, seed and index alone, and its numbers not on the number of threads or lanes.
 

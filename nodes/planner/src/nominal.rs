@@ -49,7 +49,8 @@ impl NominalPlan {
     /// One load a step, where no feedback law corrects them.
     pub fn open_loop(&self) -> Option<&[Load]> {
         let plan = &self.sequence.plan;
-        self.sequence.limits.is_none().then_some(&plan.controls)
+        let open = self.sequence.limits.is_none();
+        open.then_some(plan.controls.as_slice())
     }
 
     /// What it lets act during `step` on the body in `state`.

@@ -12,6 +12,7 @@ mod corrected;
 mod cost;
 mod costs;
 mod dumbbells;
+mod ensemble;
 mod error;
 mod feedback;
 mod flight;
@@ -25,8 +26,8 @@ mod planner;
 mod precision;
 mod recording;
 mod run;
-mod stress;
 mod skip;
+mod stress;
 
 use std::path::PathBuf;
 
@@ -82,6 +83,8 @@ enum Command {
     Planner(planner::Options),
     /// The two-dumbbell figure of the paper's §3.4, as pictures.
     Dumbbells,
+    /// Throughput of ensembles: lanes beside the simulation, threads, size.
+    Ensemble(ensemble::Options),
     /// How many random manoeuvres the planner solves from nothing, beside plain shooting.
     Maneuvers {
         /// How many, from the first on.
@@ -140,6 +143,7 @@ fn main() -> Result<(), BenchError> {
             planner::run(&options, peer.as_ref(), repeats, &arguments.images)
         }
         Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
+        Command::Ensemble(options) => ensemble::run(&options, repeats),
         Command::Maneuvers { count, seed } => maneuvers::run(count, seed, &arguments.images),
         Command::Stress { family, json } => stress::run(family.as_deref(), json.as_deref()),
         Command::Bag => bag::run(repeats),

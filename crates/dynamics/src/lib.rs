@@ -14,6 +14,7 @@ pub mod gravity;
 mod inertia;
 pub mod integrator;
 mod invariants;
+pub mod lanes;
 mod load;
 mod mobility;
 mod range;

@@ -250,7 +250,7 @@ impl Simulation {
     }
 }
 
-fn refuse(parameter: &'static str, value: f64, expected: &'static str) -> MethodError {
+pub(crate) fn refuse(parameter: &'static str, value: f64, expected: &'static str) -> MethodError {
     MethodError::Parameter {
         method: "the simulation",
         parameter,
@@ -260,7 +260,7 @@ fn refuse(parameter: &'static str, value: f64, expected: &'static str) -> Method
 }
 
 /// Whether `states` are those of rigid bodies.
-fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
+pub(crate) fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
     let (expected, found) = (system.bodies().len(), states.len());
     if expected != found {
         return Err(MethodError::StateCount { expected, found });

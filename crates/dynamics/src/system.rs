@@ -1,4 +1,4 @@
-use crate::gravity::{CloseApproach, Gravity, Kept};
+use crate::gravity::{CloseApproach, Form, Gravity, Kept};
 use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Bodies and the gravity that acts on them.
@@ -89,6 +89,11 @@ impl System {
             }
         }
         Ok(())
+    }
+
+    /// What acts, in numbers, in the order in which it is summed; none where something has no such form.
+    pub fn forms(&self) -> Option<Vec<Form>> {
+        self.gravity.iter().map(|gravity| gravity.form()).collect()
     }
 
     /// What [`System::loads`] costs if everything is computed, in multiples of a point of mass in a central field, roughly.

@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod ensemble;
 mod frame;
 mod gravity;
 mod maneuver;
@@ -49,6 +50,7 @@ impl Scene {
             gravity,
             maneuver: None,
             disturbance: None,
+            ensemble: None,
         };
         run::check_step(&scene)?;
         check_si(&scene)?;
@@ -67,6 +69,9 @@ impl Scene {
         if let Some(file) = &file.disturbance {
             scene.disturbance = Some(disturbance::disturbance(&scene, file)?);
             disturbance::check_states(&scene)?;
+        }
+        if let Some(file) = &file.ensemble {
+            scene.ensemble = Some(ensemble::ensemble(&scene, file)?);
         }
         Ok(scene)
     }

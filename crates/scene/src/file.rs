@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod ensemble;
 mod frame;
 mod gravity;
 mod maneuver;
@@ -12,6 +13,7 @@ pub(crate) use body::{
     AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
 };
 pub(crate) use disturbance::DisturbanceFile;
+pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
 pub(crate) use gravity::{CentralFile, GravityFile};
 pub(crate) use maneuver::{
@@ -39,6 +41,7 @@ pub(crate) struct SceneFile {
     pub frames: Vec<FrameFile>,
     pub maneuver: Option<ManeuverFile>,
     pub disturbance: Option<DisturbanceFile>,
+    pub ensemble: Option<EnsembleFile>,
 }
 
 fn inertial() -> String {

@@ -7,6 +7,7 @@
 mod check;
 mod compile;
 mod disturbance;
+mod ensemble;
 mod error;
 mod file;
 mod frame;
@@ -19,6 +20,7 @@ mod shape;
 mod units;
 
 pub use disturbance::{ActuatorErrors, Disturbance};
+pub use ensemble::{Deviation, Ensemble, Sample, Spread};
 pub use error::{SceneError, SchemeError};
 pub use frame::Frame;
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};

@@ -6,7 +6,8 @@ use lgvi_dynamics::skip::Plan;
 use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, Skip, System};
 
 use crate::{
-    Disturbance, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Skipping, Units,
+    Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError,
+    Skipping, Units,
 };
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
@@ -48,6 +49,8 @@ pub struct Scene {
     pub maneuver: Option<Maneuver>,
     /// What sets the flight of the manoeuvre apart from its plan.
     pub disturbance: Option<Disturbance>,
+    /// What an ensemble of the scene's flights differs in.
+    pub ensemble: Option<Ensemble>,
 }
 
 /// A body with its name and its state at the epoch.

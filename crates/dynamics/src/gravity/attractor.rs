@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::Falloff;
+use super::{Falloff, Form};
 
 /// What attracts points: a scalar potential `φ` per unit mass, in the attractor's own frame.
 ///
@@ -24,6 +24,11 @@ pub trait Attractor: Send + Sync {
 
     /// How it falls off with the distance from its place; none where that is not known.
     fn falloff(&self) -> Option<Falloff> {
+        None
+    }
+
+    /// What it is in numbers; none where it has no such form.
+    fn form(&self) -> Option<Form> {
         None
     }
 

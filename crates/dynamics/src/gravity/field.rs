@@ -7,7 +7,7 @@ use std::ops::AddAssign;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, CloseApproach, Gravity, Interaction, Kept, Level, Monopole};
+use super::{Attractor, CloseApproach, Form, Gravity, Interaction, Kept, Level, Monopole};
 use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Gravity of fixed sources on one body at `x` with attitude `R`.
@@ -42,6 +42,11 @@ pub trait Field: Send + Sync {
 
     /// Whether a body at `x` is outside the sources.
     fn check_clearance(&self, body: &RigidBody, x: &Vector3<f64>) -> Result<(), Intrusion>;
+
+    /// What it is in numbers; none where it has no such form.
+    fn form(&self) -> Option<Form> {
+        None
+    }
 
     /// What a load of `body` costs, in multiples of a point in a central field, roughly.
     fn cost(&self, body: &RigidBody) -> f64 {
@@ -110,6 +115,10 @@ impl<A: Attractor> Field for A {
         Some(self)
     }
 
+    fn form(&self) -> Option<Form> {
+        Attractor::form(self)
+    }
+
     fn cost(&self, body: &RigidBody) -> f64 {
         let accelerations = match body.distribution() {
             MassDistribution::Multipole(_) => 3.0,
@@ -170,6 +179,10 @@ impl<A: Attractor> Field for A {
 }
 
 impl<F: Field> Gravity for F {
+    fn form(&self) -> Option<Form> {
+        Field::form(self)
+    }
+
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         bodies.iter().map(|body| Field::cost(self, body)).sum()
     }

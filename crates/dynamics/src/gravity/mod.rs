@@ -8,6 +8,7 @@ mod central;
 mod extent;
 mod field;
 mod fixed;
+mod form;
 mod harmonic;
 mod interaction;
 mod moments;
@@ -27,6 +28,7 @@ pub use attractor::{Attractor, Monopole};
 pub use central::Central;
 pub use field::{Field, Intrusion, LoadCurvature, LoadGradient};
 pub use fixed::Fixed;
+pub use form::{Form, Placement, Shape};
 pub use interaction::{Falloff, Interaction, Kept, Level, Partner};
 pub use moments::Moments;
 pub use multipole::Multipole;
@@ -73,6 +75,11 @@ pub trait Gravity: Send {
             .iter()
             .map(|body| body.points().len().max(1) as f64)
             .sum()
+    }
+
+    /// What it is in numbers; none where it has no such form.
+    fn form(&self) -> Option<Form> {
+        None
     }
 
     /// Whether all bodies are outside each other's radii and those of the sources.

@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::harmonic::{Fourth, Harmonic, Second, Third};
-use super::{Attractor, Central, Falloff, Moments, Monopole};
+use super::{Attractor, Central, Falloff, Form, Moments, Monopole, Shape};
 use crate::Inertia;
 
 /// The gravity of a body expanded about its centre of mass in moments of its mass ("inertia integrals"), to second or
@@ -162,6 +162,16 @@ impl Asphericity {
 }
 
 impl Attractor for Multipole {
+    fn form(&self) -> Option<Form> {
+        (self.order() == 2).then(|| Form::Attractor {
+            shape: Shape::Quadrupole {
+                gm: self.central.gm,
+                second: self.asphericity.second.0,
+            },
+            placement: None,
+        })
+    }
+
     #[inline]
     fn potential(&self, d: &Vector3<f64>) -> f64 {
         self.central.potential(d) + self.asphericity.potential(d)

@@ -1,6 +1,6 @@
 use super::extent::Extent;
 use super::pair::{self, Couple};
-use super::{CloseApproach, Gravity, Interaction, Kept, Level, Multipole};
+use super::{CloseApproach, Form, Gravity, Interaction, Kept, Level, Multipole};
 use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
@@ -43,6 +43,12 @@ fn matters(pair: [&RigidBody; 2]) -> bool {
 }
 
 impl Gravity for Mutual {
+    fn form(&self) -> Option<Form> {
+        Some(Form::Mutual {
+            constant: self.constant,
+        })
+    }
+
     fn has_extents(&self, bodies: &[RigidBody]) -> bool {
         bodies.iter().any(|body| {
             let solid = matches!(body.distribution(), MassDistribution::Polyhedron(_));

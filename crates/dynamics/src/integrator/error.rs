@@ -88,7 +88,7 @@ pub enum StepError {
 
 impl StepError {
     /// That a body cannot turn as it would; that its momentum is not a number where that is why.
-    pub(super) fn of_turn(body: usize, source: PreprocessedError) -> Self {
+    pub(crate) fn of_turn(body: usize, source: PreprocessedError) -> Self {
         match source {
             PreprocessedError::Unsolvable(Unsolvable { turn, .. })
             | PreprocessedError::BeyondSeries { turn, .. }

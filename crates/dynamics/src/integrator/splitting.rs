@@ -68,6 +68,12 @@ impl Splitting {
         Self::new(&[0.0, 1.0], &[1.0], rotor, bodies)
     }
 
+    /// Coefficients of the drifts, each after that of the kick before it, and that of the last kick.
+    pub(crate) fn coefficients(&self) -> (Vec<(f64, f64)>, f64) {
+        let stages = self.stages.iter().map(|stage| (stage.b, stage.a));
+        (stages.collect(), self.last_kick)
+    }
+
     /// What gravity exerts where the last step ended; of a method that ends with a kick.
     pub(super) fn loads(&self) -> &[Load] {
         &self.loads.gravity

@@ -14,6 +14,7 @@ mod failures;
 mod floor;
 mod free_rotation;
 mod galerkin;
+mod lanes;
 mod laws;
 mod mobility;
 mod models;

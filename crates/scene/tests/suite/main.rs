@@ -5,6 +5,7 @@
 mod bodies;
 mod classes;
 mod disturbances;
+mod ensembles;
 mod frames;
 mod gravity;
 mod integrators;

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Width};
-use lgvi_dynamics::{BodyState, Load, Simulation, System};
+use lgvi_dynamics::{BodyState, Load, Simulation, Skip, System};
 use lgvi_scene::{ActuatorErrors, Ensemble, Sample, Scene, Scheme};
 
 use crate::row::Failure;
@@ -181,9 +181,18 @@ impl<'a> Campaign<'a> {
     fn alone(&self, member: &Member) -> Result<Outcome, Failure> {
         let bodies = member.system.bodies().to_vec();
         let system = System::new(bodies, self.scene.gravity.of_system());
-        let Scheme { method, substeps } = self.scheme;
+        let Scheme {
+            method,
+            substeps,
+            skip,
+        } = self.scheme;
+        // One that lanes have given back is flown as they do.
+        let skip = match self.flown_by {
+            FlownBy::Lanes => Skip::Nothing,
+            FlownBy::Simulation { .. } => skip,
+        };
         let simulation = Simulation::new(system, member.states.clone(), method, self.scene.h())?;
-        let mut simulation = simulation.with_substeps(substeps);
+        let mut simulation = simulation.with_substeps(substeps).with_skips(skip);
         if self.scene.subdivides(self.scheme) {
             simulation = simulation.with_subdivision(self.scene.subdivide)?;
         }
@@ -220,6 +229,8 @@ fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance) -> FlownBy {
         Some("feedback answers to each sample by itself".into())
     } else if scene.subdivides(scheme) {
         Some("steps are cut where a sample needs it".into())
+    } else if matches!(scheme.skip, Skip::Within(_)) {
+        Some("what is left out depends on each sample's distances".into())
     } else {
         let unfit = lanes::fit(&scene.system(), scheme.method).err();
         unfit.map(|unfit| unfit.to_string())

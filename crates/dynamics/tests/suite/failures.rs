@@ -230,7 +230,7 @@ fn input_that_is_no_system_is_refused() {
     }
 
     // Numbers whose products would leave the range of double precision.
-    for h in [1e-31, -1e31, 1e300] {
+    for h in [1e-31_f64, -1e31, 1e300] {
         let text = format!("the length of the step is {:e}", h.abs());
         says(refused(vec![state], h), &text);
     }

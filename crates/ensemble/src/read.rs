@@ -62,12 +62,13 @@ impl Part {
         }
         let chunks = reader.metadata().row_group(0).columns().iter();
         for chunk in chunks {
+            let size = chunk.compressed_size();
             let start = chunk
                 .dictionary_page_offset()
                 .unwrap_or(chunk.data_page_offset());
-            let end = start.checked_add(chunk.compressed_size());
+            let end = start.checked_add(size);
             let end = end.and_then(|end| u64::try_from(end).ok());
-            if start < 0 || end.is_none_or(|end| end > length) {
+            if start < 0 || size < 0 || end.is_none_or(|end| end > length) {
                 return Err(EnsembleError::damaged(path, "a part of it is missing"));
             }
         }

@@ -52,12 +52,25 @@ impl Part {
         let path = &file.path;
         let damaged = |error: ParquetError| EnsembleError::damaged(path, error);
         let opened = File::open(path).map_err(EnsembleError::io(path))?;
+        let length = opened.metadata().map_err(EnsembleError::io(path))?.len();
         let reader = SerializedFileReader::new(opened).map_err(damaged)?;
         let about = reader.metadata().file_metadata();
         let rows = file.range.end - file.range.start;
         if u64::try_from(about.num_rows()) != Ok(rows) || reader.num_row_groups() != 1 {
             let reason = format!("{} rows, expected {rows}", about.num_rows());
             return Err(EnsembleError::damaged(path, reason));
+        }
+        let chunks = reader.metadata().row_group(0).columns().iter();
+        for chunk in chunks {
+            let size = chunk.compressed_size();
+            let start = chunk
+                .dictionary_page_offset()
+                .unwrap_or(chunk.data_page_offset());
+            let end = start.checked_add(size);
+            let end = end.and_then(|end| u64::try_from(end).ok());
+            if start < 0 || size < 0 || end.is_none_or(|end| end > length) {
+                return Err(EnsembleError::damaged(path, "a part of it is missing"));
+            }
         }
         let entries = about.key_value_metadata().into_iter().flatten();
         let metadata = entries

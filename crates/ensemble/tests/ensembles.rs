@@ -384,6 +384,8 @@ fn samples_that_fail_are_counted_by_kind_and_leave_the_others_alone() {
         ("name = \"dumbbell1\"", "name = \"dumbbell1\"\nradius = 0.4"),
         ("name = \"dumbbell2\"", "name = \"dumbbell2\"\nradius = 0.4"),
         ("position = 0.01", "position = 0.3"),
+        ("duration = 0.06", "duration = 0.3"),
+        ("steps = 30\n", "steps = 150\n"),
     ];
     let temporary = TempDir::new().unwrap();
     let scene = dumbbells(&fast);

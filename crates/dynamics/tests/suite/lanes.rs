@@ -107,7 +107,7 @@ fn company(sample: usize) -> Member {
     let triangle = [[0.2, 0.0, 0.1], [-0.2, 0.1, 0.0], [0.0, -0.1, -0.1]];
     let bodies = vec![
         body(sample, [0.5, 0.6, 0.7], true, &triangle)
-            .with_radius(0.1)
+            .with_radius(0.8)
             .unwrap(),
         body(sample, [0.3, 0.2, 0.4], true, &[]),
         body(
@@ -173,12 +173,7 @@ fn pendulum(sample: usize) -> Member {
 
 /// A free body that turns so far in a step that its equation is seldom solved at once.
 fn spinner(sample: usize) -> Member {
-    let bodies = vec![body(
-        sample,
-        [1.0, 2.0, 2.5],
-        sample.is_multiple_of(1000),
-        &[],
-    )];
+    let bodies = vec![body(sample, [1.0, 2.0, 2.5], false, &[])];
     let states = vec![state(
         sample,
         &bodies[0],
@@ -287,11 +282,8 @@ fn thrust_acts_with_the_errors_of_each_member() {
             moment: Vector3::new(0.0, 0.02, 0.01),
         })
         .collect();
-    for (body, system) in [
-        (1, dumbbells as fn(usize) -> Member),
-        (0, satellite),
-        (0, spinner),
-    ] {
+    let systems: [(usize, fn(usize) -> Member); 3] = [(1, dumbbells), (0, satellite), (0, spinner)];
+    for (body, system) in systems {
         let with_errors = |sample: usize| Member {
             force: Vector3::new(1.0, about_one(sample, 7), 0.9),
             moment: Vector3::repeat(about_one(sample, 8)),
@@ -334,14 +326,10 @@ fn a_lane_that_fails_is_left_alone() {
         match sample % 7 {
             1 => member.states[1].angular_momentum *= 300.0,
             2 => {
-                member.states[1].position = Vector3::new(3.0, 0.25, 0.0);
-                member.states[1].linear_momentum.fill(0.0);
+                member.states[1].position = Vector3::new(3.0, 1.2, 0.0);
+                member.states[1].linear_momentum = Vector3::new(0.0, -1.0, 0.0);
             }
-            4 => {
-                let place = member.states[0].position;
-                member.states[2].position = 2.0 * place;
-                member.states[1].linear_momentum = Vector3::repeat(1e308);
-            }
+            4 => member.states[1].linear_momentum = Vector3::repeat(1e308),
             _ => {}
         }
         member

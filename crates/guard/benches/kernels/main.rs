@@ -1,19 +1,19 @@
 //! The hot kernels: 100 steps, loads or messages each, and some iterations of the planner.
 
 #![allow(clippy::expect_used)]
-#![allow(missing_docs, reason = "made by macros")]
+#![allow(missing_docs, unused_qualifications, reason = "made by macros")]
 
-mod gravity;
-mod messages;
-mod planner;
-mod steps;
+mod fields;
+mod newton;
+mod recording;
+mod simulation;
 
 use gungraun::main;
 
-use gravity::gravity;
-use messages::messages;
-use planner::planner;
-use steps::steps;
+use fields::gravity;
+use newton::planner;
+use recording::messages;
+use simulation::steps;
 
 /// Calls of a kernel.
 const CALLS: u32 = 100;

@@ -34,7 +34,7 @@ fn transfer() -> Transfer<Central> {
     Transfer::new(body, field, h, INTERVALS, initial, target, actuation).expect("a transfer")
 }
 
-/// Some iterations of one resolution, with what it takes to begin and to end.
+// Some iterations of one resolution, with what it takes to begin and to end.
 #[library_benchmark]
 #[bench::newton_iterations(transfer())]
 fn solve_in_part(transfer: Transfer<Central>) -> u32 {

@@ -75,7 +75,7 @@ fn bag() -> Bag {
     }
 }
 
-/// Ends with the chunk, its index and the bag's description.
+// Ends with the chunk, its index and the bag's description.
 #[library_benchmark]
 #[bench::bag_of_a_chunk(bag())]
 fn write(bag: Bag) -> u64 {

@@ -104,7 +104,8 @@ impl Managed for Watched {
 #[test]
 fn the_loop_allocates_nothing() {
     if env::var_os(NODE).is_some() {
-        let parameters = [&format!("scene:={SCENE}"), "real_time_factor:=0.0"];
+        let scene = format!("scene:={SCENE}");
+        let parameters = [scene.as_str(), "real_time_factor:=0.0"];
         let given = parameters.iter().flat_map(|text| ["-p", text]);
         let args = ["--ros-args"].into_iter().chain(given).map(str::to_owned);
         assert_eq!(

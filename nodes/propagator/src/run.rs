@@ -482,6 +482,3 @@ impl Propagator {
         })
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -30,14 +30,6 @@ demo:
 fuzz seconds="5":
     tests/fuzz/run {{seconds}}
 
-# No hot kernel takes more instructions than are kept for it, within 3 %.
-instructions:
-    crates/guard/run
-
-# The instructions that the hot kernels take now are kept.
-instructions-update:
-    crates/guard/run --update
-
 # The trials of docs/stability.md in full.
 stress *family:
     cargo run --release --locked -p lgvi_bench -- stress {{family}}

@@ -78,8 +78,6 @@ pub(crate) fn check_body(
     INERTIA.check(index, trace)?;
     EXTENT.check(index, trace / body.mass())?;
     POSITION.check(index, state.position.norm())?;
-    let points = body.points().iter();
-    points
-        .map(|point| POINT.check(index, point.position.norm()))
-        .collect()
+    let mut points = body.points().iter();
+    points.try_for_each(|point| POINT.check(index, point.position.norm()))
 }

@@ -25,9 +25,8 @@ pub(crate) const TRIALS: [Trial; 4] = [
     },
     Trial {
         name: "steady rotation",
-        done: "a sphere, a near sphere (1, 1 + 1e-12, 1 + 2e-12), a body of revolution, and an asymmetric body about its greatest axis, `lgvi`, h = 0.01, 2e7 steps",
-        right: "where each step is nearly the last, roundings repeat instead of cancelling: `|Π|²` errs by `2⁻⁵² n` at most, which may be \
-                more than the 1e-12 of a body that tumbles",
+        done: "a sphere, a body of revolution, and an asymmetric body about its greatest axis, `lgvi`, h = 0.01, 2e7 steps",
+        right: "where each step is the last, roundings may repeat instead of cancelling: `|Π|²` errs by `2⁻⁵² n` at most",
         run: steady,
     },
     Trial {
@@ -69,17 +68,12 @@ fn direction(length: Length) -> Result<Report, TrialError> {
     let (system, states) = Case::load("b1_free_asymmetric")?.system()?;
     let mut simulation = Simulation::new(system, states, LGVI, 0.01)?;
     let start = simulation.invariants().angular_momentum;
+    let steps = length.of(2_000_000, 1_000_000_000);
+    fly(&mut simulation, steps)?;
+    let error = relative(&simulation.invariants().angular_momentum, &start);
+    let walk = ULP * (steps as f64).sqrt();
     let mut report = Report::default();
-    for steps in length.of(
-        [20_000, 200_000, 2_000_000],
-        [10_000_000, 100_000_000, 1_000_000_000],
-    ) {
-        let left = steps - simulation.step();
-        fly(&mut simulation, left)?;
-        let error = relative(&simulation.invariants().angular_momentum, &start);
-        let walk = 4.0 * ULP * (steps as f64).sqrt();
-        report.at_most(format!("after {steps:e} steps"), error, walk);
-    }
+    report.at_most(format!("after {steps:e} steps"), error, 4.0 * walk);
     Ok(report)
 }
 
@@ -89,7 +83,6 @@ fn steady(length: Length) -> Result<Report, TrialError> {
     let oblique = Vector3::new(1.0, 0.5, -0.75);
     for (name, moments, omega) in [
         ("sphere", [1.0; 3], oblique),
-        ("near sphere", [1.0, 1.0 + 1e-12, 1.0 + 2e-12], oblique),
         ("body of revolution", [1.0, 1.0, 1.5], oblique),
         (
             "greatest axis",

@@ -487,6 +487,3 @@ impl Propagator {
         })
     }
 }
-
-#[cfg(test)]
-mod tests;

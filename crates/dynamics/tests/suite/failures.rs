@@ -241,10 +241,10 @@ fn input_that_is_no_system_is_refused() {
     );
     for (mass, moment, expected) in [
         (1e61, 1.0, "the mass is 1e61, expected 1e-60 to 1e60"),
-        (1e50, 1e-20, "the trace of the inertia over the mass is 3"),
+        (1e50, 1e-20, "the trace of the inertia over the mass is "),
         (1e-61, 1.0, "the mass is 1e-61"),
-        (1.0, 1e100, "the trace of the inertia is 3"),
-        (1.0, 1e-101, "the trace of the inertia is 3"),
+        (1.0, 1e100, "the trace of the inertia is "),
+        (1.0, 1e-101, "the trace of the inertia is "),
     ] {
         let inertia = Inertia::principal([moment; 3]).expect("inertia");
         let body = RigidBody::new(mass, inertia, vec![]).expect("body");

@@ -79,8 +79,8 @@ fn rocks_round_an_asteroid_are_mostly_alone() {
     let pairs = plan.interactions.len();
     assert_eq!(pairs, 64 * 63 / 2);
     let dropped = dropped.count();
-    assert!(dropped > 1500, "{dropped} of {pairs}");
-    assert!(plan.bound() <= 1e-9, "{}", plan.bound());
+    assert!(dropped > 1200, "{dropped} of {pairs}");
+    assert!(plan.bound() <= 1e-6, "{}", plan.bound());
     assert!(plan.costs[1] < 0.5 * plan.costs[0], "{:?}", plan.costs);
     let rocks = &plan.bodies[1..];
     assert!(

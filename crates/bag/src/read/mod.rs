@@ -5,7 +5,14 @@ mod file;
 mod listing;
 mod messages;
 mod reader;
+mod siblings;
 
 pub use file::Chunks;
 pub use messages::{Message, Messages};
 pub use reader::{BagFile, BagReader};
+
+pub(crate) use {
+    file::{MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, OTHER_STORAGES},
+    listing::{mcap_files, natural},
+    siblings::siblings,
+};

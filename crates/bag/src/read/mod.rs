@@ -1,6 +1,7 @@
 //! Reading: the messages of a bag's files in one order.
 
 mod check;
+mod counts;
 mod file;
 mod listing;
 mod messages;

@@ -12,7 +12,7 @@ use super::{
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
 };
-use crate::{Topic, WriteError, directory};
+use crate::{Topic, WriteError, directory, read::MAX_RECORD_LENGTH, records};
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
 /// [`BagOptions::max_bytes`] if that is less.
@@ -20,6 +20,9 @@ const LATCHED: u64 = 64 << 20;
 
 /// Bytes of memory that the index of a file may take, about 200 for each of its chunks.
 const INDEX: usize = 64 << 20;
+
+/// Longest message: its record is the longest that is read.
+const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - records::MessageHeader::LENGTH;
 
 /// A topic of a [`BagWriter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -172,7 +175,8 @@ impl BagWriter {
     /// Writes a message, CDR with its encapsulation header. Times are nanoseconds since the UNIX epoch.
     ///
     /// # Errors
-    /// The topic is of another bag, or writing fails.
+    /// The topic is of another bag, the message is longer than any that is read, or writing fails. Only the last ends the
+    /// bag.
     pub fn write(
         &mut self,
         topic: TopicId,
@@ -198,12 +202,20 @@ impl BagWriter {
         sequence: u32,
         cdr: &[u8],
     ) -> Result<(), WriteError> {
-        let Some(&RecordedTopic { channel, .. }) = self.topics.get(topic.0) else {
+        let Some(recorded) = self.topics.get(topic.0) else {
             return Err(WriteError::UnknownTopic {
                 index: topic.0,
                 count: self.topics.len(),
             });
         };
+        if cdr.len() > MAX_MESSAGE {
+            return Err(WriteError::TooLong {
+                topic: recorded.topic.name.clone(),
+                length: cdr.len(),
+                limit: MAX_MESSAGE,
+            });
+        }
+        let channel = recorded.channel;
         if self.is_full(log_time)? {
             self.split()?;
         }

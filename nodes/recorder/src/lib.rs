@@ -9,6 +9,7 @@ mod batch;
 mod config;
 mod definitions;
 mod drain;
+mod elsewhere;
 mod fields;
 mod log_time;
 mod outlet;

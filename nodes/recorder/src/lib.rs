@@ -15,6 +15,7 @@ mod log_time;
 mod outlet;
 mod participants;
 mod queue;
+mod recorded;
 mod request;
 mod run;
 mod seen;

@@ -52,7 +52,7 @@ fn fails(flight: Process, code: i32, fragments: &[&str]) -> Summary {
     let finished = flight.finish().expect(code);
     assert!(start.elapsed() < SOON, "{:?}", start.elapsed());
     let summary: Summary = finished.json();
-    let failure = summary.failure.unwrap();
+    let failure = summary.failure.as_ref().unwrap();
     assert!(failure.message.starts_with("recorder: "), "{failure:?}");
     for fragment in fragments {
         assert!(

@@ -110,6 +110,7 @@ impl States {
             Ok(Looked {
                 found: most > 0,
                 pause,
+                over: outlet.is_over(),
             })
         })
     }

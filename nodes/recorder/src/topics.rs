@@ -116,7 +116,8 @@ impl Topics {
                 outlet.hand_over();
                 DISCOVERY
             };
-            Ok(Looked { found, pause })
+            let over = outlet.is_over();
+            Ok(Looked { found, pause, over })
         });
         self.times.finish(|message| put(&mut outlet, message));
         drained

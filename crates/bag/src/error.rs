@@ -86,7 +86,10 @@ pub enum Rest {
     /// A complete bag of what was written before.
     #[error("the bag is closed without the last {lost} messages")]
     Closed {
-        /// Messages taken that are not in it.
+        /// Messages that are in it, by topic, each counted once.
+        messages: BTreeMap<String, u64>,
+        /// Messages that are not: those taken, and those that the writer was told of
+        /// ([`BagWriter::on_failure`](crate::BagWriter::on_failure)).
         lost: u64,
     },
     /// A bag without its end.

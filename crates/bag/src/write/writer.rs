@@ -7,7 +7,7 @@ use std::{
 use super::{
     BagOptions, BagSummary,
     catalogue::Catalogue,
-    closing::{Closed, Fault},
+    closing::{Closed, Fault, LastWords},
     encode::MessageHeader,
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
@@ -37,13 +37,16 @@ pub struct TopicId(usize);
 /// # Latched messages
 /// Of each topic that [is latched](Topic::is_latched) the last messages of each publisher, as many as its depth, stand
 /// again at the head of each further file, logged at the time of the file's first message. A metadata record named
-/// `lgvi_repeated` before them says how many each topic has. Of all topics together 64 MiB are kept at most.
+/// `lgvi_repeated` before them says how many each topic has. Of all topics together 64 MiB are kept at most, or half of
+/// [`BagOptions::max_bytes`] if that is less, and 1000 messages of each. What finds no room is not repeated; the key
+/// `not_repeated:<topic>` in the custom data counts it, file by file ([`not_repeated`](Self::not_repeated)).
 ///
 /// # Errors while writing
 /// When a file cannot be written on, everything up to the last complete chunk is closed as a bag, with `metadata.yaml`;
 /// where the disk is full, the last chunks make room for that. [`WriteError::Failed`] tells how that went. Such a bag
-/// has the keys `error` and `unwritten`, the number of messages that are missing, in its custom data. The writer then takes
-/// no more messages.
+/// has the keys `error`, `unwritten` and `unwritten:<topic>`, the number of messages that are missing, in its custom data;
+/// who has more of them adds those by [`on_failure`](Self::on_failure). The writer then takes no more messages. Other
+/// errors concern one topic or message, and leave it as it was ([`is_ended`](Self::is_ended)).
 ///
 /// # Memory
 /// One chunk of 1 MiB or the longest message, its compressed form and 16 bytes for each message in it; for each chunk
@@ -65,19 +68,22 @@ pub struct BagWriter {
     pub(crate) begin: Option<u64>,
     /// How many messages of each topic are repeated in that file.
     pub(crate) repeated: Vec<u64>,
-    /// Number of messages taken.
-    pub(crate) taken: u64,
-    /// First and last log time of them.
+    /// First and last log time of the messages taken.
     pub(crate) times: Option<(u64, u64)>,
+    pub(crate) last_words: Option<LastWords>,
 }
 
 pub(crate) struct RecordedTopic {
     pub topic: Topic,
     pub channel: u16,
+    /// Messages taken.
+    pub taken: u64,
     /// Messages in closed files.
     pub messages: u64,
     /// How many of them are repeated.
     pub repeated: u64,
+    /// Messages that should have been repeated, and found no room.
+    pub not_repeated: u64,
 }
 
 impl BagWriter {
@@ -103,8 +109,8 @@ impl BagWriter {
             file: None,
             begin: None,
             repeated: Vec::new(),
-            taken: 0,
             times: None,
+            last_words: None,
         };
         let opened = writer.open_file(Catalogue::default());
         opened.map_err(|Fault { path, source }| {
@@ -166,8 +172,10 @@ impl BagWriter {
         self.topics.push(RecordedTopic {
             topic: topic.clone(),
             channel,
+            taken: 0,
             messages: 0,
             repeated: 0,
+            not_repeated: 0,
         });
         Ok(TopicId(self.topics.len() - 1))
     }
@@ -231,17 +239,16 @@ impl BagWriter {
         if let Err(source) = self.file()?.write(header, cdr) {
             return Err(self.fail_on_file(source));
         }
-        self.taken += 1;
+        self.topics[topic.0].taken += 1;
         let (first, last) = self.times.unwrap_or((log_time, log_time));
         self.times = Some((first.min(log_time), last.max(log_time)));
         if self.latched.keeps(topic.0) {
             let kept = Kept {
-                publisher,
                 publish_time,
                 sequence,
                 data: cdr.to_vec(),
             };
-            self.latched.push(topic.0, kept);
+            self.latched.push(topic.0, publisher, kept);
         }
         Ok(())
     }
@@ -254,6 +261,13 @@ impl BagWriter {
         let file = self.file()?;
         let flushed = file.check_place().and_then(|()| file.finish_chunk());
         flushed.map_err(|source| self.fail_on_file(source))
+    }
+
+    /// Latched messages that found no room to be repeated, summed over the files so far, of each topic that has such.
+    pub fn not_repeated(&self) -> impl Iterator<Item = (&str, u64)> {
+        let topics = self.topics.iter();
+        let counts = topics.map(|topic| (&*topic.topic.name, topic.not_repeated));
+        counts.filter(|(_, count)| *count > 0)
     }
 
     /// Completes the file and writes `metadata.yaml` with the given custom data.

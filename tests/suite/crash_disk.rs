@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use lgvi_tests::{
-    Disk, Finished, Process, Recording, Signal, Summary, World, edited, eventually, with_disks,
+    Disk, Process, Recording, Signal, Summary, World, edited, eventually, with_disks,
 };
 
 const STATE: &str = "/lgvi_propagator/state";
@@ -47,12 +47,12 @@ fn await_chunks(bag: &Path) {
 
 /// The flight ends soon, and says of its recorder what is expected.
 #[track_caller]
-fn fails(flight: Process, code: i32, fragments: &[&str]) -> Finished {
+fn fails(flight: Process, code: i32, fragments: &[&str]) -> Summary {
     let start = Instant::now();
     let finished = flight.finish().expect(code);
     assert!(start.elapsed() < SOON, "{:?}", start.elapsed());
     let summary: Summary = finished.json();
-    let failure = summary.failure.unwrap();
+    let failure = summary.failure.as_ref().unwrap();
     assert!(failure.message.starts_with("recorder: "), "{failure:?}");
     for fragment in fragments {
         assert!(
@@ -60,8 +60,35 @@ fn fails(flight: Process, code: i32, fragments: &[&str]) -> Finished {
             "{fragment:?} is not in {failure:?}"
         );
     }
-    assert!(summary.lost.is_none(), "{:?}", summary.lost);
-    finished
+    assert_eq!(summary.lost.is_none(), summary.bag.is_none(), "{summary:?}");
+    summary
+}
+
+/// A flight whose bag was closed after an error tells what is in it and what is not, and so does the bag.
+#[track_caller]
+fn is_accounted_for(summary: &Summary, bag: &Path) {
+    assert_eq!(summary.bag.as_deref(), Some(bag));
+    let recording = Recording::read(bag);
+    let there = recording.counts();
+    let count = |topic: &String| there.get(&**topic).copied().unwrap_or(0);
+    for (topic, recorded) in &summary.recorded {
+        assert_eq!(*recorded, count(topic), "{topic}");
+    }
+    let published = summary.published.iter();
+    let lost: u64 = published
+        .map(|(topic, published)| published - count(topic))
+        .sum();
+    assert!(lost > 0 && summary.lost == Some(lost), "{lost} {summary:?}");
+    let reader = lgvi_bag::BagReader::open(bag).unwrap();
+    let said = |key: &str| reader.custom()[key].parse::<u64>().unwrap();
+    assert!(said("unwritten") > 0 && said("unwritten") <= said("lost"));
+    assert!(said("lost") <= lost, "{} of {lost}", said("lost"));
+    // States come in order: those that the recorder has received follow those in the bag.
+    let states = format!("unwritten:{STATE}");
+    assert!(said(&states) + count(&STATE.to_owned()) <= summary.published[STATE]);
+    let message = &summary.failure.as_ref().unwrap().message;
+    let told = format!("closed without the last {} messages", said("unwritten"));
+    assert!(message.contains(&told), "{told:?} is not in {message}");
 }
 
 /// All states from the first on, repeated bit for bit; foreign readers read them too.
@@ -85,11 +112,12 @@ fn a_disk_that_fills_up() {
         let bag = disk.path("flight");
         let file = bag.join("flight_0.mcap");
         let flight = fly(&world, &bag);
-        fails(
+        let summary = fails(
             flight,
             1,
             &[file.to_str().unwrap(), "No space left on device", "closed"],
         );
+        is_accounted_for(&summary, &bag);
         let states = is_readable(&world, &bag);
         let bytes = fs::metadata(&file).unwrap().len();
         assert!(

@@ -172,3 +172,68 @@ fn topics_that_are_not_of_ros_2_are_left_out_by_name() {
         .expect(2)
         .says(&["none of the bag's topics"]);
 }
+
+/// A file of one channel with so many messages after another.
+fn write_channels(path: &Path, channels: &[(&str, &str, u32)]) {
+    let mut writer = mcap::WriteOptions::new()
+        .profile("ros2")
+        .create(fs::File::create(path).unwrap())
+        .unwrap();
+    for &(type_name, qos, count) in channels {
+        let schema = writer.add_schema(type_name, "ros2msg", b"int8 a").unwrap();
+        let metadata = [("offered_qos_profiles".to_owned(), qos.to_owned())];
+        let channel_id = writer
+            .add_channel(schema, "/a", "cdr", &metadata.into())
+            .unwrap();
+        for sequence in 0..count {
+            let header = mcap::records::MessageHeader {
+                channel_id,
+                sequence,
+                log_time: 1,
+                publish_time: 1,
+            };
+            let data = [0, 1, 0, 0, 7];
+            writer.write_to_known_channel(&header, &data).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn topics_of_one_name_are_counted_by_type() {
+    let world = World::new();
+    let file = world.path("two.mcap");
+    write_channels(&file, &[("a/msg/A", "", 4), ("a/msg/B", "", 2)]);
+    let found = info(&world, &file, 0);
+    let counts = found["topics"].as_array().unwrap().iter();
+    let counts: Vec<_> = counts.map(|topic| topic["messages"].as_u64()).collect();
+    assert_eq!(counts, [Some(4), Some(2)]);
+    assert_eq!(found["messages"], 6);
+}
+
+#[test]
+fn a_quality_of_service_that_cannot_be_read_is_told() {
+    let world = World::new();
+    let file = world.path("odd.mcap");
+    write_channels(&file, &[("a/msg/A", "hello", 1)]);
+    let found = info(&world, &file, 0);
+    assert_eq!(found["warnings"].as_array().unwrap().len(), 1);
+    assert!(text(&world, &file, 0).contains("offered_qos_profiles of /a"));
+}
+
+#[test]
+fn a_file_that_is_gone_is_missed_without_metadata() {
+    let world = World::new();
+    let bag = world.path("split");
+    fs::create_dir(&bag).unwrap();
+    for number in [0, 2] {
+        let file = bag.join(format!("split_{number}.mcap"));
+        write_channels(&file, &[("a/msg/A", "", 1)]);
+    }
+    let found = info(&world, &bag, 1);
+    assert_eq!(found["complete"], false);
+    assert!(text(&world, &bag, 1).contains("split_1.mcap: is not there"));
+    let line = ["convert", bag.to_str().unwrap(), "--format", "csv"];
+    let converted = world.lgvi(line).finish().expect(1);
+    assert!(converted.stdout.contains("split_1.mcap: is not there"));
+}

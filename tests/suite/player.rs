@@ -365,6 +365,19 @@ fn what_cannot_be_played_is_refused_or_named() {
         0,
         &["/clock of the bag is not played"],
     );
+
+    let mut late = numbers(STEP);
+    let last = (1 << 31) * 1_000_000_000 - 1;
+    late.records.last_mut().unwrap().log_time = last;
+    refused("i", &late, &["--clock"], 0, &[]);
+    late.records.last_mut().unwrap().log_time = last + 1;
+    let named = [
+        "/numbers at 2147483648000000000 ns",
+        "/clock takes times up to",
+    ];
+    refused("j", &late, &["--clock"], 2, &named);
+    refused("k", &late, &[], 0, &[]);
+    refused("l", &late, &["--clock", "--duration", "1"], 0, &[]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::Qos;
-use lgvi_msgs::msg::{ControlSequence, PlanProgress};
+use lgvi_msgs::msg::{ControlSequence, PlanProgress, SystemState};
 use lgvi_node::Event;
 use lgvi_tests::{Process, Recording, World, coast, edited, eventually, publish, scene};
 
@@ -53,6 +53,43 @@ fn ctrl_c_closes_the_bag_though_publishers_go_on() {
     assert!(bag.join("metadata.yaml").exists(), "the bag is not closed");
     assert!(Recording::read(&bag).on(STATE).count() >= 100);
     propagator.stop().expect(0);
+}
+
+#[test]
+fn states_are_recorded_once_however_often_they_are_named() {
+    let world = World::new();
+    let bag = world.path("bag");
+    let output = format!("output:={}", bag.display());
+    let states = format!("states:=[{STATE}, lgvi_propagator/state, {STATE}]");
+    let recorder = world.node("recorder", &[&output, &states]);
+    recorder.await_ready();
+    let scene = format!("scene:={}", scene("free_body").display());
+    let arguments = [&scene, "real_time_factor:=0.0", "await_subscribers:=1"];
+    let propagator = world.node("propagator", &arguments);
+    await_recorded(&recorder, STATE, 10_000);
+    propagator.stop().expect(0);
+    recorder.stop().expect(0);
+    let recording = Recording::read(&bag);
+    let sequences: Vec<u32> = recording.on(STATE).map(|record| record.sequence).collect();
+    let whole: Vec<u32> = (0..).take(sequences.len()).collect();
+    assert_eq!(sequences, whole);
+}
+
+/// Until they come to shared memory too.
+#[test]
+fn states_that_come_over_dds_only_are_told() {
+    let world = World::new();
+    let bag = world.path("bag");
+    let output = format!("output:={}", bag.display());
+    let recorder = world.node("recorder", &[&output, "states:=[/elsewhere]"]);
+    recorder.await_ready();
+    let node = world.ros_node("remote");
+    let publisher = node
+        .publisher::<SystemState>("/elsewhere", &Qos::reliable(10))
+        .unwrap();
+    recorder.await_stderr("/elsewhere is published over DDS only and not recorded");
+    drop(publisher);
+    recorder.stop().expect(0);
 }
 
 #[test]

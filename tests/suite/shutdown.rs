@@ -38,8 +38,20 @@ fn holds_part_of_a_flight(world: &World, bag: &Path) -> u64 {
 
 #[test]
 fn ctrl_c_ends_a_flight_in_order() {
+    ends_a_flight_in_order(Signal::SIGINT);
+}
+
+#[test]
+fn a_terminal_that_is_closed_ends_a_flight_in_order() {
+    ends_a_flight_in_order(Signal::SIGHUP);
+}
+
+#[track_caller]
+fn ends_a_flight_in_order(signal: Signal) {
     let world = World::new();
-    let finished = flight_under_way(&world).stop().expect(130);
+    let flight = flight_under_way(&world);
+    flight.signal(signal);
+    let finished = flight.finish().expect(130);
     assert_eq!(world.processes(), []);
     assert_eq!(world.shared_memory(), Vec::<PathBuf>::new());
     let summary: Summary = finished.json();
@@ -135,9 +147,9 @@ fn a_flight_after_a_killed_one_finds_its_place_clean() {
 }
 
 #[test]
-fn every_node_ends_on_either_signal() {
+fn every_node_ends_on_every_signal() {
     let world = World::new();
-    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+    for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP] {
         let output = format!("output:={}", world.path(signal.as_str()).display());
         let scene = format!("scene:={}", scene("inclination_change").display());
         let nodes = [
@@ -161,4 +173,25 @@ fn every_node_ends_on_either_signal() {
     eventually("nothing in shared memory", || {
         world.shared_memory().is_empty().then_some(())
     });
+}
+
+/// As `nohup` starts it.
+#[test]
+fn a_hangup_that_is_ignored_stays_so() {
+    let world = World::new();
+    let bag = world.path("bag");
+    let mut command = world.command(Path::new("sh"));
+    let recorder = lgvi_tests::binary("lgvi_recorder");
+    command
+        .args(["-c", "trap '' HUP; exec \"$@\"", "sh"])
+        .arg(recorder)
+        .args(["--supervised", "--ros-args", "-p"])
+        .arg(format!("output:={}", bag.display()));
+    let mut recorder = world.start("recorder", command);
+    recorder.await_ready();
+    recorder.signal(Signal::SIGHUP);
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(recorder.runs());
+    recorder.stop().expect(0);
+    assert!(bag.join("metadata.yaml").exists());
 }

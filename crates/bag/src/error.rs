@@ -35,6 +35,16 @@ pub enum WriteError {
         /// Topics of the bag.
         count: usize,
     },
+    /// A message is longer than any that is read. The bag goes on without it.
+    #[error("a message of {topic} has {length} bytes, expected at most {limit}")]
+    TooLong {
+        /// The topic.
+        topic: String,
+        /// The message's length (bytes).
+        length: usize,
+        /// The longest that is written.
+        limit: usize,
+    },
     /// A file operation failed.
     #[error("{path}: {source}", path = .path.display())]
     Io {
@@ -76,7 +86,10 @@ pub enum Rest {
     /// A complete bag of what was written before.
     #[error("the bag is closed without the last {lost} messages")]
     Closed {
-        /// Messages taken that are not in it.
+        /// Messages that are in it, by topic, each counted once.
+        messages: BTreeMap<String, u64>,
+        /// Messages that are not: those taken, and those that the writer was told of
+        /// ([`BagWriter::on_failure`](crate::BagWriter::on_failure)).
         lost: u64,
     },
     /// A bag without its end.
@@ -163,6 +176,18 @@ pub enum BagError {
         /// The path it lists.
         listed: String,
     },
+    /// A file of a bag without `metadata.yaml` is not there.
+    #[error(
+        "{file}: is not there, though the bag's other files tell of it{messages}",
+        file = .file.display(),
+        messages = .messages.map_or_else(String::new, |count| format!(": {count} messages"))
+    )]
+    Missing {
+        /// The file.
+        file: PathBuf,
+        /// Its messages, those repeated at its head included, if the others tell.
+        messages: Option<u64>,
+    },
     /// Too many messages would have to be in memory to bring them into the order of their log times.
     #[error("{file}: chunks that overlap in time hold more than {limit} bytes; sort the file: mcap sort", file = .file.display())]
     Overlap {
@@ -218,8 +243,8 @@ pub enum BagError {
         /// The profile of ROS 2.
         expected: &'static str,
     },
-    /// A topic's quality of service is not what rosbag2 writes.
-    #[error("{file}: {field} of {topic}: {source}", file = .file.display(), field = crate::channel_key::QOS)]
+    /// A topic's quality of service is not what rosbag2 writes; ROS 2's default is taken.
+    #[error("{file}: {field} of {topic}: {source}; taken as the default", file = .file.display(), field = crate::channel_key::QOS)]
     Qos {
         /// The file.
         file: PathBuf,
@@ -367,7 +392,7 @@ pub enum Damage {
     #[error("expected the metadata record {expected:?}")]
     NoMetadata {
         /// The record's name.
-        expected: &'static str,
+        expected: String,
     },
     /// A metadata record has a text where a count belongs.
     #[error("metadata record: {key} is {value:?}, expected a count")]

@@ -123,12 +123,32 @@ impl Part {
         };
         for name in part.files()? {
             let left = part.path.join(name);
-            fs::remove_file(&left).map_err(io_error(&left))?;
+            let removed = if left.is_dir() {
+                fs::remove_dir_all(&left)
+            } else {
+                fs::remove_file(&left)
+            };
+            removed.map_err(io_error(&left))?;
         }
         Ok(part)
     }
 
-    /// Names of the files in it; one that describes the others is the last.
+    /// The files in it and in its directories, relative to it; one that describes the others is the last.
+    pub fn tree(&self) -> Result<Vec<PathBuf>, WriteError> {
+        let mut files = Vec::new();
+        let mut left: Vec<_> = self.files()?.into_iter().map(PathBuf::from).rev().collect();
+        while let Some(name) = left.pop() {
+            let path = self.path.join(&name);
+            if path.is_dir() {
+                left.extend(names(&path)?.into_iter().map(|inner| name.join(inner)));
+            } else {
+                files.push(name);
+            }
+        }
+        Ok(files)
+    }
+
+    /// Names of what is in it; one that describes the others is the last.
     pub fn files(&self) -> Result<Vec<OsString>, WriteError> {
         let mut names = names(&self.path)?;
         names.retain(|name| name != MARK);

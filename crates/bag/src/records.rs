@@ -9,6 +9,8 @@ use crate::error::Damage;
 
 pub(crate) struct Header {
     pub profile: String,
+    /// What has written the file; empty if it does not tell.
+    pub library: String,
 }
 
 pub(crate) struct Footer {
@@ -93,8 +95,10 @@ pub(crate) struct Statistics {
 
 impl Header {
     pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+        let mut fields = Fields::new("header", body);
         Ok(Self {
-            profile: Fields::new("header", body).string()?,
+            profile: fields.string()?,
+            library: fields.string().unwrap_or_default(),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The request to stop, from a signal or from within.
 
 use std::{
-    io,
+    fs, io,
     sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
     thread,
     time::{Duration, Instant},
@@ -9,7 +9,7 @@ use std::{
 
 use nix::sys::signal::{SigSet, Signal};
 use signal_hook::{
-    consts::{SIGINT, SIGTERM},
+    consts::{SIGHUP, SIGINT, SIGTERM},
     iterator::Signals,
 };
 use tokio::sync::Notify;
@@ -33,8 +33,8 @@ impl Shutdown {
         Self::default()
     }
 
-    /// A flag that SIGINT and SIGTERM raise too; these signals have no other effect from here on. To be called before
-    /// other threads are started.
+    /// A flag that SIGINT, SIGTERM and SIGHUP raise too; these signals have no other effect from here on. A SIGHUP that is
+    /// ignored already, as under `nohup`, stays so. To be called before other threads are started.
     ///
     /// The signals are blocked on the calling thread and on those that it starts: in the midst of a wait for shared
     /// memory, a signal would make iceoryx2 0.10 fail.
@@ -42,7 +42,8 @@ impl Shutdown {
     /// Fails if the handlers cannot be installed.
     pub fn on_signals() -> io::Result<Self> {
         let shutdown = Self::new();
-        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        let hangup = (!hangup_is_ignored()).then_some(SIGHUP);
+        let mut signals = Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup))?;
         let raised = shutdown.clone();
         thread::Builder::new()
             .name("signals".into())
@@ -101,7 +102,20 @@ impl Shutdown {
 }
 
 fn signal_mask() -> SigSet {
-    SigSet::from_iter([Signal::SIGINT, Signal::SIGTERM])
+    SigSet::from_iter([Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP])
+}
+
+/// Whether the process was started with SIGHUP ignored, by what the kernel says of it.
+fn hangup_is_ignored() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    ignores(&status, SIGHUP)
+}
+
+/// Whether a signal is in the mask `SigIgn` of a process's status.
+fn ignores(status: &str, signal: i32) -> bool {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 #[cfg(test)]
@@ -142,10 +156,21 @@ mod tests {
     }
 
     #[test]
-    fn sigterm_raises_the_flag() {
-        let shutdown = Shutdown::on_signals().unwrap();
-        assert!(!shutdown.requested());
-        nix::sys::signal::kill(nix::unistd::Pid::this(), Signal::SIGTERM).unwrap();
-        assert!(shutdown.wait_timeout(Duration::from_secs(10)));
+    fn signals_raise_the_flag() {
+        let hangup = (!hangup_is_ignored()).then_some(Signal::SIGHUP);
+        for signal in [Signal::SIGTERM].into_iter().chain(hangup) {
+            let shutdown = Shutdown::on_signals().unwrap();
+            assert!(!shutdown.requested());
+            nix::sys::signal::kill(nix::unistd::Pid::this(), signal).unwrap();
+            assert!(shutdown.wait_timeout(Duration::from_secs(10)), "{signal}");
+        }
+    }
+
+    #[test]
+    fn ignored_signals_are_told_from_others() {
+        let status = "SigBlk:\t0000000000000003\nSigIgn:\t0000000000001001\nSigCgt:\t0\n";
+        assert!(ignores(status, SIGHUP));
+        assert!(!ignores(status, SIGINT) && !ignores(status, SIGTERM));
+        assert!(!ignores("", SIGHUP));
     }
 }

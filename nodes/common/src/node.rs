@@ -33,7 +33,7 @@ pub struct Node {
     pub diagnostics: Diagnostics,
     /// Its time, as `use_sim_time` asks for.
     pub clock: Clock,
-    /// Raised by SIGINT and SIGTERM, and by the end of a supervisor.
+    /// Raised by SIGINT, SIGTERM and SIGHUP, and by the end of a supervisor.
     pub shutdown: Shutdown,
     /// To the supervisor, if there is one.
     pub events: Arc<Reporter<Event>>,

@@ -59,11 +59,13 @@ struct Report<'a> {
     bag: String,
     output: String,
     format: &'static str,
+    /// Files of the bag that are not there.
+    missing: Vec<String>,
     #[serde(flatten)]
     conversion: &'a Conversion,
 }
 
-/// Makes a file of each topic; exit code 0 where none is left out, 1 where one is.
+/// Makes a file of each topic; exit code 0 where none is left out, 1 where one is or files of the bag are missing.
 pub(crate) fn convert(options: &Options) -> Result<ExitCode, NodeError> {
     let format = lgvi_tables::Format::from(options.format);
     let bag = BagReader::open(&options.bag).map_err(NodeError::input)?;
@@ -83,18 +85,21 @@ pub(crate) fn convert(options: &Options) -> Result<ExitCode, NodeError> {
             NodeError::Input(format!("{}: {error}", options.bag.display()))
         }
     })?;
+    let missing: Vec<_> = bag.missing().iter().map(ToString::to_string).collect();
+    let is_whole = missing.is_empty() && conversion.left_out.is_empty();
     if options.json {
         let report = Report {
             bag: options.bag.display().to_string(),
             output: output.display().to_string(),
             format: format.name(),
+            missing,
             conversion: &conversion,
         };
         say(&serde_json::to_string(&report).map_err(NodeError::runtime)?)?;
     } else {
-        say(&text(&conversion))?;
+        say(&text(&conversion, &missing))?;
     }
-    Ok(ExitCode::from(u8::from(!conversion.left_out.is_empty())))
+    Ok(ExitCode::from(u8::from(!is_whole)))
 }
 
 /// `<bag>_csv` beside the bag.
@@ -109,8 +114,8 @@ fn default_output(bag: &Path, format: lgvi_tables::Format) -> PathBuf {
     PathBuf::from(output)
 }
 
-/// A line for each topic.
-fn text(conversion: &Conversion) -> String {
+/// A line for each topic, and each file that is missing.
+fn text(conversion: &Conversion, missing: &[String]) -> String {
     let made = conversion.files.iter().map(|file| {
         let (path, columns) = (file.file.display(), file.columns.len());
         format!("{path}: {} rows, {columns} columns", file.rows)
@@ -118,7 +123,10 @@ fn text(conversion: &Conversion) -> String {
     let left_out = conversion.left_out.iter();
     let left_out =
         left_out.map(|topic| output::left_out(&topic.topic, &topic.type_name, &topic.reason));
-    made.chain(left_out).collect::<Vec<_>>().join("\n")
+    made.chain(left_out)
+        .chain(missing.iter().cloned())
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 #[cfg(test)]

@@ -37,6 +37,12 @@ impl Channels {
         for topic in unreadable.filter(|topic| selection.takes(&topic.name)) {
             warn!("{} is left out: {}", topic.name, topic.reason);
         }
+        for warning in bag.warnings() {
+            warn!("{warning}");
+        }
+        for missing in bag.missing() {
+            warn!("{missing}");
+        }
         for asked in selection.asked_for() {
             if !names(bag).any(|name| name == asked) {
                 warn!("{asked}: not in the bag");

@@ -2,11 +2,14 @@
 
 use std::time::{Duration, Instant};
 
+use lgvi_bag::{BagReader, Topic};
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
 use lgvi_msgs::rosgraph_msgs;
 use lgvi_msgs::stamp;
 use lgvi_node::NodeError;
 use tracing::warn;
+
+use crate::range::Range;
 
 /// The topic.
 pub(crate) const CLOCK: &str = "/clock";
@@ -16,6 +19,31 @@ const REMINDER: Duration = Duration::from_secs(1);
 
 /// Messages that are kept for those who do not keep up.
 const DEPTH: usize = 10;
+
+/// The last time that it can tell (ns): its seconds have 32 bits.
+const LAST: u64 = (1 << 31) * 1_000_000_000 - 1;
+
+/// Refuses a bag with a message to be played that was recorded at a time that `/clock` cannot tell.
+pub(crate) fn check(bag: &BagReader, wanted: &[bool], range: Range) -> Result<(), NodeError> {
+    let topics = bag.topics().iter().zip(wanted);
+    let is_wanted = |topic: &Topic| {
+        let mut wanted = topics.clone().filter(|(_, wanted)| **wanted);
+        wanted.any(|(known, _)| known == topic)
+    };
+    let mut late = bag.messages_of(range.start.max(LAST + 1), is_wanted);
+    match late.next().transpose().map_err(NodeError::input)? {
+        Some(message) if message.log_time <= range.end => {
+            Err(too_late(&message.topic.name, message.log_time))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn too_late(what: &str, time: u64) -> NodeError {
+    NodeError::Input(format!(
+        "{what} at {time} ns: {CLOCK} takes times up to {LAST} ns; play the bag without it"
+    ))
+}
 
 /// Publishes the time at which what is played was recorded. It goes on between messages, and stands in a pause.
 pub(crate) struct RecordedClock {
@@ -70,8 +98,10 @@ impl RecordedClock {
 
     fn publish(&mut self, time: u64) -> Result<(), NodeError> {
         self.told = Some((time, Instant::now()));
-        let time = i64::try_from(time).map_err(NodeError::input)?;
-        let clock = stamp::to_message(time).map_err(NodeError::input)?;
+        let stamp = i64::try_from(time).map(stamp::to_message);
+        let Ok(Ok(clock)) = stamp else {
+            return Err(too_late("the recorded time", time));
+        };
         if let Err(error) = self.publisher.publish(&rosgraph_msgs::Clock { clock }) {
             warn!("{error}");
         }

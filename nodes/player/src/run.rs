@@ -11,7 +11,7 @@ use lgvi_node::{Event, Managed, Node, NodeError, Stopped};
 use tracing::info;
 
 use crate::channels::Channels;
-use crate::clock::RecordedClock;
+use crate::clock::{self, RecordedClock};
 use crate::config::{self, Config};
 use crate::latched::Latched;
 use crate::range::Range;
@@ -58,6 +58,9 @@ impl Managed for Player {
             .map(|frequency| RecordedClock::new(&node.ros, frequency))
             .transpose()?;
         let wanted = channels.opened();
+        if clock.is_some() {
+            clock::check(&bag, &wanted, range)?;
+        }
         let remote = Remote::new(rate, config.start_paused);
         let played = Arc::<AtomicU64>::default();
         Ok(Self {

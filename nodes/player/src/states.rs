@@ -20,12 +20,11 @@ pub(crate) fn bodies(
     wanted: &[bool],
     shutdown: &Shutdown,
 ) -> Result<Vec<Option<usize>>, NodeError> {
-    let counts = bag.message_counts().unwrap_or_default();
+    let counts = bag.topic_counts();
+    let is_empty = |topic: usize| counts.as_ref().is_some_and(|counts| counts[topic] == 0);
     let topics = bag.topics().iter().zip(wanted).enumerate();
     let mut sought: BTreeMap<usize, &Topic> = topics
-        .filter(|&(_, (topic, &wanted))| {
-            wanted && is_state(topic) && counts.get(&*topic.name) != Some(&0)
-        })
+        .filter(|&(index, (topic, &wanted))| wanted && is_state(topic) && !is_empty(index))
         .map(|(index, (topic, _))| (index, topic))
         .collect();
     let mut bodies = vec![None; bag.topics().len()];

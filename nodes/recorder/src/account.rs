@@ -1,8 +1,8 @@
-//! What is known of a recording while it lasts: messages written and lost by topic, and waits.
+//! What is known of a recording while it lasts: messages received, written and lost by topic, and waits.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -22,8 +22,16 @@ pub(crate) struct Track {
     pub(crate) name: String,
     /// How it stands in the bag; known before its first message is handed over.
     pub(crate) topic: OnceLock<Topic>,
+    /// Messages that are to be in the bag.
+    pub(crate) received: AtomicU64,
+    /// Those of them that the bag's writer has taken.
     pub(crate) written: AtomicU64,
+    /// Those that it cannot take.
+    pub(crate) unusable: AtomicU64,
+    /// Messages that have not been received.
     pub(crate) lost: AtomicU64,
+    /// Whether shared memory has a publisher, or had messages a moment ago.
+    pub(crate) in_memory: AtomicBool,
 }
 
 /// The account of one recording.
@@ -32,6 +40,10 @@ pub(crate) struct Account {
     tracks: Mutex<Vec<Arc<Track>>>,
     /// Topics that cannot be recorded.
     refused: Mutex<BTreeSet<String>>,
+    /// Messages received that an error has kept out of the bag, by topic.
+    unwritten: Mutex<BTreeMap<String, u64>>,
+    /// Latched messages that found no room at the head of a further file, by topic.
+    not_repeated: Mutex<BTreeMap<String, u64>>,
     /// The name of the scene that is flown.
     scene: OnceLock<String>,
     waits: AtomicU64,
@@ -48,8 +60,11 @@ impl Account {
         let track = Arc::new(Track {
             name: name.to_owned(),
             topic: OnceLock::new(),
+            received: AtomicU64::new(0),
             written: AtomicU64::new(0),
+            unusable: AtomicU64::new(0),
             lost: AtomicU64::new(0),
+            in_memory: AtomicBool::new(false),
         });
         let mut tracks = lock(&self.tracks);
         tracks.push(Arc::clone(&track));
@@ -64,6 +79,37 @@ impl Account {
     /// Takes note of a topic that cannot be recorded; whether that is news.
     pub(crate) fn refuse(&self, name: &str) -> bool {
         lock(&self.refused).insert(name.to_owned())
+    }
+
+    /// Takes note of a topic that can be recorded after all.
+    pub(crate) fn accept(&self, name: &str) {
+        lock(&self.refused).remove(name);
+    }
+
+    /// Takes note of what an error has kept out of the bag: the messages that its writer has taken in vain, by topic, to
+    /// which those are added that have been received and not handed to it.
+    pub(crate) fn give_up(&self, unwritten: &mut BTreeMap<String, u64>) {
+        for track in lock(&self.tracks).iter() {
+            let [received, written, unusable] = [&track.received, &track.written, &track.unusable]
+                .map(|count| count.load(Ordering::Relaxed));
+            let left = received.saturating_sub(written + unusable);
+            if left > 0 {
+                *unwritten.entry(track.name.clone()).or_default() += left;
+            }
+        }
+        lock(&self.unwritten).clone_from(unwritten);
+    }
+
+    /// Takes note of latched messages that found no room to be repeated, and says so of each topic once.
+    pub(crate) fn not_repeated<'a>(&self, counts: impl Iterator<Item = (&'a str, u64)>) {
+        let mut known = lock(&self.not_repeated);
+        for (topic, count) in counts {
+            if known.insert(topic.to_owned(), count).is_none() {
+                warn!(
+                    "{topic}: {count} latched messages find no room at the head of further files, which lack them"
+                );
+            }
+        }
     }
 
     /// Takes note of the scene that is flown; the first one counts.
@@ -105,7 +151,13 @@ impl Account {
 
     /// Messages known to be missing, by topic.
     pub(crate) fn lost(&self) -> BTreeMap<String, u64> {
-        self.counts(|track| &track.lost)
+        let mut lost = self.counts(|track| &track.lost);
+        let unusable = self.counts(|track| &track.unusable);
+        let unwritten = lock(&self.unwritten).clone();
+        for (topic, count) in unusable.into_iter().chain(unwritten) {
+            *lost.entry(topic).or_default() += count;
+        }
+        lost
     }
 
     /// What stands in the bag's metadata.
@@ -134,6 +186,7 @@ impl Account {
         let total: u64 = lost.values().sum();
         let (waits, waited) = self.waits();
         let refused = lock(&self.refused).len();
+        let not_repeated: u64 = lock(&self.not_repeated).values().sum();
         let said = if paused {
             format!("paused after {written} messages")
         } else {
@@ -143,12 +196,18 @@ impl Account {
             .when(total > 0, Level::Warn, "messages are missing")
             .when(waits > 0, Level::Warn, "writing does not keep up")
             .when(refused > 0, Level::Warn, "topics are not recorded")
+            .when(
+                not_repeated > 0,
+                Level::Warn,
+                "latched messages are not repeated",
+            )
             .value("messages written", written)
             .value("messages lost", total)
             .value("times waited", waits)
             .value("time waited (s)", format!("{waited:.3}"))
             .value("file", &*lock(&self.file))
-            .value("topics not recorded", refused);
+            .value("topics not recorded", refused)
+            .value("latched messages not repeated", not_repeated);
         lost.iter().fold(status, |status, (topic, lost)| {
             status.value(format!("messages lost on {topic}"), lost)
         })
@@ -203,5 +262,28 @@ mod tests {
         let account = Account::default();
         assert!(account.refuse("/strange"));
         assert!(!account.refuse("/strange"));
+        account.accept("/strange");
+        assert!(account.refuse("/strange"));
+    }
+
+    #[test]
+    fn what_was_received_and_is_not_in_the_bag_is_lost() {
+        let account = Account::default();
+        let (_, one) = account.add("/one");
+        let (_, other) = account.add("/other");
+        one.received.store(10, Ordering::Relaxed);
+        one.written.store(7, Ordering::Relaxed);
+        one.unusable.store(1, Ordering::Relaxed);
+        one.lost.store(4, Ordering::Relaxed);
+        other.received.store(3, Ordering::Relaxed);
+        other.written.store(3, Ordering::Relaxed);
+        assert_eq!(account.lost(), BTreeMap::from([("/one".into(), 5)]));
+        // Messages that the writer has taken in vain.
+        let mut unwritten = BTreeMap::from([("/other".to_owned(), 2)]);
+        account.give_up(&mut unwritten);
+        let all = BTreeMap::from([("/one".into(), 2), ("/other".into(), 2)]);
+        assert_eq!(unwritten, all);
+        let lost = BTreeMap::from([("/one".into(), 7), ("/other".into(), 2)]);
+        assert_eq!(account.lost(), lost);
     }
 }

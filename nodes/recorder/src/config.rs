@@ -32,8 +32,7 @@ pub(crate) struct Config {
     pub(crate) options: BagOptions,
     /// `max_cache_size`: what may wait to be written (bytes).
     pub(crate) cache: usize,
-    /// `states`: topics of full-rate states to take from shared memory.
-    pub(crate) states: Vec<String>,
+    states: Vec<String>,
     /// `frame`: the inertial frame of states from shared memory, which do not carry it.
     pub(crate) frame: String,
     /// `log_time`: what messages are logged at.
@@ -144,6 +143,21 @@ impl Config {
             exclude_regex: expression(parameters, "exclude_regex")?,
             include_hidden_topics: get(parameters, "include_hidden_topics")?,
         })
+    }
+
+    /// `states`: topics of full-rate states to take from shared memory, each once, where `resolve` makes names absolute.
+    pub(crate) fn states(
+        &self,
+        resolve: impl Fn(&str) -> Result<String, NodeError>,
+    ) -> Result<Vec<String>, NodeError> {
+        let mut names = Vec::with_capacity(self.states.len());
+        for name in &self.states {
+            let name = resolve(name)?;
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        Ok(names)
     }
 
     /// The topics of known types among `topics`: names and types.

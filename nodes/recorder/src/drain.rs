@@ -22,6 +22,8 @@ pub(crate) struct Looked {
     pub(crate) found: bool,
     /// How long to wait before the next look. Where nothing was found, unparking the thread ends it.
     pub(crate) pause: Duration,
+    /// Whether nobody takes anything any more: the last look was this.
+    pub(crate) over: bool,
 }
 
 /// Calls `look` until the shutdown and after it until it has found nothing for a while, but not for long. Who raises the
@@ -40,7 +42,10 @@ pub(crate) fn drain(
         }
         // Decided before the last look, which takes all that has arrived by then.
         let last = requested.is_some_and(|requested| requested.elapsed() >= DEADLINE);
-        let Looked { found, pause } = look()?;
+        let Looked { found, pause, over } = look()?;
+        if over {
+            return Ok(());
+        }
         if found {
             heard = Instant::now();
         } else if requested.is_some() && heard.elapsed() >= SILENCE {
@@ -63,8 +68,25 @@ mod tests {
     use super::*;
 
     fn looked(found: bool) -> Result<Looked, NodeError> {
-        let pause = IDLE;
-        Ok(Looked { found, pause })
+        Ok(Looked {
+            found,
+            pause: IDLE,
+            over: false,
+        })
+    }
+
+    #[test]
+    fn who_has_nobody_to_hand_over_to_ends_by_itself() {
+        let mut looks = 0;
+        drain(&Shutdown::new(), || {
+            looks += 1;
+            looked(true).map(|looked| Looked {
+                over: looks == 3,
+                ..looked
+            })
+        })
+        .unwrap();
+        assert_eq!(looks, 3);
     }
 
     #[test]

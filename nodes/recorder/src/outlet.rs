@@ -66,6 +66,11 @@ impl Outlet {
         }
     }
 
+    /// Whether nobody takes anything any more.
+    pub(crate) fn is_over(&self) -> bool {
+        self.queue.ended()
+    }
+
     /// Hands over what there is.
     pub(crate) fn hand_over(&mut self) {
         self.since = None;

@@ -134,6 +134,19 @@ impl Queue {
         }
     }
 
+    /// The same, and waits until nobody hands over any more.
+    pub(crate) fn end_with_outlets(&self) {
+        self.end();
+        let open = |state: &mut State| state.outlets > 0;
+        let closed = self.filled.wait_while(self.lock(), open);
+        drop(closed.unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// Whether nothing will be taken any more.
+    pub(crate) fn ended(&self) -> bool {
+        self.lock().ended
+    }
+
     /// What may wait (bytes).
     pub(crate) fn budget(&self) -> usize {
         self.budget
@@ -142,7 +155,7 @@ impl Queue {
     /// One outlet is there no more.
     pub(crate) fn close_outlet(&self) {
         self.lock().outlets -= 1;
-        self.filled.notify_one();
+        self.filled.notify_all();
     }
 
     /// Hands over a batch, and leaves an empty one; `false` where nobody takes it any more.

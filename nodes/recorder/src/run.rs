@@ -1,11 +1,12 @@
 //! The node as a managed node: each time that it is active it makes a bag.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use lgvi_bag::BagWriter;
+use lgvi_bag::{BagWriter, Rest, WriteError};
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::ShmNode;
 use lgvi_middleware::{ParameterSpec, Shutdown};
@@ -14,6 +15,7 @@ use tracing::info;
 
 use crate::account::Account;
 use crate::config::{self, Config};
+use crate::elsewhere::Elsewhere;
 use crate::log_time::{LogTimes, StateTime};
 use crate::outlet::Outlet;
 use crate::queue::Queue;
@@ -107,12 +109,7 @@ impl Opened {
         shm: &ShmNode,
         services: &Services,
     ) -> Result<Self, NodeError> {
-        let resolve = |topic: &String| node.args.resolve(topic).map_err(NodeError::input);
-        let names: Vec<String> = config
-            .states
-            .iter()
-            .map(resolve)
-            .collect::<Result<_, _>>()?;
+        let names = config.states(|topic| node.args.resolve(topic).map_err(NodeError::input))?;
         let time = Arc::<StateTime>::default();
         let account = Arc::<Account>::default();
         let clock = &node.clock;
@@ -128,7 +125,9 @@ impl Opened {
         )?;
         let times = LogTimes::new(config.log_time, clock.clone(), time);
         let ros = node.ros.clone();
-        let topics = Topics::open(&config, ros, names, times, paused(), Arc::clone(&account))?;
+        let elsewhere = Elsewhere::new(states.tracks());
+        let told = Arc::clone(&account);
+        let topics = Topics::open(&config, ros, elsewhere, times, paused(), told)?;
         let writer = BagWriter::create(&config.output, config.options);
         Ok(Self {
             // Last, so that no bag is left where the others fail.
@@ -171,19 +170,40 @@ impl Opened {
         let written = sink
             .finish()
             .ok_or_else(|| NodeError::runtime("the writing thread has panicked"))?;
-        let summary = written.map_err(NodeError::runtime)?;
-        let messages: u64 = summary.messages.values().sum();
+        let (messages, written) = match written {
+            Ok(summary) => (summary.messages, Ok(())),
+            Err(error) => {
+                let closed = closed(&error);
+                let error = NodeError::runtime(&error);
+                match closed {
+                    Some(messages) => (messages, Err(error)),
+                    None => return Err(error),
+                }
+            }
+        };
+        let total: u64 = messages.values().sum();
         let bag = config.output;
-        info!("recorded {messages} messages in {}", bag.display());
+        info!("recorded {total} messages in {}", bag.display());
         let (waits, waited) = account.waits();
         node.report(&Event::Recorded {
             bag,
-            messages: summary.messages,
+            messages,
             lost: account.lost().values().sum(),
             waits,
             waited,
         });
-        received
+        written.and(received)
+    }
+}
+
+/// What is in a bag that has been closed after an error, by topic.
+fn closed(error: &WriteError) -> Option<BTreeMap<String, u64>> {
+    match error {
+        WriteError::Failed {
+            rest: Rest::Closed { messages, .. },
+            ..
+        } => Some(messages.clone()),
+        _ => None,
     }
 }
 

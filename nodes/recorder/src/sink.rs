@@ -2,17 +2,16 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use lgvi_bag::{BagSummary, BagWriter, TopicId, WriteError};
-
+use lgvi_bag::{BagSummary, BagWriter, WriteError};
 use tracing::info;
 
-use crate::account::{Account, Track};
+use crate::account::Account;
 use crate::batch::Batch;
 use crate::queue::{Queue, Taken};
+use crate::recorded::Recorded;
 
 /// How often what is written is made safe from a sudden end of the process.
 const FLUSH: Duration = Duration::from_millis(500);
@@ -23,14 +22,15 @@ const COUNTS: Duration = Duration::from_millis(50);
 /// The thread that writes a bag.
 pub(crate) struct Sink {
     thread: JoinHandle<Result<BagSummary, WriteError>>,
+    queue: Arc<Queue>,
 }
 
 /// What is written to.
 struct Bag {
     writer: BagWriter,
     account: Arc<Account>,
-    /// The topics that have been written to, by their places in the account.
-    topics: Vec<Option<(TopicId, Arc<Track>)>>,
+    /// Topics by their places in the account.
+    topics: Vec<Recorded>,
     /// The file that was written last.
     path: PathBuf,
 }
@@ -45,29 +45,37 @@ impl Drop for Ending {
 }
 
 impl Sink {
-    /// Writes to `writer` what comes through the queue; `tell` is called from time to time.
+    /// Writes to `writer` what comes through the queue; `tell` is called from time to time. Where writing fails, all that has
+    /// been received by then is counted before the bag is closed: whoever sees that it has [`failed`](Self::failed) has to
+    /// drop the queue's outlets.
     pub(crate) fn start(
-        writer: BagWriter,
+        mut writer: BagWriter,
         queue: &Arc<Queue>,
         account: &Arc<Account>,
         tell: impl FnMut() + Send + 'static,
     ) -> std::io::Result<Self> {
-        let queue = Arc::clone(queue);
+        let (failing, told) = (Arc::clone(queue), Arc::clone(account));
+        writer.on_failure(move |unwritten| {
+            failing.end_with_outlets();
+            told.give_up(unwritten);
+            told.metadata()
+        });
         let bag = Bag {
             writer,
             account: Arc::clone(account),
             topics: Vec::new(),
             path: PathBuf::new(),
         };
+        let (queue, taken) = (Arc::clone(queue), Arc::clone(queue));
         let thread = std::thread::Builder::new()
             .name("writer".into())
-            .spawn(move || bag.fill(&queue, tell))?;
-        Ok(Self { thread })
+            .spawn(move || bag.fill(&taken, tell))?;
+        Ok(Self { thread, queue })
     }
 
-    /// Whether the thread has ended, which it does before [`Sink::finish`] only when writing failed.
+    /// Whether nothing more is written, which before [`Sink::finish`] is so only when writing failed.
     pub(crate) fn failed(&self) -> bool {
-        self.thread.is_finished()
+        self.queue.ended()
     }
 
     /// Writes what is queued and closes the bag. All outlets of the queue must be gone.
@@ -103,44 +111,36 @@ impl Bag {
                 Taken::End => break,
             }
             if unflushed && flushed.elapsed() >= FLUSH {
-                // Should writing fail, this is what the bag says of itself.
-                self.writer.set_custom(self.account.metadata());
                 self.writer.flush()?;
                 (flushed, unflushed) = (Instant::now(), false);
             }
             if untold && told.elapsed() >= COUNTS {
+                self.account.not_repeated(self.writer.not_repeated());
                 tell();
                 (told, untold) = (Instant::now(), false);
             }
         }
+        self.account.not_repeated(self.writer.not_repeated());
         tell();
         self.writer.finish(self.account.metadata())
     }
 
     fn write(&mut self, batch: &Batch) -> Result<(), WriteError> {
         for (head, cdr) in batch.messages() {
-            self.add_topic(head.track)?;
-            let Some((topic, track)) = &self.topics[head.track] else {
+            self.find(head.track);
+            let Some(recorded) = self.topics.get_mut(head.track) else {
                 continue;
             };
-            let [log_time, publish_time] =
-                [head.log_time, head.publish_time].map(|time| time.max(0).cast_unsigned());
-            // The bag's field is narrower; what counts is that neighbours differ.
-            let sequence = head.sequence as u32;
-            self.writer.write_of(
-                head.publisher,
-                *topic,
-                log_time,
-                publish_time,
-                sequence,
-                cdr,
-            )?;
-            track.written.fetch_add(1, Ordering::Relaxed);
+            match recorded.write(&mut self.writer, head, cdr) {
+                Err(error) if self.writer.is_ended() => return Err(error),
+                Err(error) => recorded.pass_over(&error),
+                Ok(()) => {}
+            }
         }
         Ok(())
     }
 
-    /// Takes note of the file that is written.
+    /// Takes note of the file that is written, and of what it lacks.
     fn follow(&mut self) {
         let path = self.writer.path();
         if path != self.path {
@@ -150,17 +150,15 @@ impl Bag {
         }
     }
 
-    /// Adds the topic of a place in the account to the bag, unless it is there.
-    fn add_topic(&mut self, place: usize) -> Result<(), WriteError> {
-        if self.topics.len() <= place {
-            self.topics.resize_with(place + 1, || None);
-        }
-        if self.topics[place].is_none()
-            && let Some(track) = self.account.track(place)
-            && let Some(topic) = track.topic.get()
+    /// Looks up the topics in the account up to this place.
+    fn find(&mut self, place: usize) {
+        while self.topics.len() <= place
+            && let Some(track) = self.account.track(self.topics.len())
         {
-            self.topics[place] = Some((self.writer.add_topic(topic)?, track));
+            self.topics.push(Recorded::new(track));
         }
-        Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

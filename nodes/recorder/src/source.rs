@@ -86,7 +86,7 @@ impl Source {
         context: &mut Context<'_>,
         participants: &Participants,
         account: &Account,
-        mut take: impl FnMut(Message, Option<i64>),
+        mut take: impl FnMut(&Track, Message, Option<i64>),
     ) -> bool {
         let mut found = false;
         for (_, subscription) in &self.subscriptions {
@@ -124,7 +124,7 @@ impl Source {
                     sequence: sample.info.sequence,
                 };
                 let cdr = sample.message;
-                take(Message { head, cdr }, stamp);
+                take(&self.track, Message { head, cdr }, stamp);
             }
         }
         self.track.lost.store(self.lost(), Ordering::Relaxed);

@@ -85,6 +85,11 @@ impl States {
         })
     }
 
+    /// The topics.
+    pub(crate) fn tracks(&self) -> impl Iterator<Item = Arc<Track>> {
+        self.sources.iter().map(|source| Arc::clone(&source.track))
+    }
+
     /// Receives until the shutdown.
     pub(crate) fn run(mut self, mut outlet: Outlet, shutdown: &Shutdown) -> Result<(), NodeError> {
         let mut pause = PAUSE.1;
@@ -105,6 +110,7 @@ impl States {
             Ok(Looked {
                 found: most > 0,
                 pause,
+                over: outlet.is_over(),
             })
         })
     }
@@ -134,13 +140,20 @@ impl States {
                 sequence: header.sequence,
             };
             let message = &mut self.message;
-            if let Err(why) = outlet.put_with(head, |cdr| encode(cdr, header, bodies, message)) {
-                if source.unusable == 0 {
-                    warn!("{}: a state cannot be recorded: {why}", source.track.name);
+            match outlet.put_with(head, |cdr| encode(cdr, header, bodies, message)) {
+                Ok(()) => {
+                    source.track.received.fetch_add(1, Ordering::Relaxed);
                 }
-                source.unusable += 1;
+                Err(why) => {
+                    if source.unusable == 0 {
+                        warn!("{}: a state cannot be recorded: {why}", source.track.name);
+                    }
+                    source.unusable += 1;
+                }
             }
         }
+        let in_memory = received > 0 || source.subscriber.publishers() > 0;
+        source.track.in_memory.store(in_memory, Ordering::Relaxed);
         let lost = source.subscriber.lost() + source.unusable;
         source.track.lost.store(lost, Ordering::Relaxed);
         Ok(received)

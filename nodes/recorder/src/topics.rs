@@ -16,6 +16,7 @@ use crate::account::Account;
 use crate::config::Config;
 use crate::definitions::Definitions;
 use crate::drain::{Looked, drain};
+use crate::elsewhere::Elsewhere;
 use crate::log_time::{LogTimes, Message};
 use crate::outlet::Outlet;
 use crate::participants::Participants;
@@ -34,7 +35,7 @@ pub(crate) struct Topics {
     selection: Selection,
     definitions: Definitions,
     /// Topics that come from shared memory instead.
-    elsewhere: Vec<String>,
+    elsewhere: Elsewhere,
     participants: Participants,
     sources: BTreeMap<String, Source>,
     /// Topics of a second type, with that type.
@@ -59,7 +60,7 @@ impl Topics {
     pub(crate) fn open(
         config: &Config,
         ros: RosNode,
-        elsewhere: Vec<String>,
+        elsewhere: Elsewhere,
         times: LogTimes,
         paused: Arc<AtomicBool>,
         account: Arc<Account>,
@@ -115,7 +116,8 @@ impl Topics {
                 outlet.hand_over();
                 DISCOVERY
             };
-            Ok(Looked { found, pause })
+            let over = outlet.is_over();
+            Ok(Looked { found, pause, over })
         });
         self.times.finish(|message| put(&mut outlet, message));
         drained
@@ -130,8 +132,9 @@ impl Topics {
                 context,
                 &self.participants,
                 &self.account,
-                |message, stamp| {
+                |track, message, stamp| {
                     if !paused.load(Ordering::Relaxed) {
+                        track.received.fetch_add(1, Ordering::Relaxed);
                         times.log(message, stamp, |message| put(outlet, message));
                     }
                 },
@@ -146,9 +149,11 @@ impl Topics {
             return Ok(());
         }
         self.asked = Some(Instant::now());
-        for topic in self.participants.topics() {
+        let topics = self.participants.topics();
+        self.elsewhere.look(&topics, Instant::now(), &self.account);
+        for topic in topics {
             let unwanted = topic.publishers == 0
-                || self.elsewhere.contains(&topic.name)
+                || self.elsewhere.has(&topic.name)
                 || !self.selection.takes(&topic.name);
             if unwanted {
                 continue;

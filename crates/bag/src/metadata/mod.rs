@@ -1,22 +1,21 @@
 //! `metadata.yaml`, field by field as rosbag2 (Jazzy, `rosbag2_storage/yaml.hpp`) writes it.
 
 mod entries;
+mod paths;
 
 use std::{collections::BTreeMap, fs, io, path::Path};
 
 use serde::{Deserialize, Serialize};
 
 pub(crate) use entries::{File, TopicMetadata, TopicWithCount};
+pub(crate) use paths::within;
 
 use entries::{FileInformation, Nanoseconds, NanosecondsSinceEpoch, span};
 
 use crate::{BagError, SERIALIZATION_FORMAT, Topic, regular, yaml};
 
 /// The version that Jazzy writes, and the newest known.
-const VERSION: u32 = 9;
-
-/// The first version whose paths are relative to the bag's directory; before, they began with its name.
-const RELATIVE_TO_BAG: u32 = 4;
+pub(crate) const VERSION: u32 = 9;
 
 /// Name and only key of the metadata record in which rosbag2 repeats the description in each file.
 pub(crate) const RECORD: (&str, &str) = ("rosbag2", "serialized_metadata");
@@ -147,21 +146,9 @@ impl Metadata {
             });
         }
         let document: Document<Self> = yaml::read(&text).map_err(yaml_error)?;
-        let mut metadata = document.rosbag2_bagfile_information;
-        if found < RELATIVE_TO_BAG {
-            metadata.leave_out_folder();
-        }
+        let metadata = document.rosbag2_bagfile_information;
         metadata.check(file)?;
         Ok(metadata)
-    }
-
-    /// Makes paths relative to the bag's directory that begin with its name, whatever it is called now.
-    fn leave_out_folder(&mut self) {
-        for path in &mut self.relative_file_paths {
-            if let Some((_, within)) = path.split_once('/') {
-                *path = within.to_owned();
-            }
-        }
     }
 
     fn check(&self, file: &Path) -> Result<(), BagError> {

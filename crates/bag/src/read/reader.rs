@@ -1,6 +1,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use super::{Chunks, Messages, file::McapFile, listing::Listing};
@@ -25,6 +25,8 @@ pub struct BagReader {
     /// For each file, how many of the first messages of each span are repeated from an earlier file, by offset.
     pub(crate) repeated: Vec<BTreeMap<u64, usize>>,
     custom: BTreeMap<String, String>,
+    /// Where the files lie, of a bag without metadata that lists them.
+    pub(crate) unlisted: Option<PathBuf>,
 }
 
 /// What is known of one file of a bag.
@@ -54,9 +56,13 @@ impl BagReader {
     /// # Errors
     /// See [`BagError`]. Damage within messages is found when they are read.
     pub fn open(path: &Path) -> Result<Self, BagError> {
-        let Listing { files, metadata } = Listing::read(path)?;
+        let Listing {
+            files,
+            metadata,
+            unlisted,
+        } = Listing::read(path)?;
         let files = files.iter().map(|file| McapFile::open(file));
-        let mut reader = Self::new(files.collect::<Result<_, _>>()?)?;
+        let mut reader = Self::new(files.collect::<Result<_, _>>()?, unlisted);
         for file in reader.files.iter().skip(1) {
             reader.repeated.push(file.repeated_messages()?);
         }
@@ -73,7 +79,11 @@ impl BagReader {
     /// # Errors
     /// It is no bag, or none of its files has a readable beginning.
     pub fn open_damaged(path: &Path) -> Result<(Self, Vec<BagError>), BagError> {
-        let Listing { files, metadata } = Listing::read(path)?;
+        let Listing {
+            files,
+            metadata,
+            unlisted,
+        } = Listing::read(path)?;
         let mut opened = Vec::new();
         let mut faults = Vec::new();
         for file in &files {
@@ -87,7 +97,7 @@ impl BagReader {
         {
             return Err(error);
         }
-        let mut reader = Self::new(opened)?;
+        let mut reader = Self::new(opened, unlisted);
         for file in reader.files.iter().skip(1) {
             reader
                 .repeated
@@ -99,7 +109,7 @@ impl BagReader {
         Ok((reader, faults))
     }
 
-    fn new(files: Vec<McapFile>) -> Result<Self, BagError> {
+    fn new(files: Vec<McapFile>, unlisted: Option<PathBuf>) -> Self {
         let mut topics: Vec<Topic> = Vec::new();
         let mut index_of = |topic: &Topic| {
             let known = topics
@@ -128,14 +138,15 @@ impl BagReader {
         });
         let left_out: BTreeSet<_> = files.iter().flat_map(|file| &file.left_out).collect();
         let left_out = left_out.into_iter().cloned().collect();
-        Ok(Self {
+        Self {
             left_out,
             channels: channels.collect(),
             files,
             topics,
             repeated: vec![BTreeMap::new()],
             custom: BTreeMap::new(),
-        })
+            unlisted,
+        }
     }
 
     /// Takes over what only the metadata tells.
@@ -150,9 +161,10 @@ impl BagReader {
     }
 
     fn check_counts(&self, metadata: &Metadata, metadata_file: &Path) -> Result<(), BagError> {
-        let Some(mut found) = self.counts_of_files() else {
+        let Some(found) = self.counts_of_topics() else {
             return Ok(());
         };
+        let mut found = self.by_name(&found);
         let check = |topic: &str, expected, found| {
             if expected == found {
                 return Ok(());
@@ -188,6 +200,11 @@ impl BagReader {
         &self.left_out
     }
 
+    /// What is odd about the bag and does not keep it from being read.
+    pub fn warnings(&self) -> impl Iterator<Item = &BagError> {
+        self.files.iter().flat_map(|file| &file.odd)
+    }
+
     /// What the recorder added to the bag's metadata.
     pub fn custom(&self) -> &BTreeMap<String, String> {
         &self.custom
@@ -209,48 +226,6 @@ impl BagReader {
             repeated: self.repeated_of(index).map(|(_, count)| count).sum(),
             fault: file.fault.as_ref(),
         })
-    }
-
-    /// Number of messages of each topic, if all files tell; messages repeated at the head of a further file do not count.
-    pub fn message_counts(&self) -> Option<BTreeMap<&str, u64>> {
-        let mut counts = self.counts_of_files()?;
-        for (topic, repeated) in self.repeats() {
-            if let Some(count) = counts.get_mut(topic) {
-                *count = count.saturating_sub(repeated);
-            }
-        }
-        Some(counts)
-    }
-
-    /// Number of messages of each topic that are repeated at the head of a further file.
-    pub fn repeats(&self) -> BTreeMap<&str, u64> {
-        let mut repeats = BTreeMap::new();
-        for (topic, count) in (0..self.files.len()).flat_map(|file| self.repeated_of(file)) {
-            *repeats.entry(topic).or_default() += count;
-        }
-        repeats
-    }
-
-    fn repeated_of(&self, file: usize) -> impl Iterator<Item = (&str, u64)> {
-        let repeated = self.files.get(file).filter(|_| file > 0);
-        let repeated = repeated
-            .into_iter()
-            .flat_map(|file| &file.contents.repeated);
-        repeated.map(|(topic, count)| (&**topic, *count))
-    }
-
-    fn counts_of_files(&self) -> Option<BTreeMap<&str, u64>> {
-        let mut counts: BTreeMap<_, _> =
-            self.topics.iter().map(|topic| (&*topic.name, 0)).collect();
-        for file in &self.files {
-            for (channel, count) in file.contents.counts.as_ref()? {
-                if let Some(topic) = file.topics.get(channel) {
-                    let sum: &mut u64 = counts.entry(&*topic.name).or_default();
-                    *sum = sum.saturating_add(*count);
-                }
-            }
-        }
-        Some(counts)
     }
 
     /// First and last log time (ns), if the files tell and the bag has messages.

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use mcap::records::op;
 
-use super::LIMIT;
+use crate::read::MAX_CHUNK_LENGTH;
 
 /// Longest name of a compression that is known.
 const NAME: usize = 4;
@@ -50,7 +50,7 @@ impl ChunkHeader {
             return None;
         }
         let packing = match body.get(BEFORE_NAME..BEFORE_NAME + name_length)? {
-            b"" => Packing::None,
+            b"" | b"none" => Packing::None,
             b"zstd" => Packing::Zstd,
             b"lz4" => Packing::Lz4,
             _ => return None,
@@ -136,9 +136,9 @@ fn limited(reader: &mut impl Read, records: &mut Vec<u8>) -> std::io::Result<()>
     loop {
         match reader.read(&mut step)? {
             0 => return Ok(()),
-            read if records.len() + read > LIMIT => {
+            read if records.len() + read > MAX_CHUNK_LENGTH => {
                 return Err(std::io::Error::other(format!(
-                    "it holds more than {LIMIT} bytes"
+                    "it holds more than {MAX_CHUNK_LENGTH} bytes"
                 )));
             }
             read => records.extend_from_slice(&step[..read]),

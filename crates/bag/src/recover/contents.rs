@@ -8,8 +8,11 @@ use super::{LIMIT, RecoverError, chunk::Records, copy::Copy, original::Original,
 use crate::{
     Qos, REPEATED, SERIALIZATION_FORMAT, channel_key,
     metadata::RECORD,
-    records::{Channel, Fields, Schema},
+    records::{Channel, Fields, Header, Schema},
 };
+
+/// How the names of this crate's versions begin in the headers of its files.
+const LIBRARY: &str = "lgvi ";
 
 /// What was found in a chunk.
 pub(super) struct Seen {
@@ -44,7 +47,7 @@ impl Copy {
         }
         if !matches!(
             opcode,
-            op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT
         ) {
             return Ok(());
         }
@@ -58,6 +61,11 @@ impl Copy {
                 let before = self.counts.total();
                 self.message(&body, place.offset)?;
                 self.loose += self.counts.total() - before;
+                Ok(())
+            }
+            op::HEADER => {
+                let header = Header::parse(&body);
+                self.is_ours = header.is_ok_and(|header| header.library.starts_with(LIBRARY));
                 Ok(())
             }
             op::METADATA => self.metadata(&body, place),
@@ -97,8 +105,7 @@ impl Copy {
                     .filter_map(|(topic, count)| Some((topic, count.parse().ok()?)));
                 let counts: BTreeMap<_, u64> = counts.collect();
                 if self.counts.total() == 0 {
-                    let counts_of_all = counts.values();
-                    self.repeated = counts_of_all.fold(0, |sum, count| sum.saturating_add(*count));
+                    self.repeated = Some(counts.clone());
                     self.output.begin_head(counts);
                 }
                 Ok(())
@@ -169,6 +176,14 @@ impl Copy {
             offset,
             length: body.len() as u64,
         };
+        if body.len() > LIMIT {
+            let reason = format!("a message of more than {LIMIT} bytes");
+            self.losses.leave_out(place, reason);
+            if let Ok(header) = header() {
+                self.losses.add_message(header.log_time);
+            }
+            return Ok(());
+        }
         let header = match header() {
             Ok(header) => header,
             Err(damage) => {

@@ -5,17 +5,20 @@ use std::collections::BTreeMap;
 use mcap::records::op;
 
 use super::{
-    LIMIT, RecoverError,
+    PACKED_LIMIT, RecoverError,
     chunk::ChunkHeader,
     counts::Counts,
     losses::Losses,
     original::Original,
     output::Output,
-    scan::{Piece, Place, Scanner},
+    scan::{PREFIX, Piece, Place, Scanner},
     source::Source,
     summary,
 };
-use crate::records::{Channel, Schema, Statistics};
+use crate::{
+    metadata::RECORD,
+    records::{Channel, Schema, Statistics},
+};
 
 /// A file being copied.
 pub(super) struct Copy {
@@ -29,8 +32,10 @@ pub(super) struct Copy {
     pub original: Option<Original>,
     /// Number of messages that the file's statistics tell.
     pub statistics: Option<u64>,
-    /// Number of messages that the file says are repeated.
-    pub repeated: u64,
+    /// Number of messages of each topic that the file says are repeated, if it does.
+    pub repeated: Option<BTreeMap<String, u64>>,
+    /// Whether this crate has written the file.
+    pub is_ours: bool,
     /// Messages that no checksum covers.
     pub unverified: u64,
     /// Whether all definitions are known from the summary.
@@ -52,7 +57,8 @@ impl Copy {
             counts: Counts::default(),
             original: None,
             statistics: None,
-            repeated: 0,
+            repeated: None,
+            is_ours: false,
             unverified: 0,
             has_summary: false,
             loose: 0,
@@ -99,7 +105,7 @@ impl Copy {
                     self.record(opcode, place)?
                 }
                 Piece::Damage { place, cut } if !scanner.in_summary => {
-                    if !cut || !self.is_index(place.offset)? {
+                    if !cut || !self.is_end(place.offset)? {
                         let reason = if cut {
                             "the file ends within a record"
                         } else {
@@ -150,8 +156,8 @@ impl Copy {
             length: end - start,
         };
         let in_vain = !followed && !cut && self.wasted > self.source.size;
-        if data.length > LIMIT as u64 || in_vain {
-            let reason = format!("a chunk of {} bytes, more than {LIMIT}", data.length);
+        if data.length > PACKED_LIMIT as u64 || in_vain {
+            let reason = format!("a chunk of {} bytes, more than {PACKED_LIMIT}", data.length);
             self.drop_chunk(header, whole, reason);
             return Ok(());
         }
@@ -210,12 +216,17 @@ impl Copy {
         self.losses.of_chunk(header.times);
     }
 
-    /// Whether a record that is cut off holds no data.
-    fn is_index(&self, offset: u64) -> Result<bool, RecoverError> {
-        let ([opcode], _) = self.source.peek::<1>(offset)?;
-        Ok(matches!(
-            opcode,
-            op::MESSAGE_INDEX | op::DATA_END | op::FOOTER
-        ))
+    /// Whether a record that the end of the file has cut off is of those that tell of the data only: an index, or what
+    /// rosbag2 puts behind the data.
+    fn is_end(&self, offset: u64) -> Result<bool, RecoverError> {
+        const NAME: &[u8] = RECORD.0.as_bytes();
+        const BEFORE: usize = PREFIX as usize + 4;
+        let (bytes, known) = self.source.peek::<{ BEFORE + NAME.len() }>(offset)?;
+        let name = bytes[..known].get(BEFORE..).unwrap_or_default();
+        Ok(match bytes[0] {
+            op::MESSAGE_INDEX | op::DATA_END | op::FOOTER => true,
+            op::METADATA => NAME.starts_with(name),
+            _ => false,
+        })
     }
 }

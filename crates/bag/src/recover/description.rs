@@ -7,11 +7,14 @@ use std::{collections::BTreeMap, path::Path};
 use mcap::records::Metadata as MetadataRecord;
 use serde_yaml_ng::Value;
 
-use super::{RecoverError, counts::Counts, original::Original, report::Recovery};
+use super::{
+    RecoverError, counts::Counts, original::Original, report::Recovery, tally::LatchedTopic,
+};
 use crate::{
     METADATA_FILE, Qos, WriteError, channel_key,
     metadata::{File, Metadata, RECORD, TopicMetadata, TopicWithCount},
     records::{Channel, Schema},
+    topic::is_latched,
     yaml,
 };
 
@@ -48,7 +51,7 @@ impl Description {
     /// Adds a file with its channels.
     pub fn add<'a>(
         &mut self,
-        name: &str,
+        name: &Path,
         channels: impl Iterator<Item = (&'a Channel, Option<&'a Schema>)>,
         counts: &Counts,
     ) {
@@ -57,7 +60,7 @@ impl Description {
             self.topic(channel, schema).message_count += count;
         }
         self.files.push(File {
-            name: name.to_owned(),
+            name: name.display().to_string(),
             times: counts.times,
             messages: counts.total(),
         });
@@ -103,6 +106,22 @@ impl Description {
             );
         }
         topic
+    }
+
+    /// The latched topics that it holds, without messages that are repeated.
+    pub fn latched(&self, repeated: &BTreeMap<String, u64>) -> BTreeMap<String, LatchedTopic> {
+        let latched = self.topics.iter().filter_map(|topic| {
+            let metadata = &topic.topic_metadata;
+            let profiles = serde_yaml_ng::to_string(&metadata.offered_qos_profiles).ok()?;
+            let qos = Qos::from_yaml(&profiles).ok()?;
+            let repeated = repeated.get(&metadata.name).copied().unwrap_or(0);
+            is_latched(&metadata.name, &metadata.r#type, qos.durability).then(|| {
+                let messages = topic.message_count.saturating_sub(repeated);
+                let depth = qos.assumed_depth().into();
+                (metadata.name.clone(), LatchedTopic { messages, depth })
+            })
+        });
+        latched.collect()
     }
 
     fn metadata(&self) -> Metadata {

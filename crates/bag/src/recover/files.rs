@@ -1,18 +1,26 @@
 //! Which files a bag has.
 
 use std::{
-    ffi::OsStr,
+    collections::BTreeMap,
     fs,
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 use super::{RecoverError, original::Original, source::Source};
-use crate::METADATA_FILE;
+use crate::{
+    BagError, METADATA_FILE,
+    metadata::within,
+    read::{OTHER_STORAGES, mcap_files, natural, siblings},
+};
 
 /// A damaged bag.
 pub(super) struct Damaged {
-    /// Its MCAP files in their order.
+    /// Where its files lie.
+    pub directory: PathBuf,
+    /// Its MCAP files in their order, relative to the directory.
     pub files: Vec<PathBuf>,
+    /// Messages of files, repeated ones included, as other files tell them.
+    pub told: BTreeMap<PathBuf, u64>,
     /// What `metadata.yaml` says, or why that cannot be used; none for a single file.
     pub original: Option<Result<Original, String>>,
 }
@@ -21,96 +29,84 @@ pub(super) struct Damaged {
 pub(super) fn find(bag: &Path) -> Result<Damaged, RecoverError> {
     let read_error = RecoverError::read(bag);
     if !fs::metadata(bag).map_err(&read_error)?.is_dir() {
+        refuse_other_storages(bag)?;
         return Ok(Damaged {
-            files: vec![bag.to_owned()],
+            directory: bag.parent().unwrap_or(Path::new("")).to_owned(),
+            files: bag.file_name().into_iter().map(PathBuf::from).collect(),
+            told: BTreeMap::new(),
             original: None,
         });
     }
-    let mut found = Vec::new();
-    for entry in fs::read_dir(bag).map_err(&read_error)? {
-        let path = entry.map_err(&read_error)?.path();
-        if path.extension() == Some(OsStr::new("mcap")) && !path.is_dir() {
-            found.push(path);
-        }
-    }
-    found.sort_by_cached_key(|path| {
-        natural(&path.file_name().unwrap_or_default().to_string_lossy())
-    });
     let original = Original::read(&bag.join(METADATA_FILE))?;
     let mut files = Vec::new();
-    for listed in original
-        .iter()
-        .flat_map(|original| &original.relative_file_paths)
-    {
-        let inside = Path::new(listed)
-            .components()
-            .all(|component| matches!(component, Component::Normal(_) | Component::CurDir));
-        let path = bag.join(listed);
-        if inside && !files.contains(&path) {
-            files.push(path);
+    if let Ok(original) = &original {
+        for listed in &original.relative_file_paths {
+            let within = within(listed, original.version);
+            files.extend(within.filter(|name| !files.contains(name)));
         }
     }
-    // Those that were begun after `metadata.yaml` was written.
-    files.extend(
-        found
-            .into_iter()
-            .filter(|path| !files.contains(path))
-            .collect::<Vec<_>>(),
-    );
-    if !files.iter().any(|path| path.exists()) {
+    let mut found = present(bag)?;
+    let mut told = BTreeMap::new();
+    if files.is_empty() {
+        let paths: Vec<_> = found.iter().map(|name| bag.join(name)).collect();
+        for (name, messages) in siblings(&paths) {
+            if !found.contains(&name) {
+                found.push(name.clone());
+            }
+            told.extend(messages.map(|messages| (name, messages)));
+        }
+        found.sort_by(|a, b| {
+            let [a, b] = [a, b].map(|name| name.as_os_str().as_encoded_bytes());
+            natural(a, b).then(a.cmp(b))
+        });
+    }
+    // Those that `metadata.yaml` does not list were begun after it was written.
+    found.retain(|name| !files.contains(name));
+    files.extend(found);
+    if !files.iter().any(|name| bag.join(name).exists()) {
         return Err(RecoverError::NoBag {
             path: bag.to_owned(),
         });
     }
     // Before anything is made of them: of a bag that is being recorded, only the last file is open.
-    if let Some(last) = files.last().filter(|last| last.exists()) {
-        Source::open(last)?;
+    let last = files.last().map(|last| bag.join(last));
+    if let Some(last) = last.filter(|last| last.exists()) {
+        Source::open(&last)?;
     }
     Ok(Damaged {
+        directory: bag.to_owned(),
         files,
+        told,
         original: Some(original),
     })
 }
 
-/// A name such that `bag_2` comes before `bag_10`.
-fn natural(name: &str) -> Vec<(u64, String)> {
-    let mut parts = vec![(0_u64, String::new())];
-    for character in name.chars() {
-        let digit = character.to_digit(10).map(u64::from);
-        if let Some((number, text)) = parts.last_mut() {
-            match digit {
-                Some(digit) if text.is_empty() => {
-                    *number = number.saturating_mul(10).saturating_add(digit)
-                }
-                Some(digit) => parts.push((digit, String::new())),
-                None => text.push(character),
-            }
-        }
-    }
-    parts
+/// The MCAP files in a directory, in the natural order of their names.
+fn present(bag: &Path) -> Result<Vec<PathBuf>, RecoverError> {
+    let paths = match mcap_files(bag) {
+        Ok(paths) => paths,
+        Err(BagError::NoBag { .. }) => Vec::new(),
+        Err(BagError::Io { path, source }) => return Err(RecoverError::Read { path, source }),
+        Err(other) => return Err(RecoverError::Kind(other)),
+    };
+    let files = paths
+        .iter()
+        .filter(|path| path.extension().is_some_and(|ending| ending == "mcap") && !path.is_dir());
+    Ok(files
+        .filter_map(|path| path.file_name())
+        .map(PathBuf::from)
+        .collect())
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_count_as_numbers() {
-        let mut names = [
-            "run_10.mcap",
-            "run_2.mcap",
-            "run_0.mcap",
-            "other_3.mcap",
-            "run_1.mcap",
-        ];
-        names.sort_by_key(|name| natural(name));
-        let expected = [
-            "other_3.mcap",
-            "run_0.mcap",
-            "run_1.mcap",
-            "run_2.mcap",
-            "run_10.mcap",
-        ];
-        assert_eq!(names, expected);
-    }
+fn refuse_other_storages(file: &Path) -> Result<(), RecoverError> {
+    let (start, known) = Source::open(file)?.peek::<16>(0)?;
+    let storage = OTHER_STORAGES
+        .iter()
+        .find(|(magic, _)| start[..known].starts_with(magic));
+    storage.map_or(Ok(()), |(_, found)| {
+        Err(RecoverError::Kind(BagError::Storage {
+            file: file.to_owned(),
+            found: (*found).to_owned(),
+        }))
+    })
 }

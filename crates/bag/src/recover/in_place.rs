@@ -38,7 +38,7 @@ fn replace(bag: &Path, unfinished: &Part, recovery: &Recovery) -> Result<(), Rec
     if recovery.metadata_rebuilt.is_some() && metadata.exists() {
         keep(&metadata)?;
     }
-    let new = unfinished.files()?;
+    let new = unfinished.tree()?;
     for name in &new {
         let path = unfinished.path.join(name);
         let synced = fs::File::open(&path).and_then(|file| file.sync_all());
@@ -46,6 +46,9 @@ fn replace(bag: &Path, unfinished: &Part, recovery: &Recovery) -> Result<(), Rec
     }
     for name in new {
         let path = bag.join(&name);
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
+        }
         fs::rename(unfinished.path.join(&name), &path).map_err(RecoverError::write(&path))?;
     }
     for file in &recovery.files {

@@ -30,10 +30,16 @@ pub use report::{LeftOut, RecoveredFile, Recovery};
 use files::Damaged;
 use new_bag::NewBag;
 
-use crate::NewDirectory;
+use crate::{
+    NewDirectory,
+    read::{MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH},
+};
 
-/// Longest record and largest chunk that is read: far above what is written, and memory has room for it.
-const LIMIT: usize = 64 << 20;
+/// Longest record that is read.
+const LIMIT: usize = MAX_RECORD_LENGTH;
+
+/// Largest chunk that is read as it is in the file: what cannot be compressed grows by less than a part of 64.
+const PACKED_LIMIT: usize = MAX_CHUNK_LENGTH / 64 * 65;
 
 /// Makes of a bag's directory or MCAP file, however damaged, a new bag in the directory `output`, which must not exist or
 /// be empty. The damaged bag is only read. The new one is made in `<output>.part` and has its name when it is complete.
@@ -54,8 +60,8 @@ const LIMIT: usize = 64 << 20;
 /// new one cannot be written. A bag that had no messages, or of which no byte says that it had, becomes one without.
 ///
 /// # Assumptions and limitations
-/// Memory is bounded by 64 MiB for a chunk as it is in the file, as much for its records, and what the MCAP summary needs.
-/// Larger chunks are left out. Bytes written before the place where a file was cut off are taken to be right.
+/// Memory is bounded by 256 MiB for a chunk as it is in the file, as much for its records, and what the MCAP summary needs.
+/// Larger chunks are left out, and messages of more than 64 MiB, which no reader of this crate takes. Bytes written before the place where a file was cut off are taken to be right.
 pub fn recover(bag: &Path, output: &Path) -> Result<Recovery, RecoverError> {
     let damaged = files::find(bag)?;
     let directory = NewDirectory::begin(output)?;
@@ -66,9 +72,9 @@ pub fn recover(bag: &Path, output: &Path) -> Result<Recovery, RecoverError> {
 }
 
 fn copy(bag: &Path, damaged: Damaged, output: &Path) -> Result<Recovery, RecoverError> {
-    let mut new = NewBag::new(output, damaged.original);
-    for path in &damaged.files {
-        new.add(path, damaged.files.len() == 1)?;
+    let mut new = NewBag::new(output, damaged.original, damaged.told);
+    for name in &damaged.files {
+        new.add(&damaged.directory, name, damaged.files.len() == 1)?;
     }
     new.finish(bag)
 }

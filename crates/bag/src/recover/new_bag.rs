@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    fs,
     path::{Path, PathBuf},
 };
 
@@ -30,14 +31,19 @@ pub(super) struct NewBag {
 }
 
 impl NewBag {
-    pub fn new(directory: &Path, original: Option<Result<Original, String>>) -> Self {
+    /// `told` are messages of files as other files tell them.
+    pub fn new(
+        directory: &Path,
+        original: Option<Result<Original, String>>,
+        told: BTreeMap<PathBuf, u64>,
+    ) -> Self {
         let (original, unusable) = match original {
             Some(Ok(original)) => (Some(original), None),
             Some(Err(why)) => (None, Some(why)),
             None => (None, Some("there is none with a single file".to_owned())),
         };
         Self {
-            tally: Tally::new(original.as_ref()),
+            tally: Tally::new(original.as_ref(), told),
             directory: directory.to_owned(),
             description: Description::new(original),
             recovery: Recovery {
@@ -50,27 +56,31 @@ impl NewBag {
         }
     }
 
-    /// Adds what is readable of a file of the damaged bag.
-    pub fn add(&mut self, path: &Path, only: bool) -> Result<(), RecoverError> {
+    /// Adds what is readable of a file of the damaged bag in `directory`.
+    pub fn add(&mut self, directory: &Path, name: &Path, only: bool) -> Result<(), RecoverError> {
+        let path = directory.join(name);
         if !path.exists() {
             let mut file = RecoveredFile {
-                path: path.to_owned(),
+                path,
                 ..RecoveredFile::default()
             };
-            self.tally.add(&mut file, &Told::default());
+            self.count(name, &mut file, &Told::default());
             self.recovery.files.push(file);
             return Ok(());
         }
-        let name = path.file_name().unwrap_or_default().display().to_string();
-        let source = Source::open(path)?;
+        let source = Source::open(&path)?;
         let (found, _) = source.peek::<{ mcap::MAGIC.len() }>(0)?;
         let identities = std::mem::take(&mut self.identities);
-        let output = Output::new(self.directory.join(&name), identities);
+        let new = self.directory.join(name);
+        if let Some(folder) = new.parent() {
+            fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
+        }
+        let output = Output::new(new, identities);
         let mut copy = Copy::new(source, output);
         let is_mcap = copy.run()?;
         if !is_mcap && only && copy.losses.file.bytes > Some(0) {
             return Err(RecoverError::NotMcap {
-                file: path.to_owned(),
+                file: path,
                 found: found.to_vec(),
             });
         }
@@ -81,10 +91,11 @@ impl NewBag {
         }
         let told = Told {
             messages: copy.statistics,
-            repeated: copy.repeated,
+            repeated: copy.repeated.take(),
             marked: copy.output.repeated.values().sum(),
+            repeats: copy.is_ours,
         };
-        self.tally.add(&mut copy.losses.file, &told);
+        self.count(name, &mut copy.losses.file, &told);
         copy.losses.file.kept = copy.losses.file.complete || copy.losses.file.messages > 0;
         if copy.losses.file.kept {
             self.recovery.unverified += copy.unverified;
@@ -95,7 +106,7 @@ impl NewBag {
                 .channels
                 .values()
                 .map(|channel| (channel, copy.schemas.get(&channel.schema)));
-            self.finish_file(&name, copy.output, channels, &copy.counts)?;
+            self.finish_file(name, copy.output, channels, &copy.counts)?;
         } else {
             self.identities = copy.output.abandon()?;
         }
@@ -103,9 +114,15 @@ impl NewBag {
         Ok(())
     }
 
+    fn count(&mut self, name: &Path, file: &mut RecoveredFile, told: &Told) {
+        let (description, repeated) = (&self.description, &self.repeated);
+        self.tally
+            .add(name, file, told, || description.latched(repeated));
+    }
+
     fn finish_file<'a>(
         &mut self,
-        name: &str,
+        name: &Path,
         mut output: Output,
         channels: impl Iterator<Item = (&'a Channel, Option<&'a Schema>)>,
         counts: &Counts,
@@ -126,8 +143,14 @@ impl NewBag {
         if self.description.files.is_empty() {
             // A bag has at least one file.
             let first = self.recovery.files.first();
-            let name = first.and_then(|file| file.path.file_name());
-            let name = name.unwrap_or_default().display().to_string();
+            let path = first.map_or(Path::new(""), |file| &file.path);
+            // A single file is the bag itself.
+            let name = path.strip_prefix(bag).ok();
+            let name = name.filter(|name| !name.as_os_str().is_empty());
+            let name = name
+                .map(Path::to_owned)
+                .or(path.file_name().map(Into::into));
+            let name = name.unwrap_or_default();
             let output = Output::new(self.directory.join(&name), Identities::default());
             self.finish_file(&name, output, [].into_iter(), &Counts::default())?;
         }

@@ -7,13 +7,15 @@ use serde::Deserialize;
 use super::RecoverError;
 use crate::{
     BagError,
-    metadata::{Document, RECORD, TopicWithCount},
+    metadata::{Document, RECORD, TopicWithCount, VERSION},
     regular, yaml,
 };
 
 /// What is kept of the damaged bag's description.
 #[derive(Default, Deserialize)]
 pub(super) struct Original {
+    #[serde(default = "newest")]
+    pub version: u32,
     #[serde(default)]
     storage_identifier: String,
     #[serde(default)]
@@ -32,6 +34,10 @@ pub(super) struct Original {
     pub ros_distro: String,
     #[serde(default)]
     pub topics_with_message_count: Vec<TopicWithCount>,
+}
+
+fn newest() -> u32 {
+    VERSION
 }
 
 /// A file of which the number of messages is known.

@@ -14,8 +14,7 @@ pub struct Recovery {
     pub messages: BTreeMap<String, u64>,
     /// Messages repeated at the heads of files.
     pub repeated: u64,
-    /// Messages that the bag had and that were not recovered, if anything says how many it had; of a file that is gone or
-    /// cannot be read, those repeated at its head count too.
+    /// Messages that the bag had and that were not recovered, each counted once, if anything says how many it had.
     pub missing: Option<u64>,
     /// First and last log time (ns); none in a bag without messages.
     pub times: Option<(u64, u64)>,

@@ -11,9 +11,17 @@ use crate::{
 /// Bytes that are freed for the end of a file on a full disk, at first.
 const ROOM: u64 = 8 << 10;
 
-/// Keys of the custom data of a bag that an error has ended: the error, and how many messages taken are not in the bag.
+/// Keys of the custom data of a bag that an error has ended: the error, and how many messages are not in the bag, in all
+/// and with `:<topic>` of each topic.
 const ERROR: &str = "error";
 const UNWRITTEN: &str = "unwritten";
+
+/// Key, with `:<topic>`, of how many latched messages found no room to be repeated.
+const NOT_REPEATED: &str = "not_repeated";
+
+/// What is called when the bag has to be closed after an error.
+pub(crate) type LastWords =
+    Box<dyn FnMut(&mut BTreeMap<String, u64>) -> BTreeMap<String, String> + Send>;
 
 /// A file that is complete.
 pub(crate) struct Closed {
@@ -34,6 +42,21 @@ impl fmt::Display for Fault {
 }
 
 impl BagWriter {
+    /// Has `last_words` called when the bag is to be closed after an error, at least once, and again each time that room was
+    /// made by giving up chunks. It gets the messages taken that are not in the bag, by topic, adds those that it knows of
+    /// and that were not handed over, and gives the custom data, in place of what [`set_custom`](Self::set_custom) has set.
+    pub fn on_failure(
+        &mut self,
+        last_words: impl FnMut(&mut BTreeMap<String, u64>) -> BTreeMap<String, String> + Send + 'static,
+    ) {
+        self.last_words = Some(Box::new(last_words));
+    }
+
+    /// Whether an error has ended the bag: it takes no more messages.
+    pub fn is_ended(&self) -> bool {
+        self.file.is_none()
+    }
+
     /// Completes the file that is being written, whose chunks must be written, and gives it back.
     pub(crate) fn close_file(&mut self) -> Result<Option<McapWriter>, Fault> {
         let bytes = self.end_file()?;
@@ -52,8 +75,7 @@ impl BagWriter {
 
     /// Closes what can be closed after an error.
     pub(crate) fn fail(&mut self, fault: Fault) -> WriteError {
-        self.custom.insert(ERROR.to_owned(), fault.to_string());
-        let rest = self.salvage();
+        let rest = self.salvage(&fault);
         self.file = None;
         let Fault { path, source } = fault;
         WriteError::Failed { path, source, rest }
@@ -65,7 +87,8 @@ impl BagWriter {
         self.fail(Fault { path, source })
     }
 
-    fn salvage(&mut self) -> Rest {
+    fn salvage(&mut self, fault: &Fault) -> Rest {
+        self.take_stock(fault);
         if self.file.as_ref().is_some_and(McapWriter::is_gone) {
             // One that was moved is completed where it is.
             if self.file.as_mut().is_some_and(|file| file.cut(0).is_ok()) {
@@ -80,10 +103,10 @@ impl BagWriter {
         loop {
             let cut = self.file.as_mut().map(|file| file.cut(room));
             let was_cut = matches!(cut, Some(Ok(true)));
+            let lost = self.take_stock(fault);
             let Err(fault) = self.close_bag() else {
-                return Rest::Closed {
-                    lost: self.unwritten(),
-                };
+                let messages = self.summary().messages;
+                return Rest::Closed { messages, lost };
             };
             if is_full(&fault.source) && was_cut {
                 room = ROOM.max(2 * room);
@@ -149,22 +172,44 @@ impl BagWriter {
         let topics = self.topics.iter().zip(counts);
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
         let mut custom = self.custom.clone();
-        if custom.contains_key(ERROR) {
-            custom.insert(UNWRITTEN.to_owned(), self.unwritten().to_string());
+        for (topic, count) in self.not_repeated() {
+            custom.insert(format!("{NOT_REPEATED}:{topic}"), count.to_string());
         }
         Metadata::new(&files, topics, custom).map_err(io::Error::other)
     }
 
-    /// Messages taken that are neither in a closed file nor in a written chunk of the present one.
-    fn unwritten(&self) -> u64 {
-        let closed = self.topics.iter();
-        let closed: u64 = closed.map(|topic| topic.messages - topic.repeated).sum();
+    /// Has the custom data say what is missing, and gives how many messages that are.
+    fn take_stock(&mut self, fault: &Fault) -> u64 {
+        let mut unwritten = self.unwritten();
+        if let Some(last_words) = &mut self.last_words {
+            self.custom = last_words(&mut unwritten);
+        }
+        self.custom
+            .retain(|key, _| !key.starts_with(&format!("{UNWRITTEN}:")));
+        unwritten.retain(|_, count| *count > 0);
+        for (topic, count) in &unwritten {
+            let key = format!("{UNWRITTEN}:{topic}");
+            self.custom.insert(key, count.to_string());
+        }
+        let lost = unwritten.values().sum::<u64>();
+        self.custom.insert(UNWRITTEN.to_owned(), lost.to_string());
+        self.custom.insert(ERROR.to_owned(), fault.to_string());
+        lost
+    }
+
+    /// Messages taken that are neither in a closed file nor in a written chunk of the present one, by topic.
+    fn unwritten(&self) -> BTreeMap<String, u64> {
         let counts = self.file.as_ref().map(McapWriter::counts);
-        let present = counts.into_iter().flatten().zip(&self.repeated);
-        let present: u64 = present
-            .map(|(count, repeated)| count.saturating_sub(*repeated))
-            .sum();
-        self.taken.saturating_sub(closed + present)
+        let counts = counts.into_iter().flatten().chain(std::iter::repeat(0));
+        let topics = self.topics.iter().zip(counts).zip(&self.repeated);
+        let unwritten = topics.map(|((topic, count), repeated)| {
+            let written = topic.messages - topic.repeated + count.saturating_sub(*repeated);
+            (
+                topic.topic.name.clone(),
+                topic.taken.saturating_sub(written),
+            )
+        });
+        unwritten.filter(|(_, count)| *count > 0).collect()
     }
 
     /// What a bag holds of which all files are closed.

@@ -7,9 +7,8 @@ use crate::Topic;
 /// Messages of one topic that are kept at most, of all its publishers.
 const MOST: usize = 1000;
 
-/// A message without topic and log time.
+/// A message without topic, publisher and log time.
 pub(crate) struct Kept {
-    pub publisher: u128,
     pub publish_time: u64,
     pub sequence: u32,
     pub data: Vec<u8>,
@@ -26,7 +25,10 @@ pub(crate) struct Latched {
 struct Last {
     /// Of each publisher.
     depth: usize,
-    messages: VecDeque<Kept>,
+    /// With their publishers; none where there is no room.
+    messages: VecDeque<(u128, Option<Kept>)>,
+    /// Messages beyond the most.
+    beyond: u64,
 }
 
 impl Latched {
@@ -42,45 +44,67 @@ impl Latched {
         self.topics.push(topic.is_latched().then(|| Last {
             depth: topic.qos.assumed_depth() as usize,
             messages: VecDeque::new(),
+            beyond: 0,
         }));
     }
 
     /// Keeps a message if its topic is latched, in place of the publisher's oldest where it has as many as it keeps. Where
     /// there is no room, older messages of the topic give way, and one that is too long by itself is not kept.
-    pub fn push(&mut self, topic: usize, kept: Kept) {
+    pub fn push(&mut self, topic: usize, publisher: u128, kept: Kept) {
         let Some(Some(last)) = self.topics.get_mut(topic) else {
             return;
         };
-        let of_publisher = |other: &Kept| other.publisher == kept.publisher;
-        let known = last.messages.iter().filter(|kept| of_publisher(kept));
-        if known.count() >= last.depth
-            && let Some(oldest) = last.messages.iter().position(of_publisher)
-            && let Some(oldest) = last.messages.remove(oldest)
-        {
-            self.bytes -= oldest.data.len();
-        }
+        let of_publisher = |(other, _): &(u128, _)| *other == publisher;
+        let known = last.messages.iter().filter(|other| of_publisher(other));
+        let superseded = if known.count() >= last.depth {
+            let oldest = last.messages.iter().position(of_publisher);
+            oldest.and_then(|oldest| last.messages.remove(oldest))
+        } else if last.messages.len() >= MOST {
+            last.beyond += 1;
+            last.messages.pop_front()
+        } else {
+            None
+        };
+        self.bytes -= superseded.map_or(0, |(_, kept)| size(kept.as_ref()));
         let length = kept.data.len();
-        while last.messages.len() >= MOST || self.bytes + length > self.limit {
-            let Some(oldest) = last.messages.pop_front() else {
-                return;
-            };
-            self.bytes -= oldest.data.len();
+        for (_, older) in &mut last.messages {
+            if self.bytes + length <= self.limit {
+                break;
+            }
+            self.bytes -= size(older.take().as_ref());
         }
-        self.bytes += length;
-        last.messages.push_back(kept);
+        let kept = Some(kept).filter(|_| self.bytes + length <= self.limit);
+        self.bytes += size(kept.as_ref());
+        last.messages.push_back((publisher, kept));
     }
 
     /// Whether messages of the topic are kept.
     pub fn keeps(&self, topic: usize) -> bool {
-        matches!(self.topics.get(topic), Some(Some(_)))
+        self.last(topic).is_some()
     }
 
-    /// The topics that have messages, with those, oldest first.
-    pub fn topics(&self) -> impl Iterator<Item = (usize, &VecDeque<Kept>)> {
-        let topics = self.topics.iter().enumerate();
-        let topics = topics.filter_map(|(topic, last)| Some((topic, &last.as_ref()?.messages)));
-        topics.filter(|(_, messages)| !messages.is_empty())
+    /// The topic's messages that are kept, oldest first.
+    pub fn messages(&self, topic: usize) -> impl Iterator<Item = &Kept> {
+        let messages = self.last(topic).into_iter().flat_map(|last| &last.messages);
+        messages.filter_map(|(_, kept)| kept.as_ref())
     }
+
+    /// How many more late joiners would get.
+    pub fn without_room(&self, topic: usize) -> u64 {
+        self.last(topic).map_or(0, |last| {
+            let messages = last.messages.iter();
+            let without = messages.filter(|(_, kept)| kept.is_none()).count();
+            without as u64 + last.beyond
+        })
+    }
+
+    fn last(&self, topic: usize) -> Option<&Last> {
+        self.topics.get(topic)?.as_ref()
+    }
+}
+
+fn size(kept: Option<&Kept>) -> usize {
+    kept.map_or(0, |kept| kept.data.len())
 }
 
 #[cfg(test)]
@@ -109,19 +133,20 @@ mod tests {
         latched
     }
 
-    fn message(publisher: u128, sequence: u32, length: usize) -> Kept {
+    fn message(sequence: u32, length: usize) -> Kept {
         Kept {
-            publisher,
             publish_time: 0,
             sequence,
             data: vec![0; length],
         }
     }
 
+    /// Topics of which messages are kept, with those.
     fn kept(latched: &Latched) -> Vec<(usize, Vec<u32>)> {
-        let topics = latched.topics();
+        let sequences = |topic| latched.messages(topic).map(|kept| kept.sequence).collect();
+        let topics = (0..latched.topics.len()).map(|topic| (topic, sequences(topic)));
         topics
-            .map(|(topic, messages)| (topic, messages.iter().map(|kept| kept.sequence).collect()))
+            .filter(|(_, sequences): &(_, Vec<_>)| !sequences.is_empty())
             .collect()
     }
 
@@ -130,7 +155,7 @@ mod tests {
         let mut latched = latched(usize::MAX, &[0, 1, 3]);
         for sequence in 0..5 {
             for topic in 0..4 {
-                latched.push(topic, message(0, sequence, 10));
+                latched.push(topic, 0, message(sequence, 10));
             }
         }
         assert_eq!(
@@ -144,30 +169,53 @@ mod tests {
     fn each_publisher_has_its_depth() {
         let mut latched = latched(usize::MAX, &[2]);
         for (publisher, sequence) in [(1, 0), (2, 1), (1, 2), (3, 3), (1, 4), (1, 5)] {
-            latched.push(0, message(publisher, sequence, 10));
+            latched.push(0, publisher, message(sequence, 10));
         }
         assert_eq!(kept(&latched), [(0, vec![1, 3, 4, 5])]);
         assert_eq!(latched.bytes, 40);
         for publisher in 10..2000 {
-            latched.push(0, message(publisher, 7, 10));
+            latched.push(0, publisher, message(7, 10));
         }
         assert_eq!(kept(&latched)[0].1.len(), MOST);
+        // Of the publishers before.
+        assert_eq!(latched.without_room(0), 4 + 1990 - MOST as u64);
     }
 
     #[test]
     fn bytes_are_bounded() {
         let mut latched = latched(100, &[10, 10]);
-        latched.push(0, message(0, 0, 40));
+        latched.push(0, 0, message(0, 40));
         for sequence in 1..4 {
-            latched.push(1, message(0, sequence, 30));
+            latched.push(1, 0, message(sequence, 30));
         }
         assert_eq!(kept(&latched), [(0, vec![0]), (1, vec![2, 3])]);
         // An old message is not repeated in place of a new one that is too long.
-        latched.push(1, message(0, 4, 61));
+        latched.push(1, 0, message(4, 61));
         assert_eq!(kept(&latched), [(0, vec![0])]);
         assert_eq!(latched.bytes, 40);
-        latched.push(1, message(0, 5, 60));
+        latched.push(1, 0, message(5, 60));
         assert_eq!(kept(&latched), [(0, vec![0]), (1, vec![5])]);
         assert_eq!(latched.bytes, 100);
+    }
+
+    #[test]
+    fn what_has_no_room_is_counted_until_it_is_superseded() {
+        let mut latched = latched(100, &[2]);
+        latched.push(0, 1, message(0, 60));
+        latched.push(0, 1, message(1, 60));
+        assert_eq!(
+            (kept(&latched), latched.without_room(0)),
+            (vec![(0, vec![1])], 1)
+        );
+        latched.push(0, 2, message(2, 200));
+        assert_eq!((kept(&latched), latched.without_room(0)), (vec![], 3));
+        for sequence in 3..5 {
+            latched.push(0, 1, message(sequence, 10));
+        }
+        assert_eq!(
+            (kept(&latched), latched.without_room(0)),
+            (vec![(0, vec![3, 4])], 1)
+        );
+        assert_eq!(latched.bytes, 20);
     }
 }

@@ -8,7 +8,9 @@ pub struct BagOptions {
     /// Compression of the MCAP chunks.
     pub compression: Compression,
     /// Size (bytes) from which on a file is closed and the next one begun; none: any. It is looked at when a message
-    /// comes, and counts the chunks written: a file gets larger by at most an eighth, or 1 KiB, and its index.
+    /// comes, and counts what is written, schemas of the topics included: a file gets larger by at most a chunk (an eighth, or
+    /// 1 KiB, or the longest message) and its end, which has index and schemas again. It has one message of its own at least,
+    /// however long its schemas are.
     pub max_bytes: Option<NonZeroU64>,
     /// The next file begins with the first message whose log time is more than this after that of the file's first
     /// message; none: never. Messages from before the file's first one go into the file that is open.

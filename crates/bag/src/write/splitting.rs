@@ -63,19 +63,23 @@ impl BagWriter {
             return Ok(());
         };
         let mut counts = BTreeMap::new();
-        for (topic, messages) in self.latched.topics() {
-            self.repeated[topic] = messages.len() as u64;
-            let name = self.topics[topic].topic.name.clone();
-            counts.insert(name, messages.len().to_string());
+        for topic in 0..self.topics.len() {
+            let recorded = &mut self.topics[topic];
+            recorded.not_repeated += self.latched.without_room(topic);
+            let count = self.latched.messages(topic).count() as u64;
+            self.repeated[topic] = count;
+            if count > 0 {
+                counts.insert(recorded.topic.name.clone(), count.to_string());
+            }
         }
         if counts.is_empty() {
             return Ok(());
         }
         file.write_metadata(REPEATED, &counts)?;
-        for (topic, messages) in self.latched.topics() {
-            for message in messages {
+        for (topic, recorded) in self.topics.iter().enumerate() {
+            for message in self.latched.messages(topic) {
                 let header = MessageHeader {
-                    channel: self.topics[topic].channel,
+                    channel: recorded.channel,
                     sequence: message.sequence,
                     log_time,
                     publish_time: message.publish_time,

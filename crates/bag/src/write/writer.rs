@@ -7,12 +7,12 @@ use std::{
 use super::{
     BagOptions, BagSummary,
     catalogue::Catalogue,
-    closing::{Closed, Fault},
+    closing::{Closed, Fault, LastWords},
     encode::MessageHeader,
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
 };
-use crate::{Topic, WriteError, directory};
+use crate::{Topic, WriteError, directory, read::MAX_RECORD_LENGTH, records};
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
 /// [`BagOptions::max_bytes`] if that is less.
@@ -20,6 +20,9 @@ const LATCHED: u64 = 64 << 20;
 
 /// Bytes of memory that the index of a file may take, about 200 for each of its chunks.
 const INDEX: usize = 64 << 20;
+
+/// Longest message: its record is the longest that is read.
+const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - records::MessageHeader::LENGTH;
 
 /// A topic of a [`BagWriter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -34,13 +37,16 @@ pub struct TopicId(usize);
 /// # Latched messages
 /// Of each topic that [is latched](Topic::is_latched) the last messages of each publisher, as many as its depth, stand
 /// again at the head of each further file, logged at the time of the file's first message. A metadata record named
-/// `lgvi_repeated` before them says how many each topic has. Of all topics together 64 MiB are kept at most.
+/// `lgvi_repeated` before them says how many each topic has. Of all topics together 64 MiB are kept at most, or half of
+/// [`BagOptions::max_bytes`] if that is less, and 1000 messages of each. What finds no room is not repeated; the key
+/// `not_repeated:<topic>` in the custom data counts it, file by file ([`not_repeated`](Self::not_repeated)).
 ///
 /// # Errors while writing
 /// When a file cannot be written on, everything up to the last complete chunk is closed as a bag, with `metadata.yaml`;
 /// where the disk is full, the last chunks make room for that. [`WriteError::Failed`] tells how that went. Such a bag
-/// has the keys `error` and `unwritten`, the number of messages that are missing, in its custom data. The writer then takes
-/// no more messages.
+/// has the keys `error`, `unwritten` and `unwritten:<topic>`, the number of messages that are missing, in its custom data;
+/// who has more of them adds those by [`on_failure`](Self::on_failure). The writer then takes no more messages. Other
+/// errors concern one topic or message, and leave it as it was ([`is_ended`](Self::is_ended)).
 ///
 /// # Memory
 /// One chunk of 1 MiB or the longest message, its compressed form and 16 bytes for each message in it; for each chunk
@@ -62,19 +68,22 @@ pub struct BagWriter {
     pub(crate) begin: Option<u64>,
     /// How many messages of each topic are repeated in that file.
     pub(crate) repeated: Vec<u64>,
-    /// Number of messages taken.
-    pub(crate) taken: u64,
-    /// First and last log time of them.
+    /// First and last log time of the messages taken.
     pub(crate) times: Option<(u64, u64)>,
+    pub(crate) last_words: Option<LastWords>,
 }
 
 pub(crate) struct RecordedTopic {
     pub topic: Topic,
     pub channel: u16,
+    /// Messages taken.
+    pub taken: u64,
     /// Messages in closed files.
     pub messages: u64,
     /// How many of them are repeated.
     pub repeated: u64,
+    /// Messages that should have been repeated, and found no room.
+    pub not_repeated: u64,
 }
 
 impl BagWriter {
@@ -100,8 +109,8 @@ impl BagWriter {
             file: None,
             begin: None,
             repeated: Vec::new(),
-            taken: 0,
             times: None,
+            last_words: None,
         };
         let opened = writer.open_file(Catalogue::default());
         opened.map_err(|Fault { path, source }| {
@@ -163,8 +172,10 @@ impl BagWriter {
         self.topics.push(RecordedTopic {
             topic: topic.clone(),
             channel,
+            taken: 0,
             messages: 0,
             repeated: 0,
+            not_repeated: 0,
         });
         Ok(TopicId(self.topics.len() - 1))
     }
@@ -172,7 +183,8 @@ impl BagWriter {
     /// Writes a message, CDR with its encapsulation header. Times are nanoseconds since the UNIX epoch.
     ///
     /// # Errors
-    /// The topic is of another bag, or writing fails.
+    /// The topic is of another bag, the message is longer than any that is read, or writing fails. Only the last ends the
+    /// bag.
     pub fn write(
         &mut self,
         topic: TopicId,
@@ -198,12 +210,20 @@ impl BagWriter {
         sequence: u32,
         cdr: &[u8],
     ) -> Result<(), WriteError> {
-        let Some(&RecordedTopic { channel, .. }) = self.topics.get(topic.0) else {
+        let Some(recorded) = self.topics.get(topic.0) else {
             return Err(WriteError::UnknownTopic {
                 index: topic.0,
                 count: self.topics.len(),
             });
         };
+        if cdr.len() > MAX_MESSAGE {
+            return Err(WriteError::TooLong {
+                topic: recorded.topic.name.clone(),
+                length: cdr.len(),
+                limit: MAX_MESSAGE,
+            });
+        }
+        let channel = recorded.channel;
         if self.is_full(log_time)? {
             self.split()?;
         }
@@ -219,17 +239,16 @@ impl BagWriter {
         if let Err(source) = self.file()?.write(header, cdr) {
             return Err(self.fail_on_file(source));
         }
-        self.taken += 1;
+        self.topics[topic.0].taken += 1;
         let (first, last) = self.times.unwrap_or((log_time, log_time));
         self.times = Some((first.min(log_time), last.max(log_time)));
         if self.latched.keeps(topic.0) {
             let kept = Kept {
-                publisher,
                 publish_time,
                 sequence,
                 data: cdr.to_vec(),
             };
-            self.latched.push(topic.0, kept);
+            self.latched.push(topic.0, publisher, kept);
         }
         Ok(())
     }
@@ -242,6 +261,13 @@ impl BagWriter {
         let file = self.file()?;
         let flushed = file.check_place().and_then(|()| file.finish_chunk());
         flushed.map_err(|source| self.fail_on_file(source))
+    }
+
+    /// Latched messages that found no room to be repeated, summed over the files so far, of each topic that has such.
+    pub fn not_repeated(&self) -> impl Iterator<Item = (&str, u64)> {
+        let topics = self.topics.iter();
+        let counts = topics.map(|topic| (&*topic.topic.name, topic.not_repeated));
+        counts.filter(|(_, count)| *count > 0)
     }
 
     /// Completes the file and writes `metadata.yaml` with the given custom data.

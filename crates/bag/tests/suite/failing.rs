@@ -56,6 +56,12 @@ fn rest(error: &WriteError) -> Option<&Rest> {
     }
 }
 
+/// A bag with so many messages of `/a`, without others.
+fn closed(messages: u64, lost: u64) -> Rest {
+    let messages = BTreeMap::from([("/a".to_owned(), messages)]);
+    Rest::Closed { messages, lost }
+}
+
 /// What the child prints whose files may have so many blocks of 512 bytes.
 fn child(directory: &Path, blocks: u64) -> BTreeMap<String, String> {
     let output = Command::new("sh")
@@ -125,6 +131,9 @@ fn full_disk() {
         assert!(error.starts_with(reason), "{reason}");
         let unwritten = &metadata["custom_data"]["unwritten"];
         assert_eq!(unwritten, &(taken - read).to_string());
+        if taken > read {
+            assert_eq!(&metadata["custom_data"]["unwritten:/a"], unwritten);
+        }
     }
 }
 
@@ -158,7 +167,7 @@ fn deleted_file() {
         let path = writer.path();
         fs::remove_file(&path).unwrap();
         let error = call(writer).unwrap_err();
-        assert_eq!(rest(&error), Some(&Rest::Closed { lost: 4 }));
+        assert_eq!(rest(&error), Some(&closed(6, 4)));
         assert!(
             error.to_string().starts_with(path.to_str().unwrap()),
             "{error}"
@@ -167,6 +176,43 @@ fn deleted_file() {
         assert_eq!(read_all(&directory).unwrap().len(), 6);
         assert!(!path.exists());
     }
+}
+
+/// Messages that were not handed over yet are missing too, by topic; the last word on the bag is theirs who had them.
+#[test]
+fn what_others_still_have_is_missing_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("run");
+    let mut writer = split_bag(&directory);
+    writer.set_custom(BTreeMap::from([("old".to_owned(), "1".to_owned())]));
+    writer.on_failure(|unwritten| {
+        assert_eq!(*unwritten, BTreeMap::from([("/a".to_owned(), 4)]));
+        *unwritten.entry("/a".to_owned()).or_default() += 5;
+        unwritten.insert("/b".to_owned(), 7);
+        unwritten.insert("/c".to_owned(), 0);
+        let lost = unwritten.values().sum::<u64>().to_string();
+        BTreeMap::from([("lost".to_owned(), lost)])
+    });
+    fs::remove_file(writer.path()).unwrap();
+    assert!(!writer.is_ended());
+    let error = writer.flush().unwrap_err();
+    assert!(writer.is_ended());
+    assert_eq!(rest(&error), Some(&closed(6, 16)));
+    assert!(
+        error.to_string().ends_with("without the last 16 messages"),
+        "{error}"
+    );
+    let mut custom: BTreeMap<String, String> =
+        serde_yaml_ng::from_value(metadata(&directory)["custom_data"].clone()).unwrap();
+    assert!(custom.remove("error").unwrap().contains("run_1.mcap"));
+    let expected = [
+        ("lost", "16"),
+        ("unwritten", "16"),
+        ("unwritten:/a", "9"),
+        ("unwritten:/b", "7"),
+    ];
+    let expected = expected.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    assert_eq!(custom, BTreeMap::from(expected));
 }
 
 #[test]
@@ -202,7 +248,7 @@ fn replaced_file() {
     fs::rename(&path, &moved).unwrap();
     fs::write(&path, "mine").unwrap();
     let error = writer.flush().unwrap_err();
-    assert_eq!(rest(&error), Some(&Rest::Closed { lost: 4 }));
+    assert_eq!(rest(&error), Some(&closed(6, 4)));
     assert_eq!(fs::read(&path).unwrap(), b"mine");
     assert_eq!(McapFile::read(&moved).own().len(), 4);
 }
@@ -216,7 +262,7 @@ fn no_next_file() {
     let next = directory.join("run_2.mcap");
     fs::write(&next, "").unwrap();
     let error = writer.split().unwrap_err();
-    assert_eq!(rest(&error), Some(&Rest::Closed { lost: 0 }));
+    assert_eq!(rest(&error), Some(&closed(10, 0)));
     assert!(
         error.to_string().starts_with(next.to_str().unwrap()),
         "{error}"

@@ -299,6 +299,65 @@ fn publishers_of_one_topic_have_the_strongest_quality_of_service_together() {
     strongest(folder.path());
 }
 
+#[test]
+fn a_quality_of_service_that_cannot_be_read_is_the_default() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    for odd in [
+        "hello",
+        "- {history: keep_last}",
+        "- {history: keep_last, depth: -1}",
+        "- {history: keep_last, depth: 9223372036854775808}",
+        "history: keep_last",
+    ] {
+        one_message(&path, 0, odd, "ros2msg");
+        let bag = BagReader::open(&path).unwrap();
+        assert_eq!(bag.topics()[0].qos, Qos::default());
+        assert_eq!(bag.messages().count(), 1);
+        let warnings: Vec<_> = bag.warnings().collect();
+        assert!(
+            matches!(&warnings[..], [BagError::Qos { topic, .. }] if topic == "/a"),
+            "{odd}: {warnings:?}"
+        );
+    }
+    one_message(&path, 0, "[]", "ros2msg");
+    assert_eq!(BagReader::open(&path).unwrap().warnings().count(), 0);
+}
+
+#[test]
+fn topics_of_one_name_and_several_types_are_counted_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    for summary in [true, false] {
+        let mut writer = WriteOptions::new()
+            .emit_statistics(summary)
+            .profile("ros2")
+            .create(fs::File::create(&path).unwrap())
+            .unwrap();
+        for (type_name, count) in [("a/msg/A", 4), ("a/msg/B", 2)] {
+            let schema = writer.add_schema(type_name, "ros2msg", b"").unwrap();
+            let channel_id = writer
+                .add_channel(schema, "/a", "cdr", &BTreeMap::new())
+                .unwrap();
+            for sequence in 0..count {
+                let header = MessageHeader {
+                    channel_id,
+                    sequence,
+                    log_time: 1,
+                    publish_time: 1,
+                };
+                writer.write_to_known_channel(&header, &payload(0)).unwrap();
+            }
+        }
+        writer.finish().unwrap();
+        let bag = BagReader::open(&path).unwrap();
+        let counts = summary.then(|| vec![4, 2]);
+        assert_eq!(bag.topic_counts(), counts);
+        let sum = summary.then(|| BTreeMap::from([("/a", 6)]));
+        assert_eq!(bag.message_counts(), sum);
+    }
+}
+
 /// A file of chunks, each of which unpacks to so many bytes.
 fn hostile(path: &Path, chunks: u64, bytes: usize) {
     let mut writer = WriteOptions::new()

@@ -14,6 +14,7 @@ mod layouts;
 mod left_out;
 mod new_directory;
 mod recover_counts;
+mod recover_kinds;
 mod recover_repeats;
 mod repeats;
 mod rosbags;

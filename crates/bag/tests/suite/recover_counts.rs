@@ -187,9 +187,63 @@ fn files_that_are_gone_are_counted() {
             _ => fs::remove_file(bag.path("run_1.mcap")).unwrap(),
         }
         // Eleven messages and one that is repeated from the file before; its own one is repeated in the next.
-        let expected = (vec![Some(0), Some(12), Some(0)], Some(11), false);
+        let expected = (vec![Some(0), Some(12), Some(0)], Some(10), false);
         assert_eq!(missing(&bag.recover()), expected);
     }
+}
+
+/// Nothing repeats the last file's own message of the latched topic; what it repeats itself is there.
+#[test]
+fn the_last_file_is_counted_without_what_it_repeats() {
+    let bag = Bag::new();
+    fs::remove_file(bag.path("run_2.mcap")).unwrap();
+    let expected = (vec![Some(0), Some(0), Some(12)], Some(11), false);
+    assert_eq!(missing(&bag.recover()), expected);
+    let bag = Bag::new();
+    fs::remove_file(bag.path("run_1.mcap")).unwrap();
+    fs::remove_file(bag.path("run_2.mcap")).unwrap();
+    let expected = (vec![Some(0), Some(12), Some(12)], Some(22), false);
+    assert_eq!(missing(&bag.recover()), expected);
+}
+
+/// Without `metadata.yaml` the other files tell of it.
+#[test]
+fn files_that_others_tell_of_are_missed() {
+    let bag = Bag::new();
+    fs::remove_file(bag.path("metadata.yaml")).unwrap();
+    assert!(BagReader::open(&bag.path("")).unwrap().missing().is_empty());
+    fs::remove_file(bag.path("run_1.mcap")).unwrap();
+    let faults = |bag: &Bag| -> Vec<_> {
+        let reader = BagReader::open_damaged(&bag.path("")).unwrap().0;
+        reader.missing().iter().map(ToString::to_string).collect()
+    };
+    let found = faults(&bag);
+    assert_eq!(found.len(), 1);
+    assert!(found[0].contains("run_1.mcap: is not there"), "{found:?}");
+    assert!(found[0].ends_with("12 messages"), "{found:?}");
+    let recovery = bag.recover();
+    let expected = (vec![Some(0), Some(12), Some(0)], Some(10), false);
+    assert_eq!(missing(&recovery), expected);
+    assert_eq!(recovery.files[1].bytes, None);
+    fs::remove_dir_all(bag.output()).unwrap();
+    // No list is left that has the file, but its number.
+    bag.truncate("run_2.mcap", cut_behind_chunk(1));
+    let found = faults(&bag);
+    assert!(found[0].ends_with("tell of it"), "{found:?}");
+    let recovery = bag.recover();
+    assert_eq!(
+        missing(&recovery),
+        (vec![Some(0), None, None], Some(0), false)
+    );
+    fs::remove_dir_all(bag.output()).unwrap();
+    // Files of other names are not of the bag whose files their records list.
+    let bag = Bag::new();
+    for name in ["metadata.yaml", "run_0.mcap", "run_1.mcap"] {
+        fs::remove_file(bag.path(name)).unwrap();
+    }
+    fs::rename(bag.path("run_2.mcap"), bag.path("filtered.mcap")).unwrap();
+    assert!(faults(&bag).is_empty());
+    assert!(bag.recover().is_whole());
 }
 
 /// The file's own statistics count as well, and so do the totals of a bag that is described without its files.
@@ -233,7 +287,7 @@ fn what_is_missing_adds_up() {
     fs::remove_dir_all(bag.output()).unwrap();
     fs::write(bag.path("run_1.mcap"), b"").unwrap();
     bag.recover();
-    let missing = ("missing".to_owned(), "16".to_owned());
+    let missing = ("missing".to_owned(), "15".to_owned());
     assert!(bag.custom().contains(&missing), "{:?}", bag.custom());
 }
 

@@ -242,6 +242,31 @@ fn topics_are_added_once() {
     ));
 }
 
+/// What no reader takes is refused, and the bag goes on.
+#[test]
+fn a_message_that_is_too_long_does_not_end_the_bag() {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("run");
+    let mut writer = BagWriter::create(&directory, BagOptions::default()).unwrap();
+    let id = writer.add_topic(&topic("/a", Qos::default())).unwrap();
+    let longest = (64 << 20) - 22;
+    let mut data = vec![0; longest + 1];
+    writer.write(id, 1, 1, 0, &payload(0)).unwrap();
+    let error = writer.write(id, 2, 2, 1, &data).unwrap_err();
+    assert!(
+        matches!(&error, WriteError::TooLong { topic, length, limit }
+            if topic == "/a" && (*length, *limit) == (longest + 1, longest)),
+        "{error}"
+    );
+    data.pop();
+    writer.write(id, 3, 3, 2, &data).unwrap();
+    writer.finish(BTreeMap::new()).unwrap();
+    let read = read_all(&directory).unwrap();
+    let sequences: Vec<_> = read.iter().map(|message| message.sequence).collect();
+    assert_eq!(sequences, [0, 2]);
+    assert_eq!(read[1].data.len(), longest);
+}
+
 #[test]
 fn nothing_is_overwritten() {
     let folder = tempfile::tempdir().unwrap();

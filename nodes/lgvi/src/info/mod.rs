@@ -38,6 +38,8 @@ struct Info {
     checked: bool,
     /// What is wrong with it.
     faults: Vec<String>,
+    /// What is odd and does no harm.
+    warnings: Vec<String>,
     /// First and last log time (ns since the UNIX epoch).
     start: Option<u64>,
     end: Option<u64>,
@@ -110,6 +112,7 @@ struct LeftOut {
 /// Says what is in a bag; exit code 0 where it is complete, 1 where only a part of it can be read.
 pub(crate) fn info(options: &Options) -> Result<ExitCode, NodeError> {
     let (bag, mut faults) = open(&options.bag)?;
+    faults.extend(bag.missing().iter().map(ToString::to_string));
     if options.check {
         let found = bag.check();
         faults.extend(found.iter().map(ToString::to_string));
@@ -150,15 +153,16 @@ impl Info {
         let repeats = bag.repeats();
         let times = bag.times();
         let duration = times.map_or(0.0, |(start, end)| end.saturating_sub(start) as f64 / 1e9);
-        let topics = bag.topics().iter().map(|topic| {
-            let messages = counts.get(&topic.name).copied().unwrap_or(0);
-            TopicInfo {
+        let topics = bag
+            .topics()
+            .iter()
+            .zip(&counts)
+            .map(|(topic, &messages)| TopicInfo {
                 repeated: repeats.get(&*topic.name).copied().unwrap_or(0),
                 lost: bag.custom().get(&format!("lost:{}", topic.name)).cloned(),
                 rate: (duration > 0.0).then(|| messages as f64 / duration),
                 ..TopicInfo::of(topic, messages)
-            }
-        });
+            });
         let files: Vec<_> = bag
             .files()
             .map(|file| File {
@@ -193,10 +197,11 @@ impl Info {
             complete: faults.is_empty(),
             checked: options.check,
             faults,
+            warnings: bag.warnings().map(ToString::to_string).collect(),
             start: times.map(|(start, _)| start),
             end: times.map(|(_, end)| end),
             duration,
-            messages: sum(counts.values()),
+            messages: sum(counts.iter()),
             repeated: sum(repeats.values()),
             bytes: sum(files.iter().map(|file| &file.bytes)),
             topics: topics.collect(),
@@ -213,18 +218,20 @@ fn sum<'a>(counts: impl Iterator<Item = &'a u64>) -> u64 {
     counts.fold(0, |sum, count| sum.saturating_add(*count))
 }
 
-/// Messages by topic; where the files do not tell, all are read.
-fn counts(bag: &BagReader, faults: &mut Vec<String>) -> BTreeMap<String, u64> {
-    if let Some(counts) = bag.message_counts() {
-        let counts = counts.into_iter();
-        return counts
-            .map(|(topic, count)| (topic.to_owned(), count))
-            .collect();
+/// Messages of each topic; where the files do not tell, all are read.
+fn counts(bag: &BagReader, faults: &mut Vec<String>) -> Vec<u64> {
+    if let Some(counts) = bag.topic_counts() {
+        return counts;
     }
-    let mut counts = BTreeMap::new();
+    let topics = bag.topics();
+    let mut counts = vec![0; topics.len()];
     for message in bag.messages() {
         match message {
-            Ok(message) => *counts.entry(message.topic.name.clone()).or_default() += 1,
+            Ok(message) => {
+                let topic = topics.iter().zip(&mut counts);
+                let mut topic = topic.filter(|(topic, _)| *topic == message.topic);
+                topic.by_ref().take(1).for_each(|(_, count)| *count += 1);
+            }
             Err(error) => {
                 let fault = error.to_string();
                 if !faults.contains(&fault) {

@@ -69,6 +69,9 @@ impl Display for Info {
         {
             writeln!(f, "{}", left_out(name, type_name, reason))?;
         }
+        for warning in &self.warnings {
+            writeln!(f, "{warning}")?;
+        }
         if !self.complete {
             writeln!(f)?;
             for fault in &self.faults {

@@ -17,12 +17,12 @@ pub use contents::Chunks;
 pub(crate) use {
     chunk::Batch,
     contents::{Contents, Span},
-    source::ZSTD_MAGIC,
+    source::{OTHER_STORAGES, ZSTD_MAGIC},
 };
 
 use crate::{
     BagError, Damage, LeftOutTopic, PROFILE, Qos, SERIALIZATION_FORMAT, Topic, channel_key,
-    records::{Channel, Header, MessageHeader, Schema},
+    records::{Channel, Header, MessageHeader, Metadata, Schema},
 };
 use source::Source;
 
@@ -50,6 +50,8 @@ pub(crate) struct McapFile {
     pub topics: BTreeMap<u16, Topic>,
     /// Topics whose messages cannot be given out.
     pub left_out: Vec<LeftOutTopic>,
+    /// What is odd about topics that can be read.
+    pub odd: Vec<BagError>,
     pub contents: Contents,
     /// What is wrong with the rest of the file, of one that is opened in spite of that.
     pub fault: Option<BagError>,
@@ -81,17 +83,21 @@ impl McapFile {
     fn new(source: Source, contents: Contents, fault: Option<BagError>) -> Result<Self, BagError> {
         let mut topics = BTreeMap::new();
         let mut left_out = Vec::new();
+        let mut odd = Vec::new();
         for channel in contents.channels.values() {
             match unusable(channel, &contents.schemas) {
                 Some(topic) => left_out.push(topic),
                 None => {
-                    topics.insert(channel.id, topic(&source, channel, &contents.schemas)?);
+                    let (topic, fault) = topic(&source, channel, &contents.schemas)?;
+                    topics.insert(channel.id, topic);
+                    odd.extend(fault);
                 }
             }
         }
         Ok(Self {
             topics,
             left_out,
+            odd,
             source,
             contents,
             fault,
@@ -200,6 +206,13 @@ impl McapFile {
     }
 }
 
+/// The last metadata record of a name, of a file whose summary tells of it.
+pub(crate) fn metadata(path: &Path, name: &str) -> Option<Metadata> {
+    let source = Source::open(path).ok()?;
+    let (footer, start) = summary::footer(&source).ok()?;
+    summary::metadata(&source, &footer, start, name).ok()?
+}
+
 fn check_header(source: &Source) -> Result<(), BagError> {
     let mut records = source.records(MAGIC_LENGTH, source.size)?;
     let found = match records.next()? {
@@ -241,11 +254,12 @@ fn unusable(channel: &Channel, schemas: &BTreeMap<u16, Schema>) -> Option<LeftOu
     })
 }
 
+/// A channel's topic, and what is wrong with its quality of service: it is then ROS 2's default.
 fn topic(
     source: &Source,
     channel: &Channel,
     schemas: &BTreeMap<u16, Schema>,
-) -> Result<Topic, BagError> {
+) -> Result<(Topic, Option<BagError>), BagError> {
     let Some(schema) = schemas.get(&channel.schema) else {
         let damage = Damage::UnknownSchema {
             channel: channel.id,
@@ -254,17 +268,22 @@ fn topic(
         return Err(source.damaged(0, damage));
     };
     let metadata = |key| channel.metadata.get(key).map_or("", String::as_str);
-    let qos = Qos::from_yaml(metadata(channel_key::QOS));
-    Ok(Topic {
+    let (qos, fault) = match Qos::from_yaml(metadata(channel_key::QOS)) {
+        Ok(qos) => (qos, None),
+        Err(error) => (Qos::default(), Some(error)),
+    };
+    let fault = fault.map(|error| BagError::Qos {
+        file: source.path.clone(),
+        topic: channel.topic.clone(),
+        source: error,
+    });
+    let topic = Topic {
         name: channel.topic.clone(),
         type_name: schema.name.clone(),
         type_hash: metadata(channel_key::TYPE_HASH).to_owned(),
         definition: String::from_utf8_lossy(&schema.data).into_owned(),
         definition_encoding: schema.encoding.clone(),
-        qos: qos.map_err(|error| BagError::Qos {
-            file: source.path.clone(),
-            topic: channel.topic.clone(),
-            source: error,
-        })?,
-    })
+        qos,
+    };
+    Ok((topic, fault))
 }

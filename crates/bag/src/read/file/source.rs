@@ -16,7 +16,7 @@ use crate::{BagError, Damage, regular};
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 /// First bytes of what bags were stored in before, and the storage's name.
-const OTHER_STORAGES: [(&[u8], &str); 2] = [
+pub(crate) const OTHER_STORAGES: [(&[u8], &str); 2] = [
     (b"SQLite format 3\0", "sqlite3"),
     (b"#ROSBAG V", "ROS 1 bag"),
 ];

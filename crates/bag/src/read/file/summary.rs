@@ -95,7 +95,9 @@ pub(crate) fn read(
         }
     }
     if let Some(index) = repeated {
-        contents.repeated = repeats(source, &index)?;
+        let metadata = record(source, &index)?;
+        let damaged = |damage| source.damaged(index.offset, damage);
+        contents.repeated = metadata.counts().map_err(damaged)?;
     }
     if !tells_all(&contents, statistics.as_ref()) {
         return Ok(None);
@@ -106,6 +108,33 @@ pub(crate) fn read(
         contents.counts = Some(statistics.channel_message_counts);
     }
     Ok(Some(contents))
+}
+
+/// The last metadata record of a name.
+pub(crate) fn metadata(
+    source: &Source,
+    footer: &Footer,
+    footer_start: u64,
+    name: &str,
+) -> Result<Option<Metadata>, BagError> {
+    let start = footer.summary_start;
+    if start == 0 {
+        return Ok(None);
+    }
+    let mut last = None;
+    let mut records = source.records(start, footer_start - start)?;
+    while let Some(prefix) = records.next()? {
+        if prefix.opcode != op::METADATA_INDEX {
+            records.skip(prefix)?;
+            continue;
+        }
+        let damaged = |damage| source.damaged(prefix.offset, damage);
+        let index = MetadataIndex::parse(records.body(prefix)?).map_err(damaged)?;
+        if index.name == name {
+            last = Some(index);
+        }
+    }
+    last.map(|index| record(source, &index)).transpose()
 }
 
 fn check_sum(
@@ -175,21 +204,19 @@ fn tells_all(contents: &Contents, statistics: Option<&Statistics>) -> bool {
             .all(known)
 }
 
-/// Reads the record of repeated messages where its index says.
-fn repeats(
-    source: &Source,
-    index: &MetadataIndex,
-) -> Result<std::collections::BTreeMap<String, u64>, BagError> {
+/// Reads the metadata record where its index says.
+fn record(source: &Source, index: &MetadataIndex) -> Result<Metadata, BagError> {
     let mut records = source.records(index.offset, index.length)?;
     let damaged = |damage| source.damaged(index.offset, damage);
     match records.next()? {
         Some(prefix) if prefix.opcode == op::METADATA => {
             let metadata = Metadata::parse(records.body(prefix)?).map_err(damaged)?;
-            if metadata.name == REPEATED {
-                return metadata.counts().map_err(damaged);
+            if metadata.name == index.name {
+                return Ok(metadata);
             }
         }
         _ => {}
     }
-    Err(damaged(Damage::NoMetadata { expected: REPEATED }))
+    let expected = index.name.clone();
+    Err(damaged(Damage::NoMetadata { expected }))
 }

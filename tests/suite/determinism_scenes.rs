@@ -91,7 +91,6 @@ scenes!(
     asteroid_orbiter,
     binary_asteroid,
     docking_corridor,
-    ejecta,
     free_body,
     inclination_change,
     inclination_replan,

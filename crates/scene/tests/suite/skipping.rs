@@ -91,17 +91,6 @@ fn rocks_round_an_asteroid_are_mostly_alone() {
     assert!(plan.bodies[0].moment && plan.bodies[0].rotation == Rotation::Staged);
 }
 
-/// The asteroid's shape is given up on the way, particle by particle.
-#[test]
-fn particles_lose_sight_of_an_asteroids_shape() {
-    let scene = shipped("ejecta");
-    let scheme = scene.scheme().unwrap();
-    let plan = scene.plan(scheme);
-    let with_asteroid = &plan.interactions[..12];
-    assert!(with_asteroid.iter().all(|one| one.level == Level::Full));
-    assert!(with_asteroid.iter().all(|one| one.limits[2].is_finite()));
-}
-
 #[test]
 fn scenes_say_what_may_be_left_out() {
     let text = format!("{RUN}\n[[bodies]]\nname = \"body\"{BODY}");

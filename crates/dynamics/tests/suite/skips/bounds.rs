@@ -97,7 +97,9 @@ fn parts(
         let moment = full[index].moment - kept[index].moment;
         let turning = (body.inertia().inverse() * moment).norm();
         // Of loads that cancel rounding is left, and in moments that of the force that goes through the other's centre.
-        let rounding = 1e-14 * full[index].force.norm();
+        // A polyhedron's closed form rounds by the square of the distance over its size.
+        let far = (distance / 0.2).powi(2);
+        let rounding = 1e-14 * far.max(1.0) * full[index].force.norm();
         let part = |found: f64, rounding: f64, bound: f64| {
             (found - rounding).max(0.0) / bound.max(f64::MIN_POSITIVE)
         };

@@ -126,8 +126,8 @@ fn translation(translation: Translation) -> &'static str {
 fn rotation(rotation: Rotation) -> &'static str {
     match rotation {
         Rotation::Staged => "in every stage of a step",
-        Rotation::Once => "once a step in closed form, no moment acts",
-        Rotation::AtRest => "none, at rest without a moment",
+        Rotation::Once => "once a step in closed form",
+        Rotation::AtRest => "none, at rest",
         Rotation::Given => "given",
         Rotation::Held => "held",
     }

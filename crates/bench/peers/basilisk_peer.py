@@ -1,4 +1,4 @@
-"""Basilisk: a spacecraft's rigid hub, free or about a centre, by each of its integrators. Needs `pip install bsk`."""
+"""Basilisk: a spacecraft's rigid hub, free or about a centre, by its default integrator and those with error control. Needs `pip install bsk`."""
 
 import importlib.metadata
 
@@ -7,11 +7,7 @@ from Basilisk.simulation import spacecraft, svIntegrators
 from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, simIncludeGravBody
 from protocol import Failed, Stopwatch, are_points, ends, rigid_state, serve
 
-STEPPED = {
-    "Euler": svIntegrators.svIntegratorEuler,
-    "Heun": svIntegrators.svIntegratorRK2,
-    "RK4": svIntegrators.svIntegratorRK4,
-}
+STEPPED = {"RK4": svIntegrators.svIntegratorRK4}
 ADAPTIVE = {"RKF45": svIntegrators.svIntegratorRKF45, "RKF78": svIntegrators.svIntegratorRKF78}
 
 SECOND = 1_000_000_000

@@ -30,8 +30,7 @@ const FEWEST: usize = 20;
 const PAIRS: usize = 2_000_000;
 
 /// What the bodies are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug)]
 enum Kind {
     Points,
     /// Of second order.

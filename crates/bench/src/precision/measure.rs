@@ -27,8 +27,8 @@ const TOLERANCES: [f64; 11] = [
     1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14,
 ];
 
-/// Some peers are compiled for each tolerance.
-const PEER_TOLERANCES: [f64; 8] = [1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12, 1e-14];
+/// Some peers are compiled for each tolerance, or take long to set up.
+const PEER_TOLERANCES: [f64; 8] = [1e-4, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12, 1e-13];
 
 /// One way to fly.
 #[derive(Clone, Debug, Serialize)]
@@ -121,6 +121,7 @@ fn sweep(
     let settings: Box<dyn Iterator<Item = f64>> = match contestant.tuning() {
         None => Box::new(std::iter::once(1.0)),
         Some(Tuning::Tolerance) => Box::new(tolerances.iter().copied()),
+        Some(Tuning::Steps) if contestant.is_peer() => Box::new(steps(setting.steps).step_by(2)),
         Some(Tuning::Steps) => Box::new(steps(setting.steps)),
     };
     let by_steps = contestant.tuning() == Some(Tuning::Steps);

@@ -13,9 +13,6 @@ use super::{Look, Options, Place, Round, Setup, failed};
 use crate::clock::{monotonic_nanoseconds, process_seconds};
 use crate::error::BenchError;
 
-/// How often the sender looks at the time.
-const TICK: Duration = Duration::from_micros(50);
-
 /// How long a measurement may take besides its span.
 const PATIENCE: Duration = Duration::from_secs(40);
 
@@ -50,7 +47,7 @@ fn fly(
 ) -> Result<(Seen, f64), BenchError> {
     let begun = Instant::now();
     let mut cpu = f64::NAN;
-    let mut sequence = 0;
+    let mut sequence: u64 = 0;
     loop {
         match far.said.try_recv() {
             Ok(Said::Begun) => cpu = process_seconds(),
@@ -62,15 +59,13 @@ fn fly(
         if elapsed.as_secs_f64() > seconds + PATIENCE.as_secs_f64() {
             return Err(failed("the receiving process says nothing"));
         }
-        let due = (rate * elapsed.as_secs_f64()) as u64;
-        while sequence < due {
-            sender.send(Stamp {
-                sequence,
-                nanoseconds: monotonic_nanoseconds(),
-            })?;
-            sequence += 1;
-        }
-        thread::sleep(TICK);
+        let due = Duration::from_secs_f64(sequence as f64 / rate);
+        thread::sleep(due.saturating_sub(elapsed));
+        sender.send(Stamp {
+            sequence,
+            nanoseconds: monotonic_nanoseconds(),
+        })?;
+        sequence += 1;
     }
 }
 

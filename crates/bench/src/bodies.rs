@@ -65,7 +65,9 @@ pub(crate) fn run(
     for &bodies in counts {
         rows.push(row(bodies, flyer.as_mut(), repeats)?);
     }
-    table(&rows).keep(directory, "bodies")?;
+    table(&rows)
+        .below("Cost of a step against the number of bodies", "bodies.svg")
+        .keep(directory, "bodies")?;
     write_json(&directory.join("bodies.json"), &rows)?;
     draw(&rows, directory)
 }

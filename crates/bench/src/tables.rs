@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{BenchError, write_text};
 
-/// Rows under a head.
+/// Rows under a head, and pictures that stand above it on a page.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
     head: Vec<String>,
     rows: Vec<Vec<String>>,
+    /// What each shows and the name of its file.
+    pictures: Vec<[String; 2]>,
 }
 
 impl Table {
@@ -16,7 +18,14 @@ impl Table {
         Self {
             head: head.into_iter().map(Into::into).collect(),
             rows: Vec::new(),
+            pictures: Vec::new(),
         }
+    }
+
+    /// The same below another picture, which shows `what` and lies in the file called `name` in the output directory.
+    pub(crate) fn below(mut self, what: &str, name: &str) -> Self {
+        self.pictures.push([what.into(), name.into()]);
+        self
     }
 
     pub(crate) fn row<Cell: Into<String>>(&mut self, cells: impl IntoIterator<Item = Cell>) {
@@ -24,10 +33,21 @@ impl Table {
     }
 
     fn markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let rule = vec!["---".to_owned(); self.head.len()];
         let rows: String = self.rows.iter().map(|row| line(row)).collect();
-        line(&self.head) + &line(&rule) + &rows
+        headed(&self.head) + &rows
+    }
+
+    /// With the pictures side by side.
+    fn page(&self) -> String {
+        if self.pictures.is_empty() {
+            return self.markdown();
+        }
+        let shown = self.pictures.iter();
+        let shown: Vec<_> = shown
+            .map(|[what, name]| format!("![{what}](images/{name})"))
+            .collect();
+        let head = vec![String::new(); shown.len()];
+        headed(&head) + &line(&shown) + "\n" + &self.markdown()
     }
 
     pub(crate) fn print(&self) {
@@ -37,8 +57,16 @@ impl Table {
     /// Prints it and keeps it below `directory`, from where [`publish`] takes it.
     pub(crate) fn keep(&self, directory: &Path, name: &str) -> Result<(), BenchError> {
         self.print();
-        write_text(&path(directory, name), &self.markdown())
+        write_text(&path(directory, name), &self.page())
     }
+}
+
+fn line(cells: &[String]) -> String {
+    format!("| {} |\n", cells.join(" | "))
+}
+
+fn headed(head: &[String]) -> String {
+    line(head) + &line(&vec!["---".to_owned(); head.len()])
 }
 
 fn path(directory: &Path, name: &str) -> PathBuf {
@@ -70,7 +98,7 @@ pub(crate) fn publish(directory: &Path, pages: &[PathBuf]) -> Result<Published, 
         if new != text {
             write_text(page, &new)?;
         }
-        for image in images(&text) {
+        for image in images(&new) {
             let (from, to) = (
                 directory.join(image),
                 page.with_file_name("images").join(image),
@@ -138,6 +166,10 @@ mod tests {
     fn tables_and_figures_go_between_their_markers_and_the_rest_stays() {
         let mut table = Table::new(["a", "b"]);
         table.row(["1", "2"]);
+        assert_eq!(
+            table.clone().below("c", "c.svg").page(),
+            "|  |\n| --- |\n| ![c](images/c.svg) |\n\n| a | b |\n| --- | --- |\n| 1 | 2 |\n"
+        );
         let find = |name: &str| match name {
             "time" => Some("4 s\n".to_owned()),
             "all" => Some(table.markdown()),

@@ -97,7 +97,17 @@ impl Report {
     /// Writes `precision_<case>.json`, the table `precision_<case>` and both diagrams.
     pub(super) fn keep(&self, setting: &Setting, directory: &Path) -> Result<(), BenchError> {
         let name = format!("precision_{}", self.case);
-        self.table(setting).keep(directory, &name)?;
+        let case = self.case.replace('_', " ");
+        self.table(setting)
+            .below(
+                &format!("{case}: run time against error"),
+                &format!("{name}.svg"),
+            )
+            .below(
+                &format!("{case}: run time against energy error"),
+                &format!("{name}_energy.svg"),
+            )
+            .keep(directory, &name)?;
         write_json(&directory.join(&name).with_extension("json"), self)?;
         let last = |point: &Point| point.errors.last().map(|errors| setting.error(errors));
         self.draw(&setting.error_label(), last, &name, directory)?;

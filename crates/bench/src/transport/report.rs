@@ -9,7 +9,12 @@ use crate::spread::{Spread, short};
 use crate::tables::Table;
 
 pub(super) fn keep(all: &[Measured], directory: &Path) -> Result<(), BenchError> {
-    table(all).keep(directory, "transport")?;
+    let mut shown = table(all);
+    for rate in RATES {
+        let what = format!("Latency of states at {rate} samples/s");
+        shown = shown.below(&what, &picture_name(rate));
+    }
+    shown.keep(directory, "transport")?;
     write_json(&directory.join("transport.json"), &all)?;
     for rate in RATES {
         draw(all, rate, directory)?;
@@ -96,6 +101,10 @@ fn table(all: &[Measured]) -> Table {
     table
 }
 
+fn picture_name(rate: f64) -> String {
+    format!("transport_{rate}.svg")
+}
+
 /// Latencies against the number of bodies: medians, and 99 % of them.
 fn draw(all: &[Measured], rate: f64, directory: &Path) -> Result<(), BenchError> {
     let curves = |bare: bool| {
@@ -128,6 +137,6 @@ fn draw(all: &[Measured], rate: f64, directory: &Path) -> Result<(), BenchError>
         horizontal: Axis::logarithmic("bodies"),
         vertical: Axis::logarithmic("latency (s)"),
     };
-    let path = directory.join(format!("transport_{rate}.svg"));
+    let path = directory.join(picture_name(rate));
     picture.draw_beside(&path, &curves(false), &curves(true))
 }

@@ -8,6 +8,9 @@ use crate::picture::{Axis, Curve, Picture};
 use crate::spread::{Spread, short};
 use crate::tables::Table;
 
+/// What is told of a round.
+type Figure = fn(&Round) -> f64;
+
 pub(super) fn keep(all: &[Measured], directory: &Path) -> Result<(), BenchError> {
     let mut shown = table(all);
     for rate in RATES {
@@ -23,11 +26,11 @@ pub(super) fn keep(all: &[Measured], directory: &Path) -> Result<(), BenchError>
 }
 
 impl Measured {
-    fn each(&self, figure: fn(&Round) -> f64) -> Vec<f64> {
+    fn each(&self, figure: Figure) -> Vec<f64> {
         self.rounds.iter().map(figure).collect()
     }
 
-    fn median(&self, figure: fn(&Round) -> f64) -> f64 {
+    fn median(&self, figure: Figure) -> f64 {
         Spread::of(self.each(figure)).map_or(f64::NAN, |spread| spread.median)
     }
 
@@ -44,7 +47,7 @@ impl Measured {
     }
 
     /// Median in microseconds, with the ratio to what is below where there is something.
-    fn cell(&self, all: &[Self], figure: fn(&Round) -> f64) -> String {
+    fn cell(&self, all: &[Self], figure: Figure) -> String {
         let time = short(1e6 * self.median(figure));
         let bare = self.bare(all);
         match bare.and_then(|bare| Spread::of_ratios(&self.each(figure), &bare.each(figure))) {
@@ -114,7 +117,7 @@ fn draw(all: &[Measured], rate: f64, directory: &Path) -> Result<(), BenchError>
             setup.rate == rate && setup.look != Look::Polling && setup.way.bare().is_none() == bare
         });
         for measured in shown {
-            let figures: [(&str, fn(&Round) -> f64); 2] = [
+            let figures: [(&str, Figure); 2] = [
                 ("median", |round| round.median),
                 ("99 %", |round| round.percentile_99),
             ];

@@ -76,6 +76,10 @@ impl Run {
         Ok(runs)
     }
 
+    pub(crate) fn is_scene(&self) -> bool {
+        matches!(self.source, Source::Scene(_))
+    }
+
     fn of_scene(scene: Scene) -> Self {
         Self {
             name: scene.name.clone(),

@@ -58,7 +58,7 @@ pub fn merge(
     let mut missing = 0;
     let mut next = 0;
     let ends = all.iter().map(|file| file.range.clone());
-    for range in ends.chain([identity.samples..identity.samples]) {
+    for range in ends.chain(std::iter::once(identity.samples..identity.samples)) {
         if range.start > next {
             if !options.allow_gaps {
                 return Err(EnsembleError::Gap {

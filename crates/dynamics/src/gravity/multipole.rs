@@ -163,7 +163,7 @@ impl Asphericity {
 
 impl Attractor for Multipole {
     fn form(&self) -> Option<Form> {
-        (self.order() == 2).then(|| Form::Attractor {
+        (self.order() == 2).then_some(Form::Attractor {
             shape: Shape::Quadrupole {
                 gm: self.central.gm,
                 second: self.asphericity.second.0,

@@ -1,5 +1,7 @@
 //! Lanes fly as simulations do, number for number.
 
+#![allow(clippy::unwrap_used)]
+
 use lgvi_dynamics::gravity::{Central, Fixed, Gravity, Multipole, Mutual, Uniform};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{
@@ -10,6 +12,9 @@ use lgvi_dynamics::{
     Simulation, StepError, System,
 };
 use nalgebra::{Matrix3, Vector3};
+
+/// Makes the system of a sample.
+type MakeMember = fn(usize) -> Member;
 
 const WIDTHS: [Width; 3] = [Width::One, Width::Four, Width::Eight];
 
@@ -282,7 +287,7 @@ fn thrust_acts_with_the_errors_of_each_member() {
             moment: Vector3::new(0.0, 0.02, 0.01),
         })
         .collect();
-    let systems: [(usize, fn(usize) -> Member); 3] = [(1, dumbbells), (0, satellite), (0, spinner)];
+    let systems: [(usize, MakeMember); 3] = [(1, dumbbells), (0, satellite), (0, spinner)];
     for (body, system) in systems {
         let with_errors = |sample: usize| Member {
             force: Vector3::new(1.0, about_one(sample, 7), 0.9),

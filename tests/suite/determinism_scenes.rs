@@ -90,6 +90,7 @@ macro_rules! scenes {
 scenes!(
     asteroid_orbiter,
     binary_asteroid,
+    dispersed_capture,
     docking_corridor,
     free_body,
     inclination_change,

@@ -10,11 +10,9 @@ pub(crate) enum Family {
     Stepped(Method),
     /// By a tolerance.
     Adaptive(fn(f64) -> Method),
-    /// Not at all: it leaps to any time.
-    Exact(Method),
 }
 
-/// All, with their labels.
+/// All that integrate bodies under gravity, with their labels.
 pub(crate) fn families() -> Vec<(String, Family)> {
     let mut families = vec![
         (
@@ -73,6 +71,5 @@ pub(crate) fn families() -> Vec<(String, Family)> {
         "Dormand–Prince 8(5,3)".into(),
         Family::Adaptive(|tolerance| Method::DormandPrince853 { tolerance }),
     ));
-    families.push(("closed form".into(), Family::Exact(Method::ClosedForm)));
     families
 }

@@ -76,10 +76,6 @@ impl Run {
         Ok(runs)
     }
 
-    pub(crate) fn is_scene(&self) -> bool {
-        matches!(self.source, Source::Scene(_))
-    }
-
     fn of_scene(scene: Scene) -> Self {
         Self {
             name: scene.name.clone(),
@@ -207,7 +203,7 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Option<f64> {
 }
 
 /// The shipped scenes, by name.
-pub(crate) fn scenes() -> Result<Vec<PathBuf>, BenchError> {
+fn scenes() -> Result<Vec<PathBuf>, BenchError> {
     let unread = |source| BenchError::Read {
         path: Path::new(SCENES).into(),
         source,

@@ -1,8 +1,7 @@
 //! Rigid bodies under gravity, integrated on SE(3).
 //!
 //! Pure mathematics: no I/O, no clock, no thread. A [`System`] is bodies and the gravity that acts on them; an
-//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together, counts the steps, and leaves
-//! out what a [`Skip`] allows.
+//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together and counts the steps.
 //!
 //! Any consistent system of units will do. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`, `Π`
 //! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational
@@ -14,13 +13,10 @@ pub mod gravity;
 mod inertia;
 pub mod integrator;
 mod invariants;
-pub mod lanes;
 mod load;
 mod mobility;
-mod range;
 pub mod rotation;
 mod simulation;
-pub mod skip;
 mod state;
 mod system;
 
@@ -31,6 +27,5 @@ pub use invariants::Invariants;
 pub use load::Load;
 pub use mobility::{Drive, Mobility};
 pub use simulation::Simulation;
-pub use skip::Skip;
 pub use state::BodyState;
 pub use system::System;

@@ -14,9 +14,6 @@ use crate::Inertia;
 /// Residual, relative to `|g|`, that is rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Its square, by which `|g|²` is multiplied.
-pub(crate) const SOLVED: f64 = ROUNDING * ROUNDING;
-
 /// Repetitions after which [`Chart::solve`] takes over.
 const MAX_PASSES: u32 = 4;
 
@@ -33,11 +30,11 @@ pub(crate) trait Moments {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Principal {
     /// `2J`
-    pub(crate) moments: Vector3<f64>,
+    moments: Vector3<f64>,
     /// `1/(2J)`
-    pub(crate) reciprocals: Vector3<f64>,
+    reciprocals: Vector3<f64>,
     /// `2 (J₃ − J₂), 2 (J₁ − J₃), 2 (J₂ − J₁)`
-    pub(crate) differences: Vector3<f64>,
+    differences: Vector3<f64>,
 }
 
 impl Principal {
@@ -76,9 +73,9 @@ impl Moments for Principal {
 /// Moments about any axes: by the principal ones, for the adjugate of an ill-conditioned matrix loses digits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct General {
-    pub(crate) principal: Principal,
+    principal: Principal,
     /// Principal axes, in columns.
-    pub(crate) axes: Matrix3<f64>,
+    axes: Matrix3<f64>,
 }
 
 impl Moments for General {
@@ -98,12 +95,12 @@ impl Moments for General {
 /// One body's implicit equation in the Cayley chart.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Direct<M> {
-    pub(crate) moments: M,
+    moments: M,
     /// `d/e`, second coefficient and determinant of `J / tr J`: up to there `p' ≥ 8 (d − e s) + 2γ (1 − 2s)` is positive,
     /// so that a solution lies on the branch, and `A > J` is positive definite.
-    pub(crate) limit: f64,
+    limit: f64,
     /// `1 / tr J`
-    pub(crate) scale: f64,
+    scale: f64,
 }
 
 impl Direct<Principal> {
@@ -147,7 +144,7 @@ impl<M: Moments> Direct<M> {
         let s = reciprocal * g.dot(&turn.u);
         let miss = (s - guess) * reciprocal;
         let residual = miss * miss * turn.u.norm_squared();
-        let solved = residual <= SOLVED * gamma;
+        let solved = residual <= (ROUNDING * ROUNDING) * gamma;
         (solved & (s < self.limit)).then_some((turn, s - leading))
     }
 

@@ -5,7 +5,6 @@
 mod bodies;
 mod classes;
 mod disturbances;
-mod ensembles;
 mod frames;
 mod gravity;
 mod integrators;
@@ -13,7 +12,6 @@ mod maneuvers;
 mod planned;
 mod shapes;
 mod shipped;
-mod skipping;
 
 use lgvi_scene::{Scene, SceneError};
 

@@ -3,14 +3,12 @@
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
 use std::{
-    env,
     io::{BufRead, BufReader, Read, Write},
-    path::PathBuf,
-    process::{Child, Command, Stdio},
+    process::{Child, Stdio},
     time::Duration,
 };
 
-use crate::common::{isolated, node};
+use crate::common::{isolated, node, python_peer};
 use lgvi_middleware::{Environment, ros::Qos};
 use lgvi_msgs::{
     geometry_msgs::{TransformStamped, Vector3},
@@ -23,17 +21,7 @@ use serde_json::{Value, json};
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn peer(environment: &Environment, args: &[&str]) -> Child {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let python = env::var_os("LGVI_PYTHON")
-        .map_or_else(|| root.join("target/python-env/bin/python"), PathBuf::from);
-    assert!(
-        python.exists(),
-        "{} is missing: make a venv and install cyclonedds==11.0.1",
-        python.display()
-    );
-    Command::new(python)
-        .arg(root.join("tests/python/cyclone_peer.py"))
-        .args(["--domain", &environment.domain_id.to_string()])
+    python_peer("cyclone_peer.py", environment)
         .args(["--timeout", &PATIENCE.as_secs().to_string()])
         .args(args)
         .stdin(Stdio::piped())

@@ -3,15 +3,13 @@
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
 use std::{
-    env,
     io::{BufRead, BufReader, Lines, Read},
-    path::PathBuf,
-    process::{Child, ChildStdout, Command, Stdio},
+    process::{Child, ChildStdout, Stdio},
     thread,
     time::{Duration, Instant},
 };
 
-use crate::common::{isolated, node, own_name};
+use crate::common::{isolated, node, own_name, python_peer};
 use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{ActionServer, Decision, GoalHandle, GoalState},
@@ -37,17 +35,7 @@ struct Peer {
 
 impl Peer {
     fn start(environment: &Environment, args: &[&str]) -> Self {
-        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let python = env::var_os("LGVI_PYTHON")
-            .map_or_else(|| root.join("target/python-env/bin/python"), PathBuf::from);
-        assert!(
-            python.exists(),
-            "{} is missing: make a venv and install cyclonedds==11.0.1",
-            python.display()
-        );
-        let mut child = Command::new(python)
-            .arg(root.join("tests/python/cyclone_action_peer.py"))
-            .args(["--domain", &environment.domain_id.to_string()])
+        let mut child = python_peer("cyclone_action_peer.py", environment)
             .args(["--timeout", &PATIENCE.as_secs().to_string()])
             .args(args)
             .stdout(Stdio::piped())

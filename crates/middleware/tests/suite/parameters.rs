@@ -4,15 +4,13 @@
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
 use std::{
-    env,
     io::{BufRead, BufReader, Lines, Write},
-    path::PathBuf,
-    process::{Child, ChildStdout, Command, Stdio},
+    process::{Child, ChildStdout, Stdio},
     sync::mpsc,
     time::Duration,
 };
 
-use crate::common::{isolated, own_name};
+use crate::common::{isolated, own_name, python_peer};
 use lgvi_middleware::{
     Environment, NodeArgs, ServiceMapping, log,
     parameters::{Change, ParameterSpec, ParameterValue, Parameters},
@@ -30,18 +28,8 @@ struct Peer {
 
 impl Peer {
     fn start(environment: &Environment, node: &str) -> Self {
-        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let python = env::var_os("LGVI_PYTHON")
-            .map_or_else(|| root.join("target/python-env/bin/python"), PathBuf::from);
-        assert!(
-            python.exists(),
-            "{} is missing: make a venv and install cyclonedds==11.0.1",
-            python.display()
-        );
-        let mut child = Command::new(python)
-            .arg(root.join("tests/python/cyclone_parameter_peer.py"))
+        let mut child = python_peer("cyclone_parameter_peer.py", environment)
             .arg(node)
-            .args(["--domain", &environment.domain_id.to_string()])
             .args(["--timeout", &PATIENCE.as_secs().to_string()])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -3,10 +3,8 @@
 //! Needs a Python with PyPI `cyclonedds` 11.0.1: `target/python-env`, or what `LGVI_PYTHON` names.
 
 use std::{
-    env,
     io::{BufRead, BufReader},
-    path::PathBuf,
-    process::{Child, Command, Stdio},
+    process::{Child, Stdio},
     sync::{
         Arc,
         atomic::{AtomicUsize, Ordering},
@@ -15,7 +13,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::common::{isolated, node};
+use crate::common::{isolated, node, python_peer};
 use lgvi_middleware::{
     Environment,
     ros::{Publisher, Qos},
@@ -48,12 +46,7 @@ struct Peer {
 
 impl Peer {
     fn subscribe(environment: &Environment, topic: &str, qos: &str, count: usize) -> Self {
-        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let python = env::var_os("LGVI_PYTHON")
-            .map_or_else(|| root.join("target/python-env/bin/python"), PathBuf::from);
-        let mut process = Command::new(python)
-            .arg(root.join("tests/python/cyclone_peer.py"))
-            .args(["--domain", &environment.domain_id.to_string()])
+        let mut process = python_peer("cyclone_peer.py", environment)
             .args(["--timeout", "60", "--odometry", topic, "--qos", qos])
             .args(["--count", &count.to_string()])
             .stdout(Stdio::piped())

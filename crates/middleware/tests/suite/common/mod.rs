@@ -1,7 +1,9 @@
 //! Nodes that cannot meet those of other tests.
 
 use std::{
-    process,
+    env,
+    path::PathBuf,
+    process::{self, Command},
     sync::atomic::{AtomicU32, Ordering},
 };
 
@@ -25,4 +27,21 @@ pub fn node(name: &str, environment: &Environment) -> RosNode {
 /// A name that no test in another process has, should it be in the same domain.
 pub fn own_name(name: &str) -> String {
     format!("{name}_{}", process::id())
+}
+
+/// A script of `tests/python`, run by a Python with Cyclone DDS in the domain of `environment`.
+pub fn python_peer(script: &str, environment: &Environment) -> Command {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let python = env::var_os("LGVI_PYTHON")
+        .map_or_else(|| root.join("target/python-env/bin/python"), PathBuf::from);
+    assert!(
+        python.exists(),
+        "{} is missing: make a venv and install cyclonedds==11.0.1",
+        python.display()
+    );
+    let mut command = Command::new(python);
+    command
+        .arg(root.join("tests/python").join(script))
+        .args(["--domain", &environment.domain_id.to_string()]);
+    command
 }

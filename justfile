@@ -30,6 +30,15 @@ demo:
 fuzz seconds="5":
     tests/fuzz/run {{seconds}}
 
+# The trials of docs/stability.md in full.
+stress *family:
+    cargo run --release --locked -p lgvi_bench -- stress {{family}}
+
 # Reference bags are made anew.
 bags:
     bags/regenerate
+
+# All benchmarks beside all peers; replaces the tables and pictures of docs. Some 25 minutes, of a machine that does nothing else.
+bench *arguments:
+    cargo build --release --locked --workspace
+    cargo run --release --locked -p lgvi_bench -- all --python "$(python3 crates/bench/peers/environment.py)" --docs docs {{arguments}}

@@ -90,6 +90,7 @@ macro_rules! scenes {
 scenes!(
     asteroid_orbiter,
     binary_asteroid,
+    dispersed_capture,
     docking_corridor,
     free_body,
     inclination_change,
@@ -97,6 +98,7 @@ scenes!(
     oblate_orbit,
     orbital_capture,
     pendulum,
+    rocks,
     slew_keep_out,
     two_dumbbells,
 );

@@ -14,6 +14,7 @@ mod determinism;
 mod determinism_scenes;
 mod diagnostics;
 mod endings;
+mod ensembles;
 mod failures;
 mod fast_dds;
 mod feedback;

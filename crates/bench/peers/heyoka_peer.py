@@ -1,20 +1,11 @@
-"""Integrates a reference case with heyoka, and says how long it took and how far off it ended.
+"""heyoka: Taylor methods of adaptive step and order, compiled for the case before the flight.
 
-    heyoka_peer.py CASE.json TIME REPEATS TOLERANCE...
-
-Each line of the output is one tolerance as JSON: tolerance, seconds (best of the repeats, propagation only: the
-integrator is compiled before), and the errors of position, attitude (Frobenius) and angular velocity at TIME, against
-the reference state of the case. Attitude is a quaternion or a rotation matrix, whichever is faster here.
-
-Needs `pip install heyoka`.
+Attitude is a quaternion or a rotation matrix, whichever is faster here. Needs `pip install heyoka`.
 """
-
-import json
-import sys
-import time
 
 import heyoka as hy
 import numpy as np
+from protocol import Failed, Stopwatch, are_points, matrix_of, point_state, quaternion_of, rigid_state, serve
 
 
 def cross(a, b):
@@ -23,31 +14,6 @@ def cross(a, b):
 
 def dot(a, b):
     return hy.sum([p * q for p, q in zip(a, b)])
-
-
-def matrix_of(q):
-    w, x, y, z = q
-    return [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-
-
-def quaternion_of(r):
-    """For the cases' initial attitudes, all of them with a positive trace or half a turn about an axis."""
-    r = np.array(r)
-    k = np.array(
-        [
-            [r[0, 0] - r[1, 1] - r[2, 2], 0, 0, 0],
-            [r[0, 1] + r[1, 0], r[1, 1] - r[0, 0] - r[2, 2], 0, 0],
-            [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[2, 2] - r[0, 0] - r[1, 1], 0],
-            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], np.trace(r)],
-        ]
-    )
-    values, vectors = np.linalg.eigh(k)
-    x, y, z, w = vectors[:, np.argmax(values)]
-    return [w, x, y, z]
 
 
 class Body:
@@ -166,7 +132,33 @@ def loads(case, bodies):
     return forces, torques
 
 
-def integrator(case, tolerance, quaternion):
+def points(case):
+    """Equations of points of mass, which do not turn."""
+    bodies = case["bodies"]
+    variables = [
+        (hy.make_vars(*(f"{c}{i}" for c in "xyz")), hy.make_vars(*(f"v{c}{i}" for c in "xyz"))) for i in range(len(bodies))
+    ]
+    accelerations = [[hy.expression(0.0)] * 3 for _ in bodies]
+    if case["potential"] == "central":
+        for i, (x, _) in enumerate(variables):
+            pull = -case["parameters"]["GM"] * dot(x, x) ** -1.5
+            accelerations[i] = [pull * c for c in x]
+    else:
+        constant = case["parameters"]["G"]
+        for i, (x, _) in enumerate(variables):
+            for j in range(i):
+                d = add(x, variables[j][0], -1.0)
+                pull = dot(d, d) ** -1.5
+                accelerations[i] = add(accelerations[i], [-constant * bodies[j]["mass"] * pull * c for c in d])
+                accelerations[j] = add(accelerations[j], [constant * bodies[i]["mass"] * pull * c for c in d])
+    equations, start = [], []
+    for (x, v), acceleration, body in zip(variables, accelerations, bodies):
+        equations += [*zip(x, v), *zip(v, acceleration)]
+        start += [*body["x"], *body["v"]]
+    return equations, start
+
+
+def rigid(case, quaternion):
     bodies = [Body(i, data, quaternion) for i, data in enumerate(case["bodies"])]
     forces, torques = loads(case, bodies)
     equations, start = [], []
@@ -174,45 +166,53 @@ def integrator(case, tolerance, quaternion):
     for body, force, torque in zip(bodies, forces, torques):
         equations += body.equations(force, torque, moves)
         start += body.start
-    return hy.taylor_adaptive(equations, start, tol=tolerance), start
+    return equations, start
 
 
-def errors(case, state, at, quaternion):
-    width = 13 if quaternion else 18
-    worst = [0.0, 0.0, 0.0]
-    for index in range(len(case["bodies"])):
-        found = np.array(state[index * width : (index + 1) * width])
-        expected = np.array(at["y"][index * 18 : (index + 1) * 18])
-        r = np.array(matrix_of(found[6:10])) if quaternion else found[6:15].reshape(3, 3)
-        differences = [
-            found[:3] - expected[:3],
-            r.astype(float) - expected[6:15].reshape(3, 3),
-            found[-3:] - expected[15:],
-        ]
-        worst = [max(w, float(np.linalg.norm(d))) for w, d in zip(worst, differences)]
-    return dict(zip(("position", "attitude", "angular_velocity"), worst))
+class Flight:
+    """The integrators of one case, each made when its tolerance is asked for first."""
+
+    def __init__(self, case):
+        self.grid = [0.0, *case["times"]]
+        self.case = case
+        if are_points(case):
+            self.forms = {"point": points(case)}
+        else:
+            self.forms = {"quaternion": rigid(case, True), "matrix": rigid(case, False)}
+        self.integrators = {}
+
+    def fly(self, tolerance):
+        if tolerance not in self.integrators:
+            self.integrators[tolerance] = self.fastest(tolerance)
+        form, integrator = self.integrators[tolerance]
+        return self.once(form, integrator)
+
+    def fastest(self, tolerance):
+        """Of the forms; the first integrator that is made decides for all."""
+        made = [(form, hy.taylor_adaptive(*equations, tol=tolerance)) for form, equations in self.forms.items()]
+        best = min(made, key=lambda one: min(self.once(*one)[0] for _ in range(3)))
+        self.forms = {best[0]: self.forms[best[0]]}
+        return best
+
+    def once(self, form, integrator):
+        integrator.state[:] = self.forms[form][1]
+        integrator.time = 0.0
+        with Stopwatch() as watch:
+            outcome, *_, states = integrator.propagate_grid(self.grid)
+        if outcome != hy.taylor_outcome.time_limit:
+            raise Failed(str(outcome))
+        return watch.seconds, [self.state(form, np.asarray(row, dtype=float)) for row in states[1:]]
+
+    def state(self, form, row):
+        bodies = row.reshape(len(self.case["bodies"]), -1)
+        if form == "point":
+            return [c for body in bodies for c in point_state(body[:3], body[3:])]
+        attitude = {"quaternion": lambda a: matrix_of(a), "matrix": lambda a: a.reshape(3, 3)}[form]
+        return [c for b in bodies for c in rigid_state(b[:3], b[3:6], attitude(b[6:-3]), b[-3:])]
 
 
-def measure(case, at, repeats, tolerance, quaternion):
-    flight, start = integrator(case, tolerance, quaternion)
-    best = float("inf")
-    for _ in range(repeats):
-        flight.state[:] = start
-        flight.time = 0.0
-        before = time.perf_counter()
-        flight.propagate_until(at["t"])
-        best = min(best, time.perf_counter() - before)
-    return {"tolerance": tolerance, "seconds": best, **errors(case, flight.state, at, quaternion)}
+def offer(case):
+    return {"Taylor": ("tolerance", Flight(case).fly)}
 
 
-def main():
-    path, at, repeats, *tolerances = sys.argv[1:]
-    with open(path) as file:
-        case = json.load(file)
-    (at,) = [state for state in case["states"] if state["t"] == float(at)]
-    for tolerance in map(float, tolerances):
-        both = [measure(case, at, int(repeats), tolerance, quaternion) for quaternion in (True, False)]
-        print(json.dumps(min(both, key=lambda result: result["seconds"])), flush=True)
-
-
-main()
+serve(f"heyoka {hy.__version__}", offer)

@@ -1,5 +1,7 @@
 //! The automatic choice of method and step against the best choice by hand, as a table.
 
+use std::path::Path;
+
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::rotation::PreprocessedOrder;
 use lgvi_dynamics::{Load, Method};
@@ -7,6 +9,8 @@ use lgvi_dynamics::{Load, Method};
 use crate::clock::Moment;
 use crate::error::BenchError;
 use crate::run::{Run, Truth};
+use crate::spread::Spread;
+use crate::tables::Table;
 
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 
@@ -31,7 +35,7 @@ struct Try {
     seconds: f64,
 }
 
-/// Prints the table of the run called `name`, or of all.
+/// Prints what was chosen in the run called `name`, or in all.
 pub(crate) fn run(name: Option<&str>, repeats: u32) -> Result<(), BenchError> {
     let all = Run::all()?;
     let named = |run: &&Run| name.is_none_or(|name| run.name == name);
@@ -42,11 +46,25 @@ pub(crate) fn run(name: Option<&str>, repeats: u32) -> Result<(), BenchError> {
             known: all.into_iter().map(|run| run.name).collect(),
         });
     }
+    measure(&runs, repeats).map(|table| table.print())
+}
+
+/// The same for the shipped scenes; keeps the table `auto` of the ratios.
+pub(crate) fn scenes(repeats: u32, directory: &Path) -> Result<(), BenchError> {
+    let all = Run::all()?;
+    let scenes: Vec<_> = all.iter().filter(|run| run.is_scene()).collect();
+    measure(&scenes, repeats)?.keep(directory, "auto")
+}
+
+/// Prints the choices; the table has times in parts of the best by hand.
+fn measure(runs: &[&Run], repeats: u32) -> Result<Table, BenchError> {
     println!(
         "| run | steps | tolerance | chosen | error | time (ms) | best by hand | time (ms) | ratio | choosing (ms) |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let mut notes = Vec::new();
+    let head = TOLERANCES.map(|tolerance| format!("{tolerance:.0e}"));
+    let mut table = Table::new(std::iter::once("run".to_owned()).chain(head));
     for run in runs {
         let truth = run.truth()?;
         if let Truth::Flown(_, difference) = truth {
@@ -56,53 +74,62 @@ pub(crate) fn run(name: Option<&str>, repeats: u32) -> Result<(), BenchError> {
             ));
         }
         let found = by_hand(run, &truth)?;
+        let mut cells = vec![format!("`{}` to {}", run.name, run.wanted.duration)];
         for (tolerance, found) in TOLERANCES.into_iter().zip(found) {
-            notes.extend(row(run, &truth, tolerance, found, repeats)?);
+            let (ratio, note) = row(run, &truth, tolerance, found, repeats)?;
+            cells.push(ratio.map_or_else(String::new, |ratio| ratio.to_string()));
+            notes.extend(note);
         }
+        table.row(cells);
     }
     println!();
     for note in notes {
         println!("{note}");
     }
-    Ok(())
+    Ok(table)
 }
 
-/// Prints a row; tells why the choice was made where it takes much longer than the best.
+/// Prints a row; the ratio of times, and why the choice was made where it takes much longer than the best.
 fn row(
     run: &Run,
     truth: &Truth,
     tolerance: f64,
     mut found: Vec<Try>,
     repeats: u32,
-) -> Result<Option<String>, BenchError> {
+) -> Result<(Option<Spread>, Option<String>), BenchError> {
     let begun = Moment::now();
     let choice = run.choose(tolerance)?;
     let choosing = begun.elapsed();
     let (method, substeps) = (choice.method, choice.substeps);
     let (error, _) = run.fly(method, substeps, truth)?;
-    let mut chosen = Try {
+    let chosen = Try {
         method,
         substeps,
         seconds: f64::INFINITY,
     };
     found.truncate(FINALISTS);
-    for found in &mut found {
-        found.seconds = f64::INFINITY;
-    }
+    let mut tries = vec![chosen];
+    tries.extend(found);
+    let mut times = vec![Vec::new(); tries.len()];
     let begun = Moment::now();
     for repeat in 0..repeats {
         if repeat > 1 && begun.elapsed() > TIMED {
             break;
         }
-        for timed in std::iter::once(&mut chosen).chain(&mut found) {
-            timed.seconds = timed.seconds.min(time(run, timed)?);
+        for (timed, times) in tries.iter().zip(&mut times) {
+            times.push(time(run, timed)?);
         }
     }
-    let best = found
-        .into_iter()
-        .min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    for (timed, times) in tries.iter_mut().zip(&times) {
+        let spread = Spread::of(times.iter().copied());
+        timed.seconds = spread.map_or(f64::NAN, |spread| spread.median);
+    }
+    let chosen = tries[0];
+    let best = (1..tries.len()).min_by(|a, b| tries[*a].seconds.total_cmp(&tries[*b].seconds));
+    let spread = best.and_then(|best| Spread::of_ratios(&times[0], &times[best]));
+    let best = best.map(|best| &tries[best]);
     let seconds = best.map_or(f64::NAN, |best| best.seconds);
-    let ratio = chosen.seconds / seconds;
+    let ratio = spread.map_or(f64::NAN, |spread| spread.median);
     println!(
         "| {} to {} | {} | {tolerance:.0e} | {} | {error:.1e} | {:.3} | {} | {:.3} | {ratio:.2} | {:.1} |",
         run.name,
@@ -110,11 +137,12 @@ fn row(
         run.wanted.steps,
         label(&chosen),
         1e3 * chosen.seconds,
-        best.as_ref().map_or("none".into(), label),
+        best.map_or("none".into(), label),
         1e3 * seconds,
         1e3 * choosing
     );
-    Ok((ratio > HOPELESS).then(|| format!("{} to {tolerance:.0e}: {choice}", run.name)))
+    let note = (ratio > HOPELESS).then(|| format!("{} to {tolerance:.0e}: {choice}", run.name));
+    Ok((spread, note))
 }
 
 fn label(flight: &Try) -> String {

@@ -13,6 +13,8 @@ use mcap::records::MessageHeader;
 
 use crate::clock::Moment;
 use crate::error::BenchError;
+use crate::spread::Spread;
+use crate::tables::Table;
 
 /// Messages of one measurement.
 const MESSAGES: u32 = 50_000;
@@ -29,17 +31,23 @@ const COMPRESSIONS: [(&str, Compression); 3] = [
     ("zstd", Compression::Zstd),
 ];
 
-pub(crate) fn run(repeats: u32) -> Result<(), BenchError> {
+/// Measures, keeps the table `bag`.
+pub(crate) fn run(repeats: u32, directory: &Path) -> Result<(), BenchError> {
     let folder = tempfile::tempdir().map_err(failed)?;
-    println!(
-        "| message (B) | compression | lgvi (1/s) | mcap (1/s) | ratio | lgvi (B each) | mcap (B each) |"
-    );
-    println!("|---|---|---|---|---|---|---|");
+    let mut table = Table::new([
+        "message (B)",
+        "compression",
+        "lgvi (1/s)",
+        "mcap (1/s)",
+        "ratio of rates",
+        "lgvi (B each)",
+        "mcap (B each)",
+    ]);
     for bodies in BODIES {
         let messages = (0..DIFFERENT).map(|step| state(bodies, step));
         let messages = messages.collect::<Result<Vec<_>, _>>().map_err(failed)?;
         for (name, compression) in COMPRESSIONS {
-            let mut least = [f64::INFINITY; 2];
+            let mut seconds = [Vec::new(), Vec::new()];
             let mut bytes = [0; 2];
             // In turns, so that what else the machine does falls on both.
             for repeat in 0..repeats {
@@ -49,27 +57,33 @@ pub(crate) fn run(repeats: u32) -> Result<(), BenchError> {
                     ours(&bag, compression, &messages)?,
                     bare(&alone, compression, &messages)?,
                 ];
-                for (which, (seconds, size)) in measured.into_iter().enumerate() {
-                    least[which] = least[which].min(seconds);
+                for (which, (time, size)) in measured.into_iter().enumerate() {
+                    seconds[which].push(time);
                     bytes[which] = size;
                 }
                 std::fs::remove_dir_all(&bag).map_err(failed)?;
                 std::fs::remove_file(&alone).map_err(failed)?;
             }
-            let rate = least.map(|seconds| f64::from(MESSAGES) / seconds);
-            let each = bytes.map(|bytes| bytes as f64 / f64::from(MESSAGES));
-            println!(
-                "| {} | {name} | {:.0} | {:.0} | {:.2} | {:.1} | {:.1} |",
-                messages[0].len(),
-                rate[0],
-                rate[1],
-                rate[0] / rate[1],
-                each[0],
-                each[1]
-            );
+            let rate = |times: &Vec<f64>| {
+                let spread = Spread::of(times.iter().copied());
+                let rate = spread.map(|spread| f64::from(MESSAGES) / spread.median);
+                rate.map_or_else(String::new, |rate| format!("{rate:.0}"))
+            };
+            let ratio = Spread::of_ratios(&seconds[1], &seconds[0]);
+            let each = bytes.map(|bytes| format!("{:.1}", bytes as f64 / f64::from(MESSAGES)));
+            let [own, alone] = each;
+            table.row([
+                messages[0].len().to_string(),
+                name.to_owned(),
+                rate(&seconds[0]),
+                rate(&seconds[1]),
+                ratio.map_or_else(String::new, |ratio| ratio.to_string()),
+                own,
+                alone,
+            ]);
         }
     }
-    Ok(())
+    table.keep(directory, "bag")
 }
 
 /// Processor time (s) and size of a bag.

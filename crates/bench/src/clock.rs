@@ -16,10 +16,27 @@ impl Moment {
     }
 }
 
-/// Not a number where the system has no such clock.
 fn seconds() -> f64 {
-    clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID).map_or(f64::NAN, |time| {
+    read(ClockId::CLOCK_THREAD_CPUTIME_ID)
+}
+
+/// Seconds that this process has been on the processor, with all its threads.
+pub(crate) fn process_seconds() -> f64 {
+    read(ClockId::CLOCK_PROCESS_CPUTIME_ID)
+}
+
+/// Not a number where the system has no such clock.
+fn read(clock: ClockId) -> f64 {
+    clock_gettime(clock).map_or(f64::NAN, |time| {
         time.tv_sec() as f64 + 1e-9 * time.tv_nsec() as f64
+    })
+}
+
+/// A moment that processes of one machine agree on (ns).
+pub(crate) fn monotonic_nanoseconds() -> u64 {
+    clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(0, |time| {
+        let [seconds, nanoseconds] = [time.tv_sec(), time.tv_nsec()].map(i64::cast_unsigned);
+        1_000_000_000 * seconds + nanoseconds
     })
 }
 

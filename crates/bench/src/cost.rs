@@ -2,13 +2,15 @@
 
 use std::path::Path;
 use std::process::Command;
-use std::time::Instant;
 
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Load, Method, Simulation};
 use lgvi_truth::Case;
 
+use crate::clock::Moment;
 use crate::error::BenchError;
+use crate::spread::{Spread, short};
+use crate::tables::Table;
 
 /// What is flown, and its step.
 const FLIGHTS: [(&str, &str, f64); 2] = [
@@ -45,63 +47,88 @@ pub(crate) fn fly(which: u64, steps: u64) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// Times both flights and the tight loops, counts instructions where there is valgrind.
-pub(crate) fn run(repeats: u32) -> Result<(), BenchError> {
-    let tight = tight_loop(repeats);
-    for (which, (label, _, _)) in FLIGHTS.iter().enumerate() {
-        let mut simulation = simulation(which)?;
-        let controls = vec![Load::default(); simulation.states().len()];
-        let mut best = f64::INFINITY;
-        for _ in 0..repeats {
-            let start = Instant::now();
-            for _ in 0..BLOCK {
-                simulation.advance(&controls)?;
+/// Times both flights and the tight loops in turns, counts instructions where there is valgrind; keeps the table `step`.
+pub(crate) fn run(repeats: u32, directory: &Path) -> Result<(), BenchError> {
+    let tight = TightLoop::compile();
+    if let Err(error) = &tight {
+        println!("no tight loop: {error}");
+    }
+    let mut own = [Vec::new(), Vec::new()];
+    let mut beside = [Vec::new(), Vec::new()];
+    for _ in 0..repeats {
+        for (which, times) in own.iter_mut().enumerate() {
+            times.push(step(which)?);
+        }
+        if let Ok(tight) = &tight {
+            for (times, time) in beside.iter_mut().zip(tight.run()?) {
+                times.push(time);
             }
-            best = best.min(1e9 * start.elapsed().as_secs_f64() / BLOCK as f64);
-        }
-        print!("{label}: {best:.1} ns a step");
-        match &tight {
-            Ok(tight) => print!(
-                ", {:.2} times the tight loop ({:.1} ns)",
-                best / tight[which],
-                tight[which]
-            ),
-            Err(error) => print!(" (no tight loop: {error})"),
-        }
-        match instructions(which) {
-            Ok(count) => println!(", {count:.0} instructions"),
-            Err(error) => println!(" (no instructions: {error})"),
         }
     }
-    Ok(())
-}
-
-/// Best times a step (ns) of the C++ loop, compiled here.
-fn tight_loop(repeats: u32) -> Result<[f64; 2], BenchError> {
-    let program = std::env::temp_dir().join(format!("lgvi_tight_loop_{}", std::process::id()));
-    let result = compile_and_run(&program, repeats);
-    let _ = std::fs::remove_file(&program);
-    result
-}
-
-fn compile_and_run(program: &Path, repeats: u32) -> Result<[f64; 2], BenchError> {
-    let compiled = Command::new("g++")
-        .args(["-O3", "-march=native", TIGHT_LOOP, "-o"])
-        .arg(program)
-        .status()
-        .map_err(|error| BenchError::Peer(format!("g++: {error}")))?;
-    if !compiled.success() {
-        return Err(BenchError::Peer(format!("g++ ended with {compiled}")));
+    let mut table = Table::new(["", "time", "tight C++ loop", "ratio", "instructions"]);
+    for (which, (label, _, _)) in FLIGHTS.iter().enumerate() {
+        let median = |times: &Vec<f64>| {
+            let spread = Spread::of(times.iter().copied());
+            spread.map_or_else(String::new, |spread| format!("{} ns", short(spread.median)))
+        };
+        let ratio = Spread::of_ratios(&own[which], &beside[which]);
+        let instructions = instructions(which).map(|count| format!("{count:.0}"));
+        table.row([
+            (*label).to_owned(),
+            median(&own[which]),
+            median(&beside[which]),
+            ratio.map_or_else(String::new, |ratio| ratio.to_string()),
+            instructions.unwrap_or_else(|error| {
+                println!("no instructions: {error}");
+                String::new()
+            }),
+        ]);
     }
-    let output = Command::new(program)
-        .arg(repeats.to_string())
-        .output()
-        .map_err(|error| BenchError::Peer(error.to_string()))?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let mut numbers = text.split_whitespace().map(str::parse::<f64>);
-    match (numbers.next(), numbers.next()) {
-        (Some(Ok(free)), Some(Ok(pair))) => Ok([free, pair]),
-        _ => Err(BenchError::Peer(format!("the tight loop said {text:?}"))),
+    table.keep(directory, "step")
+}
+
+/// Time (ns) of a step of a flight.
+fn step(which: usize) -> Result<f64, BenchError> {
+    let mut simulation = simulation(which)?;
+    let controls = vec![Load::default(); simulation.states().len()];
+    let begun = Moment::now();
+    for _ in 0..BLOCK {
+        simulation.advance(&controls)?;
+    }
+    Ok(1e9 * begun.elapsed() / BLOCK as f64)
+}
+
+/// The C++ loop, compiled here and removed in the end.
+struct TightLoop(tempfile::TempPath);
+
+impl TightLoop {
+    fn compile() -> Result<Self, BenchError> {
+        let refuse = |error: &dyn std::fmt::Display| BenchError::Peer(format!("g++: {error}"));
+        let file = tempfile::NamedTempFile::new().map_err(|error| refuse(&error))?;
+        let program = file.into_temp_path();
+        let compiled = Command::new("g++")
+            .args(["-O3", "-march=native", TIGHT_LOOP, "-o"])
+            .arg(&program)
+            .status()
+            .map_err(|error| refuse(&error))?;
+        match compiled.success() {
+            true => Ok(Self(program)),
+            false => Err(refuse(&compiled)),
+        }
+    }
+
+    /// Times a step (ns) of both flights.
+    fn run(&self) -> Result<[f64; 2], BenchError> {
+        let output = Command::new(&self.0)
+            .arg("1")
+            .output()
+            .map_err(|error| BenchError::Peer(error.to_string()))?;
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let mut numbers = text.split_whitespace().map(str::parse::<f64>);
+        match (numbers.next(), numbers.next()) {
+            (Some(Ok(free)), Some(Ok(pair))) => Ok([free, pair]),
+            _ => Err(BenchError::Peer(format!("the tight loop said {text:?}"))),
+        }
     }
 }
 

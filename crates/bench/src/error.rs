@@ -36,6 +36,8 @@ pub(crate) enum BenchError {
     Nodes(String),
     #[error("writing bags: {0}")]
     Bag(String),
+    #[error("not as it should be: {0}")]
+    Stress(String),
     #[error("no plan: {0}")]
     Plan(String),
     #[error("{0}")]
@@ -56,6 +58,17 @@ pub(crate) enum BenchError {
 
 /// Writes figures to the file at `path`, whose directory is made.
 pub(crate) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), BenchError> {
+    let text = serde_json::to_string_pretty(figures).map_err(|error| BenchError::Write {
+        path: path.into(),
+        source: error.into(),
+    })?;
+    write_text(path, &text)?;
+    println!("{}", path.display());
+    Ok(())
+}
+
+/// Writes the file at `path`, whose directory is made.
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), BenchError> {
     let refuse = |source| BenchError::Write {
         path: path.into(),
         source,
@@ -63,8 +76,5 @@ pub(crate) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Be
     if let Some(directory) = path.parent() {
         std::fs::create_dir_all(directory).map_err(refuse)?;
     }
-    let text = serde_json::to_string_pretty(figures).map_err(|error| refuse(error.into()))?;
-    std::fs::write(path, text).map_err(refuse)?;
-    println!("{}", path.display());
-    Ok(())
+    std::fs::write(path, text).map_err(refuse)
 }

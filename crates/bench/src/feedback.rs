@@ -8,6 +8,7 @@ use crate::corrected::{Correction, Noise, Task};
 use crate::error::{BenchError, write_json};
 use crate::maneuvers::quantile;
 use crate::picture::{Axis, Curve, Picture};
+use crate::tables::Table;
 
 const SCENES: [&str; 2] = ["inclination_change", "orbital_capture"];
 
@@ -89,17 +90,24 @@ pub(crate) fn run(flights: u64, intervals: usize, directory: &Path) -> Result<()
         "median and 95 % of the arrival error; median cost; iterations of a new plan, and its time for an interval beside that \
          of the plan from nothing"
     );
-    println!(
-        "| scene | correction | position | attitude | velocity | angular momentum | cost | iterations | time |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    let mut table = Table::new([
+        "scene",
+        "correction",
+        "position",
+        "attitude",
+        "velocity",
+        "angular momentum",
+        "cost",
+        "iterations",
+        "time",
+    ]);
     let mut rows = Vec::new();
     for scene in SCENES {
         let task = Task::load(scene, intervals)?;
         let mut curves = Vec::new();
         for (label, correction) in CORRECTIONS {
             let (row, positions) = measure(&task, scene, label, correction, flights)?;
-            row.print();
+            table.row(row.cells());
             rows.push(row);
             curves.push(Curve {
                 label: label.into(),
@@ -116,6 +124,8 @@ pub(crate) fn run(flights: u64, intervals: usize, directory: &Path) -> Result<()
         };
         picture.draw(&directory.join(format!("feedback_{scene}.svg")), &curves)?;
     }
+    table.print();
+    positions(&rows).keep(directory, "feedback")?;
     let report = Report {
         intervals,
         plans: PLANS,
@@ -125,6 +135,23 @@ pub(crate) fn run(flights: u64, intervals: usize, directory: &Path) -> Result<()
         rows,
     };
     write_json(&directory.join("feedback.json"), &report)
+}
+
+/// Position errors at arrival, a column a scene.
+fn positions(rows: &[Row]) -> Table {
+    let scenes = SCENES.map(|scene| scene.replace('_', " "));
+    let mut table = Table::new(std::iter::once(String::new()).chain(scenes));
+    for (label, _) in CORRECTIONS {
+        let of_this = rows.iter().filter(|row| row.correction == label);
+        let cells = of_this.map(|row| error(row.position));
+        table.row(std::iter::once(label.to_owned()).chain(cells));
+    }
+    table
+}
+
+/// Median and 95 %.
+fn error([median, most]: [f64; 2]) -> String {
+    format!("{median:.1e}, {most:.1e}")
 }
 
 /// The row and the sorted position errors.
@@ -170,24 +197,26 @@ fn measure(
 }
 
 impl Row {
-    fn print(&self) {
-        let error = |[median, most]: [f64; 2]| format!("{median:.1e}, {most:.1e}");
+    fn cells(&self) -> [String; 9] {
         let [cost, _] = self.cost;
-        let replans = match (self.iterations, self.time) {
-            ([median, _], _) if median.is_nan() => " | ".into(),
-            ([median, most], [time, longest]) => {
-                format!("{median:.0}, {most:.0} | {time:.2}, {longest:.2}")
-            }
+        let (iterations, time) = match (self.iterations, self.time) {
+            ([median, _], _) if median.is_nan() => (String::new(), String::new()),
+            ([median, most], [time, longest]) => (
+                format!("{median:.0}, {most:.0}"),
+                format!("{time:.2}, {longest:.2}"),
+            ),
         };
-        println!(
-            "| {} | {} | {} | {} | {} | {} | {cost:.3} | {replans} |",
-            self.scene,
-            self.correction,
+        [
+            self.scene.replace('_', " "),
+            self.correction.into(),
             error(self.position),
             error(self.attitude),
             error(self.velocity),
             error(self.angular_momentum),
-        );
+            format!("{cost:.3}"),
+            iterations,
+            time,
+        ]
     }
 }
 

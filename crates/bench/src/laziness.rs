@@ -24,6 +24,7 @@ use nix::time::{clock_getcpuclockid, clock_gettime};
 use nix::unistd::Pid;
 
 use crate::error::BenchError;
+use crate::tables::Table;
 
 /// What is measured.
 #[derive(Args)]
@@ -34,6 +35,16 @@ pub(crate) struct Options {
     /// The DDS domain, which nobody else should use.
     #[arg(long, default_value_t = 100)]
     domain: u16,
+}
+
+impl Options {
+    /// With flights of so many seconds.
+    pub(crate) fn of(seconds: f64) -> Self {
+        Self {
+            seconds,
+            domain: 100,
+        }
+    }
 }
 
 const BODIES: usize = 5;
@@ -48,24 +59,27 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// How often those who listen look.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Prints a table of the costs.
-pub(crate) fn run(options: &Options) -> Result<(), BenchError> {
+/// Measures, keeps the table `laziness`.
+pub(crate) fn run(options: &Options, output: &Path) -> Result<(), BenchError> {
     let directory = std::env::temp_dir().join(format!("lgvi_bench_{}", std::process::id()));
-    let measured = prepare(&directory).and_then(|()| measure(options, &directory));
+    let measured = prepare(&directory).and_then(|()| measure(options, &directory, output));
     let _ = std::fs::remove_dir_all(&directory);
     measured
 }
 
-fn measure(options: &Options, directory: &Path) -> Result<(), BenchError> {
+fn measure(options: &Options, directory: &Path, output: &Path) -> Result<(), BenchError> {
     let bench = Bench {
         directory: directory.into(),
         environment: Environment::localhost(options.domain),
         seconds: options.seconds,
     };
     println!("{BODIES} bodies, {RATE} steps/s; time on the processor of the whole process");
-    println!(
-        "| Node | CPU (ms a second) | to the first | messages taken/s |\n| --- | ---: | ---: | ---: |"
-    );
+    let mut table = Table::new([
+        "node",
+        "CPU (ms a second)",
+        "to the first",
+        "messages taken/s",
+    ]);
     let mut first = None;
     for (name, listening) in [
         ("flight, nobody listens", Listening::default()),
@@ -93,16 +107,18 @@ fn measure(options: &Options, directory: &Path) -> Result<(), BenchError> {
     ] {
         let cost = bench.flight(listening)?;
         let ratio = cost.cpu / *first.get_or_insert(cost.cpu);
-        println!(
-            "| {name} | {:.1} | {ratio:.2} | {:.0} |",
-            cost.cpu * 1e3,
-            cost.taken
-        );
+        table.row([
+            name.to_owned(),
+            format!("{:.1}", 1e3 * cost.cpu),
+            format!("{ratio:.2}"),
+            format!("{:.0}", cost.taken),
+        ]);
     }
     for (name, configure) in [("unconfigured", false), ("inactive", true)] {
-        println!("| {name} | {:.1} | | |", bench.idle(configure)? * 1e3);
+        let cpu = format!("{:.1}", 1e3 * bench.idle(configure)?);
+        table.row([name, &cpu, "", ""]);
     }
-    Ok(())
+    table.keep(output, "laziness")
 }
 
 struct Bench {

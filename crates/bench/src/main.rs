@@ -1,20 +1,22 @@
 //! Benchmarks: run time against error, beside outside peers when they are installed.
 //!
-//! Times are the best of several repetitions in one run, and only their ratios mean anything. What the nodes cost is
-//! measured once, over seconds.
+//! Times are of the processor, of several repetitions in turns, and only their ratios mean anything. What the nodes cost
+//! is measured once, over seconds.
 
 #![allow(clippy::print_stdout)]
 
+mod all;
 mod auto;
 mod bag;
+mod bodies;
 mod clock;
 mod corrected;
 mod cost;
 mod costs;
 mod dumbbells;
+mod ensemble;
 mod error;
 mod feedback;
-mod flight;
 mod free;
 mod laziness;
 mod maneuvers;
@@ -25,37 +27,41 @@ mod planner;
 mod precision;
 mod recording;
 mod run;
+mod skip;
+mod spread;
+mod stress;
+mod tables;
+mod transport;
 
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 
 use error::BenchError;
-use peer::Peer;
+use peer::Python;
 
 /// Benchmarks of lgvi: run time against error.
 #[derive(Parser)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
-    /// Repetitions of each measurement, of which the fastest counts.
+    /// Repetitions of each measurement.
     #[arg(long, default_value_t = 5, global = true)]
     repeats: u32,
-    /// The Python that has heyoka or casadi (`pip install heyoka casadi`); without it there is no peer.
+    /// The Python that has the peers, as crates/bench/peers/environment.py prints it; without it there is none.
     #[arg(long, global = true)]
     python: Option<PathBuf>,
-    /// Directory for pictures.
+    /// Directory for figures (JSON), pictures (SVG) and tables.
     #[arg(long, default_value = "target/bench", global = true)]
-    images: PathBuf,
+    output: PathBuf,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Every integrator on a reference case: run time against error, and the ratios to heyoka.
-    Precision {
-        /// The case, such as `a1_two_dumbbells_regular`; all of them without one.
-        case: Option<String>,
-    },
+    /// All of them one after the other; replaces the documentation's tables and pictures.
+    All(all::Options),
+    /// Every integrator on the reference cases: run time against error, beside peers.
+    Precision(precision::Options),
     /// The free body in closed form, at any time.
     Free,
     /// Time and instructions of one step through the public API.
@@ -69,12 +75,19 @@ enum Command {
         /// A scene or a reference case, such as `pendulum`; all of them without one.
         name: Option<String>,
     },
+    /// What skipping saves in each scene, and what it changes.
+    Skip {
+        /// A scene, such as `rocks`; all of them without one.
+        name: Option<String>,
+    },
     /// What steps, stages and gravity cost: the constants of the automatic choice.
     Costs,
     /// The planner's solver: beside CasADi with IPOPT and fatrop, against the number of steps, and from a plan before.
     Planner(planner::Options),
     /// The two-dumbbell figure of the paper's §3.4, as pictures.
     Dumbbells,
+    /// Throughput of ensembles: lanes beside the simulation, threads, size.
+    Ensemble(ensemble::Options),
     /// How many random manoeuvres the planner solves from nothing, beside plain shooting.
     Maneuvers {
         /// How many, from the first on.
@@ -84,6 +97,22 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
+    /// Trials that drive the dynamics to its limits, some minutes of them; fails where one does.
+    Stress {
+        /// A family of trials, such as `rounding`; all of them without one.
+        family: Option<String>,
+        /// File that the figures are written to.
+        #[arg(long)]
+        json: Option<PathBuf>,
+    },
+    /// What a step costs against the number of bodies, beside REBOUND.
+    Bodies {
+        /// Only few bodies, without REBOUND.
+        #[arg(long)]
+        quick: bool,
+    },
+    /// States from one process to another: latency and processor time, beside bare iceoryx2 and ros2-client.
+    Transport(transport::Options),
     /// Writing bags, beside the crate mcap alone.
     Bag,
     /// What the propagator costs by who listens; needs `cargo build -p lgvi` of the same profile.
@@ -104,32 +133,29 @@ enum Command {
 
 fn main() -> Result<(), BenchError> {
     let arguments = Arguments::parse();
-    let peer = arguments.python.map(Peer::new);
+    let python = arguments.python.map(Python::new);
+    let python = python.as_ref();
     let repeats = arguments.repeats.max(1);
+    let output = &arguments.output;
     match arguments.command {
-        Command::Precision { case } => {
-            let known = || precision::CASES.iter().map(|case| case.name.to_string());
-            let cases: Vec<_> = case.map_or_else(|| known().collect(), |case| vec![case]);
-            for case in cases {
-                precision::run(&case, peer.as_ref(), repeats, &arguments.images)?;
-            }
-            Ok(())
-        }
-        Command::Free => free::run(peer.as_ref(), repeats),
+        Command::All(options) => all::run(&options, python, repeats, output),
+        Command::Precision(options) => precision::run(&options, python, repeats, output),
+        Command::Free => free::run(python, repeats, output),
         Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
-        Command::Step { fly: None } => cost::run(repeats),
+        Command::Step { fly: None } => cost::run(repeats, output),
         Command::Auto { name } => auto::run(name.as_deref(), repeats),
+        Command::Skip { name } => skip::run(name.as_deref(), repeats),
         Command::Costs => costs::run(repeats),
-        Command::Planner(options) => {
-            planner::run(&options, peer.as_ref(), repeats, &arguments.images)
-        }
-        Command::Dumbbells => dumbbells::run(repeats, &arguments.images),
-        Command::Maneuvers { count, seed } => maneuvers::run(count, seed, &arguments.images),
-        Command::Bag => bag::run(repeats),
-        Command::Laziness(options) => laziness::run(&options),
-        Command::Recording(options) => recording::run(&options),
-        Command::Feedback { flights, intervals } => {
-            feedback::run(flights, intervals, &arguments.images)
-        }
+        Command::Planner(options) => planner::run(&options, python, repeats, output),
+        Command::Dumbbells => dumbbells::run(repeats, output),
+        Command::Maneuvers { count, seed } => maneuvers::run(count, &[seed], output),
+        Command::Bodies { quick } => bodies::run(quick, python, repeats, output),
+        Command::Transport(options) => transport::run(&options, output),
+        Command::Bag => bag::run(repeats, output),
+        Command::Laziness(options) => laziness::run(&options, output),
+        Command::Recording(options) => recording::run(&options, output),
+        Command::Feedback { flights, intervals } => feedback::run(flights, intervals, output),
+        Command::Ensemble(options) => ensemble::run(&options, repeats),
+        Command::Stress { family, json } => stress::run(family.as_deref(), json.as_deref()),
     }
 }

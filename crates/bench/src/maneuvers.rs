@@ -9,12 +9,15 @@ use serde::Serialize;
 
 use crate::clock::Moment;
 use crate::error::BenchError;
+use crate::tables::Table;
 
 /// Terminal miss at which a manoeuvre counts as solved.
 const SOLVED: f64 = 1e-11;
 
 /// Costs that differ by less, relatively, are those of the same minimum.
 const SAME: f64 = 1e-7;
+
+const METHODS: [&str; 2] = ["Newton on all stages", "plain shooting from zero"];
 
 /// What became of one attempt.
 #[derive(Serialize)]
@@ -52,8 +55,33 @@ struct Report {
     shooting_lower: usize,
 }
 
-/// Tries the first `count` manoeuvres of `seed`; prints rates and failures, and writes them to `maneuvers.json`.
-pub(crate) fn run(count: u64, seed: u64, directory: &Path) -> Result<(), BenchError> {
+/// Tries the first `count` manoeuvres of each seed; prints rates and failures, keeps `maneuvers.json` and the table
+/// `maneuvers`.
+pub(crate) fn run(count: u64, seeds: &[u64], directory: &Path) -> Result<(), BenchError> {
+    let reports = seeds.iter().map(|seed| report(count, *seed));
+    let reports = reports.collect::<Result<Vec<_>, _>>()?;
+    reports.iter().for_each(Report::print);
+    table(&reports).keep(directory, "maneuvers")?;
+    crate::error::write_json(&directory.join("maneuvers.json"), &reports)
+}
+
+/// How many each method solves, a column a class of a seed.
+fn table(reports: &[Report]) -> Table {
+    let all = || reports.iter().flat_map(|report| &report.rates);
+    let classes = reports.iter().flat_map(|report| {
+        let of_one = report.rates.iter().filter(|rate| rate.method == METHODS[0]);
+        of_one.map(|rate| format!("seed {}: {}", report.seed, rate.class))
+    });
+    let mut table = Table::new(std::iter::once(String::new()).chain(classes));
+    for method in METHODS {
+        let rates = all().filter(|rate| rate.method == method);
+        let cells = rates.map(|rate| format!("{} of {}", rate.solved, rate.tried));
+        table.row(std::iter::once(method.to_owned()).chain(cells));
+    }
+    table
+}
+
+fn report(count: u64, seed: u64) -> Result<Report, BenchError> {
     let mut attempts = Vec::new();
     for index in 0..count {
         let maneuver = maneuver(seed, index)?;
@@ -71,10 +99,7 @@ pub(crate) fn run(count: u64, seed: u64, directory: &Path) -> Result<(), BenchEr
             shooting_lower += usize::from(shooting < newton * (1.0 - SAME));
         }
     }
-    let mut methods = [
-        ("newton on all stages", Vec::new()),
-        ("shooting", Vec::new()),
-    ];
+    let mut methods = METHODS.map(|method| (method, Vec::new()));
     for (class, newton, shooting) in attempts {
         methods[0].1.push((class, newton));
         methods[1].1.push((class, shooting));
@@ -89,16 +114,14 @@ pub(crate) fn run(count: u64, seed: u64, directory: &Path) -> Result<(), BenchEr
             rates.push(rate(method, class, attempts));
         }
     }
-    let report = Report {
+    Ok(Report {
         seed,
         count,
         rates,
         both,
         newton_lower,
         shooting_lower,
-    };
-    report.print();
-    crate::error::write_json(&directory.join("maneuvers.json"), &report)
+    })
 }
 
 fn newton(index: u64, maneuver: &Maneuver) -> Attempt {
@@ -184,23 +207,34 @@ impl Report {
             self.count.saturating_sub(1),
             self.seed
         );
-        println!(
-            "| method | class | solved | of | % | iterations, median and 95 % | time (ms), median and 95 % |"
-        );
-        println!("|---|---|---|---|---|---|---|");
+        let mut table = Table::new([
+            "method",
+            "class",
+            "solved",
+            "of",
+            "%",
+            "iterations, median and 95 %",
+            "time (ms), median and 95 %",
+        ]);
         for rate in &self.rates {
             let [[i, i95], [t, t95]] = [rate.iterations, rate.milliseconds];
-            println!(
-                "| {} | {} | {} | {} | {:.1} | {i:.0}, {i95:.0} | {t:.2}, {t95:.2} |",
-                rate.method, rate.class, rate.solved, rate.tried, rate.percent
-            );
+            table.row([
+                rate.method.to_owned(),
+                rate.class.to_owned(),
+                rate.solved.to_string(),
+                rate.tried.to_string(),
+                format!("{:.1}", rate.percent),
+                format!("{i:.0}, {i95:.0}"),
+                format!("{t:.2}, {t95:.2}"),
+            ]);
         }
+        table.print();
         println!(
             "both solve {}: Newton on all stages finds the lower minimum in {}, shooting in {}",
             self.both, self.newton_lower, self.shooting_lower
         );
         for rate in &self.rates {
-            if rate.method == "shooting" {
+            if rate.method == METHODS[1] {
                 continue;
             }
             for Attempt {

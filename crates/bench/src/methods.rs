@@ -10,9 +10,11 @@ pub(crate) enum Family {
     Stepped(Method),
     /// By a tolerance.
     Adaptive(fn(f64) -> Method),
+    /// Not at all: it leaps to any time.
+    Exact(Method),
 }
 
-/// All that integrate bodies under gravity, with their labels.
+/// All, with their labels.
 pub(crate) fn families() -> Vec<(String, Family)> {
     let mut families = vec![
         (
@@ -71,5 +73,6 @@ pub(crate) fn families() -> Vec<(String, Family)> {
         "Dormand–Prince 8(5,3)".into(),
         Family::Adaptive(|tolerance| Method::DormandPrince853 { tolerance }),
     ));
+    families.push(("closed form".into(), Family::Exact(Method::ClosedForm)));
     families
 }

@@ -74,6 +74,9 @@ impl Axis {
         let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
             (low.min(place), high.max(place))
         });
+        if !(low.is_finite() && high.is_finite()) {
+            return 0.0..1.0;
+        }
         let free = 0.04 * (high - low).max(1e-12 * high.abs().max(1e-300));
         low - free..high + free
     }
@@ -86,6 +89,10 @@ const DIAGRAM: u32 = 770;
 
 /// Height of a line of the legend (px).
 const LINE: i32 = 24;
+
+/// Of dashed lines (px).
+const DASH: u32 = 9;
+const GAP: u32 = 6;
 
 /// Colours that stay apart for most eyes, and in grey.
 const COLORS: [RGBColor; 12] = [
@@ -106,11 +113,21 @@ const COLORS: [RGBColor; 12] = [
 impl Picture {
     /// Draws `curves` to the file at `path`, whose directory is made.
     pub(crate) fn draw(&self, path: &Path, curves: &[Curve]) -> Result<(), BenchError> {
+        self.draw_beside(path, curves, &[])
+    }
+
+    /// The same with the curves of others, which are dashed.
+    pub(crate) fn draw_beside(
+        &self,
+        path: &Path,
+        curves: &[Curve],
+        others: &[Curve],
+    ) -> Result<(), BenchError> {
         let refuse = |error: String| BenchError::Picture(format!("{}: {error}", path.display()));
         if let Some(directory) = path.parent() {
             std::fs::create_dir_all(directory).map_err(|error| refuse(error.to_string()))?;
         }
-        self.try_draw(path, curves)
+        self.try_draw(path, curves, others)
             .map_err(|error| refuse(error.to_string()))?;
         println!("{}", path.display());
         Ok(())
@@ -120,8 +137,10 @@ impl Picture {
         &self,
         path: &Path,
         curves: &[Curve],
+        others: &[Curve],
     ) -> Result<(), Box<dyn std::error::Error + '_>> {
-        let points = || curves.iter().flat_map(|curve| &curve.points);
+        let all = || curves.iter().chain(others);
+        let points = || all().flat_map(|curve| &curve.points);
         let x = self.horizontal.range(points().map(|point| point[0]));
         let y = self.vertical.range(points().map(|point| point[1]));
         let root = SVGBackend::new(path, SIZE).into_drawing_area();
@@ -145,18 +164,26 @@ impl Picture {
             .x_label_formatter(&|place| self.horizontal.tick(*place))
             .y_label_formatter(&|place| self.vertical.tick(*place))
             .draw()?;
-        for (index, curve) in curves.iter().enumerate() {
-            let color = COLORS[index % COLORS.len()];
-            let style = color.stroke_width(2);
+        for (index, curve) in all().enumerate() {
+            let dashed = index >= curves.len();
+            let place_in_kind = if dashed { index - curves.len() } else { index };
+            let style = COLORS[place_in_kind % COLORS.len()].stroke_width(2);
             let place = |point: &[f64; 2]| {
                 (
                     self.horizontal.place(point[0]),
                     self.vertical.place(point[1]),
                 )
             };
-            chart.draw_series(LineSeries::new(curve.points.iter().map(place), style))?;
+            let line = curve.points.iter().map(place);
             let y = 60 + LINE * index as i32;
-            right.draw(&PathElement::new([(0, y), (24, y)], style))?;
+            if dashed {
+                chart.draw_series(DashedLineSeries::new(line, DASH, GAP, style))?;
+                right.draw(&PathElement::new([(0, y), (9, y)], style))?;
+                right.draw(&PathElement::new([(15, y), (24, y)], style))?;
+            } else {
+                chart.draw_series(LineSeries::new(line, style))?;
+                right.draw(&PathElement::new([(0, y), (24, y)], style))?;
+            }
             let text = ("sans-serif", 14).into_font();
             right.draw(&Text::new(curve.label.as_str(), (32, y - 7), text))?;
         }

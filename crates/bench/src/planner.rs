@@ -15,7 +15,7 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::error::{BenchError, write_json};
-use crate::peer::Peer;
+use crate::peer::Python;
 use case::Case;
 
 /// The scenes with the two manoeuvres of §4.7.
@@ -42,6 +42,17 @@ pub(crate) struct Options {
 }
 
 impl Options {
+    /// All of it, or a quick run.
+    pub(crate) fn all(quick: bool) -> Self {
+        Self {
+            peers: false,
+            scaling: false,
+            replan: false,
+            quick,
+            steps: Vec::new(),
+        }
+    }
+
     /// The numbers of steps to measure, of all or of the few of a quick run.
     fn steps(&self, all: &[usize], quick: &[usize]) -> Vec<usize> {
         match (self.steps.as_slice(), self.quick) {
@@ -63,7 +74,7 @@ struct Report {
 /// Measures, prints tables, writes `planner.json` and the pictures.
 pub(crate) fn run(
     options: &Options,
-    peer: Option<&Peer>,
+    python: Option<&Python>,
     repeats: u32,
     images: &Path,
 ) -> Result<(), BenchError> {
@@ -78,7 +89,10 @@ pub(crate) fn run(
         replan: Vec::new(),
     };
     if all || options.peers {
-        report.peers = peers::run(&cases, options, peer, repeats)?;
+        report.peers = peers::run(&cases, options, python, repeats)?;
+        if let Some(table) = peers::table(&report.peers) {
+            table.keep(images, "planner")?;
+        }
     }
     if all || options.scaling {
         report.scaling = scaling::run(&cases, options, repeats, images)?;

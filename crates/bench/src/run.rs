@@ -76,6 +76,10 @@ impl Run {
         Ok(runs)
     }
 
+    pub(crate) fn is_scene(&self) -> bool {
+        matches!(self.source, Source::Scene(_))
+    }
+
     fn of_scene(scene: Scene) -> Self {
         Self {
             name: scene.name.clone(),
@@ -203,7 +207,7 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Option<f64> {
 }
 
 /// The shipped scenes, by name.
-fn scenes() -> Result<Vec<PathBuf>, BenchError> {
+pub(crate) fn scenes() -> Result<Vec<PathBuf>, BenchError> {
     let unread = |source| BenchError::Read {
         path: Path::new(SCENES).into(),
         source,

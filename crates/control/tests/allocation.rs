@@ -1,45 +1,46 @@
 //! Newton's iteration allocates nothing once it runs.
 
 #![allow(clippy::expect_used)]
-#![allow(unsafe_code, reason = "an allocator that counts")]
 #![allow(dead_code, reason = "a case has more than this test needs")]
 
 #[path = "suite/case.rs"]
 mod case;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
+use allocation_counter::{AllocationInfo, measure};
 use case::Case;
-use lgvi_control::{Constraint, NewtonSettings, Phase, Progress, Start, solve};
+use lgvi_control::{
+    Constraint, NewtonSettings, Phase, PlanError, Progress, Start, Transfer, solve,
+};
+use lgvi_dynamics::gravity::Central;
 use nalgebra::Vector3;
 
-struct Counting;
-
-static COUNT: AtomicUsize = AtomicUsize::new(0);
-
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.fetch_add(1, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-#[test]
-fn an_iteration_allocates_nothing() {
-    let transfer = Case::load("C_ii").transfer(60);
+/// What a solution takes of the allocator that is stopped after so many iterations, under inequalities or before them.
+fn taken(transfer: &Transfer<Central>, constrained: bool, iterations: u32) -> AllocationInfo {
     // One resolution only, so that all iterations are of one run.
     let settings = NewtonSettings {
         coarse: 60,
         ..NewtonSettings::default()
     };
+    let mut seen = 0;
+    let mut stopped = None;
+    let info = measure(|| {
+        let observe = |now: &Progress| {
+            seen += u32::from((now.phase == Phase::Constrained) == constrained);
+            seen <= iterations
+        };
+        stopped = solve(transfer, Start::Cold, &settings, observe).err();
+    });
+    assert!(
+        matches!(stopped, Some(PlanError::Stopped { best: Some(_) })),
+        "{iterations} iterations: {stopped:?}"
+    );
+    info
+}
+
+/// What is taken does not depend on how many iterations there were.
+#[test]
+fn an_iteration_allocates_nothing() {
+    let transfer = Case::load("C_ii").transfer(60);
     let sphere = Constraint::KeepOutSphere {
         center: Vector3::new(-1.8, -1.7, -0.5),
         radius: 0.2,
@@ -50,18 +51,16 @@ fn an_iteration_allocates_nothing() {
         .with_constraints(constraints)
         .expect("constraints");
     for (transfer, constrained) in [(transfer, false), (bounded, true)] {
-        let mut counts = Vec::with_capacity(1000);
-        let observe = |now: &Progress| {
-            if (now.phase == Phase::Constrained) == constrained {
-                counts.push(COUNT.load(Ordering::Relaxed));
-            }
-            true
-        };
-        solve(&transfer, Start::Cold, &settings, observe).expect("a plan");
-        assert!(counts.len() > 5);
-        assert!(
-            counts.windows(2).all(|pair| pair[0] == pair[1]),
-            "{counts:?}"
-        );
+        let few = taken(&transfer, constrained, 1);
+        assert!(few.count_total > 0, "constrained: {constrained}");
+        for iterations in 2..=6 {
+            let more = taken(&transfer, constrained, iterations);
+            let counted = |info: &AllocationInfo| (info.count_total, info.bytes_total);
+            assert_eq!(
+                counted(&more),
+                counted(&few),
+                "constrained: {constrained}, {iterations} iterations"
+            );
+        }
     }
 }

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::gravity::{Multipole, Polyhedron, PolyhedronError, PolyhedronMass};
@@ -78,6 +78,9 @@ pub enum BodyError {
     /// A polyhedron's cloud would not have the second moments, which gravity turns a body by.
     #[error("a cloud of degree {0}, expected at least 2")]
     CloudDegree(usize),
+    /// A polyhedron's mass is that of its shape.
+    #[error("a polyhedron is as heavy as its shape, expected points or a multipole")]
+    Heavier,
     /// A polyhedron has no such cloud.
     #[error(transparent)]
     Polyhedron(#[from] PolyhedronError),
@@ -192,6 +195,41 @@ impl RigidBody {
         })
     }
 
+    /// The same body `factor` times as heavy: its inertia and what gravity acts on scale along.
+    ///
+    /// # Errors
+    /// A factor that leaves no positive mass or no inertia; a polyhedron.
+    pub fn scaled(&self, factor: f64) -> Result<Self, BodyError> {
+        let mass = self.mass * factor;
+        if !(mass.is_finite() && mass > 0.0) {
+            return Err(BodyError::Mass(mass));
+        }
+        let distribution = match &self.distribution {
+            MassDistribution::Points(points) => {
+                let scaled = points.iter().map(|point| PointMass {
+                    mass: point.mass * factor,
+                    ..*point
+                });
+                MassDistribution::Points(scaled.collect())
+            }
+            MassDistribution::Multipole(multipole) => {
+                MassDistribution::Multipole(multipole.scaled(factor))
+            }
+            MassDistribution::Polyhedron(_) => return Err(BodyError::Heavier),
+        };
+        Ok(Self {
+            mass,
+            inertia: Inertia::new(self.inertia.matrix() * factor)?,
+            distribution,
+            ..self.clone()
+        })
+    }
+
+    /// The same body with another inertia; gravity acts as before.
+    pub fn with_inertia(self, inertia: Inertia) -> Self {
+        Self { inertia, ..self }
+    }
+
     /// The same body, moving as told.
     pub fn with_mobility(self, mobility: Mobility) -> Self {
         Self { mobility, ..self }
@@ -219,6 +257,26 @@ impl RigidBody {
     /// Mass `m`.
     pub fn mass(&self) -> f64 {
         self.mass
+    }
+
+    /// The mass that gravity acts on: the sum of the points, which may round otherwise than the mass.
+    pub(crate) fn attracted_mass(&self) -> f64 {
+        match self.points() {
+            [] => self.mass,
+            points => points.iter().map(|point| point.mass).sum(),
+        }
+    }
+
+    /// What gravity acts on, to second order.
+    pub(crate) fn to_second_order(&self) -> Multipole {
+        if let MassDistribution::Multipole(multipole) = &self.distribution {
+            return multipole.clone();
+        }
+        let mut second = Matrix3::zeros();
+        for PointMass { mass, position } in self.points() {
+            second += *mass * position * position.transpose();
+        }
+        Multipole::of_second_moments(self.attracted_mass(), &second)
     }
 
     /// Inertia `J` about the centre of mass.

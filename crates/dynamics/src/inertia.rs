@@ -119,6 +119,21 @@ impl Inertia {
         Self::new(Matrix3::from_diagonal(&Vector3::from(moments)))
     }
 
+    /// That of the body stretched along its axes, `J_d → S J_d S` with `S = diag(stretch)`, at the same mass: a rigid body's
+    /// again whatever the factors, as `J_d = ∫ρρᵀ dm` stays without negative moments.
+    ///
+    /// # Errors
+    /// Factors that leave the range of numbers, or a body as thin as rounding.
+    pub fn stretched(&self, stretch: &Vector3<f64>) -> Result<Self, InertiaError> {
+        let s = Matrix3::from_diagonal(stretch);
+        let mut j_d = s * self.nonstandard * s;
+        for k in 0..3 {
+            // Of a flat body, but for rounding.
+            j_d[(k, k)] = j_d[(k, k)].max(0.0);
+        }
+        Self::new(Matrix3::from_diagonal_element(j_d.trace()) - j_d)
+    }
+
     /// The standard inertia `J`.
     pub fn matrix(&self) -> &Matrix3<f64> {
         &self.matrix
@@ -163,6 +178,29 @@ mod tests {
         assert!((inertia.inverse * matrix - Matrix3::identity()).norm() < 1e-15);
         let j_d = inertia.nonstandard();
         assert!((Matrix3::from_diagonal_element(j_d.trace()) - j_d - matrix).norm() < 1e-15);
+    }
+
+    /// A flat plate, a rod and a body off its axes stay rigid bodies, and a stretch by 1 changes nothing but rounding.
+    #[test]
+    fn a_stretched_body_is_a_body() {
+        let turned = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));
+        let mut rng = fastrand::Rng::with_seed(3);
+        for moments in [[1.0, 2.0, 3.0], [1e-3, 0.7, 0.7], [1.0, 1.0, 1.0]] {
+            let j = turned * Matrix3::from_diagonal(&Vector3::from(moments)) * turned.transpose();
+            for inertia in [
+                Inertia::principal(moments).unwrap(),
+                Inertia::new(j).unwrap(),
+            ] {
+                let same = inertia.stretched(&Vector3::repeat(1.0)).unwrap();
+                assert!((same.matrix() - inertia.matrix()).norm() < 1e-15);
+                for _ in 0..200 {
+                    let stretch = Vector3::from_fn(|_, _| 0.2 + 3.0 * rng.f64());
+                    let other = inertia.stretched(&stretch).unwrap();
+                    let expected = stretch[0] * stretch[1] * inertia.nonstandard()[(0, 1)];
+                    assert!((other.nonstandard()[(0, 1)] - expected).abs() < 1e-14);
+                }
+            }
+        }
     }
 
     #[test]

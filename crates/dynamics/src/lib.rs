@@ -1,7 +1,8 @@
 //! Rigid bodies under gravity, integrated on SE(3).
 //!
 //! Pure mathematics: no I/O, no clock, no thread. A [`System`] is bodies and the gravity that acts on them; an
-//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together and counts the steps.
+//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together, counts the steps, and leaves
+//! out what a [`Skip`] allows.
 //!
 //! Any consistent system of units will do. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`, `Π`
 //! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational
@@ -13,10 +14,13 @@ pub mod gravity;
 mod inertia;
 pub mod integrator;
 mod invariants;
+pub mod lanes;
 mod load;
 mod mobility;
+mod range;
 pub mod rotation;
 mod simulation;
+pub mod skip;
 mod state;
 mod system;
 
@@ -27,5 +31,6 @@ pub use invariants::Invariants;
 pub use load::Load;
 pub use mobility::{Drive, Mobility};
 pub use simulation::Simulation;
+pub use skip::Skip;
 pub use state::BodyState;
 pub use system::System;

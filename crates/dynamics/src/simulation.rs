@@ -1,6 +1,8 @@
 use lgvi_lie::orthogonality_error;
 
 use crate::integrator::Subdivision;
+use crate::range::{check_body, check_step};
+use crate::skip::{Skip, Watch};
 use crate::{
     BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
 };
@@ -18,6 +20,8 @@ pub struct Simulation {
     next: Vec<BodyState>,
     /// Where a step of several substeps began.
     begun: Vec<BodyState>,
+    /// Where what is left out depends on distances.
+    watch: Option<Watch>,
 }
 
 /// Depth of the deepest subdivision: a step cut into `2³⁰` is as good as none.
@@ -27,8 +31,8 @@ impl Simulation {
     /// From `states` (one a body) at step 0, with step `h`, which is negative for a flight back in time.
     ///
     /// # Errors
-    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; what `method` cannot
-    /// integrate.
+    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; numbers so great or small
+    /// that their products leave the range of double precision; what `method` cannot integrate.
     pub fn new(
         mut system: System,
         mut states: Vec<BodyState>,
@@ -38,6 +42,7 @@ impl Simulation {
         if !h.is_normal() {
             return Err(refuse("step", h, "a finite number other than 0"));
         }
+        check_step(h)?;
         check(&system, &states)?;
         system.constrain(&mut states);
         let mut integrator = method.integrator(&system)?;
@@ -52,6 +57,7 @@ impl Simulation {
             h,
             substeps: 1,
             step: 0,
+            watch: None,
         })
     }
 
@@ -84,6 +90,27 @@ impl Simulation {
         })
     }
 
+    /// The same, leaving out what `skip` says.
+    pub fn with_skips(self, skip: Skip) -> Self {
+        let watch = Watch::new(&self.system, &self.states, skip);
+        let mut simulation = Self { watch, ..self };
+        simulation.select();
+        let watch = simulation.watch.take();
+        Self {
+            watch: watch.filter(Watch::varies),
+            ..simulation
+        }
+    }
+
+    /// Has what the watch says computed from the present states on.
+    #[cold]
+    fn select(&mut self) {
+        if let Some(watch) = &self.watch {
+            self.system.select(watch.selection(self.system.bodies()));
+            self.integrator.start(&mut self.system, &self.states);
+        }
+    }
+
     /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
     pub fn advance(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         if controls.len() != self.states.len() {
@@ -109,9 +136,50 @@ impl Simulation {
             .integrator
             .step_to(system, &self.states, next, controls, h);
         if made.is_ok() {
+            if self.watch.is_some() {
+                return self.watched(made, controls, h);
+            }
             std::mem::swap(&mut self.states, next);
         }
         made
+    }
+
+    /// Takes a step as made, unless it has led bodies nearer to each other than what was left out of it allows: then it is made
+    /// anew.
+    fn watched(
+        &mut self,
+        mut made: Result<StepReport, StepError>,
+        controls: &[Load],
+        h: f64,
+    ) -> Result<StepReport, StepError> {
+        while made.is_ok()
+            && self
+                .watch
+                .as_mut()
+                .is_some_and(|watch| watch.is_breached(&self.next))
+        {
+            self.select();
+            let (system, next) = (&mut self.system, &mut self.next);
+            made = self
+                .integrator
+                .step_to(system, &self.states, next, controls, h);
+        }
+        if made.is_ok() {
+            std::mem::swap(&mut self.states, &mut self.next);
+            self.review();
+        }
+        made
+    }
+
+    /// Has computed what suits the present states.
+    fn review(&mut self) {
+        if self
+            .watch
+            .as_mut()
+            .is_some_and(|watch| watch.review(&self.states))
+        {
+            self.select();
+        }
     }
 
     fn substeps(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
@@ -126,6 +194,7 @@ impl Simulation {
                     if substep > 0 {
                         self.states.copy_from_slice(&self.begun);
                         self.integrator.start(&mut self.system, &self.states);
+                        self.review();
                     }
                     return Err(error);
                 }
@@ -143,7 +212,16 @@ impl Simulation {
         self.states.copy_from_slice(states);
         self.system.constrain(&mut self.states);
         self.integrator.start(&mut self.system, &self.states);
+        if let Some(watch) = &mut self.watch {
+            watch.begin(&self.states);
+            self.select();
+        }
         Ok(())
+    }
+
+    /// How often an interaction has been taken up in more or in less detail on the way.
+    pub fn switches(&self) -> u64 {
+        self.watch.as_ref().map_or(0, Watch::switches)
     }
 
     /// The bodies and their gravity.
@@ -172,7 +250,7 @@ impl Simulation {
     }
 }
 
-fn refuse(parameter: &'static str, value: f64, expected: &'static str) -> MethodError {
+pub(crate) fn refuse(parameter: &'static str, value: f64, expected: &'static str) -> MethodError {
     MethodError::Parameter {
         method: "the simulation",
         parameter,
@@ -182,7 +260,7 @@ fn refuse(parameter: &'static str, value: f64, expected: &'static str) -> Method
 }
 
 /// Whether `states` are those of rigid bodies.
-fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
+pub(crate) fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
     let (expected, found) = (system.bodies().len(), states.len());
     if expected != found {
         return Err(MethodError::StateCount { expected, found });
@@ -201,6 +279,7 @@ fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
                 determinant,
             });
         }
+        check_body(body, &system.bodies()[body], state)?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-use crate::gravity::{CloseApproach, Gravity};
+use crate::gravity::{CloseApproach, Form, Gravity, Kept};
 use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Bodies and the gravity that acts on them.
@@ -7,6 +7,16 @@ pub struct System {
     gravity: Vec<Box<dyn Gravity>>,
     /// Whether anything has an extent that another could enter.
     extents: bool,
+    selection: Option<Selection>,
+}
+
+/// What is computed of a system, where that is not everything.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Selection {
+    /// What is kept of each gravity; all of it where it cannot be taken apart.
+    pub(crate) kept: Vec<Option<Vec<Kept>>>,
+    /// The bodies on which gravity has no moment.
+    pub(crate) coasting: Vec<bool>,
 }
 
 impl System {
@@ -17,6 +27,7 @@ impl System {
             bodies,
             gravity,
             extents,
+            selection: None,
         }
     }
 
@@ -30,8 +41,35 @@ impl System {
         for load in loads.iter_mut() {
             *load = Load::default();
         }
-        for gravity in &mut self.gravity {
-            gravity.add_loads(&self.bodies, states, loads);
+        let Some(Selection { kept, .. }) = &self.selection else {
+            for gravity in &mut self.gravity {
+                gravity.add_loads(&self.bodies, states, loads);
+            }
+            return;
+        };
+        for (gravity, kept) in self.gravity.iter_mut().zip(kept) {
+            match kept {
+                Some(kept) => gravity.add_kept_loads(&self.bodies, states, loads, kept),
+                None => gravity.add_loads(&self.bodies, states, loads),
+            }
+        }
+    }
+
+    /// What acts, each by itself.
+    pub fn gravity(&self) -> &[Box<dyn Gravity>] {
+        &self.gravity
+    }
+
+    /// Computes what is selected from now on; everything where that is none.
+    pub(crate) fn select(&mut self, selection: Option<Selection>) {
+        self.selection = selection;
+    }
+
+    /// Whether gravity has no moment on a body, one a body; empty where that is not known.
+    pub(crate) fn coasting(&self) -> &[bool] {
+        match &self.selection {
+            Some(selection) => &selection.coasting,
+            None => &[],
         }
     }
 
@@ -53,7 +91,12 @@ impl System {
         Ok(())
     }
 
-    /// What [`System::loads`] costs, in multiples of a point of mass in a central field, roughly.
+    /// What acts, in numbers, in the order in which it is summed; none where something has no such form.
+    pub fn forms(&self) -> Option<Vec<Form>> {
+        self.gravity.iter().map(|gravity| gravity.form()).collect()
+    }
+
+    /// What [`System::loads`] costs if everything is computed, in multiples of a point of mass in a central field, roughly.
     pub fn cost(&self) -> f64 {
         let gravity = self.gravity.iter();
         gravity.map(|gravity| gravity.cost(&self.bodies)).sum()

@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod ensemble;
 mod frame;
 mod gravity;
 mod maneuver;
@@ -26,6 +27,7 @@ impl Scene {
         check::name("frame", &file.frame)?;
         let gravity = gravity::gravity(&file.gravity)?;
         let bodies = bodies(&file.bodies)?;
+        let integration = run::integration(&file.run, file.maneuver.as_ref())?;
         let mut scene = Self {
             name: name.into(),
             title: file.title,
@@ -33,7 +35,8 @@ impl Scene {
             frame: file.frame,
             units,
             epoch: run::epoch(&file.run)?,
-            integration: run::integration(&file.run, file.maneuver.as_ref())?,
+            integration,
+            skipping: run::skipping(&file.run, integration)?,
             substeps: run::substeps(&file.run)?,
             subdivide: run::subdivide(&file.run)?,
             duration: check::positive("run.duration", file.run.duration)?,
@@ -47,6 +50,7 @@ impl Scene {
             gravity,
             maneuver: None,
             disturbance: None,
+            ensemble: None,
         };
         run::check_step(&scene)?;
         check_si(&scene)?;
@@ -65,6 +69,9 @@ impl Scene {
         if let Some(file) = &file.disturbance {
             scene.disturbance = Some(disturbance::disturbance(&scene, file)?);
             disturbance::check_states(&scene)?;
+        }
+        if let Some(file) = &file.ensemble {
+            scene.ensemble = Some(ensemble::ensemble(&scene, file)?);
         }
         Ok(scene)
     }

@@ -112,7 +112,7 @@ impl Scene {
 }
 
 /// Three numbers of the standard normal distribution.
-fn normals(rng: &mut impl Rng) -> Vector3<f64> {
+pub(crate) fn normals(rng: &mut impl Rng) -> Vector3<f64> {
     let [x, y] = box_muller(rng);
     let [z, _] = box_muller(rng);
     Vector3::new(x, y, z)

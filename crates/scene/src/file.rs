@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod ensemble;
 mod frame;
 mod gravity;
 mod maneuver;
@@ -12,6 +13,7 @@ pub(crate) use body::{
     AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
 };
 pub(crate) use disturbance::DisturbanceFile;
+pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
 pub(crate) use gravity::{CentralFile, GravityFile};
 pub(crate) use maneuver::{
@@ -19,7 +21,7 @@ pub(crate) use maneuver::{
     ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
 };
 
-use crate::integrator::IntegratorFile;
+use crate::integrator::{IntegratorFile, SkipFile};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -39,6 +41,7 @@ pub(crate) struct SceneFile {
     pub frames: Vec<FrameFile>,
     pub maneuver: Option<ManeuverFile>,
     pub disturbance: Option<DisturbanceFile>,
+    pub ensemble: Option<EnsembleFile>,
 }
 
 fn inertial() -> String {
@@ -75,6 +78,7 @@ pub(crate) struct RunFile {
     pub substeps: Option<u32>,
     #[serde(default)]
     pub subdivide: u32,
+    pub skip: Option<SkipFile>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]

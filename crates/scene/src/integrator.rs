@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
 use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
+use lgvi_dynamics::{Method, Skip};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -31,6 +31,28 @@ pub struct Scheme {
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
+    /// What is left out.
+    pub skip: Skip,
+}
+
+/// What a scene allows to be left out of its computation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Skipping {
+    /// Nothing.
+    Nothing,
+    /// What makes no difference but rounding.
+    Exact,
+    /// That, and what changes the end of the run by no more, as [`Accuracy`](lgvi_dynamics::auto::Accuracy) measures it.
+    Within(f64),
+}
+
+/// `skip = "nothing"`, `"exact"`, or `{ tolerance = 1e-9 }`.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum SkipFile {
+    Nothing,
+    Exact,
+    Tolerance(f64),
 }
 
 impl fmt::Display for Scheme {

@@ -7,6 +7,7 @@
 mod check;
 mod compile;
 mod disturbance;
+mod ensemble;
 mod error;
 mod file;
 mod frame;
@@ -19,10 +20,11 @@ mod shape;
 mod units;
 
 pub use disturbance::{ActuatorErrors, Disturbance};
+pub use ensemble::{Deviation, Ensemble, Sample, Spread};
 pub use error::{SceneError, SchemeError};
 pub use frame::Frame;
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
-pub use integrator::{Integration, Scheme};
+pub use integrator::{Integration, Scheme, Skipping};
 pub use maneuver::{FinalTime, Maneuver, Replan, Search, Solver, SolverMethod};
 pub use scene::{NamedBody, Publishing, Scene};
 pub use shape::Shape;

@@ -169,7 +169,9 @@ impl Scene {
             (Dynamics::LieEuler, _) => "Lie–Euler",
             (Dynamics::Lgvi, _) => "LGVI",
         };
-        let Scheme { method, substeps } = scheme;
+        let Scheme {
+            method, substeps, ..
+        } = scheme;
         Some(format!(
             "the manoeuvre is planned in {planned} steps and flown by {method} with {substeps} substeps: \
              it will miss its target"

@@ -2,9 +2,13 @@ use std::sync::Arc;
 
 use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::gravity::Polyhedron;
-use lgvi_dynamics::{BodyState, RigidBody, Simulation, System};
+use lgvi_dynamics::skip::Plan;
+use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, Skip, System};
 
-use crate::{Disturbance, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError, Units};
+use crate::{
+    Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError,
+    Skipping, Units,
+};
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
@@ -23,6 +27,8 @@ pub struct Scene {
     pub epoch: i64,
     /// The integrator that is asked for.
     pub integration: Integration,
+    /// What may be left out of the computation.
+    pub skipping: Skipping,
     /// Steps of the integrator in each step of the run, unless it chooses them.
     pub substeps: u32,
     /// How often a step that cannot be made as one may be halved; 0 for never.
@@ -43,6 +49,8 @@ pub struct Scene {
     pub maneuver: Option<Maneuver>,
     /// What sets the flight of the manoeuvre apart from its plan.
     pub disturbance: Option<Disturbance>,
+    /// What an ensemble of the scene's flights differs in.
+    pub ensemble: Option<Ensemble>,
 }
 
 /// A body with its name and its state at the epoch.
@@ -95,30 +103,52 @@ impl Scene {
         System::new(bodies, self.gravity.of_system())
     }
 
-    /// What flies the scene. An automatic integrator is chosen here, by pilot flights that may take a while.
+    /// What flies the scene. An automatic integrator is chosen here, and what may be left out is found, both by pilot flights
+    /// that may take a while.
     pub fn scheme(&self) -> Result<Scheme, SchemeError> {
-        match self.integration {
-            Integration::Method(method) => Ok(Scheme {
-                method,
-                substeps: self.substeps,
-            }),
+        let (method, substeps) = match self.integration {
+            Integration::Method(method) => (method, self.substeps),
             Integration::Auto { tolerance } => {
-                let Choice {
-                    method, substeps, ..
-                } = self.choice(tolerance)?;
-                Ok(Scheme { method, substeps })
+                let choice = self.choice(tolerance)?;
+                (choice.method, choice.substeps)
             }
+        };
+        Ok(self.scheme_by(method, substeps))
+    }
+
+    /// A method as it flies the scene, leaving out what the scene allows.
+    pub fn scheme_by(&self, method: Method, substeps: u32) -> Scheme {
+        let skip = match self.skipping {
+            Skipping::Nothing => Skip::Nothing,
+            Skipping::Exact => Skip::Exact,
+            Skipping::Within(tolerance) => {
+                Skip::within(&mut self.system(), &self.states(), self.duration, tolerance)
+            }
+        };
+        Scheme {
+            method,
+            substeps,
+            skip,
         }
     }
 
     /// Method and substeps that reach this accuracy at the least predicted cost, and why. The same on every machine.
     pub fn choice(&self, tolerance: f64) -> Result<Choice, ChoiceError> {
-        let states: Vec<_> = self.bodies.iter().map(|body| body.state).collect();
         let run = Run {
             duration: self.duration,
             steps: self.steps,
         };
-        choose(&mut self.system(), &states, run, tolerance)
+        choose(&mut self.system(), &self.states(), run, tolerance)
+    }
+
+    /// What of the scene a scheme computes, and what it leaves out.
+    pub fn plan(&self, scheme: Scheme) -> Plan {
+        Plan::new(&self.system(), &self.states(), scheme.method, scheme.skip)
+    }
+
+    /// The bodies' states at the epoch, undisturbed.
+    fn states(&self) -> Vec<BodyState> {
+        self.bodies.iter().map(|body| body.state).collect()
     }
 
     /// The simulation by a scheme, at step 0 from [`Scene::initial_states`].
@@ -134,11 +164,12 @@ impl Scene {
     ) -> Result<Simulation, SchemeError> {
         let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
             .with_substeps(scheme.substeps);
-        Ok(if self.subdivides(scheme) {
+        let simulation = if self.subdivides(scheme) {
             simulation.with_subdivision(self.subdivide)?
         } else {
             simulation
-        })
+        };
+        Ok(simulation.with_skips(scheme.skip))
     }
 
     /// Whether steps by this scheme are cut where they cannot be made as one.

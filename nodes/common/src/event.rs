@@ -136,4 +136,6 @@ pub struct FlightReport {
     pub overruns: u64,
     /// Steps that could not be made as one and were cut.
     pub cut_steps: u64,
+    /// How often an interaction of bodies was taken up in more or in less detail.
+    pub detail_changes: u64,
 }

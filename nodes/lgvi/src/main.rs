@@ -1,6 +1,7 @@
 //! `lgvi`: the front door to the node suite.
 mod convert;
 mod course;
+mod ensemble;
 mod explain;
 mod flight_bag;
 mod info;
@@ -76,6 +77,12 @@ enum Command {
         #[arg(long, value_parser = values::path())]
         output: Option<PathBuf>,
     },
+    /// Flies a scene many times over, each sample with deviations of its own (Monte Carlo), or joins such flights.
+    ///
+    /// Exit code 0: all samples that were asked for are there; how many of them failed is said. 1: it was ended before, or
+    /// results could not be written. 2: the scene or the parts that are there cannot be used.
+    #[command(subcommand)]
+    Ensemble(ensemble::Command),
     /// Replays a bag over shared memory and DDS.
     Play(play::Options),
     /// Runs one node of the suite; what follows is its own command line.
@@ -96,6 +103,7 @@ impl Command {
             Self::Info(options) => options.json,
             Self::Convert(options) => options.json,
             Self::Recover(options) => options.json,
+            Self::Ensemble(command) => command.prints_json(),
             Self::Explain { json, .. } | Self::Verify { json, .. } => *json,
             Self::Plot { .. } | Self::Play(_) | Self::Node { .. } => false,
         }
@@ -156,6 +164,7 @@ fn main() -> ExitCode {
         Command::Plot { bag, output } => plot::plot(bag, output.as_deref())
             .and_then(|picture| output::say(&picture.display()))
             .map(|()| ExitCode::SUCCESS),
+        Command::Ensemble(command) => ensemble::ensemble(command),
         Command::Play(options) => return play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),
     };

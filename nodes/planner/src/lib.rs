@@ -13,6 +13,7 @@ mod goals;
 mod markers;
 mod messages;
 mod monitor;
+mod nominal;
 mod outlet;
 mod planner;
 mod prediction;
@@ -23,6 +24,8 @@ mod solver;
 mod worker;
 
 use std::process::ExitCode;
+
+pub use nominal::{NominalPlan, plan};
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {

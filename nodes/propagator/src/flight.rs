@@ -49,6 +49,11 @@ impl Flight {
         })
     }
 
+    /// How often an interaction has been taken up in more or in less detail since the last reset.
+    pub fn switches(&self) -> u64 {
+        self.simulation.switches()
+    }
+
     /// What flies it.
     pub fn scheme(&self) -> Scheme {
         self.scheme

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use lgvi_dynamics::{BodyState, Invariants};
+use lgvi_dynamics::{BodyState, Invariants, Skip};
 use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::{Delivery, StatePublisher};
@@ -113,6 +113,10 @@ impl Managed for Propagator {
             .map_err(NodeError::input)?;
         let flight = Flight::new(&scene).map_err(NodeError::input)?;
         info!("flown by {}", flight.scheme());
+        if let Skip::Within(allowance) = flight.scheme().skip {
+            let tolerance = allowance.tolerance;
+            info!("left out of gravity: what changes the end of the run by {tolerance:e} at most");
+        }
 
         let shm = node.shm()?;
         let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
@@ -463,6 +467,7 @@ impl Propagator {
             refused: self.states.lost(),
             overruns: self.pace.overruns,
             cut_steps: self.cuts.total(),
+            detail_changes: self.flight.switches(),
         }
     }
 

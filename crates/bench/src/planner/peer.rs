@@ -1,21 +1,15 @@
 //! CasADi's solvers, in a Python process that lives as long as a problem is compared.
 
-use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::Matrix3;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::case::Case;
 use super::guess;
 use crate::error::BenchError;
-
-const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/peers/casadi_peer.py");
+use crate::peer::{CASADI, Process, Python};
 
 /// A solver as the script knows it.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -88,12 +82,8 @@ impl Found {
     }
 }
 
-/// The running process; it ends when its input does.
-pub(crate) struct Casadi {
-    child: Child,
-    input: Option<ChildStdin>,
-    output: BufReader<ChildStdout>,
-}
+/// The running process.
+pub(crate) struct Casadi(Process);
 
 #[derive(Deserialize)]
 struct Built {
@@ -101,54 +91,20 @@ struct Built {
 }
 
 impl Casadi {
-    pub(crate) fn start(python: &Path) -> Result<Self, BenchError> {
-        let refuse = |error: &str| BenchError::Peer(format!("{}: {error}", python.display()));
-        let mut child = Command::new(python)
-            .arg(SCRIPT)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|error| refuse(&error.to_string()))?;
-        let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
-            return Err(refuse("no pipes"));
-        };
-        Ok(Self {
-            child,
-            input: Some(input),
-            output: BufReader::new(output),
-        })
+    pub(crate) fn start(python: &Python) -> Result<Self, BenchError> {
+        Ok(Self(Process::start(python, CASADI)?))
     }
 
     /// States the problem to all solvers; the seconds that each took to get ready.
     pub(crate) fn build(&mut self, case: &Case) -> Result<Vec<f64>, BenchError> {
         let request = json!({"build": problem(case)?, "solvers": SOLVERS});
-        let built: Built = self.ask(&request)?;
+        let built: Built = self.0.ask(&request)?;
         Ok(built.build_seconds)
     }
 
     /// Solves from the guess with the solver of this index.
     pub(crate) fn solve(&mut self, solver: usize, controls: bool) -> Result<Found, BenchError> {
-        self.ask(&json!({"solve": solver, "controls": controls}))
-    }
-
-    fn ask<Answer: DeserializeOwned>(&mut self, request: &Value) -> Result<Answer, BenchError> {
-        let refuse = |error: &str| BenchError::Peer(format!("{SCRIPT}: {error}"));
-        let sent = self
-            .input
-            .as_mut()
-            .map_or(Ok(()), |input| writeln!(input, "{request}"));
-        sent.map_err(|error| refuse(&error.to_string()))?;
-        let mut line = String::new();
-        let read = self.output.read_line(&mut line);
-        read.map_err(|error| refuse(&error.to_string()))?;
-        serde_json::from_str(&line).map_err(|error| refuse(&format!("{error} in {line:?}")))
-    }
-}
-
-impl Drop for Casadi {
-    fn drop(&mut self) {
-        self.input = None;
-        let _ = self.child.wait();
+        self.0.ask(&json!({"solve": solver, "controls": controls}))
     }
 }
 

@@ -8,7 +8,9 @@ use super::ours::{self, Iterations};
 use super::peer::{Casadi, SOLVERS};
 use super::sample::Sample;
 use crate::error::BenchError;
-use crate::peer::Peer;
+use crate::peer::{CASADI, Python};
+use crate::spread::{Spread, short};
+use crate::tables::Table;
 use lgvi_control::Start;
 
 const STEPS: [usize; 3] = [100, 500, 1000];
@@ -33,8 +35,8 @@ struct Row {
     wall: Option<Sample>,
     /// Time to build, generate and compile the problem (s), of peers; problems after the first share what is compiled.
     build_seconds: Option<f64>,
-    /// Median time in parts of the structured solver's.
-    ratio: f64,
+    /// Time in parts of the structured solver's, repetition by repetition.
+    ratio: Option<Spread>,
     /// Iterations at all steps.
     iterations: u32,
     /// Iterations at fewer steps.
@@ -52,14 +54,14 @@ struct Row {
 pub(crate) fn run(
     cases: &[Case],
     options: &Options,
-    peer: Option<&Peer>,
+    python: Option<&Python>,
     repeats: u32,
 ) -> Result<Vec<Comparison>, BenchError> {
     let steps = options.steps(&STEPS, &QUICK);
     let mut all = Vec::new();
     for case in cases {
         for &steps in &steps {
-            let compared = compare(&case.with_steps(steps), peer, repeats)?;
+            let compared = compare(&case.with_steps(steps), python, repeats)?;
             compared.print();
             all.push(compared);
         }
@@ -67,7 +69,7 @@ pub(crate) fn run(
     Ok(all)
 }
 
-fn compare(case: &Case, peer: Option<&Peer>, repeats: u32) -> Result<Comparison, BenchError> {
+fn compare(case: &Case, python: Option<&Python>, repeats: u32) -> Result<Comparison, BenchError> {
     let transfer = case.transfer()?;
     let mut newton = Row::named("structured Newton");
     let mut shooting = Row::named("plain shooting");
@@ -75,7 +77,8 @@ fn compare(case: &Case, peer: Option<&Peer>, repeats: u32) -> Result<Comparison,
         .iter()
         .map(|solver| Row::named(solver.label))
         .collect();
-    let mut casadi = peer.map(|peer| Casadi::start(peer.python())).transpose()?;
+    let python = python.filter(|python| python.has(CASADI));
+    let mut casadi = python.map(Casadi::start).transpose()?;
     match &mut casadi {
         None => rows.clear(),
         Some(casadi) => {
@@ -126,9 +129,9 @@ fn compare(case: &Case, peer: Option<&Peer>, repeats: u32) -> Result<Comparison,
     for (row, times) in solvers.iter_mut().zip(&times) {
         row.seconds = Sample::of(times);
     }
-    let (seconds, cost) = (solvers[0].seconds.median, solvers[0].cost);
-    for row in &mut solvers {
-        row.ratio = row.seconds.median / seconds;
+    let cost = solvers[0].cost;
+    for (row, seconds) in solvers.iter_mut().zip(&times) {
+        row.ratio = Spread::of_ratios(seconds, &times[0]);
         row.cost_difference = row.cost / cost - 1.0;
     }
     Ok(Comparison {
@@ -138,6 +141,30 @@ fn compare(case: &Case, peer: Option<&Peer>, repeats: u32) -> Result<Comparison,
     })
 }
 
+/// Times in parts of the structured solver's at the largest number of steps, a column a scene.
+pub(crate) fn table(comparisons: &[Comparison]) -> Option<Table> {
+    let largest = comparisons.iter().map(|compared| compared.steps).max()?;
+    let at = |compared: &&Comparison| compared.steps == largest;
+    let columns: Vec<_> = comparisons.iter().filter(at).collect();
+    let head = format!("CPU time in parts of the structured Newton method's, N = {largest}");
+    let scenes = columns
+        .iter()
+        .map(|compared| compared.scene.replace('_', " "));
+    let mut table = Table::new(std::iter::once(head).chain(scenes));
+    for (index, row) in columns.first()?.solvers.iter().enumerate() {
+        let cells = columns.iter().map(|compared| {
+            let row = &compared.solvers[index];
+            match row.ratio {
+                Some(_) if index == 0 => format!("1 ({} ms)", short(1e3 * row.seconds.median)),
+                Some(ratio) => ratio.to_string(),
+                None => row.failure.clone().unwrap_or_default(),
+            }
+        });
+        table.row(std::iter::once(row.solver.to_owned()).chain(cells));
+    }
+    Some(table)
+}
+
 impl Row {
     fn named(solver: &'static str) -> Self {
         Self {
@@ -145,7 +172,7 @@ impl Row {
             seconds: Sample::of(&[]),
             wall: None,
             build_seconds: None,
-            ratio: f64::NAN,
+            ratio: None,
             iterations: 0,
             coarse_iterations: 0,
             cost: f64::NAN,
@@ -180,12 +207,13 @@ impl Comparison {
                 coarse => format!("{coarse} coarse + "),
             };
             println!(
-                "| {} | {:.3} | {:.3}–{:.3} | {:.1} | {coarse}{} | {:.12} | {:.0e} | {:.0e} | {} |",
+                "| {} | {:.3} | {:.3}–{:.3} | {} | {coarse}{} | {:.12} | {:.0e} | {:.0e} | {} |",
                 row.solver,
                 1e3 * median,
                 1e3 * least,
                 1e3 * most,
-                row.ratio,
+                row.ratio
+                    .map_or_else(String::new, |ratio| ratio.to_string()),
                 row.iterations,
                 row.cost,
                 row.cost_difference,

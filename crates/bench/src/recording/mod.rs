@@ -12,6 +12,7 @@ use lgvi_msgs::shm::{BodySample, Name, StateHeader};
 
 use self::recorder::Recorder;
 use crate::error::BenchError;
+use crate::tables::Table;
 
 /// What is measured.
 #[derive(Args)]
@@ -30,6 +31,18 @@ pub(crate) struct Options {
     bags: Option<PathBuf>,
 }
 
+impl Options {
+    /// With flights of so many seconds.
+    pub(crate) fn of(seconds: f64) -> Self {
+        Self {
+            seconds,
+            burst: 1.0,
+            domain: 101,
+            bags: None,
+        }
+    }
+}
+
 const BODIES: usize = 5;
 const RATE: f64 = 10_000.0;
 const TOPIC: &str = "/lgvi_propagator/state";
@@ -46,63 +59,77 @@ const TICK: Duration = Duration::from_micros(100);
 /// How long the recorder has to take what waits, before the state that shows it the last gap.
 const PAUSE: Duration = Duration::from_millis(300);
 
-/// Prints both tables.
-pub(crate) fn run(options: &Options) -> Result<(), BenchError> {
+/// Measures, keeps the tables `recording` and `recording_bursts`.
+pub(crate) fn run(options: &Options, output: &Path) -> Result<(), BenchError> {
     let parent = options.bags.clone().unwrap_or_else(std::env::temp_dir);
     let directory = parent.join(format!("lgvi_recording_{}", std::process::id()));
     std::fs::create_dir_all(directory.join("shm")).map_err(text)?;
-    let measured = measure(options, &directory);
+    let measured = measure(options, &directory, output);
     let _ = std::fs::remove_dir_all(&directory);
     measured
 }
 
-fn measure(options: &Options, directory: &Path) -> Result<(), BenchError> {
+fn measure(options: &Options, directory: &Path, output: &Path) -> Result<(), BenchError> {
     let bench = Bench::new(options, directory)?;
     println!("{BODIES} bodies, {RATE} states/s for {} s", options.seconds);
-    println!(
-        "| Compression | published | recorded | lost | waits | waited (s) | CPU (ms a second) | MB/s | bytes a state |\n\
-         | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"
-    );
+    let mut table = Table::new([
+        "compression",
+        "published",
+        "recorded",
+        "lost",
+        "waits",
+        "waited (s)",
+        "CPU (ms a second)",
+        "MB/s",
+        "bytes a state",
+    ]);
     for compression in ["none", "lz4", "zstd"] {
         let flown = bench.fly(compression, Some(RATE), options.seconds)?;
-        println!(
-            "| {compression} | {} | {} | {} | {} | {:.3} | {:.1} | {:.2} | {:.0} |",
-            flown.published,
-            flown.recorded,
-            flown.lost,
-            flown.waits,
-            flown.waited,
-            1e3 * flown.cpu / flown.seconds,
-            1e-6 * flown.bytes as f64 / flown.seconds,
-            flown.bytes as f64 / flown.recorded.max(1) as f64
-        );
+        table.row([
+            compression.to_owned(),
+            flown.published.to_string(),
+            flown.recorded.to_string(),
+            flown.lost.to_string(),
+            flown.waits.to_string(),
+            format!("{:.3}", flown.waited),
+            format!("{:.1}", 1e3 * flown.cpu / flown.seconds),
+            format!("{:.2}", 1e-6 * flown.bytes as f64 / flown.seconds),
+            format!("{:.0}", flown.bytes as f64 / flown.recorded.max(1) as f64),
+        ]);
     }
+    table.keep(output, "recording")?;
     if options.burst > 0.0 {
-        println!(
-            "\nBursts of {} s, zstd, the publisher waits for nobody",
-            options.burst
-        );
-        println!(
-            "| States/s | published | recorded | lost | refused by shared memory | published = recorded + lost |\n\
-             | ---: | ---: | ---: | ---: | ---: | --- |"
-        );
-        let rates = [20e3, 50e3, 100e3, 200e3, 400e3].map(Some);
-        for rate in rates.into_iter().chain([None]) {
-            let flown = bench.fly("zstd", rate, options.burst)?;
-            let exact = flown.published == flown.recorded + flown.lost;
-            println!(
-                "| {:.0}{} | {} | {} | {} | {} | {} |",
-                flown.published as f64 / flown.seconds,
-                if rate.is_none() { " (all it can)" } else { "" },
-                flown.published,
-                flown.recorded,
-                flown.lost,
-                flown.refused,
-                if exact { "yes" } else { "NO" }
-            );
-        }
+        println!("Bursts of {} s, zstd", options.burst);
+        bursts(&bench, options.burst)?.keep(output, "recording_bursts")?;
     }
     Ok(())
+}
+
+/// The publisher waits for nobody.
+fn bursts(bench: &Bench, seconds: f64) -> Result<Table, BenchError> {
+    let mut table = Table::new([
+        "states/s",
+        "published",
+        "recorded",
+        "lost",
+        "refused by shared memory",
+        "published = recorded + lost",
+    ]);
+    let rates = [20e3, 50e3, 100e3, 200e3, 400e3].map(Some);
+    for rate in rates.into_iter().chain([None]) {
+        let flown = bench.fly("zstd", rate, seconds)?;
+        let exact = flown.published == flown.recorded + flown.lost;
+        let all = if rate.is_none() { " (all it can)" } else { "" };
+        table.row([
+            format!("{:.0}{all}", flown.published as f64 / flown.seconds),
+            flown.published.to_string(),
+            flown.recorded.to_string(),
+            flown.lost.to_string(),
+            flown.refused.to_string(),
+            if exact { "yes" } else { "NO" }.to_owned(),
+        ]);
+    }
+    Ok(table)
 }
 
 struct Bench {

@@ -47,7 +47,7 @@ impl Accuracy {
 
 /// About how fast (rad per unit of time) the fastest motion is at the start, > 0 unless nothing moves: turning,
 /// passing one another, falling.
-pub(super) fn rate(system: &mut System, states: &[BodyState]) -> f64 {
+pub(crate) fn rate(system: &mut System, states: &[BodyState]) -> f64 {
     let mut loads = vec![Load::default(); states.len()];
     system.loads(states, &mut loads);
     let bodies = system.bodies();

@@ -9,7 +9,7 @@ const EXPONENTIAL: [f64; 2] = [8.0, 100.0];
 
 /// The law of an error `e(t)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Growth {
+pub(crate) enum Growth {
     /// As `t^exponent`.
     Power(f64),
     /// As `exp(rate t)`.
@@ -18,7 +18,7 @@ pub(super) enum Growth {
 
 impl Growth {
     /// From errors at equal intervals of `horizon`, the last at its end.
-    pub(super) fn fit(errors: &[f64], horizon: f64) -> Self {
+    pub(crate) fn fit(errors: &[f64], horizon: f64) -> Self {
         let count = errors.len();
         let [quarter, half] = [4, 2].map(|part| greatest(&errors[..count / part]));
         let whole = greatest(errors);
@@ -37,7 +37,7 @@ impl Growth {
     }
 
     /// What an error at `horizon` is multiplied by until `duration`.
-    pub(super) fn factor(self, horizon: f64, duration: f64) -> f64 {
+    pub(crate) fn factor(self, horizon: f64, duration: f64) -> f64 {
         match self {
             Self::Power(exponent) => libm::pow(duration / horizon, exponent),
             Self::Exponential(rate) => libm::exp(rate * (duration - horizon)),

@@ -27,6 +27,9 @@ pub use accuracy::Accuracy;
 pub use choice::{Candidate, Choice, Outlook};
 pub use error::ChoiceError;
 
+pub(crate) use accuracy::rate;
+pub(crate) use growth::Growth;
+
 use crate::{BodyState, System};
 use cost::Cost;
 use family::Family;
@@ -98,7 +101,7 @@ pub fn choose(
         run,
         tolerance,
         accuracy: Accuracy::new(system.bodies(), &states),
-        rate: accuracy::rate(system, &states).max(1.0 / run.duration),
+        rate: rate(system, &states).max(1.0 / run.duration),
         families: Family::all(system),
     };
     let mut flights = Flights::new(system, &states, ALLOWANCE / 2);

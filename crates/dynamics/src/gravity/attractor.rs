@@ -1,5 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
+use super::{Falloff, Form};
+
 /// What attracts points: a scalar potential `φ` per unit mass, in the attractor's own frame.
 ///
 /// `d` is the point's place in that frame. Every model is written once, here; how it acts on a rigid body, and how a
@@ -19,6 +21,16 @@ pub trait Attractor: Send + Sync {
 
     /// What it is from afar; none where it has no place, as a uniform field.
     fn monopole(&self) -> Option<Monopole>;
+
+    /// How it falls off with the distance from its place; none where that is not known.
+    fn falloff(&self) -> Option<Falloff> {
+        None
+    }
+
+    /// What it is in numbers; none where it has no such form.
+    fn form(&self) -> Option<Form> {
+        None
+    }
 
     /// What an acceleration costs, in multiples of a point mass's, roughly.
     fn cost(&self) -> f64 {

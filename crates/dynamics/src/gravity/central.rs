@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, Monopole};
+use super::{Attractor, Falloff, Form, Monopole, Shape};
 
 /// A point attractor, or a sphere from outside, at the origin: `φ = −GM/|d|` (§4.7).
 ///
@@ -23,6 +23,13 @@ impl Central {
 }
 
 impl Attractor for Central {
+    fn form(&self) -> Option<Form> {
+        Some(Form::Attractor {
+            shape: Shape::Point { gm: self.gm },
+            placement: None,
+        })
+    }
+
     #[inline]
     fn potential(&self, d: &Vector3<f64>) -> f64 {
         -self.gm / d.norm()
@@ -56,6 +63,12 @@ impl Attractor for Central {
             gm: self.gm,
             position: Vector3::zeros(),
             radius: 0.0,
+        })
+    }
+    fn falloff(&self) -> Option<Falloff> {
+        Some(Falloff {
+            strength: self.gm,
+            harmonic: 0.0,
         })
     }
 }

@@ -7,7 +7,7 @@ use std::ops::AddAssign;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, CloseApproach, Gravity, Monopole};
+use super::{Attractor, CloseApproach, Form, Gravity, Interaction, Kept, Level, Monopole};
 use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Gravity of fixed sources on one body at `x` with attitude `R`.
@@ -43,9 +43,19 @@ pub trait Field: Send + Sync {
     /// Whether a body at `x` is outside the sources.
     fn check_clearance(&self, body: &RigidBody, x: &Vector3<f64>) -> Result<(), Intrusion>;
 
+    /// What it is in numbers; none where it has no such form.
+    fn form(&self) -> Option<Form> {
+        None
+    }
+
     /// What a load of `body` costs, in multiples of a point in a central field, roughly.
     fn cost(&self, body: &RigidBody) -> f64 {
         body.points().len().max(1) as f64
+    }
+
+    /// The only source, where there is but one.
+    fn attractor(&self) -> Option<&dyn Attractor> {
+        None
     }
 }
 
@@ -101,6 +111,14 @@ impl AddAssign for LoadCurvature {
 }
 
 impl<A: Attractor> Field for A {
+    fn attractor(&self) -> Option<&dyn Attractor> {
+        Some(self)
+    }
+
+    fn form(&self) -> Option<Form> {
+        Attractor::form(self)
+    }
+
     fn cost(&self, body: &RigidBody) -> f64 {
         let accelerations = match body.distribution() {
             MassDistribution::Multipole(_) => 3.0,
@@ -161,6 +179,10 @@ impl<A: Attractor> Field for A {
 }
 
 impl<F: Field> Gravity for F {
+    fn form(&self) -> Option<Form> {
+        Field::form(self)
+    }
+
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         bodies.iter().map(|body| Field::cost(self, body)).sum()
     }
@@ -168,6 +190,32 @@ impl<F: Field> Gravity for F {
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]) {
         for ((body, state), load) in bodies.iter().zip(states).zip(loads) {
             *load += self.load(body, &state.position, &state.attitude);
+        }
+    }
+
+    fn interactions(&self, bodies: &[RigidBody]) -> Option<Vec<Interaction>> {
+        let source = self.attractor()?;
+        let each = bodies.iter().enumerate().map(|(index, body)| {
+            Interaction::of_source(index, body, source, Field::cost(self, body))
+        });
+        Some(each.collect())
+    }
+
+    fn add_kept_loads(
+        &mut self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+        loads: &mut [Load],
+        kept: &[Kept],
+    ) {
+        for kept in kept {
+            let (index, state) = (kept.body, &states[kept.body]);
+            match (kept.level, self.attractor()) {
+                (Level::Monopole, Some(source)) => {
+                    loads[index].force += kept.masses * source.acceleration(&state.position);
+                }
+                _ => loads[index] += self.load(&bodies[index], &state.position, &state.attitude),
+            }
         }
     }
 

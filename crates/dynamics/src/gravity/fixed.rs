@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, Monopole};
+use super::{Attractor, Falloff, Form, Monopole, Placement};
 use crate::BodyError;
 
 /// An attractor `A` fixed in the inertial frame with a place and an attitude, itself an attractor in that frame.
@@ -52,8 +52,29 @@ impl<A: Attractor> Fixed<A> {
 }
 
 impl<A: Attractor> Attractor for Fixed<A> {
+    fn form(&self) -> Option<Form> {
+        match self.attractor.form()? {
+            Form::Attractor {
+                shape,
+                placement: None,
+            } => Some(Form::Attractor {
+                shape,
+                placement: Some(Placement {
+                    position: self.position,
+                    attitude: self.attitude,
+                    radius: self.radius,
+                }),
+            }),
+            _ => None,
+        }
+    }
+
     fn cost(&self) -> f64 {
         self.attractor.cost()
+    }
+
+    fn falloff(&self) -> Option<Falloff> {
+        self.attractor.falloff()
     }
 
     #[inline]

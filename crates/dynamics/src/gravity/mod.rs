@@ -5,14 +5,18 @@
 
 mod attractor;
 mod central;
+mod extent;
 mod field;
 mod fixed;
+mod form;
 mod harmonic;
+mod interaction;
 mod moments;
 mod multipole;
 mod mutual;
 mod pair;
 mod polyhedron;
+mod remainder;
 mod sources;
 mod uniform;
 
@@ -24,10 +28,13 @@ pub use attractor::{Attractor, Monopole};
 pub use central::Central;
 pub use field::{Field, Intrusion, LoadCurvature, LoadGradient};
 pub use fixed::Fixed;
+pub use form::{Form, Placement, Shape};
+pub use interaction::{Falloff, Interaction, Kept, Level, Partner};
 pub use moments::Moments;
 pub use multipole::Multipole;
 pub use mutual::Mutual;
 pub use polyhedron::{ObjError, Polyhedron, PolyhedronError, PolyhedronField, PolyhedronMass};
+pub use remainder::{Neglect, Remainder};
 pub use sources::Sources;
 pub use uniform::Uniform;
 
@@ -41,6 +48,22 @@ pub trait Gravity: Send {
     /// The potential `U` in `states`.
     fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64;
 
+    /// What it consists of, in the order in which it is computed; none where it cannot be taken apart.
+    fn interactions(&self, _bodies: &[RigidBody]) -> Option<Vec<Interaction>> {
+        None
+    }
+
+    /// Adds to `loads` what those of its interactions exert that are kept.
+    fn add_kept_loads(
+        &mut self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+        loads: &mut [Load],
+        _kept: &[Kept],
+    ) {
+        self.add_loads(bodies, states, loads);
+    }
+
     /// Whether any of `bodies` or of the sources has an extent that another could enter.
     fn has_extents(&self, _bodies: &[RigidBody]) -> bool {
         true
@@ -52,6 +75,11 @@ pub trait Gravity: Send {
             .iter()
             .map(|body| body.points().len().max(1) as f64)
             .sum()
+    }
+
+    /// What it is in numbers; none where it has no such form.
+    fn form(&self) -> Option<Form> {
+        None
     }
 
     /// Whether all bodies are outside each other's radii and those of the sources.

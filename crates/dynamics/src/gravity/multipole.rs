@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::harmonic::{Fourth, Harmonic, Second, Third};
-use super::{Attractor, Central, Moments, Monopole};
+use super::{Attractor, Central, Falloff, Form, Moments, Monopole, Shape};
 use crate::Inertia;
 
 /// The gravity of a body expanded about its centre of mass in moments of its mass ("inertia integrals"), to second or
@@ -23,10 +23,15 @@ pub struct Multipole {
 impl Multipole {
     /// To second order, from mass and inertia: `∫ρρᵀ dm = J_d`.
     pub fn of_inertia(mass: f64, inertia: &Inertia) -> Self {
+        Self::of_second_moments(mass, inertia.nonstandard())
+    }
+
+    /// To second order, from mass and `∫ρρᵀ dm`.
+    pub(crate) fn of_second_moments(mass: f64, second: &Matrix3<f64>) -> Self {
         Self {
             central: Central { gm: mass },
             asphericity: Asphericity {
-                second: Second::of(inertia.nonstandard()),
+                second: Second::of(second),
                 higher: None,
             },
         }
@@ -79,6 +84,11 @@ impl Multipole {
         } else {
             2
         }
+    }
+
+    /// H of `−e·He/r⁵`, where that is all there is beside the monopole.
+    pub(super) fn second_harmonic(&self) -> Option<&Matrix3<f64>> {
+        (self.order() == 2).then_some(&self.asphericity.second.0)
     }
 
     /// All but the monopole.
@@ -152,6 +162,16 @@ impl Asphericity {
 }
 
 impl Attractor for Multipole {
+    fn form(&self) -> Option<Form> {
+        (self.order() == 2).then_some(Form::Attractor {
+            shape: Shape::Quadrupole {
+                gm: self.central.gm,
+                second: self.asphericity.second.0,
+            },
+            placement: None,
+        })
+    }
+
     #[inline]
     fn potential(&self, d: &Vector3<f64>) -> f64 {
         self.central.potential(d) + self.asphericity.potential(d)
@@ -174,5 +194,11 @@ impl Attractor for Multipole {
 
     fn monopole(&self) -> Option<Monopole> {
         self.central.monopole()
+    }
+    fn falloff(&self) -> Option<Falloff> {
+        Some(Falloff {
+            strength: self.central.gm.abs(),
+            harmonic: self.second_harmonic()?.symmetric_eigenvalues().abs().sum(),
+        })
     }
 }

@@ -1,5 +1,6 @@
+use super::extent::Extent;
 use super::pair::{self, Couple};
-use super::{CloseApproach, Gravity};
+use super::{CloseApproach, Form, Gravity, Interaction, Kept, Level, Multipole};
 use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
@@ -21,6 +22,8 @@ pub struct Mutual {
     constant: f64,
     /// Room for the points of two bodies.
     couples: Vec<Couple>,
+    /// The bodies to second order, where that has been asked for.
+    series: Vec<Multipole>,
 }
 
 impl Mutual {
@@ -29,6 +32,7 @@ impl Mutual {
         Self {
             constant,
             couples: Vec::new(),
+            series: Vec::new(),
         }
     }
 }
@@ -39,6 +43,12 @@ fn matters(pair: [&RigidBody; 2]) -> bool {
 }
 
 impl Gravity for Mutual {
+    fn form(&self) -> Option<Form> {
+        Some(Form::Mutual {
+            constant: self.constant,
+        })
+    }
+
     fn has_extents(&self, bodies: &[RigidBody]) -> bool {
         bodies.iter().any(|body| {
             let solid = matches!(body.distribution(), MassDistribution::Polyhedron(_));
@@ -69,6 +79,71 @@ impl Gravity for Mutual {
                     pair::exchange(pair, at, &mut self.couples, |exchange| {
                         exchange.add_to(loads, [i, j], self.constant);
                     });
+                }
+            }
+        }
+    }
+
+    fn interactions(&self, bodies: &[RigidBody]) -> Option<Vec<Interaction>> {
+        let extents: Vec<_> = bodies.iter().map(Extent::of).collect();
+        let mut all = Vec::new();
+        for i in 0..bodies.len() {
+            for j in i + 1..bodies.len() {
+                let pair = [&bodies[i], &bodies[j]];
+                let cost = if matters(pair) { pair::cost(pair) } else { 0.0 };
+                let extents = [&extents[i], &extents[j]];
+                all.push(Interaction::of_pair(
+                    [i, j],
+                    pair,
+                    extents,
+                    (self.constant, cost),
+                ));
+            }
+        }
+        Some(all)
+    }
+
+    fn add_kept_loads(
+        &mut self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+        loads: &mut [Load],
+        kept: &[Kept],
+    ) {
+        for &Kept {
+            body: i,
+            other: j,
+            level,
+            masses,
+        } in kept
+        {
+            let at = [&states[i], &states[j]];
+            match level {
+                Level::Dropped => {}
+                Level::Monopole => {
+                    let force = self.constant * pair::between_monopoles(masses, at);
+                    loads[i].force += force;
+                    loads[j].force -= force;
+                }
+                Level::Quadrupole => {
+                    if self.series.len() != bodies.len() {
+                        self.series = bodies.iter().map(RigidBody::to_second_order).collect();
+                    }
+                    pair::between_series([&self.series[i], &self.series[j]], at).add_to(
+                        loads,
+                        [i, j],
+                        self.constant,
+                    );
+                }
+                Level::Full => {
+                    pair::exchange(
+                        [&bodies[i], &bodies[j]],
+                        at,
+                        &mut self.couples,
+                        |exchange| {
+                            exchange.add_to(loads, [i, j], self.constant);
+                        },
+                    );
                 }
             }
         }

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, Monopole};
+use super::{Attractor, Falloff, Form, Monopole};
 
 /// A uniform field, `φ = −g·d`: gravity of the 3D pendulum and the heavy top.
 ///
@@ -14,6 +14,12 @@ pub struct Uniform {
 }
 
 impl Attractor for Uniform {
+    fn form(&self) -> Option<Form> {
+        Some(Form::Uniform {
+            acceleration: self.acceleration,
+        })
+    }
+
     fn potential(&self, d: &Vector3<f64>) -> f64 {
         -self.acceleration.dot(d)
     }
@@ -32,5 +38,11 @@ impl Attractor for Uniform {
 
     fn monopole(&self) -> Option<Monopole> {
         None
+    }
+    fn falloff(&self) -> Option<Falloff> {
+        Some(Falloff {
+            strength: 0.0,
+            harmonic: 0.0,
+        })
     }
 }

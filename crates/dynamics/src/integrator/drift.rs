@@ -1,3 +1,7 @@
+mod coasting;
+
+pub(super) use coasting::Coasting;
+
 use super::rotor::Turn;
 use super::turn::{Known, Turns};
 use super::{Rotor, StepError};
@@ -210,7 +214,11 @@ impl Drift {
         kick: Kick,
         h: f64,
         time: usize,
+        coasting: Coasting,
     ) -> Result<u32, StepError> {
+        if !coasting.bodies.is_empty() {
+            return self.coast(bodies, states, kick, h, time, coasting);
+        }
         let known = self.turns.known(time);
         match &self.movers {
             Movers::Principal(movers) => advance(movers, bodies, states, kick, h, known),

@@ -88,7 +88,7 @@ pub enum StepError {
 
 impl StepError {
     /// That a body cannot turn as it would; that its momentum is not a number where that is why.
-    pub(super) fn of_turn(body: usize, source: PreprocessedError) -> Self {
+    pub(crate) fn of_turn(body: usize, source: PreprocessedError) -> Self {
         match source {
             PreprocessedError::Unsolvable(Unsolvable { turn, .. })
             | PreprocessedError::BeyondSeries { turn, .. }
@@ -164,6 +164,20 @@ pub enum MethodError {
         /// `det R`.
         determinant: f64,
     },
+    /// A number is so great or small that products of it leave the range of double precision.
+    #[error("{}{quantity} is {value:e}, expected {low:e} to {high:e}", of(*.body))]
+    Range {
+        /// Which body; none where it is none's.
+        body: Option<usize>,
+        /// What.
+        quantity: &'static str,
+        /// How much.
+        value: f64,
+        /// The least that can be worked with.
+        low: f64,
+        /// The greatest.
+        high: f64,
+    },
     /// A parameter of the method is out of range.
     #[error("{method}: {parameter} is {value}, expected {expected}")]
     Parameter {
@@ -176,4 +190,9 @@ pub enum MethodError {
         /// What would be right.
         expected: &'static str,
     },
+}
+
+/// What a message begins with.
+fn of(body: Option<usize>) -> String {
+    body.map_or_else(String::new, |body| format!("body {body}: "))
 }

@@ -151,6 +151,14 @@ impl Method {
         )
     }
 
+    /// Whether its steps consist of kicks and drifts.
+    pub(crate) fn drifts(self) -> bool {
+        matches!(
+            self,
+            Self::Lgvi(_) | Self::LieEuler(_) | Self::Composition { .. } | Self::Nystrom { .. }
+        )
+    }
+
     /// The integrator for `system`.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
         Ok(match self {

@@ -99,7 +99,7 @@ impl StepReport {
 }
 
 /// Whether all of `states` are finite.
-fn check_finite(states: &[BodyState]) -> Result<(), StepError> {
+pub(crate) fn check_finite(states: &[BodyState]) -> Result<(), StepError> {
     match states.iter().position(|state| !state.is_finite()) {
         Some(body) => Err(StepError::NotFinite { body }),
         None => Ok(()),

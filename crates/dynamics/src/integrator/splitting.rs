@@ -1,4 +1,6 @@
-use super::drift::{Drift, end};
+use nalgebra::Vector3;
+
+use super::drift::{Coasting, Drift, end};
 use super::{Integrator, Rotor, StepError, StepReport, check_finite};
 use crate::{BodyState, Load, RigidBody, System};
 
@@ -22,6 +24,10 @@ pub struct Splitting {
     between: Vec<BodyState>,
     /// Where the present step began.
     begun: Vec<BodyState>,
+    /// Whether a body on which no moment acts turns once a step, in the first of its drifts.
+    once: bool,
+    /// Whether such a body is at rest.
+    rests: bool,
 }
 
 /// A kick `K(bh)`, then a drift `D(ah)`.
@@ -36,12 +42,14 @@ impl Splitting {
     pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
         let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage { b, a });
         Self {
+            once: rotor == Rotor::Exact && drifts.len() > 1,
             stages: stages.collect(),
             last_kick: kicks[drifts.len()],
             loads: Loads::new(bodies.len()),
             drift: Drift::new(rotor, bodies, drifts.len()),
             between: Vec::new(),
             begun: Vec::new(),
+            rests: false,
         }
     }
 
@@ -58,6 +66,12 @@ impl Splitting {
     /// problem is posed in it. A drift, then a kick by what acts at its end: a control enters as an impulse at the end.
     pub fn lie_euler(rotor: Rotor, bodies: &[RigidBody]) -> Self {
         Self::new(&[0.0, 1.0], &[1.0], rotor, bodies)
+    }
+
+    /// Coefficients of the drifts, each after that of the kick before it, and that of the last kick.
+    pub(crate) fn coefficients(&self) -> (Vec<(f64, f64)>, f64) {
+        let stages = self.stages.iter().map(|stage| (stage.b, stage.a));
+        (stages.collect(), self.last_kick)
     }
 
     /// What gravity exerts where the last step ended; of a method that ends with a kick.
@@ -144,8 +158,21 @@ impl Splitting {
         let Stage { b, a } = self.stages[index];
         let loads = self.loads.at(system, states, controls, (b, index == 0));
         let kick = (loads, b * h);
+        let coasting = if (self.once || self.rests) && controls.is_empty() {
+            Coasting {
+                bodies: system.coasting(),
+                time: match (self.once, index) {
+                    (false, _) => a * h,
+                    (true, 0) => h,
+                    (true, _) => 0.0,
+                },
+            }
+        } else {
+            Coasting::default()
+        };
+        let states = (states, next);
         self.drift
-            .apply(system.bodies(), (states, next), kick, a * h, index)
+            .apply(system.bodies(), states, kick, a * h, index, coasting)
     }
 
     /// Sets `next` to `states` after all stages, to and fro between two buffers.
@@ -176,10 +203,13 @@ impl Splitting {
 impl Integrator for Splitting {
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
         self.drift.forget();
-        self.between = states.to_vec();
-        self.begun = states.to_vec();
+        states.clone_into(&mut self.between);
+        states.clone_into(&mut self.begun);
         system.loads(states, &mut self.loads.gravity);
         self.loads.known = true;
+        let mut each = system.coasting().iter().zip(states);
+        self.rests =
+            each.any(|(coasts, state)| *coasts && state.angular_momentum == Vector3::zeros());
     }
 
     fn step(
@@ -231,7 +261,7 @@ impl Integrator for Splitting {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::Matrix3;
 
     use super::*;
     use crate::{Inertia, Method, Simulation};

@@ -14,6 +14,9 @@ use crate::Inertia;
 /// Residual, relative to `|g|`, that is rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
+/// Its square, by which `|g|²` is multiplied.
+pub(crate) const SOLVED: f64 = ROUNDING * ROUNDING;
+
 /// Repetitions after which [`Chart::solve`] takes over.
 const MAX_PASSES: u32 = 4;
 
@@ -30,11 +33,11 @@ pub(crate) trait Moments {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Principal {
     /// `2J`
-    moments: Vector3<f64>,
+    pub(crate) moments: Vector3<f64>,
     /// `1/(2J)`
-    reciprocals: Vector3<f64>,
+    pub(crate) reciprocals: Vector3<f64>,
     /// `2 (J₃ − J₂), 2 (J₁ − J₃), 2 (J₂ − J₁)`
-    differences: Vector3<f64>,
+    pub(crate) differences: Vector3<f64>,
 }
 
 impl Principal {
@@ -73,9 +76,9 @@ impl Moments for Principal {
 /// Moments about any axes: by the principal ones, for the adjugate of an ill-conditioned matrix loses digits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct General {
-    principal: Principal,
+    pub(crate) principal: Principal,
     /// Principal axes, in columns.
-    axes: Matrix3<f64>,
+    pub(crate) axes: Matrix3<f64>,
 }
 
 impl Moments for General {
@@ -95,12 +98,12 @@ impl Moments for General {
 /// One body's implicit equation in the Cayley chart.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Direct<M> {
-    moments: M,
+    pub(crate) moments: M,
     /// `d/e`, second coefficient and determinant of `J / tr J`: up to there `p' ≥ 8 (d − e s) + 2γ (1 − 2s)` is positive,
     /// so that a solution lies on the branch, and `A > J` is positive definite.
-    limit: f64,
+    pub(crate) limit: f64,
     /// `1 / tr J`
-    scale: f64,
+    pub(crate) scale: f64,
 }
 
 impl Direct<Principal> {
@@ -144,7 +147,7 @@ impl<M: Moments> Direct<M> {
         let s = reciprocal * g.dot(&turn.u);
         let miss = (s - guess) * reciprocal;
         let residual = miss * miss * turn.u.norm_squared();
-        let solved = residual <= (ROUNDING * ROUNDING) * gamma;
+        let solved = residual <= SOLVED * gamma;
         (solved & (s < self.limit)).then_some((turn, s - leading))
     }
 

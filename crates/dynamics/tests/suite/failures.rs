@@ -229,6 +229,30 @@ fn input_that_is_no_system_is_refused() {
         says(refused(vec![broken], 0.1), expected);
     }
 
+    // Numbers whose products would leave the range of double precision.
+    for h in [1e-31_f64, -1e31, 1e300] {
+        let text = format!("the length of the step is {:e}", h.abs());
+        says(refused(vec![state], h), &text);
+    }
+    let far = at(&body, [0.0, 1e31, 0.0], [0.0; 3]);
+    says(
+        refused(vec![far], 0.1),
+        "body 0: the distance from the origin is 1e31, expected 0e0 to 1e30",
+    );
+    for (mass, moment, expected) in [
+        (1e61, 1.0, "the mass is 1e61, expected 1e-60 to 1e60"),
+        (1e50, 1e-20, "the trace of the inertia over the mass is "),
+        (1e-61, 1.0, "the mass is 1e-61"),
+        (1.0, 1e100, "the trace of the inertia is "),
+        (1.0, 1e-101, "the trace of the inertia is "),
+    ] {
+        let inertia = Inertia::principal([moment; 3]).expect("inertia");
+        let body = RigidBody::new(mass, inertia, vec![]).expect("body");
+        let system = System::new(vec![body], vec![]);
+        let made = Simulation::new(system, vec![state], LGVI, 0.1);
+        says(made.err().map(|error| error.to_string()), expected);
+    }
+
     let simulation = || fly(vec![state], 0.1).expect("a method");
     let error = simulation().advance(&[]).expect_err("no control");
     assert_eq!(

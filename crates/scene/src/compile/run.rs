@@ -4,7 +4,8 @@ use lgvi_dynamics::{MethodError, System};
 
 use super::maneuver;
 use crate::file::{ManeuverFile, RunFile};
-use crate::{Integration, Scene, SceneError};
+use crate::integrator::SkipFile;
+use crate::{Integration, Scene, SceneError, Skipping};
 
 /// J2000, 2000-01-01T12:00:00Z (ns since the UNIX epoch).
 pub(super) const J2000: i64 = 946_728_000_000_000_000;
@@ -49,6 +50,26 @@ pub(super) fn integration(
             Integration::Method(maneuver::method(planned))
         })),
         integration => Ok(integration),
+    }
+}
+
+/// Part of an automatic integrator's tolerance that may go into what is left out.
+const SKIPPED: f64 = 0.1;
+
+/// What may be left out; beside an automatic integrator a part of its tolerance, unless the scene says otherwise.
+pub(super) fn skipping(run: &RunFile, integration: Integration) -> Result<Skipping, SceneError> {
+    match (run.skip, integration) {
+        (Some(SkipFile::Nothing), _) => Ok(Skipping::Nothing),
+        (Some(SkipFile::Tolerance(tolerance)), _) if TOLERANCES.contains(&tolerance) => {
+            Ok(Skipping::Within(tolerance))
+        }
+        (Some(SkipFile::Tolerance(tolerance)), _) => Err(SceneError::value(
+            "run.skip.tolerance",
+            tolerance,
+            "1e-14 to 0.1",
+        )),
+        (None, Integration::Auto { tolerance }) => Ok(Skipping::Within(SKIPPED * tolerance)),
+        (Some(SkipFile::Exact) | None, _) => Ok(Skipping::Exact),
     }
 }
 

@@ -5,6 +5,7 @@
 mod bodies;
 mod classes;
 mod disturbances;
+mod ensembles;
 mod frames;
 mod gravity;
 mod integrators;
@@ -12,6 +13,7 @@ mod maneuvers;
 mod planned;
 mod shapes;
 mod shipped;
+mod skipping;
 
 use lgvi_scene::{Scene, SceneError};
 

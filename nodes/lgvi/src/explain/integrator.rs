@@ -35,8 +35,8 @@ pub(super) struct Integrator {
 const FAR: f64 = 0.3;
 
 impl Integrator {
-    /// With what is to be warned of.
-    pub(super) fn of(scene: &Scene) -> Result<(Self, Vec<String>), NodeError> {
+    /// With the scheme, and what is to be warned of.
+    pub(super) fn of(scene: &Scene) -> Result<(Self, Scheme, Vec<String>), NodeError> {
         let choice = match scene.integration {
             Integration::Auto { tolerance } => {
                 Some(scene.choice(tolerance).map_err(NodeError::input)?)
@@ -44,10 +44,7 @@ impl Integrator {
             Integration::Method(_) => None,
         };
         let scheme = match &choice {
-            Some(choice) => Scheme {
-                method: choice.method,
-                substeps: choice.substeps,
-            },
+            Some(choice) => scene.scheme_by(choice.method, choice.substeps),
             None => scene.scheme().map_err(NodeError::input)?,
         };
         let trial = Trial::fly(scene, scheme)?;
@@ -68,7 +65,7 @@ impl Integrator {
         if let Some(warning) = scene.flown_otherwise(scheme) {
             warnings.push(warning);
         }
-        Ok((integrator, warnings))
+        Ok((integrator, scheme, warnings))
     }
 
     fn turn_warnings(&self) -> Vec<String> {

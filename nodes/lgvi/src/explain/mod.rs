@@ -5,6 +5,7 @@ mod choice;
 mod gravity;
 mod integrator;
 mod maneuver;
+mod skips;
 mod text;
 mod trial;
 
@@ -20,6 +21,7 @@ use bodies::Body;
 use gravity::Gravity;
 use integrator::Integrator;
 use maneuver::Maneuver;
+use skips::Skips;
 
 /// A scene in SI, its integrator, and what is to be said of both.
 #[derive(Debug, Serialize)]
@@ -37,6 +39,7 @@ struct Explanation {
     /// Seed of the manoeuvre's disturbance.
     disturbance: Option<u64>,
     integrator: Integrator,
+    skips: Skips,
     warnings: Vec<String>,
 }
 
@@ -53,7 +56,7 @@ pub(crate) fn explain(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
 
 impl Explanation {
     fn of(scene: &Scene) -> Result<Self, NodeError> {
-        let (integrator, warnings) = Integrator::of(scene)?;
+        let (integrator, scheme, warnings) = Integrator::of(scene)?;
         Ok(Self {
             scene: scene.name.clone(),
             title: scene.title.clone(),
@@ -65,6 +68,7 @@ impl Explanation {
             maneuver: Maneuver::of(scene),
             disturbance: scene.disturbance.map(|disturbance| disturbance.seed),
             integrator,
+            skips: Skips::of(scene, scheme),
             warnings,
         })
     }

@@ -142,3 +142,58 @@ fn a_plan_that_is_flown_otherwise_is_warned_of() {
         assert!(text.contains(&part), "{text}");
     }
 }
+
+#[test]
+fn what_is_left_out_is_told_with_its_reason() {
+    let explanation = explained("", "");
+    let json = serde_json::to_value(&explanation.skips).unwrap();
+    assert_eq!(json["allowed"], "exact");
+    let one = &json["interactions"][0];
+    assert_eq!(one["computed"], "monopole");
+    assert_eq!(one["between"][1], "the attractor");
+    assert_eq!(json["bodies"][0]["moment"], false);
+    let text = explanation.to_string();
+    for part in [
+        "what makes no difference but rounding",
+        "top: translation by the forces on it; rotation in every stage of a step, no moment",
+        "top–the attractor: monopole, points of mass have no moment",
+    ] {
+        assert!(text.contains(part), "{part:?} is missing in {text}");
+    }
+    let nothing = explained("\"lgvi\"", "\"lgvi\"\n    skip = \"nothing\"").to_string();
+    assert!(nothing.contains("nothing, as asked"), "{nothing}");
+    let exact = explained("\"lgvi\"", "{ name = \"nystrom\", order = 6 }").to_string();
+    assert!(
+        exact.contains("rotation once a step in closed form"),
+        "{exact}"
+    );
+}
+
+/// Far pairs are told of by the distance that they would have to come nearer than.
+#[test]
+fn far_pairs_are_told_of_with_their_bounds() {
+    let other = TEXT[TEXT.find("[[bodies]]").unwrap()..]
+        .replace("top", "other")
+        .replace("[3, 0, 0]", "[-3, 0, 0]");
+    let text = format!("{TEXT}{other}")
+        .replace("\"lgvi\"", "\"lgvi\"\n    skip = { tolerance = 1e-6 }")
+        .replace(
+            "gm = 8.0",
+            "gm = 8.0\n    [gravity.mutual]\n    constant = 1e-9",
+        );
+    let scene = Scene::parse("test", &text).unwrap();
+    let explanation = Explanation::of(&scene).unwrap();
+    let json = serde_json::to_value(&explanation.skips).unwrap();
+    let pair = &json["interactions"][2];
+    assert_eq!(pair["computed"], "dropped", "{json}");
+    let limit = pair["dropped_beyond"].as_f64().unwrap();
+    let bound = pair["bound"].as_f64().unwrap();
+    assert!(
+        limit > 0.0 && limit < 60.0 && bound > 0.0 && bound < 1e-6,
+        "{json}"
+    );
+    assert!(json["allowance"]["growth"].as_f64().unwrap() > 1.0);
+    let text = explanation.to_string();
+    assert!(text.contains("top–other: dropped, the distance makes the rest negligible (beyond"));
+    assert!(text.contains("1e-6 at most"), "{text}");
+}

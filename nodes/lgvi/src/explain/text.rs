@@ -30,7 +30,7 @@ impl Display for Explanation {
                 "\n  disturbed   by seed {seed}: flown from another state, with other thrust than planned"
             )?;
         }
-        write!(f, "{}", self.integrator)?;
+        write!(f, "{}{}", self.integrator, self.skips)?;
         for warning in &self.warnings {
             write!(f, "\n  warning     {warning}")?;
         }

@@ -72,6 +72,13 @@ impl Display for Summary<'_> {
                     flight.cut_steps
                 )?;
             }
+            if flight.detail_changes > 0 {
+                write!(
+                    f,
+                    "\n  detail    {} interactions taken up in more or in less detail",
+                    flight.detail_changes
+                )?;
+            }
         }
         let messages: u64 = flown.recorded.values().sum();
         write!(

@@ -1,6 +1,6 @@
 //! Scene files.
 
-use lgvi_scene::{Integration, Scene, Scheme};
+use lgvi_scene::{Integration, Scene, Skipping};
 
 /// Work up to which a step is flown, as substeps times bodies: more takes longer, and finds no more.
 const MOST: usize = 64;
@@ -37,10 +37,12 @@ pub fn scene(data: &[u8]) {
     let Integration::Method(method) = scene.integration else {
         return;
     };
-    let scheme = Scheme {
-        method,
-        substeps: scene.substeps,
-    };
+    if let Skipping::Within(_) = scene.skipping
+        && states.len() > MOST
+    {
+        return;
+    }
+    let scheme = scene.scheme_by(method, scene.substeps);
     let _ = (scene.flown_otherwise(scheme), scheme.to_string());
     let mut simulation = match scene.simulation(scheme) {
         Ok(simulation) => simulation,

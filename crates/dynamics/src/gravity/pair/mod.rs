@@ -112,6 +112,21 @@ pub(super) fn exchange(
     }
 }
 
+/// The force on the first of two points of mass, with the product of their masses and gravitational constant 1: to the bit what
+/// [`exchange`] finds.
+#[inline]
+pub(super) fn between_monopoles(masses: f64, [first, second]: [&BodyState; 2]) -> Vector3<f64> {
+    let d = second.position - first.position;
+    let squared = d.x * d.x + d.y * d.y + d.z * d.z;
+    let inverse = 1.0 / squared;
+    d * (masses * (inverse * inverse) * squared.sqrt())
+}
+
+/// The exchange of two series, with gravitational constant 1.
+pub(super) fn between_series(series: [&Multipole; 2], states: [&BodyState; 2]) -> Exchange {
+    multipoles::exchange(series, states)
+}
+
 #[inline]
 fn attracted<A: Attractor>(
     field: &A,

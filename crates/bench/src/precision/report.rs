@@ -1,0 +1,184 @@
+//! What a case has shown: figures, a table and two diagrams.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::cases::{Quantity, Setting};
+use super::measure::{Measured, Point};
+use super::ratio::{median, times_at};
+use crate::error::{BenchError, write_json};
+use crate::picture::{Axis, Curve, Picture};
+use crate::spread::{Spread, short};
+use crate::tables::Table;
+
+/// In pictures and tables; the figures have all of this project's.
+const SHOWN: [&str; 10] = [
+    "LGVI",
+    "composition 8, discrete rotor",
+    "Nyström 4, exact rotor",
+    "Nyström 6, exact rotor",
+    "Nyström 8, exact rotor",
+    "Galerkin 4",
+    "implicit midpoint",
+    "Runge–Kutta 4",
+    "Dormand–Prince 8(5,3)",
+    "closed form",
+];
+
+/// To this of the methods that are there all are compared.
+const REFERENCES: [&str; 2] = ["heyoka Taylor", "Dormand–Prince 8(5,3)"];
+
+/// Below this an error is drawn as this.
+const LEAST: f64 = 1e-17;
+
+/// A case.
+#[derive(Serialize)]
+pub(crate) struct Report {
+    case: &'static str,
+    /// Time of the last reference state.
+    pub t: f64,
+    /// The error by which times are compared.
+    pub quantity: Quantity,
+    /// Peers with their versions.
+    pub peers: Vec<String>,
+    pub methods: Vec<Measured>,
+    /// To what times are compared.
+    pub reference: Option<String>,
+    pub ratios: Vec<Ratio>,
+}
+
+/// Time of a method in parts of the reference's at one error.
+#[derive(Serialize)]
+pub(crate) struct Ratio {
+    method: String,
+    error: f64,
+    /// Median of the method's time (s).
+    seconds: f64,
+    /// Repetition by repetition.
+    ratio: Spread,
+}
+
+impl Report {
+    pub(super) fn new(setting: &Setting, peers: Vec<String>, methods: Vec<Measured>) -> Self {
+        let find = |name: &&&str| methods.iter().find(|measured| measured.method == ***name);
+        let reference = REFERENCES.iter().find(|name| find(name).is_some());
+        let reference = reference.and_then(|name| find(&name));
+        let mut ratios = Vec::new();
+        for measured in &methods {
+            for error in setting.targets {
+                let times = times_at(measured, setting, error);
+                let below = reference.and_then(|measured| times_at(measured, setting, error));
+                let (Some(times), Some(below)) = (times, below) else {
+                    continue;
+                };
+                let seconds = Spread::of(times.iter().copied());
+                if let (Some(ratio), Some(seconds)) = (Spread::of_ratios(&times, &below), seconds) {
+                    ratios.push(Ratio {
+                        method: measured.method.clone(),
+                        error,
+                        seconds: seconds.median,
+                        ratio,
+                    });
+                }
+            }
+        }
+        Self {
+            case: setting.name,
+            t: setting.t,
+            quantity: setting.quantity,
+            peers,
+            reference: reference.map(|measured| measured.method.clone()),
+            methods,
+            ratios,
+        }
+    }
+
+    /// Writes `precision_<case>.json`, the table `precision_<case>` and both diagrams.
+    pub(super) fn keep(&self, setting: &Setting, directory: &Path) -> Result<(), BenchError> {
+        let name = format!("precision_{}", self.case);
+        let case = self.case.replace('_', " ");
+        self.table(setting)
+            .below(
+                &format!("{case}: run time against error"),
+                &format!("{name}.svg"),
+            )
+            .below(
+                &format!("{case}: run time against energy error"),
+                &format!("{name}_energy.svg"),
+            )
+            .keep(directory, &name)?;
+        write_json(&directory.join(&name).with_extension("json"), self)?;
+        let last = |point: &Point| point.errors.last().map(|errors| setting.error(errors));
+        self.draw(&setting.error_label(), last, &name, directory)?;
+        let energy = |point: &Point| {
+            let errors = point.errors.iter().map(|errors| errors.energy);
+            errors.reduce(f64::max)
+        };
+        let label = "largest relative energy error at the reference times";
+        self.draw(label, energy, &format!("{name}_energy"), directory)
+    }
+
+    fn shown(&self) -> impl Iterator<Item = &Measured> {
+        let shown =
+            |measured: &&Measured| measured.peer || SHOWN.contains(&measured.method.as_str());
+        self.methods.iter().filter(shown)
+    }
+
+    /// Times in parts of the reference's, with quartiles.
+    fn table(&self, setting: &Setting) -> Table {
+        let reference = self.reference.as_deref().unwrap_or("nothing");
+        let head = format!(
+            "time in parts of that of {reference}, at {}",
+            setting.error_label()
+        );
+        let targets = setting.targets.iter().map(|target| format!("{target:.0e}"));
+        let mut table = Table::new(std::iter::once(head).chain(targets));
+        for measured in self.shown() {
+            let cell = |target: &f64| {
+                let of_this =
+                    |ratio: &&Ratio| ratio.method == measured.method && ratio.error == *target;
+                match self.ratios.iter().find(of_this) {
+                    Some(ratio) if measured.method == reference => {
+                        format!("1 ({} ms)", short(1e3 * ratio.seconds))
+                    }
+                    Some(ratio) => ratio.ratio.to_string(),
+                    None => String::new(),
+                }
+            };
+            let cells: Vec<_> = setting.targets.iter().map(cell).collect();
+            if cells.iter().any(|cell| !cell.is_empty()) {
+                table.row(std::iter::once(measured.method.clone()).chain(cells));
+            }
+        }
+        table
+    }
+
+    fn draw(
+        &self,
+        label: &str,
+        error: impl Fn(&Point) -> Option<f64>,
+        name: &str,
+        directory: &Path,
+    ) -> Result<(), BenchError> {
+        let picture = Picture {
+            title: self.case.replace('_', " "),
+            horizontal: Axis::logarithmic(label),
+            vertical: Axis::logarithmic("CPU time (s)"),
+        };
+        let place = |point: &Point| Some([error(point)?.max(LEAST), median(point)]);
+        let curve = |measured: &Measured| Curve {
+            label: measured.method.clone(),
+            points: measured.points.iter().filter_map(place).collect(),
+        };
+        let drawn = |peer| {
+            let of_kind = self.shown().filter(move |measured| measured.peer == peer);
+            let curves = of_kind.map(curve);
+            curves
+                .filter(|curve| !curve.points.is_empty())
+                .collect::<Vec<_>>()
+        };
+        let path = directory.join(name).with_extension("svg");
+        picture.draw_beside(&path, &drawn(false), &drawn(true))
+    }
+}

@@ -1,0 +1,90 @@
+use lgvi_lie::hat;
+use nalgebra::Matrix3;
+
+use super::remainder::Side;
+use crate::{Inertia, MassDistribution, Mobility, PointMass, RigidBody};
+
+/// A body's mass as interactions see it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    mass: f64,
+    /// Radius about the origin within which all mass is; 0 of a series, whose terms are bounded by themselves.
+    pub(super) reach: f64,
+    /// Mean square of the distance of its mass from the origin, or what bounds as much of a series.
+    spread: f64,
+    /// Sum of the absolute eigenvalues of the second harmonic of a series.
+    harmonic: f64,
+    /// `Σ m |J⁻¹ S(ρ)| |ρ|`, by what gradient of acceleration it is turned.
+    leverage: f64,
+    /// Whether it is a point of mass at the origin.
+    pub(super) is_point: bool,
+    /// Whether its centre of mass is its origin, so that it can be taken for a point there.
+    pub(super) is_centred: bool,
+    is_given: bool,
+}
+
+impl Extent {
+    /// None where the series goes beyond second order.
+    pub(super) fn of(body: &RigidBody) -> Option<Self> {
+        let mut extent = Self {
+            mass: body.attracted_mass(),
+            reach: 0.0,
+            spread: 0.0,
+            harmonic: 0.0,
+            leverage: 0.0,
+            is_point: false,
+            is_centred: *body.mobility() != Mobility::Pivoted,
+            is_given: body.mobility().is_given(),
+        };
+        match body.distribution() {
+            MassDistribution::Multipole(multipole) => {
+                let eigenvalues = multipole.second_harmonic()?.symmetric_eigenvalues();
+                extent.spread = eigenvalues.amax() / body.mass();
+                extent.harmonic = eigenvalues.abs().sum();
+                extent.leverage = eigenvalues.amax() * norm(body.inertia().inverse());
+            }
+            MassDistribution::Points(points) => extent.hold(points, body.inertia()),
+            MassDistribution::Polyhedron(mass) => {
+                extent.hold(mass.cloud(), body.inertia());
+                extent.reach = extent.reach.max(mass.field().bounding_radius());
+            }
+        }
+        Some(extent)
+    }
+
+    fn hold(&mut self, points: &[PointMass], inertia: &Inertia) {
+        for point in points {
+            let squared = point.position.norm_squared();
+            self.reach = self.reach.max(squared.sqrt());
+            self.spread += point.mass.abs() * squared / self.mass;
+            let turning = inertia.inverse() * hat(&point.position);
+            self.leverage += point.mass.abs() * norm(&turning) * squared.sqrt();
+        }
+        self.is_point = points.len() == 1 && self.reach == 0.0;
+    }
+
+    /// What it feels of another under the gravitational constant `g`; none where it does not move by it.
+    pub(super) fn side(&self, other: &Self, g: f64) -> Option<Side> {
+        self.side_of([g * other.mass, g * other.harmonic], other.spread)
+    }
+
+    /// What it feels of a source with this `GM` and second harmonic.
+    pub(super) fn side_of(&self, [strength, harmonic]: [f64; 2], spread: f64) -> Option<Side> {
+        (!self.is_given).then_some(Side {
+            strength: strength.abs(),
+            harmonic: harmonic.abs(),
+            own_harmonic: self.harmonic / self.mass,
+            own: self.spread,
+            other: spread,
+            leverage: self.leverage,
+        })
+    }
+}
+
+/// The spectral norm.
+fn norm(matrix: &Matrix3<f64>) -> f64 {
+    (matrix * matrix.transpose())
+        .symmetric_eigenvalues()
+        .amax()
+        .sqrt()
+}

@@ -1,0 +1,115 @@
+//! Drifts of bodies on which no moment acts.
+
+use nalgebra::Vector3;
+
+use super::super::StepError;
+use super::super::rotor::Turn;
+use super::super::turn::Known;
+use super::{Drift, Impulse, Kick, Mover, Movers, kick_body, on};
+use crate::rotation::PreprocessedError;
+use crate::{BodyState, Mobility, RigidBody};
+
+/// Bodies on which no moment acts.
+#[derive(Clone, Copy, Default)]
+pub(in super::super) struct Coasting<'a> {
+    /// Which, one a body; none of them where that is empty.
+    pub(in super::super) bodies: &'a [bool],
+    /// How long they turn in this drift.
+    pub(in super::super) time: f64,
+}
+
+impl<T: Turn> Mover<T> {
+    /// Sets `next` to `state` kicked, moved by the first of the times and turned by the second.
+    #[inline(always)]
+    fn coast(
+        &self,
+        body: &RigidBody,
+        (state, next): (&BodyState, &mut BodyState),
+        impulse: Impulse,
+        [h, turning]: [f64; 2],
+        known: &mut Known,
+    ) -> Result<u32, PreprocessedError> {
+        *next = *state;
+        if let Some((load, dt)) = impulse {
+            kick_body(body.mobility(), next, load, dt);
+        }
+        if let Mobility::Free = self.mobility {
+            next.position += (h * self.per_mass) * next.linear_momentum;
+        }
+        let (r, p) = (state.attitude, next.angular_momentum);
+        if turning == 0.0 || p == Vector3::zeros() {
+            return Ok(0);
+        }
+        if self.turn.carry((&r, &p), turning, known, next) {
+            return Ok(1);
+        }
+        let found = self
+            .turn
+            .solve(body.inertia(), turning, &p, known.guess())?;
+        known.note(found.s);
+        (next.attitude, next.angular_momentum) = found.turn.carry(&r, &p);
+        Ok(found.iterations)
+    }
+}
+
+/// Sets `next` to `states` kicked, then moved by `h`, where some bodies coast: those turn by a time of their own, and not at
+/// all when they are at rest.
+#[inline(never)]
+fn advance_coasting<'a>(
+    movers: &[Mover<impl Turn>],
+    bodies: &[RigidBody],
+    (states, next): (&[BodyState], &mut [BodyState]),
+    kick: Kick,
+    h: f64,
+    known: impl Iterator<Item = Known<'a>>,
+    coasting: Coasting,
+) -> Result<u32, StepError> {
+    let mut most = 0;
+    let each = movers.iter().zip(states).zip(next).zip(known);
+    let each = each.zip(bodies.iter().zip(coasting.bodies));
+    for (index, ((((mover, state), next), mut known), (body, coasts))) in each.enumerate() {
+        let impulse = on(kick, index);
+        let iterations = if *coasts {
+            mover.coast(
+                body,
+                (state, &mut *next),
+                impulse,
+                [h, coasting.time],
+                &mut known,
+            )
+        } else if mover.advance((state, &mut *next), impulse, h, &mut known) {
+            Ok(1)
+        } else {
+            *next = *state;
+            mover.advance_any(body, next, impulse, h, &mut known)
+        };
+        let iterations = iterations.map_err(|source| StepError::of_turn(index, source))?;
+        most = most.max(iterations);
+    }
+    Ok(most)
+}
+
+impl Drift {
+    /// What [`Drift::apply`] does where some bodies coast.
+    #[cold]
+    pub(super) fn coast(
+        &mut self,
+        bodies: &[RigidBody],
+        states: (&[BodyState], &mut [BodyState]),
+        kick: Kick,
+        h: f64,
+        time: usize,
+        with: Coasting,
+    ) -> Result<u32, StepError> {
+        let known = self.turns.known(time);
+        match &self.movers {
+            Movers::Principal(all) => advance_coasting(all, bodies, states, kick, h, known, with),
+            Movers::General(all) => advance_coasting(all, bodies, states, kick, h, known, with),
+            Movers::Chart(all) => advance_coasting(all, bodies, states, kick, h, known, with),
+            Movers::Preprocessed(all) => {
+                advance_coasting(all, bodies, states, kick, h, known, with)
+            }
+            Movers::Exact(all) => advance_coasting(all, bodies, states, kick, h, known, with),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+use nalgebra::Vector3;
+
+use super::flight::Plan;
+use super::lane::Lane;
+use super::linear::{Matrix, Vector};
+use super::turn::Turn;
+use crate::{BodyState, Load, Mobility};
+
+/// One body's state in every lane.
+#[derive(Clone, Copy)]
+pub(super) struct State<T> {
+    pub(super) position: Vector<T>,
+    pub(super) linear_momentum: Vector<T>,
+    pub(super) attitude: Matrix<T>,
+    pub(super) angular_momentum: Vector<T>,
+}
+
+impl<T: Lane> State<T> {
+    pub(super) fn zero(token: T::Token) -> Self {
+        let zero = Vector::splat(token, &Vector3::zeros());
+        Self {
+            position: zero,
+            linear_momentum: zero,
+            attitude: Matrix([zero; 3]),
+            angular_momentum: zero,
+        }
+    }
+
+    pub(super) fn lane(&self, k: usize) -> BodyState {
+        BodyState {
+            position: self.position.lane(k),
+            linear_momentum: self.linear_momentum.lane(k),
+            attitude: self.attitude.lane(k),
+            angular_momentum: self.angular_momentum.lane(k),
+        }
+    }
+
+    pub(super) fn set_lane(&mut self, k: usize, state: &BodyState) {
+        self.position.set_lane(k, &state.position);
+        self.linear_momentum.set_lane(k, &state.linear_momentum);
+        self.attitude.set_lane(k, &state.attitude);
+        self.angular_momentum.set_lane(k, &state.angular_momentum);
+    }
+
+    #[inline(always)]
+    pub(super) fn kick(&mut self, mobility: Motion, load: &Effect<T>, dt: f64) {
+        if mobility == Motion::Free {
+            self.linear_momentum = self.linear_momentum + load.scaled_force(dt);
+        }
+        if mobility != Motion::Held {
+            self.angular_momentum = self.angular_momentum + load.scaled_moment(dt);
+        }
+    }
+
+    /// 0 where all components are finite to all appearances, as `drift::end` has it.
+    #[inline(always)]
+    pub(super) fn zero_if_finite(&self) -> T {
+        let (x, u, p) = (self.position, self.linear_momentum, self.angular_momentum);
+        let sum = x.x + x.y + x.z + u.x + u.y + u.z + p.x + p.y + p.z + self.attitude.0[2].z;
+        sum * 0.0
+    }
+}
+
+/// What acts on a body in every lane.
+#[derive(Clone, Copy)]
+pub(super) struct Effect<T> {
+    pub(super) force: Vector<T>,
+    pub(super) moment: Vector<T>,
+}
+
+impl<T: Lane> Effect<T> {
+    #[inline(always)]
+    pub(super) fn splat(token: T::Token, load: &Load) -> Self {
+        Self {
+            force: Vector::splat(token, &load.force),
+            moment: Vector::splat(token, &load.moment),
+        }
+    }
+
+    /// `load` in every lane.
+    #[inline(always)]
+    pub(super) fn constant(&self, load: &Load) -> Self {
+        Self {
+            force: self.force.constant(&load.force),
+            moment: self.moment.constant(&load.moment),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn component_mul(&self, factors: &Self) -> Self {
+        Self {
+            force: self.force.component_mul(factors.force),
+            moment: self.moment.component_mul(factors.moment),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        Self {
+            force: self.force + other.force,
+            moment: self.moment + other.moment,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        let zero = self.force.x.constant(0.0);
+        let zero = Vector::new(zero, zero, zero);
+        (self.force, self.moment) = (zero, zero);
+    }
+
+    #[inline(always)]
+    fn scaled_force(&self, dt: f64) -> Vector<T> {
+        self.force * self.force.x.constant(dt)
+    }
+
+    #[inline(always)]
+    fn scaled_moment(&self, dt: f64) -> Vector<T> {
+        self.moment * self.moment.x.constant(dt)
+    }
+}
+
+/// How a body moves that lanes can fly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Motion {
+    Free,
+    Pivoted,
+    Held,
+}
+
+impl Motion {
+    pub(super) fn of(mobility: &Mobility) -> Option<Self> {
+        match mobility {
+            Mobility::Free => Some(Self::Free),
+            Mobility::Pivoted => Some(Self::Pivoted),
+            Mobility::Fixed => Some(Self::Held),
+            Mobility::Driven(_) => None,
+        }
+    }
+}
+
+/// A point of mass in every lane.
+#[derive(Clone, Copy)]
+pub(super) struct Point<T> {
+    pub(super) mass: T,
+    pub(super) position: Vector<T>,
+}
+
+/// One body in every lane.
+pub(super) struct Body<T> {
+    pub(super) motion: Motion,
+    /// `1/m`
+    pub(super) per_mass: T,
+    pub(super) turn: Turn<T>,
+    pub(super) points: Vec<Point<T>>,
+    /// Radius that nothing may enter.
+    pub(super) radius: T,
+}
+
+impl<T: Lane> Body<T> {
+    /// The body with this index of each member.
+    pub(super) fn new(token: T::Token, index: usize, plan: &Plan) -> Self {
+        let zero = T::splat(token, 0.0);
+        let point = Point {
+            mass: zero,
+            position: Vector::splat(token, &Vector3::zeros()),
+        };
+        let equations: Vec<_> = plan.equations.iter().map(|all| all[index]).collect();
+        let mut body = Self {
+            motion: plan.kind.motions[index],
+            per_mass: zero,
+            turn: Turn::new(token, &equations),
+            points: vec![point; plan.kind.points[index]],
+            radius: zero,
+        };
+        for (k, member) in plan.members.iter().enumerate() {
+            let from = &member.system.bodies()[index];
+            body.per_mass.set_lane(k, from.mass().recip());
+            body.radius.set_lane(k, from.radius());
+            for (point, from) in body.points.iter_mut().zip(from.points()) {
+                point.mass.set_lane(k, from.mass);
+                point.position.set_lane(k, &from.position);
+            }
+        }
+        body
+    }
+}

@@ -1,0 +1,129 @@
+use super::body::{Body, State};
+use super::flight::{Outcome, Plan};
+use super::gravity::Gravity;
+use super::lane::Lane;
+use crate::integrator::check_finite;
+use crate::{BodyState, StepError};
+
+/// Which lanes fly, and how the flights of the others ended.
+pub(super) struct Ends {
+    /// Bit k: whether lane k flies.
+    flying: u32,
+    /// Whether one fails in the present step.
+    failing: bool,
+    /// By what.
+    failures: Vec<Option<StepError>>,
+    outcomes: Vec<Option<Outcome>>,
+}
+
+impl Ends {
+    /// All of `lanes` fly.
+    pub(super) fn new(lanes: usize) -> Self {
+        Self {
+            flying: (1 << lanes) - 1,
+            failing: false,
+            failures: vec![None; lanes],
+            outcomes: vec![None; lanes],
+        }
+    }
+
+    /// Bit k: whether lane k flies and has not failed in the present step.
+    #[inline(always)]
+    pub(super) fn flying(&self) -> u32 {
+        self.flying
+    }
+
+    /// Ends the flight of lane k.
+    pub(super) fn fail(&mut self, k: usize, error: StepError) {
+        self.failures[k] = Some(error);
+        self.failing = true;
+        self.flying &= !(1 << k);
+    }
+
+    /// Whether a flight ends in the present step.
+    #[inline(always)]
+    pub(super) fn failing(&self) -> bool {
+        self.failing
+    }
+
+    /// Notes where the flights ended that failed in the present step, which began in `begun`; returns whether none is left.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn ground<T: Lane>(&mut self, begun: &[State<T>], step: u64) -> bool {
+        for (k, (failure, outcome)) in self.failures.iter_mut().zip(&mut self.outcomes).enumerate()
+        {
+            if let Some(failure) = failure.take() {
+                *outcome = Some(Outcome {
+                    states: lane(begun, k),
+                    steps: step,
+                    failure: Some(failure),
+                });
+            }
+        }
+        self.failing = false;
+        self.flying == 0
+    }
+
+    /// Adds the ends of all flights, which are in `states` if they have not failed.
+    #[inline(never)]
+    pub(super) fn land<T: Lane>(
+        self,
+        states: &[State<T>],
+        plan: &Plan,
+        outcomes: &mut Vec<Outcome>,
+    ) {
+        let each = self.outcomes.into_iter().enumerate();
+        outcomes.extend(each.map(|(k, outcome)| {
+            outcome.unwrap_or_else(|| Outcome {
+                states: lane(states, k),
+                steps: plan.flight.steps,
+                failure: None,
+            })
+        }));
+    }
+}
+
+fn lane<T: Lane>(states: &[State<T>], k: usize) -> Vec<BodyState> {
+    states.iter().map(|state| state.lane(k)).collect()
+}
+
+/// Ends the flights of lanes in which a step would end in NaN or infinity, or where something else is.
+#[inline(always)]
+pub(super) fn check<T: Lane>(
+    ends: &mut Ends,
+    plan: &Plan,
+    bodies: &[Body<T>],
+    gravity: &[Gravity<T>],
+    states: &[State<T>],
+) {
+    let mut good = u32::MAX;
+    for state in states {
+        let zero = state.zero_if_finite();
+        good &= zero.at_most(zero.constant(0.0));
+    }
+    if plan.kind.extents {
+        for gravity in gravity {
+            good &= gravity.clear(bodies, states);
+        }
+    }
+    if ends.flying() & !good != 0 {
+        look(ends, ends.flying() & !good, plan, states);
+    }
+}
+
+/// Looks at each of `lanes` by itself, for sums may overflow where terms do not.
+#[cold]
+#[inline(never)]
+fn look<T: Lane>(ends: &mut Ends, lanes: u32, plan: &Plan, states: &[State<T>]) {
+    for (k, member) in plan.members.iter().enumerate() {
+        if lanes & (1 << k) == 0 {
+            continue;
+        }
+        let states = lane(states, k);
+        let checked = check_finite(&states)
+            .and_then(|()| member.system.check_clearance(&states).map_err(Into::into));
+        if let Err(error) = checked {
+            ends.fail(k, error);
+        }
+    }
+}

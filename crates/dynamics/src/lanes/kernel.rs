@@ -1,0 +1,258 @@
+use super::body::{Body, Effect, Motion, State};
+use super::end::{self, Ends};
+use super::flight::{Outcome, Plan, Thrust};
+use super::gravity::Gravity;
+use super::lane::Lane;
+use super::rescue::{Unsolved, rescue};
+use super::turns::Turns;
+use crate::Load;
+
+/// Flies as many members as there are lanes, or fewer.
+#[inline(always)]
+pub(super) fn fly<T: Lane>(token: T::Token, plan: &Plan, outcomes: &mut Vec<Outcome>) {
+    let mut flock = Flock::<T>::new(token, plan);
+    flock.fly();
+    flock.ends.land(&flock.states, plan, outcomes);
+}
+
+/// As many systems as there are lanes, on their way by the steps of [`Splitting`](crate::integrator::Splitting).
+struct Flock<'a, T> {
+    plan: &'a Plan<'a>,
+    bodies: Vec<Body<T>>,
+    gravity: Vec<Gravity<T>>,
+    /// Where the present step began; of several substeps, the first.
+    states: Vec<State<T>>,
+    begun: Vec<State<T>>,
+    /// Where it is.
+    next: Vec<State<T>>,
+    /// What gravity exerts where the step began, and later.
+    effects: Vec<Effect<T>>,
+    later: Vec<Effect<T>>,
+    /// Gravity and thrust.
+    total: Vec<Effect<T>>,
+    /// What acts in each lane for a thrust of 1.
+    factors: Effect<T>,
+    turns: Turns<T>,
+    ends: Ends,
+}
+
+impl<'a, T: Lane> Flock<'a, T> {
+    #[inline(never)]
+    fn new(token: T::Token, plan: &'a Plan<'a>) -> Self {
+        let kind = &plan.kind;
+        let count = kind.motions.len();
+        let bodies: Vec<_> = (0..count)
+            .map(|index| Body::new(token, index, plan))
+            .collect();
+        let none = Effect::splat(token, &Load::default());
+        let mut states = vec![State::zero(token); count];
+        let mut factors = none;
+        for (k, (own, member)) in plan.states.iter().zip(plan.members).enumerate() {
+            for (state, from) in states.iter_mut().zip(own) {
+                state.set_lane(k, from);
+            }
+            factors.force.set_lane(k, &member.force);
+            factors.moment.set_lane(k, &member.moment);
+        }
+        let forms = kind.forms.iter();
+        Self {
+            plan,
+            gravity: forms
+                .map(|form| Gravity::new(token, form, &bodies))
+                .collect(),
+            bodies,
+            begun: states.clone(),
+            next: states.clone(),
+            states,
+            effects: vec![none; count],
+            later: vec![none; count],
+            total: vec![none; count],
+            factors,
+            turns: Turns::new(token, kind.stages.len() * count),
+            ends: Ends::new(plan.members.len()),
+        }
+    }
+
+    #[inline(always)]
+    fn fly(&mut self) {
+        let flight = self.plan.flight;
+        let substeps = flight.substeps.max(1);
+        let h = match substeps {
+            1 => flight.h,
+            substeps => flight.h / f64::from(substeps),
+        };
+        self.attract(When::Begin);
+        let mut known = true;
+        for step in 0..flight.steps {
+            if substeps > 1 {
+                self.begun.copy_from_slice(&self.states);
+            }
+            let thrust = self.thrust(step);
+            for _ in 0..substeps {
+                if !known {
+                    self.attract(When::Begin);
+                }
+                known = self.substep(thrust.as_ref(), h);
+                if self.ends.failing() {
+                    let begun = if substeps > 1 {
+                        &self.begun
+                    } else {
+                        &self.states
+                    };
+                    if self.ends.ground(begun, step) {
+                        return;
+                    }
+                }
+                self.turns.accept();
+                std::mem::swap(&mut self.states, &mut self.next);
+            }
+        }
+    }
+
+    /// What the thrust of a step is in each lane, and on which body.
+    #[inline(always)]
+    fn thrust(&self, step: u64) -> Option<(usize, Effect<T>)> {
+        let Thrust { body, loads } = self.plan.flight.thrust?;
+        let load = loads.get(usize::try_from(step).ok()?)?;
+        if !load.acts() {
+            return None;
+        }
+        let constant = self.factors.constant(load);
+        Some((body, constant.component_mul(&self.factors)))
+    }
+
+    /// One step of the method, in `next`; returns whether `effects` are those there.
+    #[inline(always)]
+    fn substep(&mut self, thrust: Option<&(usize, Effect<T>)>, h: f64) -> bool {
+        let plan = self.plan;
+        for (index, &(b, a)) in plan.kind.stages.iter().enumerate() {
+            if index > 0 && b != 0.0 {
+                self.attract(When::Later);
+            }
+            let impulse = (b != 0.0).then_some(b * h);
+            self.stage(index, thrust, impulse, a * h);
+        }
+        let last = plan.kind.last_kick;
+        if last != 0.0 {
+            self.attract(When::Later);
+            let effects = acting(&self.gravity, &self.later, &mut self.total, thrust);
+            for ((body, state), effect) in self.bodies.iter().zip(&mut self.next).zip(effects) {
+                state.kick(body.motion, effect, last * h);
+            }
+            std::mem::swap(&mut self.effects, &mut self.later);
+        }
+        end::check(
+            &mut self.ends,
+            plan,
+            &self.bodies,
+            &self.gravity,
+            &self.next,
+        );
+        last != 0.0
+    }
+
+    /// Gravity where the step began or where it is.
+    #[inline(always)]
+    fn attract(&mut self, when: When) {
+        let (states, effects) = match when {
+            When::Begin => (&self.states, &mut self.effects),
+            When::Later => (&self.next, &mut self.later),
+        };
+        for effect in effects.iter_mut() {
+            effect.clear();
+        }
+        for gravity in &mut self.gravity {
+            gravity.add_to(&self.bodies, states, effects);
+        }
+    }
+
+    /// A kick over the time `impulse`, where there is one, and a drift over `h`.
+    #[inline(always)]
+    fn stage(
+        &mut self,
+        index: usize,
+        thrust: Option<&(usize, Effect<T>)>,
+        impulse: Option<f64>,
+        h: f64,
+    ) {
+        let effects = if index == 0 {
+            &self.effects
+        } else {
+            &self.later
+        };
+        let effects = match impulse {
+            Some(_) => acting(&self.gravity, effects, &mut self.total, thrust),
+            None => &[],
+        };
+        let count = self.bodies.len();
+        for (number, body) in self.bodies.iter().enumerate() {
+            let mut state = if index == 0 {
+                self.states[number]
+            } else {
+                self.next[number]
+            };
+            if body.motion == Motion::Held {
+                self.next[number] = state;
+                continue;
+            }
+            if let (Some(effect), Some(dt)) = (effects.get(number), impulse) {
+                state.kick(body.motion, effect, dt);
+            }
+            if body.motion == Motion::Free {
+                let drift = state.linear_momentum * (body.per_mass * h);
+                state.position = state.position + drift;
+            }
+            let turn = index * count + number;
+            let guess = self.turns.guess(turn);
+            let solved = body.turn.solve(h, state.angular_momentum, guess);
+            let next = &mut self.next[number];
+            next.position = state.position;
+            next.linear_momentum = state.linear_momentum;
+            let (attitude, angular_momentum) =
+                solved.turn.carry(&state.attitude, state.angular_momentum);
+            next.attitude = attitude;
+            next.angular_momentum = angular_momentum;
+            self.turns.present[turn] = solved.correction;
+            let unsolved = self.ends.flying() & !solved.lanes;
+            if unsolved != 0 {
+                let lanes = Unsolved {
+                    plan: self.plan,
+                    lanes: unsolved,
+                    body: number,
+                    h,
+                };
+                let correction = &mut self.turns.present[turn];
+                rescue(&lanes, (&state, &guess), (next, correction), &mut self.ends);
+            }
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum When {
+    Begin,
+    Later,
+}
+
+/// Gravity and thrust, one a body; none where nothing acts.
+#[inline(always)]
+fn acting<'b, T: Lane>(
+    gravity: &[Gravity<T>],
+    effects: &'b [Effect<T>],
+    total: &'b mut [Effect<T>],
+    thrust: Option<&(usize, Effect<T>)>,
+) -> &'b [Effect<T>] {
+    match thrust {
+        None if gravity.is_empty() => &[],
+        None => effects,
+        Some((body, thrust)) => {
+            for (number, (total, effect)) in total.iter_mut().zip(effects).enumerate() {
+                *total = *effect;
+                if number == *body {
+                    *total = effect.plus(thrust);
+                }
+            }
+            total
+        }
+    }
+}

@@ -1,0 +1,133 @@
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f64x4, f64x8};
+
+/// Numbers of as many systems, one each, and arithmetic on all of them at once.
+///
+/// Each operation rounds as on a single number and none is fused, so that what one lane comes to depends neither on their
+/// number nor on the instructions.
+pub(super) trait Lane:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Proof that the instructions are there.
+    type Token: Copy;
+
+    /// How many.
+    const COUNT: usize;
+
+    /// One number in all lanes.
+    fn splat(token: Self::Token, number: f64) -> Self;
+
+    /// The same, by the proof that this one carries.
+    fn constant(self, number: f64) -> Self;
+
+    fn sqrt(self) -> Self;
+
+    /// Bit k: whether `self ≤ other` in lane k.
+    fn at_most(self, other: Self) -> u32;
+
+    /// Bit k: whether `self < other` in lane k.
+    fn below(self, other: Self) -> u32;
+
+    /// That of lane k.
+    fn lane(&self, k: usize) -> f64;
+
+    /// Sets that of lane k.
+    fn set_lane(&mut self, k: usize, number: f64);
+}
+
+impl Lane for f64 {
+    type Token = ();
+
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn splat((): (), number: f64) -> Self {
+        number
+    }
+
+    #[inline(always)]
+    fn constant(self, number: f64) -> Self {
+        number
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn at_most(self, other: Self) -> u32 {
+        u32::from(self <= other)
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        u32::from(self < other)
+    }
+
+    #[inline(always)]
+    fn lane(&self, _k: usize) -> f64 {
+        *self
+    }
+
+    #[inline(always)]
+    fn set_lane(&mut self, _k: usize, number: f64) {
+        *self = number;
+    }
+}
+
+macro_rules! vector_lane {
+    ($vector:ident, $count:literal) => {
+        impl<S: Simd> Lane for $vector<S> {
+            type Token = S;
+
+            const COUNT: usize = $count;
+
+            #[inline(always)]
+            fn splat(token: S, number: f64) -> Self {
+                <Self as SimdBase<S>>::splat(token, number)
+            }
+
+            #[inline(always)]
+            fn constant(self, number: f64) -> Self {
+                <Self as SimdBase<S>>::splat(self.simd, number)
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                SimdFloat::sqrt(self)
+            }
+
+            #[inline(always)]
+            fn at_most(self, other: Self) -> u32 {
+                self.simd_le(other).to_bitmask() as u32
+            }
+
+            #[inline(always)]
+            fn below(self, other: Self) -> u32 {
+                self.simd_lt(other).to_bitmask() as u32
+            }
+
+            #[inline(always)]
+            fn lane(&self, k: usize) -> f64 {
+                self[k]
+            }
+
+            #[inline(always)]
+            fn set_lane(&mut self, k: usize, number: f64) {
+                self[k] = number;
+            }
+        }
+    };
+}
+
+vector_lane!(f64x4, 4);
+vector_lane!(f64x8, 8);

@@ -1,0 +1,149 @@
+//! 3-vectors and 3×3 matrices of lanes; each operation in the order of nalgebra's, so that it rounds the same.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::lane::Lane;
+
+#[derive(Clone, Copy)]
+pub(super) struct Vector<T> {
+    pub(super) x: T,
+    pub(super) y: T,
+    pub(super) z: T,
+}
+
+/// By columns.
+#[derive(Clone, Copy)]
+pub(super) struct Matrix<T>(pub(super) [Vector<T>; 3]);
+
+impl<T: Lane> Vector<T> {
+    #[inline(always)]
+    pub(super) fn new(x: T, y: T, z: T) -> Self {
+        Self { x, y, z }
+    }
+
+    #[inline(always)]
+    pub(super) fn splat(token: T::Token, v: &Vector3<f64>) -> Self {
+        Self::new(
+            T::splat(token, v.x),
+            T::splat(token, v.y),
+            T::splat(token, v.z),
+        )
+    }
+
+    /// `v` in every lane.
+    #[inline(always)]
+    pub(super) fn constant(self, v: &Vector3<f64>) -> Self {
+        let x = self.x;
+        Self::new(x.constant(v.x), x.constant(v.y), x.constant(v.z))
+    }
+
+    #[inline(always)]
+    pub(super) fn dot(self, other: Self) -> T {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline(always)]
+    pub(super) fn norm_squared(self) -> T {
+        self.dot(self)
+    }
+
+    #[inline(always)]
+    pub(super) fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
+    #[inline(always)]
+    pub(super) fn component_mul(self, other: Self) -> Self {
+        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+
+    pub(super) fn lane(&self, k: usize) -> Vector3<f64> {
+        Vector3::new(self.x.lane(k), self.y.lane(k), self.z.lane(k))
+    }
+
+    pub(super) fn set_lane(&mut self, k: usize, v: &Vector3<f64>) {
+        self.x.set_lane(k, v.x);
+        self.y.set_lane(k, v.y);
+        self.z.set_lane(k, v.z);
+    }
+}
+
+impl<T: Lane> Add for Vector<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+}
+
+impl<T: Lane> Sub for Vector<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+}
+
+impl<T: Lane> Neg for Vector<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::new(-self.x, -self.y, -self.z)
+    }
+}
+
+impl<T: Lane> Mul<T> for Vector<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: T) -> Self {
+        Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+}
+
+impl<T: Lane> Matrix<T> {
+    #[inline(always)]
+    pub(super) fn splat(token: T::Token, m: &Matrix3<f64>) -> Self {
+        let [a, b, c] = [0, 1, 2].map(|j| m.column(j).into_owned());
+        Self([
+            Vector::splat(token, &a),
+            Vector::splat(token, &b),
+            Vector::splat(token, &c),
+        ])
+    }
+
+    #[inline(always)]
+    pub(super) fn tr_mul(&self, v: Vector<T>) -> Vector<T> {
+        let [a, b, c] = self.0;
+        Vector::new(a.dot(v), b.dot(v), c.dot(v))
+    }
+
+    pub(super) fn lane(&self, k: usize) -> Matrix3<f64> {
+        Matrix3::from_columns(&self.0.map(|column| column.lane(k)))
+    }
+
+    pub(super) fn set_lane(&mut self, k: usize, m: &Matrix3<f64>) {
+        for (j, column) in self.0.iter_mut().enumerate() {
+            column.set_lane(k, &m.column(j).into_owned());
+        }
+    }
+}
+
+impl<T: Lane> Mul<Vector<T>> for Matrix<T> {
+    type Output = Vector<T>;
+
+    #[inline(always)]
+    fn mul(self, v: Vector<T>) -> Vector<T> {
+        let [a, b, c] = self.0;
+        a * v.x + b * v.y + c * v.z
+    }
+}

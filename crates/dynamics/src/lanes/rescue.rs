@@ -1,0 +1,45 @@
+use super::body::State;
+use super::end::Ends;
+use super::flight::Plan;
+use super::lane::Lane;
+use crate::StepError;
+use crate::rotation::PreprocessedError;
+
+/// Lanes in which a body's turn is not found at once.
+pub(super) struct Unsolved<'a> {
+    pub(super) plan: &'a Plan<'a>,
+    /// Bit k: lane k.
+    pub(super) lanes: u32,
+    pub(super) body: usize,
+    /// Time of the drift.
+    pub(super) h: f64,
+}
+
+/// Solves each by itself, from its state before the turn and a guess; sets what is found in its state after the turn and the
+/// correction. What has no solution ends its lane's flight.
+#[cold]
+#[inline(never)]
+pub(super) fn rescue<T: Lane>(
+    unsolved: &Unsolved,
+    (state, guess): (&State<T>, &T),
+    (next, correction): (&mut State<T>, &mut T),
+    ends: &mut Ends,
+) {
+    for k in (0..T::COUNT).filter(|k| unsolved.lanes & (1 << k) != 0) {
+        let equation = &unsolved.plan.equations[k][unsolved.body];
+        let body = &unsolved.plan.members[k].system.bodies()[unsolved.body];
+        let p = state.angular_momentum.lane(k);
+        match equation.solve(body, unsolved.h, &p, guess.lane(k)) {
+            Ok((turn, found)) => {
+                let (attitude, momentum) = turn.carry(&state.attitude.lane(k), &p);
+                next.attitude.set_lane(k, &attitude);
+                next.angular_momentum.set_lane(k, &momentum);
+                correction.set_lane(k, found);
+            }
+            Err(error) => {
+                let error = PreprocessedError::from(error);
+                ends.fail(k, StepError::of_turn(unsolved.body, error));
+            }
+        }
+    }
+}

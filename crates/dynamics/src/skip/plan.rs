@@ -1,0 +1,187 @@
+use super::{Skip, Watch};
+use crate::gravity::{Interaction, Level};
+use crate::integrator::Rotor;
+use crate::{BodyState, Method, Mobility, System};
+
+/// What of a system is computed at the start of a run, and what is left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Of each body.
+    pub bodies: Vec<BodyPlan>,
+    /// Of each interaction, those of one gravity after those of another; none of what cannot be taken apart.
+    pub interactions: Vec<InteractionPlan>,
+    /// What an evaluation of gravity costs in full and as it is, in multiples of a point in a central field, roughly.
+    pub costs: [f64; 2],
+}
+
+/// What is computed of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BodyPlan {
+    /// How it moves.
+    pub translation: Translation,
+    /// How it turns.
+    pub rotation: Rotation,
+    /// Whether gravity has a moment on it that is computed.
+    pub moment: bool,
+}
+
+/// What is computed of a body's translation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Translation {
+    /// By the forces on it.
+    Forced,
+    /// Uniformly: gravity has no force on it.
+    Uniform,
+    /// On its path, which is given.
+    Given,
+    /// Not at all, it is held.
+    Held,
+}
+
+/// What is computed of a body's rotation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rotation {
+    /// It turns in every stage of a step.
+    Staged,
+    /// No moment acts, and it turns once a step in closed form.
+    Once,
+    /// No moment acts and it does not turn: nothing, until a control turns it.
+    AtRest,
+    /// As it is given.
+    Given,
+    /// Not at all, it is held.
+    Held,
+}
+
+/// What is computed of an interaction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InteractionPlan {
+    /// Which gravity it is part of.
+    pub gravity: usize,
+    /// The interaction.
+    pub interaction: Interaction,
+    /// How much of it is computed at the start.
+    pub level: Level,
+    /// From which distance on each level below the full one will do; infinite for never.
+    pub limits: [f64; 3],
+    /// What it adds at most to the error at the end of the run, if the distance stays as it is at least.
+    pub bound: f64,
+}
+
+impl Plan {
+    /// Of `system` in `states` (one a body), flown by `method`.
+    pub fn new(system: &System, states: &[BodyState], method: Method, skip: Skip) -> Self {
+        let watch = Watch::new(system, states, skip);
+        let interactions = watch.iter().flat_map(|watch| watch.terms().iter());
+        let interactions: Vec<_> = interactions
+            .map(|term| {
+                let bound = match (skip, term.interaction.remainder) {
+                    (Skip::Within(allowance), Some(remainder))
+                        if term.level < term.interaction.exact =>
+                    {
+                        let sides = remainder.neglect(term.level, term.distance(states));
+                        let parts = sides.map(|side| allowance.part(&side));
+                        allowance.tolerance * parts[0].max(parts[1])
+                    }
+                    _ => 0.0,
+                };
+                InteractionPlan {
+                    gravity: term.gravity,
+                    interaction: term.interaction,
+                    level: term.level,
+                    limits: term.limits,
+                    bound,
+                }
+            })
+            .collect();
+        let full = system.cost();
+        let saved = interactions.iter().map(|one| {
+            let costs = one.interaction.costs;
+            costs[Level::Full as usize] - costs[one.level as usize]
+        });
+        Self {
+            bodies: bodies(system, states, method, watch.as_ref()),
+            costs: [full, (full - saved.sum::<f64>()).max(0.0)],
+            interactions,
+        }
+    }
+
+    /// The error that all that is left out makes at the end of the run at most, if distances stay as they are at least.
+    pub fn bound(&self) -> f64 {
+        let mut sums = vec![0.0; self.bodies.len()];
+        for one in &self.interactions {
+            sums[one.interaction.body] += one.bound;
+            if let Some(other) = one.interaction.other() {
+                sums[other] += one.bound;
+            }
+        }
+        sums.into_iter().fold(0.0, f64::max)
+    }
+}
+
+fn bodies(
+    system: &System,
+    states: &[BodyState],
+    method: Method,
+    watch: Option<&Watch>,
+) -> Vec<BodyPlan> {
+    let all = system.bodies();
+    let selection = watch.and_then(|watch| watch.selection(all));
+    let each = all.iter().zip(states).enumerate();
+    each.map(|(index, (body, state))| {
+        let acts = |gravity: &Vec<crate::gravity::Kept>| {
+            gravity
+                .iter()
+                .any(|kept| kept.body == index || kept.other == index)
+        };
+        let (forced, coasts) = match &selection {
+            Some(selection) => {
+                let acts = |kept: &Option<Vec<_>>| kept.as_ref().is_none_or(acts);
+                (selection.kept.iter().any(acts), selection.coasting[index])
+            }
+            None => (!system.is_free(), system.is_free()),
+        };
+        let (translation, rotation) = match body.mobility() {
+            Mobility::Fixed => (Translation::Held, Rotation::Held),
+            Mobility::Driven(_) => (Translation::Given, Rotation::Given),
+            mobility => {
+                let translation = match (mobility, forced) {
+                    (Mobility::Pivoted, _) => Translation::Held,
+                    (_, true) => Translation::Forced,
+                    (_, false) => Translation::Uniform,
+                };
+                let rests = state
+                    .angular_momentum
+                    .iter()
+                    .all(|component| *component == 0.0);
+                let watched = selection.is_some() && coasts;
+                let rotation = match (watched && method.drifts(), rests) {
+                    (true, true) => Rotation::AtRest,
+                    (true, false) if turns_once(method) => Rotation::Once,
+                    _ => Rotation::Staged,
+                };
+                (translation, rotation)
+            }
+        };
+        BodyPlan {
+            translation,
+            rotation,
+            moment: forced && !coasts && !body.mobility().is_given(),
+        }
+    })
+    .collect()
+}
+
+/// Whether the rotation is that of the step as a whole where no moment acts.
+fn turns_once(method: Method) -> bool {
+    matches!(
+        method,
+        Method::Composition {
+            rotor: Rotor::Exact,
+            ..
+        } | Method::Nystrom {
+            rotor: Rotor::Exact,
+            ..
+        }
+    )
+}

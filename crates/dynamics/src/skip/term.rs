@@ -1,0 +1,145 @@
+use crate::BodyState;
+use crate::gravity::{Interaction, Level, Partner};
+use crate::skip::{Allowance, Skip};
+
+/// By how much further than necessary a pair must be to be simplified; until it is as near as the second it stays so.
+const COMFORT: f64 = 1.25;
+const CARE: f64 = 1.05;
+
+/// The levels that leave something out.
+const BELOW: [Level; 3] = [Level::Dropped, Level::Monopole, Level::Quadrupole];
+
+/// Halvings in the search for a distance, and doublings.
+const HALVINGS: u32 = 30;
+const DOUBLINGS: u32 = 1000;
+
+/// An interaction, and from which distance it may be simplified.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Term {
+    /// Which gravity it is part of.
+    pub(super) gravity: usize,
+    pub(super) interaction: Interaction,
+    /// Product of the masses.
+    pub(super) masses: f64,
+    /// Distance from which on each level below the full one will do; infinite for never.
+    pub(super) limits: [f64; 3],
+    pub(super) level: Level,
+}
+
+impl Term {
+    pub(super) fn new(
+        gravity: usize,
+        interaction: Interaction,
+        masses: f64,
+        skip: Skip,
+        share: f64,
+    ) -> Self {
+        let limit = |level: Level| {
+            if interaction.exact <= level {
+                return 0.0;
+            }
+            let saves = interaction.costs[level as usize] < interaction.costs[Level::Full as usize];
+            match (skip, interaction.partner) {
+                (Skip::Within(_), Partner::Source(_)) if level == Level::Dropped => f64::INFINITY,
+                (Skip::Within(allowance), Partner::Body(_) | Partner::Source(_)) if saves => {
+                    distance(&interaction, level, share, &allowance)
+                }
+                _ => f64::INFINITY,
+            }
+        };
+        Self {
+            gravity,
+            interaction,
+            masses,
+            limits: BELOW.map(limit),
+            level: Level::Full,
+        }
+    }
+
+    /// Distance of the two.
+    pub(super) fn distance(&self, states: &[BodyState]) -> f64 {
+        let x = states[self.interaction.body].position;
+        match self.interaction.partner {
+            Partner::Body(other) => (x - states[other].position).norm(),
+            Partner::Source(place) => (x - place).norm(),
+            Partner::Field => 0.0,
+        }
+    }
+
+    /// Whether its level depends on the distance.
+    pub(super) fn varies(&self) -> bool {
+        self.limits
+            .iter()
+            .any(|limit| *limit > 0.0 && limit.is_finite())
+    }
+
+    /// The lowest level that this distance allows.
+    fn at(&self, distance: f64) -> Level {
+        let allowed = |limit: f64| limit.is_finite() && distance >= limit;
+        let mut levels = BELOW.into_iter().zip(self.limits);
+        let lowest = levels.find(|(_, limit)| allowed(*limit));
+        lowest.map_or(Level::Full, |(level, _)| level)
+    }
+
+    /// Whether it is nearer than its level allows.
+    pub(super) fn is_breached(&self, distance: f64) -> bool {
+        self.level < self.at(distance)
+    }
+
+    /// The level that suits this distance, given the present one.
+    pub(super) fn suited(&self, distance: f64) -> Level {
+        self.level
+            .clamp(self.at(distance / CARE), self.at(distance / COMFORT))
+    }
+
+    /// The level to begin with.
+    pub(super) fn first(&self, distance: f64) -> Level {
+        self.at(distance / COMFORT)
+    }
+
+    /// How far the distance may change until another level suits.
+    pub(super) fn slack(&self, distance: f64) -> f64 {
+        let finite = |limit: &&f64| **limit > 0.0 && limit.is_finite();
+        let level = self.level as usize;
+        let (below, above) = self.limits.split_at(level.min(self.limits.len()));
+        let mut slack = f64::INFINITY;
+        if let Some(limit) = above.first().filter(finite) {
+            slack = distance - limit;
+        }
+        // the lower ones come last, and the furthest first
+        if let Some(limit) = below.iter().rev().find(finite) {
+            slack = slack.min((COMFORT * limit - distance).max((CARE - 1.0) * limit));
+        }
+        slack
+    }
+}
+
+/// The least distance from which on a level neglects no more than `share` of what is allowed; infinite if there is none.
+fn distance(interaction: &Interaction, level: Level, share: f64, allowance: &Allowance) -> f64 {
+    let Some(remainder) = &interaction.remainder else {
+        return f64::INFINITY;
+    };
+    let suffices = |distance: f64| {
+        let sides = remainder.neglect(level, distance);
+        sides.iter().all(|side| allowance.part(side) <= share)
+    };
+    let mut far = allowance.length;
+    let mut doublings = 0;
+    while !suffices(far) {
+        far *= 2.0;
+        doublings += 1;
+        if doublings == DOUBLINGS || !far.is_finite() {
+            return f64::INFINITY;
+        }
+    }
+    let mut near = 0.0;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (near + far);
+        if suffices(middle) {
+            far = middle;
+        } else {
+            near = middle;
+        }
+    }
+    far
+}

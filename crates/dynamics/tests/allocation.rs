@@ -1,0 +1,197 @@
+//! A step allocates nothing and gives nothing back, whatever the method and whatever acts.
+
+#![allow(clippy::expect_used)]
+#![allow(dead_code, reason = "a case has more than this test needs")]
+
+#[path = "suite/case.rs"]
+mod case;
+
+use allocation_counter::{AllocationInfo, measure};
+use case::Case;
+use lgvi_dynamics::gravity::{Fixed, Gravity, Multipole, Mutual, Polyhedron};
+use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
+use lgvi_dynamics::{
+    BodyState, Drive, Inertia, Load, Method, Mobility, RigidBody, Simulation, System,
+};
+use nalgebra::{Matrix3, Vector3};
+
+/// Steps before the first that is watched, and steps that are: more than the memory of the starting guesses is long.
+const STEPS: [u32; 2] = [3, 100];
+
+fn methods() -> Vec<Method> {
+    let mut all = vec![
+        Method::LagrangianLgvi(Chart::Cayley),
+        Method::LagrangianLgvi(Chart::Exponential),
+        Method::ExplicitMidpoint,
+        Method::ImplicitMidpoint,
+        Method::CrouchGrossman,
+        Method::RungeKutta4,
+        Method::Fehlberg78 { tolerance: 1e-10 },
+        Method::DormandPrince853 { tolerance: 1e-10 },
+    ];
+    for rotor in [
+        Rotor::Discrete(Chart::Cayley),
+        Rotor::Discrete(Chart::Exponential),
+        Rotor::Preprocessed(PreprocessedOrder::Eight),
+        Rotor::Exact,
+    ] {
+        all.push(Method::Lgvi(rotor));
+        all.push(Method::LieEuler(rotor));
+        all.push(Method::ProcessedLieEuler(rotor));
+        all.push(Method::Composition { order: 8, rotor });
+        if rotor.order() >= 8 {
+            all.push(Method::Nystrom { order: 8, rotor });
+        }
+    }
+    for quadrature in [Quadrature::Gauss(3), Quadrature::Lobatto(4)] {
+        for origin in [ChartOrigin::Start, ChartOrigin::Middle] {
+            all.push(Method::Galerkin {
+                degree: 3,
+                quadrature,
+                origin,
+            });
+        }
+    }
+    all
+}
+
+/// Those that fly free bodies only.
+fn free_methods() -> [Method; 2] {
+    let euler_poincare = Method::EulerPoincare {
+        degree: 3,
+        quadrature: Quadrature::Gauss(3),
+        origin: ChartOrigin::Middle,
+    };
+    [euler_poincare, Method::ClosedForm]
+}
+
+/// What steps with and without controls take of the allocator.
+fn taken(mut simulation: Simulation) -> AllocationInfo {
+    let bodies = simulation.states().len();
+    let small = Load {
+        force: Vector3::new(1e-3, 2e-3, -1e-3),
+        moment: Vector3::new(1e-4, -2e-4, 1e-4),
+    };
+    let controls = [vec![Load::default(); bodies], vec![small; bodies]];
+    let mut fly = |steps: u32| {
+        (0..steps).for_each(|step| {
+            let controls = &controls[usize::from(step % 4 == 3)];
+            simulation.advance(controls).expect("a step");
+        });
+    };
+    fly(STEPS[0]);
+    measure(|| fly(STEPS[1]))
+}
+
+#[test]
+fn what_is_taken_is_counted() {
+    let info = measure(|| drop(std::hint::black_box(vec![1_u64])));
+    assert_eq!((info.count_total, info.bytes_total), (1, 8));
+}
+
+#[test]
+fn a_step_of_any_method_allocates_nothing() {
+    for (name, h) in [
+        ("a1_two_dumbbells_regular", 0.002),
+        ("b1_free_asymmetric", 0.01),
+        ("c1_3d_pendulum", 1e-3),
+        ("d_dumbbell_central", 0.01),
+        ("e_kw4_like", 40.0),
+    ] {
+        let case = Case::load(name);
+        let free = free_methods().into_iter();
+        let free = free.filter(|_| name.starts_with('b'));
+        for method in methods().into_iter().chain(free) {
+            assert_eq!(
+                taken(case.simulation(method, h)),
+                AllocationInfo::default(),
+                "{name}, {method}"
+            );
+        }
+    }
+}
+
+/// Every way in which a step is cut: as told, where it does not resolve the motion, and where it cannot be made.
+#[test]
+fn a_step_that_is_cut_allocates_nothing() {
+    let case = Case::load("a1_two_dumbbells_regular");
+    for method in methods() {
+        let simulation = case.simulation(method, 0.01).with_substeps(4);
+        assert_eq!(
+            taken(simulation),
+            AllocationInfo::default(),
+            "{method}, substeps"
+        );
+        if method.has_error_control() {
+            continue;
+        }
+        let simulation = case.simulation(method, 0.2).with_subdivision(12);
+        let info = taken(simulation.expect("a depth"));
+        assert_eq!(info, AllocationInfo::default(), "{method}, subdivision");
+    }
+}
+
+/// A step that fails leaves the allocator alone too.
+#[test]
+fn a_step_that_fails_allocates_nothing() {
+    let mut simulation = Case::load("b1_free_asymmetric")
+        .simulation(Method::Lgvi(Rotor::Discrete(Chart::Cayley)), 10.0);
+    let info = measure(|| {
+        simulation
+            .advance(&[Load::default()])
+            .expect_err("too far a turn");
+    });
+    assert_eq!(info, AllocationInfo::default());
+}
+
+/// A planet with harmonics, a rock, a multipole, a driven and a held body attract each other and are attracted.
+#[test]
+fn gravity_of_every_kind_allocates_nothing() {
+    let inertia = || Inertia::principal([1.0, 1.2, 1.5]).expect("inertia");
+    let rock = Polyhedron::ellipsoid([0.5, 0.4, 0.3], 1, 2.0).expect("a polyhedron");
+    let bodies = vec![
+        RigidBody::with_polyhedron(None, &rock, 4).expect("a rock"),
+        RigidBody::with_multipole(inertia(), Multipole::of_inertia(1.0, &inertia())).expect("body"),
+        RigidBody::new(1.0, inertia(), vec![]).expect("body"),
+        RigidBody::new(1.0, inertia(), vec![])
+            .expect("body")
+            .with_mobility(Mobility::Fixed),
+        RigidBody::new(1.0, inertia(), vec![])
+            .expect("body")
+            .with_mobility(Mobility::Driven(Drive::uniform(
+                Vector3::new(0.1, 0.0, 0.0),
+                Vector3::new(0.0, 0.0, 0.3),
+            ))),
+    ];
+    let states: Vec<_> = (0_u8..)
+        .zip(&bodies)
+        .map(|(index, body)| {
+            BodyState::from_velocities(
+                body,
+                Vector3::new(4.0 * f64::from(index), 0.0, 5.0),
+                Vector3::new(0.0, 0.1, 0.0),
+                Matrix3::identity(),
+                Vector3::new(0.1, 0.2, -0.1),
+            )
+        })
+        .collect();
+    let planet = Multipole::oblate(1.0, 0.1, 0.5);
+    for method in methods() {
+        // It has none of the bodies that are held or driven.
+        if matches!(method, Method::LagrangianLgvi(_)) {
+            continue;
+        }
+        let gravity: Vec<Box<dyn Gravity>> = vec![
+            Box::new(Mutual::new(1e-2)),
+            Box::new(Fixed::new(
+                planet.clone(),
+                Vector3::new(0.0, -20.0, 0.0),
+                Matrix3::identity(),
+            )),
+        ];
+        let system = System::new(bodies.clone(), gravity);
+        let simulation = Simulation::new(system, states.clone(), method, 0.01).expect("a method");
+        assert_eq!(taken(simulation), AllocationInfo::default(), "{method}");
+    }
+}

@@ -1,0 +1,242 @@
+use std::ops::Range;
+
+use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Width};
+use lgvi_dynamics::{BodyState, Load, Simulation, Skip, System};
+use lgvi_scene::{ActuatorErrors, Ensemble, Sample, Scene, Scheme};
+
+use crate::row::Failure;
+use crate::table::{Columns, Ends};
+use crate::{EnsembleError, Guidance, Identity, Row};
+
+/// What of a scene's ensemble is told otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Settings {
+    /// Number of samples.
+    pub samples: Option<u64>,
+    /// Seed.
+    pub seed: Option<u64>,
+}
+
+/// A scene's ensemble, ready to be flown.
+pub struct Campaign<'a> {
+    scene: &'a Scene,
+    ensemble: Ensemble,
+    scheme: Scheme,
+    guidance: Guidance,
+    steps: u64,
+    flown_by: FlownBy,
+    identity: Identity,
+    columns: Columns,
+}
+
+/// What flies the samples. Their numbers are the same.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FlownBy {
+    /// Many side by side.
+    Lanes,
+    /// One at a time.
+    Simulation {
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Samples of the largest ensemble.
+const MOST_SAMPLES: u64 = 1_000_000_000;
+
+impl<'a> Campaign<'a> {
+    /// Of a scene that has an ensemble, its manoeuvre flown by `guidance`.
+    ///
+    /// # Errors
+    /// A scene without an `ensemble` table; a number of samples out of range; a manoeuvre without commands, and the other way
+    /// round; no integrator.
+    pub fn new(
+        scene: &'a Scene,
+        settings: Settings,
+        guidance: Guidance,
+    ) -> Result<Self, EnsembleError> {
+        let mut ensemble = scene.ensemble.clone().ok_or(EnsembleError::NoTable)?;
+        ensemble.samples = settings.samples.unwrap_or(ensemble.samples);
+        ensemble.seed = settings.seed.unwrap_or(ensemble.seed);
+        if !(1..=MOST_SAMPLES).contains(&ensemble.samples) {
+            return Err(EnsembleError::Samples(ensemble.samples));
+        }
+        if scene.maneuver.is_some() != guidance.steps().is_some() {
+            return Err(EnsembleError::Commands);
+        }
+        let scheme = scene.scheme()?;
+        let arrives = scene
+            .maneuver
+            .as_ref()
+            .is_some_and(|maneuver| maneuver.final_time.is_some());
+        let steps = match guidance.steps() {
+            Some(steps) if arrives => steps.min(scene.steps),
+            _ => scene.steps,
+        };
+        let flown_by = flown_by(scene, scheme, &guidance);
+        Ok(Self {
+            identity: Identity::of(scene, &ensemble, scheme, &guidance),
+            columns: Columns::of(scene, &ensemble),
+            scene,
+            ensemble,
+            scheme,
+            guidance,
+            steps,
+            flown_by,
+        })
+    }
+
+    /// What it is.
+    pub fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// What flies it.
+    pub fn flown_by(&self) -> &FlownBy {
+        &self.flown_by
+    }
+
+    /// Samples in all.
+    pub fn samples(&self) -> u64 {
+        self.ensemble.samples
+    }
+
+    /// Steps of each flight.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Names of the numbers of a sample.
+    pub fn columns(&self) -> &[String] {
+        self.columns.names()
+    }
+
+    /// Flies the samples with these indices; the width decides how many side by side, not what they come to.
+    pub fn fly(&self, indices: Range<u64>, width: Width) -> Vec<Row> {
+        let mut rows = Vec::new();
+        let (mut flown, mut members) = (Vec::new(), Vec::new());
+        for index in indices {
+            let sample = self.ensemble.sample(index);
+            match self.member(&sample) {
+                Ok(member) => {
+                    flown.push((index, sample));
+                    members.push(member);
+                }
+                Err(failure) => {
+                    rows.push(self.columns.row(self.scene, index, &sample, Err(failure)))
+                }
+            }
+        }
+        let outcomes = self.outcomes(&members, width);
+        for (((index, sample), member), outcome) in flown.iter().zip(&members).zip(outcomes) {
+            let ends = outcome.map(|outcome| Ends { member, outcome });
+            rows.push(self.columns.row(self.scene, *index, sample, ends));
+        }
+        rows.sort_by_key(|row| row.index);
+        rows
+    }
+
+    /// The bodies of a sample at step 0.
+    fn member(&self, sample: &Sample) -> Result<Member, Failure> {
+        let (system, mut states) = sample.system(self.scene)?;
+        system.constrain(&mut states);
+        if !states.iter().all(BodyState::is_finite) {
+            return Err(Failure::start("a state that is not finite"));
+        }
+        system.check_clearance(&states).map_err(Failure::start)?;
+        Ok(Member {
+            system,
+            states,
+            force: sample.actuators.force,
+            moment: sample.actuators.moment,
+        })
+    }
+
+    fn outcomes(&self, members: &[Member], width: Width) -> Vec<Result<Outcome, Failure>> {
+        if self.flown_by == FlownBy::Lanes {
+            let loads = match &self.guidance {
+                Guidance::OpenLoop(loads) => loads.as_slice(),
+                Guidance::None | Guidance::Feedback(_) => &[],
+            };
+            let maneuver = self.scene.maneuver.as_ref();
+            let flight = Flight {
+                method: self.scheme.method,
+                h: self.scene.h(),
+                substeps: self.scheme.substeps,
+                steps: self.steps,
+                thrust: maneuver.map(|maneuver| Thrust {
+                    body: maneuver.body,
+                    loads,
+                }),
+            };
+            if let Ok(outcomes) = lanes::fly(&flight, members, width, Instructions::Newest) {
+                return outcomes.into_iter().map(Ok).collect();
+            }
+        }
+        // Whatever it was that lanes could not fly: the numbers of others are the same either way.
+        members.iter().map(|member| self.alone(member)).collect()
+    }
+
+    /// The flight of one sample by itself.
+    fn alone(&self, member: &Member) -> Result<Outcome, Failure> {
+        let bodies = member.system.bodies().to_vec();
+        let system = System::new(bodies, self.scene.gravity.of_system());
+        let Scheme {
+            method,
+            substeps,
+            skip,
+        } = self.scheme;
+        // One that lanes have given back is flown as they do.
+        let skip = match self.flown_by {
+            FlownBy::Lanes => Skip::Nothing,
+            FlownBy::Simulation { .. } => skip,
+        };
+        let simulation = Simulation::new(system, member.states.clone(), method, self.scene.h())?;
+        let mut simulation = simulation.with_substeps(substeps).with_skips(skip);
+        if self.scene.subdivides(self.scheme) {
+            simulation = simulation.with_subdivision(self.scene.subdivide)?;
+        }
+        let actuators = ActuatorErrors {
+            force: member.force,
+            moment: member.moment,
+        };
+        let mut loads = vec![Load::default(); member.states.len()];
+        for step in 0..self.steps {
+            if let Some(maneuver) = &self.scene.maneuver {
+                let state = &simulation.states()[maneuver.body];
+                let load = self.guidance.at(step, state).unwrap_or_default();
+                loads[maneuver.body] = actuators.apply(&load);
+            }
+            if let Err(error) = simulation.advance(&loads) {
+                return Ok(Outcome {
+                    states: simulation.states().to_vec(),
+                    steps: step,
+                    failure: Some(error),
+                });
+            }
+        }
+        Ok(Outcome {
+            states: simulation.states().to_vec(),
+            steps: self.steps,
+            failure: None,
+        })
+    }
+}
+
+/// Whether samples can fly side by side, and if not, why.
+fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance) -> FlownBy {
+    let reason = if matches!(guidance, Guidance::Feedback(_)) {
+        Some("feedback answers to each sample by itself".into())
+    } else if scene.subdivides(scheme) {
+        Some("steps are cut where a sample needs it".into())
+    } else if matches!(scheme.skip, Skip::Within(_)) {
+        Some("what is left out depends on each sample's distances".into())
+    } else {
+        let unfit = lanes::fit(&scene.system(), scheme.method).err();
+        unfit.map(|unfit| unfit.to_string())
+    };
+    match reason {
+        Some(reason) => FlownBy::Simulation { reason },
+        None => FlownBy::Lanes,
+    }
+}

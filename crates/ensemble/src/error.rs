@@ -1,0 +1,107 @@
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use lgvi_scene::SchemeError;
+use thiserror::Error;
+
+/// Why there is no ensemble, or no more of it.
+#[derive(Debug, Error)]
+pub enum EnsembleError {
+    /// The scene does not say what samples differ in.
+    #[error("the scene has no `ensemble` table, expected one with `samples` and `seed`")]
+    NoTable,
+    /// An empty ensemble, or one too large.
+    #[error("{0} samples, expected 1 to 1000000000")]
+    Samples(u64),
+    /// Samples that are not there.
+    #[error("samples {}..{} are asked for, expected a part of 0..{samples} that is not empty", range.start, range.end)]
+    Range {
+        /// What is asked for.
+        range: Range<u64>,
+        /// Samples of the ensemble.
+        samples: u64,
+    },
+    /// A manoeuvre without a plan, or a plan without a manoeuvre.
+    #[error("commands for a scene without a manoeuvre, or none for one with")]
+    Commands,
+    /// The scene has no integrator.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// A file or directory cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A part that is no part.
+    #[error("{}: {reason}; delete it to have its samples flown again", path.display())]
+    Damaged {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A part of another ensemble.
+    #[error("{}: {what} is {found}, expected {expected}", path.display())]
+    Foreign {
+        /// Its file.
+        path: PathBuf,
+        /// In what it differs.
+        what: &'static str,
+        /// What it says.
+        found: String,
+        /// What was expected.
+        expected: String,
+    },
+    /// Parts that have samples in common, or are cut otherwise.
+    #[error("{} and {} overlap", first.display(), second.display())]
+    Overlap {
+        /// One of them.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+    },
+    /// Samples that nobody flew.
+    #[error("samples {}..{} are missing", range.start, range.end)]
+    Gap {
+        /// The first that are.
+        range: Range<u64>,
+    },
+    /// No parts at all.
+    #[error("{}: no parts of an ensemble", path.display())]
+    Nothing {
+        /// Where they were looked for.
+        path: PathBuf,
+    },
+    /// A picture cannot be drawn.
+    #[error("{}: {reason}", path.display())]
+    Picture {
+        /// Its file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+}
+
+impl EnsembleError {
+    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |source| Self::Io {
+            path: path.into(),
+            source,
+        }
+    }
+
+    pub(crate) fn damaged(path: &Path, reason: impl ToString) -> Self {
+        Self::Damaged {
+            path: path.into(),
+            reason: reason.to_string(),
+        }
+    }
+
+    /// Whether it was the machine that failed, not what it was given.
+    pub fn is_io(&self) -> bool {
+        matches!(self, Self::Io { .. } | Self::Picture { .. })
+    }
+}

@@ -1,0 +1,63 @@
+use lgvi_dynamics::BodyState;
+use lgvi_scene::{Ensemble, Scene, Scheme};
+use sha2::{Digest, Sha256};
+
+use crate::Guidance;
+
+/// What an ensemble is: samples of equal identity belong together, whoever flew them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// SHA-256 of everything that decides a sample: scene, seed, integrator, commands and version.
+    pub hash: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Of the samples.
+    pub seed: u64,
+    /// How many samples there are in all.
+    pub samples: u64,
+    /// What flies them.
+    pub scheme: String,
+    /// Version of the program.
+    pub version: String,
+}
+
+impl Identity {
+    pub(crate) fn of(
+        scene: &Scene,
+        ensemble: &Ensemble,
+        scheme: Scheme,
+        guidance: &Guidance,
+    ) -> Self {
+        let version = env!("CARGO_PKG_VERSION");
+        let mut hash = Sha256::new();
+        let mut add = |bytes: &[u8]| {
+            hash.update((bytes.len() as u64).to_le_bytes());
+            hash.update(bytes);
+        };
+        add(b"lgvi ensemble, format 1");
+        add(version.as_bytes());
+        add(scene.text.as_bytes());
+        add(&ensemble.seed.to_le_bytes());
+        add(format!("{:?}, {}", scheme.method, scheme.substeps).as_bytes());
+        add(guidance.name().as_bytes());
+        if let (Some(maneuver), Some(steps)) = (&scene.maneuver, guidance.steps()) {
+            // What is commanded in the nominal state says which plan it is.
+            let state: &BodyState = &scene.bodies[maneuver.body].state;
+            for step in 0..steps {
+                let load = guidance.at(step, state).unwrap_or_default();
+                for component in load.force.iter().chain(&load.moment) {
+                    add(&component.to_le_bytes());
+                }
+            }
+        }
+        let digest = hash.finalize();
+        Self {
+            hash: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            scene: scene.name.clone(),
+            seed: ensemble.seed,
+            samples: ensemble.samples,
+            scheme: scheme.to_string(),
+            version: version.into(),
+        }
+    }
+}

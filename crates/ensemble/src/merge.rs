@@ -1,0 +1,109 @@
+use std::path::{Path, PathBuf};
+
+use crate::part::parts;
+use crate::read::{Part, files};
+use crate::store::check_apart;
+use crate::{EnsembleError, Row, Store};
+
+/// What a merge may do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MergeOptions {
+    /// Whether samples may be missing.
+    pub allow_gaps: bool,
+}
+
+/// What a merge has made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Merged {
+    /// Samples that are there.
+    pub samples: u64,
+    /// Samples that are missing.
+    pub missing: u64,
+}
+
+/// Joins the parts in `directories` to those of a run that was not cut, byte by byte, in `output`.
+///
+/// # Errors
+/// No parts; parts of different ensembles; samples that are there twice; samples that are missing, unless they may; an output
+/// that has parts already.
+pub fn merge(
+    directories: &[PathBuf],
+    output: &Path,
+    options: MergeOptions,
+) -> Result<(Store, Merged), EnsembleError> {
+    let mut all = Vec::new();
+    for directory in directories {
+        let found = files(directory)?;
+        if found.is_empty() {
+            return Err(EnsembleError::Nothing {
+                path: directory.clone(),
+            });
+        }
+        all.extend(found);
+    }
+    all.sort_by_key(|file| (file.range.start, file.range.end));
+    let first = all.first().ok_or_else(|| EnsembleError::Nothing {
+        path: output.into(),
+    })?;
+    let part = Part::open(first)?;
+    let identity = part.identity()?;
+    for file in &all {
+        let other = Part::open(file)?;
+        other.check(&identity)?;
+        if other.columns() != part.columns() {
+            return Err(EnsembleError::damaged(&file.path, "it has other columns"));
+        }
+    }
+    check_apart(&all)?;
+    let mut missing = 0;
+    let mut next = 0;
+    let ends = all.iter().map(|file| file.range.clone());
+    for range in ends.chain(std::iter::once(identity.samples..identity.samples)) {
+        if range.start > next {
+            if !options.allow_gaps {
+                return Err(EnsembleError::Gap {
+                    range: next..range.start,
+                });
+            }
+            missing += range.start - next;
+        }
+        next = range.end;
+    }
+    if let Some(file) = files(output)?.into_iter().next() {
+        return Err(EnsembleError::Overlap {
+            second: file.path,
+            first: first.path.clone(),
+        });
+    }
+    let store = Store::create(output, &identity, part.columns())?;
+    let mut waiting: Vec<Row> = Vec::new();
+    for file in &all {
+        if waiting
+            .last()
+            .is_some_and(|row| row.index + 1 != file.range.start)
+        {
+            write(&store, &mut waiting, true)?;
+        }
+        waiting.extend(Part::open(file)?.rows()?);
+        write(&store, &mut waiting, false)?;
+    }
+    write(&store, &mut waiting, true)?;
+    let samples = identity.samples - missing;
+    Ok((store, Merged { samples, missing }))
+}
+
+/// Writes the parts that rows in a row make: the whole ones, and what is left where none follow.
+fn write(store: &Store, rows: &mut Vec<Row>, ended: bool) -> Result<(), EnsembleError> {
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        return Ok(());
+    };
+    let range = first.index..last.index + 1;
+    for part in parts(range.clone()) {
+        let whole = part.end < range.end || part.end.is_multiple_of(crate::PART);
+        if whole || ended {
+            let rest = rows.split_off((part.end - part.start) as usize);
+            store.write(&std::mem::replace(rows, rest))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,181 @@
+use std::fs::File;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::Result as Parquet;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::Type;
+
+use crate::{EnsembleError, Identity, Row};
+
+/// Samples of a part; those of an ensemble are cut at its multiples.
+pub const PART: u64 = 1024;
+
+/// Columns before the numbers.
+pub(crate) const FIRST: [&str; 4] = ["index", "steps", "failure", "message"];
+
+/// The parts that samples are cut into.
+pub(crate) fn parts(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
+    let mut start = range.start;
+    std::iter::from_fn(move || {
+        let end = (start / PART + 1).saturating_mul(PART).min(range.end);
+        let part = (start < end).then_some(start..end);
+        start = end;
+        part
+    })
+}
+
+/// The file of a part.
+pub(crate) fn file_name(range: &Range<u64>) -> String {
+    format!("samples_{:010}_{:010}.parquet", range.start, range.end)
+}
+
+/// The part that a file of this name has; `None` of any other file.
+pub(crate) fn range_of(name: &str) -> Option<Range<u64>> {
+    let numbers = name.strip_prefix("samples_")?.strip_suffix(".parquet")?;
+    let (start, end) = numbers.split_once('_')?;
+    let range = start.parse().ok()?..end.parse().ok()?;
+    (range.start < range.end && file_name(&range) == name).then_some(range)
+}
+
+/// Writes a part to the directory: whole or not at all.
+pub(crate) fn write(
+    directory: &Path,
+    identity: &Identity,
+    columns: &[String],
+    rows: &[Row],
+) -> Result<PathBuf, EnsembleError> {
+    let (start, end) = match rows {
+        [first, .., last] => (first.index, last.index + 1),
+        [only] => (only.index, only.index + 1),
+        [] => (0, 0),
+    };
+    let path = directory.join(file_name(&(start..end)));
+    let failed = |error: parquet::errors::ParquetError| EnsembleError::Io {
+        path: path.clone(),
+        source: std::io::Error::other(error),
+    };
+    let temporary = tempfile::Builder::new()
+        .prefix(".samples_")
+        .suffix(".tmp")
+        .tempfile_in(directory)
+        .map_err(EnsembleError::io(directory))?;
+    let file = temporary.as_file();
+    let copy = file.try_clone().map_err(EnsembleError::io(&path))?;
+    write_rows(copy, identity, columns, rows).map_err(failed)?;
+    file.sync_all().map_err(EnsembleError::io(&path))?;
+    temporary
+        .persist(&path)
+        .map_err(|error| EnsembleError::io(&path)(error.error))?;
+    Ok(path)
+}
+
+fn write_rows(file: File, identity: &Identity, columns: &[String], rows: &[Row]) -> Parquet<()> {
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_key_value_metadata(Some(metadata(identity)))
+        .build();
+    let mut writer = SerializedFileWriter::new(file, schema(columns)?, Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    let text = |text: &str| ByteArray::from(text);
+    let indices: Vec<_> = rows.iter().map(|row| row.index.cast_signed()).collect();
+    write_column::<Int64Type>(&mut group, &indices)?;
+    let steps: Vec<_> = rows.iter().map(|row| row.steps.cast_signed()).collect();
+    write_column::<Int64Type>(&mut group, &steps)?;
+    let failures = || rows.iter().map(|row| row.failure.as_ref());
+    let kinds = failures().map(|failure| text(failure.map_or("", |failure| failure.kind.name())));
+    write_column::<ByteArrayType>(&mut group, &kinds.collect::<Vec<_>>())?;
+    let messages = failures().map(|failure| text(failure.map_or("", |f| f.message.as_str())));
+    write_column::<ByteArrayType>(&mut group, &messages.collect::<Vec<_>>())?;
+    for column in 0..columns.len() {
+        let numbers: Vec<_> = rows.iter().map(|row| row.numbers[column]).collect();
+        write_column::<DoubleType>(&mut group, &numbers)?;
+    }
+    group.close()?;
+    writer.close()?;
+    Ok(())
+}
+
+fn write_column<T: parquet::data_type::DataType>(
+    group: &mut SerializedRowGroupWriter<'_, File>,
+    values: &[T::T],
+) -> Parquet<()> {
+    if let Some(mut column) = group.next_column()? {
+        column.typed::<T>().write_batch(values, None, None)?;
+        column.close()?;
+    }
+    Ok(())
+}
+
+/// What parts say of their ensemble, by key.
+pub(crate) fn entries(identity: &Identity) -> [(&'static str, String); 6] {
+    [
+        ("lgvi.identity", identity.hash.clone()),
+        ("lgvi.scene", identity.scene.clone()),
+        ("lgvi.seed", identity.seed.to_string()),
+        ("lgvi.samples", identity.samples.to_string()),
+        ("lgvi.integrator", identity.scheme.clone()),
+        ("lgvi.version", identity.version.clone()),
+    ]
+}
+
+fn metadata(identity: &Identity) -> Vec<KeyValue> {
+    let entries = entries(identity).into_iter();
+    entries
+        .map(|(key, value)| KeyValue::new(key.to_owned(), Some(value)))
+        .collect()
+}
+
+fn schema(columns: &[String]) -> Parquet<Arc<Type>> {
+    let leaf = |name: &str, physical, logical| {
+        let leaf = Type::primitive_type_builder(name, physical)
+            .with_repetition(Repetition::REQUIRED)
+            .with_logical_type(logical);
+        leaf.build().map(Arc::new)
+    };
+    let whole = || Some(LogicalType::integer(64, false));
+    let [index, steps, failure, message] = FIRST;
+    let mut fields = vec![
+        leaf(index, Physical::INT64, whole())?,
+        leaf(steps, Physical::INT64, whole())?,
+        leaf(failure, Physical::BYTE_ARRAY, Some(LogicalType::String))?,
+        leaf(message, Physical::BYTE_ARRAY, Some(LogicalType::String))?,
+    ];
+    for column in columns {
+        fields.push(leaf(column, Physical::DOUBLE, None)?);
+    }
+    let schema = Type::group_type_builder("samples").with_fields(fields);
+    Ok(Arc::new(schema.build()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_cut_at_multiples_whatever_the_range() {
+        let cut = |range| -> Vec<_> { parts(range).map(|part| (part.start, part.end)).collect() };
+        assert_eq!(cut(0..PART), [(0, PART)]);
+        assert_eq!(cut(5..PART + 7), [(5, PART), (PART, PART + 7)]);
+        assert_eq!(cut(2 * PART..2 * PART + 1), [(2 * PART, 2 * PART + 1)]);
+        assert!(cut(3..3).is_empty());
+    }
+
+    #[test]
+    fn files_are_named_by_what_they_have() {
+        let range = 1024..2048;
+        assert_eq!(range_of(&file_name(&range)), Some(range));
+        for name in [
+            "samples_1_2.parquet",
+            "samples_0000000002_0000000001.parquet",
+            "a.parquet",
+        ] {
+            assert_eq!(range_of(name), None);
+        }
+    }
+}

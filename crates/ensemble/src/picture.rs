@@ -1,0 +1,135 @@
+use std::error::Error;
+use std::path::Path;
+
+use plotters::prelude::*;
+
+use crate::{EnsembleError, Summary};
+
+/// Histograms in a row, and in all.
+const ACROSS: usize = 3;
+const MOST: usize = 12;
+
+/// Width and height of a histogram (px), and height of the heading.
+const SIZE: (u32, u32) = (360, 240);
+const HEADING: u32 = 40;
+
+/// Bars of a histogram.
+const BARS: usize = 40;
+
+const COLOR: RGBColor = RGBColor(0, 114, 178);
+const GRID: RGBColor = RGBColor(225, 225, 225);
+
+/// What is drawn first, where it varies.
+const TELLING: [&str; 4] = [
+    "miss.",
+    "change.",
+    ".final.position.",
+    ".final.angular_velocity.",
+];
+
+/// Draws histograms of what tells most to an SVG file; `false` where nothing varies.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn draw(summary: &Summary, path: &Path) -> Result<bool, EnsembleError> {
+    let chosen = chosen(summary);
+    if chosen.is_empty() {
+        return Ok(false);
+    }
+    let refuse = |reason: String| EnsembleError::Picture {
+        path: path.into(),
+        reason,
+    };
+    try_draw(summary, &chosen, path).map_err(|error| refuse(error.to_string()))?;
+    Ok(true)
+}
+
+/// Columns that vary, the most telling ones.
+fn chosen(summary: &Summary) -> Vec<usize> {
+    let varies = |column: &usize| {
+        let statistics = summary.columns[*column].1;
+        statistics.greatest - statistics.least > 0.0 && statistics.greatest.is_finite()
+    };
+    let mut chosen = Vec::new();
+    for part in TELLING {
+        let columns = 0..summary.columns.len();
+        chosen.extend(
+            columns
+                .filter(|column| summary.columns[*column].0.contains(part))
+                .filter(varies),
+        );
+    }
+    chosen.truncate(MOST);
+    chosen
+}
+
+fn try_draw<'a>(
+    summary: &Summary,
+    chosen: &[usize],
+    path: &'a Path,
+) -> Result<(), Box<dyn Error + 'a>> {
+    let across = chosen.len().min(ACROSS);
+    let down = chosen.len().div_ceil(ACROSS);
+    let size = (SIZE.0 * across as u32, HEADING + SIZE.1 * down as u32);
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE)?;
+    let heading = format!("{}: {} samples", summary.scene, summary.complete);
+    let font = ("sans-serif", 18).into_font();
+    root.draw(&Text::new(heading, (16, 12), font))?;
+    let (_, charts) = root.split_vertically(HEADING);
+    for (area, column) in charts.split_evenly((down, across)).iter().zip(chosen) {
+        let (name, _) = &summary.columns[*column];
+        histogram(area, name, &summary.sorted[*column])?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+fn histogram<'a>(
+    area: &DrawingArea<SVGBackend<'a>, plotters::coord::Shift>,
+    name: &str,
+    sorted: &[f64],
+) -> Result<(), Box<dyn Error + 'a>> {
+    let (Some(&low), Some(&high)) = (sorted.first(), sorted.last()) else {
+        return Ok(());
+    };
+    let width = (high - low) / BARS as f64;
+    let mut counts = [0_u32; BARS];
+    for value in sorted {
+        let bar = ((value - low) / width) as usize;
+        counts[bar.min(BARS - 1)] += 1;
+    }
+    let most = counts.into_iter().max().unwrap_or(1);
+    let mut chart = ChartBuilder::on(area)
+        .caption(name, ("sans-serif", 14))
+        .margin(8)
+        .x_label_area_size(24)
+        .y_label_area_size(44)
+        .build_cartesian_2d(low..high, 0.0..1.08 * f64::from(most))?;
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .bold_line_style(GRID)
+        .x_labels(4)
+        .y_labels(5)
+        .x_label_formatter(&|value| tick(*value, high.abs().max(low.abs()), high - low))
+        .y_label_formatter(&|value| format!("{value:.0}"))
+        .draw()?;
+    chart.draw_series(counts.into_iter().enumerate().map(|(bar, count)| {
+        let left = low + width * bar as f64;
+        let corners = [(left, 0.0), (left + width, f64::from(count))];
+        Rectangle::new(corners, COLOR.filled())
+    }))?;
+    Ok(())
+}
+
+/// A number with as many digits as tell ticks apart.
+fn tick(value: f64, size: f64, range: f64) -> String {
+    let digits = (size / range).log10().ceil().clamp(0.0, 14.0) as usize + 1;
+    if (1e-2..1e4).contains(&size) {
+        let decimals = (1.0 - range.log10().floor()).clamp(0.0, 15.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.digits$e}")
+    }
+}

@@ -1,0 +1,115 @@
+use std::fmt;
+
+use lgvi_dynamics::{BodyError, MethodError, StepError};
+
+/// One sample's results.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its index.
+    pub index: u64,
+    /// Steps made.
+    pub steps: u64,
+    /// Why no more; `None` at the end of the flight.
+    pub failure: Option<Failure>,
+    /// The numbers by the columns of [`Campaign::columns`](crate::Campaign::columns).
+    pub numbers: Vec<f64>,
+}
+
+/// Why a flight ended early.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// What kind.
+    pub kind: FailureKind,
+    /// In words.
+    pub message: String,
+}
+
+/// The kinds of failures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FailureKind {
+    /// The deviations left no body, or a start inside another.
+    Start,
+    /// A body turns too far in one step.
+    Turn,
+    /// A state that is not finite.
+    NotFinite,
+    /// A body where another is.
+    CloseApproach,
+    /// Anything else that the integrator says.
+    Integrator,
+}
+
+impl FailureKind {
+    const ALL: [Self; 5] = [
+        Self::Start,
+        Self::Turn,
+        Self::NotFinite,
+        Self::CloseApproach,
+        Self::Integrator,
+    ];
+
+    /// What it is called in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Turn => "turn",
+            Self::NotFinite => "not_finite",
+            Self::CloseApproach => "close_approach",
+            Self::Integrator => "integrator",
+        }
+    }
+
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
+impl fmt::Display for FailureKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Start => "impossible start",
+            Self::Turn => "turns too far in a step",
+            Self::NotFinite => "not finite",
+            Self::CloseApproach => "close approach",
+            Self::Integrator => "integrator",
+        })
+    }
+}
+
+impl Failure {
+    pub(crate) fn start(error: impl ToString) -> Self {
+        Self {
+            kind: FailureKind::Start,
+            message: error.to_string(),
+        }
+    }
+}
+
+impl From<BodyError> for Failure {
+    fn from(error: BodyError) -> Self {
+        Self::start(error)
+    }
+}
+
+impl From<MethodError> for Failure {
+    fn from(error: MethodError) -> Self {
+        Self::start(error)
+    }
+}
+
+impl From<StepError> for Failure {
+    fn from(error: StepError) -> Self {
+        let kind = match error {
+            StepError::Unsolvable { .. }
+            | StepError::Preprocessed { .. }
+            | StepError::TurnsTooFar { .. } => FailureKind::Turn,
+            StepError::NotFinite { .. } => FailureKind::NotFinite,
+            StepError::CloseApproach(_) => FailureKind::CloseApproach,
+            _ => FailureKind::Integrator,
+        };
+        Self {
+            kind,
+            message: error.to_string(),
+        }
+    }
+}

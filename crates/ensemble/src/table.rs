@@ -1,0 +1,203 @@
+//! What is kept of a sample, in SI.
+
+use lgvi_dynamics::lanes::{Member, Outcome};
+use lgvi_dynamics::{BodyState, Invariants, System};
+use lgvi_lie::to_quaternion;
+use lgvi_scene::{ActuatorErrors, Deviation, Ensemble, Sample, Scene, Spread, Units};
+use nalgebra::Vector3;
+
+use crate::row::{Failure, Row};
+
+/// The columns of a scene's ensemble.
+pub(crate) struct Columns {
+    names: Vec<String>,
+    spreads: Vec<Spread>,
+    /// Whether force and moment of the manoeuvre err.
+    errors: [bool; 2],
+    units: Units,
+}
+
+/// A flight and its end.
+pub(crate) struct Ends<'a> {
+    pub(crate) member: &'a Member,
+    pub(crate) outcome: Outcome,
+}
+
+/// Numbers with the names of their columns.
+#[derive(Default)]
+struct Cells {
+    names: Vec<String>,
+    numbers: Vec<f64>,
+}
+
+impl Cells {
+    fn push(&mut self, name: impl Into<String>, number: f64) {
+        self.names.push(name.into());
+        self.numbers.push(number);
+    }
+
+    fn vector(&mut self, name: &str, v: &Vector3<f64>) {
+        for (axis, number) in ["x", "y", "z"].into_iter().zip(v) {
+            self.push(format!("{name}.{axis}"), *number);
+        }
+    }
+}
+
+impl Columns {
+    pub(crate) fn of(scene: &Scene, ensemble: &Ensemble) -> Self {
+        let mut columns = Self {
+            names: Vec::new(),
+            spreads: ensemble.spreads.clone(),
+            errors: [ensemble.force_error > 0.0, ensemble.moment_error > 0.0],
+            units: scene.units,
+        };
+        let nominal = Sample {
+            deviations: vec![Deviation::default(); scene.bodies.len()],
+            actuators: ActuatorErrors {
+                force: Vector3::repeat(1.0),
+                moment: Vector3::repeat(1.0),
+            },
+        };
+        let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
+        let mut cells = Cells::default();
+        columns.start(&mut cells, scene, &nominal);
+        finish(&mut cells, scene, &scene.system(), [&states, &states]);
+        columns.names = cells.names;
+        columns
+    }
+
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// What is kept of a sample, of its flight if it could start.
+    pub(crate) fn row(
+        &self,
+        scene: &Scene,
+        index: u64,
+        sample: &Sample,
+        flight: Result<Ends<'_>, Failure>,
+    ) -> Row {
+        let mut cells = Cells::default();
+        self.start(&mut cells, scene, sample);
+        let (steps, failure) = match flight {
+            Ok(Ends { member, outcome }) => {
+                let Member { system, states, .. } = member;
+                finish(&mut cells, scene, system, [states, &outcome.states]);
+                (outcome.steps, outcome.failure.map(Failure::from))
+            }
+            Err(failure) => (0, Some(failure)),
+        };
+        cells.numbers.resize(self.names.len(), f64::NAN);
+        Row {
+            index,
+            steps,
+            failure,
+            numbers: cells.numbers,
+        }
+    }
+
+    /// What a sample deviates by, where anything does.
+    fn start(&self, cells: &mut Cells, scene: &Scene, sample: &Sample) {
+        let each = scene
+            .bodies
+            .iter()
+            .zip(&self.spreads)
+            .zip(&sample.deviations);
+        for ((body, spread), deviation) in each {
+            self.deviation(cells, &body.name, spread, deviation);
+        }
+        let errors = &sample.actuators;
+        let named = [
+            ("force_factor", errors.force),
+            ("moment_factor", errors.moment),
+        ];
+        for ((name, factors), errs) in named.iter().zip(self.errors) {
+            if errs {
+                cells.vector(name, factors);
+            }
+        }
+    }
+
+    fn deviation(&self, cells: &mut Cells, body: &str, spread: &Spread, deviation: &Deviation) {
+        let Units { length, time, .. } = self.units;
+        for (name, sigma, v, unit) in [
+            ("position", spread.position, deviation.position, length),
+            (
+                "velocity",
+                spread.velocity,
+                deviation.velocity,
+                length / time,
+            ),
+            ("attitude", spread.attitude, deviation.attitude, 1.0),
+            (
+                "angular_velocity",
+                spread.angular_velocity,
+                deviation.angular_velocity,
+                1.0 / time,
+            ),
+            ("inertia", spread.inertia, deviation.inertia, 1.0),
+        ] {
+            if sigma > 0.0 {
+                cells.vector(&format!("{body}.deviation.{name}"), &(v * unit));
+            }
+        }
+        if spread.mass > 0.0 {
+            cells.push(format!("{body}.deviation.mass"), deviation.mass);
+        }
+    }
+}
+
+/// What a flight from the first to the second states comes to.
+fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyState]; 2]) {
+    let Units { length, time, .. } = scene.units;
+    for ((named, body), state) in scene.bodies.iter().zip(system.bodies()).zip(states[1]) {
+        let name = |what: &str| format!("{}.final.{what}", named.name);
+        cells.vector(&name("position"), &(state.position * length));
+        cells.vector(&name("velocity"), &(state.velocity(body) * (length / time)));
+        let (w, u) = to_quaternion(&state.attitude);
+        cells.push(name("attitude.w"), w);
+        cells.vector(&name("attitude"), &u);
+        cells.vector(
+            &name("angular_velocity"),
+            &(state.angular_velocity(body) / time),
+        );
+    }
+    changes(cells, system, states);
+    if let Some(maneuver) = &scene.maneuver
+        && let Some(miss) = scene.miss(&states[1][maneuver.body])
+    {
+        let units = &scene.units;
+        for (row, (name, unit)) in [
+            ("position", length),
+            ("linear_momentum", units.momentum()),
+            ("attitude", 1.0),
+            ("angular_momentum", units.angular_momentum()),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let part = miss.fixed_rows::<3>(3 * row).norm();
+            cells.push(format!("miss.{name}"), part * unit);
+        }
+    }
+}
+
+/// Changes of energy and momenta: relative to the sum of what they are made of, so that nothing is divided by what cancels.
+fn changes(cells: &mut Cells, system: &System, [before, after]: [&[BodyState]; 2]) {
+    let [from, to] = [before, after].map(|states| Invariants::of(system, states));
+    let potential = system.potential(before);
+    let energy = (from.energy - potential).abs() + potential.abs();
+    let (mut linear, mut angular) = (0.0, 0.0);
+    for state in before {
+        linear += state.linear_momentum.norm();
+        let orbital = state.position.cross(&state.linear_momentum);
+        angular += orbital.norm() + state.angular_momentum.norm();
+    }
+    let relative = |change: f64, size: f64| if change == 0.0 { 0.0 } else { change / size };
+    let linear_change = (to.linear_momentum - from.linear_momentum).norm();
+    let angular_change = (to.angular_momentum - from.angular_momentum).norm();
+    cells.push("change.energy", relative(to.energy - from.energy, energy));
+    cells.push("change.linear_momentum", relative(linear_change, linear));
+    cells.push("change.angular_momentum", relative(angular_change, angular));
+}

@@ -1,0 +1,535 @@
+//! Ensembles as a whole: the same bytes whatever the threads, lanes, shards and interruptions.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lgvi_dynamics::lanes::Width;
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_ensemble::{
+    Campaign, Commands, EnsembleError, FailureKind, FlownBy, Guidance, MergeOptions, Options, PART,
+    Report, Row, Settings, Store, Summary, draw, merge, run,
+};
+use lgvi_scene::Scene;
+use nalgebra::Vector3;
+use tempfile::TempDir;
+
+const DUMBBELLS: &str = include_str!("../../../scenes/two_dumbbells.toml");
+const CAPTURE: &str = include_str!("../../../scenes/orbital_capture.toml");
+
+const SPREAD: &str = r#"
+[ensemble]
+samples = 2500
+seed = 11
+
+[[ensemble.bodies]]
+body = "dumbbell1"
+position = 0.01
+attitude = 0.1
+mass = 0.02
+inertia = 0.05
+
+[[ensemble.bodies]]
+body = "dumbbell2"
+velocity = 0.02
+angular_velocity = 0.3
+"#;
+
+/// Two dumbbells for some steps, with deviations.
+fn dumbbells(more: &[(&str, &str)]) -> Scene {
+    let mut text = format!("{DUMBBELLS}{SPREAD}");
+    let short = [
+        ("duration = 30.0", "duration = 0.06"),
+        ("steps = 15000", "steps = 30"),
+    ];
+    for (line, instead) in short.iter().chain(more) {
+        assert!(text.contains(line), "{line}");
+        text = text.replace(line, instead);
+    }
+    Scene::parse("two_dumbbells", &text).unwrap()
+}
+
+fn campaign(scene: &Scene) -> Campaign<'_> {
+    Campaign::new(scene, Settings::default(), Guidance::None).unwrap()
+}
+
+const OPTIONS: Options = Options {
+    range: None,
+    threads: 1,
+    width: Width::Eight,
+};
+
+fn fly(campaign: &Campaign<'_>, directory: &Path, options: &Options) -> Report {
+    let store = Store::create(directory, campaign.identity(), campaign.columns()).unwrap();
+    run(campaign, &store, options, &|| false, &mut |_| ()).unwrap()
+}
+
+/// Names and bytes of all files in a directory.
+fn contents(directory: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap());
+    let read = |entry: fs::DirEntry| {
+        let name = entry.file_name().into_string().unwrap();
+        (name, fs::read(entry.path()).unwrap())
+    };
+    entries.map(read).collect()
+}
+
+/// A run that was not cut, by one thread, one sample at a time.
+fn whole(campaign: &Campaign<'_>, temporary: &TempDir) -> (PathBuf, BTreeMap<String, Vec<u8>>) {
+    let directory = temporary.path().join("whole");
+    let options = Options {
+        width: Width::One,
+        ..OPTIONS
+    };
+    let report = fly(campaign, &directory, &options);
+    assert_eq!((report.flown, report.kept), (campaign.samples(), 0));
+    let contents = contents(&directory);
+    assert_eq!(contents.len() as u64, campaign.samples().div_ceil(PART));
+    (directory, contents)
+}
+
+#[test]
+fn results_do_not_depend_on_threads_and_lanes() {
+    let temporary = TempDir::new().unwrap();
+    let scene = dumbbells(&[]);
+    let campaign = campaign(&scene);
+    assert_eq!(campaign.flown_by(), &FlownBy::Lanes);
+    let (_, expected) = whole(&campaign, &temporary);
+    for threads in 1..=3 {
+        for width in [Width::One, Width::Four, Width::Eight] {
+            let directory = temporary
+                .path()
+                .join(format!("{threads}_{}", width.lanes()));
+            fly(
+                &campaign,
+                &directory,
+                &Options {
+                    threads,
+                    width,
+                    range: None,
+                },
+            );
+            assert!(
+                contents(&directory) == expected,
+                "{threads} threads, {width:?}"
+            );
+        }
+    }
+}
+
+/// Shards with ends at any samples, merged in any order.
+#[test]
+fn merged_shards_are_the_run_that_was_not_cut() {
+    let temporary = TempDir::new().unwrap();
+    let scene = dumbbells(&[]);
+    let campaign = campaign(&scene);
+    let (_, expected) = whole(&campaign, &temporary);
+    let mut shards = Vec::new();
+    for range in [1000..1700, 0..1000, 2400..2500, 1700..2400] {
+        let shard = temporary.path().join(format!("shard_{}", range.start));
+        fly(
+            &campaign,
+            &shard,
+            &Options {
+                range: Some(range),
+                ..OPTIONS
+            },
+        );
+        shards.push(shard);
+    }
+    let merged = temporary.path().join("merged");
+    let (_, report) = merge(&shards, &merged, MergeOptions::default()).unwrap();
+    assert_eq!((report.samples, report.missing), (2500, 0));
+    assert!(contents(&merged) == expected);
+
+    let error = |shards: &[PathBuf], name: &str| {
+        let output = temporary.path().join(name);
+        let error = merge(shards, &output, MergeOptions::default())
+            .err()
+            .unwrap();
+        assert!(!output.exists(), "{error}");
+        error
+    };
+    let gap = error(&shards[..3], "gap");
+    assert!(
+        matches!(&gap, EnsembleError::Gap { range } if *range == (1700..2400)),
+        "{gap}"
+    );
+    let gap = error(&[shards[0].clone(), shards[1].clone()], "end");
+    assert!(
+        matches!(&gap, EnsembleError::Gap { range } if *range == (1700..2500)),
+        "{gap}"
+    );
+    let allowed = MergeOptions { allow_gaps: true };
+    let output = temporary.path().join("gaps");
+    let (store, report) = merge(&shards[..3], &output, allowed).unwrap();
+    assert_eq!((report.samples, report.missing), (1800, 700));
+    assert_eq!(Summary::of(&store).unwrap().present, 1800);
+
+    let more = temporary.path().join("more");
+    fly(
+        &campaign,
+        &more,
+        &Options {
+            range: Some(1699..1701),
+            ..OPTIONS
+        },
+    );
+    let twice = error(&[shards.clone(), vec![more]].concat(), "twice");
+    assert!(matches!(twice, EnsembleError::Overlap { .. }), "{twice}");
+    let other = dumbbells(&[("seed = 11", "seed = 12")]);
+    let foreign = temporary.path().join("foreign");
+    fly(
+        &crate::campaign(&other),
+        &foreign,
+        &Options {
+            range: Some(1000..1700),
+            ..OPTIONS
+        },
+    );
+    let foreign = error(&[vec![foreign], shards[1..].to_vec()].concat(), "strange");
+    let text = foreign.to_string();
+    assert!(
+        text.contains("seed is") && text.contains("11") && text.contains("12"),
+        "{text}"
+    );
+    let nothing = error(&[temporary.path().join("nowhere")], "nothing");
+    assert!(
+        matches!(nothing, EnsembleError::Nothing { .. }),
+        "{nothing}"
+    );
+    let again = merge(&shards, &merged, MergeOptions::default())
+        .err()
+        .unwrap();
+    assert!(matches!(again, EnsembleError::Overlap { .. }), "{again}");
+}
+
+/// A run is ended on the way and left with half a part, and goes on to the same end.
+#[test]
+fn an_ended_run_goes_on_from_its_parts() {
+    let temporary = TempDir::new().unwrap();
+    let scene = dumbbells(&[]);
+    let campaign = campaign(&scene);
+    let (_, expected) = whole(&campaign, &temporary);
+    let directory = temporary.path().join("ended");
+    let store = Store::create(&directory, campaign.identity(), campaign.columns()).unwrap();
+    let done = Cell::new(0);
+    let stop = || done.get() > 0;
+    let report = run(&campaign, &store, &OPTIONS, &stop, &mut |now| {
+        done.set(now.done)
+    })
+    .unwrap();
+    assert!(!report.is_complete() && report.flown >= PART, "{report:?}");
+    fs::write(directory.join(".samples_half.tmp"), "PAR1").unwrap();
+    let rest = run(&campaign, &store, &OPTIONS, &|| false, &mut |_| ()).unwrap();
+    assert_eq!((rest.kept, rest.kept + rest.flown), (report.flown, 2500));
+    assert!(contents(&directory) == expected);
+    let nothing = run(&campaign, &store, &OPTIONS, &|| false, &mut |_| ()).unwrap();
+    assert_eq!((nothing.kept, nothing.flown), (2500, 0));
+}
+
+#[test]
+fn parts_of_others_and_damaged_ones_are_refused() {
+    let temporary = TempDir::new().unwrap();
+    let scene = dumbbells(&[]);
+    let directory = temporary.path().join("run");
+    let options = Options {
+        range: Some(0..40),
+        ..OPTIONS
+    };
+    fly(&campaign(&scene), &directory, &options);
+    for (change, what) in [
+        (("seed = 11", "seed = 12"), "seed is"),
+        (("samples = 2500", "samples = 2501"), "samples is"),
+        (("mass = 0.02", "mass = 0.03"), "scene or commands is"),
+        (
+            ("integrator = \"lgvi\"", "integrator = \"lie_euler\""),
+            "integrator is",
+        ),
+    ] {
+        let other = dumbbells(&[change]);
+        let campaign = campaign(&other);
+        let store = Store::create(&directory, campaign.identity(), campaign.columns()).unwrap();
+        let error = run(&campaign, &store, &options, &|| false, &mut |_| ()).unwrap_err();
+        assert!(matches!(error, EnsembleError::Foreign { .. }), "{error}");
+        assert!(error.to_string().contains(what), "{error}");
+    }
+    let campaign = campaign(&scene);
+    let store = Store::create(&directory, campaign.identity(), campaign.columns()).unwrap();
+    let fly = |range| {
+        let options = Options {
+            range: Some(range),
+            ..OPTIONS
+        };
+        run(&campaign, &store, &options, &|| false, &mut |_| ()).unwrap_err()
+    };
+    assert!(matches!(fly(20..60), EnsembleError::Overlap { .. }));
+    assert!(matches!(
+        fly(2400..2501),
+        EnsembleError::Range { samples: 2500, .. }
+    ));
+    assert!(matches!(fly(7..7), EnsembleError::Range { .. }));
+    let part = directory.join("samples_0000000000_0000000040.parquet");
+    let bytes = fs::read(&part).unwrap();
+    for damage in [
+        &bytes[..bytes.len() / 2],
+        &bytes[..0],
+        &bytes[bytes.len() / 2..],
+    ] {
+        fs::write(&part, damage).unwrap();
+        let error = fly(0..40);
+        assert!(
+            matches!(&error, EnsembleError::Damaged { path, .. } if *path == part),
+            "{error}"
+        );
+    }
+    // A part under another's name.
+    fs::write(&part, &bytes).unwrap();
+    fs::rename(
+        &part,
+        directory.join("samples_0000000040_0000000080.parquet"),
+    )
+    .unwrap();
+    let error = Summary::of(&store).unwrap_err();
+    assert!(matches!(error, EnsembleError::Damaged { .. }), "{error}");
+}
+
+/// What lanes cannot fly is flown one by one, to the same numbers where both can.
+#[test]
+fn lanes_and_simulations_come_to_the_same_rows() {
+    let lanes = dumbbells(&[]);
+    // Subdivision that is never needed asks for a simulation.
+    let simulated = dumbbells(&[("steps = 30\n", "steps = 30\nsubdivide = 1\n")]);
+    let (one, other) = (campaign(&lanes), campaign(&simulated));
+    assert!(matches!(other.flown_by(), FlownBy::Simulation { .. }));
+    assert_eq!(one.fly(3..70, Width::Eight), other.fly(3..70, Width::Eight));
+    let exact = "integrator = { name = \"lgvi\", rotor = \"exact\" }";
+    let exact = dumbbells(&[("integrator = \"lgvi\"", exact)]);
+    let exact = campaign(&exact);
+    assert!(matches!(exact.flown_by(), FlownBy::Simulation { .. }));
+    let nearby = one.fly(3..5, Width::Four);
+    for (row, near) in exact.fly(3..5, Width::Four).iter().zip(&nearby) {
+        for (a, b) in row.numbers.iter().zip(&near.numbers) {
+            assert!((a - b).abs() < 1e-3 * b.abs().max(0.1), "{a} {b}");
+        }
+    }
+}
+
+fn value(campaign: &Campaign<'_>, row: &Row, name: &str) -> f64 {
+    let column = campaign.columns().iter().position(|column| column == name);
+    row.numbers[column.unwrap_or_else(|| panic!("{name} in {:?}", campaign.columns()))]
+}
+
+#[test]
+fn rows_say_where_a_sample_began_and_ended() {
+    let still = [(
+        "position = 0.01\nattitude = 0.1\nmass = 0.02\ninertia = 0.05",
+        "position = 0.01",
+    )];
+    let scene = dumbbells(&still);
+    let campaign = campaign(&scene);
+    let rows = campaign.fly(0..3, Width::Four);
+    assert_eq!(
+        rows.iter().map(|row| row.index).collect::<Vec<_>>(),
+        [0, 1, 2]
+    );
+    for row in &rows {
+        assert_eq!((row.steps, &row.failure), (30, &None));
+        let deviation = value(&campaign, row, "dumbbell1.deviation.position.x");
+        assert!(deviation != 0.0 && deviation.abs() < 0.06);
+        let (system, mut states) = scene
+            .ensemble
+            .as_ref()
+            .unwrap()
+            .sample(row.index)
+            .system(&scene)
+            .unwrap();
+        assert_eq!(
+            states[0].position.x,
+            scene.bodies[0].state.position.x + deviation
+        );
+        let mut simulation = scene
+            .simulation_from(states.clone(), scene.scheme().unwrap())
+            .unwrap();
+        for _ in 0..30 {
+            simulation.advance(&[Load::default(); 2]).unwrap();
+        }
+        states.copy_from_slice(simulation.states());
+        for (name, body) in ["dumbbell1", "dumbbell2"].into_iter().zip(0..) {
+            let expected = states[body].position.y;
+            assert_eq!(
+                value(&campaign, row, &format!("{name}.final.position.y")),
+                expected
+            );
+            let expected = states[body].angular_velocity(&system.bodies()[body]).z;
+            assert_eq!(
+                value(&campaign, row, &format!("{name}.final.angular_velocity.z")),
+                expected
+            );
+        }
+        assert!(value(&campaign, row, "change.energy").abs() < 1e-4);
+        assert!(value(&campaign, row, "change.linear_momentum") < 1e-14);
+        assert!(value(&campaign, row, "change.angular_momentum") < 1e-14);
+    }
+}
+
+#[test]
+fn samples_that_fail_are_counted_by_kind_and_leave_the_others_alone() {
+    let fast = [
+        ("angular_velocity = 0.3", "angular_velocity = 300.0"),
+        ("integrator = \"lgvi\"", "integrator = \"lie_euler\""),
+        ("name = \"dumbbell1\"", "name = \"dumbbell1\"\nradius = 0.4"),
+        ("name = \"dumbbell2\"", "name = \"dumbbell2\"\nradius = 0.4"),
+        ("position = 0.01", "position = 0.3"),
+        ("duration = 0.06", "duration = 0.3"),
+        ("steps = 30\n", "steps = 150\n"),
+    ];
+    let temporary = TempDir::new().unwrap();
+    let scene = dumbbells(&fast);
+    let campaign = campaign(&scene);
+    let directory = temporary.path().join("run");
+    fly(
+        &campaign,
+        &directory,
+        &Options {
+            range: Some(0..500),
+            ..OPTIONS
+        },
+    );
+    let store = Store::open(&directory).unwrap();
+    let summary = Summary::of(&store).unwrap();
+    let rows = campaign.fly(0..500, Width::One);
+    for kind in [
+        FailureKind::Start,
+        FailureKind::Turn,
+        FailureKind::CloseApproach,
+    ] {
+        let failed = rows.iter().filter_map(|row| row.failure.as_ref());
+        let count = failed.filter(|failure| failure.kind == kind).count() as u64;
+        assert!(count > 0, "{kind}");
+        assert_eq!(summary.failures.get(kind.name()), Some(&count));
+    }
+    assert!(summary.complete > 0);
+    assert_eq!(
+        summary.complete + summary.failures.values().sum::<u64>(),
+        500
+    );
+    let mut read = Vec::new();
+    store.for_each(|row| read.push(row)).unwrap();
+    let bits = |rows: &[Row]| -> Vec<Vec<u64>> {
+        let numbers = rows.iter().map(|row| row.numbers.iter());
+        numbers
+            .map(|numbers| numbers.map(|n| n.to_bits()).collect())
+            .collect()
+    };
+    assert_eq!(bits(&read), bits(&rows));
+    assert!(
+        read.iter()
+            .zip(&rows)
+            .all(|(a, b)| (a.steps, &a.failure) == (b.steps, &b.failure))
+    );
+    let text = serde_json::to_string(&summary).unwrap();
+    assert!(text.contains("\"turn\":"), "{text}");
+    assert!(summary.to_string().contains("failed (turn)"));
+    let picture = temporary.path().join("summary.svg");
+    assert!(draw(&summary, &picture).unwrap());
+    let drawn = fs::read_to_string(picture).unwrap();
+    assert!(drawn.contains("dumbbell1.final.position.x") && drawn.matches("<rect").count() > 200);
+}
+
+/// A push along x that lets the spacecraft coast with the wrong momentum, corrected or not.
+struct Push {
+    corrected: bool,
+}
+
+impl Commands for Push {
+    fn steps(&self) -> u64 {
+        1000
+    }
+
+    fn at(&self, _step: u64, state: &BodyState) -> Load {
+        let gain = if self.corrected { 50.0 } else { 0.0 };
+        let error = state.linear_momentum - Vector3::new(0.983, 0.0, 0.0);
+        Load {
+            force: -gain * error,
+            moment: Vector3::zeros(),
+        }
+    }
+}
+
+#[test]
+fn manoeuvres_are_flown_with_errors_of_their_actuators() {
+    let table = "\n[ensemble]\nsamples = 40\nseed = 3\nforce_error = 0.1\n\n[[ensemble.bodies]]\nbody = \"spacecraft\"\nvelocity = 0.05\n";
+    let scene = Scene::parse("capture", &format!("{CAPTURE}{table}")).unwrap();
+    let of = |guidance| Campaign::new(&scene, Settings::default(), guidance);
+    assert!(matches!(
+        of(Guidance::None).err(),
+        Some(EnsembleError::Commands)
+    ));
+    let push = Load {
+        force: Vector3::new(0.2, -0.1, 0.3),
+        moment: Vector3::zeros(),
+    };
+    let open = of(Guidance::OpenLoop(vec![push; 1000])).unwrap();
+    assert_eq!(open.flown_by(), &FlownBy::Lanes);
+    let idle = of(Guidance::OpenLoop(vec![Load::default(); 1000])).unwrap();
+    assert_ne!(open.identity(), idle.identity());
+    let (pushed, coasted) = (open.fly(0..40, Width::Eight), idle.fly(0..40, Width::Eight));
+    for (row, coasting) in pushed.iter().zip(&coasted) {
+        let factor = value(&open, row, "force_factor.x");
+        assert!(factor != 1.0 && (factor - 1.0).abs() < 0.5);
+        let gained = value(&open, row, "spacecraft.final.velocity.x")
+            - value(&idle, coasting, "spacecraft.final.velocity.x");
+        // Gravity changes little by the push over the flight, and that is all that the two differ in.
+        assert!(
+            (gained / (0.2 * factor * scene.duration) - 1.0).abs() < 0.2,
+            "{gained}"
+        );
+        assert!(value(&open, row, "miss.position") > 0.1);
+    }
+    let corrected = of(Guidance::Feedback(Box::new(Push { corrected: true }))).unwrap();
+    assert!(matches!(corrected.flown_by(), FlownBy::Simulation { .. }));
+    let free = of(Guidance::Feedback(Box::new(Push { corrected: false }))).unwrap();
+    let scatter = |campaign: &Campaign<'_>| {
+        let rows = campaign.fly(0..40, Width::One);
+        let all = rows
+            .iter()
+            .map(|row| value(campaign, row, "spacecraft.final.velocity.y"));
+        let all: Vec<_> = all.collect();
+        let mean = all.iter().sum::<f64>() / 40.0;
+        all.iter().map(|v| (v - mean).powi(2)).sum::<f64>()
+    };
+    assert!(scatter(&corrected) < 0.1 * scatter(&free));
+}
+
+#[test]
+fn what_is_no_ensemble_is_refused() {
+    let scene = Scene::parse("two_dumbbells", DUMBBELLS).unwrap();
+    let of = |scene, settings| {
+        Campaign::new(scene, settings, Guidance::None)
+            .err()
+            .unwrap()
+    };
+    let none = of(&scene, Settings::default());
+    assert!(matches!(none, EnsembleError::NoTable), "{none}");
+    let scene = dumbbells(&[]);
+    for samples in [0, u64::MAX] {
+        let settings = Settings {
+            samples: Some(samples),
+            seed: None,
+        };
+        let error = of(&scene, settings);
+        assert!(
+            matches!(error, EnsembleError::Samples(found) if found == samples),
+            "{error}"
+        );
+    }
+    let commands = Guidance::OpenLoop(vec![Load::default()]);
+    let error = Campaign::new(&scene, Settings::default(), commands)
+        .err()
+        .unwrap();
+    assert!(matches!(error, EnsembleError::Commands), "{error}");
+}

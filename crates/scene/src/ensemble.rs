@@ -1,0 +1,153 @@
+use lgvi_dynamics::{BodyError, BodyState, RigidBody, System};
+use lgvi_lie::exp;
+use nalgebra::Vector3;
+use rand_core::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use crate::disturbance::normals;
+use crate::{ActuatorErrors, NamedBody, Scene};
+
+/// What the samples of an ensemble differ in: standard deviations, in the scene's units. Seed and index decide what they come
+/// to in a sample, the same on every machine, whatever other samples there are.
+///
+/// # Assumptions and limitations
+/// - All deviations are independent of each other, axis by axis. Those of the state and the actuators are normally
+///   distributed, those of mass and inertia log-normally: a factor `exp(σn)`, n normal.
+/// - Mass scales inertia and points along. Inertia is that of the body stretched along its axes, the moments `∫ρ_i² dm`
+///   by a factor each: so it stays that of a rigid body. Points stay where they are.
+/// - An actuator's error is a factor that stays the same over the flight, as in a [`Disturbance`](crate::Disturbance).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ensemble {
+    /// How many samples there are.
+    pub samples: u64,
+    /// What decides.
+    pub seed: u64,
+    /// Of the factor of each component of the manoeuvre's force.
+    pub force_error: f64,
+    /// Of the factor of each component of the manoeuvre's moment.
+    pub moment_error: f64,
+    /// Of the bodies, one each.
+    pub spreads: Vec<Spread>,
+}
+
+/// Standard deviations of one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spread {
+    /// Of each component of `x`.
+    pub position: f64,
+    /// Of each component of `ẋ`.
+    pub velocity: f64,
+    /// Of each component of the rotation vector `v` (rad), by which the attitude is `R exp(v)`.
+    pub attitude: f64,
+    /// Of each component of `Ω`, body frame.
+    pub angular_velocity: f64,
+    /// Of the logarithm of the mass.
+    pub mass: f64,
+    /// Of the logarithm of each moment `∫ρ_i² dm`.
+    pub inertia: f64,
+}
+
+/// What one body deviates by.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deviation {
+    /// `δx`.
+    pub position: Vector3<f64>,
+    /// `δẋ`.
+    pub velocity: Vector3<f64>,
+    /// `v` (rad).
+    pub attitude: Vector3<f64>,
+    /// `δΩ`.
+    pub angular_velocity: Vector3<f64>,
+    /// Logarithm of the mass' factor.
+    pub mass: f64,
+    /// Logarithms of the factors of `∫ρ_i² dm`.
+    pub inertia: Vector3<f64>,
+}
+
+/// One of an ensemble.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// What it deviates by, one a body.
+    pub deviations: Vec<Deviation>,
+    /// How the manoeuvre's controls act.
+    pub actuators: ActuatorErrors,
+}
+
+impl Ensemble {
+    /// The sample with this index.
+    pub fn sample(&self, index: u64) -> Sample {
+        let mut rng =
+            Pcg64Mcg::seed_from_u64(mixed(self.seed).wrapping_add(index.wrapping_mul(GOLDEN)));
+        // The same numbers whatever the deviations are.
+        let actuators = [self.force_error, self.moment_error]
+            .map(|deviation| (deviation * normals(&mut rng)).add_scalar(1.0));
+        let deviations = self.spreads.iter().map(|spread| Deviation {
+            position: spread.position * normals(&mut rng),
+            velocity: spread.velocity * normals(&mut rng),
+            attitude: spread.attitude * normals(&mut rng),
+            angular_velocity: spread.angular_velocity * normals(&mut rng),
+            mass: spread.mass * normals(&mut rng).x,
+            inertia: spread.inertia * normals(&mut rng),
+        });
+        Sample {
+            deviations: deviations.collect(),
+            actuators: ActuatorErrors {
+                force: actuators[0],
+                moment: actuators[1],
+            },
+        }
+    }
+}
+
+impl Sample {
+    /// The bodies of `scene` as they are in this sample, with their gravity, and their states at step 0.
+    ///
+    /// # Errors
+    /// Deviations that leave no rigid body.
+    pub fn system(&self, scene: &Scene) -> Result<(System, Vec<BodyState>), BodyError> {
+        let each = scene.bodies.iter().zip(&self.deviations);
+        let each = each.map(|(nominal, deviation)| deviation.apply(nominal));
+        let (bodies, states) = each.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        Ok((System::new(bodies, scene.gravity.of_system()), states))
+    }
+}
+
+impl Deviation {
+    /// The body and its state, with nominal velocities where they do not deviate; nothing that does not deviate is touched.
+    fn apply(&self, nominal: &NamedBody) -> Result<(RigidBody, BodyState), BodyError> {
+        let NamedBody { body, state, .. } = nominal;
+        let mut body = body.clone();
+        let mut state = *state;
+        if self.mass != 0.0 {
+            let factor = libm::exp(self.mass);
+            body = body.scaled(factor)?;
+            state.linear_momentum *= factor;
+            state.angular_momentum *= factor;
+        }
+        if self.inertia != Vector3::zeros() {
+            let stretch = self.inertia.map(|logarithm| libm::exp(0.5 * logarithm));
+            let angular_velocity = state.angular_velocity(&body);
+            let inertia = body.inertia().stretched(&stretch)?;
+            state.angular_momentum = inertia.matrix() * angular_velocity;
+            body = body.with_inertia(inertia);
+        }
+        state.position += self.position;
+        state.linear_momentum += body.mass() * self.velocity;
+        if self.attitude != Vector3::zeros() {
+            state.attitude *= exp(&self.attitude);
+        }
+        state.angular_momentum += body.inertia().matrix() * self.angular_velocity;
+        Ok((body, state))
+    }
+}
+
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// Mixes a seed's bits, so that near seeds have samples far apart: the end of SplitMix64 (G. L. Steele, D. Lea, C. H. Flood,
+/// *Fast splittable pseudorandom number generators*, OOPSLA 2014).
+fn mixed(seed: u64) -> u64 {
+    let z = seed.wrapping_add(GOLDEN);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

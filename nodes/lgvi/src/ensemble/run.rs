@@ -1,0 +1,186 @@
+use std::ops::Range;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use lgvi_dynamics::lanes::Width;
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_ensemble::{self as ensemble, Campaign, Commands, FlownBy, Guidance, Settings, Store};
+use lgvi_middleware::Shutdown;
+use lgvi_node::{NodeError, load_scene};
+use lgvi_planner::NominalPlan;
+use lgvi_scene::Scene;
+
+use super::failed;
+use super::report::report;
+use crate::values;
+
+/// The command line of `lgvi ensemble run`.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The scene file, with an `ensemble` table.
+    #[arg(value_parser = values::path())]
+    scene: PathBuf,
+    /// Number of samples, instead of the scene's.
+    #[arg(long)]
+    samples: Option<u64>,
+    /// Seed, instead of the scene's.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Threads; 0 for one a core.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Samples that fly side by side on a core; the results are the same.
+    #[arg(long, value_enum, default_value_t = Lanes::Eight)]
+    lanes: Lanes,
+    /// Only these samples, `A..B` without B: a shard, to be merged with the others.
+    #[arg(long, value_name = "A..B", value_parser = range)]
+    range: Option<Range<u64>>,
+    /// The directory of the results, made or gone on with (default: `ensembles/<scene>`).
+    #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
+    output: Option<PathBuf>,
+    /// Print the summary as one JSON object.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Lanes {
+    #[value(name = "1")]
+    One,
+    #[value(name = "4")]
+    Four,
+    #[value(name = "8")]
+    Eight,
+}
+
+impl From<Lanes> for Width {
+    fn from(lanes: Lanes) -> Self {
+        match lanes {
+            Lanes::One => Self::One,
+            Lanes::Four => Self::Four,
+            Lanes::Eight => Self::Eight,
+        }
+    }
+}
+
+/// Threads of the largest run.
+const MOST_THREADS: usize = 4096;
+
+/// `A..B`
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let expected = || format!("expected two whole numbers as in 0..1000, found {text:?}");
+    let (start, end) = text.split_once("..").ok_or_else(expected)?;
+    let range = start.parse().map_err(|_| expected())?..end.parse().map_err(|_| expected())?;
+    if range.is_empty() {
+        return Err("expected a range that is not empty".into());
+    }
+    Ok(range)
+}
+
+/// Feedback along the nominal plan.
+struct Law(NominalPlan);
+
+impl Commands for Law {
+    fn steps(&self) -> u64 {
+        self.0.steps()
+    }
+
+    fn at(&self, step: u64, state: &BodyState) -> Load {
+        self.0.at(step, state)
+    }
+}
+
+/// Flies the samples and says what they come to.
+pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
+    if options.threads > MOST_THREADS {
+        let threads = options.threads;
+        let message = format!("{threads} threads, expected at most {MOST_THREADS}");
+        return Err(NodeError::Input(message));
+    }
+    let scene = load_scene(&options.scene)?;
+    let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
+    let settings = Settings {
+        samples: options.samples,
+        seed: options.seed,
+    };
+    let guidance = guidance(&scene, &shutdown)?;
+    let campaign = Campaign::new(&scene, settings, guidance).map_err(failed)?;
+    let output = options
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("ensembles/{}", scene.name)));
+    let store = Store::create(&output, campaign.identity(), campaign.columns()).map_err(failed)?;
+    let flight = ensemble::Options {
+        range: options.range.clone(),
+        threads: options.threads,
+        width: options.lanes.into(),
+    };
+    let bar = bar();
+    let mut show = |now: ensemble::Progress| {
+        bar.set_length(now.wanted);
+        bar.set_position(now.done);
+    };
+    let stop = || shutdown.requested();
+    let flown = ensemble::run(&campaign, &store, &flight, &stop, &mut show);
+    bar.finish_and_clear();
+    let flown = flown.map_err(failed)?;
+    let mut remarks = remarks(&campaign, &scene);
+    if flown.kept > 0 {
+        remarks.push(format!("{} samples were there already", flown.kept));
+    }
+    report(&store, options.json, &remarks)?;
+    if flown.is_complete() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let there = flown.kept + flown.flown;
+    Err(NodeError::Runtime(format!(
+        "ended after {there} of {} samples; the same command goes on from there",
+        flown.wanted
+    )))
+}
+
+/// What flies the scene's manoeuvre: its plan, made here once for the nominal scene.
+fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
+    if scene.maneuver.is_none() {
+        return Ok(Guidance::None);
+    }
+    let plan = lgvi_planner::plan(scene, &|| !shutdown.requested());
+    let plan = plan.map_err(|error| {
+        let why = format!("no plan for the manoeuvre: {error}");
+        if shutdown.requested() {
+            NodeError::Runtime(why)
+        } else {
+            NodeError::Input(why)
+        }
+    })?;
+    Ok(match plan.open_loop() {
+        Some(loads) => Guidance::OpenLoop(loads.to_vec()),
+        None => Guidance::Feedback(Box::new(Law(plan))),
+    })
+}
+
+/// What is to be known of how the samples were flown.
+fn remarks(campaign: &Campaign<'_>, scene: &Scene) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if let FlownBy::Simulation { reason } = campaign.flown_by() {
+        remarks.push(format!("flown one by one: {reason}"));
+    }
+    let replans = scene.maneuver.as_ref().and_then(|maneuver| maneuver.replan);
+    if replans.is_some() {
+        remarks.push("no new plans were made on the way: all samples fly the nominal one".into());
+    }
+    remarks
+}
+
+/// A bar on standard error; nothing where that is no terminal.
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::new(0);
+    let template = "{prefix:>10} [{bar:40}] {pos}/{len} samples, {eta} left";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.set_prefix("flying");
+    bar
+}

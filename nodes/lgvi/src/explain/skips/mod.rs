@@ -1,0 +1,194 @@
+//! What is computed of a scene, what is left out, and why.
+
+mod groups;
+mod text;
+
+use lgvi_control::Motion;
+use lgvi_dynamics::gravity::{Level, Partner};
+use lgvi_dynamics::skip::{InteractionPlan, Plan, Rotation, Translation};
+use lgvi_dynamics::{Mobility, Skip};
+use lgvi_scene::{Scene, Scheme};
+use serde::Serialize;
+
+/// What is left out, at the start of the run.
+#[derive(Debug, Serialize)]
+pub(super) struct Skips {
+    /// What may be left out: `nothing`, `exact`, `tolerance`.
+    allowed: &'static str,
+    /// By what more than rounding is left out; none where nothing is.
+    allowance: Option<Allowance>,
+    /// Bound on the error at the end of the run, if distances stay as they are.
+    bound: f64,
+    /// What an evaluation of gravity costs in full and as it is, in points of mass in a central field.
+    gravity_cost: [f64; 2],
+    bodies: Vec<Body>,
+    interactions: Vec<Interaction>,
+    /// Half of the manoeuvre that is not planned.
+    not_planned: Option<&'static str>,
+    /// What is done only where somebody asks for it.
+    on_demand: [&'static str; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct Allowance {
+    /// Of the error at the end of the run: positions relative to the size of the scene, attitudes in rad.
+    tolerance: f64,
+    /// How errors grow, in multiples of free motion.
+    growth: f64,
+    /// Time for which that was measured (s).
+    pilot: f64,
+    /// Evaluations of gravity that took.
+    evaluations: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct Body {
+    name: String,
+    translation: &'static str,
+    rotation: &'static str,
+    /// Whether gravity has a moment on it that is computed.
+    moment: bool,
+}
+
+/// What two bodies, or a body and a fixed source, exert on each other.
+#[derive(Debug, Serialize)]
+struct Interaction {
+    between: [String; 2],
+    /// `full`, `second order`, `monopole` or `dropped`.
+    computed: &'static str,
+    /// Why not less, or why no more.
+    why: &'static str,
+    /// Distances beyond which less will do (m); none where it never will, or always.
+    dropped_beyond: Option<f64>,
+    monopole_beyond: Option<f64>,
+    second_order_beyond: Option<f64>,
+    /// On its part of the error at the end of the run.
+    bound: f64,
+    /// Part of its cost that is saved.
+    saved: f64,
+}
+
+const ON_DEMAND: [&str; 3] = [
+    "states, odometry, tf and markers are converted and sent only where somebody listens",
+    "a recorder records the topics that it is told, from the time that it is told to",
+    "derivatives of gravity are computed by the planner alone",
+];
+
+impl Skips {
+    pub(super) fn of(scene: &Scene, scheme: Scheme) -> Self {
+        let plan = scene.plan(scheme);
+        let (allowed, allowance) = match scheme.skip {
+            Skip::Nothing => ("nothing", None),
+            Skip::Exact => ("exact", None),
+            Skip::Within(allowance) => ("tolerance", Some(allowance)),
+        };
+        let named = scene.bodies.iter().zip(&plan.bodies);
+        let bodies = named.map(|(named, plan)| Body {
+            name: named.name.clone(),
+            translation: translation(plan.translation),
+            rotation: rotation(plan.rotation),
+            moment: plan.moment,
+        });
+        Self {
+            allowed,
+            allowance: allowance.map(|allowance| Allowance {
+                tolerance: allowance.tolerance,
+                growth: allowance.response,
+                pilot: allowance.horizon * scene.units.time,
+                evaluations: allowance.evaluations,
+            }),
+            bound: plan.bound(),
+            gravity_cost: plan.costs,
+            bodies: bodies.collect(),
+            interactions: interactions(scene, &plan),
+            not_planned: scene
+                .maneuver
+                .as_ref()
+                .and_then(|maneuver| match maneuver.motion {
+                    Motion::Full => None,
+                    Motion::Translation => Some("rotation"),
+                    Motion::Rotation => Some("translation"),
+                }),
+            on_demand: ON_DEMAND,
+        }
+    }
+}
+
+fn translation(translation: Translation) -> &'static str {
+    match translation {
+        Translation::Forced => "by the forces on it",
+        Translation::Uniform => "uniform, no force acts",
+        Translation::Given => "given",
+        Translation::Held => "held",
+    }
+}
+
+fn rotation(rotation: Rotation) -> &'static str {
+    match rotation {
+        Rotation::Staged => "in every stage of a step",
+        Rotation::Once => "once a step in closed form",
+        Rotation::AtRest => "none, at rest",
+        Rotation::Given => "given",
+        Rotation::Held => "held",
+    }
+}
+
+fn interactions(scene: &Scene, plan: &Plan) -> Vec<Interaction> {
+    let each = plan.interactions.iter().map(|one| {
+        let [dropped, monopole, second_order] = one
+            .limits
+            .map(|limit| (limit > 0.0 && limit.is_finite()).then_some(limit * scene.units.length));
+        let costs = one.interaction.costs;
+        let [kept, full] = [one.level, Level::Full].map(|level| costs[level as usize]);
+        let name = |body: usize| scene.bodies[body].name.clone();
+        Interaction {
+            between: [
+                name(one.interaction.body),
+                match one.interaction.partner {
+                    Partner::Body(other) => name(other),
+                    Partner::Source(_) => "the attractor".into(),
+                    Partner::Field => "the uniform field".into(),
+                },
+            ],
+            computed: match one.level {
+                Level::Dropped => "dropped",
+                Level::Monopole => "monopole",
+                Level::Quadrupole => "second order",
+                Level::Full => "full",
+            },
+            why: why(scene, one),
+            dropped_beyond: dropped,
+            monopole_beyond: monopole,
+            second_order_beyond: second_order,
+            bound: one.bound,
+            saved: if full > 0.0 { 1.0 - kept / full } else { 0.0 },
+        }
+    });
+    each.collect()
+}
+
+fn why(scene: &Scene, plan: &InteractionPlan) -> &'static str {
+    let InteractionPlan {
+        interaction, level, ..
+    } = plan;
+    let bounded = plan.limits.iter().any(|limit| limit.is_finite());
+    match (interaction.exact, level) {
+        (Level::Dropped, Level::Dropped) => "it moves neither",
+        (Level::Monopole, Level::Monopole) => match interaction.partner {
+            Partner::Field => "a uniform field has no moment about the centre of mass",
+            Partner::Body(_) | Partner::Source(_) => "points of mass have no moment",
+        },
+        (_, Level::Dropped | Level::Monopole | Level::Quadrupole) => {
+            "the distance makes the rest negligible"
+        }
+        (_, Level::Full) if bounded => "the distance is too short for less",
+        (_, Level::Full) if interaction.remainder.is_none() => {
+            let mobility = scene.bodies[interaction.body].body.mobility();
+            match mobility {
+                Mobility::Pivoted => "it turns the body about its pivot",
+                _ => "no bound is known of the rest",
+            }
+        }
+        (_, Level::Full) => "the rest matters",
+    }
+}

@@ -1,5 +1,8 @@
 # Recipes of the project; `just ci` is what continuous integration runs.
 
+# The benchmarks are a workspace of their own.
+bench := "--manifest-path crates/bench/Cargo.toml"
+
 default:
     @just --list
 
@@ -9,14 +12,17 @@ ci: fmt lint docs test demo
 # The sources are formatted.
 fmt:
     cargo fmt --all --check
+    cargo fmt {{bench}} --all --check
 
 # No warning of the compiler or of clippy.
 lint:
     cargo clippy --workspace --all-targets --locked -- -D warnings
+    cargo clippy {{bench}} --workspace --all-targets --locked -- -D warnings
 
 # The documentation builds, all links resolve.
 docs:
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+    RUSTDOCFLAGS="-D warnings" cargo doc {{bench}} --workspace --no-deps --locked
 
 # All tests: the README's second command.
 test:
@@ -30,9 +36,17 @@ demo:
 fuzz seconds="5":
     tests/fuzz/run {{seconds}}
 
+# No hot kernel takes more instructions than are kept for it, within 3 %.
+instructions:
+    crates/bench/guard/run
+
+# The instructions that the hot kernels take now are kept.
+instructions-update:
+    crates/bench/guard/run --update
+
 # The trials of docs/stability.md in full.
 stress *family:
-    cargo run --release --locked -p lgvi_bench -- stress {{family}}
+    cargo run --release --locked {{bench}} -- stress {{family}}
 
 # Reference bags are made anew.
 bags:
@@ -41,4 +55,4 @@ bags:
 # All benchmarks beside all peers; replaces the tables and pictures of docs. Some 25 minutes, of a machine that does nothing else.
 bench *arguments:
     cargo build --release --locked --workspace
-    cargo run --release --locked -p lgvi_bench -- all --python "$(python3 crates/bench/peers/environment.py)" --docs docs {{arguments}}
+    cargo run --release --locked {{bench}} -- all --python "$(python3 crates/bench/peers/environment.py)" --docs docs {{arguments}}

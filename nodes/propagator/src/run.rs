@@ -487,3 +487,6 @@ impl Propagator {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

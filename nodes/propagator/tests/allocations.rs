@@ -1,39 +1,15 @@
 //! What a flight costs the allocator on the thread of its loop.
 
 #![allow(clippy::unwrap_used)]
-#![allow(unsafe_code, reason = "an allocator that counts")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::sync::Arc;
 
+use allocation_counter::{AllocationInfo, measure};
 use lgvi_dynamics::Load;
 use lgvi_msgs::shm::FeedbackHeader;
 use lgvi_node::{Gain, Limits, feedback_sequence};
 use lgvi_propagator::{Controls, Flight};
 use lgvi_scene::Scene;
-
-struct Counting;
-
-thread_local! {
-    /// Allocations and bytes given back on this thread.
-    static COUNT: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
-}
-
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set((COUNT.get().0 + 1, COUNT.get().1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        COUNT.set((COUNT.get().0, COUNT.get().1 + layout.size()));
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const SCENE: &str = r#"
 title = "A craft in free space"
@@ -84,14 +60,15 @@ fn a_flight_under_feedback_leaves_the_allocator_alone() {
     let mut flight = Flight::new(&scene).unwrap();
     // As the node's other thread does, this holds each sequence until the flight has let go of it.
     let sequences: Vec<_> = (0..5).map(|n| controls(&scene, 10 * n)).collect();
-    let before = COUNT.get();
-    for sequence in &sequences {
-        flight.accept(Arc::clone(sequence)).unwrap();
-        for _ in 0..10 {
-            flight.advance().unwrap();
+    let taken = measure(|| {
+        for sequence in &sequences {
+            flight.accept(Arc::clone(sequence)).unwrap();
+            for _ in 0..10 {
+                flight.advance().unwrap();
+            }
         }
-    }
-    assert_eq!(COUNT.get(), before, "allocations and bytes given back");
+    });
+    assert_eq!(taken, AllocationInfo::default());
     let held = sequences.iter().map(Arc::strong_count);
     assert_eq!(held.collect::<Vec<_>>(), [1, 1, 1, 2, 2]);
 }

@@ -87,3 +87,57 @@ impl Drop for Outlet {
         self.queue.close_outlet();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use allocation_counter::{AllocationInfo, measure};
+    use lgvi_msgs::cdr;
+    use lgvi_msgs::msg::SystemState;
+    use lgvi_msgs::shm::{BodySample, Name, StateHeader};
+
+    use super::*;
+    use crate::queue::Taken;
+
+    /// A state's way: its message, its bytes, its batch; once the batches that go round have grown.
+    #[test]
+    fn a_message_is_put_without_allocating() {
+        let queue = Queue::new(8 << 20, Arc::default());
+        let mut outlet = queue.outlet();
+        let bodies = ["one", "other"].map(|name| BodySample {
+            name: Name::try_from(name).unwrap(),
+            position: [1.0; 3],
+            linear_momentum: [2.0; 3],
+            attitude: [0.0; 9],
+            angular_momentum: [3.0; 3],
+        });
+        let mut message = SystemState::default();
+        let mut put = |messages: u64| {
+            for sequence in 0..messages {
+                let header = StateHeader {
+                    sequence,
+                    step: sequence,
+                    time: 0.0,
+                    stamp_nanoseconds: 0,
+                };
+                header.update_message(&bodies, &mut message).unwrap();
+                let head = Head {
+                    publisher: 0,
+                    track: 0,
+                    log_time: 0,
+                    publish_time: 0,
+                    sequence,
+                };
+                let encode = |bytes: &mut Vec<u8>| cdr::encode_into(bytes, &message);
+                outlet.put_with(head, encode).unwrap();
+                // What the writer does with all that waits.
+                if sequence % 1000 == 999 {
+                    while let Taken::Batch(batch) = queue.take(Duration::ZERO) {
+                        queue.give_back(batch);
+                    }
+                }
+            }
+        };
+        put(10_000);
+        assert_eq!(measure(|| put(100_000)), AllocationInfo::default());
+    }
+}

@@ -1,0 +1,75 @@
+//! Steps of the simulation, once all that is extrapolated from the steps before is there.
+
+use std::hint::black_box;
+
+use gungraun::prelude::*;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::rotation::Chart;
+use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
+use lgvi_truth::Case;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::CALLS;
+
+const CAYLEY: Rotor = Rotor::Discrete(Chart::Cayley);
+const LGVI: Method = Method::Lgvi(CAYLEY);
+const LIE_EULER: Method = Method::LieEuler(CAYLEY);
+const NYSTROM: Method = Method::Nystrom {
+    order: 8,
+    rotor: Rotor::Exact,
+};
+const COMPOSITION: Method = Method::Composition {
+    order: 8,
+    rotor: CAYLEY,
+};
+
+const FREE: &str = "b1_free_asymmetric";
+const DUMBBELLS: &str = "a1_two_dumbbells_regular";
+const PENDULUM: &str = "c1_3d_pendulum";
+
+fn begun(mut simulation: Simulation) -> Simulation {
+    fly(&mut simulation);
+    simulation
+}
+
+fn fly(simulation: &mut Simulation) {
+    let controls = [Load::default(); 2];
+    let controls = &controls[..simulation.states().len()];
+    for _ in 0..CALLS {
+        black_box(simulation.advance(black_box(controls))).expect("a step");
+    }
+}
+
+fn of_case(name: &str, method: Method, h: f64) -> Simulation {
+    let (system, states) = Case::load(name)
+        .and_then(|case| case.system())
+        .expect("a case");
+    begun(Simulation::new(system, states, method, h).expect("a method"))
+}
+
+/// A free body of revolution.
+fn axisymmetric(method: Method) -> Simulation {
+    let inertia = Inertia::principal([1.0, 1.0, 1.5]).expect("inertia");
+    let body = RigidBody::new(1.0, inertia, vec![]).expect("body");
+    let (zero, omega) = (Vector3::zeros(), Vector3::new(1.0, 0.5, -0.75));
+    let state = BodyState::from_velocities(&body, zero, zero, Matrix3::identity(), omega);
+    let system = System::new(vec![body], vec![]);
+    begun(Simulation::new(system, vec![state], method, 0.01).expect("a method"))
+}
+
+#[library_benchmark]
+#[bench::lgvi_free(of_case(FREE, LGVI, 0.01))]
+#[bench::lgvi_axisymmetric(axisymmetric(LGVI))]
+#[bench::lgvi_two_dumbbells(of_case(DUMBBELLS, LGVI, 0.002))]
+#[bench::lgvi_pendulum(of_case(PENDULUM, LGVI, 1e-3))]
+#[bench::lie_euler_two_dumbbells(of_case(DUMBBELLS, LIE_EULER, 0.002))]
+#[bench::nystrom_8_two_dumbbells(of_case(DUMBBELLS, NYSTROM, 0.02))]
+#[bench::composition_8_two_dumbbells(of_case(DUMBBELLS, COMPOSITION, 0.02))]
+#[bench::closed_form_asymmetric(of_case(FREE, Method::ClosedForm, 0.1))]
+#[bench::closed_form_axisymmetric(axisymmetric(Method::ClosedForm))]
+fn step(mut simulation: Simulation) -> Simulation {
+    fly(&mut simulation);
+    simulation
+}
+
+library_benchmark_group!(name = steps, benchmarks = [step]);

@@ -1,0 +1,73 @@
+//! Compares instruction counts of the hot kernels, as gungraun has measured them, with those kept in the repository.
+
+#![allow(clippy::print_stdout)]
+
+mod comparison;
+mod counts;
+mod measured;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Parser;
+use thiserror::Error;
+
+use comparison::Comparison;
+use counts::Counts;
+
+/// Where the counts are kept.
+const KEPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions.toml");
+
+/// Compares the counts that `cargo bench -p lgvi_guard -- --output-format=json` prints with those that are kept.
+#[derive(Parser)]
+struct Arguments {
+    /// What the benchmark has printed.
+    measured: PathBuf,
+    /// Keep these counts from now on.
+    #[arg(long)]
+    update: bool,
+    /// File of the counts that are kept.
+    #[arg(long, default_value = KEPT)]
+    kept: PathBuf,
+}
+
+/// Why counts cannot be compared.
+#[derive(Debug, Error)]
+enum GuardError {
+    #[error("{path}: {source}")]
+    File {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{path}: {reason}")]
+    Form { path: PathBuf, reason: String },
+    #[error("rustc: {0}")]
+    Compiler(String),
+}
+
+impl GuardError {
+    fn form(path: &Path, reason: impl ToString) -> Self {
+        Self::Form {
+            path: path.into(),
+            reason: reason.to_string(),
+        }
+    }
+}
+
+fn main() -> Result<ExitCode, GuardError> {
+    let arguments = Arguments::parse();
+    let measured = measured::read(&arguments.measured)?;
+    if arguments.update {
+        measured.write(&arguments.kept)?;
+        println!("{}: {} kernels", arguments.kept.display(), measured.len());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let kept = Counts::read(&arguments.kept)?;
+    let comparison = Comparison::of(&kept, &measured);
+    print!("{comparison}");
+    Ok(if comparison.passes() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}

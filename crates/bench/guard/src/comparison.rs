@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn growth_beyond_the_limit_fails_and_less_is_told() {
-        assert_eq!(compared(1000, 1000).0, true);
+        assert!(compared(1000, 1000).0);
         let (passes, text) = compared(1000, 1030);
         assert!(passes && text.contains("+3.00 %"), "{text}");
         let (passes, text) = compared(1000, 1031);

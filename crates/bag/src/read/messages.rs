@@ -1,6 +1,7 @@
 //! The messages of a bag in the order of their log times.
 
 use std::{
+    borrow::Cow,
     cmp::Reverse,
     collections::{BinaryHeap, VecDeque, binary_heap::PeekMut},
     io::Read,
@@ -147,11 +148,7 @@ impl<'a> Messages<'a> {
         let Position { file, offset, .. } = *position;
         let (header, data) = batch.pop()?;
         let topic = &self.bag.topics[self.bag.channels[file][&header.channel]];
-        let data = if data.starts_with(ZSTD_MAGIC) {
-            unpack(data)
-        } else {
-            Ok(data.to_vec())
-        };
+        let data = unpacked(data).map(Cow::into_owned);
         if let Some(log_time) = batch.next_time() {
             position.log_time = log_time;
         } else {
@@ -195,8 +192,11 @@ impl<'a> Iterator for Messages<'a> {
     }
 }
 
-/// Decompresses a message that rosbag2 has compressed by itself.
-fn unpack(data: &[u8]) -> Result<Vec<u8>, Damage> {
+/// Payload of a message, decompressed where rosbag2 has compressed the message by itself.
+pub(crate) fn unpacked(data: &[u8]) -> Result<Cow<'_, [u8]>, Damage> {
+    if !data.starts_with(ZSTD_MAGIC) {
+        return Ok(data.into());
+    }
     let mut bytes = Vec::new();
     let limit = MAX_RECORD_LENGTH as u64;
     zstd::Decoder::with_buffer(data)
@@ -209,5 +209,5 @@ fn unpack(data: &[u8]) -> Result<Vec<u8>, Damage> {
             limit: MAX_RECORD_LENGTH,
         });
     }
-    Ok(bytes)
+    Ok(bytes.into())
 }

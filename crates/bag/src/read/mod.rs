@@ -15,5 +15,6 @@ pub use reader::{BagFile, BagReader};
 pub(crate) use {
     file::{MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, OTHER_STORAGES},
     listing::{mcap_files, natural},
+    messages::unpacked,
     siblings::siblings,
 };

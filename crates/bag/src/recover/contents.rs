@@ -8,6 +8,7 @@ use super::{LIMIT, RecoverError, chunk::Records, copy::Copy, original::Original,
 use crate::{
     Qos, REPEATED, SERIALIZATION_FORMAT, channel_key,
     metadata::RECORD,
+    read,
     records::{Channel, Fields, Header, Schema},
 };
 
@@ -197,6 +198,11 @@ impl Copy {
         if !known {
             let reason = format!("the definition of channel {channel} is lost");
             self.losses.leave_out(place, reason);
+            self.losses.add_message(header.log_time);
+            return Ok(());
+        }
+        if let Err(damage) = read::unpacked(fields.left) {
+            self.losses.leave_out(place, damage.to_string());
             self.losses.add_message(header.log_time);
             return Ok(());
         }

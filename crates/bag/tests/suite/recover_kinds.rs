@@ -121,6 +121,30 @@ fn chunks_that_say_that_they_are_not_compressed() {
     assert_eq!(recovery.files[0].left_out_places, 0);
 }
 
+/// A message that rosbag2 compressed by itself, and another whose frame is damaged.
+#[test]
+fn messages_compressed_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let damaged = folder.path().join("run");
+    let mut writer = BagWriter::create(&damaged, BagOptions::default()).unwrap();
+    let id = writer.add_topic(&topic("/a", Qos::default())).unwrap();
+    let good = zstd::encode_all(&payload(0)[..], 0).unwrap();
+    let bad = [&good[..4], &[0; 40]].concat();
+    for (sequence, data) in (0..).zip([&good, &bad]) {
+        let time = u64::from(sequence);
+        writer.write(id, time, time, sequence, data).unwrap();
+    }
+    writer.finish(BTreeMap::new()).unwrap();
+
+    let output = folder.path().join("new");
+    let recovery = recover(&damaged, &output).unwrap();
+    assert_eq!((recovery.messages["/a"], recovery.missing), (1, Some(1)));
+    assert_eq!(recovery.files[0].left_out[0].messages, Some(1));
+    let read = read_all(&output).unwrap();
+    assert_eq!(read.len(), 1);
+    assert_eq!(read[0].data, payload(0));
+}
+
 /// Two messages of 50 MiB in one chunk, which the reader takes; one of more than 64 MiB it does not.
 #[test]
 fn chunks_as_large_as_the_reader_takes() {

@@ -7,6 +7,8 @@ use lgvi_tables::{Format, Options, convert};
 
 use super::scratch;
 
+const ZSTD_FRAME: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+
 /// The first byte chooses the format by its lowest bit, and by the others how long arrays are spread; up to a NUL follows
 /// the definition of a message, and then payloads, each behind its length in two bytes.
 pub fn tables(data: &[u8]) {
@@ -25,7 +27,10 @@ pub fn tables(data: &[u8]) {
     while let Some((length, rest)) = left.split_first_chunk::<2>() {
         let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());
         let (payload, rest) = rest.split_at(length);
-        payloads.push(payload);
+        // A message that is compressed by itself is unpacked by the reader, or refused.
+        if !payload.starts_with(ZSTD_FRAME) {
+            payloads.push(payload);
+        }
         left = rest;
     }
     let format = match choice & 1 {

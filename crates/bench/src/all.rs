@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum};
 use crate::error::BenchError;
 use crate::peer::{CASADI, INTEGRATORS, Python, missing};
 use crate::{
-    auto, bag, bodies, cost, dumbbells, feedback, free, laziness, maneuvers, planner, precision,
-    recording, tables, transport,
+    auto, bag, bodies, cost, dumbbells, ensemble, feedback, free, laziness, maneuvers, planner,
+    precision, recording, skip, stress, tables, transport,
 };
 
 /// What is run.
@@ -34,6 +34,8 @@ enum Part {
     Auto,
     Dumbbells,
     Bodies,
+    Skip,
+    Ensemble,
     Planner,
     Maneuvers,
     Feedback,
@@ -41,6 +43,7 @@ enum Part {
     Transport,
     Recording,
     Laziness,
+    Stress,
 }
 
 /// Random manoeuvres, and the seeds of which the documentation speaks.
@@ -141,6 +144,8 @@ impl Part {
             Self::Auto => auto::scenes(repeats, directory),
             Self::Dumbbells => dumbbells::run(repeats, directory),
             Self::Bodies => bodies::run(false, python, repeats, directory),
+            Self::Skip => skip::run(None, repeats, directory),
+            Self::Ensemble => ensemble::run(&ensemble::Options::default(), repeats, directory),
             Self::Planner => {
                 planner::run(&planner::Options::all(false), python, repeats, directory)
             }
@@ -150,6 +155,8 @@ impl Part {
             Self::Transport => transport::run(&transport::Options::default(), directory),
             Self::Recording => recording::run(&recording::Options::of(FLIGHT), directory),
             Self::Laziness => laziness::run(&laziness::Options::of(FLIGHT), directory),
+            // What is not as it should be stands in the tables.
+            Self::Stress => stress::run(None, directory).map(drop),
         }
     }
 

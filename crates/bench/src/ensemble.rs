@@ -2,6 +2,7 @@
 //!
 //! Ratios are taken within a repetition, in which each way is timed once after the other.
 
+use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
@@ -10,21 +11,35 @@ use lgvi_dynamics::{Load, Simulation};
 use lgvi_ensemble::{Campaign, Guidance, Settings, Store, run as fly_ensemble};
 use lgvi_scene::Scene;
 use nalgebra::Vector3;
+use serde::Serialize;
 
 use crate::clock::Moment;
-use crate::error::BenchError;
+use crate::error::{BenchError, write_json};
+use crate::picture::{Axis, Curve, Picture};
 use crate::run::scene;
+use crate::spread::Spread;
+use crate::tables::Table;
 
 /// What is measured.
 #[derive(Args)]
 pub(crate) struct Options {
     /// Steps of a flight.
-    #[arg(long, default_value_t = 15_000)]
+    #[arg(long, default_value_t = STEPS)]
     steps: u64,
     /// Samples of the largest ensemble.
-    #[arg(long, default_value_t = 4096)]
+    #[arg(long, default_value_t = LARGEST)]
     samples: u64,
 }
+
+const STEPS: u64 = 15_000;
+
+/// Samples of the largest ensemble, and of none smaller than the smallest.
+const LARGEST: u64 = 4096;
+const SMALLEST: u64 = 16;
+
+const THREADS: [usize; 2] = [1, 2];
+
+const PICTURE: &str = "ensemble.svg";
 
 const SPREAD: &str = r#"
 [ensemble]
@@ -57,7 +72,43 @@ const WIDTHS: [Width; 3] = [Width::One, Width::Four, Width::Eight];
 /// Threads and size of an ensemble.
 type Size = (usize, u64);
 
-pub(crate) fn run(options: &Options, repeats: u32) -> Result<(), BenchError> {
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            steps: STEPS,
+            samples: LARGEST,
+        }
+    }
+}
+
+/// What was measured.
+#[derive(Default, Serialize)]
+struct Figures {
+    /// Steps a second of the simulation, one sample after the other.
+    simulation: Vec<f64>,
+    /// Lanes beside that.
+    lanes: Vec<Lanes>,
+    /// Whole runs with their files.
+    runs: Vec<Runs>,
+}
+
+#[derive(Serialize)]
+struct Lanes {
+    instructions: &'static str,
+    lanes: usize,
+    /// Throughput in multiples of the simulation's of the same repetition.
+    ratios: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct Runs {
+    threads: usize,
+    samples: u64,
+    /// Steps a second by the clock on the wall.
+    rates: Vec<f64>,
+}
+
+pub(crate) fn run(options: &Options, repeats: u32, directory: &Path) -> Result<(), BenchError> {
     let plain = scene("two_dumbbells")?;
     let text = format!("{}{SPREAD}", plain.text);
     let text = text.replace("steps = 15000", &format!("steps = {}", options.steps));
@@ -65,12 +116,19 @@ pub(crate) fn run(options: &Options, repeats: u32) -> Result<(), BenchError> {
         name: "two_dumbbells".into(),
         source,
     })?;
-    lanes(&scene, repeats)?;
-    threads(&scene, options, repeats)
+    let mut figures = Figures::default();
+    lanes(&scene, repeats, &mut figures)?;
+    threads(&scene, options, repeats, &mut figures)?;
+    lanes_table(&figures).keep(directory, "ensemble_lanes")?;
+    runs_table(&figures)
+        .below("Throughput against the size of an ensemble", PICTURE)
+        .keep(directory, "ensemble_runs")?;
+    write_json(&directory.join("ensemble.json"), &figures)?;
+    draw(&figures, directory)
 }
 
 /// Lanes beside the simulation, by the time that the thread was running.
-fn lanes(scene: &Scene, repeats: u32) -> Result<(), BenchError> {
+fn lanes(scene: &Scene, repeats: u32, figures: &mut Figures) -> Result<(), BenchError> {
     let scheme = scene
         .scheme()
         .map_err(|error| BenchError::Body(error.to_string()))?;
@@ -85,32 +143,94 @@ fn lanes(scene: &Scene, repeats: u32) -> Result<(), BenchError> {
         .into_iter()
         .flat_map(|way| WIDTHS.map(|width| (way, width)))
         .collect();
-    let mut simulated = Vec::new();
-    let mut ratios = vec![Vec::new(); ways.len()];
+    let ratios = |&((_, instructions), width): &((Instructions, &'static str), Width)| Lanes {
+        instructions,
+        lanes: width.lanes(),
+        ratios: Vec::new(),
+    };
+    figures.lanes = ways.iter().map(ratios).collect();
+    let steps = (SAMPLES * scene.steps) as f64;
     for _ in 0..repeats {
         let begun = Moment::now();
         let expected = simulate(scene, &flight)?;
         let alone = begun.elapsed();
-        simulated.push(alone);
-        for (((instructions, _), width), ratios) in ways.iter().zip(&mut ratios) {
+        figures.simulation.push(steps / alone);
+        for (((instructions, _), width), lanes) in ways.iter().zip(&mut figures.lanes) {
             let members = members(scene)?;
             let begun = Moment::now();
             let found = fly(&flight, &members, *width, *instructions)
                 .map_err(|error| BenchError::Body(error.to_string()))?;
-            ratios.push(alone / begun.elapsed());
+            lanes.ratios.push(alone / begun.elapsed());
             if found != expected {
                 return Err(BenchError::Body("lanes end elsewhere".into()));
             }
         }
     }
-    let steps = (SAMPLES * scene.steps) as f64;
-    let rates = simulated.iter().map(|seconds| 1e-6 * steps / seconds);
-    println!("simulation: {} million steps/s", spread(rates));
-    for (((_, name), width), ratios) in ways.iter().zip(&ratios) {
-        let ratios = spread(ratios.iter().copied());
-        println!("{name}, {} lanes: {ratios} times that", width.lanes());
-    }
     Ok(())
+}
+
+/// A row an instruction set, a column a number of lanes.
+fn lanes_table(figures: &Figures) -> Table {
+    let columns = WIDTHS.map(|width| match width.lanes() {
+        1 => "1 lane".to_owned(),
+        lanes => format!("{lanes} lanes"),
+    });
+    let mut table = Table::new(["instructions".to_owned()].into_iter().chain(columns));
+    for row in figures.lanes.chunks(WIDTHS.len()) {
+        let ratio = |lanes: &Lanes| {
+            let spread = Spread::of(lanes.ratios.iter().copied());
+            spread.map_or_else(String::new, |spread| spread.to_string())
+        };
+        let name = row.first().map_or("", |first| first.instructions);
+        table.row([name.to_owned()].into_iter().chain(row.iter().map(ratio)));
+    }
+    table
+}
+
+/// Throughput against size by one thread, and with two beside one.
+fn runs_table(figures: &Figures) -> Table {
+    let mut table = Table::new(["samples", "threads", "million steps/s", "beside one thread"]);
+    for run in &figures.runs {
+        let alone = figures
+            .runs
+            .iter()
+            .find(|other| (other.threads, other.samples) == (1, run.samples));
+        let beside = alone.and_then(|alone| Spread::of_ratios(&run.rates, &alone.rates));
+        let rate = Spread::of(run.rates.iter().map(|rate| 1e-6 * rate));
+        table.row([
+            run.samples.to_string(),
+            run.threads.to_string(),
+            rate.map_or_else(String::new, |rate| rate.to_string()),
+            beside
+                .filter(|_| run.threads > 1)
+                .map_or_else(String::new, |beside| beside.to_string()),
+        ]);
+    }
+    table
+}
+
+fn draw(figures: &Figures, directory: &Path) -> Result<(), BenchError> {
+    let curve = |threads: usize| Curve {
+        label: match threads {
+            1 => "1 thread".into(),
+            _ => format!("{threads} threads"),
+        },
+        points: figures
+            .runs
+            .iter()
+            .filter(|run| run.threads == threads)
+            .filter_map(|run| {
+                let rate = Spread::of(run.rates.iter().copied())?;
+                Some([run.samples as f64, rate.median])
+            })
+            .collect(),
+    };
+    let picture = Picture {
+        title: "throughput against the size of an ensemble".into(),
+        horizontal: Axis::logarithmic("samples"),
+        vertical: Axis::logarithmic("steps a second"),
+    };
+    picture.draw(&directory.join(PICTURE), &THREADS.map(curve))
 }
 
 fn members(scene: &Scene) -> Result<Vec<Member>, BenchError> {
@@ -149,29 +269,27 @@ fn simulate(scene: &Scene, flight: &Flight) -> Result<Vec<Outcome>, BenchError> 
     Ok(outcomes)
 }
 
-/// Whole runs with their files, by the clock on the wall.
-fn threads(scene: &Scene, options: &Options, repeats: u32) -> Result<(), BenchError> {
-    let mut sizes: Vec<Size> = vec![(1, options.samples), (2, options.samples)];
-    let mut size = options.samples;
-    while size > 16 {
-        size /= 4;
-        sizes.push((1, size));
+/// Whole runs with their files, by the clock on the wall, from the largest down.
+fn threads(
+    scene: &Scene,
+    options: &Options,
+    repeats: u32,
+    figures: &mut Figures,
+) -> Result<(), BenchError> {
+    let mut samples = options.samples;
+    while samples >= SMALLEST.min(options.samples) {
+        figures.runs.extend(THREADS.map(|threads| Runs {
+            threads,
+            samples,
+            rates: Vec::new(),
+        }));
+        samples /= 4;
     }
-    let mut rates = vec![Vec::new(); sizes.len()];
     for _ in 0..repeats {
-        for (size, rates) in sizes.iter().zip(&mut rates) {
-            rates.push(rate(scene, *size)?);
+        for run in &mut figures.runs {
+            run.rates.push(rate(scene, (run.threads, run.samples))?);
         }
     }
-    for ((threads, samples), rates) in sizes.iter().zip(&rates) {
-        let rates = rates.iter().map(|rate| 1e-6 * rate);
-        println!(
-            "{samples} samples, {threads} threads: {} million steps/s",
-            spread(rates)
-        );
-    }
-    let ratios = rates[1].iter().zip(&rates[0]).map(|(two, one)| two / one);
-    println!("two threads: {} times one", spread(ratios));
     Ok(())
 }
 
@@ -196,18 +314,4 @@ fn rate(scene: &Scene, (threads, samples): Size) -> Result<f64, BenchError> {
     fly_ensemble(&campaign, &store, &options, &|| false, &mut |_| ())
         .map_err(|error| refuse(&error))?;
     Ok((samples * scene.steps) as f64 / begun.elapsed().as_secs_f64())
-}
-
-/// The median, and the least and the greatest.
-fn spread(values: impl Iterator<Item = f64>) -> String {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    match values[..] {
-        [] => "no".into(),
-        [least, .., greatest] => {
-            let median = values[values.len() / 2];
-            format!("{median:.2} ({least:.2} to {greatest:.2})")
-        }
-        [only] => format!("{only:.2}"),
-    }
 }

@@ -101,9 +101,6 @@ enum Command {
     Stress {
         /// A family of trials, such as `rounding`; all of them without one.
         family: Option<String>,
-        /// File that the figures are written to.
-        #[arg(long)]
-        json: Option<PathBuf>,
     },
     /// What a step costs against the number of bodies, beside REBOUND.
     Bodies {
@@ -144,7 +141,7 @@ fn main() -> Result<(), BenchError> {
         Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
         Command::Step { fly: None } => cost::run(repeats, output),
         Command::Auto { name } => auto::run(name.as_deref(), repeats),
-        Command::Skip { name } => skip::run(name.as_deref(), repeats),
+        Command::Skip { name } => skip::run(name.as_deref(), repeats, output),
         Command::Costs => costs::run(repeats),
         Command::Planner(options) => planner::run(&options, python, repeats, output),
         Command::Dumbbells => dumbbells::run(repeats, output),
@@ -155,7 +152,10 @@ fn main() -> Result<(), BenchError> {
         Command::Laziness(options) => laziness::run(&options, output),
         Command::Recording(options) => recording::run(&options, output),
         Command::Feedback { flights, intervals } => feedback::run(flights, intervals, output),
-        Command::Ensemble(options) => ensemble::run(&options, repeats),
-        Command::Stress { family, json } => stress::run(family.as_deref(), json.as_deref()),
+        Command::Ensemble(options) => ensemble::run(&options, repeats, output),
+        Command::Stress { family } => match stress::run(family.as_deref(), output)? {
+            failed if failed.is_empty() => Ok(()),
+            failed => Err(BenchError::Stress(failed.join(", "))),
+        },
     }
 }

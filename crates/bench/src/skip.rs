@@ -1,12 +1,17 @@
-//! What skipping saves in each shipped scene, and what it changes, as a table.
+//! What skipping saves in each shipped scene, and what it changes.
+
+use std::path::Path;
 
 use lgvi_dynamics::auto::Accuracy;
 use lgvi_dynamics::{Load, Simulation, Skip};
 use lgvi_scene::{Scene, Scheme, Skipping};
+use serde::Serialize;
 
 use crate::clock::Moment;
-use crate::error::BenchError;
+use crate::error::{BenchError, write_json};
 use crate::run::{scene, scenes};
+use crate::spread::{Spread, short};
+use crate::tables::Table;
 
 /// Seconds that all repetitions of a scene may take, after the second.
 const PATIENCE: f64 = 20.0;
@@ -17,79 +22,110 @@ struct Flight {
     simulation: Simulation,
 }
 
-/// Prints the table of the scene called `name`, or of all. Flights with and without skipping take turns; times are of the
-/// thread alone.
-pub(crate) fn run(name: Option<&str>, repeats: u32) -> Result<(), BenchError> {
-    println!(
-        "| scene | tolerance | full (ms) | skipped (ms) | full / skipped | spread | position and attitude | switches |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    let names = match name {
-        Some(name) => vec![name.to_owned()],
-        None => {
-            let stem = |path: std::path::PathBuf| {
-                path.file_stem()
-                    .unwrap_or_default()
-                    .to_string_lossy()
-                    .into_owned()
-            };
-            scenes()?.into_iter().map(stem).collect()
-        }
-    };
-    for name in names {
-        row(&scene(&name)?, repeats)?;
-    }
-    Ok(())
+/// What was measured of a scene.
+#[derive(Serialize)]
+struct Row {
+    scene: String,
+    /// None where only what is exact is left out.
+    tolerance: Option<f64>,
+    full_seconds: Vec<f64>,
+    skipped_seconds: Vec<f64>,
+    /// Of positions and attitudes at the end, beside the scene's size; none where every bit is the same.
+    difference: Option<f64>,
+    switches: u64,
 }
 
-fn row(scene: &Scene, repeats: u32) -> Result<(), BenchError> {
+/// The table of the scene called `name`, or of all that leave something out. Flights with and without skipping take turns;
+/// times are of the thread alone.
+pub(crate) fn run(name: Option<&str>, repeats: u32, directory: &Path) -> Result<(), BenchError> {
+    let names = match name {
+        Some(name) => vec![name.to_owned()],
+        None => scenes()?.iter().map(|path| stem(path)).collect(),
+    };
+    let mut table = Table::new([
+        "scene",
+        "tolerance",
+        "in full (ms)",
+        "with skipping (ms)",
+        "in full over with skipping",
+        "difference at the end",
+        "changes of level",
+    ]);
+    let mut rows = Vec::new();
+    for name in names {
+        let scene = scene(&name)?;
+        if scene.skipping == Skipping::Nothing {
+            println!("{name}: nothing is left out");
+            continue;
+        }
+        let row = measure(&scene, repeats)?;
+        table.row(cells(&row));
+        rows.push(row);
+    }
+    write_json(&directory.join("skip.json"), &rows)?;
+    table.keep(directory, "skip")
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn measure(scene: &Scene, repeats: u32) -> Result<Row, BenchError> {
     let skipped = scene.scheme().map_err(refused)?;
     let full = Scheme {
         skip: Skip::Nothing,
         ..skipped
     };
-    let [mut least, mut ratios] = [vec![f64::INFINITY; 2], Vec::new()];
+    let mut row = Row {
+        scene: scene.name.clone(),
+        tolerance: match scene.skipping {
+            Skipping::Within(tolerance) => Some(tolerance),
+            Skipping::Exact | Skipping::Nothing => None,
+        },
+        full_seconds: Vec::new(),
+        skipped_seconds: Vec::new(),
+        difference: None,
+        switches: 0,
+    };
     let begun = Moment::now();
-    let mut last = None;
     for repeat in 0..repeats.max(2) {
         if repeat > 1 && begun.elapsed() > PATIENCE {
             break;
         }
-        let flights = [fly(scene, full)?, fly(scene, skipped)?];
-        for (least, flight) in least.iter_mut().zip(&flights) {
-            *least = least.min(flight.seconds);
+        let [full, skipped] = [fly(scene, full)?, fly(scene, skipped)?];
+        row.full_seconds.push(full.seconds);
+        row.skipped_seconds.push(skipped.seconds);
+        let [full, skipped] = [full.simulation, skipped.simulation];
+        row.switches = skipped.switches();
+        if full.states() != skipped.states() {
+            let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
+            let accuracy = Accuracy::new(full.system().bodies(), &states);
+            row.difference = Some(accuracy.error(skipped.states(), full.states()));
         }
-        ratios.push(flights[0].seconds / flights[1].seconds);
-        last = Some(flights);
     }
-    ratios.sort_by(f64::total_cmp);
-    let Some([full, skipped]) = last else {
-        return Ok(());
+    Ok(row)
+}
+
+fn cells(row: &Row) -> [String; 7] {
+    let time = |seconds: &[f64]| {
+        let spread = Spread::of(seconds.iter().copied());
+        spread.map_or_else(String::new, |spread| short(1e3 * spread.median))
     };
-    let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
-    let accuracy = Accuracy::new(full.simulation.system().bodies(), &states);
-    let error = accuracy.error(skipped.simulation.states(), full.simulation.states());
-    let tolerance = match scene.skipping {
-        Skipping::Within(tolerance) => format!("{tolerance:.0e}"),
-        Skipping::Exact => "exact".into(),
-        Skipping::Nothing => "none".into(),
-    };
-    let difference = if full.simulation.states() == skipped.simulation.states() {
-        "same bits".into()
-    } else {
-        format!("{error:.1e}")
-    };
-    println!(
-        "| {} | {tolerance} | {:.2} | {:.2} | {:.2} | {:.2}–{:.2} | {difference} | {} |",
-        scene.name,
-        1e3 * least[0],
-        1e3 * least[1],
-        least[0] / least[1],
-        ratios[0],
-        ratios[ratios.len() - 1],
-        skipped.simulation.switches()
-    );
-    Ok(())
+    let ratio = Spread::of_ratios(&row.full_seconds, &row.skipped_seconds);
+    [
+        row.scene.clone(),
+        row.tolerance
+            .map_or_else(|| "exact".into(), |tolerance| format!("{tolerance:.0e}")),
+        time(&row.full_seconds),
+        time(&row.skipped_seconds),
+        ratio.map_or_else(String::new, |ratio| ratio.to_string()),
+        row.difference
+            .map_or_else(|| "same bits".into(), |error| format!("{error:.1e}")),
+        row.switches.to_string(),
+    ]
 }
 
 /// Flies the whole scene without controls.

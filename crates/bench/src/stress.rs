@@ -7,6 +7,15 @@ use lgvi_stress::{FAMILIES, Figure, Length, Trial};
 use serde::Serialize;
 
 use crate::error::{BenchError, write_json};
+use crate::tables::Table;
+
+const HEAD: [&str; 5] = [
+    "Trial",
+    "What is done",
+    "What is right",
+    "Measured (bound)",
+    "",
+];
 
 /// What became of a trial.
 #[derive(Serialize)]
@@ -31,11 +40,12 @@ struct Measured {
     text: String,
 }
 
-/// Runs the trials of a family, or all; prints a table, writes the figures to a file.
+/// Runs the trials of a family, or all; keeps a table a family and the figures of all. Returns the names of the trials that
+/// are not as they should be.
 ///
 /// # Errors
-/// A trial that fails, or a family that there is not.
-pub(crate) fn run(family: Option<&str>, json: Option<&Path>) -> Result<(), BenchError> {
+/// There is no such family, or a file cannot be written.
+pub(crate) fn run(family: Option<&str>, directory: &Path) -> Result<Vec<&'static str>, BenchError> {
     if let Some(name) = family
         && FAMILIES.iter().all(|(known, _)| *known != name)
     {
@@ -44,30 +54,22 @@ pub(crate) fn run(family: Option<&str>, json: Option<&Path>) -> Result<(), Bench
             known: FAMILIES.iter().map(|(known, _)| *known).collect(),
         });
     }
-    println!(
-        "| Trial | What is done | What is right | Measured (bound) | |\n| --- | --- | --- | --- | --- |"
-    );
     let mut outcomes = Vec::new();
     for (name, trials) in FAMILIES {
         if family.is_some_and(|family| family != name) {
             continue;
         }
+        let mut table = Table::new(HEAD);
         for trial in trials {
             let outcome = measure(name, trial);
-            println!("{}", row(&outcome));
+            table.row(cells(&outcome));
             outcomes.push(outcome);
         }
+        table.keep(directory, &format!("stress_{name}"))?;
     }
-    if let Some(path) = json {
-        write_json(path, &outcomes)?;
-    }
+    write_json(&directory.join("stress.json"), &outcomes)?;
     let failed = outcomes.iter().filter(|outcome| !outcome.passes);
-    let failed: Vec<_> = failed.map(|outcome| outcome.trial.to_owned()).collect();
-    if failed.is_empty() {
-        Ok(())
-    } else {
-        Err(BenchError::Stress(failed.join(", ")))
-    }
+    Ok(failed.map(|outcome| outcome.trial).collect())
 }
 
 fn measure(family: &'static str, trial: &Trial) -> Outcome {
@@ -94,21 +96,18 @@ fn measure(family: &'static str, trial: &Trial) -> Outcome {
     }
 }
 
-fn row(outcome: &Outcome) -> String {
+fn cells(outcome: &Outcome) -> [String; 5] {
     let texts = outcome.figures.iter().map(|figure| figure.text.clone());
     let figures: Vec<_> = texts.chain(outcome.error.clone()).collect();
     let verdict = if outcome.passes { "pass" } else { "**FAIL**" };
     let measured = figures.join("; ");
-    let cells = [
+    // A bar ends a cell, in code too.
+    [
         outcome.trial,
         outcome.done,
         outcome.right,
         &measured,
         verdict,
-    ];
-    // A bar ends a cell, in code too.
-    format!(
-        "| {} |",
-        cells.map(|cell| cell.replace('|', "\\|")).join(" | ")
-    )
+    ]
+    .map(|cell| cell.replace('|', "\\|"))
 }

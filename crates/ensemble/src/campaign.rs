@@ -49,7 +49,7 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// A scene without an `ensemble` table; a number of samples out of range; a manoeuvre without commands, and the other way
-    /// round; no integrator.
+    /// round; no integrator; a scene that no simulation flies.
     pub fn new(
         scene: &'a Scene,
         settings: Settings,
@@ -65,6 +65,7 @@ impl<'a> Campaign<'a> {
             return Err(EnsembleError::Commands);
         }
         let scheme = scene.scheme()?;
+        scene.simulation(scheme)?;
         let arrives = scene
             .maneuver
             .as_ref()

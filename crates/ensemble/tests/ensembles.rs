@@ -532,4 +532,9 @@ fn what_is_no_ensemble_is_refused() {
         .err()
         .unwrap();
     assert!(matches!(error, EnsembleError::Commands), "{error}");
+
+    // What a single flight would be refused for.
+    let scene = dumbbells(&[("duration = 0.06", "duration = 1e-38")]);
+    let error = of(&scene, Settings::default());
+    assert!(matches!(error, EnsembleError::Scheme(_)), "{error}");
 }

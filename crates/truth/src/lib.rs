@@ -107,7 +107,7 @@ pub enum TruthError {
     },
 }
 
-/// Largest deviations over the bodies.
+/// Largest deviations over the bodies; NaN where one is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Of `x`.
@@ -121,13 +121,21 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// The largest of the four.
+    /// The largest of the four; NaN if any is.
     pub fn greatest(&self) -> f64 {
-        self.position
-            .max(self.velocity)
-            .max(self.attitude)
-            .max(self.angular_velocity)
+        let all = [
+            self.position,
+            self.velocity,
+            self.attitude,
+            self.angular_velocity,
+        ];
+        all.into_iter().fold(0.0, greater)
     }
+}
+
+/// The greater of two numbers; NaN if one is, unlike `f64::max`.
+fn greater(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }
 
 impl Case {
@@ -206,7 +214,7 @@ impl Case {
         for ((body, state), y) in bodies.zip(reference.y.chunks(18)) {
             let at = |from: usize| Vector3::from_column_slice(&y[from..from + 3]);
             let attitude = Matrix3::from_row_slice(&y[6..15]);
-            let keep = |worst: &mut f64, error: f64| *worst = worst.max(error);
+            let keep = |worst: &mut f64, error: f64| *worst = greater(*worst, error);
             keep(&mut worst.position, (state.position - at(0)).norm());
             keep(&mut worst.velocity, (state.velocity(body) - at(3)).norm());
             keep(&mut worst.attitude, (state.attitude - attitude).norm());
@@ -236,5 +244,22 @@ impl Body {
             (None, _) => RigidBody::new(self.mass, inertia, points.collect()),
         };
         body.map_err(|error| error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn a_state_that_is_no_number_meets_nothing() {
+        let case = Case::load("g_kepler").unwrap();
+        let (system, mut states) = case.system().unwrap();
+        states[0].position.y = f64::NAN;
+        let errors = case.errors(1.0, system.bodies(), &states).unwrap();
+        assert!(errors.position.is_nan() && errors.greatest().is_nan());
+        assert!(errors.velocity.is_finite(), "{errors:?}");
     }
 }

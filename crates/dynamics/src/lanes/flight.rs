@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::FlyError;
 use super::fit::{Kind, Unfit};
 use super::turn::Equation;
-use crate::simulation::{check, refuse};
+use crate::simulation::{check, check_length};
 use crate::{BodyState, Load, Method, StepError, System};
 
 /// What all members of a flight have in common.
@@ -66,10 +66,7 @@ pub(super) struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     pub(super) fn new(flight: &'a Flight, members: &'a [Member]) -> Result<Self, FlyError> {
-        if !flight.h.is_normal() {
-            let expected = "a finite number other than 0";
-            return Err(refuse("step", flight.h, expected).into());
-        }
+        check_length(flight.h)?;
         let mut kinds = Vec::with_capacity(members.len());
         let mut all = Vec::with_capacity(members.len());
         for (member, Member { system, states, .. }) in members.iter().enumerate() {

@@ -7,7 +7,7 @@ use lgvi_dynamics::{Load, Method};
 
 /// Case, step, and the greatest errors of position and attitude (Frobenius) at any of its times; measured are a half to a
 /// tenth of them. On b2 the motion about the middle axis is unstable, c1 is chaotic.
-const FLOORS: [(&str, f64, f64, f64); 8] = [
+const FLOORS: [(&str, f64, f64, f64); 10] = [
     ("a1_two_dumbbells_regular", 0.02, 1e-10, 3e-10),
     ("a2_two_dumbbells_coupled", 0.02, 1e-11, 5e-11),
     ("b1_free_asymmetric", 0.5, 0.0, 1e-10),
@@ -16,6 +16,8 @@ const FLOORS: [(&str, f64, f64, f64); 8] = [
     ("c3_3d_pendulum_regular_small", 0.025, 0.0, 1e-11),
     ("d_dumbbell_central", 0.025, 5e-11, 3e-10),
     ("e_kw4_like", 900.0, 1e-7, 3e-10),
+    ("f_outer_planets", 50.0, 1e-8, 0.0),
+    ("g_kepler", 0.015625, 1e-10, 0.0),
 ];
 
 #[test]

@@ -102,8 +102,8 @@ impl<C: Channel> ShmPublisher<C> {
 
     /// Sends a sample whose elements `fill` writes straight into shared memory, by index.
     ///
-    /// Allocates nothing while samples are no longer than the publisher was made for; locks and waits only for a
-    /// subscriber whose buffer is full.
+    /// Allocates nothing but iceoryx2's note of the loan while samples are no longer than the publisher was made for; locks and
+    /// waits only for a subscriber whose buffer is full.
     pub fn send_with(
         &mut self,
         header: C::Header,

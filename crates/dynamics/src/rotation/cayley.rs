@@ -9,6 +9,9 @@ use crate::Inertia;
 /// Residual, relative to the terms it is the sum of, that is rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
+/// The same where corrections have come down to rounding and go on about it: for thin bodies they do.
+const STAGNANT: f64 = 4.0 * ROUNDING;
+
 /// Newton's method from `f` for `g / tr J`; `None` when it does not converge.
 pub(super) fn newton(
     inertia: &Inertia,
@@ -22,7 +25,11 @@ pub(super) fn newton(
         let two_j_f = two_j * f;
         let residual = g + g.cross(&f) + s * f - two_j_f;
         let terms = magnitude * (1.0 + f.norm_squared()) + two_j_f.norm();
-        if residual.norm() <= ROUNDING * terms {
+        let rounding = match iterations {
+            MAX_ITERATIONS => STAGNANT,
+            _ => ROUNDING,
+        };
+        if residual.norm() <= rounding * terms {
             return Some(RelativeRotation {
                 cayley: f,
                 iterations,

@@ -135,8 +135,10 @@ fn coupled_drift(h: f64, all: u64) -> Result<[Drift; 2], TrialError> {
     let mut simulation = Simulation::new(system, states, LGVI, h)?;
     let energy = simulation.invariants().energy;
     let begun = energy + modified.excess(simulation.states());
-    Drift::of(all / (4 * BETWEEN), || {
-        fly(&mut simulation, BETWEEN)?;
+    // The modified energy costs as much as several steps.
+    let between = 5 * BETWEEN;
+    Drift::of(all / (4 * between), || {
+        fly(&mut simulation, between)?;
         let energy_now = simulation.invariants().energy;
         let kept = energy_now + modified.excess(simulation.states());
         Ok([energy_now / energy - 1.0, kept / begun - 1.0])

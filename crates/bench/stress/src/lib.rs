@@ -9,6 +9,7 @@ mod bodies;
 mod energy;
 mod fit;
 mod limit;
+mod modified;
 mod range;
 mod ratio;
 mod rounding;

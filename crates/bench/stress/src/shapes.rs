@@ -1,6 +1,5 @@
 //! Nearly round and nearly linear bodies, and what is no body.
 
-use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Inertia, InertiaError, Method};
 use nalgebra::{Matrix3, Vector3};
 
@@ -134,14 +133,14 @@ fn limits(length: Length) -> Result<Report, TrialError> {
         let flat = body([small, 1.0, 1.0 + small])?;
         // Little spin about the axis of the small moment, in which the step is not resolved else.
         let state = turning(&flat, Vector3::new(0.1, 0.5, -0.75));
-        let error = |method, h: f64, steps| -> Result<Matrix3<f64>, TrialError> {
+        let attitude = |method, h: f64, steps| -> Result<Matrix3<f64>, TrialError> {
             let mut simulation = free(flat.clone(), state, method, h)?;
             fly(&mut simulation, steps)?;
             Ok(simulation.states()[0].attitude)
         };
         let t = H * steps as f64;
-        let exact = error(Method::Lgvi(Rotor::Exact), t, 1)?;
-        let found = error(LGVI, H, steps)?;
+        let exact = attitude(Method::ClosedForm, t, 1)?;
+        let found = attitude(LGVI, H, steps)?;
         let miss = (found.column(0) - exact.column(0)).norm();
         // The phase errs by a twelfth or so of the turn squared a step.
         report.at_most(

@@ -64,9 +64,7 @@ def nanoseconds(seconds):
 
 
 def by_steps(case, integrator):
-    times = case["times"]
-
-    def fly(steps):
+    def fly(steps, times):
         steps = round(steps)
         mission = Mission(case, integrator, nanoseconds(times[-1] / steps))
         seconds, states = 0.0, []
@@ -82,11 +80,9 @@ def by_steps(case, integrator):
 
 
 def by_tolerance(case, integrator):
-    times = case["times"]
-
-    def fly(tolerance):
+    def fly(tolerance, times):
         # the task's period bounds the steps: that of the first time, of which the others are multiples
-        mission = Mission(case, integrator, nanoseconds(times[0]))
+        mission = Mission(case, integrator, nanoseconds(case["times"][0]))
         mission.integrator.relTol = tolerance
         mission.integrator.absTol = tolerance
         seconds, states = 0.0, []

@@ -52,9 +52,8 @@ def model(case, integrator, h):
 def method(case, integrator):
     (body,) = case["bodies"]
     start, turn = quaternion_of(body["R"]), body["Omega"]
-    times = case["times"]
 
-    def fly(steps):
+    def fly(steps, times):
         steps = round(steps)
         flight = model(case, integrator, times[-1] / steps)
         data = mujoco.MjData(flight)

@@ -3,19 +3,26 @@
 When it is ready it says `{"peer": "name version"}`. Then each line that it reads is answered by one line:
 
     {"case": {...}}                     {"methods": [{"name": "...", "tuning": "tolerance" | "steps"}, ...]}
-    {"fly": "...", "setting": 1e-9}     {"seconds": 0.1, "states": [[...] | null, ...]} or {"failed": "why"}
+    {"fly": "...", "setting": 1e-9}     {"seconds": 0.1, "states": [[...] | null, ...]}
+    {"time": "...", "setting": 1e-9}    {"seconds": 0.1}
 
-A case is a file of tests/truth with `times` in place of its states. Methods are those that can fly it, each tuned by a
-tolerance or by the number of steps to the last time. `seconds` is time of the process on the processor, without setting up;
-`states` has one entry a time: x, v, R (row-major) and Omega of all bodies, nothing where a fixed step does not end there.
+or by `{"failed": "why"}`. A case is a file of tests/truth with `times` in place of its states. Methods are those that can
+fly it, each tuned by a tolerance or by the number of steps to the last time. `seconds` is time of the process on the
+processor, without setting up; `states` has one entry a time: x, v, R (row-major) and Omega of all bodies, nothing where a
+fixed step does not end there. What is timed goes to the last time without a stop.
 """
 
 import json
 import os
 import sys
 import time
+import traceback
 
 import numpy as np
+
+
+# Least time (s) for which a flight is repeated to be timed once; a shorter first one warms up.
+TIMED = 5e-3
 
 
 class Failed(Exception):
@@ -34,7 +41,10 @@ class Stopwatch:
 
 
 def serve(peer, offer):
-    """Answers until the input ends. `offer(case)` gives `{name: (tuning, fly)}`, `fly(setting)` seconds and states."""
+    """Answers until the input ends.
+
+    `offer(case)` gives `{name: (tuning, fly)}`, `fly(setting, times)` seconds and states at some of the case's times.
+    """
     # what a library prints is none of the answers
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
@@ -43,24 +53,41 @@ def serve(peer, offer):
         print(json.dumps(answer), file=answers, flush=True)
 
     say({"peer": peer})
-    methods = {}
+    methods, times = {}, []
     for line in sys.stdin:
         request = json.loads(line)
-        if "case" in request:
-            methods = offer(request["case"])
-            say({"methods": [{"name": name, "tuning": tuning} for name, (tuning, _) in methods.items()]})
-        else:
-            say(flown(methods[request["fly"]][1], request["setting"]))
+        try:
+            if "case" in request:
+                times = request["case"]["times"]
+                methods = offer(request["case"])
+                say({"methods": [{"name": name, "tuning": tuning} for name, (tuning, _) in methods.items()]})
+            elif "time" in request:
+                say(timed(methods[request["time"]][1], request["setting"], times[-1:]))
+            else:
+                say(flown(methods[request["fly"]][1], request["setting"], times))
+        except Failed as why:
+            say({"failed": str(why)})
+        except Exception as error:
+            traceback.print_exc()
+            say({"failed": f"{type(error).__name__}: {error}"})
 
 
-def flown(fly, setting):
-    try:
-        seconds, states = fly(setting)
-    except Failed as why:
-        return {"failed": str(why)}
+def timed(fly, setting, end):
+    seconds, _ = fly(setting, end)
+    if seconds >= TIMED:
+        return {"seconds": seconds}
+    seconds, flights = 0.0, 0
+    while seconds < TIMED:
+        seconds += fly(setting, end)[0]
+        flights += 1
+    return {"seconds": seconds / flights}
+
+
+def flown(fly, setting, times):
+    seconds, states = fly(setting, times)
     rows = [None if state is None else [float(number) for number in state] for state in states]
     if not all(np.isfinite(row).all() for row in rows if row is not None):
-        return {"failed": "it is no longer finite"}
+        raise Failed("it is no longer finite")
     return {"seconds": seconds, "states": rows}
 
 

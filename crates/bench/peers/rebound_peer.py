@@ -23,12 +23,12 @@ def states(case, sim):
 
 
 def by_tolerance(case):
-    def fly(tolerance):
+    def fly(tolerance, times):
         sim = simulation(case)
         sim.integrator = "ias15"
         sim.integrator.epsilon = tolerance
         found, seconds = [], 0.0
-        for time in case["times"]:
+        for time in times:
             with Stopwatch() as watch:
                 sim.integrate(time)
             seconds += watch.seconds
@@ -39,15 +39,15 @@ def by_tolerance(case):
 
 
 def by_steps(case, integrator):
-    def fly(steps):
+    def fly(steps, times):
         steps = round(steps)
         sim = simulation(case)
         sim.integrator = integrator
-        sim.dt = case["times"][-1] / steps
+        sim.dt = times[-1] / steps
         if integrator == "whfast":
             sim.integrator.safe_mode = 0
         made, found, seconds = 0, [], 0.0
-        for end in ends(case["times"], steps):
+        for end in ends(times, steps):
             if end is None:
                 found.append(None)
                 continue

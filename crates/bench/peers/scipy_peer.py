@@ -123,8 +123,8 @@ def rigid(case):
 
 def offer(case):
     rates, start, scale, states = points_only(case) if are_points(case) else rigid(case)
-    times = case["times"]
-    def fly(tolerance):
+
+    def fly(tolerance, times):
         with Stopwatch() as watch:
             span = (0.0, times[-1])
             found = solve_ivp(rates, span, start, "DOP853", t_eval=times, rtol=tolerance, atol=tolerance * scale)

@@ -1,11 +1,14 @@
 //! All benchmarks one after the other, and what they show put into the documentation.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use crate::contents::Contents;
 use crate::error::BenchError;
-use crate::peer::{CASADI, INTEGRATORS, Python, missing};
+use crate::peer::{CASADI, HEYOKA, INTEGRATORS, Peer, Python, REBOUND, missing};
+use crate::precision::Lost;
 use crate::{
     auto, bag, bodies, cost, dumbbells, ensemble, feedback, free, laziness, maneuvers, planner,
     precision, recording, skip, stress, tables, transport,
@@ -15,15 +18,18 @@ use crate::{
 #[derive(Args)]
 pub(crate) struct Options {
     /// Only some seconds of what needs no other process.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "docs")]
     quick: bool,
     /// Only these parts.
     #[arg(long, value_delimiter = ',')]
     only: Vec<Part>,
-    /// The directory of the documentation, whose tables and pictures are replaced by what lies in the output directory,
-    /// of this run and of earlier ones.
+    /// The directory of the documentation, whose tables and pictures are replaced by those of this run. A part that lacks
+    /// a peer replaces none.
     #[arg(long)]
     docs: Option<PathBuf>,
+    /// Parts that lack a peer replace theirs, too.
+    #[arg(long, requires = "docs")]
+    without_peers: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -67,60 +73,77 @@ pub(crate) fn run(
     } else {
         directory
     };
+    let pages = options.docs.as_deref().map(tables::pages).transpose()?;
     let asked = |part: &&Part| options.only.is_empty() || options.only.contains(part);
     let parts: Vec<_> = Part::value_variants().iter().filter(asked).collect();
-    let mut left_out = Vec::new();
-    let mut failed = Vec::new();
+    let peers = INTEGRATORS.into_iter().chain([CASADI]);
+    let used = |peer: &Peer| parts.iter().any(|part| part.uses(*peer));
+    let peers: Vec<_> = peers.filter(used).collect();
+    let missing = missing(python.filter(|_| !options.quick), &peers);
+    let (mut left_out, mut failed) = (Vec::new(), Vec::new());
+    left_out.extend(missing.iter().map(|peer| format!("the peer {}", peer.name)));
+    let mut kept = BTreeSet::new();
     for (index, part) in parts.iter().enumerate() {
-        println!("\n== {} ({} of {})", part.name(), index + 1, parts.len());
+        let name = part.name();
+        println!("\n== {name} ({} of {})", index + 1, parts.len());
+        let before = Contents::of(directory)?;
         let ran = match options.quick {
             true => part.run_quick(directory),
-            false => part.run(python, repeats, directory).map(|()| true),
+            false => part.run(python, repeats, directory).map(Some),
         };
+        let mut new = Contents::of(directory)?.since(&before);
         match ran {
-            Ok(true) => {}
-            Ok(false) => left_out.push(format!("{}: not in a quick run", part.name())),
-            Err(error) => failed.push(format!("{}: {error}", part.name())),
+            Ok(None) => left_out.push(format!("{name}: not in a quick run")),
+            Ok(Some(lost)) => {
+                for lost in lost {
+                    // what lacks a peer that failed is not for the documentation
+                    new.retain(|path| !lost.belongs(path));
+                    failed.push(format!("{} ({})", lost.method, lost.table));
+                    left_out.push(lost.to_string());
+                }
+            }
+            Err(error) => {
+                left_out.push(format!("{name}: {error}"));
+                failed.push(name.clone());
+            }
         }
+        if !options.without_peers && missing.iter().any(|peer| part.uses(*peer)) {
+            new.clear();
+            if options.docs.is_some() {
+                left_out.push(format!("{name} in the documentation, for want of peers"));
+            }
+        }
+        kept.extend(new);
     }
-    let peers: Vec<_> = INTEGRATORS.into_iter().chain([CASADI]).collect();
-    let missing = missing(python.filter(|_| !options.quick), &peers);
-    left_out.extend(missing.iter().map(|peer| format!("the peer {peer}")));
-    if let Some(docs) = &options.docs {
-        publish(directory, docs, &mut left_out)?;
+    if let (Some(docs), Some(pages)) = (&options.docs, &pages) {
+        match publish(directory, &kept, docs, pages) {
+            Ok(left) => left_out.extend(left),
+            Err(error) => failed.push(format!("{}: {error}", docs.display())),
+        }
     }
     for left_out in left_out {
         println!("left out: {left_out}");
     }
     match failed.is_empty() {
         true => Ok(()),
-        false => Err(BenchError::Body(failed.join("\n"))),
+        false => Err(BenchError::Failed(failed)),
     }
 }
 
-/// Puts tables and pictures into the pages in `docs`.
-fn publish(directory: &Path, docs: &Path, left_out: &mut Vec<String>) -> Result<(), BenchError> {
-    let refuse = |source| BenchError::Read {
-        path: docs.into(),
-        source,
-    };
-    let mut pages = Vec::new();
-    for entry in std::fs::read_dir(docs).map_err(refuse)? {
-        let path = entry.map_err(refuse)?.path();
-        if path.extension().is_some_and(|extension| extension == "md") {
-            pages.push(path);
-        }
-    }
-    pages.sort();
-    let published = tables::publish(directory, &pages)?;
-    println!(
-        "{} tables and pictures in {}",
-        published.taken,
-        docs.display()
-    );
-    let left = published.left.iter();
-    left_out.extend(left.map(|name| format!("table {name} of {}, which stays", docs.display())));
-    Ok(())
+/// Puts tables and pictures into the pages of `docs`; names what is left as it was.
+fn publish(
+    directory: &Path,
+    kept: &BTreeSet<PathBuf>,
+    docs: &Path,
+    pages: &[PathBuf],
+) -> Result<Vec<String>, BenchError> {
+    let published = tables::publish(directory, kept, pages)?;
+    let docs = docs.display();
+    println!("{} tables and pictures in {docs}", published.taken);
+    let left = published.left.into_iter();
+    Ok(left
+        .map(|name| format!("table {name} of {docs}, which stays"))
+        .collect())
 }
 
 impl Part {
@@ -129,15 +152,28 @@ impl Part {
         value.map_or_else(String::new, |value| value.get_name().into())
     }
 
+    /// Whether it compares with the peer.
+    fn uses(self, peer: Peer) -> bool {
+        let peers: &[Peer] = match self {
+            Self::Precision => &INTEGRATORS,
+            Self::Free => &[HEYOKA],
+            Self::Bodies => &[REBOUND],
+            Self::Planner => &[CASADI],
+            _ => &[],
+        };
+        peers.contains(&peer)
+    }
+
     fn run(
         self,
         python: Option<&Python>,
         repeats: u32,
         directory: &Path,
-    ) -> Result<(), BenchError> {
+    ) -> Result<Vec<Lost>, BenchError> {
         match self {
             Self::Precision => {
-                precision::run(&precision::Options::all(false), python, repeats, directory)
+                let options = precision::Options::all(false);
+                return precision::run(&options, python, repeats, directory);
             }
             Self::Free => free::run(python, repeats, directory),
             Self::Step => cost::run(repeats, directory),
@@ -158,42 +194,65 @@ impl Part {
             // What is not as it should be stands in the tables.
             Self::Stress => stress::run(None, directory).map(drop),
         }
+        .map(|()| Vec::new())
     }
 
-    /// Whether there is a quick run of it.
-    fn run_quick(self, directory: &Path) -> Result<bool, BenchError> {
+    /// None where there is no quick run of it.
+    fn run_quick(self, directory: &Path) -> Result<Option<Vec<Lost>>, BenchError> {
         match self {
-            Self::Precision => precision::run(&precision::Options::all(true), None, 1, directory)?,
+            Self::Precision => {
+                let options = precision::Options::all(true);
+                return precision::run(&options, None, 1, directory).map(Some);
+            }
             Self::Free => free::run(None, 1, directory)?,
             Self::Bodies => bodies::run(true, None, 1, directory)?,
             Self::Planner => planner::run(&planner::Options::all(true), None, 1, directory)?,
             Self::Maneuvers => maneuvers::run(2, &SEEDS, directory)?,
             Self::Feedback => feedback::run(2, 40, directory)?,
-            _ => return Ok(false),
+            _ => return Ok(None),
         }
-        Ok(true)
+        Ok(Some(Vec::new()))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Options, run};
+    use std::path::PathBuf;
+
+    use clap::Parser;
+
+    use super::{Options, Part, publish, run};
+    use crate::contents::Contents;
+    use crate::tables::{Table, pages};
+
+    #[derive(Parser)]
+    struct Arguments {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    fn page(tables: &[&str]) -> String {
+        let tables = tables.iter();
+        tables
+            .map(|name| format!("<!-- bench: {name} -->\nold {name}\n<!-- /bench -->\n"))
+            .collect()
+    }
 
     #[test]
-    fn a_quick_run_leaves_figures_tables_and_pictures_and_fills_a_page() {
+    fn a_quick_run_leaves_figures_tables_and_pictures_that_fill_a_page() {
         let folder = tempfile::tempdir().unwrap();
         let (output, docs) = (folder.path().join("output"), folder.path().join("docs"));
         std::fs::create_dir_all(docs.join("images")).unwrap();
-        let page = docs.join("page.md");
-        let old = "<!-- bench: bodies -->\nold\n<!-- /bench -->\n";
-        std::fs::write(&page, old).unwrap();
+        std::fs::write(docs.join("page.md"), page(&["bodies"])).unwrap();
         let options = Options {
             quick: true,
             only: Vec::new(),
-            docs: Some(docs.clone()),
+            docs: None,
+            without_peers: false,
         };
         run(&options, None, 1, &output).unwrap();
-        let text = std::fs::read_to_string(output.join("quick/precision_g_kepler.json")).unwrap();
+        let quick = output.join("quick");
+        let text = std::fs::read_to_string(quick.join("precision_g_kepler.json")).unwrap();
         let report: serde_json::Value = serde_json::from_str(&text).unwrap();
         let methods = report["methods"].as_array().unwrap();
         assert!(methods.len() > 20, "{} methods", methods.len());
@@ -207,10 +266,70 @@ mod tests {
             "precision_e_kw4_like.svg",
             "precision_e_kw4_like_energy.svg",
         ] {
-            assert!(output.join("quick").join(name).exists(), "{name}");
+            assert!(quick.join(name).exists(), "{name}");
         }
-        let new = std::fs::read_to_string(page).unwrap();
+        let kept = Contents::of(&quick).unwrap().since(&Contents::default());
+        let left = publish(&quick, &kept, &docs, &pages(&docs).unwrap()).unwrap();
+        assert_eq!(left, Vec::<String>::new());
+        let new = std::fs::read_to_string(docs.join("page.md")).unwrap();
         assert!(new.contains("\n| 4 | "), "{new}");
         assert!(docs.join("images/bodies.svg").exists());
+    }
+
+    #[test]
+    fn a_quick_run_does_not_go_into_the_documentation() {
+        let parse = |more: &[&str]| {
+            Arguments::try_parse_from(["all", "--quick"].iter().chain(more))
+                .map(|parsed| parsed.options.quick)
+        };
+        assert!(parse(&[]).unwrap());
+        let error = parse(&["--docs", "docs"]).unwrap_err();
+        assert_eq!(error.kind(), clap::error::ErrorKind::ArgumentConflict);
+    }
+
+    /// An output directory with tables of an earlier run, and a page with them.
+    fn earlier(tables: &[&str]) -> (tempfile::TempDir, PathBuf, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let (output, docs) = (folder.path().join("output"), folder.path().join("docs"));
+        std::fs::create_dir(&docs).unwrap();
+        std::fs::write(docs.join("page.md"), page(tables)).unwrap();
+        for name in tables {
+            Table::new(["stale"]).keep(&output, name).unwrap();
+        }
+        (folder, output, docs)
+    }
+
+    fn options(part: Part, docs: PathBuf, without_peers: bool) -> Options {
+        Options {
+            quick: false,
+            only: vec![part],
+            docs: Some(docs),
+            without_peers,
+        }
+    }
+
+    #[test]
+    fn tables_that_lack_peers_and_those_of_an_earlier_run_stay_out_of_the_pages() {
+        let (_folder, output, docs) = earlier(&["free", "step"]);
+        let text = || std::fs::read_to_string(docs.join("page.md")).unwrap();
+        run(&options(Part::Free, docs.clone(), false), None, 1, &output).unwrap();
+        assert_eq!(text(), page(&["free", "step"]));
+        run(&options(Part::Free, docs.clone(), true), None, 1, &output).unwrap();
+        assert!(text().contains("closed form"), "{}", text());
+        assert!(text().ends_with(&page(&["step"])), "{}", text());
+    }
+
+    #[test]
+    fn pages_that_cannot_be_filled_are_refused_before_anything_is_measured() {
+        let (_folder, output, docs) = earlier(&[]);
+        std::fs::write(docs.join("page.md"), "<!-- bench: free -->\n").unwrap();
+        let refused = run(&options(Part::Free, docs.clone(), true), None, 1, &output);
+        let error = refused.unwrap_err().to_string();
+        assert!(error.ends_with("a marker without its end"), "{error}");
+        std::fs::write(docs.join("page.md"), "![x](images/x.svg)").unwrap();
+        assert!(run(&options(Part::Free, docs.clone(), true), None, 1, &output).is_err());
+        let nowhere = options(Part::Free, docs.join("nowhere"), true);
+        assert!(run(&nowhere, None, 1, &output).is_err());
+        assert!(!output.exists());
     }
 }

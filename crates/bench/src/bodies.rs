@@ -57,9 +57,7 @@ pub(crate) fn run(
     directory: &Path,
 ) -> Result<(), BenchError> {
     let python = python.filter(|python| !quick && python.has(REBOUND));
-    let mut flyer = python
-        .map(|python| Flyer::start(python, REBOUND))
-        .transpose()?;
+    let mut flyer = python.map(|python| Flyer::new(python, REBOUND));
     let counts: &[usize] = if quick { &QUICK } else { &COUNTS };
     let mut rows = Vec::new();
     for &bodies in counts {
@@ -88,9 +86,9 @@ fn row(bodies: usize, mut flyer: Option<&mut Flyer>, repeats: u32) -> Result<Row
         row.points.push(step(&mut own[0])?);
         row.multipoles.push(step(&mut own[1])?);
         if let Some(flyer) = &mut flyer {
-            let flown = flyer.fly("leapfrog", steps as f64)?;
-            let flown = flown.map_err(BenchError::Peer)?;
-            row.rebound.push(1e9 * flown.seconds / steps as f64);
+            let seconds = flyer.time("leapfrog", steps as f64)?;
+            let seconds = seconds.map_err(BenchError::Peer)?;
+            row.rebound.push(1e9 * seconds / steps as f64);
         }
     }
     Ok(row)

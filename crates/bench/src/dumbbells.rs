@@ -2,14 +2,15 @@
 //! against the step, for LGVI, explicit midpoint (RK), implicit midpoint (SRK) and Crouch–Grossman (LGM).
 
 use std::path::Path;
-use std::time::Instant;
 
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Load, Method, Simulation};
 use lgvi_truth::Case;
 
+use crate::clock::Moment;
 use crate::error::BenchError;
 use crate::picture::{Axis, Curve, Picture};
+use crate::spread::Spread;
 
 const METHODS: [(&str, Method); 4] = [
     (
@@ -42,7 +43,6 @@ struct Measured {
     energy: Vec<[f64; 2]>,
     mean_energy_error: f64,
     orthogonality_error: f64,
-    seconds: f64,
 }
 
 pub(crate) fn run(repeats: u32, images: &Path) -> Result<(), BenchError> {
@@ -57,7 +57,7 @@ fn over_time(case: &Case, images: &Path) -> Result<(), BenchError> {
         println!("\nmean |ΔE| at h = {H}, t = {duration}");
         let mut curves = Vec::new();
         for (label, method) in METHODS {
-            let measured = measure(case, method, duration, steps, 1)?;
+            let measured = measure(case, method, duration, steps)?;
             println!("{label:28}{:12.3e}", measured.mean_energy_error);
             curves.push(Curve {
                 label: label.into(),
@@ -80,19 +80,21 @@ fn against_step(case: &Case, repeats: u32, images: &Path) -> Result<(), BenchErr
         ("orthogonality_step", "mean |RᵀR − I|", vec![]),
         ("time_step", "CPU time (s)", vec![]),
     ];
+    let times = times(case, repeats)?;
     println!(
         "\n{:28}{:>12}{:>14}{:>16}{:>14}",
         "t = 30", "h", "mean |ΔE|", "mean |RᵀR − I|", "CPU time (ms)"
     );
-    for (label, method) in METHODS {
+    for ((label, method), times) in METHODS.into_iter().zip(times) {
         let mut points = [vec![], vec![], vec![]];
-        for steps in STEPS {
-            let measured = measure(case, method, DURATION, steps, repeats)?;
+        for (steps, times) in STEPS.into_iter().zip(times) {
+            let measured = measure(case, method, DURATION, steps)?;
+            let time = Spread::of(times).map_or(f64::NAN, |spread| spread.median);
             let h = DURATION / steps as f64;
             let values = [
                 measured.mean_energy_error,
                 measured.orthogonality_error,
-                measured.seconds,
+                time,
             ];
             for (points, value) in points.iter_mut().zip(values) {
                 points.push([h, value]);
@@ -122,30 +124,36 @@ fn against_step(case: &Case, repeats: u32, images: &Path) -> Result<(), BenchErr
     Ok(())
 }
 
-/// Flies once with a look at the invariants after each step, and as often as told for time.
-fn measure(
+fn simulation(case: &Case, method: Method, h: f64) -> Result<Simulation, BenchError> {
+    let (system, states) = case.system()?;
+    Ok(Simulation::new(system, states, method, h)?)
+}
+
+/// Times (s) of the sweep's flights, by method and step, in turns.
+fn times(
     case: &Case,
-    method: Method,
-    duration: f64,
-    steps: u64,
     repeats: u32,
-) -> Result<Measured, BenchError> {
-    let h = duration / steps as f64;
-    let simulation = || -> Result<Simulation, BenchError> {
-        let (system, states) = case.system()?;
-        Ok(Simulation::new(system, states, method, h)?)
-    };
-    let mut seconds = f64::INFINITY;
+) -> Result<[[Vec<f64>; STEPS.len()]; METHODS.len()], BenchError> {
+    let mut times = [const { [const { Vec::new() }; STEPS.len()] }; METHODS.len()];
     for _ in 0..repeats {
-        let mut flight = simulation()?;
-        let controls = vec![Load::default(); flight.states().len()];
-        let start = Instant::now();
-        for _ in 0..steps {
-            flight.advance(&controls)?;
+        for ((_, method), times) in METHODS.into_iter().zip(&mut times) {
+            for (steps, times) in STEPS.into_iter().zip(times) {
+                let mut flight = simulation(case, method, DURATION / steps as f64)?;
+                let controls = vec![Load::default(); flight.states().len()];
+                let begun = Moment::now();
+                for _ in 0..steps {
+                    flight.advance(&controls)?;
+                }
+                times.push(begun.elapsed());
+            }
         }
-        seconds = seconds.min(start.elapsed().as_secs_f64());
     }
-    let mut flight = simulation()?;
+    Ok(times)
+}
+
+/// Flies once with a look at the invariants after each step.
+fn measure(case: &Case, method: Method, duration: f64, steps: u64) -> Result<Measured, BenchError> {
+    let mut flight = simulation(case, method, duration / steps as f64)?;
     let controls = vec![Load::default(); flight.states().len()];
     let start = flight.invariants().energy;
     let (mut energy, mut energy_sum, mut orthogonality_sum) = (Vec::new(), 0.0, 0.0);
@@ -167,6 +175,5 @@ fn measure(
         energy,
         mean_energy_error: energy_sum / steps as f64,
         orthogonality_error: orthogonality_sum / steps as f64,
-        seconds,
     })
 }

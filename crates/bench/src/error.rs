@@ -36,6 +36,8 @@ pub(crate) enum BenchError {
     Nodes(String),
     #[error("writing bags: {0}")]
     Bag(String),
+    #[error("failed: {}", .0.join(", "))]
+    Failed(Vec<String>),
     #[error("not as it should be: {0}")]
     Stress(String),
     #[error("no plan: {0}")]

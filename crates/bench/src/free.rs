@@ -26,9 +26,7 @@ pub(crate) fn run(
     directory: &Path,
 ) -> Result<(), BenchError> {
     let python = python.filter(|python| python.has(HEYOKA));
-    let mut flyer = python
-        .map(|python| Flyer::start(python, HEYOKA))
-        .transpose()?;
+    let mut flyer = python.map(|python| Flyer::new(python, HEYOKA));
     let mut head: Vec<_> = [
         "body",
         "closed form to t = 1000",
@@ -58,18 +56,21 @@ fn row(name: &str, mut flyer: Option<&mut Flyer>, repeats: u32) -> Result<Vec<St
     let mut peer_times = [const { Vec::new() }; TOLERANCES.len()];
     if let Some(flyer) = &mut flyer {
         flyer.offer_case(name, &[T])?;
+        for (tolerance, error) in TOLERANCES.iter().zip(&mut errors) {
+            let flown = flyer.fly("Taylor", *tolerance)?.map_err(BenchError::Peer)?;
+            if let Some(Some(states)) = flown.states(leaps[0].system()).first() {
+                *error = case.errors(T, bodies(), states)?.attitude;
+            }
+        }
     }
     for _ in 0..repeats {
         for (times, leap) in times.iter_mut().zip(&mut leaps) {
             times.push(timed(leap)?);
         }
         let Some(flyer) = &mut flyer else { continue };
-        for ((tolerance, times), error) in TOLERANCES.iter().zip(&mut peer_times).zip(&mut errors) {
-            let flown = flyer.fly("Taylor", *tolerance)?.map_err(BenchError::Peer)?;
-            times.push(1e9 * flown.seconds);
-            if let Some(Some(states)) = flown.states(leaps[0].system()).first() {
-                *error = case.errors(T, leaps[0].system().bodies(), states)?.attitude;
-            }
+        for (tolerance, times) in TOLERANCES.iter().zip(&mut peer_times) {
+            let seconds = flyer.time("Taylor", *tolerance)?;
+            times.push(1e9 * seconds.map_err(BenchError::Peer)?);
         }
     }
     let time = |times: &Vec<f64>| {

@@ -3,13 +3,14 @@
 //! Times are of the processor, of several repetitions in turns, and only their ratios mean anything. What the nodes cost
 //! is measured once, over seconds.
 
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod all;
 mod auto;
 mod bag;
 mod bodies;
 mod clock;
+mod contents;
 mod corrected;
 mod cost;
 mod costs;
@@ -33,12 +34,13 @@ mod stress;
 mod tables;
 mod transport;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use error::BenchError;
-use peer::Python;
+use peer::{CASADI, HEYOKA, INTEGRATORS, Peer, Python, REBOUND};
 
 /// Benchmarks of lgvi: run time against error.
 #[derive(Parser)]
@@ -128,15 +130,58 @@ enum Command {
     },
 }
 
-fn main() -> Result<(), BenchError> {
-    let arguments = Arguments::parse();
-    let python = arguments.python.map(Python::new);
-    let python = python.as_ref();
-    let repeats = arguments.repeats.max(1);
-    let output = &arguments.output;
-    match arguments.command {
+impl Command {
+    /// Peers that it compares with. `all` names those of its parts itself.
+    fn peers(&self) -> &'static [Peer] {
+        match self {
+            Self::Precision(options) if !options.quick => &INTEGRATORS,
+            Self::Free => &[HEYOKA],
+            Self::Planner(options) if options.beside_peers() => &[CASADI],
+            Self::Bodies { quick: false } => &[REBOUND],
+            _ => &[],
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("lgvi_bench: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<(), BenchError> {
+    let python = arguments.python.map(Python::new).transpose()?;
+    let missing = peer::missing(python.as_ref(), arguments.command.peers());
+    let ran = dispatch(
+        arguments.command,
+        python.as_ref(),
+        arguments.repeats.max(1),
+        &arguments.output,
+    );
+    for peer in missing {
+        println!("left out: the peer {}", peer.name);
+    }
+    ran
+}
+
+fn dispatch(
+    command: Command,
+    python: Option<&Python>,
+    repeats: u32,
+    output: &Path,
+) -> Result<(), BenchError> {
+    match command {
         Command::All(options) => all::run(&options, python, repeats, output),
-        Command::Precision(options) => precision::run(&options, python, repeats, output),
+        Command::Precision(options) => match precision::run(&options, python, repeats, output)? {
+            lost if lost.is_empty() => Ok(()),
+            lost => Err(BenchError::Failed(
+                lost.iter().map(ToString::to_string).collect(),
+            )),
+        },
         Command::Free => free::run(python, repeats, output),
         Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
         Command::Step { fly: None } => cost::run(repeats, output),

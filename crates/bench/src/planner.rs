@@ -53,6 +53,11 @@ impl Options {
         }
     }
 
+    /// Whether solvers of peers are asked for.
+    pub(crate) fn beside_peers(&self) -> bool {
+        self.peers || !(self.scaling || self.replan)
+    }
+
     /// The numbers of steps to measure, of all or of the few of a quick run.
     fn steps(&self, all: &[usize], quick: &[usize]) -> Vec<usize> {
         match (self.steps.as_slice(), self.quick) {
@@ -88,9 +93,11 @@ pub(crate) fn run(
         scaling: Vec::new(),
         replan: Vec::new(),
     };
-    if all || options.peers {
-        report.peers = peers::run(&cases, options, python, repeats)?;
-        if let Some(table) = peers::table(&report.peers) {
+    // a peer that fails does not keep the rest from being measured
+    let mut beside = Ok(());
+    if options.beside_peers() {
+        beside = peers::run(&cases, options, python, repeats, &mut report.peers);
+        if let (Ok(()), Some(table)) = (&beside, peers::table(&report.peers)) {
             table.keep(images, "planner")?;
         }
     }
@@ -100,5 +107,6 @@ pub(crate) fn run(
     if all || options.replan {
         report.replan = replan::run(&cases, options, repeats)?;
     }
-    write_json(&images.join("planner.json"), &report)
+    write_json(&images.join("planner.json"), &report)?;
+    beside
 }

@@ -1,5 +1,6 @@
 //! Tables in Markdown: printed, kept as files, and put into the documentation between markers.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::error::{BenchError, write_text};
@@ -57,7 +58,7 @@ impl Table {
     /// Prints it and keeps it below `directory`, from where [`publish`] takes it.
     pub(crate) fn keep(&self, directory: &Path, name: &str) -> Result<(), BenchError> {
         self.print();
-        write_text(&path(directory, name), &self.page())
+        write_text(&directory.join(path(name)), &self.page())
     }
 }
 
@@ -69,8 +70,9 @@ fn headed(head: &[String]) -> String {
     line(head) + &line(&vec!["---".to_owned(); head.len()])
 }
 
-fn path(directory: &Path, name: &str) -> PathBuf {
-    directory.join("tables").join(name).with_extension("md")
+/// Where a table lies below the output directory.
+fn path(name: &str) -> PathBuf {
+    Path::new("tables").join(name).with_extension("md")
 }
 
 /// What was put into the documentation.
@@ -82,19 +84,61 @@ pub(crate) struct Published {
     pub left: Vec<String>,
 }
 
-/// Puts what lies below `directory` into the Markdown files `pages`: tables between `<!-- bench: name -->` and
+/// The Markdown files in the directory `docs`, all of whose markers have their ends and whose pictures a place.
+pub(crate) fn pages(docs: &Path) -> Result<Vec<PathBuf>, BenchError> {
+    let refuse = |source| BenchError::Read {
+        path: docs.into(),
+        source,
+    };
+    let mut pages = Vec::new();
+    for entry in std::fs::read_dir(docs).map_err(refuse)? {
+        let path = entry.map_err(refuse)?.path();
+        if path.extension().is_some_and(|extension| extension == "md") {
+            pages.push(path);
+        }
+    }
+    pages.sort();
+    for page in &pages {
+        let text = read(page)?;
+        let new = filled(&text, &mut Published::default(), |_| None);
+        let new = new.map_err(|reason| unfilled(page, &reason))?;
+        if images(&new).next().is_some() {
+            let place = page.with_file_name("images");
+            std::fs::read_dir(&place).map_err(|source| BenchError::Read {
+                path: place,
+                source,
+            })?;
+        }
+    }
+    Ok(pages)
+}
+
+fn read(page: &Path) -> Result<String, BenchError> {
+    std::fs::read_to_string(page).map_err(|source| BenchError::Read {
+        path: page.into(),
+        source,
+    })
+}
+
+fn unfilled(page: &Path, reason: &str) -> BenchError {
+    BenchError::Body(format!("{}: {reason}", page.display()))
+}
+
+/// Puts what was `kept` below `directory` into the Markdown files `pages`: tables between `<!-- bench: name -->` and
 /// `<!-- /bench -->`, pictures that a page shows from `images/` beside it.
-pub(crate) fn publish(directory: &Path, pages: &[PathBuf]) -> Result<Published, BenchError> {
+pub(crate) fn publish(
+    directory: &Path,
+    kept: &BTreeSet<PathBuf>,
+    pages: &[PathBuf],
+) -> Result<Published, BenchError> {
     let mut published = Published::default();
     for page in pages {
-        let text = std::fs::read_to_string(page).map_err(|source| BenchError::Read {
-            path: page.clone(),
-            source,
-        })?;
+        let text = read(page)?;
         let new = filled(&text, &mut published, |name| {
-            std::fs::read_to_string(path(directory, name)).ok()
+            let path = Some(path(name)).filter(|path| kept.contains(path))?;
+            std::fs::read_to_string(directory.join(path)).ok()
         })
-        .map_err(|reason| BenchError::Body(format!("{}: {reason}", page.display())))?;
+        .map_err(|reason| unfilled(page, &reason))?;
         if new != text {
             write_text(page, &new)?;
         }
@@ -103,7 +147,7 @@ pub(crate) fn publish(directory: &Path, pages: &[PathBuf]) -> Result<Published, 
                 directory.join(image),
                 page.with_file_name("images").join(image),
             );
-            if from.exists() {
+            if kept.contains(Path::new(image)) {
                 std::fs::copy(&from, &to)
                     .map_err(|source| BenchError::Write { path: to, source })?;
                 published.taken += 1;

@@ -1,8 +1,11 @@
 //! Peers that integrate, by the protocol of `peers/protocol.py`.
 
+use std::time::Duration;
+
 use lgvi_dynamics::{BodyState, System};
 use lgvi_truth::Case;
 use nalgebra::{Matrix3, Vector3};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -36,12 +39,18 @@ pub(crate) struct PeerFlight {
     states: Vec<Option<Vec<f64>>>,
 }
 
-/// A peer that integrates.
+/// How long a peer may take for an answer: all its repeated flights, and what it compiles before.
+const LIMIT: Duration = Duration::from_secs(180);
+
+/// A peer that integrates. One that has died or hangs is gone until a case is offered, which starts it anew.
 pub(crate) struct Flyer {
-    process: Process,
-    /// Name and version.
+    python: Python,
+    peer: Peer,
+    process: Option<Process>,
+    /// Name and version, once it has been started.
     pub version: String,
     pub name: &'static str,
+    limit: Duration,
 }
 
 #[derive(Deserialize)]
@@ -55,21 +64,37 @@ struct Methods {
 }
 
 #[derive(Deserialize)]
+struct Timed {
+    seconds: f64,
+}
+
+#[derive(Deserialize)]
 #[serde(untagged)]
-enum Answer {
-    Flown(PeerFlight),
+enum Answer<Good> {
+    Good(Good),
     Failed { failed: String },
 }
 
+impl<Good> Answer<Good> {
+    fn result(self) -> Result<Good, String> {
+        match self {
+            Self::Good(good) => Ok(good),
+            Self::Failed { failed } => Err(failed),
+        }
+    }
+}
+
 impl Flyer {
-    pub(crate) fn start(python: &Python, peer: Peer) -> Result<Self, BenchError> {
-        let mut process = Process::start(python, peer)?;
-        let Ready { peer: version } = process.hear()?;
-        Ok(Self {
-            process,
-            version,
+    /// It is started when a case is offered.
+    pub(crate) fn new(python: &Python, peer: Peer) -> Self {
+        Self {
+            python: python.clone(),
+            peer,
+            process: None,
+            version: String::new(),
             name: peer.name,
-        })
+            limit: LIMIT,
+        }
     }
 
     /// What can fly the reference case called `name` to `times`, until another is offered.
@@ -92,21 +117,47 @@ impl Flyer {
 
     /// What can fly the case until another is offered.
     pub(crate) fn offer(&mut self, case: &Value) -> Result<Vec<Offer>, BenchError> {
-        let Methods { methods } = self.process.ask(&json!({ "case": case }))?;
-        Ok(methods)
+        if self.process.is_none() {
+            let mut process = Process::start(&self.python, self.peer)?;
+            let Ready { peer: version } = process.hear(self.limit)?;
+            self.version = version;
+            self.process = Some(process);
+        }
+        let offered: Answer<Methods> = self.ask(&json!({ "case": case }))?;
+        let refuse = |why| BenchError::Peer(format!("{}: {why}", self.name));
+        Ok(offered.result().map_err(refuse)?.methods)
     }
 
-    /// A flight, or why there is none.
+    /// A flight through the case's times, or why there is none.
     pub(crate) fn fly(
         &mut self,
         method: &str,
         setting: f64,
     ) -> Result<Result<PeerFlight, String>, BenchError> {
         let request = json!({ "fly": method, "setting": setting });
-        Ok(match self.process.ask(&request)? {
-            Answer::Flown(flight) => Ok(flight),
-            Answer::Failed { failed } => Err(failed),
-        })
+        Ok(self.ask::<Answer<_>>(&request)?.result())
+    }
+
+    /// The time (s) of a flight to the last time, the mean of several short ones; or why there is none.
+    pub(crate) fn time(
+        &mut self,
+        method: &str,
+        setting: f64,
+    ) -> Result<Result<f64, String>, BenchError> {
+        let request = json!({ "time": method, "setting": setting });
+        let timed: Answer<Timed> = self.ask(&request)?;
+        Ok(timed.result().map(|timed| timed.seconds))
+    }
+
+    fn ask<Answer: DeserializeOwned>(&mut self, request: &Value) -> Result<Answer, BenchError> {
+        let Some(process) = &mut self.process else {
+            return Err(BenchError::Peer(format!("{} is gone", self.name)));
+        };
+        let answer = process.ask(request, self.limit);
+        if answer.is_err() {
+            self.process = None;
+        }
+        answer
     }
 }
 
@@ -129,5 +180,43 @@ impl PeerFlight {
         reached
             .map(|numbers| numbers.as_ref().filter(full).map(states))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use serde_json::json;
+
+    use super::Flyer;
+    use crate::peer::tests::{shell, written};
+
+    /// Answers a case, a failure, a time, and then no more.
+    const SCRIPT: &str = r#"
+        echo '{"peer": "peer 1"}'
+        read -r case && echo '{"methods": [{"name": "m", "tuning": "steps"}]}'
+        read -r fly && echo '{"failed": "too far"}'
+        read -r time && echo '{"seconds": 0.5}'
+        read -r fly && END
+    "#;
+
+    #[test]
+    fn a_peer_that_dies_or_hangs_is_gone_until_the_next_case() {
+        for end in ["exit 1", "exec sleep 60"] {
+            let (peer, _file) = written(&SCRIPT.replace("END", end));
+            let mut flyer = Flyer::new(&shell(), peer);
+            for _ in 0..2 {
+                flyer.limit = Duration::from_secs(60);
+                assert_eq!(flyer.offer(&json!({})).unwrap()[0].name, "m");
+                assert_eq!(flyer.version, "peer 1");
+                assert_eq!(flyer.fly("m", 1.0).unwrap().unwrap_err(), "too far");
+                assert_eq!(flyer.time("m", 1.0).unwrap(), Ok(0.5));
+                flyer.limit = Duration::from_millis(200);
+                assert!(flyer.fly("m", 1.0).is_err());
+                let gone = flyer.time("m", 1.0).unwrap_err().to_string();
+                assert_eq!(gone, "peer is gone");
+            }
+        }
     }
 }

@@ -9,8 +9,10 @@ use std::process::{Command, Stdio};
 pub(crate) use flyer::{Flyer, Tuning};
 pub(crate) use process::Process;
 
+use crate::error::BenchError;
+
 /// A peer: its module and the script that drives it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Peer {
     /// As its users call it.
     pub name: &'static str,
@@ -48,11 +50,26 @@ impl Peer {
 }
 
 /// A Python in which peers may be installed.
+#[derive(Clone, Debug)]
 pub(crate) struct Python(PathBuf);
 
 impl Python {
-    pub(crate) fn new(interpreter: PathBuf) -> Self {
-        Self(interpreter)
+    /// # Errors
+    /// The interpreter cannot be run.
+    pub(crate) fn new(interpreter: PathBuf) -> Result<Self, BenchError> {
+        let refuse = |why: &dyn std::fmt::Display| {
+            let interpreter = interpreter.display();
+            BenchError::Peer(format!("{interpreter} is no Python that runs: {why}"))
+        };
+        let status = Command::new(&interpreter)
+            .args(["-c", "import sys"])
+            .stdin(Stdio::null())
+            .status()
+            .map_err(|error| refuse(&error))?;
+        match status.success() {
+            true => Ok(Self(interpreter)),
+            false => Err(refuse(&status)),
+        }
     }
 
     fn interpreter(&self) -> &Path {
@@ -72,7 +89,33 @@ impl Python {
 }
 
 /// Of `peers` those that are not installed; all without a Python.
-pub(crate) fn missing(python: Option<&Python>, peers: &[Peer]) -> Vec<&'static str> {
+pub(crate) fn missing(python: Option<&Python>, peers: &[Peer]) -> Vec<Peer> {
     let missing = |peer: &&Peer| python.is_none_or(|python| !python.has(**peer));
-    peers.iter().filter(missing).map(|peer| peer.name).collect()
+    peers.iter().filter(missing).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Peer, Python};
+
+    /// What runs scripts of the shell.
+    pub(super) fn shell() -> Python {
+        Python("/bin/sh".into())
+    }
+
+    /// A peer with this script, which is there as long as the file.
+    pub(super) fn written(script: &str) -> (Peer, tempfile::TempPath) {
+        let file = tempfile::NamedTempFile::new().unwrap().into_temp_path();
+        std::fs::write(&file, script).unwrap();
+        let path: &str = file.to_str().unwrap().to_owned().leak();
+        (Peer::new("peer", "peer", path), file)
+    }
+
+    #[test]
+    fn an_interpreter_that_cannot_be_run_is_refused() {
+        for path in ["/nonexistent", "/bin/false"] {
+            let error = Python::new(path.into()).unwrap_err().to_string();
+            assert!(error.starts_with(path), "{error}");
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! CasADi's solvers, in a Python process that lives as long as a problem is compared.
 
+use std::time::Duration;
+
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::Matrix3;
@@ -82,6 +84,10 @@ impl Found {
     }
 }
 
+/// How long a problem may take to be built and compiled for all solvers, and then to be solved by one.
+const BUILDING: Duration = Duration::from_secs(900);
+const SOLVING: Duration = Duration::from_secs(180);
+
 /// The running process.
 pub(crate) struct Casadi(Process);
 
@@ -98,13 +104,14 @@ impl Casadi {
     /// States the problem to all solvers; the seconds that each took to get ready.
     pub(crate) fn build(&mut self, case: &Case) -> Result<Vec<f64>, BenchError> {
         let request = json!({"build": problem(case)?, "solvers": SOLVERS});
-        let built: Built = self.0.ask(&request)?;
+        let built: Built = self.0.ask(&request, BUILDING)?;
         Ok(built.build_seconds)
     }
 
     /// Solves from the guess with the solver of this index.
     pub(crate) fn solve(&mut self, solver: usize, controls: bool) -> Result<Found, BenchError> {
-        self.0.ask(&json!({"solve": solver, "controls": controls}))
+        let request = json!({"solve": solver, "controls": controls});
+        self.0.ask(&request, SOLVING)
     }
 }
 

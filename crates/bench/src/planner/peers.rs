@@ -50,15 +50,15 @@ struct Row {
     failure: Option<String>,
 }
 
-/// Measures and prints all comparisons.
+/// Measures and prints all comparisons, up to one that fails.
 pub(crate) fn run(
     cases: &[Case],
     options: &Options,
     python: Option<&Python>,
     repeats: u32,
-) -> Result<Vec<Comparison>, BenchError> {
+    all: &mut Vec<Comparison>,
+) -> Result<(), BenchError> {
     let steps = options.steps(&STEPS, &QUICK);
-    let mut all = Vec::new();
     for case in cases {
         for &steps in &steps {
             let compared = compare(&case.with_steps(steps), python, repeats)?;
@@ -66,7 +66,7 @@ pub(crate) fn run(
             all.push(compared);
         }
     }
-    Ok(all)
+    Ok(())
 }
 
 fn compare(case: &Case, python: Option<&Python>, repeats: u32) -> Result<Comparison, BenchError> {
@@ -117,7 +117,9 @@ fn compare(case: &Case, python: Option<&Python>, repeats: u32) -> Result<Compari
             } else {
                 row.tell(found.iterations.into(), found.cost);
                 row.violation = case.violation(&found.controls()).unwrap_or(f64::NAN);
-                row.failure = (!found.success).then_some(found.status);
+            }
+            if !found.success {
+                row.failure = Some(found.status);
             }
         }
     }
@@ -156,8 +158,7 @@ pub(crate) fn table(comparisons: &[Comparison]) -> Option<Table> {
             let row = &compared.solvers[index];
             match row.ratio {
                 Some(_) if index == 0 => format!("1 ({} ms)", short(1e3 * row.seconds.median)),
-                Some(ratio) => ratio.to_string(),
-                None => row.failure.clone().unwrap_or_default(),
+                _ => row.told(),
             }
         });
         table.row(std::iter::once(row.solver.to_owned()).chain(cells));
@@ -179,6 +180,15 @@ impl Row {
             cost_difference: f64::NAN,
             violation: f64::NAN,
             failure: None,
+        }
+    }
+
+    /// The ratio, marked where the solver has not converged.
+    fn told(&self) -> String {
+        match (self.ratio, &self.failure) {
+            (Some(ratio), None) => ratio.to_string(),
+            (Some(ratio), Some(_)) => format!("not converged, {ratio}"),
+            (None, failure) => failure.clone().unwrap_or_default(),
         }
     }
 
@@ -212,8 +222,7 @@ impl Comparison {
                 1e3 * median,
                 1e3 * least,
                 1e3 * most,
-                row.ratio
-                    .map_or_else(String::new, |ratio| ratio.to_string()),
+                row.told(),
                 row.iterations,
                 row.cost,
                 row.cost_difference,
@@ -225,5 +234,22 @@ impl Comparison {
                 println!("{}: {failure}", row.solver);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Row;
+    use crate::spread::Spread;
+
+    #[test]
+    fn the_ratio_of_a_solver_that_has_not_converged_is_marked() {
+        let mut row = Row::named("solver");
+        row.ratio = Spread::of([2.0]);
+        assert_eq!(row.told(), "2.00 (2.00–2.00)");
+        row.failure = Some("Maximum_Iterations_Exceeded".into());
+        assert_eq!(row.told(), "not converged, 2.00 (2.00–2.00)");
+        row.ratio = None;
+        assert_eq!(row.told(), "Maximum_Iterations_Exceeded");
     }
 }

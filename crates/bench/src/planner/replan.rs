@@ -11,6 +11,7 @@ use super::case::Case;
 use super::ours::{self, Solved};
 use super::sample::Sample;
 use crate::error::BenchError;
+use crate::spread::Spread;
 
 const STEPS: [usize; 2] = [100, 1000];
 const QUICK: [usize; 1] = [100];
@@ -37,8 +38,8 @@ pub(crate) struct Replan {
     situation: &'static str,
     cold_seconds: Sample,
     warm_seconds: Sample,
-    /// Median of warm in parts of cold.
-    ratio: f64,
+    /// Warm in parts of cold, start by start and repetition by repetition.
+    ratio: Option<Spread>,
     cold_iterations: Sample,
     warm_iterations: Sample,
     /// Largest relative difference of warm and cold costs.
@@ -94,9 +95,8 @@ fn replan(
         let case = case.remaining(rest.commands.len(), start)?;
         let transfer = case.transfer()?;
         let solve = |warm: usize| ours::newton(&transfer, [Start::Cold, Start::Warm(&rest)][warm]);
-        let mut least = [f64::INFINITY; 2];
         let mut costs = [0.0; 2];
-        for _ in 0..repeats {
+        for repeat in 0..repeats {
             for warm in 0..2 {
                 let Solved {
                     seconds,
@@ -104,20 +104,19 @@ fn replan(
                     plan,
                     ..
                 } = solve(warm)?;
-                if least[warm].is_infinite() {
+                if repeat == 0 {
                     iterations[warm].push(f64::from(made.coarse + made.fine));
                     costs[warm] = plan.cost;
                     if warm == 1 {
                         violation = violation.max(case.violation(&plan.controls)?);
                     }
                 }
-                least[warm] = least[warm].min(seconds);
+                times[warm].push(seconds);
             }
         }
-        times[0].push(least[0]);
-        times[1].push(least[1]);
         cost_difference = cost_difference.max((costs[1] / costs[0] - 1.0).abs());
     }
+    let ratio = Spread::of_ratios(&times[1], &times[0]);
     let [cold_seconds, warm_seconds] = times.map(|times| Sample::of(&times));
     let [cold_iterations, warm_iterations] = iterations.map(|made| Sample::of(&made));
     Ok(Replan {
@@ -126,7 +125,7 @@ fn replan(
         situation,
         cold_seconds,
         warm_seconds,
-        ratio: warm_seconds.median / cold_seconds.median,
+        ratio,
         cold_iterations,
         warm_iterations,
         cost_difference,
@@ -163,13 +162,14 @@ fn displaced(state: &BodyState, apart: f64, random: &mut fastrand::Rng) -> BodyS
 impl Replan {
     fn print(&self) {
         println!(
-            "| {}, {} | {} | {:.2} | {:.2} | {:.2} | {}, {} | {:.0e} | {:.0e} |",
+            "| {}, {} | {} | {:.2} | {:.2} | {} | {}, {} | {:.0e} | {:.0e} |",
             self.scene,
             self.situation,
             self.steps,
             1e3 * self.cold_seconds.median,
             1e3 * self.warm_seconds.median,
-            self.ratio,
+            self.ratio
+                .map_or_else(String::new, |ratio| ratio.to_string()),
             self.cold_iterations.median,
             self.warm_iterations.median,
             self.cost_difference,

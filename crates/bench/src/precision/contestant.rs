@@ -30,15 +30,15 @@ pub(crate) trait Contestant {
     /// By what it is tuned; nothing where there is but one way to fly.
     fn tuning(&self) -> Option<Tuning>;
 
-    /// A flight; none where it cannot be made.
-    fn fly(&mut self, setting: f64) -> Result<Option<Flight>, BenchError>;
+    /// A flight, or why it cannot be made.
+    fn fly(&mut self, setting: f64) -> Result<Result<Flight, String>, BenchError>;
 
     /// The time (s) of a flight that could be made.
     fn time(&mut self, setting: f64) -> Result<f64, BenchError>;
 }
 
-/// Least time (s) for which a flight is repeated to be timed once.
-const TIMED: f64 = 1e-3;
+/// Least time (s) for which a flight is repeated to be timed once; a shorter first one warms up. As peers do it.
+const TIMED: f64 = 5e-3;
 
 /// An integrator of this project.
 pub(crate) struct Own<'a> {
@@ -123,7 +123,7 @@ impl Contestant for Own<'_> {
         }
     }
 
-    fn fly(&mut self, setting: f64) -> Result<Option<Flight>, BenchError> {
+    fn fly(&mut self, setting: f64) -> Result<Result<Flight, String>, BenchError> {
         let (method, steps) = self.method(setting);
         let made = match self.family {
             Family::Stepped(_) => self.visit(method, steps),
@@ -132,18 +132,27 @@ impl Contestant for Own<'_> {
             Family::Exact(_) => self.leap(method).map(|states| (0.0, states)),
         };
         match made {
-            Ok((seconds, states)) => Ok(Some(Flight { seconds, states })),
-            Err(BenchError::Step(_) | BenchError::Method(_)) => Ok(None),
+            Ok((seconds, states)) => Ok(Ok(Flight { seconds, states })),
+            Err(error @ (BenchError::Step(_) | BenchError::Method(_))) => {
+                Ok(Err(error.to_string()))
+            }
             Err(error) => Err(error),
         }
     }
 
     fn time(&mut self, setting: f64) -> Result<f64, BenchError> {
         let (method, steps) = self.method(setting);
+        let once = || {
+            let mut simulation = self.simulation(method, self.end(), steps)?;
+            Self::advance(&mut simulation, steps)
+        };
+        let first = once()?;
+        if first >= TIMED {
+            return Ok(first);
+        }
         let (mut seconds, mut flights) = (0.0, 0);
         while seconds < TIMED {
-            let mut simulation = self.simulation(method, self.end(), steps)?;
-            seconds += Self::advance(&mut simulation, steps)?;
+            seconds += once()?;
             flights += 1;
         }
         Ok(seconds / f64::from(flights))
@@ -172,18 +181,16 @@ impl Contestant for Peers<'_> {
         Some(self.tuning)
     }
 
-    fn fly(&mut self, setting: f64) -> Result<Option<Flight>, BenchError> {
+    fn fly(&mut self, setting: f64) -> Result<Result<Flight, String>, BenchError> {
         let flown = self.flyer.borrow_mut().fly(&self.name, setting)?;
-        let Ok(flown) = flown else { return Ok(None) };
-        Ok(Some(Flight {
+        Ok(flown.map(|flown| Flight {
             seconds: flown.seconds,
             states: flown.states(self.system),
         }))
     }
 
     fn time(&mut self, setting: f64) -> Result<f64, BenchError> {
-        let flown = self.flyer.borrow_mut().fly(&self.name, setting)?;
-        let refuse = |why| BenchError::Peer(format!("{}: {why}", self.label));
-        flown.map(|flown| flown.seconds).map_err(refuse)
+        let timed = self.flyer.borrow_mut().time(&self.name, setting)?;
+        timed.map_err(BenchError::Peer)
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::cases::{Quantity, Setting};
-use super::measure::{Measured, Point};
+use super::measure::{LeftOut, Measured, Point};
 use super::ratio::{median, times_at};
 use crate::error::{BenchError, write_json};
 use crate::picture::{Axis, Curve, Picture};
@@ -43,6 +43,8 @@ pub(crate) struct Report {
     /// Peers with their versions.
     pub peers: Vec<String>,
     pub methods: Vec<Measured>,
+    /// Methods without a flight that was timed.
+    pub left_out: Vec<LeftOut>,
     /// To what times are compared.
     pub reference: Option<String>,
     pub ratios: Vec<Ratio>,
@@ -55,12 +57,33 @@ pub(crate) struct Ratio {
     error: f64,
     /// Median of the method's time (s).
     seconds: f64,
+    /// Whether the method's time is only a bound from above: its coarsest flight has a smaller error.
+    at_most: bool,
+    /// The same of the reference's time.
+    reference_at_most: bool,
     /// Repetition by repetition.
     ratio: Spread,
 }
 
+/// Marked as a bound where it is one; nothing where it is none.
+impl std::fmt::Display for Ratio {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.at_most, self.reference_at_most) {
+            (false, false) => write!(f, "{}", self.ratio),
+            (true, false) => write!(f, "≤ {}", self.ratio),
+            (false, true) => write!(f, "≥ {}", self.ratio),
+            (true, true) => write!(f, "–"),
+        }
+    }
+}
+
 impl Report {
-    pub(super) fn new(setting: &Setting, peers: Vec<String>, methods: Vec<Measured>) -> Self {
+    pub(super) fn new(
+        setting: &Setting,
+        peers: Vec<String>,
+        methods: Vec<Measured>,
+        left_out: Vec<LeftOut>,
+    ) -> Self {
         let find = |name: &&&str| methods.iter().find(|measured| measured.method == ***name);
         let reference = REFERENCES.iter().find(|name| find(name).is_some());
         let reference = reference.and_then(|name| find(&name));
@@ -72,12 +95,15 @@ impl Report {
                 let (Some(times), Some(below)) = (times, below) else {
                     continue;
                 };
-                let seconds = Spread::of(times.iter().copied());
-                if let (Some(ratio), Some(seconds)) = (Spread::of_ratios(&times, &below), seconds) {
+                let seconds = Spread::of(times.seconds.iter().copied());
+                let ratio = Spread::of_ratios(&times.seconds, &below.seconds);
+                if let (Some(ratio), Some(seconds)) = (ratio, seconds) {
                     ratios.push(Ratio {
                         method: measured.method.clone(),
                         error,
                         seconds: seconds.median,
+                        at_most: times.at_most,
+                        reference_at_most: below.at_most,
                         ratio,
                     });
                 }
@@ -90,13 +116,19 @@ impl Report {
             peers,
             reference: reference.map(|measured| measured.method.clone()),
             methods,
+            left_out,
             ratios,
         }
     }
 
+    /// The name of its table, and of its other files but for their endings.
+    pub(super) fn name(&self) -> String {
+        format!("precision_{}", self.case)
+    }
+
     /// Writes `precision_<case>.json`, the table `precision_<case>` and both diagrams.
     pub(super) fn keep(&self, setting: &Setting, directory: &Path) -> Result<(), BenchError> {
-        let name = format!("precision_{}", self.case);
+        let name = self.name();
         let case = self.case.replace('_', " ");
         self.table(setting)
             .below(
@@ -125,7 +157,7 @@ impl Report {
         self.methods.iter().filter(shown)
     }
 
-    /// Times in parts of the reference's, with quartiles.
+    /// Times in parts of the reference's, with quartiles; every method of a peer has a row.
     fn table(&self, setting: &Setting) -> Table {
         let reference = self.reference.as_deref().unwrap_or("nothing");
         let head = format!(
@@ -140,16 +172,21 @@ impl Report {
                     |ratio: &&Ratio| ratio.method == measured.method && ratio.error == *target;
                 match self.ratios.iter().find(of_this) {
                     Some(ratio) if measured.method == reference => {
-                        format!("1 ({} ms)", short(1e3 * ratio.seconds))
+                        let bound = if ratio.at_most { "≤ " } else { "" };
+                        format!("1 ({bound}{} ms)", short(1e3 * ratio.seconds))
                     }
-                    Some(ratio) => ratio.ratio.to_string(),
+                    Some(ratio) => ratio.to_string(),
                     None => String::new(),
                 }
             };
             let cells: Vec<_> = setting.targets.iter().map(cell).collect();
-            if cells.iter().any(|cell| !cell.is_empty()) {
+            if measured.peer || cells.iter().any(|cell| !cell.is_empty()) {
                 table.row(std::iter::once(measured.method.clone()).chain(cells));
             }
+        }
+        for left_out in self.left_out.iter().filter(|left_out| left_out.peer) {
+            let empty = vec![String::new(); setting.targets.len()];
+            table.row(std::iter::once(left_out.method.clone()).chain(empty));
         }
         table
     }
@@ -180,5 +217,31 @@ impl Report {
         };
         let path = directory.join(name).with_extension("svg");
         picture.draw_beside(&path, &drawn(false), &drawn(true))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Ratio;
+    use crate::spread::Spread;
+
+    #[test]
+    fn ratios_of_bounds_are_marked() {
+        let told = |at_most, reference_at_most| {
+            let ratio = Spread::of([2.0]).unwrap();
+            let ratio = Ratio {
+                method: String::new(),
+                error: 1e-6,
+                seconds: 1.0,
+                at_most,
+                reference_at_most,
+                ratio,
+            };
+            ratio.to_string()
+        };
+        assert_eq!(told(false, false), "2.00 (2.00–2.00)");
+        assert_eq!(told(true, false), "≤ 2.00 (2.00–2.00)");
+        assert_eq!(told(false, true), "≥ 2.00 (2.00–2.00)");
+        assert_eq!(told(true, true), "–");
     }
 }

@@ -103,6 +103,10 @@ impl Gravity for Mutual {
         Some(all)
     }
 
+    fn prepare(&mut self, bodies: &[RigidBody]) {
+        self.series = bodies.iter().map(RigidBody::to_second_order).collect();
+    }
+
     fn add_kept_loads(
         &mut self,
         bodies: &[RigidBody],
@@ -127,7 +131,7 @@ impl Gravity for Mutual {
                 }
                 Level::Quadrupole => {
                     if self.series.len() != bodies.len() {
-                        self.series = bodies.iter().map(RigidBody::to_second_order).collect();
+                        self.prepare(bodies);
                     }
                     pair::between_series([&self.series[i], &self.series[j]], at).add_to(
                         loads,

@@ -16,7 +16,7 @@ mod response;
 mod term;
 mod watch;
 
-pub use allowance::{Allowance, EVALUATIONS};
+pub use allowance::{Allowance, Refusal};
 pub use plan::{BodyPlan, InteractionPlan, Plan, Rotation, Translation};
 
 pub(crate) use watch::Watch;

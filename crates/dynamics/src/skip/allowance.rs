@@ -55,8 +55,8 @@ pub enum Refusal {
         /// The error.
         error: f64,
     },
-    /// There is no distance from which on anything may be left out.
-    #[error("errors grow {response:.1} times as in free motion, too fast for anything to be negligible at any distance")]
+    /// Nothing may be left out at the distances that the bodies come to.
+    #[error("errors grow {response:.1} times as in free motion, too fast for anything to be negligible in the run")]
     Never {
         /// κ.
         response: f64,
@@ -89,14 +89,20 @@ impl Allowance {
             return Err(Refusal::Nothing);
         }
         let evaluations = EVALUATIONS.min((COST / system.cost()) as u64);
-        let allowance = with(Response::measure(system, states, duration, evaluations)?);
-        let watch = Watch::new(system, states, Skip::Within(allowance));
-        if watch.is_some_and(|watch| watch.varies()) {
+        let (response, course) = Response::measure(system, states, duration, evaluations)?;
+        let allowance = with(response);
+        let mut watch = Watch::new(system, states, Skip::Within(allowance));
+        let mut leaves_out = |states: &Vec<BodyState>| {
+            watch.as_mut().is_some_and(|watch| {
+                watch.begin(states);
+                watch.may_leave_out()
+            })
+        };
+        if course.iter().any(&mut leaves_out) {
             Ok(allowance)
         } else {
-            Err(Refusal::Never {
-                response: allowance.response,
-            })
+            let response = allowance.response;
+            Err(Refusal::Never { response })
         }
     }
 

@@ -45,13 +45,13 @@ pub(super) struct Response {
 }
 
 impl Response {
-    /// Measured in flights of the whole run that take no more than about so many evaluations.
+    /// Measured in flights of the whole run that take no more than about so many evaluations; with the states on the way.
     pub(super) fn measure(
         system: &mut System,
         states: &[BodyState],
         duration: f64,
         evaluations: u64,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<(Self, Vec<Vec<BodyState>>), Refusal> {
         let turns = turns(system, states);
         let start = stilled(states, &turns);
         let accuracy = Accuracy::new(system.bodies(), states);
@@ -81,10 +81,11 @@ impl Response {
                 factor = factor.max(error / (speed * interval * f64::from(sample)));
             }
         }
-        Ok(Self {
+        let response = Self {
             factor: MARGIN * factor,
             evaluations: spent,
-        })
+        };
+        Ok((response, nominal))
     }
 }
 

@@ -132,6 +132,7 @@ fn scenes_say_what_may_be_left_out() {
             ["run.skip.tolerance", "NaN", "1e-14 to 0.1"],
         ),
         ("skip = \"some\"", ["some", "nothing", "tolerance"]),
+        ("skip = { nothing = {} }", ["skip", "nothing", "tolerance"]),
     ] {
         let lines = format!("integrator = \"lgvi\"\n{lines}");
         assert_refused(&with(&text, "integrator = \"lgvi\"", &lines), &parts);

@@ -202,7 +202,9 @@ fn gravity_of_every_kind_allocates_nothing() {
 #[test]
 fn a_change_of_what_is_left_out_allocates_nothing() {
     let points = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let points = points.into_iter().flat_map(|axis| [0.2 * axis, -0.2 * axis]);
+    let points = points
+        .into_iter()
+        .flat_map(|axis| [0.2 * axis, -0.2 * axis]);
     let points = points.map(|position| PointMass {
         mass: 0.25,
         position,
@@ -243,6 +245,10 @@ fn a_change_of_what_is_left_out_allocates_nothing() {
         fly(STEPS[0]);
         let info = measure(|| fly(STEPS[1]));
         assert_eq!(info, AllocationInfo::default(), "{method}, {depth}");
-        assert!(simulation.switches() >= 4, "{method}: {}", simulation.switches());
+        assert!(
+            simulation.switches() >= 4,
+            "{method}: {}",
+            simulation.switches()
+        );
     }
 }

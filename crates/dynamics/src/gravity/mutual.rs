@@ -104,6 +104,9 @@ impl Gravity for Mutual {
     }
 
     fn prepare(&mut self, bodies: &[RigidBody]) {
+        let couples = bodies.iter().map(|body| body.points().len().div_ceil(2));
+        self.couples.clear();
+        self.couples.reserve(2 * couples.max().unwrap_or_default());
         self.series = bodies.iter().map(RigidBody::to_second_order).collect();
     }
 

@@ -41,7 +41,9 @@ pub enum Refusal {
     #[error("nothing would be negligible at the start, even if errors grew as in free motion")]
     Nothing,
     /// The flights are not as long as the run.
-    #[error("how errors grow is not known: flights of the whole run take more than {evaluations} evaluations of gravity")]
+    #[error(
+        "how errors grow is not known: flights of the whole run take more than {evaluations} evaluations of gravity"
+    )]
     Costly {
         /// What one of them may take.
         evaluations: u64,
@@ -56,7 +58,9 @@ pub enum Refusal {
         error: f64,
     },
     /// Nothing may be left out at the distances that the bodies come to.
-    #[error("errors grow {response:.1} times as in free motion, too fast for anything to be negligible in the run")]
+    #[error(
+        "errors grow {response:.1} times as in free motion, too fast for anything to be negligible in the run"
+    )]
     Never {
         /// κ.
         response: f64,

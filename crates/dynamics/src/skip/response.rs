@@ -61,13 +61,15 @@ impl Response {
             course(system, &start, (interval, SAMPLES), evaluations / NOMINAL)?;
         let mut factor = 1.0_f64;
         for (flight, (direction, from)) in (0..).zip(KICKS) {
-            let mut kicked = if from == 0 { &start } else { &nominal[from - 1] }.clone();
+            let mut kicked = if from == 0 {
+                &start
+            } else {
+                &nominal[from - 1]
+            }
+            .clone();
             let bodies = system.bodies().iter().zip(&turns);
             for (index, ((body, turns), state)) in (0..).zip(bodies.zip(&mut kicked)) {
-                let speeds = [
-                    speed * accuracy.length,
-                    if *turns { speed } else { 0.0 },
-                ];
+                let speeds = [speed * accuracy.length, if *turns { speed } else { 0.0 }];
                 kick(body, state, (flight, direction == 0), index, speeds);
             }
             let left = evaluations.saturating_sub(spent);

@@ -118,12 +118,7 @@ impl Term {
     ///
     /// All of a path of length L from `p` to `q` is within an ellipsoid with these foci, and so within `½ √(L² − |q − p|²)` of
     /// the segment between them.
-    pub(super) fn nearest(
-        &self,
-        bodies: &[RigidBody],
-        ends: [&[BodyState]; 2],
-        h: f64,
-    ) -> f64 {
+    pub(super) fn nearest(&self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) -> f64 {
         let body = self.interaction.body;
         let [(p, v), (q, w)] = ends.map(|states| {
             let (x, v) = (states[body].position, states[body].velocity(&bodies[body]));

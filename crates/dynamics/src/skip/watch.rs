@@ -181,7 +181,11 @@ impl Watch {
             let length = h * v.norm_squared().max(w.norm_squared()).sqrt();
             (0.5 * (p.norm() + q.norm() + length), length)
         };
-        let mut most = if self.sources { way(common) } else { (0.0, 0.0) };
+        let mut most = if self.sources {
+            way(common)
+        } else {
+            (0.0, 0.0)
+        };
         for index in 0..bodies.len() {
             let [(p, v), (q, w)] = at(index);
             let [(x, u), (y, z)] = common;
@@ -258,7 +262,9 @@ impl Watch {
                 Vec::with_capacity(terms.count())
             };
             let apart = self.apart.iter().enumerate();
-            *kept = apart.map(|(gravity, apart)| apart.then(|| all(gravity))).collect();
+            *kept = apart
+                .map(|(gravity, apart)| apart.then(|| all(gravity)))
+                .collect();
         }
         kept.iter_mut().flatten().for_each(Vec::clear);
         let opaque = self.apart.iter().any(|apart| !apart);

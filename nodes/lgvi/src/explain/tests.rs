@@ -212,6 +212,8 @@ fn far_pairs_are_told_of_with_their_bounds() {
     );
     assert!(json["allowance"]["growth"].as_f64().unwrap() > 1.0);
     let text = explanation.to_string();
-    assert!(text.contains("top–other: dropped, the distance makes the rest negligible (allowed beyond"));
+    assert!(
+        text.contains("top–other: dropped, the distance makes the rest negligible (allowed beyond")
+    );
     assert!(text.contains("1e-6 at most"), "{text}");
 }

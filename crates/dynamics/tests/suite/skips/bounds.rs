@@ -98,7 +98,8 @@ fn parts(
         let turning = (body.inertia().inverse() * moment).norm();
         // Of loads that cancel rounding is left, and in moments that of the force that goes through the other's centre.
         // A polyhedron's closed form rounds by the square of the distance over its size.
-        let closed = |body: &RigidBody| matches!(body.distribution(), MassDistribution::Polyhedron(_));
+        let closed =
+            |body: &RigidBody| matches!(body.distribution(), MassDistribution::Polyhedron(_));
         let far = if bodies.iter().any(closed) {
             (distance / 0.2).powi(2).max(1.0)
         } else {

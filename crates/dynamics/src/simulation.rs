@@ -20,8 +20,8 @@ pub struct Simulation {
     next: Vec<BodyState>,
     /// Where a step of several substeps began.
     begun: Vec<BodyState>,
-    /// Where what is left out depends on distances.
-    watch: Option<Watch>,
+    /// Whether the integrator tells of the steps that it makes by itself.
+    cuts: bool,
 }
 
 /// Depth of the deepest subdivision: a step cut into `2³⁰` is as good as none.
@@ -51,10 +51,10 @@ impl Simulation {
             states,
             method,
             integrator,
+            cuts: method.has_error_control(),
             h,
             substeps: 1,
             step: 0,
-            watch: None,
         })
     }
 
@@ -83,29 +83,24 @@ impl Simulation {
         let bodies = self.states.len();
         Ok(Self {
             integrator: Box::new(Subdivision::new(self.integrator, depth, bodies)),
+            cuts: true,
             ..self
         })
     }
 
     /// The same, leaving out what `skip` says.
-    pub fn with_skips(self, skip: Skip) -> Self {
+    pub fn with_skips(mut self, skip: Skip) -> Self {
         let watch = Watch::new(&self.system, &self.states, skip);
-        let mut simulation = Self { watch, ..self };
-        simulation.select();
-        let watch = simulation.watch.take();
-        Self {
-            watch: watch.filter(Watch::varies),
-            ..simulation
-        }
+        self.system.set_watch(watch);
+        self.integrator.start(&mut self.system, &self.states);
+        self
     }
 
     /// Has what the watch says computed from the present states on.
     #[cold]
     fn select(&mut self) {
-        if let Some(watch) = &self.watch {
-            self.system.select(watch.selection(self.system.bodies()));
-            self.integrator.start(&mut self.system, &self.states);
-        }
+        self.system.select();
+        self.integrator.start(&mut self.system, &self.states);
     }
 
     /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
@@ -128,39 +123,35 @@ impl Simulation {
     /// Makes one of the method's steps.
     #[inline]
     fn substep(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
-        let (system, next) = (&mut self.system, &mut self.next);
-        let made = self
-            .integrator
-            .step_to(system, &self.states, next, controls, h);
+        if self.system.is_watched() {
+            return self.watched(controls, h);
+        }
+        let made = self.attempt(controls, h);
         if made.is_ok() {
-            if self.watch.is_some() {
-                return self.watched(made, controls, h);
-            }
-            std::mem::swap(&mut self.states, next);
+            std::mem::swap(&mut self.states, &mut self.next);
         }
         made
     }
 
-    /// Takes a step as made, unless it has led bodies nearer to each other than what was left out of it allows: then it is made
-    /// anew.
-    fn watched(
-        &mut self,
-        mut made: Result<StepReport, StepError>,
-        controls: &[Load],
-        h: f64,
-    ) -> Result<StepReport, StepError> {
-        while made.is_ok()
-            && self
-                .watch
-                .as_mut()
-                .is_some_and(|watch| watch.is_breached(&self.next))
-        {
+    #[inline]
+    fn attempt(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
+        let (system, next) = (&mut self.system, &mut self.next);
+        self.integrator
+            .step_to(system, &self.states, next, controls, h)
+    }
+
+    /// Makes a step anew as long as it leads bodies nearer to each other than what is left out of it allows.
+    fn watched(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
+        let made = loop {
+            let made = self.attempt(controls, h);
+            if made.is_ok() && !self.cuts {
+                self.system.pass(&self.states, &self.next, h);
+            }
+            if !self.system.watch().is_some_and(Watch::take_breach) {
+                break made;
+            }
             self.select();
-            let (system, next) = (&mut self.system, &mut self.next);
-            made = self
-                .integrator
-                .step_to(system, &self.states, next, controls, h);
-        }
+        };
         if made.is_ok() {
             std::mem::swap(&mut self.states, &mut self.next);
             self.review();
@@ -170,11 +161,9 @@ impl Simulation {
 
     /// Has computed what suits the present states.
     fn review(&mut self) {
-        if self
-            .watch
-            .as_mut()
-            .is_some_and(|watch| watch.review(&self.states))
-        {
+        let states = &self.states;
+        let watch = self.system.watch();
+        if watch.is_some_and(|watch| watch.review(states)) {
             self.select();
         }
     }
@@ -208,17 +197,16 @@ impl Simulation {
         check(&self.system, states)?;
         self.states.copy_from_slice(states);
         self.system.constrain(&mut self.states);
-        self.integrator.start(&mut self.system, &self.states);
-        if let Some(watch) = &mut self.watch {
+        if let Some(watch) = self.system.watch() {
             watch.begin(&self.states);
-            self.select();
         }
+        self.select();
         Ok(())
     }
 
     /// How often an interaction has been taken up in more or in less detail on the way.
     pub fn switches(&self) -> u64 {
-        self.watch.as_ref().map_or(0, Watch::switches)
+        self.system.switches()
     }
 
     /// The bodies and their gravity.

@@ -1,4 +1,5 @@
 use crate::gravity::{CloseApproach, Form, Gravity, Kept};
+use crate::skip::Watch;
 use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Bodies and the gravity that acts on them.
@@ -7,12 +8,16 @@ pub struct System {
     gravity: Vec<Box<dyn Gravity>>,
     /// Whether anything has an extent that another could enter.
     extents: bool,
-    selection: Option<Selection>,
+    selection: Selection,
+    /// Where what is left out depends on distances.
+    watch: Option<Watch>,
 }
 
-/// What is computed of a system, where that is not everything.
+/// What is computed of a system.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Selection {
+    /// Whether that is not everything; what follows is of no account where it is.
+    pub(crate) is_partial: bool,
     /// What is kept of each gravity; all of it where it cannot be taken apart.
     pub(crate) kept: Vec<Option<Vec<Kept>>>,
     /// The bodies on which gravity has no moment.
@@ -27,7 +32,8 @@ impl System {
             bodies,
             gravity,
             extents,
-            selection: None,
+            selection: Selection::default(),
+            watch: None,
         }
     }
 
@@ -41,13 +47,16 @@ impl System {
         for load in loads.iter_mut() {
             *load = Load::default();
         }
-        let Some(Selection { kept, .. }) = &self.selection else {
+        if let Some(watch) = &mut self.watch {
+            watch.look(states);
+        }
+        if !self.selection.is_partial {
             for gravity in &mut self.gravity {
                 gravity.add_loads(&self.bodies, states, loads);
             }
             return;
-        };
-        for (gravity, kept) in self.gravity.iter_mut().zip(kept) {
+        }
+        for (gravity, kept) in self.gravity.iter_mut().zip(&self.selection.kept) {
             match kept {
                 Some(kept) => gravity.add_kept_loads(&self.bodies, states, loads, kept),
                 None => gravity.add_loads(&self.bodies, states, loads),
@@ -60,16 +69,55 @@ impl System {
         &self.gravity
     }
 
-    /// Computes what is selected from now on; everything where that is none.
-    pub(crate) fn select(&mut self, selection: Option<Selection>) {
-        self.selection = selection;
+    /// Computes from now on what a watch selects; everything where there is none.
+    pub(crate) fn set_watch(&mut self, watch: Option<Watch>) {
+        self.selection.is_partial = false;
+        self.watch = watch;
+        self.select();
+        self.watch = self.watch.take().filter(Watch::varies);
+        if self.watch.is_some() {
+            for gravity in &mut self.gravity {
+                gravity.prepare(&self.bodies);
+            }
+        }
+    }
+
+    /// Computes what the watch has found.
+    pub(crate) fn select(&mut self) {
+        if let Some(watch) = &self.watch {
+            watch.select(&self.bodies, &mut self.selection);
+        }
+    }
+
+    /// Who sees to it that no distance is too short for what is left out.
+    pub(crate) fn watch(&mut self) -> Option<&mut Watch> {
+        self.watch.as_mut()
+    }
+
+    /// Changes of level so far.
+    pub(crate) fn switches(&self) -> u64 {
+        self.watch.as_ref().map_or(0, Watch::switches)
+    }
+
+    /// Whether what is left out depends on distances.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.watch.is_some()
+    }
+
+    /// Has the watch look at a step of length `h`, made as one.
+    #[inline]
+    pub(crate) fn pass(&mut self, from: &[BodyState], to: &[BodyState], h: f64) {
+        if let Some(watch) = &mut self.watch {
+            watch.pass(&self.bodies, [from, to], h);
+        }
     }
 
     /// Whether gravity has no moment on a body, one a body; empty where that is not known.
     pub(crate) fn coasting(&self) -> &[bool] {
-        match &self.selection {
-            Some(selection) => &selection.coasting,
-            None => &[],
+        if self.selection.is_partial {
+            &self.selection.coasting
+        } else {
+            &[]
         }
     }
 

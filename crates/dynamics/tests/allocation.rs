@@ -11,8 +11,10 @@ use case::Case;
 use lgvi_dynamics::gravity::{Fixed, Gravity, Multipole, Mutual, Polyhedron};
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
 use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
+use lgvi_dynamics::skip::Allowance;
 use lgvi_dynamics::{
-    BodyState, Drive, Inertia, Load, Method, Mobility, RigidBody, Simulation, System,
+    BodyState, Drive, Inertia, Load, Method, Mobility, PointMass, RigidBody, Simulation, Skip,
+    System,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -193,5 +195,60 @@ fn gravity_of_every_kind_allocates_nothing() {
         let system = System::new(bodies.clone(), gravity);
         let simulation = Simulation::new(system, states.clone(), method, 0.01).expect("a method");
         assert_eq!(taken(simulation), AllocationInfo::default(), "{method}");
+    }
+}
+
+/// Two bodies pass one another; what is computed of their attraction becomes more and less again.
+#[test]
+fn a_change_of_what_is_left_out_allocates_nothing() {
+    let points = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let points = points
+        .into_iter()
+        .flat_map(|axis| [0.2 * axis, -0.2 * axis]);
+    let points = points.map(|position| PointMass {
+        mass: 0.25,
+        position,
+    });
+    let inertia = Inertia::principal([3.0, 4.0, 5.0]).expect("inertia");
+    let body = RigidBody::new(1.5, inertia, points.collect()).expect("a body");
+    let bodies = [body.clone(), body];
+    let states = [-1.0, 1.0].map(|side| {
+        BodyState::from_velocities(
+            &bodies[0],
+            Vector3::new(5.0 * side, 0.4 * side, 0.0),
+            Vector3::new(-2.0 * side, 0.0, 0.0),
+            Matrix3::identity(),
+            Vector3::new(0.1, 0.2, -0.1),
+        )
+    });
+    let skip = Skip::Within(Allowance {
+        tolerance: 0.1,
+        perturbation: 0.02,
+        length: 1.0,
+        response: 1.0,
+        evaluations: 0,
+    });
+    let all = methods().into_iter();
+    for (method, depth) in all.flat_map(|method| [(method, 0), (method, 2)]) {
+        let system = System::new(bodies.to_vec(), vec![Box::new(Mutual::new(0.1))]);
+        let simulation = Simulation::new(system, states.to_vec(), method, 0.05);
+        let mut simulation = simulation.expect("a method");
+        if depth > 0 && !method.has_error_control() {
+            simulation = simulation.with_subdivision(depth).expect("a depth");
+        }
+        let mut simulation = simulation.with_skips(skip);
+        let mut fly = |steps: u32| {
+            (0..steps).for_each(|_| {
+                simulation.advance(&[Load::default(); 2]).expect("a step");
+            });
+        };
+        fly(STEPS[0]);
+        let info = measure(|| fly(STEPS[1]));
+        assert_eq!(info, AllocationInfo::default(), "{method}, {depth}");
+        assert!(
+            simulation.switches() >= 4,
+            "{method}: {}",
+            simulation.switches()
+        );
     }
 }

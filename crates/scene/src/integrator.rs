@@ -6,7 +6,7 @@ use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
 use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
 use lgvi_dynamics::{Method, Skip};
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
+use serde::de::{MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use crate::file::ChartFile;
@@ -47,12 +47,46 @@ pub enum Skipping {
 }
 
 /// `skip = "nothing"`, `"exact"`, or `{ tolerance = 1e-9 }`.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy)]
 pub(crate) enum SkipFile {
     Nothing,
     Exact,
     Tolerance(f64),
+}
+
+impl<'de> Deserialize<'de> for SkipFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Within {
+            tolerance: f64,
+        }
+
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = SkipFile;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("\"nothing\", \"exact\" or a table with a tolerance")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Self::Value, E> {
+                match word {
+                    "nothing" => Ok(SkipFile::Nothing),
+                    "exact" => Ok(SkipFile::Exact),
+                    _ => Err(E::invalid_value(Unexpected::Str(word), &self)),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                let Within { tolerance } = Within::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(SkipFile::Tolerance(tolerance))
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
 }
 
 impl fmt::Display for Scheme {

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::gravity::Polyhedron;
-use lgvi_dynamics::skip::Plan;
+use lgvi_dynamics::skip::{Allowance, Plan, Refusal};
 use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, Skip, System};
 
 use crate::{
@@ -129,6 +129,18 @@ impl Scene {
             method,
             substeps,
             skip,
+        }
+    }
+
+    /// Why nothing is left out by the scene's tolerance; none where something is, or where there is no tolerance. Found by
+    /// pilot flights, as in [`Scene::scheme`].
+    pub fn skip_refusal(&self) -> Option<Refusal> {
+        match self.skipping {
+            Skipping::Nothing | Skipping::Exact => None,
+            Skipping::Within(tolerance) => {
+                let (mut system, states) = (self.system(), self.states());
+                Allowance::new(&mut system, &states, self.duration, tolerance).err()
+            }
         }
     }
 

@@ -115,7 +115,9 @@ impl Managed for Propagator {
         info!("flown by {}", flight.scheme());
         if let Skip::Within(allowance) = flight.scheme().skip {
             let tolerance = allowance.tolerance;
-            info!("left out of gravity: what changes the end of the run by {tolerance:e} at most");
+            info!(
+                "left out of gravity: what changes the end of the run by {tolerance:.1e} at most"
+            );
         }
 
         let shm = node.shm()?;

@@ -27,8 +27,7 @@ pub use accuracy::Accuracy;
 pub use choice::{Candidate, Choice, Outlook};
 pub use error::ChoiceError;
 
-pub(crate) use accuracy::rate;
-pub(crate) use growth::Growth;
+use accuracy::rate;
 
 use crate::{BodyState, System};
 use cost::Cost;

@@ -1,5 +1,5 @@
 use lgvi_lie::hat;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::remainder::Side;
 use crate::{Inertia, MassDistribution, Mobility, PointMass, RigidBody};
@@ -14,8 +14,11 @@ pub(super) struct Extent {
     spread: f64,
     /// Sum of the absolute eigenvalues of the second harmonic of a series.
     harmonic: f64,
-    /// `Σ m |J⁻¹ S(ρ)| |ρ|`, by what gradient of acceleration it is turned.
+    /// `Σ m |J⁻¹ S(ρ)| |ρ|` or more, by what gradient of acceleration it is turned.
     leverage: f64,
+    /// Distance of its centre of mass from the origin, which is rounding, and that times `m |J⁻¹|`.
+    offset: f64,
+    arm: f64,
     /// Whether it is a point of mass at the origin.
     pub(super) is_point: bool,
     /// Whether its centre of mass is its origin, so that it can be taken for a point there.
@@ -32,6 +35,8 @@ impl Extent {
             spread: 0.0,
             harmonic: 0.0,
             leverage: 0.0,
+            offset: 0.0,
+            arm: 0.0,
             is_point: false,
             is_centred: *body.mobility() != Mobility::Pivoted,
             is_given: body.mobility().is_given(),
@@ -47,25 +52,35 @@ impl Extent {
             MassDistribution::Polyhedron(mass) => {
                 extent.hold(mass.cloud(), body.inertia());
                 extent.reach = extent.reach.max(mass.field().bounding_radius());
+                // The cloud has the second moments of the mass, whose `∫ |J⁻¹ S(ρ)| |ρ| dm` it does not have.
+                extent.leverage = extent.mass * extent.spread * norm(body.inertia().inverse());
             }
         }
         Some(extent)
     }
 
     fn hold(&mut self, points: &[PointMass], inertia: &Inertia) {
+        let mut first = Vector3::zeros();
         for point in points {
+            first += point.mass * point.position;
             let squared = point.position.norm_squared();
             self.reach = self.reach.max(squared.sqrt());
             self.spread += point.mass.abs() * squared / self.mass;
             let turning = inertia.inverse() * hat(&point.position);
             self.leverage += point.mass.abs() * norm(&turning) * squared.sqrt();
         }
+        self.offset = first.norm() / self.mass;
+        self.arm = first.norm() * norm(inertia.inverse());
         self.is_point = points.len() == 1 && self.reach == 0.0;
     }
 
     /// What it feels of another under the gravitational constant `g`; none where it does not move by it.
     pub(super) fn side(&self, other: &Self, g: f64) -> Option<Side> {
-        self.side_of([g * other.mass, g * other.harmonic], other.spread)
+        let side = self.side_of([g * other.mass, g * other.harmonic], other.spread);
+        side.map(|side| Side {
+            offset: side.offset + other.offset,
+            ..side
+        })
     }
 
     /// What it feels of a source with this `GM` and second harmonic.
@@ -77,6 +92,8 @@ impl Extent {
             own: self.spread,
             other: spread,
             leverage: self.leverage,
+            offset: self.offset,
+            arm: self.arm,
         })
     }
 }

@@ -53,6 +53,9 @@ pub trait Gravity: Send {
         None
     }
 
+    /// Makes whatever any level of an interaction needs, so that loads allocate nothing.
+    fn prepare(&mut self, _bodies: &[RigidBody]) {}
+
     /// Adds to `loads` what those of its interactions exert that are kept.
     fn add_kept_loads(
         &mut self,

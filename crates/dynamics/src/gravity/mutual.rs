@@ -103,6 +103,13 @@ impl Gravity for Mutual {
         Some(all)
     }
 
+    fn prepare(&mut self, bodies: &[RigidBody]) {
+        let couples = bodies.iter().map(|body| body.points().len().div_ceil(2));
+        self.couples.clear();
+        self.couples.reserve(2 * couples.max().unwrap_or_default());
+        self.series = bodies.iter().map(RigidBody::to_second_order).collect();
+    }
+
     fn add_kept_loads(
         &mut self,
         bodies: &[RigidBody],
@@ -127,7 +134,7 @@ impl Gravity for Mutual {
                 }
                 Level::Quadrupole => {
                     if self.series.len() != bodies.len() {
-                        self.series = bodies.iter().map(RigidBody::to_second_order).collect();
+                        self.prepare(bodies);
                     }
                     pair::between_series([&self.series[i], &self.series[j]], at).add_to(
                         loads,

@@ -56,7 +56,10 @@ impl Subdivision {
             .step(system, states, controls, h)
             .and_then(|report| self.resolved(system, states, h, level).map(|()| report));
         let error = match whole {
-            Ok(report) => return Ok(report),
+            Ok(report) => {
+                system.pass(&self.begun[level], states, h);
+                return Ok(report);
+            }
             Err(error) => error,
         };
         states.copy_from_slice(&self.begun[level]);

@@ -4,8 +4,8 @@
 //! mass, or not at all. What leaves nothing out but rounding is always taken ([`Skip::Exact`]). Beyond that an
 //! [`Allowance`] says how much of every body's acceleration may be neglected so that the state at the end of a run errs by
 //! no more than a tolerance, shared by the body's interactions as their costs are; it tells the distance from which each may be
-//! simplified. Distances are watched: a step that ends with a pair nearer than that is made anew with the pair in more
-//! detail, so that what is neglected stays within the allowance.
+//! simplified. Distances are watched, in every evaluation and along every step: one that brings a pair nearer than that is made
+//! anew with the pair in more detail, so that what is neglected stays within the allowance.
 //!
 //! A body on which gravity has no moment turns freely. Where its rotation is known in closed form it turns once a step, in
 //! however many stages the step is made, and not at all while it is at rest.
@@ -16,7 +16,7 @@ mod response;
 mod term;
 mod watch;
 
-pub use allowance::{Allowance, EVALUATIONS};
+pub use allowance::{Allowance, Refusal};
 pub use plan::{BodyPlan, InteractionPlan, Plan, Rotation, Translation};
 
 pub(crate) use watch::Watch;

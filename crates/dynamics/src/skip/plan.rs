@@ -126,7 +126,8 @@ fn bodies(
     watch: Option<&Watch>,
 ) -> Vec<BodyPlan> {
     let all = system.bodies();
-    let selection = watch.and_then(|watch| watch.selection(all));
+    let selection = watch.map(|watch| watch.selection(all));
+    let selection = selection.filter(|selection| selection.is_partial);
     let each = all.iter().zip(states).enumerate();
     each.map(|(index, (body, state))| {
         let acts = |gravity: &Vec<crate::gravity::Kept>| {

@@ -2,136 +2,155 @@
 
 use nalgebra::Vector3;
 
-use crate::auto::{Accuracy, Growth, rate};
+use super::{Refusal, Skip, Watch};
+use crate::auto::Accuracy;
 use crate::integrator::Adaptive;
-use crate::{BodyState, Integrator, Load, Mobility, RigidBody, System};
+use crate::{BodyState, Integrator, Load, Mobility, RigidBody, StepError, System};
 
-/// Flights whose velocities are changed a little: along the motion, and in other directions.
-const FLIGHTS: u64 = 3;
+/// Equal intervals of the run at whose ends the flights are looked at.
+const SAMPLES: usize = 64;
 
-/// Equal intervals of a flight at whose ends it is looked at, and how many of them must be flown.
-const SAMPLES: u32 = 64;
-const LEAST: usize = 8;
+/// The flights whose velocities are changed: in which direction, along the motion being the first, and at which sample.
+const KICKS: [(u64, usize); 6] = [
+    (0, 0),
+    (1, 0),
+    (2, 0),
+    (0, SAMPLES / 4),
+    (1, SAMPLES / 2),
+    (0, 3 * SAMPLES / 4),
+];
 
-/// Tolerance of a step, and what the change of velocity would make of a free motion by the end.
+/// Part of all evaluations that the flight without a change may take; those with one take 4.5 times as many together.
+const NOMINAL: u64 = 6;
+
+/// Tolerance of a step, and what the change of velocity would make of a free motion in the whole run.
 const TOLERANCE: f64 = 1e-11;
 const CHANGE: f64 = 1e-6;
 
-/// Evaluations of gravity that a radian of the fastest motion is expected to take.
-const PER_RADIAN: f64 = 40.0;
+/// The greatest error that is taken to be proportional to the change that it comes from.
+const SMALL: f64 = 1e-2;
 
 /// Factor for directions and times that were not flown.
 const MARGIN: f64 = 2.0;
 
-/// How far a change of velocity carries: `|z(t)| ≤ κ t |ż(0)|`, where z is the change of all positions relative to the size of
-/// the scene and of all attitudes in rad, and its norm the greatest of them; κ is 1 in free motion, and 3 along a circular
-/// orbit.
+/// How far a change of velocity carries: `|z(t)| ≤ κ (t − τ) |ż(τ)|`, where z is the change of all positions relative to the
+/// size of the scene and of all attitudes in rad, and its norm the greatest of them; κ is 1 in free motion, and 3 along a
+/// circular orbit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response {
     /// κ over the whole run.
     pub(super) factor: f64,
-    /// Time for which it was measured.
-    pub(super) horizon: f64,
     /// Evaluations of gravity that took.
     pub(super) evaluations: u64,
 }
 
 impl Response {
-    /// Measured in flights that take about so many evaluations; none where they do not get anywhere.
+    /// Measured in flights of the whole run that take no more than about so many evaluations; with the states on the way.
     pub(super) fn measure(
         system: &mut System,
         states: &[BodyState],
         duration: f64,
         evaluations: u64,
-    ) -> Option<Self> {
-        let each = evaluations / (FLIGHTS + 1);
-        let rate = rate(system, states).max(1.0 / duration);
-        let horizon = duration.min(each as f64 / (PER_RADIAN * rate));
-        let interval = horizon / f64::from(SAMPLES);
+    ) -> Result<(Self, Vec<Vec<BodyState>>), Refusal> {
+        let turns = turns(system, states);
+        let start = stilled(states, &turns);
         let accuracy = Accuracy::new(system.bodies(), states);
-        let speed = CHANGE / horizon;
-        let course = Course::fly(system, states, interval, 2 * each)?;
-        let mut spent = course.evaluations;
-        let mut errors = vec![0.0_f64; course.samples.len()];
-        for flight in 0..FLIGHTS {
-            let mut kicked = states.to_vec();
-            for (index, (body, state)) in system.bodies().iter().zip(&mut kicked).enumerate() {
-                kick(
-                    body,
-                    state,
-                    flight,
-                    index as u64,
-                    [speed * accuracy.length, speed],
-                );
+        let interval = duration / SAMPLES as f64;
+        let speed = CHANGE / duration;
+        let (nominal, mut spent) =
+            course(system, &start, (interval, SAMPLES), evaluations / NOMINAL)?;
+        let mut factor = 1.0_f64;
+        for (flight, (direction, from)) in (0..).zip(KICKS) {
+            let mut kicked = if from == 0 {
+                &start
+            } else {
+                &nominal[from - 1]
             }
-            let other = Course::fly(system, &kicked, interval, 2 * each)?;
-            spent += other.evaluations;
-            errors.truncate(other.samples.len());
-            let pairs = course.samples.iter().zip(&other.samples);
-            for (error, (nominal, kicked)) in errors.iter_mut().zip(pairs) {
-                *error = error.max(accuracy.error(kicked, nominal));
+            .clone();
+            let bodies = system.bodies().iter().zip(&turns);
+            for (index, ((body, turns), state)) in (0..).zip(bodies.zip(&mut kicked)) {
+                let speeds = [speed * accuracy.length, if *turns { speed } else { 0.0 }];
+                kick(body, state, (flight, direction == 0), index, speeds);
+            }
+            let left = evaluations.saturating_sub(spent);
+            let (other, took) = course(system, &kicked, (interval, SAMPLES - from), left)?;
+            spent += took;
+            for (sample, (states, truth)) in (1_u32..).zip(other.iter().zip(&nominal[from..])) {
+                let error = accuracy.error(states, truth);
+                if error > SMALL {
+                    return Err(Refusal::Saturated { error });
+                }
+                factor = factor.max(error / (speed * interval * f64::from(sample)));
             }
         }
-        if errors.len() < LEAST {
-            return None;
-        }
-        let times = (1..).map(|sample| f64::from(sample) * interval);
-        let measured = errors.iter().zip(times);
-        let measured = measured
-            .map(|(error, t)| error / (speed * t))
-            .fold(1.0, f64::max);
-        let horizon = interval * errors.len() as f64;
-        let beyond = if horizon < duration {
-            let growth = Growth::fit(&errors, horizon).factor(horizon, duration);
-            (growth * horizon / duration).max(1.0)
-        } else {
-            1.0
-        };
-        Some(Self {
-            factor: MARGIN * measured * beyond,
-            horizon,
+        let response = Self {
+            factor: MARGIN * factor,
             evaluations: spent,
-        })
+        };
+        Ok((response, nominal))
     }
 }
 
-/// States at the ends of equal intervals.
-struct Course {
-    samples: Vec<Vec<BodyState>>,
-    evaluations: u64,
+/// Whether a body's rotation depends on what is left out, or anything on its rotation: not where gravity has no moment on it.
+fn turns(system: &System, states: &[BodyState]) -> Vec<bool> {
+    let bodies = system.bodies();
+    let watch = Watch::new(system, states, Skip::Exact);
+    let coasting = watch.map(|watch| watch.selection(bodies).coasting);
+    coasting.map_or_else(
+        || vec![true; bodies.len()],
+        |coasting| coasting.into_iter().map(|coasts| !coasts).collect(),
+    )
 }
 
-impl Course {
-    /// As far as the motion goes on and evaluations suffice.
-    fn fly(system: &mut System, states: &[BodyState], interval: f64, most: u64) -> Option<Self> {
-        let mut integrator = Adaptive::dormand_prince853(TOLERANCE, system.bodies()).ok()?;
-        let controls = vec![Load::default(); states.len()];
-        let mut states = states.to_vec();
-        let mut samples = Vec::new();
-        integrator.start(system, &states);
-        for _ in 0..SAMPLES {
-            let step = integrator.step(system, &mut states, &controls, interval);
-            if step.is_err() || integrator.work().evaluations > most {
-                break;
-            }
-            samples.push(states.clone());
-        }
-        Some(Self {
-            samples,
-            evaluations: integrator.work().evaluations,
-        })
+/// The states, those bodies without spin that do not turn.
+fn stilled(states: &[BodyState], turns: &[bool]) -> Vec<BodyState> {
+    let mut states = states.to_vec();
+    for (state, _) in states.iter_mut().zip(turns).filter(|(_, turns)| !**turns) {
+        state.angular_momentum = Vector3::zeros();
     }
+    states
+}
+
+/// States at the ends of so many equal intervals, and the evaluations of gravity that took, which are at most about `most`.
+fn course(
+    system: &mut System,
+    states: &[BodyState],
+    (interval, samples): (f64, usize),
+    most: u64,
+) -> Result<(Vec<Vec<BodyState>>, u64), Refusal> {
+    let mut integrator = Adaptive::to(TOLERANCE, system.bodies());
+    let controls = vec![Load::default(); states.len()];
+    let mut states = states.to_vec();
+    integrator.start(system, &states);
+    let mut all = Vec::with_capacity(samples);
+    for _ in 0..samples {
+        integrator.limit(most.saturating_sub(integrator.work().evaluations));
+        integrator
+            .step(system, &mut states, &controls, interval)
+            .map_err(|error| match error {
+                StepError::TooManySteps { .. } => Refusal::Costly { evaluations: most },
+                error => Refusal::Flight(error),
+            })?;
+        all.push(states.clone());
+    }
+    Ok((all, integrator.work().evaluations))
 }
 
 /// Changes velocity and angular velocity by these amounts: along the motion, or in a direction of the flight's own.
-fn kick(body: &RigidBody, state: &mut BodyState, flight: u64, index: u64, [v, w]: [f64; 2]) {
-    let along = |motion: Vector3<f64>, which: u64| {
+fn kick(
+    body: &RigidBody,
+    state: &mut BodyState,
+    (flight, along): (u64, bool),
+    index: u64,
+    [v, w]: [f64; 2],
+) {
+    let towards = |motion: Vector3<f64>, which: u64| {
         let other = direction(flight, 2 * index + which);
-        let along = if flight == 0 { motion } else { other };
-        along.try_normalize(0.0).unwrap_or(other)
+        let motion = if along { motion } else { other };
+        motion.try_normalize(0.0).unwrap_or(other)
     };
-    let velocity = v * along(state.velocity(body), 0);
-    let angular_velocity = w * along(state.angular_velocity(body), 1);
+    let velocity = v * towards(state.velocity(body), 0);
+    let angular_velocity = w * towards(state.angular_velocity(body), 1);
     match body.mobility() {
         Mobility::Free => state.linear_momentum += body.mass() * velocity,
         Mobility::Pivoted => {}

@@ -1,6 +1,6 @@
-use crate::BodyState;
 use crate::gravity::{Interaction, Level, Partner};
 use crate::skip::{Allowance, Skip};
+use crate::{BodyState, RigidBody};
 
 /// By how much further than necessary a pair must be to be simplified; until it is as near as the second it stays so.
 const COMFORT: f64 = 1.25;
@@ -86,10 +86,11 @@ impl Term {
         self.level < self.at(distance)
     }
 
-    /// The level that suits this distance, given the present one.
-    pub(super) fn suited(&self, distance: f64) -> Level {
+    /// The level that suits this distance, given the present one, if a step may shorten it by `stride`.
+    pub(super) fn suited(&self, distance: f64, stride: f64) -> Level {
+        let least = self.at(distance / CARE);
         self.level
-            .clamp(self.at(distance / CARE), self.at(distance / COMFORT))
+            .clamp(least, self.at((distance - stride) / COMFORT).max(least))
     }
 
     /// The level to begin with.
@@ -97,20 +98,48 @@ impl Term {
         self.at(distance / COMFORT)
     }
 
-    /// How far the distance may change until another level suits.
-    pub(super) fn slack(&self, distance: f64) -> f64 {
+    /// How far the distance may change until it is shorter than the level allows, and how far until a lower level suits.
+    pub(super) fn slack(&self, distance: f64, stride: f64) -> [f64; 2] {
         let finite = |limit: &&f64| **limit > 0.0 && limit.is_finite();
         let level = self.level as usize;
         let (below, above) = self.limits.split_at(level.min(self.limits.len()));
-        let mut slack = f64::INFINITY;
-        if let Some(limit) = above.first().filter(finite) {
-            slack = distance - limit;
-        }
+        let margin = above.first().filter(finite);
         // the lower ones come last, and the furthest first
-        if let Some(limit) = below.iter().rev().find(finite) {
-            slack = slack.min((COMFORT * limit - distance).max((CARE - 1.0) * limit));
-        }
-        slack
+        let lower = below.iter().rev().find(finite);
+        [
+            margin.map_or(f64::INFINITY, |limit| distance - limit),
+            lower.map_or(f64::INFINITY, |limit| {
+                (COMFORT * limit + stride - distance).max((CARE - 1.0) * limit)
+            }),
+        ]
+    }
+
+    /// The least distance of the two within a step, if neither is faster, against the other, than at one of its ends.
+    ///
+    /// All of a path of length L from `p` to `q` is within an ellipsoid with these foci, and so within `½ √(L² − |q − p|²)` of
+    /// the segment between them.
+    pub(super) fn nearest(&self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) -> f64 {
+        let body = self.interaction.body;
+        let [(p, v), (q, w)] = ends.map(|states| {
+            let (x, v) = (states[body].position, states[body].velocity(&bodies[body]));
+            match self.interaction.partner {
+                Partner::Body(other) => {
+                    let there = &states[other];
+                    (x - there.position, v - there.velocity(&bodies[other]))
+                }
+                Partner::Source(place) => (x - place, v),
+                Partner::Field => (x, v),
+            }
+        });
+        let way = q - p;
+        let squared = way.norm_squared();
+        let length = h * h * v.norm_squared().max(w.norm_squared());
+        let along = if squared > 0.0 {
+            (-p.dot(&way) / squared).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (p + along * way).norm() - 0.5 * (length - squared).max(0.0).sqrt()
     }
 }
 

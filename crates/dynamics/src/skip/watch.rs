@@ -17,10 +17,17 @@ pub(crate) struct Watch {
     apart: Vec<bool>,
     /// Where the bodies were when all distances were last looked at.
     seen: Vec<Vector3<f64>>,
-    /// How far any distance may change from there until another level suits.
+    /// How far each distance may change from there until it is too short, and the least of them.
+    margins: Vec<f64>,
+    margin: f64,
+    /// How far any distance may change until another level suits.
     slack: f64,
+    /// By how much a step shortens a distance at most.
+    stride: f64,
     /// Whether sources with a place take part.
     sources: bool,
+    /// Whether any distance was too short since that was last asked.
+    breached: bool,
     switches: u64,
 }
 
@@ -58,8 +65,12 @@ impl Watch {
             terms,
             apart,
             seen: Vec::new(),
+            margins: Vec::new(),
+            margin: f64::INFINITY,
             slack: f64::INFINITY,
+            stride: 0.0,
             sources,
+            breached: false,
             switches: 0,
         };
         watch.begin(states);
@@ -74,16 +85,33 @@ impl Watch {
         self.see(states);
     }
 
-    /// Gives all interactions of which `states` are too near the level that they need; whether there are any.
+    /// Looks at what a step is computed from.
     #[inline]
-    pub(crate) fn is_breached(&mut self, states: &[BodyState]) -> bool {
-        !self.is_quiet(states) && self.mend(states)
+    pub(crate) fn look(&mut self, states: &[BodyState]) {
+        let moved = self.moved(states);
+        if 2.0 * moved >= self.margin {
+            self.mend(2.0 * moved, |term| term.distance(states));
+        }
     }
 
-    /// Gives all interactions the level that suits them in `states`; whether any changes.
+    /// Looks at a step from states to others, made as one.
+    pub(crate) fn pass(&mut self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) {
+        let (moved, way) = self.passed(bodies, ends, h.abs());
+        self.stride = self.stride.max(2.0 * way);
+        if 2.0 * moved >= self.margin {
+            self.mend(2.0 * moved, |term| term.nearest(bodies, ends, h));
+        }
+    }
+
+    /// Whether any distance was too short since that was last asked; such interactions now have the level that they need.
+    pub(crate) fn take_breach(&mut self) -> bool {
+        std::mem::take(&mut self.breached)
+    }
+
+    /// Gives all interactions the level that suits them in `states`, where a step ended; whether any changes.
     #[inline]
     pub(crate) fn review(&mut self, states: &[BodyState]) -> bool {
-        !self.is_quiet(states) && self.suit(states)
+        2.0 * self.moved(states) >= self.slack && self.suit(states)
     }
 
     /// Whether any level depends on a distance.
@@ -107,8 +135,8 @@ impl Watch {
         &self.terms
     }
 
-    /// Whether no distance can have changed by as much as matters.
-    fn is_quiet(&self, states: &[BodyState]) -> bool {
+    /// The greatest displacement since all distances were looked at; infinite where it is not a number.
+    fn moved(&self, states: &[BodyState]) -> f64 {
         let per_body = 1.0 / states.len() as f64;
         let moved = |(state, seen): (&BodyState, &Vector3<f64>)| state.position - seen;
         let each = || states.iter().zip(&self.seen).map(moved);
@@ -121,27 +149,72 @@ impl Watch {
         for displacement in each() {
             most = most.max((displacement - common).norm_squared());
         }
-        2.0 * most.sqrt() < self.slack
+        if common.norm_squared().is_finite() {
+            most.sqrt()
+        } else {
+            f64::INFINITY
+        }
     }
 
+    /// The same at any time within a step of the given ends and duration, and the length of the longest way, if nothing is
+    /// faster, against the common motion, than at one of them: a way of length L from `p` to `q` leads no further away than
+    /// `½ (|p| + |q| + L)`.
+    fn passed(&self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) -> (f64, f64) {
+        let per_body = 1.0 / bodies.len() as f64;
+        let at = |index: usize| {
+            ends.map(|states| {
+                let state = &states[index];
+                (
+                    state.position - self.seen[index],
+                    state.velocity(&bodies[index]),
+                )
+            })
+        };
+        let mut common = [(Vector3::zeros(), Vector3::zeros()); 2];
+        for index in 0..bodies.len() {
+            for ((x, v), (dx, dv)) in common.iter_mut().zip(at(index)) {
+                *x += per_body * dx;
+                *v += per_body * dv;
+            }
+        }
+        let way = |[(p, v), (q, w)]: [(Vector3<f64>, Vector3<f64>); 2]| {
+            let length = h * v.norm_squared().max(w.norm_squared()).sqrt();
+            (0.5 * (p.norm() + q.norm() + length), length)
+        };
+        let mut most = if self.sources {
+            way(common)
+        } else {
+            (0.0, 0.0)
+        };
+        for index in 0..bodies.len() {
+            let [(p, v), (q, w)] = at(index);
+            let [(x, u), (y, z)] = common;
+            let (moved, length) = way([(p - x, v - u), (q - y, w - z)]);
+            most = (most.0.max(moved), most.1.max(length));
+        }
+        most
+    }
+
+    /// Gives interactions the level that they need at these distances, if those can have become too short by a change of
+    /// `moved`.
     #[cold]
-    fn mend(&mut self, states: &[BodyState]) -> bool {
-        let before = self.switches;
-        for term in &mut self.terms {
-            let distance = term.distance(states);
+    fn mend(&mut self, moved: f64, distance: impl Fn(&Term) -> f64) {
+        let near = self.terms.iter_mut().zip(&self.margins);
+        for (term, _) in near.filter(|(_, margin)| **margin <= moved) {
+            let distance = distance(term);
             if term.is_breached(distance) {
-                term.level = term.suited(distance);
+                term.level = term.suited(distance, 0.0);
+                self.breached = true;
                 self.switches += 1;
             }
         }
-        self.switches > before
     }
 
     #[cold]
     fn suit(&mut self, states: &[BodyState]) -> bool {
         let before = self.switches;
         for term in &mut self.terms {
-            let suited = term.suited(term.distance(states));
+            let suited = term.suited(term.distance(states), self.stride);
             self.switches += u64::from(suited != term.level);
             term.level = suited;
         }
@@ -152,22 +225,52 @@ impl Watch {
     fn see(&mut self, states: &[BodyState]) {
         self.seen.clear();
         self.seen.extend(states.iter().map(|state| state.position));
-        let slacks = self.terms.iter().filter(|term| term.varies());
-        self.slack = slacks
-            .map(|term| term.slack(term.distance(states)))
-            .fold(f64::INFINITY, f64::min);
+        self.margins.clear();
+        self.margin = f64::INFINITY;
+        self.slack = f64::INFINITY;
+        for term in &self.terms {
+            let [margin, lower] = if term.varies() {
+                term.slack(term.distance(states), self.stride)
+            } else {
+                [f64::INFINITY; 2]
+            };
+            self.margins.push(margin);
+            self.margin = self.margin.min(margin);
+            self.slack = self.slack.min(margin).min(lower);
+        }
+        self.stride = 0.0;
+        self.breached = false;
     }
 
-    /// What is to be computed; none where that is everything.
-    pub(crate) fn selection(&self, bodies: &[RigidBody]) -> Option<Selection> {
-        let mut kept: Vec<_> = self
-            .apart
-            .iter()
-            .map(|apart| apart.then(Vec::new))
-            .collect();
+    /// What is to be computed.
+    pub(crate) fn selection(&self, bodies: &[RigidBody]) -> Selection {
+        let mut selection = Selection::default();
+        self.select(bodies, &mut selection);
+        selection
+    }
+
+    /// Sets `selection` to what is to be computed. Into one that it has set before it allocates nothing.
+    pub(crate) fn select(&self, bodies: &[RigidBody], selection: &mut Selection) {
+        let Selection {
+            is_partial,
+            kept,
+            coasting,
+        } = selection;
+        if kept.len() != self.apart.len() {
+            let all = |gravity| {
+                let terms = self.terms.iter().filter(|term| term.gravity == gravity);
+                Vec::with_capacity(terms.count())
+            };
+            let apart = self.apart.iter().enumerate();
+            *kept = apart
+                .map(|(gravity, apart)| apart.then(|| all(gravity)))
+                .collect();
+        }
+        kept.iter_mut().flatten().for_each(Vec::clear);
         let opaque = self.apart.iter().any(|apart| !apart);
         let given = bodies.iter().map(|body| body.mobility().is_given());
-        let mut coasting: Vec<_> = given.map(|given| !given && !opaque).collect();
+        coasting.clear();
+        coasting.extend(given.map(|given| !given && !opaque));
         for term in &self.terms {
             let body = term.interaction.body;
             let other = term.interaction.other().unwrap_or(body);
@@ -187,7 +290,7 @@ impl Watch {
         }
         let all = self.terms.iter().all(|term| term.level == Level::Full);
         let none = coasting.iter().all(|coasting| !coasting);
-        (!(all && none)).then_some(Selection { kept, coasting })
+        *is_partial = !(all && none);
     }
 }
 

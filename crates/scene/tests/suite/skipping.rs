@@ -132,6 +132,7 @@ fn scenes_say_what_may_be_left_out() {
             ["run.skip.tolerance", "NaN", "1e-14 to 0.1"],
         ),
         ("skip = \"some\"", ["some", "nothing", "tolerance"]),
+        ("skip = { nothing = {} }", ["skip", "nothing", "tolerance"]),
     ] {
         let lines = format!("integrator = \"lgvi\"\n{lines}");
         assert_refused(&with(&text, "integrator = \"lgvi\"", &lines), &parts);
@@ -154,4 +155,44 @@ fn free_bodies_move_uniformly() {
     assert_eq!(plan.bodies[0].translation, Translation::Uniform);
     assert_eq!(plan.bodies[0].rotation, Rotation::Staged);
     assert!(plan.interactions.is_empty() && plan.costs == [0.0; 2]);
+}
+
+/// Two bodies that meet in the middle of the only step of their run, by the method and with the skips that `auto` chooses.
+#[test]
+fn an_automatic_choice_sees_a_meeting_within_a_step() {
+    let body = |name: &str, mass: f64, motion: &str| {
+        let half = 0.5 * mass;
+        format!(
+            "[[bodies]]\nname = \"{name}\"\nmass = {mass:?}\ninertia = [3e3, 4e3, 5e3]\n\
+             points = [ {{ mass = {half:?}, position = [0.2, 0, 0] }}, {{ mass = {half:?}, position = [-0.2, 0, 0] }} ]\n\
+             attitude = {{ w = 0.8, x = 0.6, y = 0, z = 0 }}\nangular_velocity = [0, 0, 0]\n{motion}\n"
+        )
+    };
+    let text = format!(
+        "title = \"Two that meet\"\n[run]\nduration = 60.0\nsteps = 1\n\
+         integrator = {{ name = \"auto\", tolerance = 1e-6 }}\n[gravity.mutual]\nconstant = 0.2\n{}{}",
+        body(
+            "passing",
+            1.0,
+            "position = [-60, 1.5, 0]\nvelocity = [2, 0, 0]"
+        ),
+        body(
+            "passed",
+            2.0,
+            "position = [0, 0, 0]\nvelocity = [0, 0.1, 0]"
+        ),
+    );
+    let scene = Scene::parse("test", &text).unwrap();
+    let scheme = scene.scheme().unwrap();
+    assert!(matches!(scheme.skip, Skip::Within(_)), "{scheme:?}");
+    let full = Scheme {
+        skip: Skip::Nothing,
+        ..scheme
+    };
+    let [full, skipped] = [full, scheme].map(|scheme| fly(&scene, scheme, 1));
+    let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
+    let accuracy = Accuracy::new(full.system().bodies(), &states);
+    let error = accuracy.error(skipped.states(), full.states());
+    assert!(error <= 1e-7, "{scheme}: {error:e}");
+    assert!(skipped.switches() > 0);
 }

@@ -169,6 +169,24 @@ fn what_is_left_out_is_told_with_its_reason() {
     );
 }
 
+/// A tolerance by which nothing is left out is told with its reason, and so is what is computed for lack of one.
+#[test]
+fn tolerances_that_leave_nothing_out_are_told_with_the_reason() {
+    let refused = explained("\"lgvi\"", "\"lgvi\"\n    skip = { tolerance = 1e-6 }");
+    let json = serde_json::to_value(&refused.skips).unwrap();
+    assert_eq!(json["allowed"], "exact");
+    let text = refused.to_string();
+    assert!(
+        text.contains("by the tolerance nothing: nothing would be negligible"),
+        "{text}"
+    );
+    let planet = "points = [ { mass = 0.5, position = [0.1, 0, 0] }, { mass = 0.5, position = [-0.1, 0, 0] } ]\n    mass = 1.0";
+    let text = explained("mass = 1.0", planet).to_string();
+    assert!(text.contains("full, no tolerance is given"), "{text}");
+    let text = explained("\"lgvi\"", "{ name = \"auto\", tolerance = 1e-5 }").to_string();
+    assert!(!text.contains("0000002e-6"), "{text}");
+}
+
 /// Far pairs are told of by the distance that they would have to come nearer than.
 #[test]
 fn far_pairs_are_told_of_with_their_bounds() {
@@ -194,6 +212,8 @@ fn far_pairs_are_told_of_with_their_bounds() {
     );
     assert!(json["allowance"]["growth"].as_f64().unwrap() > 1.0);
     let text = explanation.to_string();
-    assert!(text.contains("top–other: dropped, the distance makes the rest negligible (beyond"));
+    assert!(
+        text.contains("top–other: dropped, the distance makes the rest negligible (allowed beyond")
+    );
     assert!(text.contains("1e-6 at most"), "{text}");
 }

@@ -39,7 +39,11 @@ pub struct Adaptive {
     shown: u64,
     h: f64,
     started: bool,
+    /// Where an internal step begins, and where it ends.
+    begun: Vec<BodyState>,
     next: Vec<BodyState>,
+    /// Attempts that one output may take.
+    most: u32,
 }
 
 /// What an [`Adaptive`] method has done so far.
@@ -68,14 +72,25 @@ impl Adaptive {
                 expected: "1e-15 to 0.1",
             });
         }
-        Ok(Self {
+        Ok(Self::of(pair, tolerance, bodies))
+    }
+
+    fn of(pair: &'static Pair, tolerance: f64, bodies: &[RigidBody]) -> Self {
+        Self {
             solution: Solution::new(pair, tolerance, bodies),
             origin: 0.0,
             shown: 0,
             h: 0.0,
             started: false,
+            begun: Vec::with_capacity(bodies.len()),
             next: Vec::with_capacity(bodies.len()),
-        })
+            most: LIMIT,
+        }
+    }
+
+    /// [`Self::dormand_prince853`] to a tolerance that is known to be one.
+    pub(crate) fn to(tolerance: f64, bodies: &[RigidBody]) -> Self {
+        Self::of(&tableau::DORMAND_PRINCE, tolerance, bodies)
     }
 
     /// Fehlberg's 7(8) pair, advanced with the formula of eighth order: 13 evaluations of gravity a step, and 4 where a state
@@ -108,17 +123,32 @@ impl Adaptive {
         self.solution.work()
     }
 
+    /// Has the next outputs fail that would take more than about so many evaluations of gravity each.
+    pub(crate) fn limit(&mut self, evaluations: u64) {
+        let stages = self.solution.evaluations_a_step();
+        self.most = u32::try_from(evaluations / stages).map_or(LIMIT, |most| most.min(LIMIT));
+    }
+
     /// Runs the solution up to `target`.
     fn reach(&mut self, system: &mut System, target: f64) -> Result<u32, StepError> {
         let mut attempts = 0;
         while self.solution.until().abs() < target.abs() {
+            let begin = self.solution.until();
+            if system.is_watched() {
+                self.solution.end(&mut self.begun);
+            }
             attempts += self.solution.advance(system, target)?;
-            if self.solution.until().abs() <= target.abs() {
+            let until = self.solution.until();
+            if system.is_watched() {
+                self.solution.end(&mut self.next);
+                system.pass(&self.begun, &self.next, until - begin);
+            }
+            if until.abs() <= target.abs() {
                 self.solution.end(&mut self.next);
                 system.check_clearance(&self.next)?;
             }
-            if attempts > LIMIT {
-                return Err(StepError::TooManySteps { limit: LIMIT });
+            if attempts > self.most {
+                return Err(StepError::TooManySteps { limit: self.most });
             }
         }
         Ok(attempts)

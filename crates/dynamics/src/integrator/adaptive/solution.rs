@@ -46,6 +46,11 @@ impl Solution {
         self.work
     }
 
+    /// Evaluations of gravity that a step takes.
+    pub(super) fn evaluations_a_step(&self) -> u64 {
+        self.last() as u64
+    }
+
     /// Controls under which it is.
     pub(super) fn controls(&self) -> &[Load] {
         self.stages.controls()

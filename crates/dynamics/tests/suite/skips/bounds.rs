@@ -4,7 +4,7 @@ use lgvi_dynamics::gravity::{
     Central, Falloff, Fixed, Gravity, Interaction, Kept, Level, Multipole, Mutual, Polyhedron,
     Uniform,
 };
-use lgvi_dynamics::{BodyState, Load, Mobility, PointMass, RigidBody};
+use lgvi_dynamics::{BodyState, Load, MassDistribution, Mobility, PointMass, RigidBody};
 use lgvi_truth::random::Random;
 use nalgebra::{Matrix3, Vector3};
 
@@ -98,8 +98,14 @@ fn parts(
         let turning = (body.inertia().inverse() * moment).norm();
         // Of loads that cancel rounding is left, and in moments that of the force that goes through the other's centre.
         // A polyhedron's closed form rounds by the square of the distance over its size.
-        let far = (distance / 0.2).powi(2);
-        let rounding = 1e-14 * far.max(1.0) * full[index].force.norm();
+        let closed =
+            |body: &RigidBody| matches!(body.distribution(), MassDistribution::Polyhedron(_));
+        let far = if bodies.iter().any(closed) {
+            (distance / 0.2).powi(2).max(1.0)
+        } else {
+            1.0
+        };
+        let rounding = 1e-14 * far * full[index].force.norm();
         let part = |found: f64, rounding: f64, bound: f64| {
             (found - rounding).max(0.0) / bound.max(f64::MIN_POSITIVE)
         };

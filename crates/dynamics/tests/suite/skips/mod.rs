@@ -2,6 +2,7 @@
 
 mod bounds;
 mod coasting;
+mod tolerance;
 mod watch;
 
 use lgvi_dynamics::gravity::{Gravity, Mutual};

@@ -67,7 +67,7 @@ fn inert(mass: f64, length: f64) -> RigidBody {
 }
 
 /// Two dumbbells that pass one another and go on.
-fn flyby() -> ([RigidBody; 2], [BodyState; 2]) {
+pub(super) fn flyby() -> ([RigidBody; 2], [BodyState; 2]) {
     let bodies = [inert(1.0, 0.4), inert(2.0, 0.3)];
     let mut random = Random::new(8, 0);
     let states = [
@@ -150,7 +150,6 @@ fn errors_follow_the_allowance() {
         perturbation: 0.0,
         length: accuracy.length,
         response: 1.0,
-        horizon: 0.0,
         evaluations: 0,
     };
     let reduced = fly(

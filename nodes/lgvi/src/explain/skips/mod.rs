@@ -17,6 +17,8 @@ pub(super) struct Skips {
     allowed: &'static str,
     /// By what more than rounding is left out; none where nothing is.
     allowance: Option<Allowance>,
+    /// Why nothing is left out by a tolerance that is given.
+    refused: Option<String>,
     /// Bound on the error at the end of the run, if distances stay as they are.
     bound: f64,
     /// What an evaluation of gravity costs in full and as it is, in points of mass in a central field.
@@ -35,8 +37,6 @@ struct Allowance {
     tolerance: f64,
     /// How errors grow, in multiples of free motion.
     growth: f64,
-    /// Time for which that was measured (s).
-    pilot: f64,
     /// Evaluations of gravity that took.
     evaluations: u64,
 }
@@ -82,25 +82,33 @@ impl Skips {
             Skip::Exact => ("exact", None),
             Skip::Within(allowance) => ("tolerance", Some(allowance)),
         };
-        let named = scene.bodies.iter().zip(&plan.bodies);
-        let bodies = named.map(|(named, plan)| Body {
-            name: named.name.clone(),
-            translation: translation(plan.translation),
-            rotation: rotation(plan.rotation),
-            moment: plan.moment,
+        let refused = match scheme.skip {
+            Skip::Exact => scene.skip_refusal().map(|refusal| refusal.to_string()),
+            Skip::Nothing | Skip::Within(_) => None,
+        };
+        let maneuver = scene.maneuver.as_ref();
+        let named = scene.bodies.iter().zip(&plan.bodies).enumerate();
+        let bodies = named.map(|(index, (named, one))| {
+            let controlled = maneuver.is_some_and(|maneuver| maneuver.body == index);
+            Body {
+                name: named.name.clone(),
+                translation: translation(one.translation, controlled, neglects(&plan, index)),
+                rotation: rotation(one.rotation, controlled),
+                moment: one.moment,
+            }
         });
         Self {
             allowed,
             allowance: allowance.map(|allowance| Allowance {
                 tolerance: allowance.tolerance,
                 growth: allowance.response,
-                pilot: allowance.horizon * scene.units.time,
                 evaluations: allowance.evaluations,
             }),
+            refused: refused.clone(),
             bound: plan.bound(),
             gravity_cost: plan.costs,
             bodies: bodies.collect(),
-            interactions: interactions(scene, &plan),
+            interactions: interactions(scene, &plan, rest(scheme.skip, refused.is_some())),
             not_planned: scene
                 .maneuver
                 .as_ref()
@@ -114,26 +122,48 @@ impl Skips {
     }
 }
 
-fn translation(translation: Translation) -> &'static str {
+/// Whether something of what acts on a body is left out by a tolerance.
+fn neglects(plan: &Plan, body: usize) -> bool {
+    plan.interactions.iter().any(|one| {
+        let takes_part = one.interaction.body == body || one.interaction.other() == Some(body);
+        takes_part && one.level < one.interaction.exact
+    })
+}
+
+fn translation(translation: Translation, controlled: bool, neglects: bool) -> &'static str {
     match translation {
         Translation::Forced => "by the forces on it",
+        Translation::Uniform if controlled => "uniform until a control acts",
+        Translation::Uniform if neglects => "uniform, its forces are negligible",
         Translation::Uniform => "uniform, no force acts",
         Translation::Given => "given",
         Translation::Held => "held",
     }
 }
 
-fn rotation(rotation: Rotation) -> &'static str {
+fn rotation(rotation: Rotation, controlled: bool) -> &'static str {
     match rotation {
         Rotation::Staged => "in every stage of a step",
+        Rotation::Once if controlled => "once a step in closed form until a control acts",
         Rotation::Once => "once a step in closed form",
+        Rotation::AtRest if controlled => "none until a control acts",
         Rotation::AtRest => "none, at rest",
         Rotation::Given => "given",
         Rotation::Held => "held",
     }
 }
 
-fn interactions(scene: &Scene, plan: &Plan) -> Vec<Interaction> {
+/// Why an interaction is computed in full of which less is known to do at some distance.
+fn rest(skip: Skip, refused: bool) -> &'static str {
+    match skip {
+        Skip::Nothing => "nothing is left out",
+        Skip::Exact if refused => "nothing is left out by the tolerance",
+        Skip::Exact => "no tolerance is given",
+        Skip::Within(_) => "the rest matters",
+    }
+}
+
+fn interactions(scene: &Scene, plan: &Plan, rest: &'static str) -> Vec<Interaction> {
     let each = plan.interactions.iter().map(|one| {
         let [dropped, monopole, second_order] = one
             .limits
@@ -156,7 +186,7 @@ fn interactions(scene: &Scene, plan: &Plan) -> Vec<Interaction> {
                 Level::Quadrupole => "second order",
                 Level::Full => "full",
             },
-            why: why(scene, one),
+            why: why(scene, one, rest),
             dropped_beyond: dropped,
             monopole_beyond: monopole,
             second_order_beyond: second_order,
@@ -167,7 +197,7 @@ fn interactions(scene: &Scene, plan: &Plan) -> Vec<Interaction> {
     each.collect()
 }
 
-fn why(scene: &Scene, plan: &InteractionPlan) -> &'static str {
+fn why(scene: &Scene, plan: &InteractionPlan, rest: &'static str) -> &'static str {
     let InteractionPlan {
         interaction, level, ..
     } = plan;
@@ -189,6 +219,6 @@ fn why(scene: &Scene, plan: &InteractionPlan) -> &'static str {
                 _ => "no bound is known of the rest",
             }
         }
-        (_, Level::Full) => "the rest matters",
+        (_, Level::Full) => rest,
     }
 }

@@ -8,16 +8,19 @@ impl Display for Skips {
             Some(Allowance {
                 tolerance,
                 growth,
-                pilot,
                 evaluations,
             }) => write!(
                 f,
-                "\n  left out    what changes the end of the run by {tolerance:e} at most: at these distances {:.1e}; errors grow \
-                 {growth:.1} times as in free motion ({evaluations} evaluations of gravity over {pilot:.6e} s)",
+                "\n  left out    what changes the end of the run by {} at most: at these distances {:.1e}; errors grow \
+                 {growth:.1} times as in free motion (found in {evaluations} evaluations of gravity)",
+                short(*tolerance),
                 self.bound
             )?,
             None if self.allowed == "nothing" => write!(f, "\n  left out    nothing, as asked")?,
             None => write!(f, "\n  left out    what makes no difference but rounding")?,
+        }
+        if let Some(reason) = &self.refused {
+            write!(f, "; by the tolerance nothing: {reason}")?;
         }
         let [full, kept] = self.gravity_cost;
         if full > 0.0 {
@@ -50,10 +53,14 @@ impl Display for Skips {
             });
             let furthest = limits.fold(0.0, f64::max);
             if furthest > 0.0 {
-                write!(f, " (beyond {furthest:.3e} m)")?;
+                write!(
+                    f,
+                    " (allowed beyond {furthest:.3e} m, begun at 1.25 times that)"
+                )?;
             }
             if bound > 0.0 {
-                write!(f, ", error {bound:.1e} at most")?;
+                let each = if group.len() > 1 { " each" } else { "" };
+                write!(f, ", error {bound:.1e} at most{each}")?;
             }
         }
         if let Some(half) = self.not_planned {
@@ -64,6 +71,12 @@ impl Display for Skips {
         }
         Ok(())
     }
+}
+
+/// A number to six digits, without those that are rounding.
+fn short(number: f64) -> String {
+    let rounded = format!("{number:.5e}").parse().unwrap_or(number);
+    format!("{rounded:e}")
 }
 
 /// One, or the first and the last of several and their number.

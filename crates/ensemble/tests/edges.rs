@@ -264,7 +264,7 @@ fn parts_have_the_permissions_that_the_umask_leaves() {
     assert_eq!(mode(&part), mode(&plain));
     let merged = temporary.path().join("merged");
     let run = temporary.path().join("run");
-    merge(&[run.clone()], &merged, MergeOptions::default()).unwrap();
+    merge(std::slice::from_ref(&run), &merged, MergeOptions::default()).unwrap();
     assert_eq!(mode(&merged), mode(&run));
 }
 

@@ -200,3 +200,26 @@ fn what_cannot_be_flown_is_refused_by_name_and_value() {
         .expect(2)
         .says(&["no parts of an ensemble"]);
 }
+
+/// Parts of so dear samples take minutes to be finished.
+#[test]
+fn a_second_signal_ends_at_once() {
+    let world = World::new();
+    let ensemble =
+        "samples = 64\nseed = 1\n\n[[ensemble.bodies]]\nbody = \"dumbbell1\"\nmass = 0.01\n";
+    let scene = edited(
+        &world,
+        "two_dumbbells",
+        &[("steps = 15000", "steps = 50000000")],
+    );
+    let text = fs::read_to_string(&scene).unwrap();
+    fs::write(&scene, format!("{text}\n[ensemble]\n{ensemble}")).unwrap();
+    let output = world.path("run");
+    let running = start(&world, &scene, &output, &["--threads", "1"]);
+    eventually("a directory", || output.is_dir().then_some(()));
+    running.signal(Signal::SIGINT);
+    running.await_stderr("another signal ends at once");
+    running.signal(Signal::SIGTERM);
+    running.finish().expect(1);
+    assert_eq!(parts(&output), 0);
+}

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Width};
+use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
 use lgvi_dynamics::{BodyState, Load, Simulation, Skip, System};
 use lgvi_scene::{ActuatorErrors, Ensemble, Sample, Scene, Scheme};
 
@@ -29,7 +29,7 @@ pub struct Campaign<'a> {
     columns: Columns,
 }
 
-/// What flies the samples. Their numbers are the same.
+/// What flies the samples. Their numbers are the same wherever lanes know all that is in the scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FlownBy {
     /// Many side by side.
@@ -41,8 +41,8 @@ pub enum FlownBy {
     },
 }
 
-/// Samples of the largest ensemble.
-const MOST_SAMPLES: u64 = 1_000_000_000;
+/// Samples of the largest ensemble: a [`Summary`](crate::Summary) has all their numbers in memory at once.
+const MOST_SAMPLES: u64 = 10_000_000;
 
 impl<'a> Campaign<'a> {
     /// Of a scene that has an ensemble, its manoeuvre flown by `guidance`.
@@ -64,8 +64,13 @@ impl<'a> Campaign<'a> {
         if scene.maneuver.is_some() != guidance.steps().is_some() {
             return Err(EnsembleError::Commands);
         }
-        let scheme = scene.scheme()?;
+        let mut scheme = scene.scheme()?;
         scene.simulation(scheme)?;
+        let fit = lanes::fit(&scene.system(), scheme.method);
+        // What lanes fly is the same where a simulation has to, and they leave nothing out.
+        if fit.is_ok() && scheme.skip == Skip::Exact {
+            scheme.skip = Skip::Nothing;
+        }
         let arrives = scene
             .maneuver
             .as_ref()
@@ -74,9 +79,9 @@ impl<'a> Campaign<'a> {
             Some(steps) if arrives => steps.min(scene.steps),
             _ => scene.steps,
         };
-        let flown_by = flown_by(scene, scheme, &guidance);
+        let flown_by = flown_by(scene, scheme, &guidance, fit.err());
         Ok(Self {
-            identity: Identity::of(scene, &ensemble, scheme, &guidance),
+            identity: Identity::of(scene, &ensemble, scheme, &guidance, steps),
             columns: Columns::of(scene, &ensemble),
             scene,
             ensemble,
@@ -187,11 +192,6 @@ impl<'a> Campaign<'a> {
             substeps,
             skip,
         } = self.scheme;
-        // One that lanes have given back is flown as they do.
-        let skip = match self.flown_by {
-            FlownBy::Lanes => Skip::Nothing,
-            FlownBy::Simulation { .. } => skip,
-        };
         let simulation = Simulation::new(system, member.states.clone(), method, self.scene.h())?;
         let mut simulation = simulation.with_substeps(substeps).with_skips(skip);
         if self.scene.subdivides(self.scheme) {
@@ -225,7 +225,7 @@ impl<'a> Campaign<'a> {
 }
 
 /// Whether samples can fly side by side, and if not, why.
-fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance) -> FlownBy {
+fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance, unfit: Option<Unfit>) -> FlownBy {
     let reason = if matches!(guidance, Guidance::Feedback(_)) {
         Some("feedback answers to each sample by itself".into())
     } else if scene.subdivides(scheme) {
@@ -233,7 +233,6 @@ fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance) -> FlownBy {
     } else if matches!(scheme.skip, Skip::Within(_)) {
         Some("what is left out depends on each sample's distances".into())
     } else {
-        let unfit = lanes::fit(&scene.system(), scheme.method).err();
         unfit.map(|unfit| unfit.to_string())
     };
     match reason {

@@ -1,3 +1,4 @@
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +12,7 @@ pub enum EnsembleError {
     #[error("the scene has no `ensemble` table, expected one with `samples` and `seed`")]
     NoTable,
     /// An empty ensemble, or one too large.
-    #[error("{0} samples, expected 1 to 1000000000")]
+    #[error("{0} samples, expected 1 to 10000000")]
     Samples(u64),
     /// Samples that are not there.
     #[error("samples {}..{} are asked for, expected a part of 0..{samples} that is not empty", range.start, range.end)]
@@ -36,7 +37,7 @@ pub enum EnsembleError {
         source: std::io::Error,
     },
     /// A part that is no part.
-    #[error("{}: {reason}; delete it to have its samples flown again", path.display())]
+    #[error("{}: {reason}; without that file its samples can be flown again", path.display())]
     Damaged {
         /// Its file.
         path: PathBuf,
@@ -55,7 +56,18 @@ pub enum EnsembleError {
         /// What was expected.
         expected: String,
     },
-    /// Parts that have samples in common, or are cut otherwise.
+    /// A part that is cut otherwise, with samples missing beside it.
+    #[error(
+        "{}: only a part of the samples that fly together; fly {}..{} by `--range` too, or all elsewhere",
+        path.display(), missing.start, missing.end
+    )]
+    Cut {
+        /// Its file.
+        path: PathBuf,
+        /// The first samples that are missing.
+        missing: Range<u64>,
+    },
+    /// Parts that have samples in common.
     #[error("{} and {} overlap", first.display(), second.display())]
     Overlap {
         /// One of them.
@@ -75,6 +87,18 @@ pub enum EnsembleError {
         /// Where they were looked for.
         path: PathBuf,
     },
+    /// A file where a directory should be.
+    #[error("{}: no directory", path.display())]
+    NotDirectory {
+        /// Which.
+        path: PathBuf,
+    },
+    /// A directory to be made is there and has something in it.
+    #[error("{}: not empty, expected a directory to be made", path.display())]
+    Occupied {
+        /// Which.
+        path: PathBuf,
+    },
     /// A picture cannot be drawn.
     #[error("{}: {reason}", path.display())]
     Picture {
@@ -87,9 +111,12 @@ pub enum EnsembleError {
 
 impl EnsembleError {
     pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        move |source| Self::Io {
-            path: path.into(),
-            source,
+        move |source| match source.kind() {
+            ErrorKind::NotADirectory => Self::NotDirectory { path: path.into() },
+            _ => Self::Io {
+                path: path.into(),
+                source,
+            },
         }
     }
 

@@ -2,12 +2,12 @@ use lgvi_dynamics::BodyState;
 use lgvi_scene::{Ensemble, Scene, Scheme};
 use sha2::{Digest, Sha256};
 
-use crate::Guidance;
+use crate::{Guidance, part};
 
 /// What an ensemble is: samples of equal identity belong together, whoever flew them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// SHA-256 of everything that decides a sample: scene, seed, integrator, commands and version.
+    /// SHA-256 of everything that decides a sample: scene, seed, integrator, commands and version of the program.
     pub hash: String,
     /// Name of the scene.
     pub scene: String,
@@ -19,6 +19,8 @@ pub struct Identity {
     pub scheme: String,
     /// Version of the program.
     pub version: String,
+    /// Samples of a part: they are cut at its multiples.
+    pub part: u64,
 }
 
 impl Identity {
@@ -27,6 +29,7 @@ impl Identity {
         ensemble: &Ensemble,
         scheme: Scheme,
         guidance: &Guidance,
+        steps: u64,
     ) -> Self {
         let version = env!("CARGO_PKG_VERSION");
         let mut hash = Sha256::new();
@@ -34,7 +37,7 @@ impl Identity {
             hash.update((bytes.len() as u64).to_le_bytes());
             hash.update(bytes);
         };
-        add(b"lgvi ensemble, format 1");
+        add(b"lgvi ensemble, format 2");
         add(version.as_bytes());
         add(scene.text.as_bytes());
         add(&ensemble.seed.to_le_bytes());
@@ -50,14 +53,15 @@ impl Identity {
                 }
             }
         }
-        let digest = hash.finalize();
+        let each = steps.saturating_mul(u64::from(scheme.substeps.max(1)));
         Self {
-            hash: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            hash: part::hexadecimal(&hash.finalize()),
             scene: scene.name.clone(),
             seed: ensemble.seed,
             samples: ensemble.samples,
             scheme: scheme.to_string(),
             version: version.into(),
+            part: part::size(each.saturating_mul(scene.bodies.len() as u64)),
         }
     }
 }

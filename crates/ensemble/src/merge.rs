@@ -1,9 +1,10 @@
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::part::parts;
 use crate::read::{Part, files};
-use crate::store::check_apart;
-use crate::{EnsembleError, Row, Store};
+use crate::store::{check_apart, gaps};
+use crate::{EnsembleError, Row, Store, temporary};
 
 /// What a merge may do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,8 +25,8 @@ pub struct Merged {
 /// Joins the parts in `directories` to those of a run that was not cut, byte by byte, in `output`.
 ///
 /// # Errors
-/// No parts; parts of different ensembles; samples that are there twice; samples that are missing, unless they may; an output
-/// that has parts already.
+/// No parts; parts of different ensembles, or not what was written; samples that are there twice; samples that are missing,
+/// unless they may; an output that is there and not empty.
 pub fn merge(
     directories: &[PathBuf],
     output: &Path,
@@ -55,27 +56,22 @@ pub fn merge(
         }
     }
     check_apart(&all)?;
-    let mut missing = 0;
-    let mut next = 0;
-    let ends = all.iter().map(|file| file.range.clone());
-    for range in ends.chain(std::iter::once(identity.samples..identity.samples)) {
-        if range.start > next {
-            if !options.allow_gaps {
-                return Err(EnsembleError::Gap {
-                    range: next..range.start,
-                });
-            }
-            missing += range.start - next;
-        }
-        next = range.end;
+    let gaps = gaps(&(0..identity.samples), &all);
+    if let (Some(gap), false) = (gaps.first(), options.allow_gaps) {
+        return Err(EnsembleError::Gap { range: gap.clone() });
     }
-    if let Some(file) = files(output)?.into_iter().next() {
-        return Err(EnsembleError::Overlap {
-            second: file.path,
-            first: first.path.clone(),
-        });
+    let missing: u64 = gaps.iter().map(|gap| gap.end - gap.start).sum();
+    if !is_free(output)? {
+        let path = output.into();
+        return Err(EnsembleError::Occupied { path });
     }
-    let store = Store::create(output, &identity, part.columns())?;
+    let parent = match output.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(parent).map_err(EnsembleError::io(parent))?;
+    let temporary = temporary::directory(parent).map_err(EnsembleError::io(parent))?;
+    let store = Store::create(temporary.path(), &identity, part.columns())?;
     let mut waiting: Vec<Row> = Vec::new();
     for file in &all {
         if waiting
@@ -88,8 +84,20 @@ pub fn merge(
         write(&store, &mut waiting, false)?;
     }
     write(&store, &mut waiting, true)?;
+    // All of it is there at once.
+    std::fs::rename(temporary.path(), output).map_err(EnsembleError::io(output))?;
+    let _ = temporary.keep();
+    let store = Store::create(output, &identity, part.columns())?;
     let samples = identity.samples - missing;
     Ok((store, Merged { samples, missing }))
+}
+
+/// Whether there is nothing at `path`, or a directory with nothing in it.
+fn is_free(path: &Path) -> Result<bool, EnsembleError> {
+    match path.read_dir() {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(true),
+        listing => Ok(listing.map_err(EnsembleError::io(path))?.next().is_none()),
+    }
 }
 
 /// Writes the parts that rows in a row make: the whole ones, and what is left where none follow.
@@ -98,8 +106,9 @@ fn write(store: &Store, rows: &mut Vec<Row>, ended: bool) -> Result<(), Ensemble
         return Ok(());
     };
     let range = first.index..last.index + 1;
-    for part in parts(range.clone()) {
-        let whole = part.end < range.end || part.end.is_multiple_of(crate::PART);
+    let size = store.identity().part;
+    for part in parts(range.clone(), size) {
+        let whole = part.end < range.end || part.end.is_multiple_of(size);
         if whole || ended {
             let rest = rows.split_off((part.end - part.start) as usize);
             store.write(&std::mem::replace(rows, rest))?;

@@ -10,20 +10,31 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
+use sha2::{Digest, Sha256};
 
-use crate::{EnsembleError, Identity, Row};
+use crate::{EnsembleError, Identity, Row, temporary};
 
-/// Samples of a part; those of an ensemble are cut at its multiples.
-pub const PART: u64 = 1024;
+/// Samples of the largest part, and of the smallest.
+const LARGEST: u64 = 1024;
+const SMALLEST: u64 = 32;
+
+/// Steps of all bodies that a part may have if it is not the smallest: some minutes of a core.
+const STEPS: u64 = 1 << 26;
+
+/// Samples of a part of flights with so many steps of all bodies; those of an ensemble are cut at its multiples.
+pub(crate) fn size(steps: u64) -> u64 {
+    let fitting = (STEPS / steps.max(1)).clamp(SMALLEST, LARGEST);
+    1 << fitting.ilog2()
+}
 
 /// Columns before the numbers.
 pub(crate) const FIRST: [&str; 4] = ["index", "steps", "failure", "message"];
 
-/// The parts that samples are cut into.
-pub(crate) fn parts(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
+/// The parts of `size` samples that others are cut into.
+pub(crate) fn parts(range: Range<u64>, size: u64) -> impl Iterator<Item = Range<u64>> {
     let mut start = range.start;
     std::iter::from_fn(move || {
-        let end = (start / PART + 1).saturating_mul(PART).min(range.end);
+        let end = (start / size + 1).saturating_mul(size).min(range.end);
         let part = (start < end).then_some(start..end);
         start = end;
         part
@@ -60,11 +71,7 @@ pub(crate) fn write(
         path: path.clone(),
         source: std::io::Error::other(error),
     };
-    let temporary = tempfile::Builder::new()
-        .prefix(".samples_")
-        .suffix(".tmp")
-        .tempfile_in(directory)
-        .map_err(EnsembleError::io(directory))?;
+    let temporary = temporary::file(directory).map_err(EnsembleError::io(directory))?;
     let file = temporary.as_file();
     let copy = file.try_clone().map_err(EnsembleError::io(&path))?;
     write_rows(copy, identity, columns, rows).map_err(failed)?;
@@ -78,7 +85,7 @@ pub(crate) fn write(
 fn write_rows(file: File, identity: &Identity, columns: &[String], rows: &[Row]) -> Parquet<()> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        .set_key_value_metadata(Some(metadata(identity)))
+        .set_key_value_metadata(Some(metadata(identity, columns, rows)))
         .build();
     let mut writer = SerializedFileWriter::new(file, schema(columns)?, Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
@@ -113,7 +120,7 @@ fn write_column<T: parquet::data_type::DataType>(
 }
 
 /// What parts say of their ensemble, by key.
-pub(crate) fn entries(identity: &Identity) -> [(&'static str, String); 6] {
+pub(crate) fn entries(identity: &Identity) -> [(&'static str, String); 7] {
     [
         ("lgvi.identity", identity.hash.clone()),
         ("lgvi.scene", identity.scene.clone()),
@@ -121,11 +128,47 @@ pub(crate) fn entries(identity: &Identity) -> [(&'static str, String); 6] {
         ("lgvi.samples", identity.samples.to_string()),
         ("lgvi.integrator", identity.scheme.clone()),
         ("lgvi.version", identity.version.clone()),
+        ("lgvi.part", identity.part.to_string()),
     ]
 }
 
-fn metadata(identity: &Identity) -> Vec<KeyValue> {
-    let entries = entries(identity).into_iter();
+/// The key of the [`checksum`].
+pub(crate) const CHECKSUM: &str = "lgvi.checksum";
+
+/// SHA-256 of everything that a part has.
+pub(crate) fn checksum(identity: &Identity, columns: &[String], rows: &[Row]) -> String {
+    let mut hash = Sha256::new();
+    let text = |hash: &mut Sha256, text: &str| {
+        hash.update((text.len() as u64).to_le_bytes());
+        hash.update(text);
+    };
+    for (_, entry) in entries(identity) {
+        text(&mut hash, &entry);
+    }
+    for column in columns {
+        text(&mut hash, column);
+    }
+    for row in rows {
+        hash.update(row.index.to_le_bytes());
+        hash.update(row.steps.to_le_bytes());
+        let failure = row.failure.as_ref();
+        text(&mut hash, failure.map_or("", |failure| failure.kind.name()));
+        text(&mut hash, failure.map_or("", |failure| &failure.message));
+        for number in &row.numbers {
+            hash.update(number.to_bits().to_le_bytes());
+        }
+    }
+    hexadecimal(&hash.finalize())
+}
+
+/// In lower case.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn metadata(identity: &Identity, columns: &[String], rows: &[Row]) -> Vec<KeyValue> {
+    let checksum = (CHECKSUM, checksum(identity, columns, rows));
+    let entries = entries(identity).into_iter().chain([checksum]);
     entries
         .map(|(key, value)| KeyValue::new(key.to_owned(), Some(value)))
         .collect()
@@ -159,11 +202,31 @@ mod tests {
 
     #[test]
     fn samples_are_cut_at_multiples_whatever_the_range() {
-        let cut = |range| -> Vec<_> { parts(range).map(|part| (part.start, part.end)).collect() };
-        assert_eq!(cut(0..PART), [(0, PART)]);
-        assert_eq!(cut(5..PART + 7), [(5, PART), (PART, PART + 7)]);
-        assert_eq!(cut(2 * PART..2 * PART + 1), [(2 * PART, 2 * PART + 1)]);
-        assert!(cut(3..3).is_empty());
+        for size in [32, 1024] {
+            let cut = |range| -> Vec<_> {
+                let parts = parts(range, size);
+                parts.map(|part| (part.start, part.end)).collect()
+            };
+            assert_eq!(cut(0..size), [(0, size)]);
+            assert_eq!(cut(5..size + 7), [(5, size), (size, size + 7)]);
+            assert_eq!(cut(2 * size..2 * size + 1), [(2 * size, 2 * size + 1)]);
+            assert!(cut(3..3).is_empty());
+        }
+    }
+
+    #[test]
+    fn parts_are_smaller_where_samples_are_dear() {
+        for (steps, samples) in [
+            (0, 1024),
+            (30_000, 1024),
+            (STEPS / 1024, 1024),
+            (STEPS / 1024 + 1, 512),
+            (1_000_000, 64),
+            (STEPS / 32 + 1, 32),
+            (u64::MAX, 32),
+        ] {
+            assert_eq!(size(steps), samples, "{steps} steps");
+        }
     }
 
     #[test]

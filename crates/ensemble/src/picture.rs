@@ -48,7 +48,7 @@ pub fn draw(summary: &Summary, path: &Path) -> Result<bool, EnsembleError> {
 fn chosen(summary: &Summary) -> Vec<usize> {
     let varies = |column: &usize| {
         let statistics = summary.columns[*column].1;
-        statistics.greatest - statistics.least > 0.0 && statistics.greatest.is_finite()
+        bar_width(statistics.least, statistics.greatest).is_some()
     };
     let mut chosen = Vec::new();
     for part in TELLING {
@@ -61,6 +61,13 @@ fn chosen(summary: &Summary) -> Vec<usize> {
     }
     chosen.truncate(MOST);
     chosen
+}
+
+/// Width of the bars from `low` to `high`; `None` where that is no range, or one too narrow for the ends of its bars to be
+/// different numbers.
+fn bar_width(low: f64, high: f64) -> Option<f64> {
+    let width = (high - low) / BARS as f64;
+    (width.is_finite() && low < low + width && high - width < high).then_some(width)
 }
 
 fn try_draw<'a>(
@@ -93,7 +100,9 @@ fn histogram<'a>(
     let (Some(&low), Some(&high)) = (sorted.first(), sorted.last()) else {
         return Ok(());
     };
-    let width = (high - low) / BARS as f64;
+    let Some(width) = bar_width(low, high) else {
+        return Ok(());
+    };
     let mut counts = [0_u32; BARS];
     for value in sorted {
         let bar = ((value - low) / width) as usize;
@@ -131,5 +140,28 @@ fn tick(value: f64, size: f64, range: f64) -> String {
         format!("{value:.decimals$}")
     } else {
         format!("{value:.digits$e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bars_have_a_width_where_there_is_a_range() {
+        assert_eq!(bar_width(-1.0, 3.0), Some(0.1));
+        let infinity = f64::INFINITY;
+        for (low, high) in [
+            (-infinity, 0.0),
+            (0.0, infinity),
+            (-1e308, 1e308),
+            (2.0, 2.0),
+            (3.0, 2.0),
+            (1.0, 1.0 + f64::EPSILON),
+            (0.0, f64::from_bits(1)),
+            (f64::NAN, 1.0),
+        ] {
+            assert_eq!(bar_width(low, high), None, "{low}..{high}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use parquet::data_type::{ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
-use crate::part::{FIRST, entries, range_of};
+use crate::part::{CHECKSUM, FIRST, checksum, entries, range_of};
 use crate::row::{Failure, FailureKind};
 use crate::{EnsembleError, Identity, Row};
 
@@ -56,8 +56,12 @@ impl Part {
         let reader = SerializedFileReader::new(opened).map_err(damaged)?;
         let about = reader.metadata().file_metadata();
         let rows = file.range.end - file.range.start;
-        if u64::try_from(about.num_rows()) != Ok(rows) || reader.num_row_groups() != 1 {
+        if u64::try_from(about.num_rows()) != Ok(rows) {
             let reason = format!("{} rows, expected {rows}", about.num_rows());
+            return Err(EnsembleError::damaged(path, reason));
+        }
+        if reader.num_row_groups() != 1 {
+            let reason = format!("{} row groups, expected 1", reader.num_row_groups());
             return Err(EnsembleError::damaged(path, reason));
         }
         let chunks = reader.metadata().row_group(0).columns().iter();
@@ -97,16 +101,18 @@ impl Part {
 
     /// What it says it is a part of.
     pub(crate) fn identity(&self) -> Result<Identity, EnsembleError> {
-        let entry = |key: &str| {
-            let missing = || EnsembleError::damaged(&self.file.path, format!("no `{key}`"));
-            self.metadata.get(key).cloned().ok_or_else(missing)
-        };
+        let entry = |key: &str| self.entry(key).map(str::to_owned);
         let number = |key: &str| {
             let text = entry(key)?;
             let parsed = text.parse::<u64>();
             parsed
                 .map_err(|_| EnsembleError::damaged(&self.file.path, format!("`{key}` is {text}")))
         };
+        let part = number("lgvi.part")?;
+        if part == 0 {
+            let reason = "`lgvi.part` is 0";
+            return Err(EnsembleError::damaged(&self.file.path, reason));
+        }
         Ok(Identity {
             hash: entry("lgvi.identity")?,
             scene: entry("lgvi.scene")?,
@@ -114,7 +120,16 @@ impl Part {
             samples: number("lgvi.samples")?,
             scheme: entry("lgvi.integrator")?,
             version: entry("lgvi.version")?,
+            part,
         })
+    }
+
+    fn entry(&self, key: &str) -> Result<&str, EnsembleError> {
+        let missing = || EnsembleError::damaged(&self.file.path, format!("no `{key}`"));
+        self.metadata
+            .get(key)
+            .map(String::as_str)
+            .ok_or_else(missing)
     }
 
     /// Refuses a part of another ensemble, by what tells most about it.
@@ -127,6 +142,7 @@ impl Part {
             "samples",
             "integrator",
             "version",
+            "size of parts",
         ];
         let each = entries(&found)
             .into_iter()
@@ -146,6 +162,7 @@ impl Part {
         }
     }
 
+    /// What is in it.
     pub(crate) fn rows(&self) -> Result<Vec<Row>, EnsembleError> {
         let indices = self.column::<Int64Type>(0)?;
         let steps = self.column::<Int64Type>(1)?;
@@ -182,6 +199,10 @@ impl Part {
             for (row, number) in rows.iter_mut().zip(numbers) {
                 row.numbers.push(number);
             }
+        }
+        if self.entry(CHECKSUM)? != checksum(&self.identity()?, &self.columns, &rows) {
+            let reason = "what is in it is not what was written";
+            return Err(EnsembleError::damaged(&self.file.path, reason));
         }
         Ok(rows)
     }

@@ -23,7 +23,7 @@ pub struct Options {
 /// How far a run is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Samples that are there, flown now or before.
+    /// Samples that are there, flown now or before; some of them in parts that are not whole yet.
     pub done: u64,
     /// Samples that are asked for.
     pub wanted: u64,
@@ -76,8 +76,8 @@ pub fn run(
     if range.is_empty() || range.end > samples {
         return Err(EnsembleError::Range { range, samples });
     }
-    store.tidy()?;
     let missing = store.missing(range.clone())?;
+    store.tidy()?;
     let wanted = range.end - range.start;
     let open: u64 = missing.iter().map(|part| part.end - part.start).sum();
     let mut report = Report {
@@ -104,16 +104,16 @@ pub fn run(
             scope.spawn(move || shared.work(&sender));
         }
         drop(sender);
-        let mut told = |flown: u64| {
-            report.flown = flown;
+        let kept = report.kept;
+        let mut told = |flown| {
             progress(Progress {
-                done: report.kept + flown,
+                done: kept + flown,
                 wanted,
             });
         };
-        shared.collect(&receiver, store, &missing, stop, &mut told)
-    })?;
-    Ok(report)
+        report.flown = shared.collect(&receiver, store, &missing, stop, &mut told)?;
+        Ok(report)
+    })
 }
 
 fn units(missing: &[Range<u64>]) -> Vec<Unit> {
@@ -158,7 +158,7 @@ impl Shared<'_> {
         }
     }
 
-    /// Writes each part once all of its samples are there.
+    /// Writes each part once all of its samples are there; says of each unit that it is. Returns how many samples are written.
     fn collect(
         &self,
         rows: &Receiver<(usize, Vec<Row>)>,
@@ -166,23 +166,25 @@ impl Shared<'_> {
         parts: &[Range<u64>],
         stop: &dyn Fn() -> bool,
         told: &mut dyn FnMut(u64),
-    ) -> Result<(), EnsembleError> {
+    ) -> Result<u64, EnsembleError> {
         let mut begun: BTreeMap<usize, Vec<Row>> = BTreeMap::new();
-        let mut written = 0;
-        told(written);
+        let (mut flown, mut written) = (0, 0);
+        told(flown);
         loop {
             if stop() {
                 let taken = self.next.load(Ordering::SeqCst).min(self.units.len());
                 let last = taken.checked_sub(1).map_or(0, |unit| self.units[unit].part);
                 self.last_part.fetch_min(last, Ordering::SeqCst);
             }
-            let (part, flown) = match rows.recv_timeout(LOOK) {
-                Ok(flown) => flown,
+            let (part, unit) = match rows.recv_timeout(LOOK) {
+                Ok(unit) => unit,
                 Err(RecvTimeoutError::Timeout) => continue,
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                Err(RecvTimeoutError::Disconnected) => return Ok(written),
             };
             let of_part = begun.entry(part).or_default();
-            of_part.extend(flown);
+            flown += unit.len() as u64;
+            told(flown);
+            of_part.extend(unit);
             let wanted = parts[part].end - parts[part].start;
             if of_part.len() as u64 == wanted
                 && let Some(mut rows) = begun.remove(&part)
@@ -190,7 +192,6 @@ impl Shared<'_> {
                 rows.sort_by_key(|row| row.index);
                 store.write(&rows)?;
                 written += wanted;
-                told(written);
             }
         }
     }

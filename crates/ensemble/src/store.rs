@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use crate::part::{self, parts};
 use crate::read::{Part, PartFile, files};
-use crate::{EnsembleError, Identity, Row};
+use crate::{EnsembleError, Identity, Row, temporary};
 
 /// A directory with parts of one ensemble.
 pub struct Store {
@@ -13,16 +13,20 @@ pub struct Store {
 }
 
 impl Store {
-    /// The directory, made if it is not there, for parts of this ensemble with these columns of numbers.
+    /// The directory, made by a [run](crate::run()) if it is not there, for parts of this ensemble with these columns of
+    /// numbers.
     ///
     /// # Errors
-    /// A directory that cannot be made.
+    /// Something else in its place.
     pub fn create(
         directory: &Path,
         identity: &Identity,
         columns: &[String],
     ) -> Result<Self, EnsembleError> {
-        std::fs::create_dir_all(directory).map_err(EnsembleError::io(directory))?;
+        if directory.exists() && !directory.is_dir() {
+            let path = directory.into();
+            return Err(EnsembleError::NotDirectory { path });
+        }
         Ok(Self {
             directory: directory.into(),
             identity: identity.clone(),
@@ -82,23 +86,24 @@ impl Store {
     /// The parts of `range` that are not there yet.
     ///
     /// # Errors
-    /// As [`parts`](Self::parts), and a part that is cut otherwise.
+    /// As [`parts`](Self::parts); one of them that is not what was written; one that is there only in part.
     pub(crate) fn missing(&self, range: Range<u64>) -> Result<Vec<Range<u64>>, EnsembleError> {
         let present = self.parts()?;
         let mut missing = Vec::new();
-        for part in parts(range) {
-            let mut met = present
-                .iter()
-                .filter(|file| file.range.start < part.end && part.start < file.range.end);
-            match met.next() {
-                None => missing.push(part),
-                Some(file) if file.range == part => {}
-                Some(file) => {
-                    return Err(EnsembleError::Overlap {
-                        first: file.path.clone(),
-                        second: self.directory.join(part::file_name(&part)),
-                    });
+        for part in parts(range, self.identity.part) {
+            let first = present.partition_point(|file| file.range.end <= part.start);
+            let end = present.partition_point(|file| file.range.start < part.end);
+            let met = &present[first..end];
+            for file in met {
+                Part::open(file)?.rows()?;
+            }
+            match (met.first(), gaps(&part, met).into_iter().next()) {
+                (Some(file), Some(missing)) => {
+                    let path = file.path.clone();
+                    return Err(EnsembleError::Cut { path, missing });
                 }
+                (None, Some(_)) => missing.push(part),
+                (_, None) => {}
             }
         }
         Ok(missing)
@@ -119,21 +124,24 @@ impl Store {
         Ok(())
     }
 
-    /// Removes what a killed run has left of a part.
+    /// Makes the directory where it is not there, and removes from it what killed runs have left of parts.
     pub(crate) fn tidy(&self) -> Result<(), EnsembleError> {
-        let failed = || EnsembleError::io(&self.directory);
-        for entry in std::fs::read_dir(&self.directory).map_err(failed())? {
-            let entry = entry.map_err(failed())?;
-            let name = entry.file_name();
-            let left = name
-                .to_str()
-                .is_some_and(|name| name.starts_with(".samples_") && name.ends_with(".tmp"));
-            if left {
-                std::fs::remove_file(entry.path()).map_err(failed())?;
-            }
-        }
-        Ok(())
+        std::fs::create_dir_all(&self.directory).map_err(EnsembleError::io(&self.directory))?;
+        temporary::tidy(&self.directory).map_err(EnsembleError::io(&self.directory))
     }
+}
+
+/// What of `range` none of the parts has, which are in the order of their first samples and apart.
+pub(crate) fn gaps(range: &Range<u64>, files: &[PartFile]) -> Vec<Range<u64>> {
+    let mut gaps = Vec::new();
+    let mut next = range.start;
+    for file in files {
+        gaps.push(next..file.range.start.min(range.end));
+        next = next.max(file.range.end);
+    }
+    gaps.push(next..range.end);
+    gaps.retain(|gap| !gap.is_empty());
+    gaps
 }
 
 /// Refuses parts in the order of their first samples that have some in common.

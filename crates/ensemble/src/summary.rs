@@ -112,16 +112,29 @@ impl Statistics {
     fn of(values: &mut [f64]) -> Self {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
+        values.sort_by(f64::total_cmp);
+        let (least, greatest) = (quantile(values, 0.0), quantile(values, 1.0));
+        let mean = within(mean, least, greatest);
         let squares = values.iter().map(|value| (value - mean) * (value - mean));
         let standard_deviation = (squares.sum::<f64>() / (count - 1.0)).sqrt();
-        values.sort_by(f64::total_cmp);
         Self {
             mean,
             standard_deviation,
-            least: quantile(values, 0.0),
+            least,
             quantiles: LEVELS.map(|level| quantile(values, level)),
-            greatest: quantile(values, 1.0),
+            greatest,
         }
+    }
+}
+
+/// A mean that rounding has not taken beyond its values; NaN stays.
+fn within(mean: f64, least: f64, greatest: f64) -> f64 {
+    if mean < least {
+        least
+    } else if mean > greatest {
+        greatest
+    } else {
+        mean
     }
 }
 
@@ -134,8 +147,8 @@ fn quantile(sorted: &[f64], level: f64) -> f64 {
     let below = place.floor();
     let (low, high) = (below as usize, (below as usize + 1).min(last));
     let part = place - below;
-    // Where both are the same, so is what lies between.
-    if part == 0.0 {
+    // Where both are the same, infinite ones too, so is what lies between.
+    if part == 0.0 || sorted[low] == sorted[high] {
         sorted[low]
     } else {
         sorted[low] + part * (sorted[high] - sorted[low])
@@ -208,5 +221,18 @@ mod tests {
         let one = Statistics::of(&mut [7.0]);
         assert_eq!((one.mean, one.quantiles[0], one.greatest), (7.0, 7.0, 7.0));
         assert!(one.standard_deviation.is_nan());
+    }
+
+    #[test]
+    fn what_lies_between_equal_values_is_their_value() {
+        let mut infinite = [f64::INFINITY; 4];
+        let mut same = [0.1; 10];
+        assert!(same.iter().sum::<f64>() / 10.0 < 0.1);
+        let found = Statistics::of(&mut same);
+        assert_eq!((found.mean, found.standard_deviation), (0.1, 0.0));
+        assert_eq!(
+            Statistics::of(&mut infinite).quantiles,
+            infinite[0..1].repeat(5)[..]
+        );
     }
 }

@@ -165,7 +165,8 @@ fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyStat
     }
     changes(cells, system, states);
     if let Some(maneuver) = &scene.maneuver
-        && let Some(miss) = scene.miss(&states[1][maneuver.body])
+        && let Some(miss) =
+            scene.miss_of(&system.bodies()[maneuver.body], &states[1][maneuver.body])
     {
         let units = &scene.units;
         for (row, (name, unit)) in [
@@ -183,21 +184,34 @@ fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyStat
     }
 }
 
-/// Changes of energy and momenta: relative to the sum of what they are made of, so that nothing is divided by what cancels.
-fn changes(cells: &mut Cells, system: &System, [before, after]: [&[BodyState]; 2]) {
-    let [from, to] = [before, after].map(|states| Invariants::of(system, states));
-    let potential = system.potential(before);
-    let energy = (from.energy - potential).abs() + potential.abs();
-    let (mut linear, mut angular) = (0.0, 0.0);
-    for state in before {
-        linear += state.linear_momentum.norm();
-        let orbital = state.position.cross(&state.linear_momentum);
-        angular += orbital.norm() + state.angular_momentum.norm();
-    }
+/// Changes of energy and momenta: relative to the sum of the magnitudes of what they are made of at start or end, whichever
+/// is greater, so that nothing is divided by what cancels or is not there yet.
+fn changes(cells: &mut Cells, system: &System, states: [&[BodyState]; 2]) {
+    let [from, to] = states.map(|states| Invariants::of(system, states));
+    let sizes = [(states[0], from.energy), (states[1], to.energy)]
+        .map(|(states, energy)| terms(system, states, energy));
+    let [energy, linear, angular] = [0, 1, 2].map(|which| sizes[0][which].max(sizes[1][which]));
+    // No change is more than twice the greater sum: what is divided by zero is zero.
     let relative = |change: f64, size: f64| if change == 0.0 { 0.0 } else { change / size };
     let linear_change = (to.linear_momentum - from.linear_momentum).norm();
     let angular_change = (to.angular_momentum - from.angular_momentum).norm();
     cells.push("change.energy", relative(to.energy - from.energy, energy));
     cells.push("change.linear_momentum", relative(linear_change, linear));
     cells.push("change.angular_momentum", relative(angular_change, angular));
+}
+
+/// Sums of the magnitudes of what energy, linear and angular momentum are made of.
+fn terms(system: &System, states: &[BodyState], energy: f64) -> [f64; 3] {
+    let potential = system.potential(states);
+    let (mut linear, mut angular) = (0.0, 0.0);
+    for state in states {
+        linear += state.linear_momentum.norm();
+        let orbital = state.position.cross(&state.linear_momentum);
+        angular += orbital.norm() + state.angular_momentum.norm();
+    }
+    [
+        (energy - potential).abs() + potential.abs(),
+        linear,
+        angular,
+    ]
 }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_ensemble::{
-    Campaign, Commands, EnsembleError, FailureKind, FlownBy, Guidance, MergeOptions, Options, PART,
+    Campaign, Commands, EnsembleError, FailureKind, FlownBy, Guidance, MergeOptions, Options,
     Report, Row, Settings, Store, Summary, draw, merge, run,
 };
 use lgvi_scene::Scene;
@@ -19,6 +19,9 @@ use tempfile::TempDir;
 
 const DUMBBELLS: &str = include_str!("../../../scenes/two_dumbbells.toml");
 const CAPTURE: &str = include_str!("../../../scenes/orbital_capture.toml");
+
+/// Samples of a part of so short flights.
+const PART: u64 = 1024;
 
 const SPREAD: &str = r#"
 [ensemble]
@@ -204,7 +207,7 @@ fn merged_shards_are_the_run_that_was_not_cut() {
     let again = merge(&shards, &merged, MergeOptions::default())
         .err()
         .unwrap();
-    assert!(matches!(again, EnsembleError::Overlap { .. }), "{again}");
+    assert!(matches!(again, EnsembleError::Occupied { .. }), "{again}");
 }
 
 /// A run is ended on the way and left with half a part, and goes on to the same end.
@@ -266,7 +269,11 @@ fn parts_of_others_and_damaged_ones_are_refused() {
         };
         run(&campaign, &store, &options, &|| false, &mut |_| ()).unwrap_err()
     };
-    assert!(matches!(fly(20..60), EnsembleError::Overlap { .. }));
+    let cut = fly(20..60);
+    assert!(
+        matches!(&cut, EnsembleError::Cut { missing, .. } if *missing == (40..60)),
+        "{cut}"
+    );
     assert!(matches!(
         fly(2400..2501),
         EnsembleError::Range { samples: 2500, .. }

@@ -1,5 +1,5 @@
 use lgvi_control::{RotationTarget, TranslationTarget};
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{SVector, Vector3};
 
@@ -12,15 +12,29 @@ impl Scene {
     /// Of an orbit it is the difference of the eccentricity vectors times the distance, and that of the angular momenta
     /// over the distance; of a spin axis the least rotation that points it.
     pub fn miss(&self, end: &BodyState) -> Option<SVector<f64, 12>> {
+        let nominal = &self.bodies[self.maneuver.as_ref()?.body].body;
+        self.miss_of(nominal, end)
+    }
+
+    /// The same of a body that takes the planned one's place: it misses the momenta that it would have at the target's
+    /// velocities.
+    pub fn miss_of(&self, body: &RigidBody, end: &BodyState) -> Option<SVector<f64, 12>> {
         let maneuver = self.maneuver.as_ref()?;
         let none = Vector3::zeros();
+        let nominal = &self.bodies[maneuver.body].body;
+        let heavier = body.mass() / nominal.mass();
+        let linear = |momentum: &Vector3<f64>| momentum * heavier;
+        let angular = |momentum: &Vector3<f64>| match body.inertia() == nominal.inertia() {
+            true => *momentum,
+            false => body.inertia().matrix() * (nominal.inertia().inverse() * momentum),
+        };
         let [x, gamma] = match &maneuver.target.translation {
             TranslationTarget::State {
                 position,
                 linear_momentum,
             } => [
                 end.position - position,
-                end.linear_momentum - linear_momentum,
+                end.linear_momentum - linear(linear_momentum),
             ],
             TranslationTarget::Position { position } => [end.position - position, none],
             TranslationTarget::Orbit {
@@ -29,7 +43,7 @@ impl Scene {
                 position,
                 linear_momentum,
             } => {
-                let mass = self.bodies[maneuver.body].body.mass();
+                let mass = body.mass();
                 let orbit = |x: &Vector3<f64>, gamma: &Vector3<f64>| {
                     let x = x - center;
                     let momentum = x.cross(gamma);
@@ -37,7 +51,7 @@ impl Scene {
                     (eccentricity, momentum)
                 };
                 let found = orbit(&end.position, &end.linear_momentum);
-                let wanted = orbit(position, linear_momentum);
+                let wanted = orbit(position, &linear(linear_momentum));
                 let distance = (position - center).norm();
                 [
                     (found.0 - wanted.0) * distance,
@@ -52,7 +66,7 @@ impl Scene {
                 angular_momentum,
             } => [
                 log(&attitude.tr_mul(&end.attitude)),
-                end.angular_momentum - angular_momentum,
+                end.angular_momentum - angular(angular_momentum),
             ],
             RotationTarget::Attitude { attitude } => [log(&attitude.tr_mul(&end.attitude)), none],
             RotationTarget::SpinAxis {
@@ -64,7 +78,7 @@ impl Scene {
                 let (sine, cosine) = (wanted.cross(axis), wanted.dot(axis));
                 let angle = libm::atan2(sine.norm(), cosine);
                 let turn = sine.try_normalize(0.0).unwrap_or_else(Vector3::x) * angle;
-                [turn, end.angular_momentum - angular_momentum]
+                [turn, end.angular_momentum - angular(angular_momentum)]
             }
             RotationTarget::Free => [none, none],
         };

@@ -204,7 +204,8 @@ impl<'a, T: Lane> Flock<'a, T> {
             }
             let turn = index * count + number;
             let guess = self.turns.guess(turn);
-            let solved = body.turn.solve(h, state.angular_momentum, guess);
+            let flying = self.ends.flying();
+            let solved = body.turn.solve(h, state.angular_momentum, guess, flying);
             let next = &mut self.next[number];
             next.position = state.position;
             next.linear_momentum = state.linear_momentum;
@@ -213,7 +214,7 @@ impl<'a, T: Lane> Flock<'a, T> {
             next.attitude = attitude;
             next.angular_momentum = angular_momentum;
             self.turns.present[turn] = solved.correction;
-            let unsolved = self.ends.flying() & !solved.lanes;
+            let unsolved = flying & !solved.lanes;
             if unsolved != 0 {
                 let lanes = Unsolved {
                     plan: self.plan,

@@ -36,6 +36,9 @@ pub(super) trait Lane:
     /// Bit k: whether `self < other` in lane k.
     fn below(self, other: Self) -> u32;
 
+    /// These numbers in `lanes`, the others elsewhere.
+    fn where_in(self, lanes: u32, others: Self) -> Self;
+
     /// That of lane k.
     fn lane(&self, k: usize) -> f64;
 
@@ -71,6 +74,11 @@ impl Lane for f64 {
     #[inline(always)]
     fn below(self, other: Self) -> u32 {
         u32::from(self < other)
+    }
+
+    #[inline(always)]
+    fn where_in(self, lanes: u32, others: Self) -> Self {
+        if lanes & 1 == 1 { self } else { others }
     }
 
     #[inline(always)]
@@ -114,6 +122,12 @@ macro_rules! vector_lane {
             #[inline(always)]
             fn below(self, other: Self) -> u32 {
                 self.simd_lt(other).to_bitmask() as u32
+            }
+
+            #[inline(always)]
+            fn where_in(self, lanes: u32, others: Self) -> Self {
+                let mask = <Self as SimdBase<S>>::Mask::from_bitmask(self.simd, lanes.into());
+                mask.select(self, others)
             }
 
             #[inline(always)]

@@ -1,6 +1,6 @@
 //! 3-vectors and 3×3 matrices of lanes; each operation in the order of nalgebra's, so that it rounds the same.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -107,6 +107,15 @@ impl<T: Lane> Mul<T> for Vector<T> {
     #[inline(always)]
     fn mul(self, factor: T) -> Self {
         Self::new(self.x * factor, self.y * factor, self.z * factor)
+    }
+}
+
+impl<T: Lane> Div<T> for Vector<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn div(self, divisor: T) -> Self {
+        Self::new(self.x / divisor, self.y / divisor, self.z / divisor)
     }
 }
 

@@ -5,7 +5,7 @@ use super::lane::Lane;
 use crate::StepError;
 use crate::rotation::PreprocessedError;
 
-/// Lanes in which a body's turn is not found at once.
+/// Lanes in which a body's turn is not found by repetition.
 pub(super) struct Unsolved<'a> {
     pub(super) plan: &'a Plan<'a>,
     /// Bit k: lane k.

@@ -4,7 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::lane::Lane;
 use super::linear::{Matrix, Vector};
 use crate::RigidBody;
-use crate::rotation::{Direct, General, Principal, RelativeRotation, SOLVED, Unsolvable};
+use crate::rotation::{
+    Direct, General, MAX_PASSES, Principal, RelativeRotation, SOLVED, Unsolvable,
+};
 
 /// The implicit equation of one body.
 #[derive(Clone, Copy)]
@@ -75,6 +77,15 @@ pub(super) struct Turn<T> {
     scale: T,
 }
 
+/// What the equation is given: `h p` relative to `tr J`, its square, the same about principal axes, and what s is for small
+/// ones.
+struct Given<T> {
+    g: Vector<T>,
+    gamma: T,
+    own: Vector<T>,
+    leading: T,
+}
+
 /// The quaternion `(w, u)` of a turn, of any length.
 #[derive(Clone, Copy)]
 pub(super) struct Rotation<T> {
@@ -118,16 +129,59 @@ impl<T: Lane> Turn<T> {
         turn
     }
 
-    /// From guesses of the correction.
+    /// From guesses of the correction; repeated, as [`Direct::solve_on`] does, until it is found in all of `lanes` or has
+    /// been repeated often enough.
     #[inline(always)]
-    pub(super) fn solve(&self, h: f64, p: Vector<T>, guess: T) -> Solved<T> {
+    pub(super) fn solve(&self, h: f64, p: Vector<T>, guess: T, lanes: u32) -> Solved<T> {
+        let given = self.given(h, p);
+        let mut found = self.pass(&given, guess);
+        let mut turn = found.turn;
+        for _ in 0..MAX_PASSES {
+            let open = lanes & !found.lanes;
+            if open == 0 {
+                break;
+            }
+            let cayley = turn.u / turn.w;
+            let pass = self.pass(&given, given.g.dot(cayley) - given.leading);
+            let solved = open & pass.lanes;
+            if solved != 0 {
+                let cayley = Rotation {
+                    w: turn.w.constant(1.0),
+                    u: pass.turn.u / pass.turn.w,
+                };
+                found.turn = cayley.where_in(solved, &found.turn);
+                found.correction = pass.correction.where_in(solved, found.correction);
+                found.lanes |= solved;
+            }
+            turn = pass.turn;
+        }
+        found
+    }
+
+    #[inline(always)]
+    fn given(&self, h: f64, p: Vector<T>) -> Given<T> {
         let g = p * (self.scale * h);
-        let gamma = g.norm_squared();
         let own = match &self.axes {
             Some(axes) => axes.tr_mul(g),
             None => g,
         };
-        let leading = self.reciprocals.dot(own.component_mul(own));
+        Given {
+            g,
+            gamma: g.norm_squared(),
+            own,
+            leading: self.reciprocals.dot(own.component_mul(own)),
+        }
+    }
+
+    /// From guesses of the correction, once.
+    #[inline(always)]
+    fn pass(&self, given: &Given<T>, guess: T) -> Solved<T> {
+        let Given {
+            g,
+            gamma,
+            own,
+            leading,
+        } = *given;
         let guess = leading + guess;
         let mut turn = self.solution(own, gamma, guess);
         if let Some(axes) = &self.axes {
@@ -162,6 +216,20 @@ impl<T: Lane> Turn<T> {
 }
 
 impl<T: Lane> Rotation<T> {
+    /// This in `lanes`, the other elsewhere.
+    #[inline(always)]
+    fn where_in(&self, lanes: u32, other: &Self) -> Self {
+        let (own, others) = (self.u, other.u);
+        Self {
+            w: self.w.where_in(lanes, other.w),
+            u: Vector::new(
+                own.x.where_in(lanes, others.x),
+                own.y.where_in(lanes, others.y),
+                own.z.where_in(lanes, others.z),
+            ),
+        }
+    }
+
     /// Both `R F` and `Fᵀ p`, as [`Quaternion::carry`].
     #[inline(always)]
     pub(super) fn carry(&self, r: &Matrix<T>, p: Vector<T>) -> (Matrix<T>, Vector<T>) {

@@ -18,7 +18,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 pub(crate) const SOLVED: f64 = ROUNDING * ROUNDING;
 
 /// Repetitions after which [`Chart::solve`] takes over.
-const MAX_PASSES: u32 = 4;
+pub(crate) const MAX_PASSES: u32 = 4;
 
 /// `J / tr J` of a body as the equation needs it.
 pub(crate) trait Moments {

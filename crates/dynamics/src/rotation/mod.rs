@@ -23,7 +23,7 @@ pub use free::FreeRotation;
 pub use preprocessed::{PreprocessedDmv, PreprocessedError, PreprocessedOrder};
 
 use crate::Inertia;
-pub(crate) use direct::{Direct, General, Moments, Principal, SOLVED};
+pub(crate) use direct::{Direct, General, MAX_PASSES, Moments, Principal, SOLVED};
 
 /// The chart in which the implicit equation is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -226,6 +226,22 @@ fn simulated(flight: &Flight, member: Member) -> Outcome {
     }
 }
 
+/// Every number of the ends, with the signs of zeros.
+fn bits(ends: &[Outcome]) -> Vec<u64> {
+    let numbers = ends.iter().flat_map(|end| &end.states).flat_map(|state| {
+        let vectors = [
+            state.position,
+            state.linear_momentum,
+            state.angular_momentum,
+        ];
+        let vectors = vectors.iter().flat_map(|v| v.iter().copied());
+        vectors
+            .chain(state.attitude.iter().copied())
+            .collect::<Vec<_>>()
+    });
+    numbers.map(f64::to_bits).collect()
+}
+
 fn flight(method: Method) -> Flight<'static> {
     Flight {
         method,
@@ -248,6 +264,7 @@ fn agree(flight: &Flight, system: impl Fn(usize) -> Member, count: usize) -> Vec
                 "{width:?} {instructions:?} {}",
                 flight.method
             );
+            assert!(bits(&found) == bits(&expected), "zeros differ in sign");
         }
     }
     expected
@@ -260,6 +277,22 @@ fn every_method_and_system_ends_where_the_simulation_does() {
             let ends = agree(&flight(method), system, 11);
             assert!(ends.iter().all(|end| end.failure.is_none()), "{ends:?}");
         }
+    }
+}
+
+/// From steps that are solved at once to those that take Newton's method, in neighbours of each other.
+#[test]
+fn longer_steps_are_repeated_as_the_simulation_does() {
+    let faster = |sample: usize| {
+        let mut member = company(sample);
+        for state in &mut member.states {
+            state.angular_momentum *= 1.5_f64.powi(sample as i32);
+        }
+        member
+    };
+    for h in [0.001, 0.01, 0.1] {
+        let lgvi = Method::Lgvi(Rotor::default());
+        agree(&Flight { h, ..flight(lgvi) }, faster, 9);
     }
 }
 

@@ -5,8 +5,8 @@ use lgvi_dynamics::{MassDistribution, Mobility};
 use crate::file::{EnsembleFile, SpreadFile};
 use crate::{Ensemble, Scene, SceneError, Spread};
 
-/// Samples of the largest ensemble: what an index in a file's name has room for.
-const MOST_SAMPLES: u64 = 1_000_000_000;
+/// Samples of the largest ensemble: summaries have all their numbers in memory.
+const MOST_SAMPLES: u64 = 10_000_000;
 
 /// The greatest relative deviation, beyond which the least of a million samples would be a millionth of the nominal value.
 const MOST_RELATIVE: f64 = 2.0;

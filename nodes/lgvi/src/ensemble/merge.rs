@@ -7,6 +7,7 @@ use lgvi_node::NodeError;
 
 use super::failed;
 use super::report::report;
+use crate::output::say;
 use crate::values;
 
 /// The command line of `lgvi ensemble merge`.
@@ -15,7 +16,7 @@ pub(crate) struct Options {
     /// The directories with the parts.
     #[arg(required = true, value_parser = values::path())]
     directories: Vec<PathBuf>,
-    /// The directory to make, without parts of its own.
+    /// The directory to make; empty if it is there.
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
     output: PathBuf,
     /// Join what is there, though samples are missing.
@@ -36,6 +37,9 @@ pub(crate) fn merge(options: &Options) -> Result<ExitCode, NodeError> {
         0 => Vec::new(),
         missing => vec![format!("{missing} samples are missing")],
     };
+    if !options.json {
+        remarks.iter().try_for_each(|remark| say(remark))?;
+    }
     report(&store, options.json, &remarks)?;
     Ok(ExitCode::SUCCESS)
 }

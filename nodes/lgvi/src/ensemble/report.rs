@@ -14,11 +14,12 @@ pub(crate) struct Report<'a> {
     output: &'a Path,
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<PathBuf>,
+    remarks: &'a [String],
     #[serde(flatten)]
     summary: &'a Summary,
 }
 
-/// Writes summary and picture beside the parts, and says the summary.
+/// Writes summary and picture beside the parts, and says the summary; as JSON with the remarks.
 pub(crate) fn report(store: &Store, json: bool, remarks: &[String]) -> Result<(), NodeError> {
     let summary = Summary::of(store).map_err(failed)?;
     let output = store.directory();
@@ -31,14 +32,12 @@ pub(crate) fn report(store: &Store, json: bool, remarks: &[String]) -> Result<()
         let report = Report {
             output,
             picture: drawn.then_some(picture),
+            remarks,
             summary: &summary,
         };
         return say(&serde_json::to_string(&report).map_err(NodeError::runtime)?);
     }
     say(&summary)?;
-    for remark in remarks {
-        say(remark)?;
-    }
     say(&format_args!("results in {}", output.display()))
 }
 

@@ -1,6 +1,10 @@
+use std::cell::Cell;
+use std::io::{self, Write};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,9 +15,12 @@ use lgvi_middleware::Shutdown;
 use lgvi_node::{NodeError, load_scene};
 use lgvi_planner::NominalPlan;
 use lgvi_scene::Scene;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 
 use super::failed;
 use super::report::report;
+use crate::output::say;
 use crate::values;
 
 /// The command line of `lgvi ensemble run`.
@@ -68,6 +75,19 @@ impl From<Lanes> for Width {
 /// Threads of the largest run.
 const MOST_THREADS: usize = 4096;
 
+/// What is said at the first signal.
+const ENDING: &str = "finishing the parts that were begun; another signal ends at once";
+
+/// From the second on, a signal that asks for an end does not wait for what is under way.
+fn end_at_the_second_signal() -> io::Result<()> {
+    let asked = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_shutdown(signal, 1, Arc::clone(&asked))?;
+        flag::register(signal, Arc::clone(&asked))?;
+    }
+    Ok(())
+}
+
 /// `A..B`
 fn range(text: &str) -> Result<Range<u64>, String> {
     let expected = || format!("expected two whole numbers as in 0..1000, found {text:?}");
@@ -101,12 +121,17 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     }
     let scene = load_scene(&options.scene)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
+    end_at_the_second_signal().map_err(NodeError::runtime)?;
     let settings = Settings {
         samples: options.samples,
         seed: options.seed,
     };
     let guidance = guidance(&scene, &shutdown)?;
     let campaign = Campaign::new(&scene, settings, guidance).map_err(failed)?;
+    let mut remarks = remarks(&campaign, &scene);
+    if !options.json {
+        remarks.iter().try_for_each(|remark| say(remark))?;
+    }
     let output = options
         .output
         .clone()
@@ -118,17 +143,28 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         width: options.lanes.into(),
     };
     let bar = bar();
+    let told = Cell::new(false);
     let mut show = |now: ensemble::Progress| {
         bar.set_length(now.wanted);
         bar.set_position(now.done);
     };
-    let stop = || shutdown.requested();
+    let stop = || {
+        let stop = shutdown.requested();
+        if stop && !told.replace(true) {
+            // It ends all the same where nobody reads this.
+            let _ = bar.suspend(|| writeln!(io::stderr(), "{ENDING}"));
+        }
+        stop
+    };
     let flown = ensemble::run(&campaign, &store, &flight, &stop, &mut show);
     bar.finish_and_clear();
     let flown = flown.map_err(failed)?;
-    let mut remarks = remarks(&campaign, &scene);
     if flown.kept > 0 {
-        remarks.push(format!("{} samples were there already", flown.kept));
+        let kept = format!("{} samples were there already", flown.kept);
+        if !options.json {
+            say(&kept)?;
+        }
+        remarks.push(kept);
     }
     report(&store, options.json, &remarks)?;
     if flown.is_complete() {

@@ -151,8 +151,9 @@ fn lanes(scene: &Scene, repeats: u32, figures: &mut Figures) -> Result<(), Bench
     figures.lanes = ways.iter().map(ratios).collect();
     let steps = (SAMPLES * scene.steps) as f64;
     for _ in 0..repeats {
+        let alone = members(scene)?;
         let begun = Moment::now();
-        let expected = simulate(scene, &flight)?;
+        let expected = simulate(alone, &flight)?;
         let alone = begun.elapsed();
         figures.simulation.push(steps / alone);
         for (((instructions, _), width), lanes) in ways.iter().zip(&mut figures.lanes) {
@@ -252,9 +253,9 @@ fn members(scene: &Scene) -> Result<Vec<Member>, BenchError> {
     (0..SAMPLES).map(member).collect()
 }
 
-fn simulate(scene: &Scene, flight: &Flight) -> Result<Vec<Outcome>, BenchError> {
+fn simulate(members: Vec<Member>, flight: &Flight) -> Result<Vec<Outcome>, BenchError> {
     let mut outcomes = Vec::new();
-    for Member { system, states, .. } in members(scene)? {
+    for Member { system, states, .. } in members {
         let none = vec![Load::default(); states.len()];
         let mut simulation = Simulation::new(system, states, flight.method, flight.h)?;
         for _ in 0..flight.steps {

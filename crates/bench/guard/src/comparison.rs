@@ -43,9 +43,10 @@ impl Verdict {
         match (kept, measured) {
             (None, _) => Self::New,
             (_, None) => Self::Missing,
-            (Some(kept), Some(measured)) => match growth(kept, measured) {
-                percent if percent > limit => Self::Grown,
-                percent if percent < -limit => Self::Fallen,
+            // Both sides are whole numbers, so that the limit itself is not beyond the limit.
+            (Some(kept), Some(measured)) => match (kept as f64, 100.0 * measured as f64) {
+                (kept, measured) if measured > (100.0 + limit) * kept => Self::Grown,
+                (kept, measured) if measured < (100.0 - limit) * kept => Self::Fallen,
                 _ => Self::Kept,
             },
         }

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use lgvi_dynamics::gravity::{Multipole, Mutual};
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::{BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, System};
+use lgvi_dynamics::{
+    BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, Skip, System,
+};
 use lgvi_truth::random::Random;
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
@@ -134,12 +136,8 @@ fn simulation(count: usize, kind: Kind) -> Result<Simulation, BenchError> {
         bodies.push(body);
     }
     let system = System::new(bodies, vec![Box::new(Mutual::new(1.0))]);
-    Ok(Simulation::new(
-        system,
-        states,
-        Method::Lgvi(Rotor::default()),
-        H,
-    )?)
+    let simulation = Simulation::new(system, states, Method::Lgvi(Rotor::default()), H)?;
+    Ok(simulation.with_skips(Skip::Exact))
 }
 
 /// Time (ns) of a step.

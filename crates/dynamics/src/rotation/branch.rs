@@ -134,9 +134,9 @@ pub(super) fn solve(inertia: &Inertia, g: &Vector3<f64>) -> Result<RelativeRotat
     let adjugate = adjugate(&a);
     let determinant = a.column(0).dot(&adjugate.row(0).transpose());
     let f = (adjugate * g + p.gamma * g - g.cross(&a_g)) / (determinant + g.dot(&a_g));
-    let polished = cayley::newton(inertia, g, f).filter(|found| {
-        (found.cayley - f).norm() <= 1e-6 * f.norm() && contains(inertia, g, &found.cayley)
-    });
+    // A solution on the branch is the one that belongs to the smallest root, however far it is from where cancellation has put f.
+    let polished =
+        cayley::newton(inertia, g, f).filter(|found| contains(inertia, g, &found.cayley));
     Ok(polished.unwrap_or(RelativeRotation {
         cayley: f,
         iterations: MAX_ITERATIONS,

@@ -52,7 +52,7 @@ stress *family:
 bags:
     bags/regenerate
 
-# All benchmarks beside all peers; replaces the tables and pictures of docs. Some 25 minutes, of a machine that does nothing else.
+# All benchmarks beside all peers; replaces the tables and pictures of docs. Some 35 minutes, of a machine that does nothing else.
 bench *arguments:
     cargo build --release --locked --workspace
     cargo run --release --locked {{bench}} -- all --python "$(python3 crates/bench/peers/environment.py)" --docs docs {{arguments}}

@@ -16,8 +16,8 @@ const FLOORS: [(&str, f64, f64, f64); 10] = [
     ("c3_3d_pendulum_regular_small", 0.025, 0.0, 1e-11),
     ("d_dumbbell_central", 0.025, 5e-11, 3e-10),
     ("e_kw4_like", 900.0, 1e-7, 3e-10),
-    ("f_outer_planets", 50.0, 1e-8, 0.0),
-    ("g_kepler", 0.015625, 1e-10, 0.0),
+    ("f_outer_planets", 50.0, 2e-10, 0.0),
+    ("g_kepler", 0.015625, 1e-11, 0.0),
 ];
 
 #[test]

@@ -1,6 +1,6 @@
 //! Runs that the automatic choice is measured on: the shipped scenes, and parts of the reference cases.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lgvi_dynamics::auto::{self, Accuracy, Choice};
 use lgvi_dynamics::integrator::Rotor;
@@ -58,8 +58,7 @@ impl Run {
     /// All scenes without a manoeuvre and all cases.
     pub(crate) fn all() -> Result<Vec<Self>, BenchError> {
         let mut runs = Vec::new();
-        for path in scenes()? {
-            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        for name in scenes()? {
             let scene = scene(&name)?;
             if scene.maneuver.is_none() {
                 runs.push(Self::of_scene(scene));
@@ -206,22 +205,22 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Option<f64> {
     Some(begun.elapsed())
 }
 
-/// The shipped scenes, by name.
-pub(crate) fn scenes() -> Result<Vec<PathBuf>, BenchError> {
+/// Names of the shipped scenes, in their order.
+pub(crate) fn scenes() -> Result<Vec<String>, BenchError> {
     let unread = |source| BenchError::Read {
         path: Path::new(SCENES).into(),
         source,
     };
-    let mut paths = Vec::new();
+    let mut names = Vec::new();
     for entry in std::fs::read_dir(SCENES).map_err(unread)? {
         let path = entry.map_err(unread)?.path();
-        if path
-            .extension()
-            .is_some_and(|extension| extension == "toml")
-        {
-            paths.push(path);
+        if let (Some(name), Some("toml")) = (
+            path.file_stem(),
+            path.extension().and_then(|extension| extension.to_str()),
+        ) {
+            names.push(name.to_string_lossy().into_owned());
         }
     }
-    paths.sort();
-    Ok(paths)
+    names.sort();
+    Ok(names)
 }

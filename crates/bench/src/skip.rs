@@ -40,7 +40,7 @@ struct Row {
 pub(crate) fn run(name: Option<&str>, repeats: u32, directory: &Path) -> Result<(), BenchError> {
     let names = match name {
         Some(name) => vec![name.to_owned()],
-        None => scenes()?.iter().map(|path| stem(path)).collect(),
+        None => scenes()?,
     };
     let mut table = Table::new([
         "scene",
@@ -64,13 +64,6 @@ pub(crate) fn run(name: Option<&str>, repeats: u32, directory: &Path) -> Result<
     }
     write_json(&directory.join("skip.json"), &rows)?;
     table.keep(directory, "skip")
-}
-
-fn stem(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
 }
 
 fn measure(scene: &Scene, repeats: u32) -> Result<Row, BenchError> {

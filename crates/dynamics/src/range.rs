@@ -1,4 +1,5 @@
 use crate::integrator::MethodError;
+use crate::simulation::refuse;
 use crate::{BodyState, RigidBody};
 
 /// Bounds of a quantity's size, zero left out where it may be zero. They are so wide that no unit in use leaves them, and so
@@ -63,6 +64,9 @@ impl Range {
 
 /// Whether a step has a length that numbers of double precision can work with.
 pub(crate) fn check_step(h: f64) -> Result<(), MethodError> {
+    if !h.is_normal() {
+        return Err(refuse("step", h, "a finite number other than 0"));
+    }
     STEP.check(None, h.abs())
 }
 

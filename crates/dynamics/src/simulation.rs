@@ -39,7 +39,7 @@ impl Simulation {
         method: Method,
         h: f64,
     ) -> Result<Self, MethodError> {
-        check_length(h)?;
+        check_step(h)?;
         check(&system, &states)?;
         system.constrain(&mut states);
         let mut integrator = method.integrator(&system)?;
@@ -242,14 +242,6 @@ pub(crate) fn refuse(parameter: &'static str, value: f64, expected: &'static str
         value,
         expected,
     }
-}
-
-/// Whether steps can be that long.
-pub(crate) fn check_length(h: f64) -> Result<(), MethodError> {
-    if !h.is_normal() {
-        return Err(refuse("step", h, "a finite number other than 0"));
-    }
-    check_step(h)
 }
 
 /// Whether `states` are those of rigid bodies.

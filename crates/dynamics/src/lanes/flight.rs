@@ -3,7 +3,8 @@ use nalgebra::Vector3;
 use super::FlyError;
 use super::fit::{Kind, Unfit};
 use super::turn::Equation;
-use crate::simulation::{check, check_length};
+use crate::range::check_step;
+use crate::simulation::check;
 use crate::{BodyState, Load, Method, StepError, System};
 
 /// What all members of a flight have in common.
@@ -66,7 +67,7 @@ pub(super) struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     pub(super) fn new(flight: &'a Flight, members: &'a [Member]) -> Result<Self, FlyError> {
-        check_length(flight.h)?;
+        check_step(flight.h)?;
         let mut kinds = Vec::with_capacity(members.len());
         let mut all = Vec::with_capacity(members.len());
         for (member, Member { system, states, .. }) in members.iter().enumerate() {

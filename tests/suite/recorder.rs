@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::msg::{ControlSequence, PlanProgress, SystemState};
 use lgvi_node::Event;
-use lgvi_tests::{Process, Recording, World, coast, edited, eventually, publish, scene};
+use lgvi_tests::{Process, Recording, Summary, World, coast, edited, eventually, publish, scene};
 
 const CONTROL: &str = "/lgvi_propagator/control_sequence";
 const PROGRESS: &str = "/lgvi_planner/progress";
@@ -73,6 +73,61 @@ fn states_are_recorded_once_however_often_they_are_named() {
     let sequences: Vec<u32> = recording.on(STATE).map(|record| record.sequence).collect();
     let whole: Vec<u32> = (0..).take(sequences.len()).collect();
     assert_eq!(sequences, whole);
+}
+
+#[test]
+fn lgvi_record_is_the_recorder_as_a_tool() {
+    let world = World::new();
+    let bag = world.path("bag");
+    let scene_topic = "/lgvi_propagator/scene";
+    let options = [
+        "--topics",
+        scene_topic,
+        "--compression",
+        "lz4",
+        "--log-time",
+        "stamp",
+    ];
+    let line = ["record", "--output", bag.to_str().unwrap()];
+    let recorder = world.lgvi(line.into_iter().chain(options));
+    recorder.await_ready();
+    let scene = format!("scene:={}", scene("free_body").display());
+    let arguments = [&scene, "real_time_factor:=0.0", "await_subscribers:=1"];
+    let propagator = world.node("propagator", &arguments);
+    await_recorded(&recorder, STATE, 10_001);
+    await_recorded(&recorder, scene_topic, 1);
+    propagator.stop().expect(0);
+    recorder.stop().expect(0);
+    let counts = [(scene_topic, 1), (STATE, 10_001)];
+    assert_eq!(Recording::read(&bag).counts(), counts.into());
+    world.verify_agrees(&bag, 10_001);
+}
+
+#[test]
+fn lgvi_run_splits_and_compresses_as_it_is_told() {
+    let world = World::new();
+    let changes = [
+        ("duration = 100.0", "duration = 20.0"),
+        ("steps = 10000", "steps = 2000"),
+    ];
+    let scene = edited(&world, "free_body", &changes);
+    let options = ["--compression", "none", "--max-bytes", "200000"];
+    let summary: Summary = world
+        .start_flight(&scene, "bag", &options)
+        .finish()
+        .expect(0)
+        .json();
+    assert_eq!(summary.lost, Some(0), "messages lost");
+    let bag = world.path("bag");
+    assert!(bag.join("bag_3.mcap").exists());
+    let info = world
+        .lgvi(["info", bag.to_str().unwrap(), "--json"])
+        .finish()
+        .expect(0);
+    let info: serde_json::Value = info.json();
+    let chunks = info["chunks"].as_object().unwrap();
+    assert_eq!(chunks.keys().collect::<Vec<_>>(), ["none"]);
+    world.verify_agrees(&bag, 2001);
 }
 
 /// Until they come to shared memory too.

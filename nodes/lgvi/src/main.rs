@@ -1,13 +1,17 @@
 //! `lgvi`: the front door to the node suite.
+mod chosen;
 mod convert;
 mod course;
 mod ensemble;
 mod explain;
+mod files;
 mod flight_bag;
 mod info;
 mod output;
+mod parameters;
 mod play;
 mod plot;
+mod record;
 mod recover;
 mod run;
 mod values;
@@ -83,6 +87,8 @@ enum Command {
     /// results could not be written. 2: the scene or the parts that are there cannot be used.
     #[command(subcommand)]
     Ensemble(ensemble::Command),
+    /// Records what is on the air, over shared memory and DDS, until it is stopped.
+    Record(record::Options),
     /// Replays a bag over shared memory and DDS.
     Play(play::Options),
     /// Runs one node of the suite; what follows is its own command line.
@@ -105,7 +111,7 @@ impl Command {
             Self::Recover(options) => options.json,
             Self::Ensemble(command) => command.prints_json(),
             Self::Explain { json, .. } | Self::Verify { json, .. } => *json,
-            Self::Plot { .. } | Self::Play(_) | Self::Node { .. } => false,
+            Self::Plot { .. } | Self::Record(_) | Self::Play(_) | Self::Node { .. } => false,
         }
     }
 
@@ -165,6 +171,7 @@ fn main() -> ExitCode {
             .and_then(|picture| output::say(&picture.display()))
             .map(|()| ExitCode::SUCCESS),
         Command::Ensemble(command) => ensemble::ensemble(command),
+        Command::Record(options) => return record::record(options),
         Command::Play(options) => return play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),
     };

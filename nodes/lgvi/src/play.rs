@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use crate::run::yaml;
+use crate::chosen::Chosen;
+use crate::parameters::{number, path, ros_arguments};
 use crate::{NodeKind, values};
 
 /// The command line of `lgvi play`.
@@ -29,18 +30,8 @@ pub(crate) struct Options {
     /// End so many seconds after the bag's first message.
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     until: Option<f64>,
-    /// Play these topics only, by their names in the bag.
-    #[arg(long, value_name = "TOPIC", num_args = 1..)]
-    topics: Vec<String>,
-    /// Play the topics only, or too where --topics has some, whose names contain this regular expression.
-    #[arg(long)]
-    regex: Option<String>,
-    /// Leave these topics out.
-    #[arg(long, value_name = "TOPIC", num_args = 1..)]
-    exclude_topics: Vec<String>,
-    /// Leave the topics out whose names contain this regular expression.
-    #[arg(long, value_name = "REGEX")]
-    exclude_regex: Option<String>,
+    #[command(flatten)]
+    chosen: Chosen,
     /// Publish a topic under another name; can be repeated.
     #[arg(long, value_name = "OLD:=NEW")]
     remap: Vec<String>,
@@ -67,7 +58,7 @@ impl Options {
     /// The node's command line.
     fn ros_arguments(&self) -> Vec<String> {
         let mut parameters = vec![
-            format!("bag:={}", yaml(&self.bag)),
+            format!("bag:={}", path(&self.bag)),
             format!("rate:={:?}", self.rate),
             format!("loop:={}", self.repeat),
             format!("start_paused:={}", self.start_paused),
@@ -79,41 +70,17 @@ impl Options {
             ("until", self.until),
             ("clock_frequency", self.clock_frequency),
         ];
-        for (name, number) in numbers {
-            parameters.extend(number.map(|number| format!("{name}:={number:?}")));
+        for (name, value) in numbers {
+            parameters.extend(number(name, value));
         }
-        for (name, topics) in [
-            ("topics", &self.topics),
-            ("exclude_topics", &self.exclude_topics),
-        ] {
-            if !topics.is_empty() {
-                let topics: Vec<String> = topics.iter().map(|topic| quoted(topic)).collect();
-                parameters.push(format!("{name}:=[{}]", topics.join(", ")));
-            }
-        }
-        for (name, regex) in [
-            ("regex", &self.regex),
-            ("exclude_regex", &self.exclude_regex),
-        ] {
-            parameters.extend(
-                regex
-                    .iter()
-                    .map(|regex| format!("{name}:={}", quoted(regex))),
-            );
-        }
-        let count = self.await_subscribers;
-        parameters.extend(count.map(|count| format!("await_subscribers:={count}")));
-        let mut arguments = crate::run::ros_arguments(parameters);
+        parameters.extend(self.chosen.parameters());
+        parameters.extend(number("await_subscribers", self.await_subscribers));
+        let mut arguments = ros_arguments(parameters);
         for rule in &self.remap {
             arguments.extend(["-r".to_owned(), rule.clone()]);
         }
         arguments
     }
-}
-
-/// A text as a YAML string.
-fn quoted(text: &str) -> String {
-    format!("'{}'", text.replace('\'', "''"))
 }
 
 #[cfg(test)]

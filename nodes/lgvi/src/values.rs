@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
+use clap::value_parser;
 
 /// A path. It goes to nodes as a parameter and into summaries, which are text.
 pub(crate) fn path() -> impl TypedValueParser<Value = PathBuf> {
@@ -11,6 +12,11 @@ pub(crate) fn path() -> impl TypedValueParser<Value = PathBuf> {
         Ok(path) => Ok(PathBuf::from(path)),
         Err(path) => Err(format!("{path:?} is no valid Unicode")),
     })
+}
+
+/// A number of bytes, of which nodes take no more than a signed integer can tell.
+pub(crate) fn bytes(least: i64) -> impl TypedValueParser<Value = i64> {
+    value_parser!(i64).range(least..)
 }
 
 /// Seconds a second.

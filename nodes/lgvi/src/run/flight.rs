@@ -10,12 +10,13 @@ use lgvi_middleware::Shutdown;
 use lgvi_node::{Event, NodeError};
 use lgvi_scene::Scene;
 
+use super::Options;
 use super::flown::{Failure, Flown, Replanned};
 use super::process::{Heard, NodeProcess, Update};
 use super::progress::Progress;
 use super::recording::{recorder, topics};
-use super::{Options, ros_arguments, yaml};
 use crate::NodeKind;
+use crate::parameters::{path, ros_arguments};
 
 /// How often the shutdown is looked for.
 const WAIT: Duration = Duration::from_millis(50);
@@ -52,12 +53,12 @@ pub(crate) fn fly(
     let mut course = Course::new(scene);
     let planned = scene.maneuver.is_some() && !options.no_planner;
     let topics = topics(scene, planned);
-    let scene_file = format!("scene:={}", yaml(&options.scene));
+    let scene_file = format!("scene:={}", path(&options.scene));
 
-    course.start(
-        NodeKind::Recorder,
-        ros_arguments(recorder(scene, bag, &topics)),
-    )?;
+    let recorder = recorder(scene, bag, &topics)
+        .into_iter()
+        .chain(options.files.parameters());
+    course.start(NodeKind::Recorder, ros_arguments(recorder))?;
     course.attend(shutdown, |course| {
         course.ready.contains(&NodeKind::Recorder)
     });

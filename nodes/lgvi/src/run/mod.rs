@@ -8,7 +8,7 @@ mod progress;
 mod recording;
 mod summary;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -16,6 +16,7 @@ use lgvi_middleware::Shutdown;
 use lgvi_node::{NodeError, complain, load_scene};
 
 use self::flown::Flown;
+use crate::files::Files;
 use crate::output::say;
 use crate::plot::plot;
 use crate::values;
@@ -33,6 +34,8 @@ pub(crate) struct Options {
     /// flight (default: 0, or 1 where it is).
     #[arg(long, value_parser = values::rate, allow_negative_numbers = true)]
     real_time_factor: Option<f64>,
+    #[command(flatten)]
+    files: Files,
     /// Do not start the planner: the control sequence of the scene's manoeuvre comes from elsewhere.
     #[arg(long)]
     no_planner: bool,
@@ -76,19 +79,4 @@ fn picture(flown: &Flown) -> Option<PathBuf> {
         complain(&format_args!("lgvi: warning: no picture: {error}"));
     }
     picture.ok()
-}
-
-/// A path as a YAML string, as `-p name:=value` takes it.
-pub(crate) fn yaml(path: &Path) -> String {
-    format!("'{}'", path.display().to_string().replace('\'', "''"))
-}
-
-/// The command line that sets parameters, each as `name:=value`.
-pub(crate) fn ros_arguments(parameters: impl IntoIterator<Item = String>) -> Vec<String> {
-    let parameters = parameters
-        .into_iter()
-        .flat_map(|parameter| ["-p".into(), parameter]);
-    std::iter::once("--ros-args".into())
-        .chain(parameters)
-        .collect()
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lgvi_scene::Scene;
 
-use super::yaml;
+use crate::parameters::{list, path, text};
 
 /// The topics that are recorded from DDS, with their types. Full-rate states come from shared memory.
 pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)> {
@@ -58,15 +58,17 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
 }
 
 /// The recorder's parameters.
-pub(super) fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> [String; 4] {
-    let topics: Vec<_> = topics
+pub(super) fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> Vec<String> {
+    let topics: Vec<String> = topics
         .iter()
-        .map(|(name, kind)| format!("'{name}={kind}'"))
+        .map(|(name, kind)| format!("{name}={kind}"))
         .collect();
-    [
-        format!("output:={}", yaml(bag)),
-        format!("topics:=[{}]", topics.join(", ")),
-        format!("frame:={}", scene.frame),
-        "log_time:=stamp".into(),
-    ]
+    let parameters = [
+        list("topics", &topics),
+        text("frame", Some(&scene.frame)),
+        text("log_time", Some("stamp")),
+    ];
+    std::iter::once(format!("output:={}", path(bag)))
+        .chain(parameters.into_iter().flatten())
+        .collect()
 }

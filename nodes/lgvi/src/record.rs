@@ -1,0 +1,138 @@
+//! `lgvi record`: the recorder node with the command line of a tool.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+
+use crate::chosen::Chosen;
+use crate::files::Files;
+use crate::parameters::{list, number, path, ros_arguments, text};
+use crate::{NodeKind, values};
+
+/// The command line of `lgvi record`.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The bag's directory, which must not exist (default: `rosbag2_<time>`).
+    #[arg(short, long, value_parser = values::path())]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    chosen: Chosen,
+    /// Record topics too of whose names a part begins with '_'.
+    #[arg(long)]
+    include_hidden_topics: bool,
+    /// Topics of full-rate states to take from shared memory (default: `/lgvi_propagator/state`).
+    #[arg(long, value_name = "TOPIC", num_args = 1..)]
+    states: Vec<String>,
+    /// The inertial frame of states from shared memory (default: inertial).
+    #[arg(long)]
+    frame: Option<String>,
+    #[command(flatten)]
+    files: Files,
+    /// What may wait to be written; receiving waits where there is more (default: 67108864).
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes(1))]
+    max_cache_size: Option<i64>,
+    /// What messages are logged at (default: received).
+    #[arg(long)]
+    log_time: Option<LogTime>,
+    /// Begin with a pause, until the service `~/resume` is called.
+    #[arg(long)]
+    start_paused: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum LogTime {
+    Received,
+    Stamp,
+}
+
+/// Runs the recorder in this process.
+pub(crate) fn record(options: &Options) -> ExitCode {
+    NodeKind::Recorder.run(options.ros_arguments())
+}
+
+impl Options {
+    /// The node's command line.
+    fn ros_arguments(&self) -> Vec<String> {
+        let log_time = self.log_time.map(|time| match time {
+            LogTime::Received => "received",
+            LogTime::Stamp => "stamp",
+        });
+        let output = self.output.as_deref().map(path);
+        let parameters = [
+            output.map(|output| format!("output:={output}")),
+            list("states", &self.states),
+            text("frame", self.frame.as_deref()),
+            number("max_cache_size", self.max_cache_size),
+            text("log_time", log_time),
+        ];
+        let flags = [
+            ("include_hidden_topics", self.include_hidden_topics),
+            ("start_paused", self.start_paused),
+        ];
+        let flags = flags.into_iter().filter(|(_, set)| *set);
+        ros_arguments(
+            parameters
+                .into_iter()
+                .flatten()
+                .chain(self.chosen.parameters())
+                .chain(self.files.parameters())
+                .chain(flags.map(|(name, _)| format!("{name}:=true"))),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    fn parsed(line: &str) -> Result<Line, clap::Error> {
+        Line::try_parse_from(std::iter::once("record").chain(line.split_whitespace()))
+    }
+
+    fn arguments(line: &str) -> String {
+        parsed(line).unwrap().options.ros_arguments().join(" ")
+    }
+
+    #[test]
+    fn options_are_the_nodes_parameters() {
+        assert_eq!(
+            arguments(
+                "-o bags/a --topics /tf /a=b_msgs/msg/C --exclude-regex it's --states /s --frame icrf --log-time stamp \
+                 --compression lz4 --max-bytes 1000 --max-duration 2 --max-cache-size 5000 --include-hidden-topics \
+                 --start-paused"
+            ),
+            "--ros-args -p output:='bags/a' -p states:=['/s'] -p frame:='icrf' -p max_cache_size:=5000 \
+             -p log_time:='stamp' -p topics:=['/tf', '/a=b_msgs/msg/C'] -p exclude_regex:='it''s' \
+             -p compression:='lz4' -p max_bytes:=1000 -p max_duration:=2.0 -p include_hidden_topics:=true \
+             -p start_paused:=true"
+        );
+        assert_eq!(
+            arguments("--max-bag-size 7 --max-bag-duration 1"),
+            "--ros-args -p max_bytes:=7 -p max_duration:=1.0"
+        );
+        assert_eq!(arguments(""), "--ros-args");
+    }
+
+    #[test]
+    fn what_no_recorder_takes_is_refused() {
+        for bad in [
+            "--max-bytes -1",
+            "--max-duration nan",
+            "--max-cache-size 0",
+            "--compression gzip",
+            "--log-time now",
+            "a_topic_without_an_option",
+        ] {
+            assert!(parsed(bad).is_err(), "{bad:?}");
+        }
+    }
+}

@@ -50,7 +50,7 @@ def build():
     log = ENVIRONMENT / "log"
     colcon = [ENVIRONMENT / "bin" / "colcon", "--log-base", log, "build", "--base-paths", *PACKAGES]
     where = ["--build-base", ENVIRONMENT / "build", "--install-base", ENVIRONMENT, "--merge-install"]
-    cmake = ["--cmake-args", "-GNinja", "-DCMAKE_BUILD_TYPE=Debug", f"-DPython3_EXECUTABLE={ENVIRONMENT}/bin/python"]
+    cmake = ["--cmake-args", "-GNinja", "-DCMAKE_BUILD_TYPE=None", f"-DPython3_EXECUTABLE={ENVIRONMENT}/bin/python"]
     variables = os.environ | {
         "PATH": f"{ENVIRONMENT}/bin:{os.environ['PATH']}",
         "AMENT_PREFIX_PATH": str(ENVIRONMENT),

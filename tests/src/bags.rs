@@ -21,9 +21,23 @@ pub fn reference_bags() -> Vec<PathBuf> {
     bags_in("bags")
 }
 
-/// All bags in `bags/earlier`, each made by an earlier version, sorted by name.
+/// All bags in `bags/earlier`, each made by an earlier version, sorted by name: those beside which what they hold is noted, too,
+/// where they are no more.
 pub fn earlier_bags() -> Vec<PathBuf> {
-    bags_in("bags/earlier")
+    let mut bags = bags_in("bags/earlier");
+    let entries = fs::read_dir(root().join("bags/earlier")).expect("the bags");
+    let notes = entries.map(|entry| entry.expect("a note").path());
+    bags.extend(
+        notes
+            .filter(|path| {
+                path.extension()
+                    .is_some_and(|extension| extension == "json")
+            })
+            .map(|path| path.with_extension("")),
+    );
+    bags.sort();
+    bags.dedup();
+    bags
 }
 
 fn bags_in(folder: &str) -> Vec<PathBuf> {

@@ -19,9 +19,7 @@ const PROGRAMS: [&str; 6] = [
 /// How programs are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Build {
-    /// As the tests are: optimised, with assertions.
-    Tests,
-    /// As `cargo build` makes them: hardly optimised, with assertions.
+    /// As `cargo build` makes them, and as the tests are: with assertions.
     Debug,
     /// As they are used.
     Release,
@@ -29,17 +27,15 @@ pub enum Build {
 
 /// `lgvi` as it is built; what it starts is built alike.
 pub fn lgvi(build: Build) -> PathBuf {
-    static DEBUG: OnceLock<PathBuf> = OnceLock::new();
     static RELEASE: OnceLock<PathBuf> = OnceLock::new();
     match build {
-        Build::Tests => binary("lgvi"),
-        Build::Debug => DEBUG.get_or_init(debug).clone(),
+        Build::Debug => binary("lgvi"),
         Build::Release => RELEASE.get_or_init(release).clone(),
     }
 }
 
-/// A program of the workspace. `--workspace` has built it; a run of this package alone builds all of them, unless they
-/// are newer than their sources.
+/// A program of the workspace, which `tests/run` has built; all of them are built where one is missing or older than its
+/// sources.
 pub fn binary(name: &str) -> PathBuf {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     assert!(
@@ -89,23 +85,11 @@ fn outdated(program: &Path) -> bool {
 fn build(directory: &Path) {
     let target = directory.parent().expect("<target>/<profile>");
     let profile = match directory.file_name().and_then(|name| name.to_str()) {
-        Some("debug") | None => "test",
+        Some("debug") | None => "dev",
         Some(profile) => profile,
     };
     let what = ["--workspace", "--bins", "--examples", "--profile", profile];
     cargo_build(target, &what);
-}
-
-/// `lgvi` as `cargo build` makes it, in a target directory of its own: in the tests' one it has the place of the tests'.
-/// `tests/run` puts it there; it is built where it is missing or outdated.
-fn debug() -> PathBuf {
-    let directory = directory();
-    let target = directory.parent().expect("<target>/<profile>").join("dev");
-    let program = target.join("debug/lgvi");
-    if outdated(&program) {
-        cargo_build(&target, &["--package", "lgvi", "--bin", "lgvi"]);
-    }
-    program
 }
 
 /// `lgvi` in release, built where it is missing or outdated.

@@ -138,7 +138,7 @@ impl World {
     /// Repeats a recorded flight, which must end with this exit code.
     #[track_caller]
     pub fn verify(&self, bag: &Path, code: i32) -> Verdict {
-        self.verify_by(Build::Tests, bag, code)
+        self.verify_by(Build::Debug, bag, code)
     }
 
     /// Repeats a recorded flight by a build of `lgvi`, which must end with this exit code.

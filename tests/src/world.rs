@@ -110,7 +110,7 @@ impl World {
 
     /// Starts `lgvi` with arguments.
     pub fn lgvi<A: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = A>) -> Process {
-        self.lgvi_by(Build::Tests, arguments)
+        self.lgvi_by(Build::Debug, arguments)
     }
 
     /// Starts a build of `lgvi` with arguments.

@@ -97,5 +97,10 @@ fn a_scene_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
     }
     refused(&world, &world.path("nowhere.toml"), &["No such file"]);
     refused(&world, &world.path(""), &["directory"]);
+    refused(
+        &world,
+        Path::new("/dev/zero"),
+        &["longer than 4194304 bytes"],
+    );
     assert_eq!(world.shared_memory(), Vec::<std::path::PathBuf>::new());
 }

@@ -20,6 +20,8 @@ const STATE: &str = "/lgvi_propagator/state";
 struct Contents {
     /// Whether its states are those that the arithmetic of today gives.
     verifies: bool,
+    /// The bag's custom data.
+    custom: BTreeMap<String, String>,
     topics: BTreeMap<String, Held>,
 }
 
@@ -28,6 +30,8 @@ struct Contents {
 struct Held {
     r#type: String,
     hash: String,
+    /// Reliability, durability, history and depth.
+    qos: String,
     messages: u64,
     /// The first and the last log time.
     times: [u64; 2],
@@ -57,6 +61,10 @@ fn contents(bag: &Path, verifies: bool) -> Contents {
         let held = Held {
             r#type: topic.type_name.clone(),
             hash: topic.type_hash.clone(),
+            qos: format!(
+                "{:?}, {:?}, {:?} {}",
+                topic.qos.reliability, topic.qos.durability, topic.qos.history, topic.qos.depth
+            ),
             messages: records.len() as u64,
             times: [time(records.first()), time(records.last())],
             sha256,
@@ -65,6 +73,7 @@ fn contents(bag: &Path, verifies: bool) -> Contents {
     });
     Contents {
         verifies,
+        custom: BagReader::open(bag).unwrap().custom().clone(),
         topics: held.collect(),
     }
 }
@@ -89,6 +98,8 @@ fn bags_of_earlier_versions_are_read_as_they_were() {
             );
         }
         assert_eq!(found, expected, "{}", bag.display());
+        let path = bag.to_str().unwrap();
+        world.lgvi(["play", path, "--rate", "0"]).finish().expect(0);
         // What cannot be repeated any more can still be played.
         if expected.verifies {
             world.verify_agrees(&bag, expected.topics[STATE].messages);

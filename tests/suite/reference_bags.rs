@@ -1,9 +1,10 @@
 //! The bags of the repository: what was flown then, this version repeats to the last bit.
 
 use std::fs;
+use std::path::{Path, PathBuf};
 
 use lgvi_msgs::msg::{ControlSequence, Intervention, PlanProgress, Scene};
-use lgvi_tests::{Recording, World, reference_bag, reference_bags};
+use lgvi_tests::{Build, Recording, World, reference_bag, reference_bags};
 
 const STATE: &str = "/lgvi_propagator/state";
 const FLOWN: &str = "/lgvi_propagator/flown_control";
@@ -14,6 +15,18 @@ const LIMIT: u64 = 400_000;
 
 fn recording(name: &str) -> Recording {
     Recording::read(&reference_bag(name))
+}
+
+/// The scene that a bag was made of: one for the bag alone, or one of those shipped.
+fn scene_of(bag: &Path) -> PathBuf {
+    let name = bag.file_name().unwrap().to_str().unwrap();
+    let own = bag.parent().unwrap().join("scenes").join(name);
+    let own = own.with_extension("toml");
+    if own.exists() {
+        own
+    } else {
+        lgvi_tests::scene(name)
+    }
 }
 
 #[test]
@@ -43,18 +56,37 @@ fn each_was_made_of_the_scene_that_is_in_the_repository() {
             panic!("{} scenes in {name}", recorded.len())
         };
         assert_eq!(recorded.name, name);
-        let own = bag.parent().unwrap().join("scenes").join(name);
-        let own = own.with_extension("toml");
-        let scene = if own.exists() {
-            own
-        } else {
-            lgvi_tests::scene(name)
-        };
+        let scene = scene_of(&bag);
         assert!(
             recorded.text == fs::read_to_string(&scene).unwrap(),
             "{} has changed since {name} was made; bags/regenerate {name} makes it anew",
             scene.display()
         );
+    }
+}
+
+/// Planner and propagator give every message again, at its time.
+#[test]
+fn each_in_lockstep_is_flown_today_as_it_was_then() {
+    let world = World::new();
+    for bag in reference_bags() {
+        let name = bag.file_name().unwrap().to_str().unwrap();
+        if name == "interventions" {
+            continue;
+        }
+        let (_, today) = world.fly_by(Build::Release, &scene_of(&bag), name);
+        let [then, today] = [bag, today].map(|bag| Recording::read(&bag));
+        let [then, today] = [then.contents(), today.contents()];
+        assert_eq!(
+            then.keys().collect::<Vec<_>>(),
+            today.keys().collect::<Vec<_>>()
+        );
+        for (topic, messages) in &then {
+            assert!(
+                today[topic] == *messages,
+                "{topic} of {name} is another today; bags/regenerate {name} makes it anew"
+            );
+        }
     }
 }
 
@@ -64,7 +96,8 @@ fn every_kind_of_flight_is_among_them() {
         let states = recording(name).messages::<lgvi_msgs::msg::SystemState>(STATE);
         states[0].bodies.len()
     };
-    assert_eq!([bodies("pendulum"), bodies("two_dumbbells")], [1, 2]);
+    let counts = ["free_body", "pendulum", "two_dumbbells"].map(bodies);
+    assert_eq!(counts, [1, 1, 2]);
     for name in ["inclination_change", "orbital_capture"] {
         assert_eq!(recording(name).on(FLOWN).count(), 1, "{name}");
     }

@@ -13,7 +13,7 @@ use lgvi_dynamics::Invariants;
 
 use crate::file::{BodyFile, SceneFile};
 use crate::scene::{NamedBody, Publishing, Scene};
-use crate::{SceneError, Units, check};
+use crate::{LONGEST, SceneError, Units, check};
 
 /// Bodies of the largest scene: each has a topic of its own.
 const MAX_BODIES: usize = 1024;
@@ -21,6 +21,9 @@ const MAX_BODIES: usize = 1024;
 impl Scene {
     /// The scene called `name` with this text (TOML).
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
+        if text.len() > LONGEST {
+            return Err(SceneError::TooLong);
+        }
         let file: SceneFile =
             toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
         let units = Units::parse(&file.units.length, &file.units.mass, &file.units.time)?;

@@ -2,12 +2,18 @@ use lgvi_dynamics::MethodError;
 use lgvi_dynamics::auto::ChoiceError;
 use thiserror::Error;
 
+/// The longest text of a scene (bytes). What TOML makes of it may take a hundred times as much.
+pub const LONGEST: usize = 4 << 20;
+
 /// Why a scene cannot be flown.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
     /// Not TOML, an unknown or missing key, or a value of the wrong type; with its line.
     #[error("{0}")]
     Syntax(String),
+    /// More text than any scene needs.
+    #[error("it is longer than {LONGEST} bytes")]
+    TooLong,
     /// A value out of its range.
     #[error("`{key}` is {value}, expected {expected}")]
     Value {

@@ -21,7 +21,7 @@ mod units;
 
 pub use disturbance::{ActuatorErrors, Disturbance};
 pub use ensemble::{Deviation, Ensemble, Sample, Spread};
-pub use error::{SceneError, SchemeError};
+pub use error::{LONGEST, SceneError, SchemeError};
 pub use frame::Frame;
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
 pub use integrator::{Integration, Scheme, Skipping};

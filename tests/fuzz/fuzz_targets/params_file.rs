@@ -3,5 +3,5 @@
 use lgvi_fuzz::{memory, targets};
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| {
-    memory::watch(targets::MOST_MEMORY, || targets::params_file(data));
+    memory::watch(targets::LITTLE_MEMORY, || targets::params_file(data));
 });

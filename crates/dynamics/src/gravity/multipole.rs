@@ -192,9 +192,11 @@ impl Attractor for Multipole {
         self.central.curvature(d, b) + self.asphericity.curvature(d, b)
     }
 
+    #[inline]
     fn monopole(&self) -> Option<Monopole> {
         self.central.monopole()
     }
+
     fn falloff(&self) -> Option<Falloff> {
         Some(Falloff {
             strength: self.central.gm.abs(),

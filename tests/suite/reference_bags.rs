@@ -75,7 +75,7 @@ fn each_in_lockstep_is_flown_today_as_it_was_then() {
             continue;
         }
         let (_, today) = world.fly_by(Build::Release, &scene_of(&bag), name);
-        let [then, today] = [bag, today].map(|bag| Recording::read(&bag));
+        let [then, today] = [&bag, &today].map(|bag| Recording::read(bag));
         let [then, today] = [then.contents(), today.contents()];
         assert_eq!(
             then.keys().collect::<Vec<_>>(),

@@ -15,7 +15,7 @@ mod shapes;
 mod shipped;
 mod skipping;
 
-use lgvi_scene::{Scene, SceneError};
+use lgvi_scene::{LONGEST, Scene, SceneError};
 
 const RUN: &str = r#"
 title = "Two bodies"
@@ -49,7 +49,7 @@ fn refused(text: &str) -> String {
             assert!(error.contains("line "), "{error}");
             error
         }
-        Err(error @ SceneError::Value { .. }) => error.to_string(),
+        Err(error @ (SceneError::Value { .. } | SceneError::TooLong)) => error.to_string(),
     }
 }
 
@@ -59,4 +59,10 @@ fn assert_refused(text: &str, parts: &[&str]) {
     for part in parts {
         assert!(said.contains(part), "{part:?} is missing in: {said}");
     }
+}
+
+#[test]
+fn a_text_beyond_all_measure_is_not_parsed() {
+    assert_refused(&"\n".repeat(LONGEST + 1), &["longer than 4194304 bytes"]);
+    assert_refused(&"\n".repeat(LONGEST), &["missing field"]);
 }

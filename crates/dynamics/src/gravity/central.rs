@@ -58,6 +58,7 @@ impl Attractor for Central {
             - (5.0 * by_r5 * bd * by_r2) * d * d.transpose()
     }
 
+    #[inline]
     fn monopole(&self) -> Option<Monopole> {
         Some(Monopole {
             gm: self.gm,
@@ -65,6 +66,7 @@ impl Attractor for Central {
             radius: 0.0,
         })
     }
+
     fn falloff(&self) -> Option<Falloff> {
         Some(Falloff {
             strength: self.gm,

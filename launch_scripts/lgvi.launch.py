@@ -21,6 +21,8 @@ def nodes(context):
         "output": bag,
         "states": [f"{root}{propagator}/state"],
         "log_time": value(context, "log_time"),
+        # Plans may take long before the first state.
+        "await_stamp": True if value(context, "log_time") == "stamp" else None,
     }
     flight = {
         "scene": scene,

@@ -4,8 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use lgvi_middleware::shm::Delivery;
 use lgvi_tests::{
-    Disk, Process, Recording, Signal, Summary, World, edited, eventually, with_disks,
+    Disk, PATIENCE, Process, Recording, Sender, Signal, Summary, World, edited, eventually, root,
+    state_numbers, with_disks,
 };
 
 const STATE: &str = "/lgvi_propagator/state";
@@ -202,4 +204,68 @@ fn a_file_that_is_deleted_in_flight() {
     let file = bag.join("flight_0.mcap");
     fs::remove_file(&file).unwrap();
     fails(flight, 1, &[file.to_str().unwrap(), "deleted"]);
+}
+
+/// A program that may make no files of more than so many bytes, as after `ulimit -f`.
+fn limited(world: &World, bytes: u64, program: &str, arguments: &[&str]) -> Process {
+    let mut command = world.command(Path::new("sh"));
+    let blocks = (bytes / 512).to_string();
+    command.args(["-c", "ulimit -f $0; exec \"$@\"", &blocks]);
+    command.arg(lgvi_tests::binary(program)).args(arguments);
+    world.start(program, command)
+}
+
+#[test]
+fn a_limit_on_the_size_of_files() {
+    const LIMIT: u64 = 1 << 20;
+    const TOPIC: &str = "/limited/state";
+    let world = World::new();
+    let patience = Duration::from_secs(1);
+    let delivery = Delivery::Lossless { patience };
+    let mut sender = Sender::new(&world, &[TOPIC.to_owned()], delivery);
+    let bag = world.path("bag");
+    let output = format!("output:={}", bag.display());
+    let states = format!("states:=['{TOPIC}']");
+    let mut arguments = vec!["--supervised", "--ros-args"];
+    for parameter in [&*output, &*states, "topics:=[]", "compression:=none"] {
+        arguments.extend(["-p", parameter]);
+    }
+    let mut recorder = limited(&world, LIMIT, "lgvi_recorder", &arguments);
+    recorder.await_ready();
+    let start = Instant::now();
+    while recorder.runs() {
+        assert!(start.elapsed() < PATIENCE, "no limit is met");
+        sender.send();
+    }
+    let finished = recorder.finish().expect(1);
+    let file = bag.join("bag_0.mcap");
+    finished.says(&[
+        file.to_str().unwrap(),
+        "File too large",
+        "the bag is closed",
+    ]);
+    let length = fs::metadata(&file).unwrap().len();
+    assert!((LIMIT / 2..=LIMIT).contains(&length), "{length}");
+    let numbers = state_numbers(&bag);
+    assert!(numbers.windows(2).all(|pair| pair[0] + 1 == pair[1]));
+    let reader = lgvi_bag::BagReader::open(&bag).unwrap();
+    let unwritten: usize = reader.custom()["unwritten"].parse().unwrap();
+    assert!(unwritten > 0 && numbers.len() + unwritten <= sender.sent().len());
+}
+
+#[test]
+fn tables_of_files_that_get_too_long() {
+    let world = World::new();
+    let bag = root().join("bags/inclination_change");
+    let tables = world.path("tables");
+    let arguments = [
+        "convert",
+        bag.to_str().unwrap(),
+        "--format",
+        "csv",
+        "--output",
+    ];
+    let arguments = [&arguments[..], &[tables.to_str().unwrap()]].concat();
+    let finished = limited(&world, 64 << 10, "lgvi", &arguments).finish();
+    finished.expect(2).says(&["File too large"]);
 }

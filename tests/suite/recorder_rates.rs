@@ -54,8 +54,11 @@ fn gaps(bag: &Path, topic: &str) -> u64 {
         .sum()
 }
 
+/// How often a flight that waits for nobody may lose something on a machine that is busy with others.
+const TRIES: u32 = 3;
+
 #[test]
-fn ten_thousand_states_of_five_bodies_a_second_are_recorded_or_counted() {
+fn ten_thousand_states_of_five_bodies_a_second_are_recorded() {
     let world = World::new();
     let scene = scene(&world, 3);
     let published = u64::from(3 * RATE + 1);
@@ -66,15 +69,25 @@ fn ten_thousand_states_of_five_bodies_a_second_are_recorded_or_counted() {
     assert!(BagReader::open(&bag).unwrap().custom()["software"].starts_with("lgvi_recorder "));
     assert_eq!(BagReader::open(&bag).unwrap().custom()["scene"], "bodies");
 
-    let flight = world.start_flight(&scene, "paced", &["--real-time-factor", "1", "--no-plot"]);
+    let losses: Vec<u64> = (0..TRIES)
+        .map(|attempt| fly_paced(&world, &scene, &format!("paced_{attempt}"), published))
+        .take_while(|lost| *lost > 0)
+        .collect();
+    assert!(losses.len() < TRIES as usize, "{losses:?} states lost");
+}
+
+/// A flight at the pace of the clock; how many of its states are lost, of which all are counted.
+fn fly_paced(world: &World, scene: &Path, name: &str, published: u64) -> u64 {
+    let flight = world.start_flight(scene, name, &["--real-time-factor", "1", "--no-plot"]);
     let flown = flight.finish();
     let summary: Summary = flown.json();
-    let bag = world.path("paced");
+    let bag = world.path(name);
     assert_eq!(summary.published[STATE], published);
     let lost = gaps(&bag, STATE);
     assert_eq!(said(&bag, &format!("lost:{STATE}")), lost as f64);
     assert_eq!(summary.recorded[STATE] + lost, published);
     assert_eq!(flown.code, Some(i32::from(lost > 0)));
+    lost
 }
 
 #[test]
@@ -116,7 +129,9 @@ fn what_a_burst_loses_is_counted_to_the_last_state() {
     // The state that shows the last gap needs room.
     std::thread::sleep(std::time::Duration::from_millis(500));
     assert_eq!(send(), 0);
+    recorder.await_stderr(" messages have been lost so far");
     let finished = recorder.stop().expect(0);
+    finished.says(&[&format!(", {refused} lost")]);
 
     let recorded = Recording::read(&bag).on(STATE).count() as u64;
     assert_eq!(recorded + refused, published);

@@ -134,7 +134,8 @@ fn a_flight_in_several_files_is_a_flight() {
     let fly = |name: &str, parameters: &[&str]| {
         let bag = world.path(name);
         let output = format!("output:={}", bag.display());
-        let parameters = [&[&*output, "log_time:=stamp"], parameters].concat();
+        let stamps = ["log_time:=stamp", "await_stamp:=true"];
+        let parameters = [&[&*output], &stamps[..], parameters].concat();
         let recorder = world.node("recorder", &parameters);
         recorder.await_ready();
         let fast = ["real_time_factor:=0.0", "await_subscribers:=1"];

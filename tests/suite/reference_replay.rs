@@ -67,7 +67,8 @@ fn controls_give_the_states(name: &str, lockstep: bool) {
          '/tf=tf2_msgs/msg/TFMessage', '/lgvi_propagator/scene=lgvi_msgs/msg/Scene', \
          '{INVARIANTS}=lgvi_msgs/msg/Invariants']"
     );
-    let recorder = world.node("recorder", &[&output, &topics, "log_time:=stamp"]);
+    let stamps = ["log_time:=stamp", "await_stamp:=true"];
+    let recorder = world.node("recorder", &[&output, &topics, stamps[0], stamps[1]]);
     recorder.await_ready();
     let scene = format!("scene:={}", scene.display());
     let lockstep = format!("lockstep:={lockstep}");

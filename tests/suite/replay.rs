@@ -15,7 +15,8 @@ fn a_replayed_bag_equals_its_origin_message_by_message() {
 
     // What it records it finds by itself.
     let output = format!("output:={}", copy.display());
-    let recorder = world.node("recorder", &[&output, "log_time:=stamp"]);
+    let stamps = ["log_time:=stamp", "await_stamp:=true"];
+    let recorder = world.node("recorder", &[&output, stamps[0], stamps[1]]);
     recorder.await_ready();
     let bag = format!("bag:={}", origin.display());
     let player = world.node("player", &[&bag, "rate:=0", "await_subscribers:=1"]);

@@ -94,12 +94,15 @@ pub enum Rest {
     },
     /// A bag without its end.
     #[error(
-        "the bag could not be closed: what was written can be got back with lgvi recover {bag}",
+        "the bag could not be closed: what was written, all but the last {lost} messages, can be got back with lgvi recover \
+         {bag}",
         bag = .bag.display()
     )]
     Unclosed {
         /// The bag's directory.
         bag: PathBuf,
+        /// Messages that are not in it, counted as for a closed one.
+        lost: u64,
     },
     /// Nothing where it was: it was deleted or moved.
     #[error("the bag has been deleted or moved while it was written")]

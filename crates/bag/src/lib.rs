@@ -69,6 +69,10 @@ pub const ROS2MSG: &str = "ros2msg";
 /// how many of their first messages are.
 const REPEATED: &str = "lgvi_repeated";
 
+/// Name of the MCAP metadata record with a bag's custom data as they were while the file was written: keys and values.
+/// The last one of a file counts.
+const CUSTOM_DATA: &str = "lgvi_custom_data";
+
 /// MCAP profile of ROS 2 bags.
 const PROFILE: &str = "ros2";
 

@@ -9,8 +9,12 @@ use saphyr_parser::{Event, Parser};
 use serde::de::{DeserializeOwned, Error as _};
 use serde_yaml_ng::Error;
 
-/// Longest text (bytes): a bag of ten thousand topics needs less. Parsing takes some hundred times as much memory.
-pub(crate) const MAX_TEXT: usize = 4 << 20;
+/// Longest text (bytes): a bag of a hundred thousand files needs less.
+pub(crate) const MAX_TEXT: usize = 64 << 20;
+
+/// The most scalars, and beginnings and ends of lists and maps. Each takes some two hundred bytes of memory while it is
+/// parsed; a file of a bag has seventeen, a topic some fifty.
+const MAX_EVENTS: usize = 2 << 20;
 
 /// Nesting beyond this is refused; that of rosbag2 is less than ten.
 const MAX_DEPTH: usize = 64;
@@ -29,7 +33,7 @@ fn check(text: &str) -> Result<(), Error> {
         )));
     }
     let mut depth = 0_usize;
-    for event in Parser::new_from_str(text) {
+    for (count, event) in Parser::new_from_str(text).enumerate() {
         let (event, span) = event.map_err(Error::custom)?;
         let refused = |reason: &dyn Display| {
             let line = span.start.line();
@@ -43,6 +47,9 @@ fn check(text: &str) -> Result<(), Error> {
         }
         if depth > MAX_DEPTH {
             return refused(&format!("nested more than {MAX_DEPTH} deep"));
+        }
+        if count > MAX_EVENTS {
+            return refused(&format!("more than {MAX_EVENTS} scalars and brackets"));
         }
     }
     Ok(())
@@ -73,10 +80,15 @@ mod tests {
         refusal(&"[".repeat(MAX_TEXT));
         let aliases = "a: &a [x]\nb: [*a, *a]\n";
         assert_eq!(refusal(aliases), "line 2: an alias");
+        let many = format!("[{}]", "0,".repeat(MAX_EVENTS));
+        assert_eq!(
+            refusal(&many),
+            "line 1: more than 2097152 scalars and brackets"
+        );
         let long = " ".repeat(MAX_TEXT + 1);
         assert_eq!(
             refusal(&long),
-            "4194305 bytes of YAML, expected at most 4194304"
+            "67108865 bytes of YAML, expected at most 67108864"
         );
     }
 }

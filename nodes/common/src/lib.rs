@@ -6,6 +6,7 @@ mod convert;
 mod error;
 mod event;
 mod file_lock;
+mod file_size;
 mod managed;
 mod namesakes;
 mod node;
@@ -20,6 +21,7 @@ pub use convert::{
 pub use error::NodeError;
 pub use event::{Event, FlightReport, Miss, PlanReport};
 pub use file_lock::{FileLock, LockError};
+pub use file_size::let_long_files_fail;
 pub use managed::{Managed, Stopped, main};
 pub use node::Node;
 pub use parameters::{publishes_clock, required_path};

@@ -11,7 +11,7 @@ use lgvi_middleware::{
 
 use crate::file_lock::{FileLock, LockError};
 use crate::namesakes::{self, Namesakes};
-use crate::{Event, NodeError};
+use crate::{Event, NodeError, let_long_files_fail};
 
 /// The one argument of our own: report [`Event`]s on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";
@@ -59,6 +59,7 @@ impl Node {
         parameters.push(logging.levels().specification());
         let parameters =
             Parameters::declare(args.parameters(), parameters).map_err(NodeError::input)?;
+        let_long_files_fail().map_err(NodeError::runtime)?;
         let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
         let events = Arc::new(if supervised {
             supervise(&shutdown);

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use lgvi_node::{NodeError, complain};
+use lgvi_node::{NodeError, complain, let_long_files_fail};
 
 /// Fly rigid bodies in ROS 2: plan, propagate, record, replay, verify.
 #[derive(Parser)]
@@ -160,6 +160,9 @@ impl NodeKind {
 
 fn main() -> ExitCode {
     let command = Arguments::parse().command;
+    if let Err(error) = let_long_files_fail() {
+        return fail(&command, &NodeError::runtime(error));
+    }
     let outcome = match &command {
         Command::Run(options) => run::run(options),
         Command::Explain { scene, json } => explain::explain(scene, *json),

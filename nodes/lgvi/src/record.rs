@@ -35,6 +35,10 @@ pub(crate) struct Options {
     /// What messages are logged at (default: received).
     #[arg(long)]
     log_time: Option<LogTime>,
+    /// Keep what has no time yet until the first stamp comes, or the first time on `/clock`, however long that takes; a kill
+    /// until then loses it.
+    #[arg(long)]
+    await_stamp: bool,
     /// Begin with a pause, until the service `~/resume` is called.
     #[arg(long)]
     start_paused: bool,
@@ -68,6 +72,7 @@ impl Options {
         ];
         let flags = [
             ("include_hidden_topics", self.include_hidden_topics),
+            ("await_stamp", self.await_stamp),
             ("start_paused", self.start_paused),
         ];
         let flags = flags.into_iter().filter(|(_, set)| *set);
@@ -108,12 +113,12 @@ mod tests {
             arguments(
                 "-o bags/a --topics /tf /a=b_msgs/msg/C --exclude-regex it's --states /s --frame icrf --log-time stamp \
                  --compression lz4 --max-bytes 1000 --max-duration 2 --max-cache-size 5000 --include-hidden-topics \
-                 --start-paused"
+                 --await-stamp --start-paused"
             ),
             "--ros-args -p output:='bags/a' -p states:=['/s'] -p frame:='icrf' -p max_cache_size:=5000 \
              -p log_time:='stamp' -p topics:=['/tf', '/a=b_msgs/msg/C'] -p exclude_regex:='it''s' \
              -p compression:='lz4' -p max_bytes:=1000 -p max_duration:=2.0 -p include_hidden_topics:=true \
-             -p start_paused:=true"
+             -p await_stamp:=true -p start_paused:=true"
         );
         assert_eq!(
             arguments("--max-bag-size 7 --max-bag-duration 1"),

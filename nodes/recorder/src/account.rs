@@ -13,7 +13,7 @@ use tracing::warn;
 /// Name and version of the recorder, as they stand in the bag.
 const SOFTWARE: &str = concat!("lgvi_recorder ", env!("CARGO_PKG_VERSION"));
 
-/// How often it is said at most that receiving waits.
+/// How often it is said at most that receiving waits, and that a topic has lost messages.
 const COMPLAINT: Duration = Duration::from_secs(5);
 
 /// A topic that is recorded.
@@ -30,8 +30,26 @@ pub(crate) struct Track {
     pub(crate) unusable: AtomicU64,
     /// Messages that have not been received.
     pub(crate) lost: AtomicU64,
+    /// How many of them have been complained of, and when that was.
+    complained: Mutex<Option<(u64, Instant)>>,
     /// Whether shared memory has a publisher, or had messages a moment ago.
     pub(crate) in_memory: AtomicBool,
+}
+
+impl Track {
+    /// Says that messages have been lost, at the first loss and then from time to time while it goes on.
+    fn complain(&self) {
+        let lost = self.lost.load(Ordering::Relaxed);
+        if lost == 0 {
+            return;
+        }
+        let mut complained = lock(&self.complained);
+        let due = complained.is_none_or(|(_, then)| then.elapsed() >= COMPLAINT);
+        if due && lost > complained.map_or(0, |(count, _)| count) {
+            *complained = Some((lost, Instant::now()));
+            warn!("{}: {lost} messages have been lost so far", self.name);
+        }
+    }
 }
 
 /// The account of one recording.
@@ -64,6 +82,7 @@ impl Account {
             written: AtomicU64::new(0),
             unusable: AtomicU64::new(0),
             lost: AtomicU64::new(0),
+            complained: Mutex::default(),
             in_memory: AtomicBool::new(false),
         });
         let mut tracks = lock(&self.tracks);
@@ -135,6 +154,11 @@ impl Account {
                 "writing does not keep up: receiving has waited {waits} times so far, {waited:.3} s"
             );
         }
+    }
+
+    /// Says which topics have lost messages, if that is news.
+    pub(crate) fn complain(&self) {
+        lock(&self.tracks).iter().for_each(|track| track.complain());
     }
 
     /// How often receiving has waited, and for how long (s).
@@ -255,6 +279,24 @@ mod tests {
         ];
         let expected = expected.map(|(key, value)| (key.to_owned(), value.to_owned()));
         assert_eq!(account.metadata(), BTreeMap::from(expected));
+    }
+
+    #[test]
+    fn losses_are_told_at_once_and_then_from_time_to_time() {
+        let account = Account::default();
+        let (_, track) = account.add("/one");
+        let told = || lock(&track.complained).map(|(lost, _)| lost);
+        account.complain();
+        assert_eq!(told(), None);
+        for lost in [3, 5] {
+            track.lost.store(lost, Ordering::Relaxed);
+            account.complain();
+            assert_eq!(told(), Some(3));
+        }
+        let earlier = Instant::now().checked_sub(COMPLAINT).unwrap();
+        *lock(&track.complained) = Some((3, earlier));
+        account.complain();
+        assert_eq!(told(), Some(5));
     }
 
     #[test]

@@ -37,6 +37,8 @@ pub(crate) struct Config {
     pub(crate) frame: String,
     /// `log_time`: what messages are logged at.
     pub(crate) log_time: LogTime,
+    /// `await_stamp`: whether messages wait without limit for the first time to be logged at.
+    pub(crate) await_stamp: bool,
     /// `start_paused`: whether nothing is recorded before `~/resume`.
     pub(crate) start_paused: bool,
     /// `topics`: topics to take from DDS, each as a name or as `name=package/msg/Type`; none: all that nothing else
@@ -102,6 +104,12 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         ),
         named("log_time", "received", &LOG_TIMES, "what messages are logged at"),
         ParameterSpec::new(
+            "await_stamp",
+            false,
+            "whether messages without a time wait for the first stamp, or time on /clock, without limit; until then a kill \
+             loses them",
+        ),
+        ParameterSpec::new(
             "start_paused",
             false,
             "whether nothing is recorded before ~/resume",
@@ -136,6 +144,7 @@ impl Config {
             states: get(parameters, "states")?,
             frame: get(parameters, "frame")?,
             log_time: chosen(parameters, "log_time", &LOG_TIMES)?,
+            await_stamp: get(parameters, "await_stamp")?,
             start_paused: get(parameters, "start_paused")?,
             topics: topics.map_err(NodeError::input)?,
             regex: expression(parameters, "regex")?,

@@ -11,6 +11,7 @@ mod definitions;
 mod drain;
 mod elsewhere;
 mod fields;
+mod kept;
 mod log_time;
 mod outlet;
 mod participants;

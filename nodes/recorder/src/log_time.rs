@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
+use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::Clock;
 
@@ -13,6 +14,10 @@ const HELD: usize = 1000;
 
 /// The most memory that they take (bytes).
 const HELD_SIZE: usize = 16 << 20;
+
+/// How long each of them is held, unless without limit: together with the time between two flushes less than the second
+/// that a kill may lose.
+const HOLD: Duration = Duration::from_millis(250);
 
 /// The stamp of the last state from shared memory.
 #[derive(Debug)]
@@ -50,24 +55,33 @@ pub(crate) struct Message {
 }
 
 /// Log times. What has no stamp is logged at the last one of others; and what comes before the first one, or before the
-/// first time on `/clock`, waits for it.
+/// first time on `/clock`, waits for it, but not for long unless it is told to.
 pub(crate) struct LogTimes {
     by: LogTime,
     clock: Clock,
     latest: Option<i64>,
     states: Arc<StateTime>,
-    held: VecDeque<Message>,
+    /// How long a message waits; none: without limit.
+    hold: Option<Duration>,
+    /// Each with when it came.
+    held: VecDeque<(Instant, Message)>,
     /// Bytes of what waits.
     size: usize,
 }
 
 impl LogTimes {
-    pub(crate) fn new(by: LogTime, clock: Clock, states: Arc<StateTime>) -> Self {
+    pub(crate) fn new(
+        by: LogTime,
+        await_stamp: bool,
+        clock: Clock,
+        states: Arc<StateTime>,
+    ) -> Self {
         Self {
             by,
             clock,
             latest: None,
             states,
+            hold: (!await_stamp).then_some(HOLD),
             held: VecDeque::new(),
             size: 0,
         }
@@ -94,37 +108,52 @@ impl LogTimes {
             }
             None => {
                 self.size += message.cdr.len();
-                self.held.push_back(message);
-                while self.held.len() > HELD || self.size > HELD_SIZE {
-                    let Some(oldest) = self.held.pop_front() else {
-                        break;
-                    };
-                    self.size -= oldest.cdr.len();
-                    pass_on(oldest);
-                }
+                self.held.push_back((Instant::now(), message));
+                self.give_up(pass_on);
             }
         }
     }
 
-    /// Passes on those that have waited, if a time is known by now.
-    pub(crate) fn release(&mut self, pass_on: impl FnMut(Message)) {
+    /// Passes on those that have waited, if a time is known by now, or for long enough.
+    pub(crate) fn release(&mut self, mut pass_on: impl FnMut(Message)) {
         if self.held.is_empty() {
             return;
         }
-        if let Some(time) = self.time() {
-            let timed = |mut message: Message| {
-                message.head.log_time = time;
-                message
-            };
-            self.held.drain(..).map(timed).for_each(pass_on);
-            self.size = 0;
+        let Some(time) = self.time() else {
+            return self.give_up(pass_on);
+        };
+        for (_, mut message) in self.held.drain(..) {
+            message.head.log_time = time;
+            pass_on(message);
         }
+        self.size = 0;
     }
 
     /// Passes on those that have waited in vain, at the times of their reception.
     pub(crate) fn finish(&mut self, mut pass_on: impl FnMut(Message)) {
         self.release(&mut pass_on);
-        self.held.drain(..).for_each(pass_on);
+        self.held
+            .drain(..)
+            .for_each(|(_, message)| pass_on(message));
+    }
+
+    /// Whether messages wait.
+    pub(crate) fn holds(&self) -> bool {
+        !self.held.is_empty()
+    }
+
+    /// Passes on those that are too many, and those that have waited for too long.
+    fn give_up(&mut self, mut pass_on: impl FnMut(Message)) {
+        while let Some((since, _)) = self.held.front() {
+            let late = self.hold.is_some_and(|most| since.elapsed() >= most);
+            if !late && self.held.len() <= HELD && self.size <= HELD_SIZE {
+                break;
+            }
+            if let Some((_, oldest)) = self.held.pop_front() {
+                self.size -= oldest.cdr.len();
+                pass_on(oldest);
+            }
+        }
     }
 
     fn time(&self) -> Option<i64> {
@@ -149,9 +178,13 @@ mod tests {
 
     impl Bench {
         fn new(by: LogTime) -> Self {
+            Self::awaiting(by, true)
+        }
+
+        fn awaiting(by: LogTime, await_stamp: bool) -> Self {
             let states = Arc::<StateTime>::default();
             Self {
-                times: LogTimes::new(by, Clock::wall(), Arc::clone(&states)),
+                times: LogTimes::new(by, await_stamp, Clock::wall(), Arc::clone(&states)),
                 states,
                 logged: Vec::new(),
                 received: 0,
@@ -171,6 +204,12 @@ mod tests {
             };
             self.received += 1;
             self.times.log(message, stamp, |Message { head, .. }| {
+                self.logged.push((head.sequence, head.log_time));
+            });
+        }
+
+        fn release(&mut self) {
+            self.times.release(|Message { head, .. }| {
                 self.logged.push((head.sequence, head.log_time));
             });
         }
@@ -219,6 +258,24 @@ mod tests {
             .map(|n| (n, 1000 + n.cast_signed()))
             .collect();
         assert_eq!(bench.logged, expected);
+    }
+
+    #[test]
+    fn what_waits_for_long_is_logged_at_its_reception_unless_it_is_to_wait() {
+        for (await_stamp, expected) in [(false, vec![(0, 1000)]), (true, vec![])] {
+            let mut bench = Bench::awaiting(LogTime::Stamp, await_stamp);
+            bench.receive(None);
+            bench.release();
+            assert_eq!((&*bench.logged, bench.times.holds()), (&[][..], true));
+            std::thread::sleep(HOLD);
+            bench.release();
+            assert_eq!(bench.logged, expected);
+            assert_eq!(bench.times.holds(), await_stamp);
+            bench.receive(None);
+            bench.receive(Some(5));
+            let first = if await_stamp { 5 } else { 1000 };
+            assert_eq!(bench.logged, [(0, first), (1, 5), (2, 5)]);
+        }
     }
 
     #[test]

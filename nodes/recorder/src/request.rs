@@ -3,7 +3,8 @@
 use lgvi_middleware::ros::{Qos, TopicInfo};
 
 /// Depth of a subscription: how many messages wait to be taken. RustDDS 0.15 keeps as many of each topic besides, taken
-/// or not, and knows no limit in bytes: a topic takes up to twice this many of its messages.
+/// or not, and knows no limit in bytes: a topic takes up to twice this many of its messages. Nothing public releases them, and
+/// a depth once asked for in a participant is never made less.
 pub(crate) const DEPTH: usize = 8192;
 
 /// What a subscription requests.

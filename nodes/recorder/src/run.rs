@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lgvi_bag::{BagWriter, Rest, WriteError};
 use lgvi_middleware::ros::Diagnosed;
@@ -26,6 +26,9 @@ use crate::topics::Topics;
 
 /// How often it is looked for whether to stop.
 const LOOK: Duration = Duration::from_millis(20);
+
+/// How often it is looked for what topics have lost: what one subscription lacks another may bring soon.
+const LOSSES: Duration = Duration::from_secs(1);
 
 /// A recorder, and the bag that it fills.
 pub(crate) struct Recorder {
@@ -123,7 +126,7 @@ impl Opened {
             paused(),
             &account,
         )?;
-        let times = LogTimes::new(config.log_time, clock.clone(), time);
+        let times = LogTimes::new(config.log_time, config.await_stamp, clock.clone(), time);
         let ros = node.ros.clone();
         let elsewhere = Elsewhere::new(states.tracks());
         let told = Arc::clone(&account);
@@ -164,7 +167,7 @@ impl Opened {
             Sink::start(writer, &queue, &account, tell).map_err(NodeError::runtime)?
         };
         let attached = services.attach(&queue);
-        let received = receive(node, &sink, states, topics, outlets);
+        let received = receive(node, &sink, states, topics, outlets, &account);
         drop(attached);
 
         let written = sink
@@ -182,13 +185,17 @@ impl Opened {
             }
         };
         let total: u64 = messages.values().sum();
+        let lost: u64 = account.lost().values().sum();
         let bag = config.output;
-        info!("recorded {total} messages in {}", bag.display());
+        info!(
+            "recorded {total} messages in {}, {lost} lost",
+            bag.display()
+        );
         let (waits, waited) = account.waits();
         node.report(&Event::Recorded {
             bag,
             messages,
-            lost: account.lost().values().sum(),
+            lost,
             waits,
             waited,
         });
@@ -214,17 +221,23 @@ fn receive(
     states: States,
     topics: Topics,
     [to_states, to_topics]: [Outlet; 2],
+    account: &Account,
 ) -> Result<(), NodeError> {
     let stop = Shutdown::new();
     thread::scope(|scope| {
         let from_dds = scope.spawn(|| topics.run(to_topics, &stop));
         let from_shm = scope.spawn(|| states.run(to_states, &stop));
+        let mut looked = Instant::now();
         while !node.interrupted()
             && !sink.failed()
             && !from_dds.is_finished()
             && !from_shm.is_finished()
         {
             thread::sleep(LOOK);
+            if looked.elapsed() >= LOSSES {
+                account.complain();
+                looked = Instant::now();
+            }
         }
         stop.request();
         from_dds.thread().unpark();
@@ -234,6 +247,7 @@ fn receive(
             from_dds.join().map_err(panicked),
             from_shm.join().map_err(panicked),
         ];
+        account.complain();
         outcomes
             .into_iter()
             .try_for_each(|outcome| outcome.and_then(|received| received))

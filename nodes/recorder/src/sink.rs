@@ -93,6 +93,7 @@ impl Bag {
         let _ending = Ending(Arc::clone(queue));
         let (mut flushed, mut told) = (Instant::now(), Instant::now());
         let (mut unflushed, mut untold) = (false, false);
+        self.describe();
         loop {
             self.follow();
             match queue.take(COUNTS) {
@@ -102,7 +103,7 @@ impl Bag {
                     (unflushed, untold) = (true, true);
                 }
                 Taken::Split(answer) => {
-                    self.writer.set_custom(self.account.metadata());
+                    self.describe();
                     let split = self.writer.split();
                     answer(split.as_ref().map_err(ToString::to_string).copied());
                     split?;
@@ -111,11 +112,13 @@ impl Bag {
                 Taken::End => break,
             }
             if unflushed && flushed.elapsed() >= FLUSH {
+                self.describe();
                 self.writer.flush()?;
                 (flushed, unflushed) = (Instant::now(), false);
             }
             if untold && told.elapsed() >= COUNTS {
                 self.account.not_repeated(self.writer.not_repeated());
+                self.describe();
                 tell();
                 (told, untold) = (Instant::now(), false);
             }
@@ -123,6 +126,11 @@ impl Bag {
         self.account.not_repeated(self.writer.not_repeated());
         tell();
         self.writer.finish(self.account.metadata())
+    }
+
+    /// Has the bag say how it is with the recording by now, whatever ends it or its file.
+    fn describe(&mut self) {
+        self.writer.set_custom(self.account.metadata());
     }
 
     fn write(&mut self, batch: &Batch) -> Result<(), WriteError> {

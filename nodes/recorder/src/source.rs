@@ -14,6 +14,7 @@ use tracing::{info, warn};
 use crate::account::{Account, Track};
 use crate::batch::Head;
 use crate::definitions::Definition;
+use crate::kept::Kept;
 use crate::log_time::Message;
 use crate::participants::Participants;
 use crate::request::{DEPTH, Request, offered};
@@ -29,6 +30,9 @@ pub(crate) struct Source {
     subscriptions: Vec<(Request, RawSubscription)>,
     /// A publisher may be matched with several of the subscriptions.
     seen: Seen,
+    kept: Kept,
+    /// What may be kept before that is said (bytes).
+    cache: usize,
     place: usize,
     track: Arc<Track>,
 }
@@ -40,6 +44,7 @@ impl Source {
         definition: Definition,
         request: Request,
         participants: &mut Participants,
+        cache: usize,
         account: &Account,
     ) -> Result<Self, NodeError> {
         let subscription = subscribe(name, &definition, request, 0, participants)?;
@@ -52,6 +57,8 @@ impl Source {
             definition,
             subscriptions: vec![(request, subscription)],
             seen: Seen::default(),
+            kept: Kept::default(),
+            cache,
             place,
             track,
         })
@@ -113,6 +120,12 @@ impl Source {
                     && let Ok(scene) = cdr::decode::<msg::Scene>(&sample.message)
                 {
                     account.fly(scene.name);
+                }
+                if let Some(kept) = self.kept.add(sample.message.len(), self.cache) {
+                    warn!(
+                        "{}: {kept} bytes in memory, more than max_cache_size: the middleware keeps the last {DEPTH} messages",
+                        self.name
+                    );
                 }
                 let stamp = self.stamped.read(&sample.message);
                 let received = sample.info.received_time;

@@ -27,6 +27,9 @@ use crate::source::Source;
 /// How often the graph is asked for new topics and publishers.
 const DISCOVERY: Duration = Duration::from_millis(200);
 
+/// How often it is looked whether messages have waited for their log times for long enough.
+const HELD: Duration = Duration::from_millis(20);
+
 /// How long messages may gather while they come: a thread that is woken for each one costs more than the messages.
 const GATHER: Duration = Duration::from_millis(1);
 
@@ -43,6 +46,8 @@ pub(crate) struct Topics {
     times: LogTimes,
     paused: Arc<AtomicBool>,
     account: Arc<Account>,
+    /// `max_cache_size`.
+    cache: usize,
     /// When the graph was asked last.
     asked: Option<Instant>,
 }
@@ -76,6 +81,7 @@ impl Topics {
             times,
             paused,
             account,
+            cache: config.cache,
             asked: None,
         };
         for (name, type_name) in config.typed() {
@@ -95,6 +101,7 @@ impl Topics {
                 definition,
                 request,
                 &mut topics.participants,
+                config.cache,
                 &topics.account,
             )?;
             topics.sources.insert(source.name().to_owned(), source);
@@ -114,7 +121,7 @@ impl Topics {
                 GATHER
             } else {
                 outlet.hand_over();
-                DISCOVERY
+                if self.times.holds() { HELD } else { DISCOVERY }
             };
             let over = outlet.is_over();
             Ok(Looked { found, pause, over })
@@ -204,6 +211,7 @@ impl Topics {
             definition,
             first,
             &mut self.participants,
+            self.cache,
             &self.account,
         )?;
         for request in others {

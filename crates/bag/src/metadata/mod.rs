@@ -20,6 +20,9 @@ pub(crate) const VERSION: u32 = 9;
 /// Name and only key of the metadata record in which rosbag2 repeats the description in each file.
 pub(crate) const RECORD: (&str, &str) = ("rosbag2", "serialized_metadata");
 
+/// How many of the files before it the record of a file lists.
+const LISTED: usize = 64;
+
 const STORAGE: &str = "mcap";
 
 /// The distribution whose message definitions and format are written.
@@ -101,9 +104,13 @@ impl Metadata {
         }
     }
 
-    /// The text that rosbag2 puts into the MCAP file.
-    pub(crate) fn to_yaml(&self) -> Result<String, serde_yaml_ng::Error> {
-        serde_yaml_ng::to_string(self)
+    /// The text that rosbag2 puts into the MCAP file: with the counts of the whole bag so far, but only so many of the files
+    /// before that one, for many files would else consist of lists of each other.
+    pub(crate) fn into_yaml(mut self) -> Result<String, serde_yaml_ng::Error> {
+        let surplus = self.files.len().saturating_sub(LISTED + 1);
+        self.files.drain(..surplus);
+        self.relative_file_paths.drain(..surplus);
+        serde_yaml_ng::to_string(&self)
     }
 
     /// Writes `metadata.yaml` at `path`, at once or not at all.

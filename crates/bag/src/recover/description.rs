@@ -154,7 +154,7 @@ impl Description {
         let (name, key) = RECORD;
         Ok(MetadataRecord {
             name: name.to_owned(),
-            metadata: BTreeMap::from([(key.to_owned(), self.metadata().to_yaml()?)]),
+            metadata: BTreeMap::from([(key.to_owned(), self.metadata().into_yaml()?)]),
         })
     }
 

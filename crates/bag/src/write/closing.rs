@@ -121,7 +121,7 @@ impl BagWriter {
                     // What could be written of the end is not left behind.
                     let _ = file.as_mut().map(|file| file.cut(0));
                     let bag = self.directory.clone();
-                    return Rest::Unclosed { bag };
+                    return Rest::Unclosed { bag, lost };
                 }
             }
         }
@@ -133,7 +133,7 @@ impl BagWriter {
             return Ok(0);
         };
         let text = self.metadata().and_then(|metadata| {
-            let text = metadata.to_yaml();
+            let text = metadata.into_yaml();
             text.map_err(io::Error::other)
         });
         let (name, key) = RECORD;
@@ -171,11 +171,15 @@ impl BagWriter {
         let counts = counts.into_iter().flatten().chain(std::iter::repeat(0));
         let topics = self.topics.iter().zip(counts);
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
-        let mut custom = self.custom.clone();
-        for (topic, count) in self.not_repeated() {
-            custom.insert(format!("{NOT_REPEATED}:{topic}"), count.to_string());
-        }
-        Metadata::new(&files, topics, custom).map_err(io::Error::other)
+        Metadata::new(&files, topics, self.custom_data()).map_err(io::Error::other)
+    }
+
+    /// The custom data, with what the writer itself has to say.
+    pub(crate) fn custom_data(&self) -> BTreeMap<String, String> {
+        let not_repeated = self.not_repeated();
+        let counts = not_repeated
+            .map(|(topic, count)| (format!("{NOT_REPEATED}:{topic}"), count.to_string()));
+        self.custom.clone().into_iter().chain(counts).collect()
     }
 
     /// Has the custom data say what is missing, and gives how many messages that are.

@@ -171,7 +171,7 @@ impl McapWriter {
 
     /// Bytes of memory that the index of the file takes.
     pub fn index_memory(&self) -> usize {
-        self.index_memory
+        self.index_memory + size_of_val(&*self.metadata)
     }
 
     /// First and last log time (ns) of the chunks written.

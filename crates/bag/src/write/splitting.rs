@@ -18,7 +18,7 @@ impl BagWriter {
     /// # Errors
     /// Writing fails, or the file is no longer where it was made.
     pub fn split(&mut self) -> Result<(), WriteError> {
-        self.flush()?;
+        self.finish_chunk()?;
         if self.begin.is_none() {
             return Ok(());
         }
@@ -102,6 +102,7 @@ impl BagWriter {
         let file = McapWriter::create(path.clone(), compression, chunk as usize, catalogue);
         self.file = Some(file.map_err(|source| Fault { path, source })?);
         self.repeated.fill(0);
+        self.flushed.clear();
         Ok(())
     }
 }

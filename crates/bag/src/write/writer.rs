@@ -12,7 +12,7 @@ use super::{
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
 };
-use crate::{Topic, WriteError, directory, read::MAX_RECORD_LENGTH, records};
+use crate::{CUSTOM_DATA, Topic, WriteError, directory, read::MAX_RECORD_LENGTH, records};
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
 /// [`BagOptions::max_bytes`] if that is less.
@@ -59,6 +59,8 @@ pub struct BagWriter {
     /// Bytes of memory from which on the index of a file ends it.
     pub(crate) max_index: usize,
     pub(crate) custom: BTreeMap<String, String>,
+    /// The custom data that stand in the file that is being written.
+    pub(crate) flushed: BTreeMap<String, String>,
     pub(crate) topics: Vec<RecordedTopic>,
     pub(crate) latched: Latched,
     pub(crate) closed: Vec<Closed>,
@@ -103,6 +105,7 @@ impl BagWriter {
             options,
             max_index: INDEX,
             custom: BTreeMap::new(),
+            flushed: BTreeMap::new(),
             topics: Vec::new(),
             latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
             closed: Vec::new(),
@@ -128,8 +131,8 @@ impl BagWriter {
             .join(format!("{}_{}.mcap", self.name, self.closed.len()))
     }
 
-    /// Custom data for `metadata.yaml`, should the bag have to be closed after an error, and of each file that is closed
-    /// from now on.
+    /// Custom data for `metadata.yaml`, should the bag have to be closed after an error, of each file that is closed from
+    /// now on, and of what a [`flush`](Self::flush) makes safe.
     pub fn set_custom(&mut self, custom: BTreeMap<String, String>) {
         self.custom = custom;
     }
@@ -253,14 +256,29 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Hands everything written so far to the operating system, as a complete chunk.
+    /// Hands everything written so far to the operating system, as a complete chunk, and the custom data where they have
+    /// changed, as a metadata record named `lgvi_custom_data`.
     ///
     /// # Errors
     /// Writing fails, or the file is no longer where it was made.
     pub fn flush(&mut self) -> Result<(), WriteError> {
+        self.finish_chunk()?;
+        let custom = self.custom_data();
+        if custom == self.flushed {
+            return Ok(());
+        }
+        if let Err(source) = self.file()?.write_metadata(CUSTOM_DATA, &custom) {
+            return Err(self.fail_on_file(source));
+        }
+        self.flushed = custom;
+        Ok(())
+    }
+
+    /// Hands over the messages.
+    pub(crate) fn finish_chunk(&mut self) -> Result<(), WriteError> {
         let file = self.file()?;
-        let flushed = file.check_place().and_then(|()| file.finish_chunk());
-        flushed.map_err(|source| self.fail_on_file(source))
+        let finished = file.check_place().and_then(|()| file.finish_chunk());
+        finished.map_err(|source| self.fail_on_file(source))
     }
 
     /// Latched messages that found no room to be repeated, summed over the files so far, of each topic that has such.
@@ -279,7 +297,7 @@ impl BagWriter {
         if let (None, Some((_, last))) = (self.begin, self.times) {
             self.begin(last)?;
         }
-        self.flush()?;
+        self.finish_chunk()?;
         let closed = self.close_bag();
         closed.map_err(|fault| self.fail(fault))?;
         Ok(self.summary())

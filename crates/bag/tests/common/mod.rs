@@ -55,6 +55,27 @@ pub fn chunks(bytes: &[u8]) -> Vec<Range<usize>> {
     chunks
 }
 
+/// Names and contents of the metadata records of a file that may be without its end.
+pub fn metadata_records(path: &Path) -> Vec<(String, BTreeMap<String, String>)> {
+    let bytes = fs::read(path).unwrap();
+    let mut left = &bytes[mcap::MAGIC.len()..];
+    let mut found = Vec::new();
+    while let Some(([opcode, length @ ..], rest)) = left.split_first_chunk::<9>() {
+        let (body, rest) = rest.split_at(u64::from_le_bytes(*length) as usize);
+        if *opcode == mcap::records::op::METADATA
+            && let mcap::records::Record::Metadata(record) =
+                mcap::parse_record(*opcode, body).unwrap()
+        {
+            found.push((record.name, record.metadata));
+        }
+        if *opcode == mcap::records::op::FOOTER {
+            break;
+        }
+        left = rest;
+    }
+    found
+}
+
 /// A message without its topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Read {

@@ -6,12 +6,14 @@
 mod common;
 
 mod check;
+mod custom_data;
 mod errors;
 mod failing;
 mod foreign;
 mod hostile;
 mod layouts;
 mod left_out;
+mod listed_files;
 mod new_directory;
 mod recover_counts;
 mod recover_kinds;

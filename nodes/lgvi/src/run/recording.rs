@@ -68,7 +68,10 @@ pub(super) fn recorder(scene: &Scene, bag: &Path, topics: &[(String, &str)]) -> 
         text("frame", Some(&scene.frame)),
         text("log_time", Some("stamp")),
     ];
+    // Plans may take long before the first state, and two flights are to give the same bag.
+    let always = ["await_stamp:=true".to_owned()];
     std::iter::once(format!("output:={}", path(bag)))
+        .chain(always)
         .chain(parameters.into_iter().flatten())
         .collect()
 }

@@ -161,3 +161,44 @@ fn latched_messages_that_are_not_repeated_are_told() {
     assert!(told.contains("latched messages are not repeated"), "{told}");
     assert!(custom(&bag).contains_key("not_repeated:/map"));
 }
+
+/// What is known of losses is in each file that is closed, and after a flush in one that is not.
+#[test]
+fn losses_survive_a_split_and_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("bag");
+    let account = Arc::<Account>::default();
+    let queue = Queue::new(BUDGET, Arc::clone(&account));
+    let (_, track) = account.add("/a");
+    track
+        .topic
+        .get_or_init(|| topic("/a", "std_msgs/msg/Empty"));
+    track.lost.store(7, Ordering::Relaxed);
+    let options = BagOptions {
+        compression: lgvi_bag::Compression::None,
+        max_bytes: std::num::NonZeroU64::new(1000),
+        ..BagOptions::default()
+    };
+    let writer = BagWriter::create(&bag, options).unwrap();
+    let sink = Sink::start(writer, &queue, &account, || {}).unwrap();
+    let mut outlet = queue.outlet();
+    for sequence in 0..3 {
+        outlet.put(head(0, sequence), &[0; 3000]);
+    }
+    outlet.hand_over();
+    let contains = |file: &str, text: &str| {
+        let bytes = fs::read(bag.join(file)).unwrap_or_default();
+        bytes
+            .windows(text.len())
+            .any(|part| part == text.as_bytes())
+    };
+    let start = Instant::now();
+    while !contains("bag_2.mcap", "lgvi_custom_data") {
+        assert!(start.elapsed() < 20 * FLUSH, "nothing is flushed");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(contains("bag_2.mcap", "lost:/a"));
+    assert!(contains("bag_0.mcap", "lost:/a: '7'"));
+    drop(outlet);
+    sink.finish().unwrap().unwrap();
+}

@@ -1,4 +1,5 @@
 //! `lgvi`: the front door to the node suite.
+mod beside;
 mod chosen;
 mod convert;
 mod course;

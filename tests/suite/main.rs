@@ -55,4 +55,5 @@ mod stalls;
 mod suspended;
 mod tables;
 mod two_hosts;
+mod verify;
 mod waiting;

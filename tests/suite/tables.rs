@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use lgvi_tests::{Finished, Recording, World, root};
+use lgvi_bag::Topic;
+use lgvi_tests::{Finished, Record, Recording, World, binary, root};
 use serde_json::Value;
 
 fn convert(world: &World, bag: &Path, output: &Path, more: &[&str]) -> Finished {
@@ -90,4 +91,78 @@ fn tables_are_never_written_over_anything() {
     let refused = convert(&world, &bag, &world.path("new"), &topic).expect(2);
     refused.says(&["no topic /missing", "/lgvi_propagator/state"]);
     assert!(!world.path("new").exists());
+}
+
+#[test]
+fn more_topics_than_files_may_be_open_have_a_table_each() {
+    let world = World::new();
+    let mut flight = Recording::read(&root().join("bags/orbital_capture"));
+    let scene = "/lgvi_propagator/scene";
+    let topic = flight.topics.iter().find(|topic| topic.name == scene);
+    let topic = topic.unwrap().clone();
+    let record = flight.on(scene).next().unwrap().clone();
+    let names: Vec<_> = (0..450).map(|index| format!("/t{index:03}")).collect();
+    let topics = names.iter().map(|name| Topic {
+        name: name.clone(),
+        ..topic.clone()
+    });
+    flight.topics = topics.collect();
+    let records = names.iter().map(|name| Record {
+        topic: name.clone(),
+        ..record.clone()
+    });
+    flight.records = records.collect();
+    let bag = world.path("bag");
+    flight.write(&bag);
+    for format in ["csv", "parquet"] {
+        let mut command = world.command(Path::new("/bin/sh"));
+        let limited = "ulimit -n 256 && exec \"$@\"";
+        command
+            .args(["-c", limited, "sh"])
+            .arg(binary("lgvi"))
+            .arg("convert")
+            .arg(&bag)
+            .args(["--json", "--format", format]);
+        let made: Value = world.start("lgvi", command).finish().expect(0).json();
+        let files = made["files"].as_array().unwrap();
+        let topics: Vec<_> = files.iter().map(|file| &file["topic"]).collect();
+        assert_eq!(topics, names.iter().collect::<Vec<_>>());
+        assert!(files.iter().all(|file| file["rows"] == 1));
+        let output = world.path(&format!("bag_{format}"));
+        assert_eq!(fs::read_dir(&output).unwrap().count(), names.len());
+    }
+    let table = |name: &str| fs::read(world.path("bag_csv").join(name)).unwrap();
+    assert!(table("t449.csv").len() > 1000);
+    assert_eq!(table("t000.csv"), table("t449.csv"));
+}
+
+#[test]
+fn tables_lie_beside_a_bag_that_is_named_by_dots() {
+    let world = World::new();
+    Recording::read(&root().join("bags/pendulum")).write(&world.path("bag"));
+    fs::create_dir(world.path("bag/inner")).unwrap();
+    for (from, bag) in [("bag", "."), ("bag/inner", "..")] {
+        let mut command = world.command(&binary("lgvi"));
+        command.current_dir(world.path(from));
+        command.args(["convert", bag, "--format", "csv", "--json"]);
+        let made: Value = world.start("lgvi", command).finish().expect(0).json();
+        let output = world.path("bag_csv");
+        assert_eq!(made["output"], output.to_str().unwrap());
+        assert!(output.join("tf.csv").exists());
+        fs::remove_dir_all(output).unwrap();
+    }
+}
+
+#[test]
+fn an_output_without_a_name_is_refused() {
+    let world = World::new();
+    let output = world.path("a/b/..");
+    let bag = root().join("bags/pendulum");
+    let refused = convert(&world, &bag, &output, &["--format", "csv"]).expect(2);
+    let said: Value = refused.json();
+    let output = output.to_str().unwrap();
+    assert_eq!(
+        said["failure"]["message"],
+        format!("{output}: ends without the name of a directory to make")
+    );
 }

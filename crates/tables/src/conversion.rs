@@ -107,6 +107,12 @@ pub enum ConvertError {
         /// Where the tables were to be made.
         path: PathBuf,
     },
+    /// Where the tables were to be made, there is no name at the end, as in `a/..`.
+    #[error("{path}: ends without the name of a directory to make", path = .path.display())]
+    NoName {
+        /// Where the tables were to be made.
+        path: PathBuf,
+    },
     /// A file operation failed.
     #[error("{path}: {source}", path = .path.display())]
     Io {

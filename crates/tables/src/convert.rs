@@ -12,6 +12,9 @@ use crate::file_names::{self, FileNames};
 use crate::layout::Layout;
 use crate::open::{Learnt, Open};
 
+/// Tables that are open at a time, of the 1024 files or fewer that a process may have open.
+const MAX_OPEN: usize = 200;
+
 /// Rows of all tables together take this much memory before the longest table's are written.
 const MAX_BUFFERED: usize = 64 << 20;
 
@@ -19,8 +22,9 @@ const NO_DEFINITION: &str = "it has no definition";
 
 /// Makes a table of each topic in the directory `output`, which must not exist, or be empty.
 ///
-/// The bag is read twice: once to learn the columns, once to write them. Memory is bounded by what the bag's reader
-/// needs and by the rows of one row group (64 MiB). The directory has its name only when all tables are complete.
+/// The bag is read once to learn the columns, and once for each 200 topics to write them. Memory is bounded by what the
+/// bag's reader needs and by the rows of one row group (64 MiB). The directory has its name only when all tables are
+/// complete.
 ///
 /// Topics whose definition or messages cannot be understood are left out as a whole and told in the result.
 ///
@@ -57,6 +61,7 @@ pub(crate) fn convert_within(
 fn output_error(output: &Path, error: WriteError) -> ConvertError {
     match error {
         WriteError::Exists { path } => ConvertError::Exists { path },
+        WriteError::NoName { path } => ConvertError::NoName { path },
         WriteError::Io { path, source } => ConvertError::Io { path, source },
         other => ConvertError::Io {
             path: output.to_owned(),
@@ -122,7 +127,12 @@ fn learn<'b>(
         })
         .collect();
     for (topic, found) in topics {
-        match found {
+        let finished = found.and_then(|mut learnt| {
+            let finished = learnt.layout.finish();
+            finished.map_err(|error| error.to_string())?;
+            Ok(learnt)
+        });
+        match finished {
             Ok(found) => learnt.push(found),
             Err(reason) => left_out.push(LeftOut {
                 topic: topic.0.to_owned(),
@@ -171,32 +181,46 @@ fn observe(learnt: &mut Learnt<'_>, message: &Message<'_>, format: Format) -> Re
         .map_err(|error| error.to_string())
 }
 
-fn write(
-    bag: &BagReader,
+fn write<'b>(
+    bag: &'b BagReader,
     directory: &Path,
     format: Format,
-    learnt: Vec<Learnt<'_>>,
+    learnt: Vec<Learnt<'b>>,
     buffered: usize,
 ) -> Result<Vec<TableFile>, ConvertError> {
     let mut names = FileNames::default();
-    let mut open = BTreeMap::new();
-    for learnt in learnt {
-        let name = format!("{}.{}", names.of(&learnt.topic.name), format.name());
-        let topic = key(learnt.topic);
-        open.insert(
-            topic,
-            Open::create(bag, directory.join(name), format, learnt)?,
-        );
+    let mut files = Vec::with_capacity(learnt.len());
+    let mut learnt = learnt.into_iter();
+    while learnt.len() > 0 {
+        let mut open = BTreeMap::new();
+        for learnt in learnt.by_ref().take(MAX_OPEN) {
+            let name = format!("{}.{}", names.of(&learnt.topic.name), format.name());
+            let table = Open::create(bag, directory.join(name), format, learnt)?;
+            open.insert(key(table.topic()), table);
+        }
+        write_open(bag, &mut open, buffered)?;
+        for table in open.into_values() {
+            files.push(table.finish()?);
+        }
     }
+    Ok(files)
+}
+
+/// Writes the rows of tables that are open.
+fn write_open<'b>(
+    bag: &'b BagReader,
+    open: &mut BTreeMap<Key<'b>, Open<'b>>,
+    buffered: usize,
+) -> Result<(), ConvertError> {
     for message in bag.messages() {
         let message = message?;
         let Some(file) = open.get_mut(&key(message.topic)) else {
             continue;
         };
         file.row(&message)?;
-        flush(&mut open, buffered)?;
+        flush(open, buffered)?;
     }
-    open.into_values().map(Open::finish).collect()
+    Ok(())
 }
 
 /// Writes the longest tables until no more than `buffered` bytes are in memory.

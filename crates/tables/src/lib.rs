@@ -7,6 +7,7 @@
 //! - every field, nested ones with dots: `header.stamp.sec`;
 //! - every element, `bodies.0.position.2`, of an array that has the same length in all messages of the topic, at least
 //!   one and at most [`Options::max_elements`];
+//! - where that would be more than [`MAX_COLUMNS`], arrays have one column from the innermost on;
 //! - other arrays have one column: a list in Parquet, a JSON array in CSV; lists of messages are JSON texts in both;
 //! - arrays of `uint8`, `byte` or `char` always have one column: bytes in Parquet, hexadecimal digits in CSV.
 //!

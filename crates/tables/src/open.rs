@@ -58,6 +58,10 @@ impl<'b> Open<'b> {
         }
     }
 
+    pub(crate) fn topic(&self) -> &'b Topic {
+        self.learnt.topic
+    }
+
     pub(crate) fn row(&mut self, message: &Message<'_>) -> Result<(), ConvertError> {
         let mut cells = vec![
             Cell::Number(Value::Uint64(message.log_time)),

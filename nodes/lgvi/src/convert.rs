@@ -1,6 +1,6 @@
 //! `lgvi convert`: a bag as tables for analysis tools.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
@@ -9,6 +9,7 @@ use lgvi_node::NodeError;
 use lgvi_tables::{Conversion, ConvertError, convert as convert_bag};
 use serde::Serialize;
 
+use crate::beside::beside;
 use crate::output::{self, say};
 use crate::values;
 
@@ -71,7 +72,7 @@ pub(crate) fn convert(options: &Options) -> Result<ExitCode, NodeError> {
     let bag = BagReader::open(&options.bag).map_err(NodeError::input)?;
     let output = match &options.output {
         Some(output) => output.clone(),
-        None => default_output(&options.bag, format),
+        None => beside(&options.bag, &format!("_{}", format.name())),
     };
     let wanted = lgvi_tables::Options {
         format,
@@ -80,7 +81,9 @@ pub(crate) fn convert(options: &Options) -> Result<ExitCode, NodeError> {
     };
     let conversion = convert_bag(&bag, &output, &wanted).map_err(|error| match error {
         ConvertError::Io { .. } | ConvertError::Table { .. } => NodeError::runtime(error),
-        ConvertError::Bag(_) | ConvertError::Exists { .. } => NodeError::input(error),
+        ConvertError::Bag(_) | ConvertError::Exists { .. } | ConvertError::NoName { .. } => {
+            NodeError::input(error)
+        }
         ConvertError::UnknownTopic { .. } | ConvertError::Changed { .. } => {
             NodeError::Input(format!("{}: {error}", options.bag.display()))
         }
@@ -102,18 +105,6 @@ pub(crate) fn convert(options: &Options) -> Result<ExitCode, NodeError> {
     Ok(ExitCode::from(u8::from(!is_whole)))
 }
 
-/// `<bag>_csv` beside the bag.
-fn default_output(bag: &Path, format: lgvi_tables::Format) -> PathBuf {
-    let bag = if bag.extension().is_some_and(|extension| extension == "mcap") {
-        bag.with_extension("")
-    } else {
-        bag.components().collect()
-    };
-    let mut output = bag.into_os_string();
-    output.push(format!("_{}", format.name()));
-    PathBuf::from(output)
-}
-
 /// A line for each topic, and each file that is missing.
 fn text(conversion: &Conversion, missing: &[String]) -> String {
     let made = conversion.files.iter().map(|file| {
@@ -127,17 +118,4 @@ fn text(conversion: &Conversion, missing: &[String]) -> String {
         .chain(missing.iter().cloned())
         .collect::<Vec<_>>()
         .join("\n")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tables_lie_beside_the_bag() {
-        let csv = |bag: &str| default_output(Path::new(bag), lgvi_tables::Format::Csv);
-        assert_eq!(csv("flights/a.b"), Path::new("flights/a.b_csv"));
-        assert_eq!(csv("flights/a/"), Path::new("flights/a_csv"));
-        assert_eq!(csv("a/a_0.mcap"), Path::new("a/a_0_csv"));
-    }
 }

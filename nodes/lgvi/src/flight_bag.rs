@@ -1,5 +1,6 @@
 //! A recorded flight: the bag of one propagator, with its scene and the controls that were flown.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,7 @@ pub(crate) struct FlightBag {
 
 /// The topics of one propagator, by the name of its scene topic.
 struct Topics {
+    node: String,
     scene: String,
     state: String,
     flown: String,
@@ -42,10 +44,11 @@ struct Given {
 }
 
 impl FlightBag {
-    /// Opens the bag and reads its scene and control sequences; every error is [`NodeError::Input`] and names the bag.
-    pub(crate) fn open(path: &Path) -> Result<Self, NodeError> {
+    /// Opens the bag and reads scene and control sequences of the propagator `flight`, which must be named where there are
+    /// several; every error is [`NodeError::Input`] and names the bag.
+    pub(crate) fn open(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
         let reader = BagReader::open(path).map_err(NodeError::input)?;
-        let topics = Topics::of(&reader).map_err(|error| refuse(path, &error))?;
+        let topics = Topics::of(reader.topics(), flight).map_err(|error| refuse(path, &error))?;
         let Given {
             scene,
             sequences,
@@ -68,6 +71,11 @@ impl FlightBag {
     /// Something wrong with this bag.
     pub(crate) fn refuse(&self, error: &dyn Display) -> NodeError {
         refuse(&self.path, error)
+    }
+
+    /// Name of the propagator.
+    pub(crate) fn name(&self) -> &str {
+        &self.topics.node
     }
 
     /// Name of the topic of the full-rate states.
@@ -154,15 +162,37 @@ impl FlightBag {
 }
 
 impl Topics {
-    fn of(bag: &BagReader) -> Result<Self, String> {
-        let scene = bag
-            .topics()
+    /// Those of the propagator `flight`, or of the only one.
+    fn of(topics: &[Topic], flight: Option<&str>) -> Result<Self, String> {
+        let scenes = topics
             .iter()
-            .find(|topic| topic.type_name == msg::Scene::TYPE_NAME)
-            .ok_or_else(|| format!("no topic of type {}: not a flight", msg::Scene::TYPE_NAME))?;
-        let node = scene.name.rsplit_once('/').map_or("", |(node, _)| node);
+            .filter(|topic| topic.type_name == msg::Scene::TYPE_NAME);
+        let flights: BTreeMap<_, _> = scenes
+            .map(|topic| {
+                let name = topic.name.as_str();
+                (name.rsplit_once('/').map_or("", |(node, _)| node), name)
+            })
+            .collect();
+        let known = flights.keys().copied().collect::<Vec<_>>().join(", ");
+        let found = match (flight, flights.len()) {
+            (_, 0) => Err(format!(
+                "no topic of type {}: not a flight",
+                msg::Scene::TYPE_NAME
+            )),
+            (Some(flight), _) => flights
+                .get_key_value(flight)
+                .ok_or_else(|| format!("no flight of {flight}, there is {known}")),
+            (None, count) => flights
+                .first_key_value()
+                .filter(|_| count == 1)
+                .ok_or_else(|| {
+                    format!("{count} flights, expected --flight with the name of one: {known}")
+                }),
+        };
+        let (node, scene) = found?;
         Ok(Self {
-            scene: scene.name.clone(),
+            node: (*node).to_owned(),
+            scene: (*scene).to_owned(),
             state: format!("{node}/state"),
             flown: format!("{node}/flown_control"),
             intervention: format!("{node}/intervention"),

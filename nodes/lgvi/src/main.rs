@@ -1,4 +1,5 @@
 //! `lgvi`: the front door to the node suite.
+mod beside;
 mod chosen;
 mod convert;
 mod course;
@@ -57,6 +58,9 @@ enum Command {
         /// The bag's directory, or its MCAP file.
         #[arg(value_parser = values::path())]
         bag: PathBuf,
+        /// The propagator whose flight it is, such as `/lgvi_propagator`, where the bag has those of several.
+        #[arg(long, value_name = "NAME")]
+        flight: Option<String>,
         /// Print the result as one JSON object.
         #[arg(long)]
         json: bool,
@@ -77,6 +81,9 @@ enum Command {
         /// The bag's directory, or its MCAP file.
         #[arg(value_parser = values::path())]
         bag: PathBuf,
+        /// The propagator whose flight it is, such as `/lgvi_propagator`, where the bag has those of several.
+        #[arg(long, value_name = "NAME")]
+        flight: Option<String>,
         /// The SVG file to write (default: flight.svg in the bag's directory).
         #[arg(long, value_parser = values::path())]
         output: Option<PathBuf>,
@@ -167,10 +174,14 @@ fn main() -> ExitCode {
         Command::Run(options) => run::run(options),
         Command::Explain { scene, json } => explain::explain(scene, *json),
         Command::Info(options) => info::info(options),
-        Command::Verify { bag, json } => verify::verify(bag, *json),
+        Command::Verify { bag, flight, json } => verify::verify(bag, flight.as_deref(), *json),
         Command::Convert(options) => convert::convert(options),
         Command::Recover(options) => recover::recover(options),
-        Command::Plot { bag, output } => plot::plot(bag, output.as_deref())
+        Command::Plot {
+            bag,
+            flight,
+            output,
+        } => plot::plot(bag, flight.as_deref(), output.as_deref())
             .and_then(|picture| output::say(&picture.display()))
             .map(|()| ExitCode::SUCCESS),
         Command::Ensemble(command) => ensemble::ensemble(command),

@@ -1,13 +1,14 @@
 //! Makes a new bag of what is readable of a damaged one.
 
 use std::fmt::{self, Display, Formatter};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 use lgvi_bag::{LeftOut, RecoveredFile, Recovery};
 use lgvi_node::NodeError;
 
+use crate::beside::beside;
 use crate::output::say;
 use crate::values;
 
@@ -40,7 +41,10 @@ pub(crate) fn recover(options: &Options) -> Result<ExitCode, NodeError> {
         }
         lgvi_bag::recover_in_place(bag)
     } else {
-        let output = options.output.clone().unwrap_or_else(|| beside(bag));
+        let output = options
+            .output
+            .clone()
+            .unwrap_or_else(|| beside(bag, "_recovered"));
         lgvi_bag::recover(bag, &output)
     };
     let recovery = recovery.map_err(NodeError::input)?;
@@ -50,20 +54,6 @@ pub(crate) fn recover(options: &Options) -> Result<ExitCode, NodeError> {
         say(&Text(&recovery))?;
     }
     Ok(ExitCode::from(u8::from(!recovery.is_whole())))
-}
-
-/// The default for the new bag: beside the damaged one.
-fn beside(bag: &Path) -> PathBuf {
-    // `.` and `flights/..` have a name of their own too.
-    let bag = bag.canonicalize().unwrap_or_else(|_| bag.to_owned());
-    let name = if bag.is_dir() {
-        bag.file_name()
-    } else {
-        bag.file_stem()
-    };
-    let mut name = name.unwrap_or_default().to_owned();
-    name.push("_recovered");
-    bag.with_file_name(name)
 }
 
 /// What a person reads.

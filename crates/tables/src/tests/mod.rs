@@ -1,9 +1,11 @@
 //! Against typed decoding, which `lgvi_msgs` does in another way; and what is hostile.
 
+mod bags;
 mod columns;
 mod hostile;
 mod random;
 mod typed;
+mod wide;
 
 use std::sync::Arc;
 

@@ -57,8 +57,8 @@ pub(super) struct Energy {
 
 impl FlightData {
     /// Reads the flight in the bag at `path`, from its last reset on; every error is [`NodeError::Input`] and names bag and topic.
-    pub(super) fn read(path: &Path) -> Result<Self, NodeError> {
-        let bag = FlightBag::open(path)?;
+    pub(super) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
+        let bag = FlightBag::open(path, flight)?;
         let scene = bag.scene.clone();
         let mut tracks = vec![Track::default(); scene.bodies.len()];
         let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn a_bag_is_read_in_si_and_drawn_the_same_each_time() {
         let (_folder, path) = bag(&[state(0), state(2), state(4)]);
-        let flight = FlightData::read(&path).unwrap();
+        let flight = FlightData::read(&path, None).unwrap();
         assert_eq!(flight.last().step, 4);
         assert_eq!(flight.last().time, 5.0);
         assert_eq!(
@@ -314,9 +314,9 @@ mod tests {
             "{momentum}"
         );
 
-        let picture = std::fs::read(plot(&path, None).unwrap()).unwrap();
+        let picture = std::fs::read(plot(&path, None, None).unwrap()).unwrap();
         let again = path.with_file_name("again.svg");
-        plot(&path, Some(&again)).unwrap();
+        plot(&path, None, Some(&again)).unwrap();
         assert!(
             std::fs::read(again).unwrap() == picture,
             "pictures of one bag differ"
@@ -330,7 +330,7 @@ mod tests {
     fn what_cannot_be_drawn_is_refused_with_bag_topic_and_step() {
         let refused = |states: &[SystemState]| {
             let (_folder, path) = bag(states);
-            match FlightData::read(&path) {
+            match FlightData::read(&path, None) {
                 Err(NodeError::Input(text)) => {
                     assert!(text.contains(&*path.to_string_lossy()), "{text}");
                     assert!(text.contains("/propagator/state"), "{text}");

@@ -31,16 +31,21 @@ use lgvi_node::NodeError;
 
 use data::FlightData;
 
-/// Draws the flight in the bag at `path` and says where: at `output`, which must not exist; else `flight.svg` in the bag's
-/// directory, which is made anew; else beside a single MCAP file, with its name.
-pub(crate) fn plot(path: &Path, output: Option<&Path>) -> Result<PathBuf, NodeError> {
+/// Draws the flight in the bag at `path`, of the propagator `flight` where there are several, and says where: at `output`,
+/// which must not exist; else `flight.svg` in the bag's directory, which is made anew; else beside a single MCAP file, with
+/// its name.
+pub(crate) fn plot(
+    path: &Path,
+    flight: Option<&str>,
+    output: Option<&Path>,
+) -> Result<PathBuf, NodeError> {
     let own = output.is_none() && path.is_dir();
     let output = match output {
         Some(output) => output.to_owned(),
         None if own => path.join("flight.svg"),
         None => path.with_extension("svg"),
     };
-    let picture = page::draw(&FlightData::read(path)?)?;
+    let picture = page::draw(&FlightData::read(path, flight)?)?;
     let written = if own {
         fs::write(&output, picture)
     } else {

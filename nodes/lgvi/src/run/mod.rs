@@ -74,7 +74,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
 /// Draws a flight that has come to its end. The bag is what counts: without a picture there is a warning only.
 fn picture(flown: &Flown) -> Option<PathBuf> {
     let bag = flown.bag.as_ref().filter(|_| flown.flight.is_some())?;
-    let picture = plot(bag, None);
+    let picture = plot(bag, None, None);
     if let Err(error) = &picture {
         complain(&format_args!("lgvi: warning: no picture: {error}"));
     }

@@ -1,0 +1,73 @@
+//! Repeats a recorded flight.
+
+mod compare;
+mod difference;
+mod repetition;
+mod verdict;
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::path::Path;
+use std::process::ExitCode;
+
+use lgvi_node::NodeError;
+
+use self::repetition::Repetition;
+use self::verdict::Verdict;
+use crate::flight_bag::FlightBag;
+use crate::output::say;
+
+/// Compares every recorded state with the repetition; exit code 0 where all agree, 1 at a difference.
+pub(crate) fn verify(path: &Path, flight: Option<&str>, json: bool) -> Result<ExitCode, NodeError> {
+    let bag = FlightBag::open(path, flight)?;
+    let verdict = repeat(&bag, path)?;
+    if json {
+        say(&serde_json::to_string(&verdict).map_err(NodeError::runtime)?)?;
+    } else {
+        say(&verdict)?;
+    }
+    Ok(ExitCode::from(u8::from(verdict.difference.is_some())))
+}
+
+/// Repeats the flight up to the first difference. Where stamps tell the time, states of several courses alternate: each
+/// course is under way from its first state to its last.
+fn repeat(bag: &FlightBag, path: &Path) -> Result<Verdict, NodeError> {
+    let mut verdict = Verdict::new(bag, path);
+    let courses = bag.courses()?;
+    let mut under_way = BTreeMap::new();
+    let mut latest = 0;
+    for state in bag.states() {
+        let state = state?;
+        let number = courses.partition_point(|course| course.samples.end <= state.sequence);
+        let course = courses.get(number).ok_or_else(|| {
+            let (topic, sequence) = (bag.state_topic(), state.sequence);
+            bag.refuse(&format!("{topic}: sequence {sequence} is of no course"))
+        })?;
+        let repetition = match under_way.entry(number) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                verdict.sequences += course.controls.len();
+                entry.insert(Repetition::begin(bag, course)?)
+            }
+        };
+        let difference = repetition.compare(&state)?;
+        if repetition.is_over() {
+            under_way.remove(&number);
+        }
+        verdict.states += 1;
+        if state.sequence >= latest {
+            latest = state.sequence;
+            verdict.step = state.step;
+            verdict.complete = state.step == verdict.steps;
+        }
+        if difference.is_some() {
+            verdict.difference = difference;
+            break;
+        }
+    }
+    if verdict.states == 0 {
+        let topic = bag.state_topic();
+        return Err(bag.refuse(&format!("{topic}: no states, expected at least one")));
+    }
+    Ok(verdict)
+}

@@ -1,0 +1,99 @@
+//! What the comparison has found, and how it is told.
+
+use std::fmt::{self, Display, Formatter};
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::difference::Difference;
+use crate::flight_bag::FlightBag;
+
+/// What the comparison has found.
+#[derive(Debug, Serialize)]
+pub(super) struct Verdict {
+    bag: String,
+    /// The propagator.
+    flight: String,
+    scene: String,
+    /// What flew the bag, and what repeats it.
+    software: [String; 2],
+    pub(super) sequences: usize,
+    /// Resets, and states set.
+    interventions: usize,
+    /// States compared, the differing one included.
+    pub(super) states: u64,
+    /// Step of the last of them.
+    pub(super) step: u64,
+    /// Steps of the scene.
+    pub(super) steps: u64,
+    /// Whether the states compared go to the scene's last step: those of an interrupted flight do not.
+    pub(super) complete: bool,
+    bodies: usize,
+    pub(super) difference: Option<Difference>,
+}
+
+impl Verdict {
+    /// Of a bag that has not been looked at.
+    pub(super) fn new(bag: &FlightBag, path: &Path) -> Self {
+        let scene = &bag.scene;
+        Self {
+            bag: path.display().to_string(),
+            flight: bag.name().to_owned(),
+            scene: scene.name.clone(),
+            software: [bag.software.clone(), lgvi_propagator::SOFTWARE.into()],
+            sequences: 0,
+            interventions: bag.interventions(),
+            states: 0,
+            step: 0,
+            steps: scene.steps,
+            complete: false,
+            bodies: scene.bodies.len(),
+            difference: None,
+        }
+    }
+}
+
+impl Display for Verdict {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self {
+            bag,
+            scene,
+            sequences,
+            interventions,
+            states,
+            step: last,
+            steps,
+            complete,
+            bodies,
+            ..
+        } = self;
+        write!(
+            f,
+            "{bag}: {scene}, {bodies} bodies, {sequences} control sequences"
+        )?;
+        if *interventions > 0 {
+            write!(f, ", {interventions} interventions")?;
+        }
+        writeln!(f)?;
+        let [flown_by, repeated_by] = &self.software;
+        if flown_by != repeated_by {
+            writeln!(f, "flown by {flown_by}, repeated by {repeated_by}")?;
+        }
+        match &self.difference {
+            None => {
+                write!(f, "all {states} recorded states agree bit for bit")?;
+                if !complete {
+                    write!(
+                        f,
+                        "; the flight is not complete: its last state is of step {last} of {steps}"
+                    )?;
+                }
+                Ok(())
+            }
+            Some(difference) => {
+                let step = difference.step;
+                write!(f, "differs at step {step} (state {states}): {difference}")
+            }
+        }
+    }
+}

@@ -57,7 +57,7 @@ def write(directory, count):
 
 def listen(topic, count):
     qos = Qos(
-        Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.TransientLocal, Policy.History.KeepAll
+        Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile, Policy.History.KeepAll
     )
     participant = DomainParticipant(int(os.environ["ROS_DOMAIN_ID"]))
     reader = DataReader(participant, Topic(participant, f"rt{topic}", Reading), qos=qos)

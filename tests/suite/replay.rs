@@ -35,6 +35,18 @@ fn a_replayed_bag_equals_its_origin_message_by_message() {
         played.contents() == recorded.contents(),
         "other payloads, log times or order"
     );
+    for topic in &played.topics {
+        let copied = recorded
+            .topics
+            .iter()
+            .find(|other| other.name == topic.name);
+        assert_eq!(
+            copied.map(|other| other.qos),
+            Some(topic.qos),
+            "{}",
+            topic.name
+        );
+    }
     world.verify_agrees(&copy, 1001);
 }
 
@@ -44,7 +56,7 @@ fn a_paced_replay_takes_the_recorded_time_and_tells_it_as_clock() {
     let (_, bag) = world.fly(&scene("inclination_change"), "flight");
     let observer = world.ros_node("observer");
     let clock = observer
-        .subscription::<Clock>("/clock", &Qos::latched(1000))
+        .subscription::<Clock>("/clock", &Qos::reliable(1000))
         .unwrap();
     let start = Instant::now();
     let player = world.lgvi(["play".as_ref(), bag.as_os_str(), "--clock".as_ref()]);

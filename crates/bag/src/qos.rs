@@ -2,9 +2,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::yaml;
 
-/// Quality of service of a publisher, as far as it decides what a late or slow reader gets.
+/// Quality of service of a publisher, or of all publishers of a topic together, as far as it decides what a late or slow
+/// reader gets.
 ///
-/// Policies that are unknown or a system's default are read as the default of ROS 2.
+/// A reliability or durability that is unknown or a system's default is read as the default of ROS 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
     /// Whether lost samples are sent again.
@@ -13,7 +14,7 @@ pub struct Qos {
     pub durability: Durability,
     /// Which samples are kept for that.
     pub history: History,
-    /// Number of samples kept with [`History::KeepLast`]; 0 where it is unknown.
+    /// Number of samples kept with [`History::KeepLast`], by all publishers together; 0 where it is unknown.
     pub depth: u32,
 }
 
@@ -45,7 +46,7 @@ pub enum History {
     KeepLast,
     /// All.
     KeepAll,
-    /// Discovery does not tell. It is written so, and read as the default of ROS 2.
+    /// Discovery does not tell.
     Unknown,
 }
 
@@ -61,11 +62,13 @@ impl Default for Qos {
 }
 
 impl Qos {
-    /// How many samples late joiners are taken to get: the depth, or that of ROS 2's default where it is unknown.
+    /// How many samples of one publisher late joiners are taken to get: the depth, or that of ROS 2's default where it is
+    /// unknown.
     pub fn assumed_depth(&self) -> u32 {
         match self.history {
             History::Unknown => Self::default().depth,
-            History::KeepLast | History::KeepAll => self.depth.max(1),
+            History::KeepLast => self.depth.max(1),
+            History::KeepAll => u32::MAX,
         }
     }
 
@@ -100,20 +103,40 @@ impl Qos {
         serde_yaml_ng::to_string(&[self.profile()])
     }
 
-    /// Reads the profiles of an MCAP channel's metadata, of rosbag2 metadata version 4 to 9: one for each publisher, of
-    /// which the strongest suits every subscriber that any of them suited.
+    /// Reads the profiles of an MCAP channel's metadata, of rosbag2 metadata version 4 to 9: one for each publisher, which
+    /// together suit every subscriber that any of them suited, and keep what all of them kept.
     pub(crate) fn from_yaml(text: &str) -> Result<Self, serde_yaml_ng::Error> {
         if text.trim().is_empty() {
             return Ok(Self::default());
         }
         let profiles: Vec<Profile> = yaml::read(text)?;
         let profiles = profiles.iter().map(Self::from_profile);
-        Ok(profiles.reduce(Self::strongest).unwrap_or_default())
+        let together = profiles.reduce(|one, other| one.combine(other, u32::saturating_add));
+        Ok(together.unwrap_or_default())
     }
 
-    /// Each policy of the one that offers more.
+    /// What a topic offers of which two files tell: each policy of the one that offers more.
     pub(crate) fn strongest(self, other: Self) -> Self {
+        self.combine(other, u32::max)
+    }
+
+    /// The history is that of those that keep samples for late joiners, if there are any.
+    fn combine(self, other: Self, depths: impl Fn(u32, u32) -> u32) -> Self {
         let any = |found: fn(&Self) -> bool| found(&self) || found(&other);
+        let (history, depth) = match (self.durability, other.durability) {
+            (Durability::TransientLocal, Durability::Volatile) => (self.history, self.depth),
+            (Durability::Volatile, Durability::TransientLocal) => (other.history, other.depth),
+            _ => (
+                if any(|qos| qos.history == History::KeepAll) {
+                    History::KeepAll
+                } else if any(|qos| qos.history == History::Unknown) {
+                    History::Unknown
+                } else {
+                    History::KeepLast
+                },
+                depths(self.depth, other.depth),
+            ),
+        };
         Self {
             reliability: if any(|qos| qos.reliability == Reliability::Reliable) {
                 Reliability::Reliable
@@ -125,12 +148,8 @@ impl Qos {
             } else {
                 Durability::Volatile
             },
-            history: if any(|qos| qos.history == History::KeepAll) {
-                History::KeepAll
-            } else {
-                History::KeepLast
-            },
-            depth: self.depth.max(other.depth),
+            history,
+            depth,
         }
     }
 
@@ -145,19 +164,18 @@ impl Qos {
         } else {
             Durability::Volatile
         };
-        let (history, depth) = if profile.history.is("keep_all", 2) {
-            (History::KeepAll, profile.depth)
+        let history = if profile.history.is("keep_all", 2) {
+            History::KeepAll
         } else if profile.history.is("keep_last", 1) {
-            (History::KeepLast, profile.depth)
+            History::KeepLast
         } else {
-            // DDS discovery does not tell a publisher's history: a recorder writes "unknown" and a depth of 0.
-            (History::default(), Self::default().depth)
+            History::Unknown
         };
         Self {
             reliability,
             durability,
             history,
-            depth,
+            depth: profile.depth,
         }
     }
 }
@@ -212,7 +230,7 @@ mod tests {
     fn round_trip() {
         for reliability in [Reliability::Reliable, Reliability::BestEffort] {
             for durability in [Durability::Volatile, Durability::TransientLocal] {
-                for history in [History::KeepLast, History::KeepAll] {
+                for history in [History::KeepLast, History::KeepAll, History::Unknown] {
                     let qos = Qos {
                         reliability,
                         durability,
@@ -259,16 +277,71 @@ mod tests {
             text.starts_with("- history: unknown\n  depth: 0\n"),
             "{text}"
         );
-        assert_eq!(Qos::from_yaml(&text).unwrap(), Qos::default());
-        assert_eq!(qos.assumed_depth(), Qos::default().depth);
-        assert_eq!(
+        assert_eq!(Qos::from_yaml(&text).unwrap(), qos);
+    }
+
+    #[test]
+    fn late_joiners_are_taken_to_get_what_a_publisher_keeps() {
+        let assumed = |history, depth| {
             Qos {
-                depth: 0,
+                history,
+                depth,
                 ..Qos::default()
             }
-            .assumed_depth(),
-            1
-        );
+            .assumed_depth()
+        };
+        assert_eq!(assumed(History::KeepLast, 0), 1);
+        assert_eq!(assumed(History::KeepLast, 7), 7);
+        assert_eq!(assumed(History::KeepAll, 0), u32::MAX);
+        assert_eq!(assumed(History::Unknown, 0), Qos::default().depth);
+    }
+
+    #[test]
+    fn publishers_keep_together_what_each_of_them_keeps() {
+        use Durability::{TransientLocal, Volatile};
+        use History::{KeepAll, KeepLast, Unknown};
+        let profile = |durability, history, depth| Qos {
+            durability,
+            history,
+            depth,
+            ..Qos::default()
+        };
+        let latched = |history, depth| profile(TransientLocal, history, depth);
+        for (profiles, together) in [
+            (vec![latched(KeepLast, 1); 15], latched(KeepLast, 15)),
+            (
+                vec![latched(KeepLast, 2), latched(KeepLast, 5)],
+                latched(KeepLast, 7),
+            ),
+            (
+                vec![latched(KeepLast, u32::MAX), latched(KeepLast, 5)],
+                latched(KeepLast, u32::MAX),
+            ),
+            (
+                vec![profile(Volatile, KeepAll, 100), latched(KeepLast, 5)],
+                latched(KeepLast, 5),
+            ),
+            (
+                vec![latched(KeepLast, 5), latched(Unknown, 0)],
+                latched(Unknown, 5),
+            ),
+            (
+                vec![latched(KeepAll, 0), latched(Unknown, 0)],
+                latched(KeepAll, 0),
+            ),
+        ] {
+            let texts = profiles.iter().map(|profile| profile.to_yaml().unwrap());
+            let text: String = texts.collect();
+            assert_eq!(Qos::from_yaml(&text).unwrap(), together);
+            let reversed: String = profiles
+                .iter()
+                .rev()
+                .map(|profile| profile.to_yaml().unwrap())
+                .collect();
+            assert_eq!(Qos::from_yaml(&reversed).unwrap(), together);
+            // Further files tell of the same publishers.
+            assert_eq!(together.strongest(together), together);
+        }
     }
 
     #[test]
@@ -279,7 +352,8 @@ mod tests {
         let expected = Qos {
             reliability: Reliability::BestEffort,
             durability: Durability::TransientLocal,
-            ..Qos::default()
+            history: History::Unknown,
+            depth: 0,
         };
         assert_eq!(Qos::from_yaml(text).unwrap(), expected);
         assert_eq!(Qos::from_yaml("").unwrap(), Qos::default());

@@ -23,6 +23,7 @@ pub(crate) struct Channel {
     states: Option<States>,
     /// Whether messages are for those who come later, too.
     durable: bool,
+    /// What is done about those who do not keep up.
     delivery: Delivery,
     complained: Option<Instant>,
 }
@@ -34,6 +35,8 @@ struct States {
     /// How many bodies the publisher has room for.
     bodies: usize,
     publisher: Option<StatePublisher>,
+    /// Whether it takes another's place.
+    anew: bool,
 }
 
 impl Channel {
@@ -49,6 +52,7 @@ impl Channel {
             delivery,
             bodies,
             publisher: None,
+            anew: false,
         });
         if let Some(states) = &mut states {
             states.publisher(dds.topic(), 0)?;
@@ -62,13 +66,25 @@ impl Channel {
         })
     }
 
-    /// How a topic is offered: as it was recorded.
-    pub(crate) fn qos(topic: &Topic) -> Qos {
-        let depth = (topic.qos.depth as usize).max(1);
+    /// How a topic is offered, which keeps so many messages: as it was recorded.
+    pub(crate) fn qos(topic: &Topic, depth: usize) -> Qos {
         match (topic.qos.reliability, topic.qos.durability) {
             (Reliability::BestEffort, _) => Qos::sensor(depth),
             (Reliability::Reliable, Durability::TransientLocal) => Qos::latched(depth),
-            (Reliability::Reliable, Durability::Volatile) => Qos::reliable(depth),
+            (Reliability::Reliable, Durability::Volatile) => Qos::volatile(depth),
+        }
+    }
+
+    /// Changes what is done about those who do not keep up.
+    pub(crate) fn deliver(&mut self, delivery: Delivery) -> Result<(), NodeError> {
+        self.delivery = delivery;
+        match &mut self.states {
+            Some(states) if states.delivery != delivery => {
+                states.delivery = delivery;
+                states.retire();
+                states.publisher(self.dds.topic(), 0).map(drop)
+            }
+            _ => Ok(()),
         }
     }
 
@@ -123,12 +139,11 @@ impl States {
     /// The publisher, with room for so many bodies at least. Where it was made for fewer it is made anew, and subscribers
     /// are given the time to connect to it; they get what the old one has sent.
     fn publisher(&mut self, topic: &str, bodies: usize) -> Result<&mut StatePublisher, NodeError> {
-        let grows = bodies > self.bodies;
-        if grows {
+        if bodies > self.bodies {
             self.bodies = bodies;
-            // A topic has one publisher of states at a time.
-            self.publisher = None;
+            self.retire();
         }
+        let anew = std::mem::take(&mut self.anew);
         let publisher = match &mut self.publisher {
             Some(publisher) => publisher,
             none => {
@@ -136,12 +151,16 @@ impl States {
                 none.insert(made.map_err(NodeError::runtime)?)
             }
         };
-        if grows && publisher.subscribers() > 0 {
+        if anew && publisher.subscribers() > 0 {
             publisher
                 .wait_for_subscribers(1, Duration::ZERO)
                 .map_err(NodeError::runtime)?;
             std::thread::sleep(CONNECT);
         }
         Ok(publisher)
+    }
+    /// Makes room for another publisher: a topic has one of states at a time.
+    fn retire(&mut self) {
+        self.anew |= self.publisher.take().is_some();
     }
 }

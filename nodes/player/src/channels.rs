@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use lgvi_bag::{BagReader, Durability, Topic};
+use lgvi_middleware::ros::Qos;
 use lgvi_middleware::shm::{Delivery, ShmNode};
 use lgvi_node::{Node, NodeError};
 use tracing::warn;
@@ -10,14 +11,19 @@ use tracing::warn;
 use crate::channel::Channel;
 use crate::clock::CLOCK;
 use crate::config::Config;
+use crate::depths;
 use crate::reel::Shown;
 use crate::states;
 
 /// How long subscribers that do not keep up are waited for.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// The outlets of a bag's topics, in the order of the bag; none for those that are not played.
-pub(crate) struct Channels(Vec<Option<Channel>>);
+/// The outlets of a bag's topics.
+pub(crate) struct Channels {
+    /// In the order of the bag; none for those that are not played.
+    channels: Vec<Option<Channel>>,
+    depths: Vec<usize>,
+}
 
 impl Channels {
     /// Opens what is to be played.
@@ -30,7 +36,7 @@ impl Channels {
         bag: &BagReader,
         node: &Node,
         config: &Config,
-        lossless: bool,
+        rate: f64,
     ) -> Result<Self, NodeError> {
         let (topics, selection) = (bag.topics(), &config.selection);
         let unreadable = bag.left_out().iter();
@@ -71,34 +77,48 @@ impl Channels {
         }
         let bodies = states::bodies(bag, &wanted, &node.shutdown)?;
         let shm = node.shm()?;
-        let delivery = if lossless {
-            Delivery::Lossless { patience: PATIENCE }
-        } else {
-            Delivery::DropNewest
-        };
-        let channels = topics.iter().zip(wanted).zip(bodies);
-        let channels = channels.map(|((topic, wanted), bodies)| {
+        let delivery = delivery(rate);
+        let depths = depths::depths(bag, &wanted, &node.shutdown)?;
+        let channels = topics.iter().zip(wanted).zip(bodies).zip(&depths);
+        let channels = channels.map(|(((topic, wanted), bodies), &depth)| {
             if wanted {
-                open(topic, node, bodies.map(|bodies| (&shm, bodies)), delivery)
+                let qos = Channel::qos(topic, depth);
+                let states = bodies.map(|bodies| (&shm, bodies));
+                open(topic, node, &qos, states, delivery)
             } else {
                 Ok(None)
             }
         });
-        let channels = Self(channels.collect::<Result<_, _>>()?);
+        let channels = Self {
+            channels: channels.collect::<Result<_, _>>()?,
+            depths,
+        };
         if !is_empty && !channels.opened().contains(&true) {
             return Err(nothing("can be"));
         }
         Ok(channels)
     }
 
+    /// How many messages each of the bag's topics keeps.
+    pub(crate) fn depths(&self) -> &[usize] {
+        &self.depths
+    }
+
+    /// Waits for those who do not keep up, or not, as the rate asks for.
+    pub(crate) fn set_rate(&mut self, rate: f64) -> Result<(), NodeError> {
+        let delivery = delivery(rate);
+        let mut channels = self.channels.iter_mut().flatten();
+        channels.try_for_each(|channel| channel.deliver(delivery))
+    }
+
     /// Which of the bag's topics are played.
     pub(crate) fn opened(&self) -> Vec<bool> {
-        self.0.iter().map(Option::is_some).collect()
+        self.channels.iter().map(Option::is_some).collect()
     }
 
     /// Whether every topic has so many subscribers, over DDS or shared memory.
     pub(crate) fn have_subscribers(&mut self, count: usize) -> Result<bool, NodeError> {
-        for channel in self.0.iter_mut().flatten() {
+        for channel in self.channels.iter_mut().flatten() {
             if !channel.has_subscribers(count)? {
                 return Ok(false);
             }
@@ -108,7 +128,7 @@ impl Channels {
 
     /// Publishes a message to those who have subscribed to its topic.
     pub(crate) fn publish(&mut self, shown: Shown<'_>) -> Result<(), NodeError> {
-        match self.0.get_mut(shown.topic) {
+        match self.channels.get_mut(shown.topic) {
             Some(Some(channel)) => channel.publish(shown.message),
             _ => Ok(()),
         }
@@ -116,21 +136,29 @@ impl Channels {
 
     /// Waits for the acknowledgements.
     pub(crate) fn settle(&self) {
-        self.0.iter().flatten().for_each(Channel::settle);
+        self.channels.iter().flatten().for_each(Channel::settle);
+    }
+}
+
+/// As fast as possible all is waited for.
+fn delivery(rate: f64) -> Delivery {
+    if rate == 0.0 {
+        Delivery::Lossless { patience: PATIENCE }
+    } else {
+        Delivery::DropNewest
     }
 }
 
 fn open(
     topic: &Topic,
     node: &Node,
+    qos: &Qos,
     states: Option<(&ShmNode, usize)>,
     delivery: Delivery,
 ) -> Result<Option<Channel>, NodeError> {
     let name = &topic.name;
     let durable = topic.qos.durability == Durability::TransientLocal;
-    let opened = node
-        .ros
-        .raw_publisher(name, &topic.type_name, &Channel::qos(topic));
+    let opened = node.ros.raw_publisher(name, &topic.type_name, qos);
     let dds = match opened {
         Ok(dds) => dds,
         Err(error) => {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use lgvi_bag::{BagReader, Topic};
+use lgvi_bag::BagReader;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
 use lgvi_msgs::rosgraph_msgs;
 use lgvi_msgs::stamp;
@@ -10,6 +10,7 @@ use lgvi_node::NodeError;
 use tracing::warn;
 
 use crate::range::Range;
+use crate::reel;
 
 /// The topic.
 pub(crate) const CLOCK: &str = "/clock";
@@ -17,20 +18,12 @@ pub(crate) const CLOCK: &str = "/clock";
 /// How often a time that stands is published, for those who come later.
 const REMINDER: Duration = Duration::from_secs(1);
 
-/// Messages that are kept for those who do not keep up.
-const DEPTH: usize = 10;
-
 /// The last time that it can tell (ns): its seconds have 32 bits.
 const LAST: u64 = (1 << 31) * 1_000_000_000 - 1;
 
 /// Refuses a bag with a message to be played that was recorded at a time that `/clock` cannot tell.
 pub(crate) fn check(bag: &BagReader, wanted: &[bool], range: Range) -> Result<(), NodeError> {
-    let topics = bag.topics().iter().zip(wanted);
-    let is_wanted = |topic: &Topic| {
-        let mut wanted = topics.clone().filter(|(_, wanted)| **wanted);
-        wanted.any(|(known, _)| known == topic)
-    };
-    let mut late = bag.messages_of(range.start.max(LAST + 1), is_wanted);
+    let mut late = reel::chosen(bag, range.start.max(LAST + 1), wanted);
     match late.next().transpose().map_err(NodeError::input)? {
         Some(message) if message.log_time <= range.end => {
             Err(too_late(&message.topic.name, message.log_time))
@@ -45,7 +38,8 @@ fn too_late(what: &str, time: u64) -> NodeError {
     ))
 }
 
-/// Publishes the time at which what is played was recorded. It goes on between messages, and stands in a pause.
+/// Publishes the time at which what is played was recorded. It goes on between messages, and stands in a pause. Who comes
+/// late hears the next one: an earlier one may be from before the player went back.
 pub(crate) struct RecordedClock {
     publisher: Publisher<rosgraph_msgs::Clock>,
     /// Recorded time between two messages at least (ns).
@@ -58,7 +52,7 @@ impl RecordedClock {
     /// `frequency` is how often it is published a recorded second at most.
     pub(crate) fn new(ros: &RosNode, frequency: f64) -> Result<Self, NodeError> {
         let publisher = ros
-            .publisher(CLOCK, &Qos::reliable(DEPTH))
+            .publisher(CLOCK, &Qos::volatile(1))
             .map_err(NodeError::runtime)?;
         Ok(Self {
             publisher,

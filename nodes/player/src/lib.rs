@@ -6,6 +6,7 @@ mod channel;
 mod channels;
 mod clock;
 mod config;
+mod depths;
 mod latched;
 mod pace;
 mod range;

@@ -82,8 +82,10 @@ impl Pace {
         self.rate
     }
 
-    pub(crate) fn set_rate(&mut self, rate: f64, now: Duration) {
-        self.jump(self.recorded(now), now);
+    /// Changes the rate. A recorded time that is ahead of what was played goes back to that of the next message (ns).
+    pub(crate) fn set_rate(&mut self, rate: f64, next: Option<u64>, now: Duration) {
+        let recorded = self.recorded(now);
+        self.jump(next.map_or(recorded, |next| recorded.min(next)), now);
         self.rate = rate;
     }
 }
@@ -143,14 +145,31 @@ mod tests {
     #[test]
     fn a_rate_counts_from_its_change_on() {
         let mut pace = running(1.0);
-        pace.set_rate(4.0, seconds(11.0));
+        pace.set_rate(4.0, None, seconds(11.0));
         assert_eq!(pace.recorded(seconds(11.5)), 103 * SECOND);
         assert_eq!(pace.wait(105 * SECOND, seconds(11.0)), Some(seconds(1.0)));
         pace.pause(seconds(12.0));
-        pace.set_rate(0.5, seconds(20.0));
+        pace.set_rate(0.5, None, seconds(20.0));
         assert_eq!(pace.recorded(seconds(30.0)), 105 * SECOND);
         pace.resume(seconds(30.0));
         assert_eq!(pace.recorded(seconds(32.0)), 106 * SECOND);
+    }
+
+    #[test]
+    fn a_rate_is_that_of_what_is_left_to_play() {
+        let mut pace = running(1e9);
+        // What was recorded at 101 s has not been played yet.
+        pace.set_rate(1.0, Some(101 * SECOND), seconds(12.0));
+        assert_eq!(pace.recorded(seconds(12.0)), 101 * SECOND);
+        assert_eq!(pace.wait(103 * SECOND, seconds(12.0)), Some(seconds(2.0)));
+        // Time does not leap to a message that is not due.
+        pace.set_rate(2.0, Some(103 * SECOND), seconds(13.0));
+        assert_eq!(pace.recorded(seconds(13.0)), 102 * SECOND);
+        pace.set_rate(1e9, Some(103 * SECOND), seconds(13.0));
+        pace.pause(seconds(14.0));
+        pace.set_rate(1.0, Some(103 * SECOND), seconds(15.0));
+        pace.resume(seconds(16.0));
+        assert_eq!(pace.wait(104 * SECOND, seconds(16.0)), Some(seconds(1.0)));
     }
 
     #[test]
@@ -172,11 +191,11 @@ mod tests {
         assert_eq!(pace.wait(u64::MAX, seconds(10.0)), Some(Duration::ZERO));
         pace.pass(107 * SECOND, seconds(10.0));
         assert_eq!(pace.recorded(seconds(99.0)), 107 * SECOND);
-        pace.set_rate(1.0, seconds(99.0));
+        pace.set_rate(1.0, None, seconds(99.0));
         pace.pass(500 * SECOND, seconds(99.0));
         assert_eq!(pace.recorded(seconds(100.0)), 108 * SECOND);
         pace.pause(seconds(100.0));
-        pace.set_rate(0.0, seconds(100.0));
+        pace.set_rate(0.0, None, seconds(100.0));
         assert_eq!(pace.wait(108 * SECOND, seconds(101.0)), None);
     }
 }

@@ -1,6 +1,6 @@
 //! A bag's messages one after the other, and where one is among them.
 
-use lgvi_bag::{BagReader, Message, Messages};
+use lgvi_bag::{BagReader, Message, Messages, Topic};
 use lgvi_node::NodeError;
 
 /// A place between two messages of a bag.
@@ -8,15 +8,13 @@ use lgvi_node::NodeError;
 pub(crate) struct Place {
     /// What was recorded before this time (ns) lies behind,
     time: u64,
-    /// and so many messages that were recorded at it.
+    /// and so many messages to be played that were recorded at it.
     passed: usize,
 }
 
 /// The messages that are to be played, from a place on.
 pub(crate) struct Reel<'a> {
     bag: &'a BagReader,
-    /// Which of the bag's topics are to be played.
-    wanted: &'a [bool],
     /// No later message is (ns).
     end: u64,
     messages: Messages<'a>,
@@ -50,17 +48,16 @@ impl Place {
 impl<'a> Reel<'a> {
     pub(crate) fn new(
         bag: &'a BagReader,
-        wanted: &'a [bool],
+        wanted: &[bool],
         end: u64,
         place: Place,
     ) -> Result<Self, NodeError> {
-        let mut messages = bag.messages_from(place.time);
+        let mut messages = chosen(bag, place.time, wanted);
         for passed in messages.by_ref().take(place.passed) {
             passed.map_err(NodeError::input)?;
         }
         Ok(Self {
             bag,
-            wanted,
             end,
             messages,
             next: None,
@@ -72,28 +69,17 @@ impl<'a> Reel<'a> {
     /// The next message, which stays the next one; `None` at the end.
     ///
     /// # Errors
-    /// A message cannot be read, or `interrupted` on the way to it.
-    pub(crate) fn peek(
-        &mut self,
-        interrupted: impl Fn() -> bool,
-    ) -> Result<Option<&Shown<'a>>, NodeError> {
-        while self.next.is_none() && !self.ended {
-            if interrupted() {
-                return Err(NodeError::Interrupted);
-            }
-            let Some(message) = self.messages.next() else {
-                self.ended = true;
-                break;
-            };
-            let message = message.map_err(NodeError::input)?;
-            let topic = index(self.bag, &message);
-            if message.log_time > self.end {
-                self.ended = true;
-            } else if self.wanted.get(topic) == Some(&true) {
-                self.next = Some(Shown { topic, message });
-            } else {
-                self.place.pass(message.log_time);
-            }
+    /// It cannot be read.
+    pub(crate) fn peek(&mut self) -> Result<Option<&Shown<'a>>, NodeError> {
+        if self.next.is_none() && !self.ended {
+            let message = self.messages.next().transpose().map_err(NodeError::input)?;
+            self.next = message
+                .filter(|message| message.log_time <= self.end)
+                .map(|message| Shown {
+                    topic: index(self.bag, message.topic),
+                    message,
+                });
+            self.ended = self.next.is_none();
         }
         Ok(self.next.as_ref())
     }
@@ -111,11 +97,16 @@ impl<'a> Reel<'a> {
     }
 }
 
-/// Which of a bag's topics a message is of.
-pub(crate) fn index(bag: &BagReader, message: &Message<'_>) -> usize {
+/// The messages of some of a bag's topics from a time (ns) on. Chunks without any of them are not read.
+pub(crate) fn chosen<'a>(bag: &'a BagReader, start: u64, topics: &[bool]) -> Messages<'a> {
+    bag.messages_of(start, |topic| topics.get(index(bag, topic)) == Some(&true))
+}
+
+/// Which of a bag's topics it is.
+pub(crate) fn index(bag: &BagReader, topic: &Topic) -> usize {
     let topics = bag.topics();
     topics
         .iter()
-        .position(|topic| std::ptr::eq(topic, message.topic))
+        .position(|known| std::ptr::eq(known, topic))
         .unwrap_or(topics.len())
 }

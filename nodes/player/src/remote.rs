@@ -52,9 +52,18 @@ struct Shared {
 struct State {
     pace: Pace,
     orders: VecDeque<Order>,
-    /// Whether the loop runs.
-    running: bool,
+    phase: Phase,
     stopped: bool,
+}
+
+/// What the loop does.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// Nothing: the node is not active.
+    Rests,
+    /// It is about to begin: subscribers are awaited.
+    Waits,
+    Runs,
 }
 
 impl Remote {
@@ -64,18 +73,24 @@ impl Remote {
             state: Mutex::new(State {
                 pace: Pace::new(rate, paused, Duration::ZERO),
                 orders: VecDeque::new(),
-                running: false,
+                phase: Phase::Rests,
                 stopped: false,
             }),
             changed: Condvar::new(),
         }))
     }
 
+    /// The loop is about to begin.
+    pub(crate) fn wait(&self) {
+        let mut state = self.lock();
+        state.phase = Phase::Waits;
+        state.stopped = false;
+    }
+
     /// The loop runs from now on, and the recorded time (ns) from here.
     pub(crate) fn begin(&self, time: u64) {
         let mut state = self.lock();
-        state.running = true;
-        state.stopped = false;
+        state.phase = Phase::Runs;
         let now = self.now();
         state.pace.jump(time, now);
     }
@@ -83,7 +98,7 @@ impl Remote {
     /// The loop runs no more: what is asked for is refused.
     pub(crate) fn end(&self) {
         let mut state = self.lock();
-        state.running = false;
+        state.phase = Phase::Rests;
         let refused = std::mem::take(&mut state.orders);
         drop(state);
         refused.into_iter().for_each(Order::refuse);
@@ -96,7 +111,7 @@ impl Remote {
             Order::Seek(..) => true,
             Order::Burst(..) => state.pace.is_paused(),
         };
-        if state.running && possible && state.orders.len() < ORDERS {
+        if state.phase == Phase::Runs && possible && state.orders.len() < ORDERS {
             state.orders.push_back(order);
             self.0.changed.notify_one();
         } else {
@@ -105,11 +120,16 @@ impl Remote {
         }
     }
 
-    /// Has the loop end.
-    pub(crate) fn stop(&self) {
+    /// Has the loop end, or not begin; whether there is anything to end.
+    pub(crate) fn stop(&self) -> bool {
         let mut state = self.lock();
-        state.stopped = state.running;
+        state.stopped = state.phase != Phase::Rests;
         self.0.changed.notify_one();
+        state.stopped
+    }
+
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.lock().stopped
     }
 
     /// The turn of the loop, which waits for the time of a message (ns) if there is one, and for `limit` at most.
@@ -173,11 +193,11 @@ impl Remote {
         });
     }
 
-    /// Sets the rate, if it is another one.
-    pub(crate) fn set_rate(&self, rate: f64) {
+    /// Sets the rate, if it is another one, for what is left to play from the time of the next message (ns) on.
+    pub(crate) fn set_rate(&self, rate: f64, next: Option<u64>) {
         self.change(|pace, now| {
             if pace.rate() != rate {
-                pace.set_rate(rate, now);
+                pace.set_rate(rate, next, now);
             }
         });
     }
@@ -232,7 +252,7 @@ mod tests {
         remote.resume();
         assert!(matches!(remote.turn(Some(5 * HOUR), LIMIT), Turn::Due));
         assert!(matches!(remote.turn(Some(6 * HOUR), LIMIT), Turn::Later));
-        remote.set_rate(0.0);
+        remote.set_rate(0.0, Some(6 * HOUR));
         assert!(matches!(remote.turn(Some(6 * HOUR), LIMIT), Turn::Due));
         assert_eq!(remote.recorded(), 6 * HOUR);
         assert!(matches!(remote.turn(None, LIMIT), Turn::Later));
@@ -242,6 +262,8 @@ mod tests {
     fn orders_are_carried_out_by_a_running_loop_only_and_bursts_in_a_pause_only() {
         let remote = Remote::new(1.0, true);
         assert_eq!(burst(&remote).recv(), Ok(0), "it does not run");
+        remote.wait();
+        assert_eq!(burst(&remote).recv(), Ok(0), "it does not run yet");
         remote.begin(0);
         let waiting = burst(&remote);
         match remote.turn(None, LIMIT) {
@@ -260,16 +282,31 @@ mod tests {
     #[test]
     fn a_stop_comes_first_and_is_forgotten_when_the_loop_begins() {
         let remote = Remote::new(1.0, true);
+        remote.wait();
         remote.begin(0);
         let waiting = burst(&remote);
-        remote.stop();
+        assert!(remote.stop());
         assert!(matches!(remote.turn(Some(0), LIMIT), Turn::Stop));
         assert!(!remote.step(0), "a burst under way ends");
         remote.end();
         assert_eq!(waiting.recv(), Ok(0));
-        remote.stop();
+        assert!(!remote.stop(), "there is nothing to end");
+        remote.wait();
         remote.begin(0);
         assert!(matches!(remote.turn(None, LIMIT), Turn::Later));
         assert!(remote.step(HOUR) && remote.recorded() == HOUR);
+    }
+
+    #[test]
+    fn a_loop_that_is_about_to_begin_can_be_stopped() {
+        let remote = Remote::new(1.0, false);
+        remote.wait();
+        assert!(!remote.is_stopped());
+        assert!(remote.stop() && remote.is_stopped());
+        remote.begin(0);
+        assert!(matches!(remote.turn(Some(0), LIMIT), Turn::Stop));
+        remote.end();
+        remote.wait();
+        assert!(!remote.is_stopped());
     }
 }

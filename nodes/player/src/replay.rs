@@ -76,13 +76,15 @@ impl Replay<'_> {
             if node.interrupted() {
                 return Err(NodeError::Interrupted);
             }
+            let next = self.reel.peek()?;
+            let next = next.map(|shown| shown.message.log_time);
             if generation.replace(node.parameters.generation())
                 != Some(node.parameters.generation())
             {
-                self.remote.set_rate(config::rate(&node.parameters)?);
+                let rate = config::rate(&node.parameters)?;
+                self.remote.set_rate(rate, next);
+                self.channels.set_rate(rate)?;
             }
-            let next = self.reel.peek(|| node.interrupted())?;
-            let next = next.map(|shown| shown.message.log_time);
             match self.remote.turn(next, self.slice(next)) {
                 Turn::Stop => return Ok(()),
                 Turn::Order(order) => self.obey(order)?,
@@ -152,7 +154,7 @@ impl Replay<'_> {
         let node = self.node;
         let mut burst = 0;
         while count.is_none_or(|count| burst < count) {
-            let Some(next) = self.reel.peek(|| node.interrupted())? else {
+            let Some(next) = self.reel.peek()? else {
                 break;
             };
             let time = next.message.log_time;
@@ -177,9 +179,8 @@ impl Replay<'_> {
             clock.tell(time)?;
         }
         self.publish(shown)?;
-        let node = self.node;
         // The end is told whenever it comes.
-        if let (None, Some(clock)) = (self.reel.peek(|| node.interrupted())?, &mut self.clock) {
+        if let (None, Some(clock)) = (self.reel.peek()?, &mut self.clock) {
             clock.tell_now(time)?;
         }
         Ok(())

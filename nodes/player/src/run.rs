@@ -52,7 +52,7 @@ impl Managed for Player {
         let rate = config::rate(&node.parameters)?;
         let bag = BagReader::open(&config.bag).map_err(NodeError::input)?;
         let range = Range::read(&node.parameters, &bag)?;
-        let channels = Channels::open(&bag, node, &config, rate == 0.0)?;
+        let channels = Channels::open(&bag, node, &config, rate)?;
         let clock = config
             .clock
             .map(|frequency| RecordedClock::new(&node.ros, frequency))
@@ -66,7 +66,7 @@ impl Managed for Player {
         Ok(Self {
             _services: services::serve(node, &remote)?,
             _diagnosed: diagnose(node, &played, &remote, range),
-            latched: Latched::new(&bag, &wanted),
+            latched: Latched::new(&bag, &wanted, channels.depths()),
             bag,
             range,
             channels,
@@ -81,12 +81,44 @@ impl Managed for Player {
 
     /// Goes on where it was interrupted.
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
+        self.remote.wait();
+        let stopped = match self.wait(node) {
+            Ok(None) => self.play(node),
+            Ok(Some(stopped)) => Ok(stopped),
+            Err(error) => Err(error),
+        };
+        self.remote.end();
+        if stopped? == Stopped::Interrupted {
+            return Ok(Stopped::Interrupted);
+        }
+        self.channels.settle();
+        let messages = self.played.load(Ordering::Relaxed);
+        info!("played {messages} messages");
+        node.report(&Event::Played { messages });
+        Ok(Stopped::Done)
+    }
+
+    fn clean_up(self, _: &Node) -> Result<(), NodeError> {
+        Ok(())
+    }
+}
+
+impl Player {
+    /// Waits for the subscribers; why nothing is to be played then.
+    fn wait(&mut self, node: &Node) -> Result<Option<Stopped>, NodeError> {
         while !self.channels.have_subscribers(self.await_subscribers)? {
             if node.interrupted() {
-                return Ok(Stopped::Interrupted);
+                return Ok(Some(Stopped::Interrupted));
+            }
+            if self.remote.is_stopped() {
+                return Ok(Some(Stopped::Done));
             }
             std::thread::sleep(WAIT);
         }
+        Ok(None)
+    }
+
+    fn play(&mut self, node: &Node) -> Result<Stopped, NodeError> {
         let begun = self.interrupted.is_some();
         let start = (Place::at(self.range.start), self.range.start);
         let (place, time) = self.interrupted.unwrap_or(start);
@@ -105,19 +137,7 @@ impl Managed for Player {
         };
         let stopped = replay.play(!begun);
         self.interrupted = Some((replay.place(), self.remote.recorded()));
-        self.remote.end();
-        if stopped? == Stopped::Interrupted {
-            return Ok(Stopped::Interrupted);
-        }
-        self.channels.settle();
-        let messages = self.played.load(Ordering::Relaxed);
-        info!("played {messages} messages");
-        node.report(&Event::Played { messages });
-        Ok(Stopped::Done)
-    }
-
-    fn clean_up(self, _: &Node) -> Result<(), NodeError> {
-        Ok(())
+        stopped
     }
 }
 

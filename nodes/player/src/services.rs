@@ -48,8 +48,11 @@ fn serve_pauses(node: &Node, remote: &Remote, executor: &mut Executor) -> Result
     })?;
     let asked = remote.clone();
     answer::<Stop>(node, executor, "~/stop", move |_| {
-        asked.stop();
-        info!("stopped");
+        if asked.stop() {
+            info!("stopped");
+        } else {
+            warn!("nothing is stopped: the node is not active");
+        }
         StopResponse::default()
     })
 }

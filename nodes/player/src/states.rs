@@ -37,7 +37,7 @@ pub(crate) fn bodies(
             break;
         }
         let message = message.map_err(NodeError::input)?;
-        let topic = reel::index(bag, &message);
+        let topic = reel::index(bag, message.topic);
         if sought.remove(&topic).is_some() {
             bodies[topic] = Some(state(&message)?.1.len());
         }

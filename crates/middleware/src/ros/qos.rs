@@ -31,13 +31,14 @@ const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
 /// | --- | --- | --- | --- |
 /// | [`latched`](Self::latched) | reliable, transient local | reliable, transient local | what late joiners need: scenes, plans, controls |
 /// | [`reliable`](Self::reliable) | reliable, transient local | reliable, volatile | streams that must be complete: states, odometry, tf |
+/// | [`volatile`](Self::volatile) | reliable, volatile | reliable, volatile | streams of which the past must not be heard: `/clock` |
 /// | [`sensor`](Self::sensor) | best effort, volatile | best effort, volatile | streams of which the latest matters |
 ///
-/// Publishers of the reliable presets are durable because a volatile writer loses what it sends between its own match
+/// Publishers of `latched` and `reliable` are durable because a volatile writer loses what it sends between its own match
 /// and its reader's, while a durable one repairs it: subscriptions of this crate get everything from the publisher's
 /// match on, and so do durable ones of other makes. (A volatile one of another make gets what is sent after its own
 /// match, which no publisher can see.) Durable publishers match subscriptions of every kind; `latched` subscriptions
-/// match durable publishers only, `reliable` ones every reliable publisher, `sensor` ones every publisher.
+/// match durable publishers only, `reliable` and `volatile` ones every reliable publisher, `sensor` ones every publisher.
 ///
 /// The depth of a publisher is how many samples a late joiner gets at least: RustDDS trims only every few seconds, so
 /// that it may get more, oldest first. The depth of a subscription is how many samples wait to be taken; further ones
@@ -51,6 +52,8 @@ const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
 pub struct Qos {
     reliable: bool,
     latched: bool,
+    /// Whether a reliable publisher keeps nothing for late joiners.
+    volatile: bool,
     depth: usize,
     max_wait: Duration,
 }
@@ -69,8 +72,17 @@ impl Qos {
         Self {
             reliable: true,
             latched: false,
+            volatile: false,
             depth,
             max_wait: MAX_WAIT,
+        }
+    }
+
+    /// Every sample from the match on and none from before it, as long as subscriptions keep up.
+    pub const fn volatile(depth: usize) -> Self {
+        Self {
+            volatile: true,
+            ..Self::reliable(depth)
         }
     }
 
@@ -101,7 +113,7 @@ impl Qos {
     }
 
     pub(super) fn offered(&self) -> QosPolicies {
-        self.policies(self.reliable, self.window())
+        self.policies(self.reliable && !self.volatile, self.window())
     }
 
     /// How many samples of a publisher may be unacknowledged. Half of them are the depth at least, so that a
@@ -152,7 +164,12 @@ mod tests {
 
     #[test]
     fn what_is_offered_satisfies_what_is_requested() {
-        let presets = [Qos::latched(1), Qos::reliable(10), Qos::sensor(5)];
+        let presets = [
+            Qos::latched(1),
+            Qos::reliable(10),
+            Qos::volatile(10),
+            Qos::sensor(5),
+        ];
         let matching: Vec<Vec<bool>> = presets
             .iter()
             .map(|publisher| {
@@ -169,8 +186,13 @@ mod tests {
             .collect();
         assert_eq!(
             matching,
-            [[true; 3], [true; 3], [false, false, true]],
-            "rows are publishers, columns subscriptions: latched, reliable, sensor"
+            [
+                [true; 4],
+                [true; 4],
+                [false, true, true, true],
+                [false, false, false, true]
+            ],
+            "rows are publishers, columns subscriptions: latched, reliable, volatile, sensor"
         );
     }
 }

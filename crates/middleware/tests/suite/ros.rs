@@ -89,7 +89,7 @@ fn a_burst_of_reliable_messages_arrives_complete_and_in_order() {
 #[test]
 fn the_first_message_after_a_match_is_not_lost() {
     let environment = isolated();
-    for (qos, round) in [Qos::latched(1), Qos::reliable(10)]
+    for (qos, round) in [Qos::latched(1), Qos::reliable(10), Qos::volatile(10)]
         .into_iter()
         .flat_map(|qos| (0..5).map(move |round| (qos, round)))
     {
@@ -109,6 +109,25 @@ fn a_late_subscription_gets_what_is_latched() {
     publisher.publish(&text("scene")).unwrap();
     let subscription = texts(&receiver, "/scene", &Qos::latched(1));
     assert_eq!(next(&subscription), text("scene"));
+}
+
+#[test]
+fn a_late_subscription_hears_nothing_of_the_past_of_a_volatile_publisher() {
+    let environment = isolated();
+    let (sender, receiver) = pair(&environment);
+    let publisher = sender.publisher("/clock", &Qos::volatile(1)).unwrap();
+    let early = texts(&receiver, "/clock", &Qos::reliable(101));
+    assert!(publisher.wait_for_subscriptions(1, PATIENCE));
+    for index in 0..100 {
+        publisher.publish(&text(index)).unwrap();
+    }
+    let late = texts(&node("late", &environment), "/clock", &Qos::reliable(100));
+    assert!(publisher.wait_for_subscriptions(2, PATIENCE));
+    publisher.publish(&text(100)).unwrap();
+    assert_eq!(next(&late), text(100));
+    for index in 0..=100 {
+        assert_eq!(next(&early), text(index));
+    }
 }
 
 #[test]

@@ -18,11 +18,8 @@ const PERIOD: Duration = Duration::from_millis(10);
 /// one of a flight.
 const REPEAT: Duration = Duration::from_secs(1);
 
-/// Messages that are kept for those who do not keep up.
-const DEPTH: usize = 10;
-
-/// Publishes the time of the step at which the flight is. Reliable, so that subscriptions of every kind match; those of
-/// ROS 2 nodes are best effort, of depth 1.
+/// Publishes the time of the step at which the flight is. Subscriptions of ROS 2 nodes are best effort, of depth 1; who
+/// comes late hears the next time: an earlier one may be from before a reset.
 pub(super) struct FlightClock {
     topic: Counted<Clock>,
     due: Instant,
@@ -32,7 +29,7 @@ pub(super) struct FlightClock {
 impl FlightClock {
     pub(super) fn new(ros: &RosNode) -> Result<Self, NodeError> {
         Ok(Self {
-            topic: Counted::new(ros, "/clock", &Qos::reliable(DEPTH), false)?,
+            topic: Counted::new(ros, "/clock", &Qos::volatile(1), false)?,
             due: Instant::now(),
             told: None,
         })

@@ -217,7 +217,7 @@ fn limited(world: &World, bytes: u64, program: &str, arguments: &[&str]) -> Proc
 
 #[test]
 fn a_limit_on_the_size_of_files() {
-    const LIMIT: u64 = 1 << 20;
+    const LIMIT: u64 = 4 << 20;
     const TOPIC: &str = "/limited/state";
     let world = World::new();
     let patience = Duration::from_secs(1);

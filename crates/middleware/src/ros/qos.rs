@@ -34,11 +34,11 @@ const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
 /// | [`volatile`](Self::volatile) | reliable, volatile | reliable, volatile | streams of which the past must not be heard: `/clock` |
 /// | [`sensor`](Self::sensor) | best effort, volatile | best effort, volatile | streams of which the latest matters |
 ///
-/// Publishers of `latched` and `reliable` are durable because a volatile writer loses what it sends between its own match
-/// and its reader's, while a durable one repairs it: subscriptions of this crate get everything from the publisher's
-/// match on, and so do durable ones of other makes. (A volatile one of another make gets what is sent after its own
-/// match, which no publisher can see.) Durable publishers match subscriptions of every kind; `latched` subscriptions
-/// match durable publishers only, `reliable` and `volatile` ones every reliable publisher, `sensor` ones every publisher.
+/// Publishers of `latched` and `reliable` are durable so that they match subscriptions of every kind, and that none
+/// misses the first sample: subscriptions of this crate get everything from the publisher's match on, and so do durable
+/// ones of other makes. (A volatile one of another make gets what is sent after its own match, which no publisher can
+/// see.) `latched` subscriptions match durable publishers only, `reliable` and `volatile` ones every reliable publisher,
+/// `sensor` ones every publisher.
 ///
 /// The depth of a publisher is how many samples a late joiner gets at least: RustDDS trims only every few seconds, so
 /// that it may get more, oldest first. The depth of a subscription is how many samples wait to be taken; further ones

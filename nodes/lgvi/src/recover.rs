@@ -8,7 +8,7 @@ use clap::Args;
 use lgvi_bag::{LeftOut, RecoveredFile, Recovery};
 use lgvi_node::NodeError;
 
-use crate::output::say;
+use crate::output::{say, shown};
 use crate::values;
 
 /// The command line of `lgvi recover`.
@@ -125,6 +125,7 @@ fn describe(file: &RecoveredFile, f: &mut Formatter<'_>) -> fmt::Result {
             messages,
             times,
         } = place;
+        let reason = shown(reason);
         write!(f, "  left out {bytes} bytes at byte {offset}: {reason}")?;
         if let Some(messages) = messages {
             write!(f, "; {messages} messages")?;

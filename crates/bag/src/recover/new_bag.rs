@@ -165,7 +165,11 @@ impl NewBag {
     /// Whether a bag without messages had none.
     fn check_empty(&self, bag: &Path) -> Result<(), RecoverError> {
         let files = &self.recovery.files;
-        if self.tally.expected() == Some(0) || files.iter().all(RecoveredFile::is_sound) {
+        let had_none = match self.tally.expected() {
+            Some(expected) => expected == 0,
+            None => files.iter().all(RecoveredFile::is_sound),
+        };
+        if had_none {
             return Ok(());
         }
         let left_out = files.iter().flat_map(|file| &file.left_out);

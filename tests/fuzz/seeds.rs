@@ -60,6 +60,12 @@ fn bags(corpus: &Path) -> Done {
                 &file[..cut],
             )?;
         }
+        if compression == Compression::None {
+            // A damaged length in the head of what a killed recorder left.
+            let mut damaged = file.get(..file.len() / 2).ok_or("no MCAP file")?.to_vec();
+            *damaged.get_mut(40).ok_or("no MCAP file")? ^= 1;
+            put(corpus, "bag_recover", "none_head", damaged)?;
+        }
         put(corpus, "bag_reader", name, file)?;
     }
     Ok(())

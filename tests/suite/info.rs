@@ -1,9 +1,11 @@
 //! `lgvi info` on bags of lgvi and of others.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use lgvi_msgs::std_msgs::String as Text;
+use lgvi_bag::{BagOptions, BagWriter, Qos, ROS2MSG, Topic};
+use lgvi_msgs::{RosMessage, std_msgs::String as Text};
 use lgvi_tests::{Recording, World, root};
 use serde_json::Value;
 
@@ -236,4 +238,81 @@ fn a_file_that_is_gone_is_missed_without_metadata() {
     let line = ["convert", bag.to_str().unwrap(), "--format", "csv"];
     let converted = world.lgvi(line).finish().expect(1);
     assert!(converted.stdout.contains("split_1.mcap: is not there"));
+}
+
+/// A copy of a bag of the repository.
+fn copied(world: &World, name: &str) -> PathBuf {
+    let original = root().join("bags/inclination_change");
+    let bag = world.path(name);
+    fs::create_dir(&bag).unwrap();
+    for file in ["metadata.yaml", "inclination_change_0.mcap"] {
+        fs::copy(original.join(file), bag.join(file)).unwrap();
+    }
+    bag
+}
+
+#[test]
+fn metadata_that_the_files_contradict() {
+    let world = World::new();
+    let edited = |name: &str, from: &str, to: &str| {
+        let bag = copied(&world, name);
+        let file = bag.join("metadata.yaml");
+        let text = fs::read_to_string(&file).unwrap();
+        assert!(text.contains(from), "{from} is not in {text}");
+        fs::write(&file, text.replacen(from, to, 1)).unwrap();
+        bag
+    };
+    let listed = "- inclination_change_0.mcap\n";
+    for (name, from, to, fragment) in [
+        (
+            "total",
+            "  message_count: ",
+            "  message_count: 9",
+            "message_count is 9",
+        ),
+        ("twice", listed, &format!("{listed}  {listed}"), "twice"),
+    ] {
+        let bag = edited(name, from, to);
+        let found = info(&world, &bag, 1);
+        assert_eq!(found["complete"], false);
+        assert_eq!(topic(&found, "/lgvi_propagator/state")["messages"], 1001);
+        let text = text(&world, &bag, 1);
+        assert!(text.contains(fragment), "{fragment} is not in {text}");
+    }
+    let bag = copied(&world, "more");
+    let file = bag.join("inclination_change_0.mcap");
+    fs::copy(&file, bag.join("inclination_change_1.mcap")).unwrap();
+    let found = info(&world, &bag, 0);
+    let warnings = found["warnings"].as_array().unwrap();
+    let warning = warnings[0].as_str().unwrap();
+    assert!(
+        warning.contains("inclination_change_1.mcap: is not listed"),
+        "{warning}"
+    );
+}
+
+#[test]
+fn names_command_no_terminal() {
+    let world = World::new();
+    let bag = world.path("named");
+    let mut writer = BagWriter::create(&bag, BagOptions::default()).unwrap();
+    let name = "/a\u{1b}[2J\nb";
+    let named = Topic {
+        name: name.to_owned(),
+        type_name: Text::TYPE_NAME.to_owned(),
+        type_hash: Text::TYPE_HASH.to_owned(),
+        definition: Text::DEFINITION.to_owned(),
+        definition_encoding: ROS2MSG.to_owned(),
+        qos: Qos::default(),
+    };
+    writer.add_topic(&named).unwrap();
+    let custom = BTreeMap::from([("note\u{7}".to_owned(), "\u{9b}5m".to_owned())]);
+    writer.finish(custom).unwrap();
+    let text = text(&world, &bag, 0);
+    let control = |letter: char| letter.is_control() && letter != '\n';
+    assert!(!text.contains(control), "{text:?}");
+    for fragment in ["/a\\u{1b}[2J\\nb  ", "note\\u{7}", "\\u{9b}5m"] {
+        assert!(text.contains(fragment), "{fragment} is not in {text}");
+    }
+    topic(&info(&world, &bag, 0), name);
 }

@@ -211,6 +211,30 @@ pub enum BagError {
         /// Messages by the files.
         found: u64,
     },
+    /// `metadata.yaml` and the MCAP files disagree in the number of all messages.
+    #[error("{file}: message_count is {expected}, but the bag's files hold {found}", file = .file.display())]
+    Total {
+        /// The metadata file.
+        file: PathBuf,
+        /// Messages by the metadata.
+        expected: u64,
+        /// Messages by the files.
+        found: u64,
+    },
+    /// `metadata.yaml` lists a file twice.
+    #[error("{file}: lists {} twice, expected each file once", listed.display(), file = .file.display())]
+    Twice {
+        /// The metadata file.
+        file: PathBuf,
+        /// The file it lists.
+        listed: PathBuf,
+    },
+    /// An MCAP file in the bag's directory is not of the bag.
+    #[error("{file}: is not listed in metadata.yaml, and not read", file = .file.display())]
+    Unlisted {
+        /// The file.
+        file: PathBuf,
+    },
     /// The file does not start like an MCAP file.
     #[error("{file}: starts with {found:02x?}, expected the MCAP magic {magic:02x?}", file = .file.display(), magic = mcap::MAGIC)]
     NotMcap {
@@ -320,6 +344,19 @@ pub enum Damage {
         expected: u64,
         /// What its chunks hold.
         found: u64,
+    },
+    /// A file has messages at other times than it says.
+    #[error(
+        "{of} are of {} ns to {} ns, the statistics of {} ns to {} ns",
+        found.0, found.1, expected.0, expected.1
+    )]
+    Times {
+        /// What is of other times.
+        of: &'static str,
+        /// First and last log time by the file's statistics (ns).
+        expected: (u64, u64),
+        /// First and last log time (ns).
+        found: (u64, u64),
     },
     /// Two channels have one id.
     #[error("channel {channel} is of {first} and of {second}", first = .topics[0], second = .topics[1])]

@@ -25,6 +25,7 @@ pub(crate) struct DataEnd {
     pub checksum: u32,
 }
 
+#[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Schema {
     pub id: u16,
     pub name: String,
@@ -32,7 +33,7 @@ pub(crate) struct Schema {
     pub data: Vec<u8>,
 }
 
-#[derive(Clone)]
+#[derive(Clone, PartialEq, Eq)]
 pub(crate) struct Channel {
     pub id: u16,
     /// Zero if it has none.
@@ -144,6 +145,20 @@ impl Channel {
             topic: fields.string()?,
             encoding: fields.string()?,
             metadata: fields.map(|entry| Ok((entry.string()?, entry.string()?)))?,
+        })
+    }
+
+    /// The same without the metadata where those are damaged.
+    pub fn parse_most(body: &[u8]) -> Result<Self, Damage> {
+        Self::parse(body).or_else(|_| {
+            let mut fields = Fields::new("channel", body);
+            Ok(Self {
+                id: fields.u16()?,
+                schema: fields.u16()?,
+                topic: fields.string()?,
+                encoding: fields.string()?,
+                metadata: BTreeMap::new(),
+            })
         })
     }
 }

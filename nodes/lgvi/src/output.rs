@@ -32,6 +32,19 @@ pub(crate) fn left_out(name: &str, type_name: &str, reason: &str) -> String {
     }
 }
 
+/// A text as it is shown: what would reach the terminal as a command, or begin a new line, is written out.
+pub(crate) fn shown(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for letter in text.chars() {
+        if letter.is_control() {
+            shown.extend(letter.escape_default());
+        } else {
+            shown.push(letter);
+        }
+    }
+    shown
+}
+
 fn write(output: &mut impl Write, text: &dyn Display) -> io::Result<()> {
     writeln!(output, "{text}")?;
     output.flush()

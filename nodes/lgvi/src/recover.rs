@@ -9,7 +9,7 @@ use lgvi_bag::{LeftOut, RecoveredFile, Recovery};
 use lgvi_node::NodeError;
 
 use crate::beside::beside;
-use crate::output::say;
+use crate::output::{say, shown};
 use crate::values;
 
 /// The command line of `lgvi recover`.
@@ -115,6 +115,7 @@ fn describe(file: &RecoveredFile, f: &mut Formatter<'_>) -> fmt::Result {
             messages,
             times,
         } = place;
+        let reason = shown(reason);
         write!(f, "  left out {bytes} bytes at byte {offset}: {reason}")?;
         if let Some(messages) = messages {
             write!(f, "; {messages} messages")?;

@@ -1,14 +1,23 @@
 //! Parts of a bag's description.
 
-use serde::{Deserialize, Serialize};
-use serde_yaml_ng::Value;
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
+use serde_yaml_ng::{Number, Value};
 
 /// What rosbag2 writes as the starting time of a bag without messages.
 const NO_START: u64 = i64::MAX as u64;
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Nanoseconds {
+    #[serde(deserialize_with = "not_negative")]
     pub nanoseconds: u64,
+}
+
+/// A bag without messages ends, as some recorders write it, before it begins.
+fn not_negative<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    let number = Number::deserialize(deserializer)?;
+    let negative = number.as_i64().filter(|number| *number < 0).map(|_| 0);
+    let expected = || D::Error::custom(format!("{number}, expected a whole number"));
+    number.as_u64().or(negative).ok_or_else(expected)
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]

@@ -41,7 +41,7 @@ pub(crate) struct Metadata {
     storage_identifier: String,
     duration: Nanoseconds,
     starting_time: NanosecondsSinceEpoch,
-    message_count: u64,
+    pub(crate) message_count: u64,
     topics_with_message_count: Vec<TopicWithCount>,
     #[serde(default)]
     pub(crate) compression_format: String,

@@ -16,8 +16,12 @@ impl BagReader {
 fn faults(file: &McapFile) -> Vec<BagError> {
     let mut faults = Vec::new();
     let mut found: u64 = 0;
+    let mut times: Option<(u64, u64)> = None;
     for span in &file.contents.spans {
-        let read = file.read(span, 0, |_| {
+        let read = file.read(span, 0, |header| {
+            let time = header.log_time;
+            let (first, last) = times.unwrap_or((time, time));
+            times = Some((first.min(time), last.max(time)));
             found += 1;
             Ok(false)
         });
@@ -29,6 +33,18 @@ fn faults(file: &McapFile) -> Vec<BagError> {
             .fold(0, |sum: u64, count| sum.saturating_add(*count));
         if faults.is_empty() && found != expected {
             faults.push(file.damaged(0, Damage::MessageCount { expected, found }));
+        }
+        if let (Some(expected), Some(found)) = (file.contents.times, times)
+            && faults.is_empty()
+            && found != expected
+        {
+            let of = "messages";
+            let damage = Damage::Times {
+                of,
+                expected,
+                found,
+            };
+            faults.push(file.damaged(0, damage));
         }
     }
     faults

@@ -22,11 +22,16 @@ const OTHER_FILES: [(&str, &str); 3] = [
 ];
 
 /// A bag's MCAP files in their order, and its `metadata.yaml` if it has one.
+#[derive(Default)]
 pub(crate) struct Listing {
     pub files: Vec<PathBuf>,
     pub metadata: Option<(PathBuf, Metadata)>,
     /// The directory, where no metadata lists its files.
     pub unlisted: Option<PathBuf>,
+    /// What is wrong with the list of files.
+    pub faults: Vec<BagError>,
+    /// What is odd about it.
+    pub odd: Vec<BagError>,
 }
 
 impl Listing {
@@ -39,16 +44,15 @@ impl Listing {
         if !fs::metadata(path).map_err(io_error)?.is_dir() {
             return Ok(Self {
                 files: vec![path.to_owned()],
-                metadata: None,
-                unlisted: None,
+                ..Self::default()
             });
         }
         let file = path.join(METADATA_FILE);
         if !file.exists() {
             return Ok(Self {
                 files: mcap_files(path)?,
-                metadata: None,
                 unlisted: Some(path.to_owned()),
+                ..Self::default()
             });
         }
         let metadata = Metadata::read(&file)?;
@@ -59,9 +63,26 @@ impl Listing {
                 listed: listed.clone(),
             })
         };
-        let files = metadata.relative_file_paths.iter().map(within);
+        let mut files: Vec<PathBuf> = Vec::new();
+        let mut faults = Vec::new();
+        for listed in metadata.relative_file_paths.iter().map(within) {
+            let listed = listed?;
+            if files.contains(&listed) {
+                faults.push(BagError::Twice {
+                    file: file.clone(),
+                    listed,
+                });
+            } else {
+                files.push(listed);
+            }
+        }
+        let mut others = mcap_files(path).unwrap_or_default();
+        others.retain(|other| !files.contains(other));
+        let others = others.into_iter();
         Ok(Self {
-            files: files.collect::<Result<_, _>>()?,
+            odd: others.map(|file| BagError::Unlisted { file }).collect(),
+            faults,
+            files,
             metadata: Some((file, metadata)),
             unlisted: None,
         })

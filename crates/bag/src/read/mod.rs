@@ -16,5 +16,5 @@ pub(crate) use {
     file::{MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, OTHER_STORAGES},
     listing::{mcap_files, natural},
     messages::unpacked,
-    siblings::siblings,
+    siblings::{numbered, siblings},
 };

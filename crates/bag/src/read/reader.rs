@@ -27,6 +27,8 @@ pub struct BagReader {
     custom: BTreeMap<String, String>,
     /// Where the files lie, of a bag without metadata that lists them.
     pub(crate) unlisted: Option<PathBuf>,
+    /// What is odd about the bag's directory.
+    odd: Vec<BagError>,
 }
 
 /// What is known of one file of a bag.
@@ -38,7 +40,7 @@ pub struct BagFile<'a> {
     pub size: u64,
     /// Its chunks by their compression, which is empty for none.
     pub chunks: &'a BTreeMap<String, Chunks>,
-    /// First and last log time (ns), if it has messages.
+    /// First and last log time (ns) of its messages, without those of topics left out.
     pub times: Option<(u64, u64)>,
     /// Number of its messages, without those of topics left out, if it tells.
     pub messages: Option<u64>,
@@ -60,9 +62,14 @@ impl BagReader {
             files,
             metadata,
             unlisted,
+            faults,
+            odd,
         } = Listing::read(path)?;
+        if let Some(fault) = faults.into_iter().next() {
+            return Err(fault);
+        }
         let files = files.iter().map(|file| McapFile::open(file));
-        let mut reader = Self::new(files.collect::<Result<_, _>>()?, unlisted);
+        let mut reader = Self::new(files.collect::<Result<_, _>>()?, unlisted, odd);
         for file in reader.files.iter().skip(1) {
             reader.repeated.push(file.repeated_messages()?);
         }
@@ -83,9 +90,10 @@ impl BagReader {
             files,
             metadata,
             unlisted,
+            mut faults,
+            odd,
         } = Listing::read(path)?;
         let mut opened = Vec::new();
-        let mut faults = Vec::new();
         for file in &files {
             match McapFile::open(file).or_else(|fault| McapFile::open_damaged(file, fault)) {
                 Ok(file) => opened.push(file),
@@ -97,7 +105,7 @@ impl BagReader {
         {
             return Err(error);
         }
-        let mut reader = Self::new(opened, unlisted);
+        let mut reader = Self::new(opened, unlisted, odd);
         for file in reader.files.iter().skip(1) {
             reader
                 .repeated
@@ -109,7 +117,7 @@ impl BagReader {
         Ok((reader, faults))
     }
 
-    fn new(files: Vec<McapFile>, unlisted: Option<PathBuf>) -> Self {
+    fn new(files: Vec<McapFile>, unlisted: Option<PathBuf>, odd: Vec<BagError>) -> Self {
         let mut topics: Vec<Topic> = Vec::new();
         let mut index_of = |topic: &Topic| {
             let known = topics
@@ -146,6 +154,7 @@ impl BagReader {
             repeated: vec![BTreeMap::new()],
             custom: BTreeMap::new(),
             unlisted,
+            odd,
         }
     }
 
@@ -187,7 +196,20 @@ impl BagReader {
         }
         found
             .into_iter()
-            .try_for_each(|(topic, found)| check(topic, 0, found))
+            .try_for_each(|(topic, found)| check(topic, 0, found))?;
+        let found = self.files.iter().flat_map(|file| &file.contents.counts);
+        let found = found
+            .flat_map(BTreeMap::values)
+            .fold(0, |sum: u64, count| sum.saturating_add(*count));
+        // Topics that are left out may be counted or not.
+        if left_out.is_empty() && found != metadata.message_count {
+            return Err(BagError::Total {
+                file: metadata_file.to_owned(),
+                expected: metadata.message_count,
+                found,
+            });
+        }
+        Ok(())
     }
 
     /// All topics. One that has been published with several qualities of service has the strongest of each policy.
@@ -202,7 +224,9 @@ impl BagReader {
 
     /// What is odd about the bag and does not keep it from being read.
     pub fn warnings(&self) -> impl Iterator<Item = &BagError> {
-        self.files.iter().flat_map(|file| &file.odd)
+        self.odd
+            .iter()
+            .chain(self.files.iter().flat_map(|file| &file.odd))
     }
 
     /// What the recorder added to the bag's metadata.
@@ -216,7 +240,7 @@ impl BagReader {
             path: file.path(),
             size: file.size(),
             chunks: &file.contents.chunks,
-            times: file.contents.times,
+            times: file.times,
             messages: file.contents.counts.as_ref().map(|counts| {
                 let known = counts.iter();
                 known
@@ -228,11 +252,11 @@ impl BagReader {
         })
     }
 
-    /// First and last log time (ns), if the files tell and the bag has messages.
+    /// First and last log time (ns), if the bag has messages; those of topics left out do not count.
     pub fn times(&self) -> Option<(u64, u64)> {
         self.files
             .iter()
-            .filter_map(|file| file.contents.times)
+            .filter_map(|file| file.times)
             .reduce(|(first, last), (start, end)| (first.min(start), last.max(end)))
     }
 

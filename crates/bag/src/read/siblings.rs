@@ -88,7 +88,7 @@ fn gaps<'a>(names: impl Iterator<Item = &'a PathBuf>) -> Vec<PathBuf> {
 }
 
 /// `run` and 7 of `run_7.mcap`.
-fn numbered(name: &str) -> Option<(&str, u64)> {
+pub(crate) fn numbered(name: &str) -> Option<(&str, u64)> {
     let (bag, digits) = name.strip_suffix(".mcap")?.rsplit_once('_')?;
     let number: u64 = digits.parse().ok()?;
     (number.to_string() == digits).then_some((bag, number))

@@ -6,7 +6,7 @@ use mcap::records::{MessageHeader, op};
 
 use super::{LIMIT, RecoverError, chunk::Records, copy::Copy, original::Original, scan::Place};
 use crate::{
-    Qos, REPEATED, SERIALIZATION_FORMAT, channel_key,
+    CUSTOM_DATA, REPEATED,
     metadata::RECORD,
     read,
     records::{Channel, Fields, Header, Schema},
@@ -22,15 +22,26 @@ pub(super) struct Seen {
     pub bytes: u64,
 }
 
-impl Copy {
-    /// Copies the records of an unpacked chunk.
-    pub(super) fn records(&mut self, records: &[u8], chunk: u64) -> Result<Seen, RecoverError> {
+impl Copy<'_> {
+    /// Copies the records of an unpacked chunk, which a checksum may cover.
+    pub(super) fn records(
+        &mut self,
+        records: &[u8],
+        chunk: u64,
+        checked: bool,
+    ) -> Result<Seen, RecoverError> {
         let before = self.counts.total();
         let mut iterator = Records(records);
         for (opcode, body) in &mut iterator {
             match opcode {
                 op::MESSAGE => self.message(body, chunk)?,
-                _ => self.definition(opcode, body, chunk),
+                _ => {
+                    let place = Place {
+                        offset: chunk,
+                        length: body.len() as u64,
+                    };
+                    self.definition(opcode, body, place, checked);
+                }
             }
         }
         Ok(Seen {
@@ -65,8 +76,10 @@ impl Copy {
                 Ok(())
             }
             op::HEADER => {
-                let header = Header::parse(&body);
-                self.is_ours = header.is_ok_and(|header| header.library.starts_with(LIBRARY));
+                self.is_ours = is_ours(&body);
+                if !self.is_ours {
+                    self.definitions.forget_twins();
+                }
                 Ok(())
             }
             op::METADATA => self.metadata(&body, place),
@@ -81,7 +94,7 @@ impl Copy {
             // Those of the summary have a checksum.
             _ if self.has_summary => Ok(()),
             _ => {
-                self.definition(opcode, &body, place.offset);
+                self.definition(opcode, &body, place, false);
                 Ok(())
             }
         }
@@ -96,8 +109,15 @@ impl Copy {
             ))
         });
         match parsed {
+            Ok((name, metadata)) if name == CUSTOM_DATA => {
+                self.custom = Some(metadata);
+                Ok(())
+            }
             Ok((name, metadata)) if name == RECORD.0 => {
-                self.original = Original::of_record(&metadata).or(self.original.take());
+                if let Some(original) = Original::of_record(&metadata) {
+                    self.original = Some(original);
+                    self.custom = None;
+                }
                 Ok(())
             }
             Ok((name, metadata)) if name == REPEATED => {
@@ -121,46 +141,25 @@ impl Copy {
         }
     }
 
-    /// Takes note of a schema or a channel.
-    pub(super) fn definition(&mut self, opcode: u8, body: &[u8], offset: u64) {
-        let place = Place {
-            offset,
-            length: body.len() as u64,
+    /// Takes note of a schema or a channel, which a checksum may cover.
+    pub(super) fn definition(&mut self, opcode: u8, body: &[u8], place: Place, checked: bool) {
+        let losses = &mut self.losses;
+        let damage = match opcode {
+            op::SCHEMA => Schema::parse(body)
+                .map(|schema| self.definitions.add_schema(schema, place, checked, losses))
+                .err(),
+            op::CHANNEL => {
+                if let Ok(channel) = Channel::parse_most(body) {
+                    self.definitions
+                        .add_channel(channel, place, checked, losses);
+                }
+                Channel::parse(body).err()
+            }
+            _ => None,
         };
-        let taken = match opcode {
-            op::SCHEMA => Schema::parse(body).map(|schema| {
-                self.schemas.entry(schema.id).or_insert(schema);
-            }),
-            op::CHANNEL => Channel::parse(body).map(|channel| self.channel(channel, place)),
-            _ => Ok(()),
-        };
-        if let Err(damage) = taken {
-            self.losses.leave_out(place, damage.to_string());
+        if let Some(damage) = damage {
+            losses.leave_out(place, damage.to_string());
         }
-    }
-
-    /// Takes note of a channel that our reader takes, without the quality of service where that is damaged.
-    fn channel(&mut self, mut channel: Channel, place: Place) {
-        let id = channel.id;
-        if channel.schema == 0 {
-            let reason = format!("channel {id} has no definition");
-            return self.losses.leave_out(place, reason);
-        }
-        if channel.encoding != SERIALIZATION_FORMAT {
-            let (found, expected) = (&channel.encoding, SERIALIZATION_FORMAT);
-            let reason = format!("channel {id} holds {found:?}, expected {expected:?}");
-            return self.losses.leave_out(place, reason);
-        }
-        if self.channels.contains_key(&id) {
-            return;
-        }
-        let offered = channel.metadata.get(channel_key::QOS);
-        if let Some(Err(error)) = offered.map(|text| Qos::from_yaml(text)) {
-            let reason = format!("quality of service of channel {id}: {error}");
-            self.losses.leave_out(place, reason);
-            channel.metadata.remove(channel_key::QOS);
-        }
-        self.channels.insert(id, channel);
     }
 
     fn message(&mut self, body: &[u8], offset: u64) -> Result<(), RecoverError> {
@@ -193,39 +192,28 @@ impl Copy {
             }
         };
         let channel = header.channel_id;
-        let schema = self.channels.get(&channel).map(|channel| channel.schema);
-        let known = schema.is_some_and(|schema| self.schemas.contains_key(&schema));
-        if !known {
+        let Some(topic) = self.definitions.topic(channel, &mut self.losses) else {
             let reason = format!("the definition of channel {channel} is lost");
             self.losses.leave_out(place, reason);
             self.losses.add_message(header.log_time);
             return Ok(());
-        }
+        };
         if let Err(damage) = read::unpacked(fields.left) {
             self.losses.leave_out(place, damage.to_string());
             self.losses.add_message(header.log_time);
             return Ok(());
         }
-        self.add_channel(channel)?;
-        let topic = self
-            .channels
-            .get(&channel)
-            .map_or("", |channel| &channel.topic);
-        self.output.message(topic, header, fields.left)?;
+        self.output.add_topic(topic)?;
+        self.output
+            .message(&topic.channel.topic, header, fields.left)?;
         self.counts.add(channel, header.log_time);
         Ok(())
     }
+}
 
-    pub(super) fn add_channel(&mut self, channel: u16) -> Result<(), RecoverError> {
-        let Some(channel) = self.channels.get(&channel) else {
-            return Ok(());
-        };
-        let schema = self.schemas.get(&channel.schema);
-        if schema.is_none() {
-            return Ok(());
-        }
-        self.output.add_channel(channel, schema)
-    }
+/// Whether a file with this header was written by this crate.
+pub(super) fn is_ours(header: &[u8]) -> bool {
+    Header::parse(header).is_ok_and(|header| header.library.starts_with(LIBRARY))
 }
 
 /// An attachment whose checksum is right, or that has none.

@@ -5,31 +5,31 @@ use std::collections::BTreeMap;
 use mcap::records::op;
 
 use super::{
-    PACKED_LIMIT, RecoverError,
+    LIMIT, PACKED_LIMIT, RecoverError,
     chunk::ChunkHeader,
     counts::Counts,
+    definitions::Definitions,
     losses::Losses,
     original::Original,
     output::Output,
     scan::{PREFIX, Piece, Place, Scanner},
     source::Source,
     summary,
+    twins::Twins,
 };
-use crate::{
-    metadata::RECORD,
-    records::{Channel, Schema, Statistics},
-};
+use crate::{CUSTOM_DATA, REPEATED, metadata::RECORD, records::Statistics};
 
 /// A file being copied.
-pub(super) struct Copy {
+pub(super) struct Copy<'a> {
     pub source: Source,
     pub output: Output,
-    pub schemas: BTreeMap<u16, Schema>,
-    pub channels: BTreeMap<u16, Channel>,
+    pub definitions: Definitions<'a>,
     pub counts: Counts,
     pub losses: Losses,
     /// What the file says of the bag.
     pub original: Option<Original>,
+    /// The bag's custom data, if they were written after that.
+    pub custom: Option<BTreeMap<String, String>>,
     /// Number of messages that the file's statistics tell.
     pub statistics: Option<u64>,
     /// Number of messages of each topic that the file says are repeated, if it does.
@@ -46,16 +46,17 @@ pub(super) struct Copy {
     wasted: u64,
 }
 
-impl Copy {
-    pub fn new(source: Source, output: Output) -> Self {
+impl<'a> Copy<'a> {
+    /// `twins` are definitions of the bag's other files.
+    pub fn new(source: Source, output: Output, twins: Option<&'a Twins>) -> Self {
         Self {
             losses: Losses::new(&source),
             source,
             output,
-            schemas: BTreeMap::new(),
-            channels: BTreeMap::new(),
+            definitions: Definitions::new(twins),
             counts: Counts::default(),
             original: None,
+            custom: None,
             statistics: None,
             repeated: None,
             is_ours: false,
@@ -77,7 +78,11 @@ impl Copy {
                         let statistics = Statistics::parse(body);
                         self.statistics = statistics.ok().map(|found| found.message_count);
                     }
-                    _ => self.definition(opcode, body, 0),
+                    _ => {
+                        let length = body.len() as u64;
+                        let place = Place { offset: 0, length };
+                        self.definition(opcode, body, place, true);
+                    }
                 }
             }
         }
@@ -134,9 +139,12 @@ impl Copy {
             self.unverified += self.loose;
         }
         // Topics that have no message.
-        let all: Vec<_> = self.channels.keys().copied().collect();
-        all.into_iter()
-            .try_for_each(|channel| self.add_channel(channel))?;
+        for channel in self.definitions.channels() {
+            if let Some(topic) = self.definitions.topic(channel, &mut self.losses) {
+                self.output.add_topic(topic)?;
+            }
+        }
+        self.losses.settle();
         Ok(found)
     }
 
@@ -164,7 +172,7 @@ impl Copy {
         let bytes = self.source.view(data.offset, data.length as usize)?;
         if cut {
             let records = header.unpack_start(bytes, data.offset);
-            let left = self.records(&records, start)?;
+            let left = self.records(&records, start, false)?;
             self.unverified += left.messages;
             let (reason, length) = match left.messages {
                 0 => ("the file ends within a chunk".to_owned(), whole.length),
@@ -184,7 +192,7 @@ impl Copy {
             Ok(records) => {
                 self.losses.settle();
                 self.losses.read(header.times);
-                let seen = self.records(&records, start)?;
+                let seen = self.records(&records, start, header.checksum != 0)?;
                 if header.checksum == 0 {
                     self.unverified += seen.messages;
                 }
@@ -216,16 +224,24 @@ impl Copy {
         self.losses.of_chunk(header.times);
     }
 
-    /// Whether a record that the end of the file has cut off is of those that tell of the data only: an index, or what
-    /// rosbag2 puts behind the data.
+    /// Whether a record that the end of the file has cut off is of those that tell of the data only: an index, what rosbag2
+    /// puts behind the data, custom data, a definition or a mark, of which there would be no messages.
     fn is_end(&self, offset: u64) -> Result<bool, RecoverError> {
-        const NAME: &[u8] = RECORD.0.as_bytes();
         const BEFORE: usize = PREFIX as usize + 4;
-        let (bytes, known) = self.source.peek::<{ BEFORE + NAME.len() }>(offset)?;
+        const NAMES: [&str; 3] = [RECORD.0, REPEATED, CUSTOM_DATA];
+        let (bytes, known) = self.source.peek::<{ BEFORE + CUSTOM_DATA.len() }>(offset)?;
         let name = bytes[..known].get(BEFORE..).unwrap_or_default();
+        let is_name = |full: &str| {
+            full.as_bytes()
+                .starts_with(&name[..name.len().min(full.len())])
+        };
         Ok(match bytes[0] {
             op::MESSAGE_INDEX | op::DATA_END | op::FOOTER => true,
-            op::METADATA => NAME.starts_with(name),
+            op::SCHEMA | op::CHANNEL => {
+                let length = bytes[1..].first_chunk().copied().map(u64::from_le_bytes);
+                length.is_some_and(|length| length <= LIMIT as u64)
+            }
+            op::METADATA => NAMES.into_iter().any(is_name),
             _ => false,
         })
     }

@@ -8,7 +8,8 @@ use mcap::records::Metadata as MetadataRecord;
 use serde_yaml_ng::Value;
 
 use super::{
-    RecoverError, counts::Counts, original::Original, report::Recovery, tally::LatchedTopic,
+    RecoverError, counts::Counts, definitions::Topic, original::Original, report::Recovery,
+    tally::LatchedTopic,
 };
 use crate::{
     METADATA_FILE, Qos, WriteError, channel_key,
@@ -43,19 +44,24 @@ impl Description {
         }
     }
 
-    /// Keeps what the damaged bag says of itself.
-    pub fn keep(&mut self, original: Original) {
-        self.original = original;
+    /// Keeps what a file says of the bag, and newer custom data.
+    pub fn keep(&mut self, original: Option<Original>, custom: Option<BTreeMap<String, String>>) {
+        if let Some(original) = original {
+            self.original = original;
+        }
+        if let Some(custom) = custom {
+            self.original.custom_data = Some(custom);
+        }
     }
 
-    /// Adds a file with its channels.
+    /// Adds a file with its topics.
     pub fn add<'a>(
         &mut self,
         name: &Path,
-        channels: impl Iterator<Item = (&'a Channel, Option<&'a Schema>)>,
+        topics: impl Iterator<Item = &'a Topic>,
         counts: &Counts,
     ) {
-        for (channel, schema) in channels {
+        for Topic { channel, schema } in topics {
             let count = counts.messages.get(&channel.id).copied().unwrap_or(0);
             self.topic(channel, schema).message_count += count;
         }
@@ -66,10 +72,10 @@ impl Description {
         });
     }
 
-    fn topic(&mut self, channel: &Channel, schema: Option<&Schema>) -> &mut TopicWithCount {
-        let type_name = schema.map_or("", |schema| &schema.name);
+    fn topic(&mut self, channel: &Channel, schema: &Schema) -> &mut TopicWithCount {
+        let type_name = &schema.name;
         let is_it = |topic: &TopicWithCount| {
-            topic.topic_metadata.name == channel.topic && topic.topic_metadata.r#type == type_name
+            topic.topic_metadata.name == channel.topic && topic.topic_metadata.r#type == *type_name
         };
         let profiles = profiles(channel);
         let known = self.topics.iter().position(is_it);
@@ -83,7 +89,7 @@ impl Description {
             self.topics.push(TopicWithCount {
                 topic_metadata: TopicMetadata {
                     name: channel.topic.clone(),
-                    r#type: type_name.to_owned(),
+                    r#type: type_name.clone(),
                     serialization_format: channel.encoding.clone(),
                     offered_qos_profiles: Value::Sequence(Vec::new()),
                     type_description_hash: given

@@ -4,6 +4,9 @@ mod chunk;
 mod contents;
 mod copy;
 mod counts;
+mod definition_shape;
+mod definition_text;
+mod definitions;
 mod description;
 mod error;
 mod files;
@@ -13,6 +16,7 @@ mod losses;
 mod new_bag;
 mod original;
 mod output;
+mod plausibility;
 mod repeated;
 mod report;
 mod scan;
@@ -20,6 +24,7 @@ mod shape;
 mod source;
 mod summary;
 mod tally;
+mod twins;
 
 use std::path::Path;
 
@@ -49,6 +54,10 @@ const PACKED_LIMIT: usize = MAX_CHUNK_LENGTH / 64 * 65;
 /// says where that was. Files keep their names, and messages their order, times and sequence numbers; topics keep what
 /// their publishers offered, and the bag the custom data of its `metadata.yaml`, to which `recovered: "true"` is added.
 ///
+/// Definitions of topics that no checksum covers are compared with those of the bag's complete files and of the types that
+/// `lgvi_msgs` knows, and taken from there where they are damaged or lost. Messages of a type whose definition is damaged and
+/// known from nowhere else are kept without it. All of that is among what the result says was left out.
+///
 /// Latched messages at the head of a further file are marked as repeated if the new bag has them already. Those that are
 /// lost where they stood first are found there as messages of the bag, behind the marked ones.
 ///
@@ -72,9 +81,12 @@ pub fn recover(bag: &Path, output: &Path) -> Result<Recovery, RecoverError> {
 }
 
 fn copy(bag: &Path, damaged: Damaged, output: &Path) -> Result<Recovery, RecoverError> {
+    let twins = twins::read(&damaged.directory, &damaged.files);
     let mut new = NewBag::new(output, damaged.original, damaged.told);
     for name in &damaged.files {
-        new.add(&damaged.directory, name, damaged.files.len() == 1)?;
+        let twins = twins::bag_of(name).and_then(|bag| twins.get(bag));
+        let only = damaged.files.len() == 1;
+        new.add(&damaged.directory, name, only, twins)?;
     }
     new.finish(bag)
 }

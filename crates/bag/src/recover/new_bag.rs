@@ -10,14 +10,15 @@ use super::{
     RecoverError, RecoveredFile, Recovery,
     copy::Copy,
     counts::Counts,
+    definitions::Topic,
     description::Description,
     identities::Identities,
     original::Original,
     output::Output,
     source::Source,
     tally::{Tally, Told},
+    twins::Twins,
 };
-use crate::records::{Channel, Schema};
 
 /// The recovered bag, while it is made.
 pub(super) struct NewBag {
@@ -57,7 +58,13 @@ impl NewBag {
     }
 
     /// Adds what is readable of a file of the damaged bag in `directory`.
-    pub fn add(&mut self, directory: &Path, name: &Path, only: bool) -> Result<(), RecoverError> {
+    pub fn add(
+        &mut self,
+        directory: &Path,
+        name: &Path,
+        only: bool,
+        twins: Option<&Twins>,
+    ) -> Result<(), RecoverError> {
         let path = directory.join(name);
         if !path.exists() {
             let mut file = RecoveredFile {
@@ -76,7 +83,7 @@ impl NewBag {
             fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
         }
         let output = Output::new(new, identities);
-        let mut copy = Copy::new(source, output);
+        let mut copy = Copy::new(source, output, twins);
         let is_mcap = copy.run()?;
         if !is_mcap && only && copy.losses.file.bytes > Some(0) {
             return Err(RecoverError::NotMcap {
@@ -84,10 +91,9 @@ impl NewBag {
                 found: found.to_vec(),
             });
         }
-        if let Some(original) = copy.original.take()
-            && self.recovery.metadata_rebuilt.is_some()
-        {
-            self.description.keep(original);
+        if self.recovery.metadata_rebuilt.is_some() {
+            self.description
+                .keep(copy.original.take(), copy.custom.take());
         }
         let told = Told {
             messages: copy.statistics,
@@ -102,11 +108,8 @@ impl NewBag {
             for (topic, count) in &copy.output.repeated {
                 *self.repeated.entry(topic.clone()).or_default() += count;
             }
-            let channels = copy
-                .channels
-                .values()
-                .map(|channel| (channel, copy.schemas.get(&channel.schema)));
-            self.finish_file(name, copy.output, channels, &copy.counts)?;
+            let topics = copy.definitions.topics();
+            self.finish_file(name, copy.output, topics, &copy.counts)?;
         } else {
             self.identities = copy.output.abandon()?;
         }
@@ -124,10 +127,10 @@ impl NewBag {
         &mut self,
         name: &Path,
         mut output: Output,
-        channels: impl Iterator<Item = (&'a Channel, Option<&'a Schema>)>,
+        topics: impl Iterator<Item = &'a Topic>,
         counts: &Counts,
     ) -> Result<(), RecoverError> {
-        self.description.add(name, channels, counts);
+        self.description.add(name, topics, counts);
         self.description.missing = self.tally.missing();
         output.metadata(self.description.record()?)?;
         self.identities = output.finish()?;
@@ -162,7 +165,11 @@ impl NewBag {
     /// Whether a bag without messages had none.
     fn check_empty(&self, bag: &Path) -> Result<(), RecoverError> {
         let files = &self.recovery.files;
-        if self.tally.expected() == Some(0) || files.iter().all(RecoveredFile::is_sound) {
+        let had_none = match self.tally.expected() {
+            Some(expected) => expected == 0,
+            None => files.iter().all(RecoveredFile::is_sound),
+        };
+        if had_none {
             return Ok(());
         }
         let left_out = files.iter().flat_map(|file| &file.left_out);

@@ -16,13 +16,11 @@ use mcap::{
 use super::{
     RecoverError,
     chunk::Packing,
+    definitions::Topic,
     identities::{Identities, Identity},
     repeated::Repeated,
 };
-use crate::{
-    PROFILE,
-    records::{Channel, Schema},
-};
+use crate::{PROFILE, records::Channel};
 
 pub(super) struct Output {
     path: PathBuf,
@@ -53,12 +51,9 @@ impl Output {
         }
     }
 
-    /// Adds a channel with its schema, unless it has been added before.
-    pub fn add_channel(
-        &mut self,
-        channel: &Channel,
-        schema: Option<&Schema>,
-    ) -> Result<(), RecoverError> {
+    /// Adds a topic's channel with its schema, unless it has been added before.
+    pub fn add_topic(&mut self, topic: &Topic) -> Result<(), RecoverError> {
+        let Topic { channel, schema } = topic;
         if self.channels.contains_key(&channel.id) {
             return Ok(());
         }
@@ -66,9 +61,7 @@ impl Output {
         let topic = latched.then(|| channel.topic.clone());
         self.channels.insert(channel.id, topic);
         self.write(|mcap| {
-            if let Some(schema) = schema {
-                mcap.add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data)?;
-            }
+            mcap.add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data)?;
             let Channel {
                 id,
                 topic,
@@ -76,8 +69,7 @@ impl Output {
                 metadata,
                 ..
             } = channel;
-            let schema = schema.map_or(0, |schema| schema.id);
-            mcap.add_channel_with_id(*id, schema, topic, encoding, metadata)?;
+            mcap.add_channel_with_id(*id, schema.id, topic, encoding, metadata)?;
             Ok(())
         })
     }

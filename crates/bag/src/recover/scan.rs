@@ -7,6 +7,7 @@ use mcap::{MAGIC, records::op};
 use super::{
     LIMIT, RecoverError,
     chunk::ChunkHeader,
+    definition_shape::{is_definition, recognise_definition},
     shape::{
         has_form, is_magic, is_message_index, marks_repeated, plausible, prefix, recognise_chunk,
     },
@@ -46,7 +47,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    fn between(offset: u64, end: u64) -> Self {
+    pub fn between(offset: u64, end: u64) -> Self {
         Self {
             offset,
             length: end - offset,
@@ -62,6 +63,8 @@ pub(super) struct Scanner {
     pub in_summary: bool,
     /// Whether the file has messages outside of chunks.
     pub loose: bool,
+    /// Whether it has chunks.
+    chunked: bool,
 }
 
 impl Scanner {
@@ -75,6 +78,7 @@ impl Scanner {
             ended: false,
             in_summary: false,
             loose: false,
+            chunked: false,
         };
         Ok((scanner, magic))
     }
@@ -107,6 +111,7 @@ impl Scanner {
                 opcode: op::MESSAGE,
                 ..
             } => self.loose = true,
+            Piece::Chunk { .. } => self.chunked = true,
             _ => {}
         }
         Ok(Some(piece))
@@ -115,12 +120,14 @@ impl Scanner {
     /// Goes on with the first record found behind `start`, for what was taken for a chunk there is none. Gives what lies
     /// between.
     pub fn retry(&mut self, source: &mut Source, start: u64) -> Result<Place, RecoverError> {
-        self.position = self.search(source, start + 1)?.unwrap_or(source.size);
+        // Definitions in what may be a chunk are not looked for.
+        let next = self.search(source, start + 1, false)?;
+        self.position = next.unwrap_or(source.size);
         Ok(Place::between(start, self.position))
     }
 
     fn damage(&self, source: &mut Source, start: u64) -> Result<Piece, RecoverError> {
-        let next = self.search(source, start + 1)?;
+        let next = self.search(source, start + 1, true)?;
         Ok(Piece::Damage {
             place: Place::between(start, next.unwrap_or(source.size)),
             cut: next.is_none(),
@@ -132,8 +139,11 @@ impl Scanner {
         let Some((opcode, length)) = prefix(source, start)? else {
             return Ok(None);
         };
-        if let Some(chunk) = recognise_chunk(source, start, opcode, length)? {
-            return Ok(Some(chunk));
+        if let Some(piece) = recognise_chunk(source, start, opcode, length)? {
+            return Ok(Some(piece));
+        }
+        if let Some(piece) = recognise_definition(source, start, opcode, length)? {
+            return Ok(Some(piece));
         }
         let body = start + PREFIX;
         let Some(end) = body.checked_add(length).filter(|&end| end <= source.size) else {
@@ -144,6 +154,13 @@ impl Scanner {
             offset: body,
             length,
         };
+        // No message lies behind a chunk: it is an index, whose operation code is damaged.
+        let opcode = match opcode {
+            op::MESSAGE if self.chunked && !self.loose && is_message_index(source, place)? => {
+                op::MESSAGE_INDEX
+            }
+            opcode => opcode,
+        };
         let sound = match opcode {
             op::FOOTER => length == 20,
             op::DATA_END => length == 4,
@@ -151,7 +168,7 @@ impl Scanner {
             op::MESSAGE => length >= 22 && followed,
             op::MESSAGE_INDEX => is_message_index(source, place)?,
             op::HEADER | op::SCHEMA | op::CHANNEL | op::METADATA => {
-                followed
+                (followed || start == MAGIC_LENGTH)
                     && length <= LIMIT as u64
                     && has_form(opcode, source.view(body, length as usize)?)
             }
@@ -173,7 +190,12 @@ impl Scanner {
     }
 
     /// The first place from `from` on where a record starts beyond doubt.
-    fn search(&self, source: &mut Source, from: u64) -> Result<Option<u64>, RecoverError> {
+    fn search(
+        &self,
+        source: &mut Source,
+        from: u64,
+        definitions: bool,
+    ) -> Result<Option<u64>, RecoverError> {
         let mut at = from;
         while at + PREFIX <= source.size {
             let window = source.view(at, 64 << 10)?;
@@ -186,7 +208,9 @@ impl Scanner {
                     op::MESSAGE,
                 ];
                 // No length takes more than five bytes.
-                targets.contains(&bytes[0]) && bytes[6..] == [0; 3]
+                let is_target = targets.contains(&bytes[0])
+                    || (definitions && [op::SCHEMA, op::CHANNEL].contains(&bytes[0]));
+                is_target && bytes[6..] == [0; 3]
             });
             let Some(candidate) = candidate else {
                 at += (window.len() as u64).saturating_sub(PREFIX - 1).max(1);
@@ -226,6 +250,9 @@ impl Scanner {
             },
             op::MESSAGE_INDEX => is_message_index(source, place)? && plausible(source, end)?,
             op::METADATA => marks_repeated(source, place)? && plausible(source, end)?,
+            op::SCHEMA | op::CHANNEL => {
+                is_definition(source, opcode, place)? && plausible(source, end)?
+            }
             op::DATA_END => length == 4 && plausible(source, end)?,
             op::MESSAGE if self.loose => {
                 // Two in a row.

@@ -19,6 +19,8 @@ const KEPT: usize = 4 << 20;
 #[derive(Default)]
 pub(crate) struct Chunk {
     records: Vec<u8>,
+    /// Bytes of schemas and channels among them.
+    definitions: usize,
     /// First and last log time (ns).
     times: Option<(u64, u64)>,
     /// By channel: log time and offset in the chunk of each message.
@@ -54,8 +56,15 @@ impl Chunk {
         self.records.is_empty()
     }
 
+    /// Bytes of its messages.
     pub fn len(&self) -> usize {
-        self.records.len()
+        self.records.len() - self.definitions
+    }
+
+    /// Adds schemas or channels.
+    pub fn define(&mut self, records: &[u8]) {
+        self.definitions += records.len();
+        self.records.extend_from_slice(records);
     }
 
     pub fn push(&mut self, header: MessageHeader, data: &[u8]) {
@@ -123,6 +132,7 @@ impl Chunk {
 
     pub fn clear(&mut self) {
         self.records.clear();
+        self.definitions = 0;
         self.records.shrink_to(KEPT);
         for channel in self.channels.drain(..) {
             self.entries[usize::from(channel)].clear();

@@ -36,6 +36,8 @@ pub(crate) struct McapWriter {
     catalogue: Catalogue,
     chunk_size: usize,
     chunk: Chunk,
+    /// Bytes of the catalogue's schemas and channels that are in a chunk too.
+    in_chunks: (usize, usize),
     sealer: Sealer,
     chunks: Vec<ChunkIndex>,
     /// Bytes that `chunks` holds.
@@ -64,6 +66,7 @@ impl McapWriter {
             catalogue: Catalogue::default(),
             chunk_size,
             chunk: Chunk::default(),
+            in_chunks: (0, 0),
             sealer,
             chunks: Vec::new(),
             index_memory: 0,
@@ -110,8 +113,21 @@ impl McapWriter {
         {
             self.finish_chunk()?;
         }
+        self.define();
         self.chunk.push(header, data);
         Ok(())
+    }
+
+    /// Puts definitions into the chunk that are in none yet, where a checksum covers them: those at the head of the file
+    /// have none before its end is written.
+    fn define(&mut self) {
+        let (schemas, channels) = (self.catalogue.schemas(), self.catalogue.channels());
+        let known = (schemas.len(), channels.len());
+        if self.in_chunks != known {
+            self.chunk.define(&schemas[self.in_chunks.0..]);
+            self.chunk.define(&channels[self.in_chunks.1..]);
+            self.in_chunks = known;
+        }
     }
 
     /// Writes the chunk that is being filled, if it has messages.

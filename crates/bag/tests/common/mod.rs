@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeMap, fs, ops::Range, path::Path};
 
-use lgvi_bag::{BagError, BagReader, Durability, Qos, Topic};
+use lgvi_bag::{BagError, BagReader, BagWriter, Durability, Qos, Topic};
 use lgvi_msgs::{RosMessage, cdr, std_msgs::String as StringMessage};
 use mcap::{MessageStream, Summary};
 
@@ -53,6 +53,16 @@ pub fn chunks(bytes: &[u8]) -> Vec<Range<usize>> {
         start = end;
     }
     chunks
+}
+
+/// Leaves a bag as a recorder that is killed does: its last file without end, and no `metadata.yaml`.
+pub fn kill(writer: BagWriter) {
+    let file = writer.path();
+    let bytes = fs::read(&file).unwrap();
+    // Closes the bag.
+    drop(writer);
+    fs::write(&file, bytes).unwrap();
+    let _ = fs::remove_file(file.with_file_name("metadata.yaml"));
 }
 
 /// Names and contents of the metadata records of a file that may be without its end.

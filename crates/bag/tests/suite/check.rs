@@ -104,3 +104,55 @@ fn a_count_that_is_not_that_of_the_chunks_is_found() {
         "{faults:?}"
     );
 }
+
+/// Offsets of first and last log time in a statistics record.
+const TIMES: [usize; 2] = [8 + 2 + 4 * 4, 8 + 2 + 4 * 4 + 8];
+
+fn with_times(first: u64, last: u64) -> Vec<u8> {
+    let mut bytes = file();
+    let start = [&[STATISTICS], &56_u64.to_le_bytes()[..], &[100, 0, 0, 0]].concat();
+    let record = position(&bytes, &start) + 9;
+    for (offset, time) in TIMES.into_iter().zip([first, last]) {
+        bytes[record + offset..][..8].copy_from_slice(&time.to_le_bytes());
+    }
+    bytes
+}
+
+/// Messages beyond the end that a file tells would not be played.
+#[test]
+fn times_that_are_not_those_of_the_chunks_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    for (first, last) in [(0, 50), (1, 99), (7, 7)] {
+        fs::write(&path, with_times(first, last)).unwrap();
+        let error = BagReader::open(&path).map(drop).unwrap_err();
+        let damage = match &error {
+            BagError::Damaged { source, .. } => source,
+            other => panic!("{other}"),
+        };
+        assert!(
+            matches!(damage, Damage::Times { of: "chunk indexes", expected, found: (0, 99) }
+                if *expected == (first, last)),
+            "{error}"
+        );
+        // What there is, is readable.
+        let (bag, _) = BagReader::open_damaged(&path).unwrap();
+        assert_eq!(bag.times(), Some((0, 99)));
+        assert!(bag.files().next().unwrap().fault.is_some());
+    }
+    // Wider ones are found where all is read; those of a recorder that tells none are those of the chunks.
+    let faults_of = |first, last| faults(&path, &with_times(first, last));
+    let found = faults_of(0, 100);
+    assert!(
+        matches!(
+            found[..],
+            [Damage::Times {
+                of: "messages",
+                expected: (0, 100),
+                found: (0, 99)
+            }]
+        ),
+        "{found:?}"
+    );
+    assert_eq!(faults_of(0, 0).len() + faults_of(0, 99).len(), 0);
+}

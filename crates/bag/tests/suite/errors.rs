@@ -218,3 +218,73 @@ fn mcap_files_that_are_not_of_ros_2() {
     let ros2 = || WriteOptions::new().profile("ros2");
     assert!(error_of_mcap(ros2(), "ros2msg", "cdr", "[]").is_none());
 }
+
+#[test]
+fn a_total_that_is_not_that_of_the_files() {
+    let total = "nanoseconds_since_epoch: 5\n  message_count: ";
+    let error = error_with(&format!("{total}3"), &format!("{total}99"));
+    assert!(
+        matches!(
+            error,
+            BagError::Total {
+                expected: 99,
+                found: 3,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_file_that_is_listed_twice() {
+    let (_folder, directory) = bag();
+    let metadata = directory.join("metadata.yaml");
+    let text = fs::read_to_string(&metadata).unwrap();
+    let (once, twice) = ("  - run_0.mcap\n", "  - run_0.mcap\n  - ./run_0.mcap\n");
+    fs::write(&metadata, text.replacen(once, twice, 1)).unwrap();
+    let error = error_of(&directory);
+    assert!(
+        matches!(&error, BagError::Twice { listed, .. } if *listed == directory.join("run_0.mcap")),
+        "{error}"
+    );
+    let (bag, faults) = BagReader::open_damaged(&directory).unwrap();
+    assert_eq!((faults.len(), bag.messages().count()), (1, 3));
+}
+
+#[test]
+fn a_file_that_is_not_listed_is_odd() {
+    let (_folder, directory) = bag();
+    let odd = |directory: &Path| {
+        let bag = BagReader::open(directory).unwrap();
+        bag.warnings().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert!(odd(&directory).is_empty());
+    let other = directory.join("run_1.mcap");
+    fs::copy(directory.join("run_0.mcap"), &other).unwrap();
+    let warnings = odd(&directory);
+    let named = warnings
+        .iter()
+        .filter(|warning| warning.contains(other.to_str().unwrap()));
+    assert_eq!((warnings.len(), named.count()), (1, 1), "{warnings:?}");
+}
+
+/// A bag without messages ends before it begins, as some recorders write it.
+#[test]
+fn a_negative_duration() {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = folder.path().join("run");
+    let mut writer = BagWriter::create(&directory, BagOptions::default()).unwrap();
+    writer.add_topic(&topic("/a", Qos::default())).unwrap();
+    writer.finish(BTreeMap::new()).unwrap();
+    let metadata = directory.join("metadata.yaml");
+    let text = fs::read_to_string(&metadata).unwrap();
+    for (duration, readable) in [("-9223372036854775807", true), ("1.5", false), ("x", false)] {
+        let changed = text.replace("nanoseconds: 0\n", &format!("nanoseconds: {duration}\n"));
+        assert_ne!(changed, text);
+        fs::write(&metadata, changed).unwrap();
+        let opened = BagReader::open(&directory).map(|bag| bag.times());
+        assert_eq!(opened.is_ok(), readable, "{duration}");
+        assert_eq!(opened.ok().flatten(), None);
+    }
+}

@@ -112,3 +112,68 @@ fn messages_of_topics_left_out_do_not_count_against_the_metadata() {
     write_file(&bag.join("run_0.mcap"), WriteOptions::new());
     check(&bag);
 }
+
+/// Times are those of the messages that are given out.
+#[test]
+fn topics_left_out_do_not_make_a_bag_longer() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file.mcap");
+    let write = |options: WriteOptions, log: &[(&str, u64)]| {
+        let file = fs::File::create(&path).unwrap();
+        let mut writer = options.profile("ros2").create(file).unwrap();
+        let string = topic("/a", Qos::default());
+        let data = string.definition.as_bytes();
+        let schema = writer
+            .add_schema(&string.type_name, "ros2msg", data)
+            .unwrap();
+        let json = writer.add_schema("Status", "jsonschema", b"{}").unwrap();
+        let channels = [(json, "json"), (schema, "cdr")].map(|(schema, encoding)| {
+            let metadata = BTreeMap::new();
+            let name = format!("/{encoding}");
+            writer
+                .add_channel(schema, &name, encoding, &metadata)
+                .unwrap()
+        });
+        for (encoding, log_time) in log {
+            let header = MessageHeader {
+                channel_id: channels[usize::from(*encoding == "cdr")],
+                sequence: 0,
+                log_time: *log_time,
+                publish_time: 0,
+            };
+            writer.write_to_known_channel(&header, &payload(0)).unwrap();
+        }
+        writer.finish().unwrap();
+        let bag = BagReader::open(&path).unwrap();
+        let of_file = bag.files().next().unwrap().times;
+        assert_eq!(bag.times(), of_file);
+        assert!(bag.check().is_empty());
+        of_file
+    };
+    for chunk in [1, 300, 1 << 20] {
+        let options = || {
+            WriteOptions::new()
+                .chunk_size(Some(chunk))
+                .compression(None)
+        };
+        for options in [
+            options(),
+            options()
+                .emit_message_indexes(false)
+                .emit_chunk_indexes(false),
+            options().emit_statistics(false),
+            WriteOptions::new().use_chunks(false),
+        ] {
+            let log = [
+                ("json", 5),
+                ("cdr", 40),
+                ("json", 41),
+                ("cdr", 30),
+                ("cdr", 60),
+                ("json", 90),
+            ];
+            assert_eq!(write(options.clone(), &log), Some((30, 60)), "{chunk}");
+            assert_eq!(write(options, &[("json", 5), ("json", 7)]), None, "{chunk}");
+        }
+    }
+}

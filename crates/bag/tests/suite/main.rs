@@ -16,6 +16,8 @@ mod left_out;
 mod listed_files;
 mod new_directory;
 mod recover_counts;
+mod recover_custom_data;
+mod recover_definitions;
 mod recover_kinds;
 mod recover_repeats;
 mod repeats;

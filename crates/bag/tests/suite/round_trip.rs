@@ -103,6 +103,7 @@ fn several_files_are_merged() {
     let metadata = fs::read_to_string(first.join("metadata.yaml")).unwrap();
     let metadata = metadata
         .replace("  - run_0.mcap\n", "  - run_0.mcap\n  - other_0.mcap\n")
+        .replace("message_count: 3\n  topics", "message_count: 7\n  topics")
         .replace("message_count: 2", "message_count: 4")
         .replace("message_count: 1", "message_count: 3");
     fs::write(first.join("metadata.yaml"), metadata).unwrap();

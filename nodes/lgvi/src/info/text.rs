@@ -6,7 +6,7 @@ use std::path::Path;
 use chrono::DateTime;
 
 use super::{ChunkSizes, File, Info, LeftOut, TopicInfo};
-use crate::output::left_out;
+use crate::output::{left_out, shown};
 
 impl Display for Info {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -15,7 +15,8 @@ impl Display for Info {
             (true, true) => " (complete: every chunk has been read)",
             (true, false) => " (complete by its summaries; --check reads every chunk)",
         };
-        writeln!(f, "bag       {}{complete}", self.bag)?;
+        let bag = shown(&self.bag);
+        writeln!(f, "bag       {bag}{complete}")?;
         if let (Some(start), Some(end)) = (self.start, self.end) {
             writeln!(f, "start     {}", time(start))?;
             writeln!(f, "end       {}", time(end))?;
@@ -36,6 +37,7 @@ impl Display for Info {
         }
         for (key, value) in &self.custom {
             let value = value.lines().next().unwrap_or_default();
+            let [key, value] = [key, value].map(shown);
             writeln!(f, "{key:<9} {value}")?;
         }
         writeln!(f)?;
@@ -67,20 +69,19 @@ impl Display for Info {
             reason,
         } in &self.left_out
         {
-            writeln!(f, "{}", left_out(name, type_name, reason))?;
+            writeln!(f, "{}", shown(&left_out(name, type_name, reason)))?;
         }
         for warning in &self.warnings {
-            writeln!(f, "{warning}")?;
+            writeln!(f, "{}", shown(warning))?;
         }
         if !self.complete {
             writeln!(f)?;
             for fault in &self.faults {
-                writeln!(f, "{fault}")?;
+                writeln!(f, "{}", shown(fault))?;
             }
             write!(
                 f,
-                "what is readable becomes a bag of its own: lgvi recover {}",
-                self.bag
+                "what is readable becomes a bag of its own: lgvi recover {bag}"
             )?;
         }
         Ok(())
@@ -143,7 +144,9 @@ fn table(
     row: impl Fn(usize) -> Option<Vec<String>>,
 ) -> fmt::Result {
     let head = head.iter().map(|title| (*title).to_owned()).collect();
-    let rows: Vec<Vec<String>> = std::iter::once(head).chain((0..).map_while(row)).collect();
+    let rows = (0..).map_while(row);
+    let rows = rows.map(|cells| cells.iter().map(|cell| shown(cell)).collect());
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
     let width = |column: usize| {
         let filled = rows.iter().skip(1).any(|row| !row[column].is_empty());
         let widths = rows.iter().map(|row| row[column].chars().count());

@@ -7,6 +7,7 @@ mod contents;
 mod scan;
 mod source;
 mod summary;
+mod times;
 mod walk;
 
 use std::{collections::BTreeMap, path::Path};
@@ -53,6 +54,8 @@ pub(crate) struct McapFile {
     /// What is odd about topics that can be read.
     pub odd: Vec<BagError>,
     pub contents: Contents,
+    /// First and last log time (ns) of the messages of its topics.
+    pub times: Option<(u64, u64)>,
     /// What is wrong with the rest of the file, of one that is opened in spite of that.
     pub fault: Option<BagError>,
 }
@@ -94,14 +97,17 @@ impl McapFile {
                 }
             }
         }
-        Ok(Self {
+        let mut file = Self {
             topics,
             left_out,
             odd,
             source,
             contents,
+            times: None,
             fault,
-        })
+        };
+        file.times = file.readable_times();
+        Ok(file)
     }
 
     pub fn path(&self) -> &Path {

@@ -72,7 +72,10 @@ pub(crate) fn read(
                     index.unpacked_length,
                 );
                 contents.spans.push(Span::of_index(&index));
-                contents.extend_times(index.start_time, index.end_time);
+                // A chunk of definitions only has no times.
+                if !index.channels.is_empty() || (index.start_time, index.end_time) != (0, 0) {
+                    contents.extend_times(index.start_time, index.end_time);
+                }
             }
             op::METADATA_INDEX => {
                 let index = MetadataIndex::parse(records.body(prefix)?).map_err(damaged)?;
@@ -103,8 +106,25 @@ pub(crate) fn read(
         return Ok(None);
     }
     if let Some(statistics) = statistics {
-        contents.times =
-            (statistics.message_count > 0).then_some((statistics.start_time, statistics.end_time));
+        let told = (statistics.start_time, statistics.end_time);
+        let indexed = contents.times;
+        if statistics.message_count == 0 {
+            contents.times = None;
+        } else if told != (0, 0) {
+            contents.times = Some(told);
+        }
+        // Messages beyond the times that are told would be passed over.
+        if let (Some(expected), Some(found)) = (contents.times, indexed)
+            && (found.0 < expected.0 || found.1 > expected.1)
+        {
+            let of = "chunk indexes";
+            let damage = Damage::Times {
+                of,
+                expected,
+                found,
+            };
+            return Err(source.damaged(start, damage));
+        }
         contents.counts = Some(statistics.channel_message_counts);
     }
     Ok(Some(contents))

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lgvi_msgs::cdr;
 use lgvi_msgs::msg::{Intervention, SystemState};
-use lgvi_tests::{Finished, Record, Recording, World, binary, reference_bag};
+use lgvi_tests::{Finished, Record, Recording, World, reference_bag};
 use serde_json::{Value, json};
 
 const STATE: &str = "/lgvi_propagator/state";

@@ -53,7 +53,10 @@ const CONTENTS: [Contents; 4] = [
 const TEXTS: &str = "/crash/text";
 
 /// States for each text.
-const STATES_PER_TEXT: usize = 5;
+const STATES_PER_TEXT: usize = 10;
+
+/// Room for all texts that those who were killed have not acknowledged.
+const TEXTS_KEPT: usize = 20_000;
 
 /// How the recorders write.
 const WAYS: [&[&str]; 5] = [
@@ -137,7 +140,9 @@ fn send(world: &World, over: &AtomicBool) -> Sent {
     let topics: Vec<_> = (0..TOPICS).map(topic).collect();
     let mut sender = Sender::new(world, &topics, DELIVERY);
     let node = world.ros_node("texts");
-    let publisher = node.publisher::<Text>(TEXTS, &Qos::reliable(1000)).unwrap();
+    let publisher = node
+        .publisher::<Text>(TEXTS, &Qos::reliable(TEXTS_KEPT))
+        .unwrap();
     let mut texts = Vec::new();
     let start = Instant::now();
     while !over.load(Ordering::Relaxed) {

@@ -103,7 +103,10 @@ impl Managed for Planner {
     }
 
     fn activate(&mut self, _: &Node) -> Result<(), NodeError> {
-        self.follower.begin()
+        self.follower.begin()?;
+        // Who has heard that the node is active has goals accepted.
+        self.active.store(true, Ordering::Release);
+        Ok(())
     }
 
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
@@ -111,7 +114,6 @@ impl Managed for Planner {
             .parameters
             .get("plan_at_start")
             .map_err(NodeError::input)?;
-        self.active.store(true, Ordering::Release);
         let worked = self.work(node, own);
         self.active.store(false, Ordering::Release);
         self.leave();

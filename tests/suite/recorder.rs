@@ -9,6 +9,7 @@ use lgvi_tests::{Process, Recording, Summary, World, coast, edited, eventually, 
 
 const CONTROL: &str = "/lgvi_propagator/control_sequence";
 const PROGRESS: &str = "/lgvi_planner/progress";
+const ODOMETRY: &str = "/lgvi_propagator/odometry/body";
 const STATE: &str = "/lgvi_propagator/state";
 
 /// How soon the bag must be closed after Ctrl-C; a loaded machine has some more.
@@ -79,17 +80,16 @@ fn states_are_recorded_once_however_often_they_are_named() {
 fn lgvi_record_is_the_recorder_as_a_tool() {
     let world = World::new();
     let bag = world.path("bag");
-    let scene_topic = "/lgvi_propagator/scene";
-    let options = [
-        "--topics",
-        scene_topic,
-        "--compression",
-        "lz4",
-        "--log-time",
-        "stamp",
+    let topics = [
+        "/lgvi_propagator/scene",
+        "/tf",
+        "/lgvi_propagator/invariants",
+        ODOMETRY,
     ];
-    let line = ["record", "--output", bag.to_str().unwrap()];
-    let recorder = world.lgvi(line.into_iter().chain(options));
+    let options = ["--compression", "lz4", "--log-time", "stamp"];
+    let line = ["record", "--output", bag.to_str().unwrap(), "--topics"];
+    let line = line.into_iter().chain(topics).chain(options);
+    let recorder = world.lgvi(line);
     recorder.await_stderr("writing");
     let scene = format!("scene:={}", scene("free_body").display());
     let arguments = [&scene, "real_time_factor:=0.0", "await_subscribers:=1"];
@@ -99,7 +99,14 @@ fn lgvi_record_is_the_recorder_as_a_tool() {
     });
     propagator.stop().expect(0);
     recorder.stop().expect(0);
-    let counts = [(scene_topic, 1), (STATE, 10_001)];
+    let [scene, tf, invariants, odometry] = topics;
+    let counts = [
+        (scene, 1),
+        (STATE, 10_001),
+        (tf, 101),
+        (invariants, 101),
+        (odometry, 101),
+    ];
     assert_eq!(Recording::read(&bag).counts(), counts.into());
     world.verify_agrees(&bag, 10_001);
 }

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use lgvi_bag::BagReader;
 use lgvi_middleware::shm::{Delivery, ShmNode, ShmPublisher, State};
+use lgvi_msgs::cdr;
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::shm::{BodySample, Name, StateHeader};
-use lgvi_msgs::{RosMessage, cdr};
 
 use crate::World;
 
@@ -57,17 +57,14 @@ impl Sender {
 #[track_caller]
 pub fn state_numbers(bag: &Path) -> Vec<u64> {
     let reader = BagReader::open(bag).expect("a bag");
-    let messages = reader.messages().filter_map(|message| {
+    let messages = reader.messages().map(|message| {
         let message = message.expect("a message");
-        if message.topic.type_name != SystemState::TYPE_NAME {
-            return None;
-        }
         let state: SystemState = cdr::decode(&message.data).expect("a state");
         let [recorded] = &state.bodies[..] else {
             panic!("{state:?}");
         };
         assert_eq!(recorded.position, body(state.sequence).position);
-        Some(state.sequence)
+        state.sequence
     });
     messages.collect()
 }

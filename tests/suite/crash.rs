@@ -1,19 +1,15 @@
 //! The recorder is killed at random moments: each of its bags can be recovered, and the last second at most is lost.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_bag::{RecoverError, recover};
-use lgvi_middleware::ros::Qos;
 use lgvi_middleware::shm::Delivery;
-use lgvi_msgs::std_msgs::String as Text;
-use lgvi_node::Event;
-use lgvi_tests::{Process, Recording, Sender, Signal, World, note, state_numbers};
+use lgvi_tests::{Sender, Signal, World, note, state_numbers};
 
 /// Recorders that are killed, each at a moment of its own.
 const KILLED: usize = 200;
@@ -40,24 +36,6 @@ const LOST: Duration = Duration::from_secs(1);
 /// How long a recorder runs at most once it is ready.
 const LONGEST: f64 = 2.5;
 
-/// What each recorder of four records: states alone, at their reception, texts from DDS alone, which wait for stamps that never
-/// come, or both, at the stamps of the states.
-const CONTENTS: [Contents; 4] = [
-    Contents::States,
-    Contents::Texts,
-    Contents::States,
-    Contents::Both,
-];
-
-/// The topic of texts.
-const TEXTS: &str = "/crash/text";
-
-/// States for each text.
-const STATES_PER_TEXT: usize = 10;
-
-/// Room for all texts that those who were killed have not acknowledged.
-const TEXTS_KEPT: usize = 20_000;
-
 /// How the recorders write.
 const WAYS: [&[&str]; 5] = [
     &["compression:=zstd"],
@@ -67,58 +45,15 @@ const WAYS: [&[&str]; 5] = [
     &["compression:=none", "max_bytes:=100000"],
 ];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Contents {
-    States,
-    Texts,
-    Both,
-}
-
-impl Contents {
-    fn of(number: usize) -> Self {
-        CONTENTS[number % CONTENTS.len()]
-    }
-
-    fn parameters(self, states: usize) -> Vec<String> {
-        let states = format!("states:=['{}']", topic(states));
-        let texts = format!("topics:=['{TEXTS}=std_msgs/msg/String']");
-        let at_stamps = "log_time:=stamp".to_owned();
-        match self {
-            Self::States => vec![states, "topics:=[]".into()],
-            Self::Texts => vec!["states:=[]".into(), texts, at_stamps],
-            Self::Both => vec![states, texts, at_stamps],
-        }
-    }
-}
-
-/// When what was sent.
-struct Sent {
-    states: Vec<Instant>,
-    texts: Vec<Instant>,
-}
-
 /// A recorder's end.
 struct Kill {
     bag: PathBuf,
-    contents: Contents,
-    /// Since when it records all that it is to.
     ready: Option<Instant>,
     at: Instant,
 }
 
 impl Kill {
-    /// The most of what states and texts have lost.
-    fn most_lost(&self, states: &[u64], texts: &[u64], sent: &Sent) -> Option<Duration> {
-        let states = || self.loss(states, &sent.states);
-        let texts = || self.loss(texts, &sent.texts);
-        match self.contents {
-            Contents::States => states(),
-            Contents::Texts => texts(),
-            Contents::Both => states().max(texts()),
-        }
-    }
-
-    /// For how long before the end messages had been sent that are not found, of a recorder that was ready for them.
+    /// For how long before the end states had been sent that are not found, of a recorder that was ready for them.
     fn loss(&self, found: &[u64], sent: &[Instant]) -> Option<Duration> {
         let ready = self.ready?;
         let ready = sent.partition_point(|sent| *sent <= ready) as u64;
@@ -135,83 +70,40 @@ fn topic(number: usize) -> String {
     format!("/crash/state_{number}")
 }
 
-/// Sends states and texts on all topics until told to end; gives when each had been sent.
-fn send(world: &World, over: &AtomicBool) -> Sent {
+/// Sends states on all topics until told to end; gives when each had been sent.
+fn send(world: &World, over: &AtomicBool) -> Vec<Instant> {
     let topics: Vec<_> = (0..TOPICS).map(topic).collect();
     let mut sender = Sender::new(world, &topics, DELIVERY);
-    let node = world.ros_node("texts");
-    let publisher = node
-        .publisher::<Text>(TEXTS, &Qos::reliable(TEXTS_KEPT))
-        .unwrap();
-    let mut texts = Vec::new();
     let start = Instant::now();
     while !over.load(Ordering::Relaxed) {
         sender.send();
-        if sender.sent().len().is_multiple_of(STATES_PER_TEXT) {
-            let data = texts.len().to_string();
-            publisher.publish(&Text { data }).unwrap();
-            texts.push(Instant::now());
-        }
         let due = start + PERIOD * sender.sent().len() as u32;
         thread::sleep(due.saturating_duration_since(Instant::now()));
     }
-    Sent {
-        states: sender.sent().to_vec(),
-        texts,
-    }
-}
-
-/// The numbers of a bag's texts.
-fn text_numbers(bag: &Path) -> Vec<u64> {
-    let texts = Recording::read(bag).messages::<Text>(TEXTS);
-    let mut numbers: Vec<u64> = texts
-        .iter()
-        .map(|text| text.data.parse().unwrap())
-        .collect();
-    // Their log times are those of states, or of their reception where there was none yet.
-    numbers.sort_unstable();
-    numbers
-}
-
-/// Panics where a number is missing between others.
-#[track_caller]
-fn follow_each_other(numbers: &[u64], bag: &dyn Display) {
-    assert!(
-        numbers.windows(2).all(|pair| pair[0] + 1 == pair[1]),
-        "{bag}: a gap in {numbers:?}"
-    );
-}
-
-/// Waits until a recorder records what it is to.
-fn await_recording(recorder: &Process, contents: Contents) {
-    recorder.await_ready();
-    if contents != Contents::States {
-        recorder.await_event("a text is written", |event| match event {
-            Event::Recording { messages, .. } if messages.contains_key(TEXTS) => Some(()),
-            _ => None,
-        });
-    }
+    sender.sent().to_vec()
 }
 
 /// Runs a recorder and kills it at its moment.
 fn record_and_kill(world: &World, number: usize) -> Kill {
     let mut random = fastrand::Rng::with_seed(SEED + number as u64);
     let bag = world.path(&format!("bag_{number}"));
-    let contents = Contents::of(number);
-    let ways = WAYS[number % WAYS.len()].iter().map(ToString::to_string);
-    let parameters = std::iter::once(format!("output:={}", bag.display()))
-        .chain(contents.parameters(number % TOPICS))
-        .chain(ways);
+    let output = format!("output:={}", bag.display());
+    let states = format!("states:=['{}']", topic(number % TOPICS));
+    let parameters = [
+        &[&*output, &*states, "topics:=[]"],
+        WAYS[number % WAYS.len()],
+    ]
+    .concat();
     let mut command = world.command(&lgvi_tests::binary("lgvi_recorder"));
     command.args(["--supervised", "--ros-args", "-r"]);
     command.arg(format!("__node:=recorder_{number}"));
     for parameter in parameters {
-        command.args(["-p", &parameter]);
+        command.args(["-p", parameter]);
     }
     let recorder = world.start(&format!("recorder_{number}"), command);
     // One in ten is killed while it starts.
     let ready = (!number.is_multiple_of(10)).then(|| {
-        await_recording(&recorder, contents);
+        recorder.await_ready();
         Instant::now()
     });
     thread::sleep(Duration::from_secs_f64(random.f64() * LONGEST));
@@ -219,12 +111,7 @@ fn record_and_kill(world: &World, number: usize) -> Kill {
     recorder.signal(Signal::SIGKILL);
     let ended = recorder.finish();
     assert_eq!(ended.code, None, "{}{}", ended.stdout, ended.stderr);
-    Kill {
-        bag,
-        contents,
-        ready,
-        at,
-    }
+    Kill { bag, ready, at }
 }
 
 #[test]
@@ -280,15 +167,16 @@ fn a_recorder_killed_at_any_moment_loses_the_last_second_at_most() {
             }
             recovered => drop(recovered.unwrap()),
         }
-        let (states, texts) = (state_numbers(&output), text_numbers(&output));
-        follow_each_other(&states, &bag);
-        follow_each_other(&texts, &bag);
-        let name = output.to_str().unwrap().to_owned();
-        counts.insert(name, states.len() + texts.len());
-        if let Some(loss) = kill.most_lost(&states, &texts, &sent) {
+        let found = state_numbers(&output);
+        assert!(
+            found.windows(2).all(|pair| pair[0] + 1 == pair[1]),
+            "{bag}: a gap in {found:?}"
+        );
+        counts.insert(output.to_str().unwrap().to_owned(), found.len());
+        if let Some(loss) = kill.loss(&found, &sent) {
             assert!(
                 loss <= LOST,
-                "{bag}: {loss:.3?} are lost, {states:?} and {texts:?} are not"
+                "{bag}: {loss:.3?} are lost, {found:?} are not"
             );
             losses.push(loss);
         }

@@ -78,6 +78,19 @@ fn numbers(step: u64) -> Recording {
     }
 }
 
+/// The bag of a world, played as fast as possible into a recorder.
+#[track_caller]
+fn recorded_again(world: &World) -> Recording {
+    let output = format!("output:={}", world.path("copy").display());
+    let recorder = world.node("recorder", &[&output]);
+    recorder.await_ready();
+    let path = format!("bag:={}", world.path("bag").display());
+    let player = world.node("player", &[&path, "rate:=0", "await_subscribers:=1"]);
+    player.finish().expect(0);
+    recorder.stop().expect(0);
+    Recording::read(&world.path("copy"))
+}
+
 /// A bag of numbers, and who listens to it.
 struct Listener {
     world: World,

@@ -7,7 +7,9 @@ use lgvi_middleware::ros::{Qos, Subscription};
 use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_tests::{PATIENCE, Recording, World, eventually};
 
-use super::{Listener, Number, STEP, burst, numbers, record, seek, stop, taken, times, topic};
+use super::{
+    Listener, Number, STEP, burst, numbers, record, recorded_again, seek, stop, taken, times, topic,
+};
 
 /// A bag of three latched topics of fifteen messages each at the first times: of one that keeps five, of one that keeps
 /// all, and of one of which nobody knows; and of numbers.
@@ -109,15 +111,7 @@ fn a_replay_that_is_recorded_again_has_the_quality_of_service_of_its_origin() {
     }
     bag.records.sort_by_key(|record| record.log_time);
     bag.write(&world.path("bag"));
-    let output = format!("output:={}", world.path("copy").display());
-    let recorder = world.node("recorder", &[&output]);
-    recorder.await_ready();
-    let path = format!("bag:={}", world.path("bag").display());
-    let player = world.node("player", &[&path, "rate:=0", "await_subscribers:=1"]);
-    player.finish().expect(0);
-    recorder.stop().expect(0);
-
-    let copy = Recording::read(&world.path("copy"));
+    let copy = recorded_again(&world);
     let offered = |recording: &Recording| -> BTreeMap<String, (Reliability, Durability)> {
         let topics = recording.topics.iter();
         let own = topics.filter(|topic| topic.type_name.ends_with("/Duration"));

@@ -13,7 +13,7 @@ use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::Event;
 use lgvi_tests::{Record, Recording, Signal, World};
 
-use super::{START, STEP, topic};
+use super::{START, STEP, recorded_again, topic};
 
 const STATE: &str = "/lgvi_propagator/state";
 
@@ -64,14 +64,7 @@ fn states_of_more_bodies_than_the_first_go_over_shared_memory_and_those_of_anoth
     let world = World::new();
     let mut bag = states(60, |number| 1 + number / 20);
     bag.write(&world.path("bag"));
-    let output = format!("output:={}", world.path("copy").display());
-    let recorder = world.node("recorder", &[&output]);
-    recorder.await_ready();
-    let path = format!("bag:={}", world.path("bag").display());
-    let player = world.node("player", &[&path, "rate:=0", "await_subscribers:=1"]);
-    player.finish().expect(0);
-    recorder.stop().expect(0);
-    let copy = Recording::read(&world.path("copy"));
+    let copy = recorded_again(&world);
     let payloads = |bag: &Recording| Vec::from_iter(bag.on(STATE).map(|one| one.data.clone()));
     assert!(payloads(&copy) == payloads(&bag), "{:?}", copy.counts());
 

@@ -138,28 +138,27 @@ impl Schema {
 
 impl Channel {
     pub fn parse(body: &[u8]) -> Result<Self, Damage> {
+        let (channel, damage) = Self::parse_most(body)?;
+        damage.map_or(Ok(channel), Err)
+    }
+
+    /// The same without the metadata where those are damaged, and with the damage.
+    pub fn parse_most(body: &[u8]) -> Result<(Self, Option<Damage>), Damage> {
         let mut fields = Fields::new("channel", body);
-        Ok(Self {
+        let mut channel = Self {
             id: fields.u16()?,
             schema: fields.u16()?,
             topic: fields.string()?,
             encoding: fields.string()?,
-            metadata: fields.map(|entry| Ok((entry.string()?, entry.string()?)))?,
-        })
-    }
-
-    /// The same without the metadata where those are damaged.
-    pub fn parse_most(body: &[u8]) -> Result<Self, Damage> {
-        Self::parse(body).or_else(|_| {
-            let mut fields = Fields::new("channel", body);
-            Ok(Self {
-                id: fields.u16()?,
-                schema: fields.u16()?,
-                topic: fields.string()?,
-                encoding: fields.string()?,
-                metadata: BTreeMap::new(),
-            })
-        })
+            metadata: BTreeMap::new(),
+        };
+        match fields.map(|entry| Ok((entry.string()?, entry.string()?))) {
+            Ok(metadata) => {
+                channel.metadata = metadata;
+                Ok((channel, None))
+            }
+            Err(damage) => Ok((channel, Some(damage))),
+        }
     }
 }
 

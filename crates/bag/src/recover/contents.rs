@@ -148,13 +148,14 @@ impl Copy<'_> {
             op::SCHEMA => Schema::parse(body)
                 .map(|schema| self.definitions.add_schema(schema, place, checked, losses))
                 .err(),
-            op::CHANNEL => {
-                if let Ok(channel) = Channel::parse_most(body) {
+            op::CHANNEL => match Channel::parse_most(body) {
+                Ok((channel, damage)) => {
                     self.definitions
                         .add_channel(channel, place, checked, losses);
+                    damage
                 }
-                Channel::parse(body).err()
-            }
+                Err(damage) => Some(damage),
+            },
             _ => None,
         };
         if let Some(damage) = damage {

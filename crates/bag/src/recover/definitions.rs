@@ -60,14 +60,13 @@ impl<'a> Definitions<'a> {
 
     pub fn add_schema(&mut self, schema: Schema, place: Place, checked: bool, losses: &mut Losses) {
         let id = schema.id;
-        let differ = |a: &Schema, b: &Schema| a != b;
-        let what = || format!("the definition of {}", schema.name);
         let found = Found {
-            definition: schema.clone(),
+            definition: schema,
             place,
             checked,
         };
-        add(&mut self.schemas, id, found, differ, what, losses);
+        let what = |schema: &Schema| format!("the definition of {}", schema.name);
+        add(&mut self.schemas, id, found, what, losses);
     }
 
     pub fn add_channel(
@@ -78,14 +77,13 @@ impl<'a> Definitions<'a> {
         losses: &mut Losses,
     ) {
         let id = channel.id;
-        let differ = |a: &Channel, b: &Channel| a != b;
-        let what = || format!("the channel of {}", channel.topic);
         let found = Found {
-            definition: channel.clone(),
+            definition: channel,
             place,
             checked,
         };
-        add(&mut self.channels, id, found, differ, what, losses);
+        let what = |channel: &Channel| format!("the channel of {}", channel.topic);
+        add(&mut self.channels, id, found, what, losses);
     }
 
     /// Ids of all channels that were found.
@@ -213,18 +211,20 @@ impl<'a> Definitions<'a> {
 }
 
 /// The first one of an id counts, but one that a checksum covers before one that none does.
-fn add<T>(
+fn add<T: PartialEq>(
     known: &mut BTreeMap<u16, Found<T>>,
     id: u16,
     found: Found<T>,
-    differ: impl Fn(&T, &T) -> bool,
-    what: impl Fn() -> String,
+    what: impl Fn(&T) -> String,
     losses: &mut Losses,
 ) {
     match known.get_mut(&id) {
         Some(before) if found.checked && !before.checked => {
-            if differ(&before.definition, &found.definition) {
-                let reason = format!("{} is damaged: taken from its copy", what());
+            if before.definition != found.definition {
+                let reason = format!(
+                    "{} is damaged: taken from its copy",
+                    what(&found.definition)
+                );
                 losses.leave_out(before.place, reason);
             }
             *before = found;

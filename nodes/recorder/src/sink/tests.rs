@@ -26,6 +26,17 @@ fn start(queue: &Arc<Queue>, account: &Arc<Account>, bag: &Path) -> Sink {
     Sink::start(writer, queue, account, || {}).unwrap()
 }
 
+/// Without compression, into files of one long message or two.
+fn start_splitting(queue: &Arc<Queue>, account: &Arc<Account>, bag: &Path) -> Sink {
+    let options = BagOptions {
+        compression: lgvi_bag::Compression::None,
+        max_bytes: std::num::NonZeroU64::new(1000),
+        ..BagOptions::default()
+    };
+    let writer = BagWriter::create(bag, options).unwrap();
+    Sink::start(writer, queue, account, || {}).unwrap()
+}
+
 fn head(track: usize, sequence: u64) -> Head {
     Head {
         track,
@@ -144,13 +155,7 @@ fn latched_messages_that_are_not_repeated_are_told() {
         ..topic("/map", "std_msgs/msg/String")
     });
     let mut outlet = queue.outlet();
-    let options = BagOptions {
-        compression: lgvi_bag::Compression::None,
-        max_bytes: std::num::NonZeroU64::new(1000),
-        ..BagOptions::default()
-    };
-    let writer = BagWriter::create(&bag, options).unwrap();
-    let sink = Sink::start(writer, &queue, &account, || {}).unwrap();
+    let sink = start_splitting(&queue, &account, &bag);
     for sequence in 0..3 {
         outlet.put(head(0, sequence), &[0; 3000]);
     }
@@ -174,13 +179,7 @@ fn losses_survive_a_split_and_a_kill() {
         .topic
         .get_or_init(|| topic("/a", "std_msgs/msg/Empty"));
     track.lost.store(7, Ordering::Relaxed);
-    let options = BagOptions {
-        compression: lgvi_bag::Compression::None,
-        max_bytes: std::num::NonZeroU64::new(1000),
-        ..BagOptions::default()
-    };
-    let writer = BagWriter::create(&bag, options).unwrap();
-    let sink = Sink::start(writer, &queue, &account, || {}).unwrap();
+    let sink = start_splitting(&queue, &account, &bag);
     let mut outlet = queue.outlet();
     for sequence in 0..3 {
         outlet.put(head(0, sequence), &[0; 3000]);

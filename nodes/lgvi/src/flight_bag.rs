@@ -54,8 +54,15 @@ impl FlightBag {
             sequences,
             interventions,
         } = given(path, &reader, &topics)?;
-        let software = scene.software;
-        let scene = Scene::parse(&scene.name, &scene.text).map_err(|error| refuse(path, &error))?;
+        let msg::Scene {
+            header,
+            name,
+            text,
+            software,
+        } = scene;
+        let scene = Scene::parse(&name, &text).map_err(|error| refuse(path, &error))?;
+        let prefix = header.frame_id.strip_suffix(&scene.frame);
+        let scene = scene.with_frame_prefix(prefix.unwrap_or_default());
         let path = path.to_owned();
         Ok(Self {
             path,

@@ -101,7 +101,7 @@ impl Managed for Propagator {
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
-        let config = Config::read(&node.parameters)?;
+        let config = Config::read(node)?;
         let generation = node.parameters.generation();
         let rates = Rates::read(&node.parameters, &config.scene)?;
         let scene = Arc::new(config.scene.clone());

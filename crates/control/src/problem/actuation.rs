@@ -172,3 +172,45 @@ impl Actuation {
         self.cost(h, &self.command(load))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    /// The decomposition of what is formed of greater ones would not end.
+    #[test]
+    fn actuators_and_weights_beyond_the_limits_are_refused() {
+        let push = |size: f64| [size, 0.0, 0.0, 0.0, 0.5 * size, 0.0];
+        for size in [1e160, -1e160, 1e-160, f64::MAX, 5e-324, f64::NAN] {
+            let refused = Actuation::actuators(&[(push(size), 1.0)]);
+            assert!(
+                matches!(refused, Err(ActuationError::Column { command: 0, .. })),
+                "{refused:?}"
+            );
+            let refused = Actuation::actuators(&[(push(1.0), size)]);
+            assert!(
+                matches!(
+                    refused,
+                    Err(ActuationError::CommandWeight { command: 0, .. })
+                ),
+                "{refused:?}"
+            );
+        }
+        let load = Load {
+            force: Vector3::x(),
+            moment: Vector3::zeros(),
+        };
+        for size in [3e-30, 1.0, 1e30] {
+            for weight in [1e-30, 1.0, 1e30] {
+                let actuation = Actuation::actuators(&[(push(size), weight)]).unwrap();
+                let command = actuation.command(&load)[0] * size;
+                assert!(
+                    (command - 0.8).abs() < 1e-12,
+                    "{size:e} {weight:e}: {command}"
+                );
+            }
+        }
+    }
+}

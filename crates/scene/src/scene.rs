@@ -27,6 +27,8 @@ pub struct Scene {
     pub epoch: i64,
     /// The integrator that is asked for.
     pub integration: Integration,
+    /// What `auto` was asked for where a manoeuvre says what flies it.
+    pub accuracy: Option<f64>,
     /// What may be left out of the computation.
     pub skipping: Skipping,
     /// Steps of the integrator in each step of the run, unless it chooses them.

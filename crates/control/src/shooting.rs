@@ -5,14 +5,15 @@ use lgvi_lie::right_jacobian_inverse;
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::Transfer;
 use crate::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
 use crate::problem::{Vector12, block, miss};
+use crate::units::Units;
+use crate::{ROUNDING, Transfer, TransferError};
 
 /// How the shooting goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Terminal error at which the solution is accepted.
+    /// Terminal error, relative to the size of each quantity, at which the solution is accepted; [`ROUNDING`] at least.
     pub tolerance: f64,
     /// Newton iterations at most.
     pub max_iterations: u32,
@@ -42,7 +43,7 @@ pub struct Iteration {
     pub trials: u32,
     /// Accepted Armijo step; 1 before the first.
     pub step_length: f64,
-    /// Norm of the terminal error `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`.
+    /// Norm of the terminal error `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`, relative to the size of each quantity.
     pub violation: f64,
     /// Objective.
     pub cost: f64,
@@ -60,8 +61,11 @@ pub struct Solution {
 }
 
 /// Why the shooting ended without a solution.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShootingError {
+    /// The transfer's numbers are too far apart.
+    #[error("the transfer leaves the range of numbers in units of its own size: {0}")]
+    Units(#[from] TransferError),
     /// The extremal of the starting multipliers does not exist.
     #[error("the extremal of the starting multipliers ends early: {0}")]
     Start(#[from] ExtremalError),
@@ -91,6 +95,29 @@ pub enum ShootingError {
 ///
 /// `observe` sees every iteration, the start included, and may end it by returning `false`.
 pub fn solve<F: Field>(
+    transfer: &Transfer<F>,
+    start: SVector<f64, 12>,
+    settings: &Settings,
+    mut observe: impl FnMut(&Iteration) -> bool,
+) -> Result<Solution, ShootingError> {
+    let units = Units::of(transfer);
+    let own = units.transfer(transfer)?;
+    let observe = |now: &Iteration| observe(&units.leave_iteration(now));
+    let settings = Settings {
+        tolerance: settings.tolerance.max(ROUNDING),
+        ..*settings
+    };
+    shoot(&own, units.enter_multipliers(&start), &settings, observe)
+        .map(|solution| Solution {
+            extremal: units.leave_extremal(solution.extremal),
+            multipliers: units.leave_multipliers(&solution.multipliers),
+            last: units.leave_iteration(&solution.last),
+        })
+        .map_err(|error| units.leave_shooting(error))
+}
+
+/// [`solve`] in the transfer's units.
+fn shoot<F: Field>(
     transfer: &Transfer<F>,
     start: SVector<f64, 12>,
     settings: &Settings,
@@ -158,3 +185,6 @@ fn newton_direction(miss: &Vector12, sensitivity: &SMatrix<f64, 12, 12>) -> Opti
     jacobian.fixed_rows_mut::<3>(6).copy_from(&attitude);
     jacobian.lu().solve(&-miss)
 }
+
+#[cfg(test)]
+mod tests;

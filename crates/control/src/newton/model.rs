@@ -38,9 +38,9 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) gains: Vec<SMatrix<f64, U, X>>,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
-    /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`.
+    /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`, in [`Problem::command_units`].
     pub(crate) stationarity: f64,
-    /// Largest component of any of its terms.
+    /// Largest component of any of its terms, likewise.
     pub(crate) largest: f64,
     /// Scratch.
     stage: StageModel<X, U>,
@@ -148,10 +148,11 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 inequalities.command_force(k, command),
             ];
             let residual = terms[0] + terms[1] + terms[2];
-            self.stationarity = self.stationarity.max(residual.amax());
+            let size = |term: &SVector<f64, U>| problem.command_units.component_mul(term).amax();
+            self.stationarity = self.stationarity.max(size(&residual));
             self.largest = terms
                 .iter()
-                .fold(self.largest, |most, term| most.max(term.amax()));
+                .fold(self.largest, |most, term| most.max(size(term)));
 
             if curvature > 0.0 {
                 if curvature < 1.0 {
@@ -232,7 +233,8 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             let residual = weight * command + dynamics.b.tr_mul(&costate);
-            self.stationarity = self.stationarity.max(residual.amax());
+            let size = problem.command_units.component_mul(&residual).amax();
+            self.stationarity = self.stationarity.max(size);
             costate = dynamics.a.tr_mul(&costate);
             self.policies[k].follow(&residual, dynamics, &mut gradient, &mut offset);
         }

@@ -17,6 +17,8 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     pub(crate) intervals: usize,
     /// `W`, of the cost `Σ (h/2) wᵀ W w`.
     pub(crate) weight: SMatrix<f64, U, U>,
+    /// `1/√W_ii`: what gradients by commands are measured in, so that their units do not matter.
+    pub(crate) command_units: SVector<f64, U>,
     /// What a unit of each coordinate costs at the end, squared and halved, roughly: the augmentation's metric.
     pub(crate) stiffness: SVector<f64, X>,
     /// Where body-frame vectors turn with the attitude.

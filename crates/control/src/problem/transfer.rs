@@ -1,5 +1,5 @@
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{BodyState, Mobility, RigidBody};
+use lgvi_dynamics::{BodyError, BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
@@ -50,6 +50,9 @@ pub enum TransferError {
     /// The initial state is not finite.
     #[error("the initial state is {0:?}, expected finite numbers")]
     Initial(Box<BodyState>),
+    /// The body is none.
+    #[error(transparent)]
+    Body(#[from] BodyError),
     /// The actuation is none.
     #[error(transparent)]
     Actuation(#[from] ActuationError),

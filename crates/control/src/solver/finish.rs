@@ -149,6 +149,7 @@ impl<F: Field, C> Solver<'_, F, C> {
                 iterations: self.standing.iteration,
                 violation: self.standing.violation,
                 stationarity: self.standing.stationarity,
+                tolerance: self.tolerances.violation,
             },
             best => PlanError::Stopped { best },
         })

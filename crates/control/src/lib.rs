@@ -37,4 +37,3 @@ pub use problem::{
 pub use replan::TooLate;
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
 pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, certified, solve};
-pub use units::ROUNDING;

@@ -6,14 +6,16 @@ use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
 use crate::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
+use crate::newton::strictness;
 use crate::problem::{Vector12, block, miss};
 use crate::units::Units;
-use crate::{ROUNDING, Transfer, TransferError};
+use crate::{Transfer, TransferError};
 
 /// How the shooting goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Terminal error, relative to the size of each quantity, at which the solution is accepted; [`ROUNDING`] at least.
+    /// Terminal error, relative to the size of each quantity, at which the solution is accepted.
+    /// What rounding makes of a quantity always is.
     pub tolerance: f64,
     /// Newton iterations at most.
     pub max_iterations: u32,
@@ -103,11 +105,7 @@ pub fn solve<F: Field>(
     let units = Units::of(transfer);
     let own = units.transfer(transfer)?;
     let observe = |now: &Iteration| observe(&units.leave_iteration(now));
-    let settings = Settings {
-        tolerance: settings.tolerance.max(ROUNDING),
-        ..*settings
-    };
-    shoot(&own, units.enter_multipliers(&start), &settings, observe)
+    shoot(&own, units.enter_multipliers(&start), settings, observe)
         .map(|solution| Solution {
             extremal: units.leave_extremal(solution.extremal),
             multipliers: units.leave_multipliers(&solution.multipliers),
@@ -126,19 +124,22 @@ fn shoot<F: Field>(
     let target = transfer.target.state().ok_or(ExtremalError::Unsupported)?;
     let mut multipliers = start;
     let (mut extremal, mut sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
+    let tolerance = settings.tolerance.max(f64::EPSILON);
+    let strictness = strictness(&(transfer.rounding / tolerance));
+    let violation = |miss: &Vector12| strictness.component_mul(miss).norm();
     let mut error = miss(&target, extremal.end());
     let mut now = Iteration {
         iteration: 0,
         trials: 1,
         step_length: 1.0,
-        violation: error.norm(),
+        violation: violation(&error),
         cost: extremal.cost,
     };
     loop {
         if !observe(&now) {
             return Err(ShootingError::Stopped(now));
         }
-        if now.violation <= settings.tolerance {
+        if now.violation <= tolerance {
             return Ok(Solution {
                 extremal,
                 multipliers,
@@ -146,7 +147,6 @@ fn shoot<F: Field>(
             });
         }
         if now.iteration >= settings.max_iterations {
-            let tolerance = settings.tolerance;
             return Err(ShootingError::MaxIterations {
                 last: now,
                 tolerance,
@@ -159,10 +159,10 @@ fn shoot<F: Field>(
         loop {
             let trial = multipliers + now.step_length * direction;
             now.trials += 1;
-            let violation = integrate(transfer, &trial).map_or(f64::INFINITY, |extremal| {
-                miss(&target, extremal.end()).norm()
+            let reached = integrate(transfer, &trial).map_or(f64::INFINITY, |extremal| {
+                violation(&miss(&target, extremal.end()))
             });
-            if violation <= (1.0 - 2.0 * settings.armijo * now.step_length) * now.violation {
+            if reached <= (1.0 - 2.0 * settings.armijo * now.step_length) * now.violation {
                 multipliers = trial;
                 break;
             }
@@ -173,7 +173,7 @@ fn shoot<F: Field>(
         }
         (extremal, sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
         error = miss(&target, extremal.end());
-        now.violation = error.norm();
+        now.violation = violation(&error);
         now.cost = extremal.cost;
     }
 }

@@ -275,7 +275,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     pub(super) fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
         let weight = problem.h * problem.weight;
         standing.cost = 0.0;
-        standing.violation = self.model.miss.norm();
+        standing.violation = self.model.terminal(&self.model.miss);
         for (k, command) in self.iterate.commands.iter().enumerate() {
             let gradient = weight * command;
             standing.cost += 0.5 * command.dot(&gradient);

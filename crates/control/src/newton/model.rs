@@ -32,6 +32,8 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) policies: Vec<Policy<X, U>>,
     /// `c`
     pub(crate) miss: SVector<f64, X>,
+    /// [`Problem::strictness`] of the conditions.
+    pub(crate) strictness: SVector<f64, X>,
     /// `ρ`, the weights of the terminal conditions' augmentation; zero for rows without one.
     pub(crate) augmentation: SVector<f64, X>,
     /// Gains of the neighbouring extremals (see [`CostToGo::gain`]), where they are wanted.
@@ -70,6 +72,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             policies: vec![Policy::zeros(); intervals],
             gains: Vec::new(),
             miss: SVector::zeros(),
+            strictness: SVector::repeat(1.0),
             augmentation: SVector::zeros(),
             start: CostToGo::end(&EndModel {
                 hessian: SMatrix::zeros(),
@@ -117,6 +120,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let (mut costate, end_model) =
             end_model(problem, inequalities, iterate, kind, &mut self.augmentation);
         self.miss = end_model.residual;
+        self.strictness = problem.strictness(&end_model.jacobian);
         let softness = softness(problem, &end_model.jacobian);
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
@@ -219,6 +223,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let end = &iterate.states[problem.intervals];
         let jacobian = problem.ending.jacobian(end);
         self.miss = problem.ending.residual(end);
+        self.strictness = problem.strictness(&jacobian);
         let mut costate = jacobian.tr_mul(&iterate.nu);
         let mut gradient = jacobian.tr_mul(&self.augmentation.component_mul(&self.miss));
         let mut offset = self.miss;
@@ -239,6 +244,13 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.policies[k].follow(&residual, dynamics, &mut gradient, &mut offset);
         }
         self.start.correction(&offset).ok_or(ModelError::Dependent)
+    }
+}
+
+impl<const X: usize, const U: usize> Model<X, U> {
+    /// The norm of a miss of the terminal conditions, as the tolerance counts it.
+    pub(crate) fn terminal(&self, miss: &SVector<f64, X>) -> f64 {
+        self.strictness.component_mul(miss).norm()
     }
 }
 

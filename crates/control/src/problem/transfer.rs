@@ -31,6 +31,8 @@ pub struct Transfer<F> {
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) terminal: TerminalSet,
     pub(crate) inequalities: InequalitySet,
+    /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, where that is known.
+    pub(crate) rounding: Vector12,
 }
 
 /// Why a transfer is not a problem.
@@ -106,6 +108,7 @@ impl<F: Field> Transfer<F> {
             constraints: Vec::new(),
             terminal,
             inequalities: InequalitySet::default(),
+            rounding: Vector12::zeros(),
         })
     }
 }

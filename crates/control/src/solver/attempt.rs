@@ -8,7 +8,7 @@ use super::resolution::resolved;
 use super::scale::{metric, stiffness};
 use crate::newton::{Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained, guess};
 use crate::steps::Steps;
-use crate::{Plan, ROUNDING, Transfer};
+use crate::{Plan, Transfer};
 
 /// One call's worth of attempts.
 pub(super) struct Solver<'s, F, C> {
@@ -61,7 +61,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             transfer,
             standing: Standing::default(),
             tolerances: Tolerances {
-                violation: settings.violation.max(ROUNDING),
+                violation: settings.violation.max(f64::EPSILON),
                 stationarity: settings.stationarity,
                 // A full step from there squares the error.
                 near: settings.stationarity.sqrt(),
@@ -94,6 +94,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             turning: self.class.turning(view),
             stiffness: own(stiffness(view)),
             metric: own(metric(view)),
+            rounding: own(view.rounding / self.tolerances.violation),
         }
     }
 

@@ -9,7 +9,8 @@ use super::progress::{Phase, Start};
 use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces};
 use crate::newton::{Ended, Ending, Iterate, Newton, Problem, Tolerances};
 use crate::problem::{InequalitySet, Place, StateInequality};
-use crate::{Dynamics, Plan, ROUNDING};
+use crate::units::ROUNDING;
+use crate::{Dynamics, Plan};
 
 /// Newton steps at most, in multiples of those without inequalities.
 const PATIENCE: u32 = 3;

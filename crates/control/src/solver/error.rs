@@ -2,7 +2,7 @@ use lgvi_dynamics::rotation::Unsolvable;
 use thiserror::Error;
 
 use crate::steps::HalfError;
-use crate::{Plan, ROUNDING, TransferError};
+use crate::{Plan, TransferError};
 
 /// Why there is no plan.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -22,7 +22,7 @@ pub enum PlanError {
     /// No guess led to a solution.
     #[error(
         "not converged after {iterations} iterations: violation {violation:.3e} relative to the size of each quantity, \
-         expected at most {tolerance:.1e} (rounding is {ROUNDING:.1e}); stationarity {stationarity:.3e}"
+         expected at most {tolerance:.1e} or what rounding makes of it; stationarity {stationarity:.3e}"
     )]
     NotConverged {
         /// The best iterate, as flown.

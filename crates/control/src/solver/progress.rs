@@ -4,8 +4,8 @@ use crate::newton::Standing;
 /// How the solver goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
-    /// Largest norm of the terminal miss at which a plan is accepted, relative to the size of each quantity;
-    /// [`ROUNDING`](crate::ROUNDING) at least.
+    /// Largest norm of the terminal miss at which a plan is accepted, relative to the size of each quantity. What rounding
+    /// makes of a quantity always is.
     ///
     /// A position is as large as the greatest distance from the origin at either end; a momentum as the greatest at either
     /// end, or the one that covers that distance in the duration; an attitude is 1 rad; an angular momentum is as large as

@@ -9,6 +9,7 @@
 
 mod field;
 mod problem;
+mod rounding;
 mod solution;
 
 use nalgebra::{SVector, Vector3};
@@ -17,8 +18,8 @@ pub(crate) use field::Rescaled;
 
 use crate::{Actuation, RotationTarget, Transfer, TranslationTarget};
 
-/// What a miss of conditions is by rounding alone, relative to the size of each quantity.
-pub const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// What a quantity misses by rounding at least, relative to its size.
+pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The size of each unit; all are powers of two.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! A transfer in units of its own.
 
+use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use nalgebra::SVector;
 
@@ -12,7 +13,7 @@ impl Units {
     ///
     /// # Errors
     /// Numbers that leave the range of floating point.
-    pub(crate) fn transfer<'f, F>(
+    pub(crate) fn transfer<'f, F: Field>(
         &self,
         transfer: &'f Transfer<F>,
     ) -> Result<Transfer<Rescaled<'f, F>>, TransferError> {
@@ -45,6 +46,7 @@ impl Units {
             dynamics: transfer.dynamics,
             motion: transfer.motion,
             constraints,
+            rounding: self.rounding(transfer),
         })
     }
 

@@ -11,6 +11,8 @@ mod field;
 mod problem;
 mod rounding;
 mod solution;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::{SVector, Vector3};
 

@@ -105,7 +105,7 @@ fn transfer(rng: &mut fastrand::Rng) -> Stated {
     }
 }
 
-fn low_orbit(rng: &mut fastrand::Rng) -> Stated {
+pub fn low_orbit(rng: &mut fastrand::Rng) -> Stated {
     let radius = RADIUS + between(rng, 4e5, 1.5e6);
     let mass = between(rng, 5.0, 2000.0);
     Stated {

@@ -3,7 +3,7 @@
 mod families;
 mod stated;
 
-use lgvi_control::{NewtonSettings, Plan, PlanError, Start, solve};
+use lgvi_control::{Dynamics, NewtonSettings, Plan, PlanError, Settings, Start, shooting, solve};
 
 use families::FAMILIES;
 use stated::{Factors, Stated, assert_same};
@@ -33,12 +33,6 @@ fn powers_of_two_of_the_units_and_of_the_weights_change_no_bit() {
             let stated = manoeuvre(&mut rng);
             let (plan, iterations) = planned(&stated);
             let name = format!("{family} {index}");
-            println!(
-                "{name}: {iterations} {:?}",
-                plan.as_ref()
-                    .map(|p| (p.cost, p.certificate))
-                    .map_err(|e| e.to_string())
-            );
             for _ in 0..2 {
                 let by = Factors {
                     length: power(&mut rng, 20),
@@ -83,20 +77,47 @@ fn plans_are_the_same_in_any_units() {
                 mass: 1e-3,
                 cost: 1e6,
             };
+            let cheap = Factors {
+                cost: 1e-9,
+                ..Factors::NONE
+            };
             let own = Factors {
                 length: 1.0 / length,
                 time: 1.0 / stated.duration,
                 mass: 1.0 / stated.mass,
-                cost: 1e-9,
+                cost: 1.0,
             };
-            for by in [kilometres, tons, own] {
+            for by in [kilometres, tons, cheap, own] {
                 let (other, others) = planned(&stated.times(&by));
-                println!("{name}: {iterations} and {others}, cost {}", plan.cost);
                 let Ok(other) = other else {
                     panic!("{name}, {by:?}: {other:?}");
                 };
+                assert!(
+                    others.abs_diff(iterations) <= 2,
+                    "{name}: {others} for {iterations}"
+                );
                 assert_same(&plan, &other, &by, 1e-5, &name);
             }
         }
+    }
+}
+
+/// Shooting accepts in metres what Newton's method has found.
+#[test]
+fn shooting_reaches_a_low_orbit_in_metres() {
+    let mut rng = fastrand::Rng::with_seed(6);
+    for _ in 0..5 {
+        let stated = Stated {
+            dynamics: Dynamics::LieEuler,
+            ..families::low_orbit(&mut rng)
+        };
+        let (plan, _) = planned(&stated);
+        let plan = plan.expect("a plan");
+        let settings = Settings::default();
+        let start = plan.multipliers[0];
+        let found = shooting::solve(&stated.transfer(), start, &settings, |_| true);
+        let found = found.expect("a solution");
+        assert!(found.last.iteration <= 2, "{}", found.last.iteration);
+        assert!((found.extremal.cost / plan.cost - 1.0).abs() < 1e-9);
     }
 }

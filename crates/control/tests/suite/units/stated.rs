@@ -209,7 +209,8 @@ fn constrain(constraint: &mut Constraint, by: &Factors) {
     }
 }
 
-/// Whether a plan is another one in other units: to the bit, or to `tolerance` of the greatest control and of the cost.
+/// Whether a plan is another one in other units: to the bit, or to `tolerance` of the greatest control and
+/// 1e-8 of the cost.
 pub fn assert_same(plan: &Plan, other: &Plan, by: &Factors, tolerance: f64, name: &str) {
     let expected: Vec<_> = plan.controls.iter().map(|load| by.load(load)).collect();
     if tolerance == 0.0 {
@@ -221,10 +222,7 @@ pub fn assert_same(plan: &Plan, other: &Plan, by: &Factors, tolerance: f64, name
         return;
     }
     let cost = other.cost / (by.cost * plan.cost) - 1.0;
-    assert!(
-        cost.abs() <= tolerance,
-        "{name}: the cost differs by {cost:e}"
-    );
+    assert!(cost.abs() <= 1e-8, "{name}: the cost differs by {cost:e}");
     let largest = |part: fn(&Load) -> Vector3<f64>| {
         expected
             .iter()

@@ -8,7 +8,10 @@ use std::cell::Cell;
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 
-use crate::solver::{NewtonSettings, Phase, PlanError, Progress, Start, solve};
+use crate::solver::{
+    NewtonSettings, Phase, PlanError, Progress, Start, solve_in_own_units as solve,
+};
+use crate::units::Units;
 use crate::{Plan, RotationTarget, Transfer, TranslationTarget};
 use paths::Detours;
 pub use winding::Winding;
@@ -60,6 +63,23 @@ const SAME: f64 = 1e-6;
 /// # Errors
 /// What the solver says of the cold start, if no start leads to a minimum.
 pub fn search<F: Field + Clone>(
+    transfer: &Transfer<F>,
+    settings: &SearchSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
+    let units = Units::of(transfer);
+    let own = units.transfer(transfer)?;
+    let observe = |now: &Progress| observe(&units.leave_progress(now));
+    let leave = |minimum: Minimum| Minimum {
+        plan: units.leave(minimum.plan),
+        ..minimum
+    };
+    search_in_own_units(&own, settings, observe)
+        .map(|minima| minima.into_iter().map(leave).collect())
+        .map_err(|error| units.leave_error(error))
+}
+
+fn search_in_own_units<F: Field + Clone>(
     transfer: &Transfer<F>,
     settings: &SearchSettings,
     mut observe: impl FnMut(&Progress) -> bool,

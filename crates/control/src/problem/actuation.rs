@@ -110,11 +110,23 @@ impl Actuation {
             weights[(command, command)] = weight;
         }
         let inverse = SMatrix::<f64, 6, 6>::from_diagonal(&weights.diagonal().map(f64::recip));
-        let reach = matrix * inverse * matrix.transpose();
+        let mut reach = matrix * inverse * matrix.transpose();
+        // In units of each component's own reach: what comes nearest does not depend on those of force and moment.
+        let units = reach.diagonal().map(|reach| {
+            if reach > 0.0 {
+                reach.sqrt().recip()
+            } else {
+                0.0
+            }
+        });
+        let units = SMatrix::<f64, 6, 6>::from_diagonal(&units);
+        reach = units * reach * units;
         let flat = RANK * reach.norm();
         let pseudo_inverse = SVD::try_new(reach, true, true, 5.0 * f64::EPSILON, MOST)
             .and_then(|values| values.pseudo_inverse(flat).ok())
-            .map_or_else(SMatrix::zeros, |reach| inverse * matrix.transpose() * reach);
+            .map_or_else(SMatrix::zeros, |reach| {
+                inverse * matrix.transpose() * units * reach * units
+            });
         Ok(Self {
             matrix,
             pseudo_inverse,
@@ -122,6 +134,30 @@ impl Actuation {
             commands,
             gains: None,
         })
+    }
+
+    /// The same in units of force and moment `loads`, of `commands`, and of cost a time.
+    pub(crate) fn in_units(
+        &self,
+        loads: &SVector<f64, 6>,
+        commands: &SVector<f64, 6>,
+        rate: f64,
+    ) -> Result<Self, ActuationError> {
+        let weight = SMatrix::<f64, 6, 6>::from_fn(|i, j| {
+            self.weight[(i, j)] * (commands[i] * commands[j] / rate)
+        });
+        if self.gains.is_some() {
+            let [force, moment] = [0, 3].map(|at| weight.fixed_view::<3, 3>(at, at).into_owned());
+            return Self::full(&force, &moment);
+        }
+        let columns: Vec<_> = (0..self.commands)
+            .map(|command| {
+                let column = self.matrix.column(command) * commands[command];
+                let column = column.component_div(loads);
+                (column.into(), weight[(command, command)])
+            })
+            .collect();
+        Self::actuators(&columns)
     }
 
     /// Number of commands.

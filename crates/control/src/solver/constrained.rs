@@ -1,3 +1,4 @@
+use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 use nalgebra::SVector;
 
@@ -6,13 +7,13 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::{Phase, Start};
 use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces};
-use crate::newton::{Ended, Ending, Iterate, Newton, Tolerances};
+use crate::newton::{Ended, Ending, Iterate, Newton, Problem, Tolerances};
+use crate::problem::{InequalitySet, Place, StateInequality};
+use crate::units::ROUNDING;
 use crate::{Dynamics, Plan};
 
 /// Newton steps at most, in multiples of those without inequalities.
 const PATIENCE: u32 = 3;
-/// The least size of the cost that the barrier reckons with.
-const LEAST_COST: f64 = 1e-6;
 
 /// States and commands, and what inequalities add to the gradient of the Lagrangian there, interval by interval.
 type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<Force<X, U>>);
@@ -86,6 +87,36 @@ impl<F: Field, C> Solver<'_, F, C> {
         Ok(Some((Newton::new(transfer.intervals, iterate), forces)))
     }
 
+    /// What it costs, roughly, to leave what the states of a plan violate the most, and at least what rounding does: the
+    /// size of the cost under inequalities where there is none without.
+    fn detour<S, const X: usize, const U: usize>(
+        &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        states: &[BodyState],
+    ) -> f64
+    where
+        C: Class<X, U>,
+    {
+        let cost = |inequality: &StateInequality| {
+            let offset = match inequality.place() {
+                Place::Position => C::OFFSETS[0],
+                Place::Attitude => C::OFFSETS[1],
+            };
+            let cheapest = problem.stiffness.fixed_rows::<3>(offset?).min();
+            let depths = states
+                .iter()
+                .map(|state| inequality.size() * inequality.value(state));
+            let depth = depths.fold(ROUNDING, f64::max);
+            Some(cheapest * depth * depth)
+        };
+        self.transfer
+            .inequalities
+            .state
+            .iter()
+            .filter_map(cost)
+            .sum()
+    }
+
     fn impose<const X: usize, const U: usize>(
         &mut self,
         mut newton: Newton<X, U>,
@@ -112,8 +143,8 @@ impl<F: Field, C> Solver<'_, F, C> {
             C::OFFSETS,
             given,
             transfer.intervals,
-            cost.max(LEAST_COST),
-            BarrierTolerances::default(),
+            cost + self.detour(&problem, &newton.iterate.states[1..]),
+            tolerances(&transfer.inequalities),
         );
         let Iterate {
             states, commands, ..
@@ -146,6 +177,19 @@ impl<F: Field, C> Solver<'_, F, C> {
                 _ => Err(self.unsolved(ended, &newton.iterate)?),
             },
         }
+    }
+}
+
+/// Those of inequalities on states whose rounding may exceed what is asked.
+fn tolerances(inequalities: &InequalitySet) -> BarrierTolerances {
+    let default = BarrierTolerances::default();
+    let rounding = inequalities
+        .state
+        .iter()
+        .map(|inequality| ROUNDING / inequality.size());
+    BarrierTolerances {
+        violation: rounding.fold(default.violation, f64::max),
+        ..default
     }
 }
 

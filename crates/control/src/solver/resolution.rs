@@ -53,6 +53,7 @@ pub(super) fn resolved<F>(transfer: &Transfer<F>, intervals: usize) -> Transfer<
         constraints: Vec::new(),
         terminal: transfer.terminal.clone(),
         inequalities: transfer.inequalities.clone(),
+        rounding: transfer.rounding,
     }
 }
 

@@ -15,3 +15,4 @@ mod sensitivity;
 mod terminal;
 mod truth;
 mod underactuated;
+mod units;

@@ -9,6 +9,7 @@ mod error;
 mod finish;
 mod first;
 mod progress;
+mod relaxation;
 mod resolution;
 mod scale;
 #[cfg(test)]

@@ -102,7 +102,7 @@ impl Iteration {
 /// Why there is no plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reason {
-    /// The conditions cannot be met.
+    /// No plan meets the inequalities, as far as is known.
     Infeasible,
     /// The iterations are used up, or none makes progress.
     NotConverged,
@@ -324,7 +324,7 @@ impl From<PlanError> for Unsolved {
     fn from(error: PlanError) -> Self {
         let message = error.to_string();
         let (reason, best) = match error {
-            PlanError::Infeasible { .. } => (Reason::Infeasible, None),
+            PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, Some(best)),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
             PlanError::Half(_) => (Reason::Refused, None),

@@ -99,20 +99,21 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         }
     }
 
-    /// The whole strategy.
+    /// The whole strategy; where a warm start fails, from nothing if `again`.
     pub(super) fn solve<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
+        again: bool,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
     {
         if !self.transfer.inequalities.is_empty() {
-            return self.constrained(start);
+            return self.constrained(start, again);
         }
         let found = match start {
             Start::Warm(plan) => match self.warm(plan)? {
-                Err((ended, _)) if ended != Ended::Stopped => self.cold()?,
+                Err((ended, _)) if again && ended != Ended::Stopped => self.cold()?,
                 found => found,
             },
             Start::Cold => self.cold()?,

@@ -23,17 +23,16 @@ impl<F: Field, C> Solver<'_, F, C> {
     pub(super) fn constrained<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
+        again: bool,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
     {
         let transfer = self.transfer;
         let set = &transfer.inequalities;
-        if let Start::Warm(plan) = start
-            && let Some((newton, forces)) = self.known(plan)?
-        {
-            match self.impose(newton, Some(&forces), set) {
-                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) => (),
+        if let Start::Warm(plan) = start {
+            match self.resumed(plan) {
+                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if again => (),
                 done => return done,
             }
         }
@@ -48,6 +47,20 @@ impl<F: Field, C> Solver<'_, F, C> {
             }
             done => done,
         }
+    }
+
+    /// From a plan with its multipliers, or where it is of other intervals from the path that it is.
+    fn resumed<const X: usize, const U: usize>(&mut self, plan: &Plan) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let set = &self.transfer.inequalities;
+        if let Some((newton, forces)) = self.known(plan)? {
+            return self.impose(newton, Some(&forces), set);
+        }
+        let iterate = self.resampled(plan)?;
+        let newton = Newton::new(self.transfer.intervals, iterate);
+        self.impose(newton, None, set)
     }
 
     /// A plan of as many intervals as an iterate, with the multipliers of its terminal conditions and inequalities.

@@ -42,16 +42,36 @@ pub fn solve<F: Field>(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
+    by_class(transfer, start, true, settings, &mut observe)
+}
+
+/// From a guess, and not from nothing where that fails.
+pub(crate) fn from_guess<F: Field>(
+    transfer: &Transfer<F>,
+    guess: &Plan,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    by_class(transfer, Start::Warm(guess), false, settings, &mut observe)
+}
+
+fn by_class<F: Field>(
+    transfer: &Transfer<F>,
+    start: Start<'_>,
+    again: bool,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
     let actuation = &transfer.actuation;
     match transfer.motion {
-        Motion::Full => Solver::new(Both, transfer, settings, &mut observe).solve(start),
+        Motion::Full => Solver::new(Both, transfer, settings, observe).solve(start, again),
         Motion::Translation => {
             let class = Translation::of(actuation)?;
-            Solver::new(class, transfer, settings, &mut observe).solve(start)
+            Solver::new(class, transfer, settings, observe).solve(start, again)
         }
         Motion::Rotation => {
             let class = Rotation::of(actuation)?;
-            Solver::new(class, transfer, settings, &mut observe).solve(start)
+            Solver::new(class, transfer, settings, observe).solve(start, again)
         }
     }
 }

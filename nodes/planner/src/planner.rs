@@ -10,7 +10,7 @@ use lgvi_middleware::report::Reporter;
 use lgvi_middleware::ros::{ActionServer, Diagnosed};
 use lgvi_msgs::action::PlanManeuver;
 use lgvi_msgs::msg::PlanProgress;
-use lgvi_node::{Event, Node, NodeError, PlanReport};
+use lgvi_node::{Event, Node, NodeError, PlanReport, Warning, WarningCode};
 use lgvi_scene::{Maneuver, Scene, Scheme};
 use tracing::info;
 
@@ -21,7 +21,7 @@ use crate::monitor::Monitor;
 use crate::outlet::{Outlet, PATIENCE};
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Initial, Iteration, Reason, Solved, Task, Unsolved};
+use crate::solver::{End, Initial, Iteration, NOT_MINIMUM, Reason, Solved, Task, Unsolved};
 use crate::worker::{Stop, Update, Worker};
 
 /// How long the worker is listened to before states, goals and the shutdown are looked after.
@@ -305,6 +305,9 @@ impl Planner {
             "planned in {iteration} iterations: cost {cost}, violation {violation:.1e}, stationarity {stationarity:.1e}, \
              condition {condition:.1e}, known to be a strict minimum: {sufficient}"
         );
+        if !sufficient {
+            node.warn(Warning::new(WarningCode::NotMinimum, NOT_MINIMUM));
+        }
         self.report(&Event::Planned {
             plan: report(&current.last),
             seconds,

@@ -5,6 +5,7 @@ mod assisted;
 mod attempt;
 mod class;
 mod constrained;
+mod coupling;
 mod error;
 mod finish;
 mod first;
@@ -67,11 +68,11 @@ fn by_class<F: Field>(
         Motion::Full => Solver::new(Both, transfer, settings, observe).solve(start, again),
         Motion::Translation => {
             let class = Translation::of(actuation)?;
-            Solver::new(class, transfer, settings, observe).solve(start, again)
+            coupling::half(&class, transfer, start, again, settings, observe)
         }
         Motion::Rotation => {
             let class = Rotation::of(actuation)?;
-            Solver::new(class, transfer, settings, observe).solve(start, again)
+            coupling::half(&class, transfer, start, again, settings, observe)
         }
     }
 }

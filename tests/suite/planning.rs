@@ -229,11 +229,15 @@ fn what_cannot_be_reached_fails_with_the_reason() {
         GoalState::Aborted,
         PlanManeuverResult::INFEASIBLE,
     );
-    assert!(result.message.contains("infeasible"), "{}", result.message);
+    assert!(
+        result.message.contains("no feasible plan found"),
+        "{}",
+        result.message
+    );
     planner.stop().expect(0);
 
     let flight = world.start_flight(&weak, "flight", &[]).finish().expect(1);
-    flight.says(&["no plan", "infeasible"]);
+    flight.says(&["no plan", "no feasible plan found"]);
 }
 
 #[test]

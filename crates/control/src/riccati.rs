@@ -66,7 +66,8 @@ pub(crate) struct CostToGo<const X: usize> {
     pub(crate) gram: SMatrix<f64, X, X>,
 }
 
-/// `Q_vv` is not positive definite: the model is not convex from there on.
+/// `Q_vv` is not positive definite: the model is not convex from there on. The constant of the stage's policy is then a
+/// command along which it is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NotConvex;
 
@@ -124,7 +125,11 @@ impl<const X: usize> CostToGo<X> {
             .data
             .0;
 
-        factorise(&mut factor)?;
+        if let Err(row) = factorise(&mut factor) {
+            *policy = Policy::zeros();
+            policy.constant = not_convex(&factor, row);
+            return Err(NotConvex);
+        }
         forward(&factor, &mut by_state);
         forward(&factor, &mut by_conditions);
         forward(&factor, &mut constant);
@@ -292,15 +297,16 @@ const PIVOT: f64 = 1e-14;
 /// A square matrix by columns.
 type Square<const D: usize> = [[f64; D]; D];
 
-/// The factors of `L D Lᵀ = m`, symmetric: L, whose diagonal is 1, in the lower triangle, `D⁻¹` on the diagonal.
+/// The factors of `L D Lᵀ = m`, symmetric: L, whose diagonal is 1, in the lower triangle, `D⁻¹` on the diagonal; or the row
+/// whose pivot is not positive.
 #[inline(always)]
-fn factorise<const D: usize>(m: &mut Square<D>) -> Result<(), NotConvex> {
+fn factorise<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
     let diagonal: [f64; D] = std::array::from_fn(|i| m[i][i]);
     for j in 0..D {
         let pivot = m[j][j];
         // The negation refuses NaN too.
         if !(pivot > PIVOT * diagonal[j].abs() && pivot.is_finite()) {
-            return Err(NotConvex);
+            return Err(j);
         }
         let reciprocal = pivot.recip();
         let column = m[j];
@@ -314,6 +320,16 @@ fn factorise<const D: usize>(m: &mut Square<D>) -> Result<(), NotConvex> {
         m[j][j] = reciprocal;
     }
     Ok(())
+}
+
+/// The vector `v` with `Lᵀ v = e_row`, whose `vᵀ m v` is the pivot at which the factorisation of `m` ended.
+fn not_convex<const D: usize>(factor: &Square<D>, row: usize) -> SVector<f64, D> {
+    let mut v = SVector::zeros();
+    v[row] = 1.0;
+    for i in (0..row).rev() {
+        v[i] = -(i + 1..=row).map(|k| factor[i][k] * v[k]).sum::<f64>();
+    }
+    v
 }
 
 /// `L⁻¹ rows`

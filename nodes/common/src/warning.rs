@@ -33,6 +33,8 @@ pub enum WarningCode {
     TrialStep,
     /// The manoeuvre is flown by other steps than it is planned in.
     FlownOtherwise,
+    /// A plan is not known to be a local minimum.
+    NotMinimum,
 }
 
 impl Warning {

@@ -21,7 +21,7 @@ use crate::monitor::Monitor;
 use crate::outlet::{Outlet, PATIENCE};
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Initial, Iteration, Reason, Solved, Task, Unsolved};
+use crate::solver::{End, Initial, Iteration, NOT_MINIMUM, Reason, Solved, Task, Unsolved};
 use crate::worker::{Stop, Update, Worker};
 
 /// How long the worker is listened to before states, goals and the shutdown are looked after.
@@ -309,6 +309,9 @@ impl Planner {
             "planned in {iteration} iterations: cost {cost}, violation {violation:.1e}, stationarity {stationarity:.1e}, \
              condition {condition:.1e}, known to be a strict minimum: {sufficient}"
         );
+        if !sufficient {
+            node.warn(Warning::new(WarningCode::NotMinimum, NOT_MINIMUM));
+        }
         self.report(&Event::Planned {
             plan: report(&current.last),
             seconds,

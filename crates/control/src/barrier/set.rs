@@ -171,23 +171,47 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
 
     /// The largest violation of the present iterate, if it is one.
     pub(crate) fn violated(&self) -> Option<Violation> {
-        let (commands, states) = (&self.commands, &self.states);
-        let of_commands = self.command_rows.iter().enumerate().map(|(at, (row, _))| {
-            let constraint = commands[at % commands.len()].constraint;
-            (constraint, at / commands.len(), row.value)
+        let commands = self.command_rows.iter().map(|(row, _)| row.value);
+        let states = self.state_rows.iter().map(|state| state.row.value);
+        self.largest(commands, states)
+    }
+
+    /// The largest violation of states `s_1 … s_N` and commands `w_1 … w_N`, if it is one.
+    pub(crate) fn worst(
+        &self,
+        states: &[BodyState],
+        commands: &[SVector<f64, U>],
+    ) -> Option<Violation> {
+        let of_commands = commands
+            .iter()
+            .flat_map(|command| self.commands.iter().map(|row| row.value(command)));
+        let of_states = states.iter().flat_map(|state| {
+            let rows = self.states.iter();
+            rows.map(|placed| placed.inequality.value(state))
         });
-        let of_states = self.state_rows.iter().enumerate().map(|(at, state)| {
-            let constraint = states[at % states.len()].inequality.constraint;
-            (constraint, at / states.len(), state.row.value)
+        self.largest(of_commands, of_states)
+    }
+
+    /// The largest of values by interval and inequality, if it is a violation.
+    fn largest(
+        &self,
+        commands: impl Iterator<Item = f64>,
+        states: impl Iterator<Item = f64>,
+    ) -> Option<Violation> {
+        let of_commands = commands.enumerate().map(|(at, amount)| Violation {
+            constraint: self.commands[at % self.commands.len()].constraint,
+            step: at / self.commands.len(),
+            amount,
+        });
+        let of_states = states.enumerate().map(|(at, amount)| Violation {
+            constraint: self.states[at % self.states.len()].inequality.constraint,
+            step: at / self.states.len(),
+            amount,
         });
         let worst = of_commands
             .chain(of_states)
-            .reduce(|worst, next| if next.2 > worst.2 { next } else { worst })?;
-        (worst.2 > self.schedule.tolerances.violation).then_some(Violation {
-            constraint: worst.0,
-            step: worst.1,
-            amount: worst.2,
-        })
+            .max_by(|a, b| a.amount.total_cmp(&b.amount))?;
+        (worst.amount > self.schedule.tolerances.violation).then_some(worst)
     }
 
     /// How far the subproblem is solved at the present iterate.

@@ -10,7 +10,12 @@ use crate::{Dynamics, Motion, Plan, Transfer};
 /// states, commands and multipliers, `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions and inequalities do not know the step, so
 /// they have no part in it. What a plan leaves to the free flight depends on the step, and the rest of it on that.
 pub(super) fn by_step<F: Field>(transfer: &Transfer<F>, plan: &Plan) -> Result<f64, HalfError> {
-    match transfer.motion {
+    let motion = if is_whole(transfer.motion, plan) {
+        Motion::Full
+    } else {
+        transfer.motion
+    };
+    match motion {
         Motion::Full => {
             let steps = KickDriftKick::full(transfer);
             lagrangian(transfer, plan, &steps, 0, |command| *command, &[])
@@ -42,6 +47,18 @@ pub(super) fn by_step<F: Field>(transfer: &Transfer<F>, plan: &Plan) -> Result<f
             )
         }
     }
+}
+
+/// Whether all coordinates were planned: half a motion that is planned beside the free flight of the other half has no
+/// multipliers of that.
+fn is_whole(motion: Motion, plan: &Plan) -> bool {
+    let other = match motion {
+        Motion::Full => return true,
+        Motion::Translation => 6,
+        Motion::Rotation => 0,
+    };
+    let rows = |lambda: &Vector12| lambda.fixed_rows::<6>(other).amax();
+    plan.multipliers.iter().any(|lambda| rows(lambda) > 0.0)
 }
 
 /// The Lagrangian's derivative where the plan's coordinates begin with the one numbered `first`, and the others change

@@ -9,7 +9,7 @@ use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 
 use crate::solver::{
-    NewtonSettings, Phase, PlanError, Progress, Start, solve_in_own_units as solve,
+    NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve_in_own_units as solve,
 };
 use crate::units::Units;
 use crate::{Plan, RotationTarget, Transfer, TranslationTarget};
@@ -54,11 +54,13 @@ const SAME: f64 = 1e-6;
 /// Searches local minima of `transfer` from paths that wind otherwise about the geodesic's axis and the body's, and from
 /// random ones; each found once, the cheapest first.
 ///
-/// Minima are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the
-/// iterations of all, counted through; if it returns `false`, the search ends with what is refined, if there is something.
+/// The first start is that of [`solve`], at all intervals, so that the cheapest is never dearer than its plan. Other minima
+/// are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the iterations of
+/// all, counted through; if it returns `false`, the search ends with what there is at all intervals, if there is something.
 ///
 /// # Assumptions and limitations
-/// A search proves nothing about what it has not found. Of plans that are no strict minima none are returned.
+/// A search proves nothing about what it has not found. Of plans that are no strict minima only that of the first start is
+/// returned.
 ///
 /// # Errors
 /// What the solver says of the cold start, if no start leads to a minimum.
@@ -108,40 +110,45 @@ fn search_in_own_units<F: Field + Clone>(
         stopped.set(stopped.get() || !observe(&all));
         !stopped.get()
     };
+    let mut refined: Vec<Minimum> = Vec::new();
+    let mut failure = None;
+    match solve(transfer, Start::Cold, newton, &mut watch) {
+        Ok(plan) => count(&mut refined, plan, 1),
+        Err(error) => failure = Some(error),
+    }
     let mut as_coarse = |now: &Progress| {
         let phase = Phase::Coarse;
         watch(&Progress { phase, ..*now })
     };
     let mut found: Vec<Minimum> = Vec::new();
-    let mut failure = None;
-    let cold = solve(&coarse, Start::Cold, newton, &mut as_coarse);
-    match cold {
-        Ok(plan) => keep(&mut found, plan, 1),
-        Err(error) => failure = Some(error),
-    }
     for detour in Detours::new(settings.seed).take(settings.starts.saturating_sub(1) as usize) {
         if stopped.get() {
             break;
         }
         before.set(made.get());
         let path = paths::plan(&coarse, &end, &detour);
-        if let Ok(plan) = solve(&coarse, Start::Warm(&path), newton, &mut as_coarse) {
+        if let Ok(plan) = from_guess(&coarse, &path, newton, &mut as_coarse) {
             keep(&mut found, plan, 1);
         }
     }
     rank(&mut found);
-    let mut refined: Vec<Minimum> = Vec::new();
     for Minimum { plan, starts, .. } in found {
+        if stopped.get() {
+            break;
+        }
         before.set(made.get());
-        match solve(transfer, Start::Warm(&plan), newton, &mut watch) {
+        match from_guess(transfer, &plan, newton, &mut watch) {
             Ok(plan) => keep(&mut refined, plan, starts),
-            Err(error @ PlanError::Stopped { .. }) => failure = Some(error),
             Err(error) => failure = failure.or(Some(error)),
         }
     }
     rank(&mut refined);
     match failure {
-        Some(error) if refined.is_empty() => Err(error),
+        Some(error) if refined.is_empty() => Err(match error {
+            PlanError::Stopped { .. } => error,
+            _ if stopped.get() => PlanError::Stopped { best: None },
+            _ => error,
+        }),
         _ => Ok(refined),
     }
 }
@@ -150,11 +157,15 @@ fn rank(minima: &mut [Minimum]) {
     minima.sort_by(|a, b| a.plan.cost.total_cmp(&b.plan.cost));
 }
 
-/// Adds a minimum to which so many starts led, or counts them to it.
+/// [`count`], where the plan is a strict minimum.
 fn keep(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
-    if !plan.certificate.sufficient {
-        return;
+    if plan.certificate.sufficient {
+        count(found, plan, starts);
     }
+}
+
+/// Adds a plan to which so many starts led, or counts them to it.
+fn count(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
     match found.iter_mut().find(|known| same(&known.plan, &plan)) {
         Some(known) => known.starts += starts,
         None => found.push(Minimum {

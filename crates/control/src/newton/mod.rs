@@ -2,6 +2,7 @@
 //! problem an iteration.
 
 mod conditions;
+mod descent;
 mod follow;
 pub(crate) mod guess;
 mod iteration;

@@ -180,6 +180,17 @@ impl Actuation {
         self.gains.as_ref()
     }
 
+    /// The same commands, but that only those in the range of `selection` (6×U) do anything.
+    pub(crate) fn limited_to<const U: usize>(&self, selection: &SMatrix<f64, 6, U>) -> Self {
+        let kept = selection * selection.transpose();
+        Self {
+            matrix: self.matrix * kept,
+            pseudo_inverse: kept * self.pseudo_inverse,
+            gains: None,
+            ..self.clone()
+        }
+    }
+
     /// `B w`.
     pub fn load(&self, command: &SVector<f64, 6>) -> Load {
         let load = self.matrix * command;

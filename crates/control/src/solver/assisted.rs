@@ -14,7 +14,7 @@ use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::{Shared, resolved};
 use crate::newton::{Iterate, Newton, Tolerances, guess};
-use crate::{Actuation, Transfer};
+use crate::{Actuation, RotationTarget, Terminal, Transfer, TranslationTarget};
 
 /// Weights of the missing actuators, in multiples of the cheapest of those there are.
 const WEIGHTS: [f64; 5] = [1.0, 10.0, 100.0, 1e3, 1e4];
@@ -42,7 +42,16 @@ impl<F: Field, C> Solver<'_, F, C> {
         C: Class<X, U>,
     {
         let own = self.own_columns();
-        let missing = missing_directions(&own, C::OFFSETS.map(|offset| offset.is_some()));
+        let Terminal {
+            translation,
+            rotation,
+        } = &self.transfer.target;
+        let free = [
+            *translation == TranslationTarget::Free,
+            *rotation == RotationTarget::Free,
+        ];
+        let wanted = [0, 1].map(|half| C::OFFSETS[half].is_some() && !free[half]);
+        let missing = missing_directions(&own, wanted);
         if missing.is_empty() || own.len() + missing.len() > U {
             return None;
         }

@@ -43,6 +43,10 @@ const GUESSES: [Guess; 5] = [
 const COARSE_ITERATIONS: u32 = 40;
 /// What suffices of a plan over a few intervals, to start from.
 pub(super) const ROUGH: f64 = 3e-3;
+/// How often a plan that is no minimum is gone on from.
+pub(super) const DESCENTS: u32 = 5;
+/// By what part a plan must be cheaper to be another.
+const CHEAPER: f64 = 1e-9;
 /// By how much stages may multiply at once.
 const REFINEMENT: usize = 5;
 
@@ -98,20 +102,21 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         }
     }
 
-    /// The whole strategy.
+    /// The whole strategy; where a warm start fails, from nothing if `again`.
     pub(super) fn solve<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
+        again: bool,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
     {
         if !self.transfer.inequalities.is_empty() {
-            return self.constrained(start);
+            return self.constrained(start, again);
         }
         let found = match start {
             Start::Warm(plan) => match self.warm(plan)? {
-                Err((ended, _)) if ended != Ended::Stopped => self.cold()?,
+                Err((ended, _)) if again && ended != Ended::Stopped => self.cold()?,
                 found => found,
             },
             Start::Cold => self.cold()?,
@@ -257,7 +262,8 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         }
     }
 
-    /// The plan, iterated on where its certificate does not confirm that it has converged.
+    /// The plan, iterated on where its certificate does not confirm that it has converged, and gone on from where it is no
+    /// minimum.
     pub(super) fn certified<const X: usize, const U: usize>(
         mut self,
         newton: Newton<X, U>,
@@ -271,14 +277,63 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         if found.stationarity <= self.tolerances.stationarity
             && found.terminal <= self.tolerances.violation
         {
-            return Ok(plan);
+            return self.lowered(plan, iterate);
         }
         self.tolerances.near = 0.0;
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
         match self.level(&problem, iterate, false, Phase::Fine) {
-            Ok(newton) => self.finish(newton, &mut Unconstrained),
+            Ok(newton) => {
+                let iterate = newton.iterate.clone();
+                let plan = self.finish(newton, &mut Unconstrained)?;
+                self.lowered(plan, iterate)
+            }
             Err((ended, newton)) => Err(self.unsolved(ended, &newton.iterate)?),
         }
     }
+
+    /// `plan`, which `iterate` is, or where it is not known to be a minimum a cheaper one that a direction of negative
+    /// curvature leads to.
+    pub(super) fn lowered<const X: usize, const U: usize>(
+        &mut self,
+        mut plan: Plan,
+        mut iterate: Iterate<X, U>,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
+        for _ in 0..DESCENTS {
+            if plan.certificate.sufficient {
+                break;
+            }
+            iterate.states.clone_from(&plan.states);
+            let mut newton = Newton::new(problem.intervals, iterate);
+            let Some(lower) = newton.downhill(&problem, &mut Unconstrained) else {
+                break;
+            };
+            match self.level(&problem, lower, false, Phase::Fine) {
+                Ok(newton) => {
+                    iterate = newton.iterate.clone();
+                    let found = self.finish(newton, &mut Unconstrained)?;
+                    if !is_cheaper(&found, &plan) {
+                        break;
+                    }
+                    plan = found;
+                }
+                Err((Ended::Stopped, _)) => {
+                    let best = Some(Box::new(plan));
+                    return Err(PlanError::Stopped { best });
+                }
+                Err(_) => break,
+            }
+        }
+        Ok(plan)
+    }
+}
+
+/// Whether a plan that was gone on to is to be taken instead of the one before.
+pub(super) fn is_cheaper(found: &Plan, before: &Plan) -> bool {
+    found.cost < before.cost * (1.0 - CHEAPER)
 }

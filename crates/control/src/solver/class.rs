@@ -108,6 +108,7 @@ impl Class<12, 6> for Both {
 }
 
 /// The centre of mass alone.
+#[derive(Clone)]
 pub(super) struct Translation(pub(super) HalfCommands);
 
 impl Class<6, 3> for Translation {
@@ -149,6 +150,7 @@ impl Class<6, 3> for Translation {
 }
 
 /// The attitude alone.
+#[derive(Clone)]
 pub(super) struct Rotation(pub(super) HalfCommands);
 
 impl Class<6, 3> for Rotation {

@@ -2,7 +2,7 @@ use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 use nalgebra::SVector;
 
-use super::attempt::Solver;
+use super::attempt::{DESCENTS, Solver, is_cheaper};
 use super::class::Class;
 use super::error::PlanError;
 use super::progress::{Phase, Start};
@@ -23,26 +23,48 @@ impl<F: Field, C> Solver<'_, F, C> {
     pub(super) fn constrained<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
+        again: bool,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
     {
-        if let Start::Warm(plan) = start
-            && let Some((newton, forces)) = self.known(plan)?
-        {
-            match self.impose(newton, Some(&forces)) {
-                Err(PlanError::Infeasible { .. } | PlanError::NotConverged { .. }) => (),
+        let transfer = self.transfer;
+        let set = &transfer.inequalities;
+        if let Start::Warm(plan) = start {
+            match self.resumed(plan) {
+                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if again => (),
                 done => return done,
             }
         }
-        match self.cold()? {
-            Ok(newton) => self.impose(newton, None),
-            Err((ended, newton)) => Err(self.unsolved(ended, &newton.iterate)?),
+        let free = match self.cold()? {
+            Ok(newton) => newton,
+            Err((ended, newton)) => return Err(self.unsolved(ended, &newton.iterate)?),
+        };
+        let start = Newton::new(transfer.intervals, free.iterate.clone());
+        match self.impose(free, None, set) {
+            Err(error @ (PlanError::NotFound { .. } | PlanError::NotConverged { .. })) => {
+                self.by_relaxation(start, error)
+            }
+            done => done,
         }
     }
 
+    /// From a plan with its multipliers, or where it is of other intervals from the path that it is.
+    fn resumed<const X: usize, const U: usize>(&mut self, plan: &Plan) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let set = &self.transfer.inequalities;
+        if let Some((newton, forces)) = self.known(plan)? {
+            return self.impose(newton, Some(&forces), set);
+        }
+        let iterate = self.resampled(plan)?;
+        let newton = Newton::new(self.transfer.intervals, iterate);
+        self.impose(newton, None, set)
+    }
+
     /// A plan of as many intervals as an iterate, with the multipliers of its terminal conditions and inequalities.
-    fn known<const X: usize, const U: usize>(
+    pub(super) fn known<const X: usize, const U: usize>(
         &self,
         plan: &Plan,
     ) -> Result<Option<Known<X, U>>, PlanError>
@@ -93,6 +115,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         &self,
         problem: &Problem<'_, S, C::Ending, X, U>,
         states: &[BodyState],
+        set: &InequalitySet,
     ) -> f64
     where
         C: Class<X, U>,
@@ -109,48 +132,85 @@ impl<F: Field, C> Solver<'_, F, C> {
             let depth = depths.fold(ROUNDING, f64::max);
             Some(cheapest * depth * depth)
         };
-        self.transfer
-            .inequalities
-            .state
-            .iter()
-            .filter_map(cost)
-            .sum()
+        set.state.iter().filter_map(cost).sum()
     }
 
-    fn impose<const X: usize, const U: usize>(
+    /// The best plan near one without inequalities that meets those of `set`.
+    pub(super) fn impose<const X: usize, const U: usize>(
         &mut self,
-        mut newton: Newton<X, U>,
+        newton: Newton<X, U>,
         known: Option<&[Force<X, U>]>,
+        set: &InequalitySet,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
     {
-        let transfer = self.transfer;
-        let steps = self.class.steps(transfer)?;
-        let problem = self.problem(transfer, &steps);
-        let given = Given {
-            first: transfer.dynamics == Dynamics::LieEuler,
-            last_position: transfer.terminal.translation.fixes_position(),
-            last_attitude: transfer.terminal.rotation.fixes_attitude(),
-        };
+        let mut best = self.imposed(newton, known, set)?;
+        for _ in 0..DESCENTS {
+            if best.plan.certificate.sufficient {
+                break;
+            }
+            let Some(newton) = self.below(&mut best)? else {
+                break;
+            };
+            let Some((_, forces)) = self.known(&best.plan)? else {
+                break;
+            };
+            match self.imposed(newton, Some(&forces), set) {
+                Ok(found) if is_cheaper(&found.plan, &best.plan) => best = found,
+                Err(PlanError::Stopped { .. }) => {
+                    let best = Some(Box::new(best.plan));
+                    return Err(PlanError::Stopped { best });
+                }
+                _ => break,
+            }
+        }
+        Ok(best.plan)
+    }
+
+    /// A point below a plan that is no minimum.
+    fn below<const X: usize, const U: usize>(
+        &self,
+        from: &mut Imposed<X, U>,
+    ) -> Result<Option<Newton<X, U>>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
+        let mut newton = Newton::new(problem.intervals, from.iterate.clone());
+        let lower = newton.downhill(&problem, &mut from.barrier);
+        Ok(lower.map(|iterate| Newton::new(problem.intervals, iterate)))
+    }
+
+    /// The stationary point that the interior point method leads to.
+    fn imposed<const X: usize, const U: usize>(
+        &mut self,
+        mut newton: Newton<X, U>,
+        known: Option<&[Force<X, U>]>,
+        set: &InequalitySet,
+    ) -> Result<Imposed<X, U>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
         newton.model.gains.clear();
-        let weight = problem.h * problem.weight;
-        let commands = newton.iterate.commands.iter();
-        let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
-        let mut barrier = Barrier::new(
-            &transfer.inequalities,
-            &self.class.selection(),
-            C::OFFSETS,
-            given,
-            transfer.intervals,
-            cost + self.detour(&problem, &newton.iterate.states[1..]),
-            tolerances(&transfer.inequalities),
-        );
+        let mut barrier = self.barrier(&problem, &newton.iterate, set);
         let Iterate {
             states, commands, ..
         } = &newton.iterate;
         if let Some(violation) = barrier.given_violation(&states[1..]) {
-            return Err(violation.into());
+            let Violation {
+                constraint,
+                step,
+                amount: violation,
+            } = violation;
+            return Err(PlanError::Infeasible {
+                constraint,
+                step,
+                violation,
+            });
         }
         match known {
             Some(forces) => barrier.resume(&states[1..], commands, forces),
@@ -171,13 +231,61 @@ impl<F: Field, C> Solver<'_, F, C> {
             |now| observe(&now.progress(Phase::Constrained)),
         );
         match ended {
-            Ended::Converged => self.finish(newton, &mut barrier),
+            Ended::Converged => {
+                let mut iterate = newton.iterate.clone();
+                let plan = self.finish(newton, &mut barrier)?;
+                iterate.states.clone_from(&plan.states);
+                Ok(Imposed {
+                    plan,
+                    iterate,
+                    barrier,
+                })
+            }
             ended => match barrier.violated() {
                 Some(violation) if ended != Ended::Stopped => Err(violation.into()),
                 _ => Err(self.unsolved(ended, &newton.iterate)?),
             },
         }
     }
+
+    /// The inequalities of `set` with what the cost of `iterate` says of their multipliers.
+    pub(super) fn barrier<S, const X: usize, const U: usize>(
+        &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        iterate: &Iterate<X, U>,
+        set: &InequalitySet,
+    ) -> Barrier<X, U>
+    where
+        C: Class<X, U>,
+    {
+        let transfer = self.transfer;
+        let given = Given {
+            first: transfer.dynamics == Dynamics::LieEuler,
+            last_position: transfer.terminal.translation.fixes_position(),
+            last_attitude: transfer.terminal.rotation.fixes_attitude(),
+        };
+        let weight = problem.h * problem.weight;
+        let commands = iterate.commands.iter();
+        let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
+        Barrier::new(
+            set,
+            &self.class.selection(),
+            C::OFFSETS,
+            given,
+            transfer.intervals,
+            cost + self.detour(problem, &iterate.states[1..], set),
+            tolerances(set),
+        )
+    }
+}
+
+/// A stationary point under inequalities.
+struct Imposed<const X: usize, const U: usize> {
+    plan: Plan,
+    /// What it is of.
+    iterate: Iterate<X, U>,
+    /// With the multipliers there.
+    barrier: Barrier<X, U>,
 }
 
 /// Those of inequalities on states whose rounding may exceed what is asked.
@@ -195,7 +303,7 @@ fn tolerances(inequalities: &InequalitySet) -> BarrierTolerances {
 
 impl From<Violation> for PlanError {
     fn from(violation: Violation) -> Self {
-        Self::Infeasible {
+        Self::NotFound {
             constraint: violation.constraint,
             step: violation.step,
             violation: violation.amount,

@@ -7,11 +7,25 @@ use crate::{Plan, TransferError};
 /// Why there is no plan.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PlanError {
-    /// The inequalities cannot be met near the plan that meets all else.
+    /// Start or target violate an inequality themselves.
     #[error(
-        "the transfer is infeasible: constraint {constraint} is violated by {violation:.3e} in step {step} at least"
+        "the transfer is infeasible: start or target decide step {step}, which violates constraint {constraint} by \
+         {violation:.3e}"
     )]
     Infeasible {
+        /// Which constraint, from 0.
+        constraint: usize,
+        /// Where, from 0.
+        step: usize,
+        /// By how much.
+        violation: f64,
+    },
+    /// No plan that meets the inequalities was found, though there may be one.
+    #[error(
+        "no feasible plan found: of those found the nearest violates constraint {constraint} by {violation:.3e} in \
+         step {step}"
+    )]
+    NotFound {
         /// Which constraint, from 0.
         constraint: usize,
         /// Where, from 0.

@@ -5,10 +5,12 @@ mod assisted;
 mod attempt;
 mod class;
 mod constrained;
+mod coupling;
 mod error;
 mod finish;
 mod first;
 mod progress;
+mod relaxation;
 mod resolution;
 mod scale;
 #[cfg(test)]
@@ -65,16 +67,36 @@ pub(crate) fn solve_in_own_units<F: Field>(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
+    by_class(transfer, start, true, settings, &mut observe)
+}
+
+/// From a guess, and not from nothing where that fails.
+pub(crate) fn from_guess<F: Field>(
+    transfer: &Transfer<F>,
+    guess: &Plan,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    by_class(transfer, Start::Warm(guess), false, settings, &mut observe)
+}
+
+fn by_class<F: Field>(
+    transfer: &Transfer<F>,
+    start: Start<'_>,
+    again: bool,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
     let actuation = &transfer.actuation;
     match transfer.motion {
-        Motion::Full => Solver::new(Both, transfer, settings, &mut observe).solve(start),
+        Motion::Full => Solver::new(Both, transfer, settings, observe).solve(start, again),
         Motion::Translation => {
             let class = Translation::of(actuation)?;
-            Solver::new(class, transfer, settings, &mut observe).solve(start)
+            coupling::half(&class, transfer, start, again, settings, observe)
         }
         Motion::Rotation => {
             let class = Rotation::of(actuation)?;
-            Solver::new(class, transfer, settings, &mut observe).solve(start)
+            coupling::half(&class, transfer, start, again, settings, observe)
         }
     }
 }

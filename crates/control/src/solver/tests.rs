@@ -25,34 +25,38 @@ fn turn() -> Transfer<Central> {
     Transfer::new(body, field, 0.02, 100, rest(0.0), rest(0.5), actuation).unwrap()
 }
 
-/// The plan with this many turns more about z.
-fn plan(transfer: &Transfer<Central>, turns: f64) -> Plan {
+/// The stationary point with this many turns more about z, and where it is gone on to.
+fn plans(transfer: &Transfer<Central>, turns: f64) -> [Plan; 2] {
     let mut observe = |_: &Progress| true;
     let mut solver = Solver::new(Both, transfer, &NewtonSettings::default(), &mut observe);
     let coarse: Newton<12, 6> = solver.smooth(turns).unwrap().ok().unwrap();
     let newton = solver.refine(coarse).unwrap().ok().unwrap();
-    solver.certified(newton).unwrap()
+    let again = Newton::new(transfer.intervals, newton.iterate.clone());
+    let stationary = solver.finish(newton, &mut Unconstrained).unwrap();
+    [stationary, solver.certified(again).unwrap()]
 }
 
 /// Two turns more are stationary by symmetry, but a tilt lets them shrink.
 #[test]
-fn a_saddle_is_stationary_and_not_sufficient() {
+fn a_saddle_is_stationary_not_sufficient_and_left_for_a_minimum() {
     let transfer = turn();
-    let [direct, wound] = [0.0, 2.0].map(|turns| plan(&transfer, turns));
-    for plan in [&direct, &wound] {
+    let [[direct, same], [wound, lower]] = [0.0, 2.0].map(|turns| plans(&transfer, turns));
+    for plan in [&direct, &same, &wound, &lower] {
         let found = &plan.certificate;
         assert!(found.stationarity <= 1e-8, "{found:?}");
         assert!(found.terminal <= 1e-12, "{found:?}");
     }
     assert!(direct.certificate.sufficient && !wound.certificate.sufficient);
     assert!(wound.cost > 100.0 * direct.cost);
+    assert!((same.cost / direct.cost - 1.0).abs() < 1e-9);
+    assert!(lower.certificate.sufficient && lower.cost < 0.9 * wound.cost);
 }
 
 /// One command altered by hand: where it then ends, and by how much it is not stationary.
 #[test]
 fn a_certificate_sees_an_altered_command() {
     let transfer = turn();
-    let plan = plan(&transfer, 0.0);
+    let [plan, _] = plans(&transfer, 0.0);
     let mut iterate = Iterate {
         states: plan.states.clone(),
         commands: plan.commands.clone(),

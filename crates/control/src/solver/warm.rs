@@ -20,6 +20,21 @@ impl<F: Field, C> Solver<'_, F, C> {
     where
         C: Class<X, U>,
     {
+        let mut iterate = self.resampled(plan)?;
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
+        self.corrected(&problem, plan, &mut iterate);
+        Ok(self.level(&problem, iterate, false, Phase::Fine))
+    }
+
+    /// A plan as an iterate of the transfer's intervals.
+    pub(super) fn resampled<const X: usize, const U: usize>(
+        &self,
+        plan: &Plan,
+    ) -> Result<Iterate<X, U>, PlanError>
+    where
+        C: Class<X, U>,
+    {
         let nu = match plan.multipliers.last() {
             Some(last) => last.fixed_rows::<X>(C::FIRST).into_owned(),
             None => SVector::zeros(),
@@ -37,8 +52,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         let problem = self.problem(self.transfer, &steps);
         let mut iterate = guess::resampled(&problem, &iterate);
         iterate.states[0] = self.transfer.initial;
-        self.corrected(&problem, plan, &mut iterate);
-        Ok(self.level(&problem, iterate, false, Phase::Fine))
+        Ok(iterate)
     }
 
     /// Flies a plan over the same intervals with its feedback, from where the transfer starts.

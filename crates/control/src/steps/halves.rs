@@ -3,7 +3,7 @@
 //! # Assumptions and limitations
 //! The other half is frozen: what the half planned does to it by gravity (a body elsewhere in its orbit is turned
 //! otherwise, one turned otherwise is pulled otherwise) is left out. For a body of size ρ at the distance r it is of the
-//! order `(ρ/r)²` of the loads. The full propagator misses a plan's end by that.
+//! order `(ρ/r)²` of the loads. The full propagator misses a plan's end by that, which the solver checks.
 
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;

@@ -124,7 +124,7 @@ fn a_bound_near_the_least_one_gives_bang_bang() {
         &NewtonSettings::default(),
         |_| true,
     ) {
-        Err(PlanError::Infeasible { violation, .. }) => assert!(violation > 1e-3),
+        Err(PlanError::NotFound { violation, .. }) => assert!(violation > 1e-3),
         other => panic!("{other:?}"),
     }
 }

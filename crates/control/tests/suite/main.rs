@@ -5,6 +5,7 @@
 mod case;
 mod classes;
 mod constraints;
+mod coupling;
 mod final_time;
 mod maneuvers;
 mod minima;

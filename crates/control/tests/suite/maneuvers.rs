@@ -1,6 +1,6 @@
 //! Random manoeuvres from nothing.
 
-use lgvi_control::{NewtonSettings, Settings, Start, shooting, solve};
+use lgvi_control::{NewtonSettings, Settings, Start, certified, shooting, solve};
 use lgvi_truth::maneuvers::{Class, SEED, maneuver};
 use nalgebra::SVector;
 
@@ -33,4 +33,17 @@ fn random_manoeuvres_are_solved_from_nothing() {
     }
     assert!(failed.len() <= 1, "{failed:?}");
     assert!(shot < 15, "shooting solves {shot} of 30 in orbit");
+}
+
+/// Shooting ends in a saddle here.
+#[test]
+fn an_extremal_that_is_no_minimum_is_left_for_a_cheaper_one() {
+    let transfer = maneuver(SEED, 38).expect("a manoeuvre").transfer;
+    let zero = SVector::zeros();
+    let shot = shooting::solve(&transfer, zero, &Settings::default(), |_| true).expect("a saddle");
+    let saddle = certified(&transfer, &shot.extremal).expect("a plan");
+    assert!(saddle.certificate.stationarity < 1e-8 && !saddle.certificate.sufficient);
+    let settings = NewtonSettings::default();
+    let lower = solve(&transfer, Start::Warm(&saddle), &settings, |_| true).expect("a plan");
+    assert!(lower.certificate.sufficient && lower.cost < 0.99 * saddle.cost);
 }

@@ -29,14 +29,16 @@
 
 mod orbit;
 mod rest;
+mod varied;
 
-use lgvi_control::{Actuation, ActuationError, Transfer, TransferError};
+use lgvi_control::{Actuation, ActuationError, ConstraintError, Transfer, TransferError};
 use lgvi_dynamics::gravity::{Field, Sources};
 use lgvi_dynamics::{BodyError, BodyState, InertiaError, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::random::Random;
+pub use varied::{Family, Varied, varied};
 
 /// The seed of the published success rates.
 pub const SEED: u64 = 1;
@@ -91,6 +93,9 @@ pub enum ManeuverError {
     /// No transfer.
     #[error(transparent)]
     Transfer(#[from] TransferError),
+    /// No inequalities.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
 }
 
 /// Manoeuvre `index` of `seed`: even ones from rest to rest, odd ones from orbit to orbit.

@@ -21,6 +21,10 @@ use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no manoeuvre";
 
+/// What is said of a plan whose certificate is not sufficient.
+pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \
+                                      near, and `maneuver.search` may find it";
+
 /// What is to be planned.
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
@@ -102,7 +106,7 @@ impl Iteration {
 /// Why there is no plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reason {
-    /// The conditions cannot be met.
+    /// No plan meets the inequalities, as far as is known.
     Infeasible,
     /// The iterations are used up, or none makes progress.
     NotConverged,
@@ -118,7 +122,7 @@ pub(crate) enum Reason {
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
     pub(crate) plan: Plan,
-    /// Which of several plans it is; empty where only one was looked for.
+    /// Which of several plans it is, and whether it may be no minimum; empty where neither is to be said.
     pub(crate) remark: String,
 }
 
@@ -155,17 +159,22 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
             .state(scene, maneuver.body, task.first_step)
             .map_err(|error| Unsolved::new(Reason::Refused, error))?,
     };
-    match task.end {
+    let mut solved = match task.end {
         End::After(intervals) => {
             let transfer = transfer(scene, &initial, intervals)?;
             let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
                 // What is too short to be shortened is no help.
                 plan.remaining(&transfer, *flown, initial).ok()
             });
-            once(scene, &transfer, guess.as_ref(), observe)
+            once(scene, &transfer, guess.as_ref(), observe)?
         }
-        End::Free(range) => duration::solve(scene, &initial, range, observe),
+        End::Free(range) => duration::solve(scene, &initial, range, observe)?,
+    };
+    if !solved.plan.certificate.sufficient {
+        let separator = if solved.remark.is_empty() { "" } else { "; " };
+        solved.remark += &format!("{separator}{NOT_MINIMUM}");
     }
+    Ok(solved)
 }
 
 fn transfer(
@@ -209,7 +218,7 @@ fn by_method(
     let solver = &maneuver.solver;
     let settings = newton_settings(solver);
     let plan = match (solver.method, maneuver.search, guess) {
-        (SolverMethod::Shooting, ..) => shooting::solve(transfer, &solver.shooting(), observe)?,
+        (SolverMethod::Shooting, ..) => shooting::solve(transfer, solver, observe)?,
         (SolverMethod::Newton, Some(search), None) => {
             return best(transfer, search, settings, observe);
         }
@@ -324,7 +333,7 @@ impl From<PlanError> for Unsolved {
     fn from(error: PlanError) -> Self {
         let message = error.to_string();
         let (reason, best) = match error {
-            PlanError::Infeasible { .. } => (Reason::Infeasible, None),
+            PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, Some(best)),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
             PlanError::Half(_) | PlanError::Units(_) => (Reason::Refused, None),

@@ -1,17 +1,21 @@
-use lgvi_control::{Plan, Settings, ShootingError, Transfer, certified, shooting};
+use lgvi_control::{Plan, PlanError, ShootingError, Start, Transfer, certified, shooting};
 use lgvi_dynamics::gravity::Sources;
+use lgvi_scene::Solver;
 use nalgebra::SVector;
 
-use super::{Iteration, Observe, Reason, Unsolved};
+use super::{Iteration, Observe, Reason, Unsolved, newton_settings};
 
-/// The paper's method, from the free drift.
+/// The paper's method, from the free drift; from an extremal that is no minimum Newton's method goes on.
 pub(super) fn solve(
     transfer: &Transfer<Sources>,
-    settings: &Settings,
+    solver: &Solver,
     observe: Observe<'_>,
 ) -> Result<Plan, Unsolved> {
-    let solution = shooting::solve(transfer, SVector::zeros(), settings, |now| {
-        observe(&now.into())
+    let mut made = Iteration::NONE;
+    let zero = SVector::zeros();
+    let solution = shooting::solve(transfer, zero, &solver.shooting(), |now| {
+        made = now.into();
+        observe(&made)
     })
     .map_err(|error| {
         let reason = match error {
@@ -20,8 +24,25 @@ pub(super) fn solve(
         };
         Unsolved::new(reason, error)
     })?;
-    certified(transfer, &solution.extremal)
-        .map_err(|error| Unsolved::new(Reason::NotConverged, error))
+    let plan = certified(transfer, &solution.extremal)
+        .map_err(|error| Unsolved::new(Reason::NotConverged, error))?;
+    if plan.certificate.sufficient {
+        return Ok(plan);
+    }
+    let settings = newton_settings(solver);
+    let lower = lgvi_control::solve(transfer, Start::Warm(&plan), &settings, |now| {
+        let now = Iteration::from(now);
+        observe(&Iteration {
+            iteration: made.iteration + now.iteration,
+            trials: made.trials + now.trials,
+            ..now
+        })
+    });
+    match lower {
+        Ok(lower) if lower.cost < plan.cost => Ok(lower),
+        Err(stopped @ PlanError::Stopped { .. }) => Err(stopped.into()),
+        _ => Ok(plan),
+    }
 }
 
 impl From<&lgvi_control::Iteration> for Iteration {

@@ -106,10 +106,10 @@ impl Visit for Product<'_> {
 #[test]
 fn the_derivative_of_the_lagrangian_is_that_of_differences() {
     let h = 0.08;
-    for (motion, commanded) in [
-        (Motion::Full, 0..6),
-        (Motion::Translation, 0..3),
-        (Motion::Rotation, 3..6),
+    for (motion, commanded, planned) in [
+        (Motion::Full, 0..6, 0..12),
+        (Motion::Translation, 0..3, 0..6),
+        (Motion::Rotation, 3..6, 6..12),
     ] {
         for dynamics in [Dynamics::LieEuler, Dynamics::Lgvi] {
             let at = |h: f64| transfer(h, motion, dynamics);
@@ -117,12 +117,16 @@ fn the_derivative_of_the_lagrangian_is_that_of_differences() {
                 let wave = 0.05 * wave::<6>(k);
                 SVector::from_fn(|i, _| if commanded.contains(&i) { wave[i] } else { 0.0 })
             };
+            let multipliers = |k: usize| {
+                let wave = wave::<12>(100 + k);
+                SVector::from_fn(|i, _| if planned.contains(&i) { wave[i] } else { 0.0 })
+            };
             let mut plan = Plan {
                 h,
                 states: vec![at(h).initial],
                 controls: Vec::new(),
                 commands: (0..N).map(command).collect(),
-                multipliers: (0..N).map(|k| wave(100 + k)).collect(),
+                multipliers: (0..N).map(multipliers).collect(),
                 feedback: Vec::new(),
                 cost: 0.0,
                 certificate: Certificate::default(),

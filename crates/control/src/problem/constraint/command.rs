@@ -35,6 +35,14 @@ impl CommandInequality {
         }
     }
 
+    /// The same with `slack` of room, `g ≤ slack`.
+    pub(super) fn relaxed(&self, slack: f64) -> Self {
+        Self {
+            bound: self.bound + slack,
+            ..self.clone()
+        }
+    }
+
     /// The same of the commands that `selection` (6×U) makes of others, `w = E v`.
     pub(crate) fn of<const V: usize>(
         &self,

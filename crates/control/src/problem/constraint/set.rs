@@ -94,8 +94,19 @@ impl InequalitySet {
     }
 
     fn keep(&mut self, read: Reader, kind: Kind) {
-        let constraint = read.0;
-        self.state.push(StateInequality { constraint, kind });
+        self.state.push(StateInequality {
+            constraint: read.0,
+            kind,
+            slack: 0.0,
+        });
+    }
+
+    /// The same with `slack` of room each, `g ≤ slack`.
+    pub(crate) fn relaxed(&self, slack: f64) -> Self {
+        Self {
+            command: self.command.iter().map(|row| row.relaxed(slack)).collect(),
+            state: self.state.iter().map(|row| row.relaxed(slack)).collect(),
+        }
     }
 
     /// `|row · w| ≤ limit`, where commands reach the row at all.

@@ -9,6 +9,8 @@ pub(crate) struct StateInequality {
     /// Which constraint it belongs to, from 0.
     pub(crate) constraint: usize,
     pub(super) kind: Kind,
+    /// By how much it may be violated.
+    pub(super) slack: f64,
 }
 
 /// What an inequality sees of a state.
@@ -46,6 +48,14 @@ const ROUNDING: f64 = 1e-12;
 const NEAREST: f64 = 1e-4;
 
 impl StateInequality {
+    /// The same with `slack` of room, `g ≤ slack`.
+    pub(super) fn relaxed(&self, slack: f64) -> Self {
+        Self {
+            slack: self.slack + slack,
+            ..self.clone()
+        }
+    }
+
     /// What it sees.
     pub(crate) fn place(&self) -> Place {
         match self.kind {
@@ -74,9 +84,9 @@ impl StateInequality {
         }
     }
 
-    /// `g(s)`.
+    /// `g(s)`, less the slack.
     pub(crate) fn value(&self, state: &BodyState) -> f64 {
-        match &self.kind {
+        let value = match &self.kind {
             Kind::Cone {
                 axis,
                 direction,
@@ -96,7 +106,8 @@ impl StateInequality {
                 let r = (rho.norm_squared() + ROUNDING * ROUNDING).sqrt();
                 cosine * (r - ROUNDING) - axis.dot(&rho)
             }
-        }
+        };
+        value - self.slack
     }
 
     /// Gradient and Hessian of `g` by [`StateInequality::place`], the Hessian symmetric and along `Steps::moved`.

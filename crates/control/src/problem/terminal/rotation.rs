@@ -50,12 +50,15 @@ impl RotationSet {
                 )),
                 momentum: momentum(angular_momentum)?,
             },
-            RotationTarget::Free => Self {
-                attitude: AttitudeSet::Free,
-                momentum: None,
-            },
+            RotationTarget::Free => Self::FREE,
         })
     }
+
+    /// Without conditions.
+    pub(crate) const FREE: Self = Self {
+        attitude: AttitudeSet::Free,
+        momentum: None,
+    };
 
     /// Whether the attitude at the end is one rotation.
     pub(crate) fn fixes_attitude(&self) -> bool {

@@ -1,0 +1,152 @@
+//! Away from a stationary point that is no minimum, along a direction of negative curvature.
+
+use nalgebra::SVector;
+
+use super::conditions::{Ending, Inequalities};
+use super::iteration::Newton;
+use super::model::{Kind, ModelError};
+use super::problem::{Iterate, Problem};
+use super::search::CORRECTIONS;
+use super::trial::{Merit, Move, Trial};
+use crate::steps::Steps;
+
+/// Augmentations under which the Hessian is looked at: the more of it, the nearer the direction keeps to the conditions.
+const AUGMENTATIONS: [f64; 3] = [1e7, 1e5, 1e3];
+/// The model whose policies keep trial points near their path, and meet the conditions.
+const POLICIES: Kind = Kind {
+    curvature: 0.0,
+    augmentation: 10.0,
+    damping: 0.0,
+    gains: false,
+};
+/// Lengths tried, as powers of two of that at which the direction by itself costs as much as the plan.
+const LENGTHS: std::ops::RangeInclusive<i32> = -10..=3;
+/// Differences of merits that are rounding, relative.
+const ROUNDING: f64 = 1e-10;
+
+impl<const X: usize, const U: usize> Newton<X, U> {
+    /// From a stationary iterate without defects to a point of less merit along a direction of negative curvature; `None`
+    /// where the Hessian has none, or none that leads down.
+    pub(crate) fn downhill<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+    ) -> Option<Iterate<X, U>>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        self.weights.defects.fill(0.0);
+        self.weights.miss = 2.0 * self.iterate.nu.abs();
+        AUGMENTATIONS.into_iter().find_map(|augmentation| {
+            let kind = Kind {
+                curvature: 1.0,
+                augmentation,
+                ..POLICIES
+            };
+            let found = self.model.solve(problem, inequalities, &self.iterate, kind);
+            let Err(ModelError::NotConvex { stage }) = found else {
+                return None;
+            };
+            self.take_direction_from(stage);
+            self.model
+                .solve(problem, inequalities, &self.iterate, POLICIES)
+                .ok()?;
+            self.lowest(problem, inequalities)
+        })
+    }
+
+    /// Takes the direction that begins with the command along which the model is not convex at `stage`, and goes on as the
+    /// policies of the later stages have it.
+    fn take_direction_from(&mut self, stage: usize) {
+        let (model, direction) = (&self.model, &mut self.direction);
+        direction.nu = self.iterate.nu;
+        direction.states.fill(SVector::zeros());
+        direction.commands.fill(SVector::zeros());
+        let mut z = SVector::zeros();
+        for k in stage..direction.commands.len() {
+            let policy = &model.policies[k];
+            let v = if k == stage {
+                policy.constant
+            } else {
+                policy.state.tr_mul(&z)
+            };
+            let dynamics = &model.dynamics[k];
+            z = dynamics.a * z + dynamics.b * v;
+            direction.commands[k] = v;
+            direction.states[k + 1] = z;
+        }
+    }
+
+    /// The point of least merit among some along the direction, to either side; `None` where all have more than the
+    /// iterate.
+    fn lowest<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &Q,
+    ) -> Option<Iterate<X, U>>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let here = self.along(0.0, problem, inequalities)?;
+        let weight = problem.h * problem.weight;
+        let commands = self.direction.commands.iter();
+        let size: f64 = commands.map(|v| 0.5 * v.dot(&(weight * v))).sum();
+        let unit = (here.cost / size).sqrt();
+        let mut least = here.total() - ROUNDING * here.total().abs();
+        let mut lowest = None;
+        for sign in [1.0, -1.0] {
+            let mut falls = false;
+            for power in LENGTHS {
+                let length = sign * unit * f64::from(power).exp2();
+                match self.along(length, problem, inequalities) {
+                    Some(merit) if merit.total() < least => {
+                        least = merit.total();
+                        lowest = Some(self.spare.clone());
+                        falls = true;
+                    }
+                    _ if falls => break,
+                    _ => (),
+                }
+            }
+        }
+        lowest
+    }
+
+    /// The merit of the spare iterate, moved this far along the direction and back to the conditions.
+    fn along<S, E, Q>(
+        &mut self,
+        length: f64,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &Q,
+    ) -> Option<Merit<X>>
+    where
+        S: Steps<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
+        let trial = Trial {
+            problem,
+            inequalities,
+            model: &self.model,
+            weights: &self.weights,
+            length: 1.0,
+        };
+        let flown = Move::Flown(&self.direction, length);
+        let mut merit = trial.make(flown, &self.iterate, &mut self.spare).ok()?;
+        for _ in 0..CORRECTIONS {
+            let Some(nu) = self.model.start.correction(&merit.miss) else {
+                break;
+            };
+            match trial.make(Move::Conditions(nu), &self.spare, &mut self.third) {
+                Ok(corrected) if corrected.miss.norm() < merit.miss.norm() => merit = corrected,
+                _ => break,
+            }
+            std::mem::swap(&mut self.spare, &mut self.third);
+        }
+        merit.total().is_finite().then_some(merit)
+    }
+}

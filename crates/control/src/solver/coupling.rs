@@ -1,0 +1,109 @@
+//! One half of a motion that gravity couples to the other.
+//!
+//! Half a motion is planned beside the free flight of the other half. A body that is no sphere is pulled and turned
+//! otherwise where the plan leads it: the plan as flown misses. Where it misses by more than the tolerance, the whole motion
+//! is planned, under the commands of the half and to its target.
+
+use lgvi_dynamics::BodyState;
+use lgvi_dynamics::gravity::Field;
+
+use super::attempt::Solver;
+use super::class::{Both, Class};
+use super::error::PlanError;
+use super::progress::{NewtonSettings, Progress, Start};
+use super::resolution::{Shared, resolved};
+use crate::newton::Ending;
+use crate::problem::{RotationSet, TranslationSet};
+use crate::steps::{KickDriftKick, Steps};
+use crate::{Motion, Plan, RotationTarget, Transfer, TranslationTarget};
+
+/// Solves the half of `transfer` that is the class's, as it is flown.
+pub(super) fn half<F, C, const X: usize, const U: usize>(
+    class: &C,
+    transfer: &Transfer<F>,
+    start: Start<'_>,
+    again: bool,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError>
+where
+    F: Field,
+    C: Class<X, U> + Clone,
+{
+    let mut made = [0; 2];
+    let mut watch = |now: &Progress| {
+        made = [now.iteration, now.trials];
+        observe(now)
+    };
+    let plan = Solver::new(class.clone(), transfer, settings, &mut watch).solve(start, again)?;
+    if !is_coupled(transfer)
+        || miss(class, transfer, &plan).is_some_and(|miss| miss <= settings.violation)
+    {
+        return Ok(plan);
+    }
+    let mut watch = |now: &Progress| {
+        observe(&Progress {
+            iteration: made[0] + now.iteration,
+            trials: made[1] + now.trials,
+            ..*now
+        })
+    };
+    let whole = whole(class, transfer);
+    Solver::new(Both, &whole, settings, &mut watch).solve(Start::Warm(&plan), again)
+}
+
+/// Whether gravity acts on either half by what the other is.
+fn is_coupled<F: Field>(transfer: &Transfer<F>) -> bool {
+    let BodyState {
+        position, attitude, ..
+    } = &transfer.initial;
+    let slope = transfer.field.gradient(&transfer.body, position, attitude);
+    let [force, moment, turn] = [
+        slope.force_by_attitude,
+        slope.moment_by_position,
+        slope.moment_by_attitude,
+    ];
+    [force, moment, turn].iter().any(|slope| slope.amax() > 0.0)
+}
+
+/// By how much a plan misses its target where both halves are flown; `None` where it cannot be flown.
+fn miss<F, C, const X: usize, const U: usize>(
+    class: &C,
+    transfer: &Transfer<F>,
+    plan: &Plan,
+) -> Option<f64>
+where
+    F: Field,
+    C: Class<X, U>,
+{
+    let steps = KickDriftKick::full(transfer);
+    let mut state = transfer.initial;
+    for (k, command) in plan.commands.iter().enumerate() {
+        state = steps.next(k, &state, command).ok()?;
+    }
+    state
+        .is_finite()
+        .then(|| class.ending(transfer).residual(&state).norm())
+}
+
+/// The transfer of the whole motion under the commands of the class, to where it is to lead its half.
+fn whole<'t, F, C, const X: usize, const U: usize>(
+    class: &C,
+    transfer: &'t Transfer<F>,
+) -> Transfer<Shared<'t, F>>
+where
+    F: Field,
+    C: Class<X, U>,
+{
+    let mut whole = resolved(transfer, transfer.intervals);
+    if transfer.motion == Motion::Translation {
+        whole.target.rotation = RotationTarget::Free;
+        whole.terminal.rotation = RotationSet::FREE;
+    } else {
+        whole.target.translation = TranslationTarget::Free;
+        whole.terminal.translation = TranslationSet::Free;
+    }
+    whole.motion = Motion::Full;
+    whole.actuation = transfer.actuation.limited_to(&class.selection());
+    whole
+}

@@ -1,0 +1,338 @@
+//! Manoeuvres of many kinds, with and without inequalities, in the units in which they would be stated.
+//!
+//! **Slews** are from rest to rest over a uniform attitude, by body axes of unequal inertia, alone or past a cone that is kept
+//! out of. **Transfers** are of a point mass or a dumbbell from one near-circular orbit to another, 0.3 to 3 revolutions.
+//! **Limited** ones are slews and transfers whose forces or moments are bounded at a part of the greatest that the plan
+//! without bounds has. **Spheres** lie on the way of a rest-to-rest motion or a transfer; **corridors** end at the target.
+
+use std::f64::consts::{PI, TAU};
+
+use lgvi_control::{Actuation, Constraint, NewtonSettings, Start, Transfer, solve};
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
+use nalgebra::{Matrix3, Vector3};
+
+use super::ManeuverError;
+use crate::random::Random;
+
+/// What kind of manoeuvre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// From rest to rest by attitude alone.
+    Slew,
+    /// From orbit to orbit.
+    Transfer,
+    /// Under limits of force and moment.
+    Limited,
+    /// A slew past a cone.
+    Cone,
+    /// Past a sphere.
+    Sphere,
+    /// Down a corridor.
+    Corridor,
+}
+
+impl Family {
+    /// All.
+    pub const ALL: [Self; 6] = [
+        Self::Slew,
+        Self::Transfer,
+        Self::Limited,
+        Self::Cone,
+        Self::Sphere,
+        Self::Corridor,
+    ];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Slew => "slews",
+            Self::Transfer => "orbit transfers",
+            Self::Limited => "command limits",
+            Self::Cone => "keep-out cones",
+            Self::Sphere => "keep-out spheres",
+            Self::Corridor => "corridors",
+        }
+    }
+}
+
+/// A manoeuvre of a family.
+#[derive(Clone)]
+pub struct Varied {
+    /// What kind.
+    pub family: Family,
+    /// What flies.
+    pub body: RigidBody,
+    /// Weights of force and moment.
+    pub weights: [Matrix3<f64>; 2],
+    /// What attracts it, from the origin.
+    pub gm: f64,
+    /// What is asked.
+    pub transfer: Transfer<Central>,
+    /// Under these inequalities.
+    pub constraints: Vec<Constraint>,
+}
+
+/// Manoeuvre `index` of `seed` in so many steps; families take turns.
+pub fn varied(seed: u64, index: u64, intervals: usize) -> Result<Varied, ManeuverError> {
+    let mut random = Random::new(seed, index);
+    let family = Family::ALL[(index % Family::ALL.len() as u64) as usize];
+    let random = &mut random;
+    match family {
+        Family::Slew => slew(random, family, intervals),
+        Family::Transfer => orbits(random, family, intervals),
+        Family::Limited => {
+            let free = if random.below(2) == 0 {
+                slew(random, family, intervals)?
+            } else {
+                orbits(random, family, intervals)?
+            };
+            limited(random, free)
+        }
+        Family::Cone => {
+            let free = slew(random, family, intervals)?;
+            past_a_cone(random, free)
+        }
+        Family::Sphere => {
+            let free = if random.below(2) == 0 {
+                crossing(random, family, intervals)?
+            } else {
+                orbits(random, family, intervals)?
+            };
+            past_a_sphere(random, free)
+        }
+        Family::Corridor => {
+            let free = crossing(random, family, intervals)?;
+            down_a_corridor(random, free)
+        }
+    }
+}
+
+/// A slew from rest to rest, at rest in space.
+fn slew(random: &mut Random, family: Family, intervals: usize) -> Result<Varied, ManeuverError> {
+    let body = brick(random)?;
+    let ends = [0, 1].map(|_| BodyState {
+        position: Vector3::x(),
+        linear_momentum: Vector3::zeros(),
+        attitude: random.rotation(),
+        angular_momentum: Vector3::zeros(),
+    });
+    let duration = random.log_uniform(1.0, 10.0);
+    finish(random, family, body, 0.0, duration, intervals, ends)
+}
+
+/// From rest to rest elsewhere, by a slew.
+fn crossing(
+    random: &mut Random,
+    family: Family,
+    intervals: usize,
+) -> Result<Varied, ManeuverError> {
+    let body = brick(random)?;
+    let apart = random.log_uniform(0.3, 3.0) * random.direction();
+    let ends = [Vector3::x(), Vector3::x() + apart].map(|position| BodyState {
+        position,
+        linear_momentum: Vector3::zeros(),
+        attitude: random.rotation(),
+        angular_momentum: Vector3::zeros(),
+    });
+    let duration = random.log_uniform(1.0, 10.0);
+    finish(random, family, body, 0.0, duration, intervals, ends)
+}
+
+/// From a near-circular orbit to another, the body x axis along the velocity at both ends.
+fn orbits(random: &mut Random, family: Family, intervals: usize) -> Result<Varied, ManeuverError> {
+    let body = if random.below(2) == 0 {
+        brick(random)?
+    } else {
+        dumbbell(random)?
+    };
+    let revolutions = random.uniform(0.3, 3.0);
+    let tilt = random.uniform(0.0, 30.0_f64.to_radians());
+    let radius = random.log_uniform(0.8, 1.6);
+    let speed = random.uniform(0.95, 1.05);
+    let begin = random.uniform(0.0, TAU);
+    let normal = Vector3::z();
+    let first = Vector3::x();
+    let node = random.uniform(0.0, TAU);
+    let node = Vector3::new(libm::cos(node), libm::sin(node), 0.0);
+    let tilted = lgvi_lie::exp(&(tilt * node));
+    let at = |frame: &Matrix3<f64>, angle: f64, radius: f64, speed: f64| {
+        let outward = frame * lgvi_lie::exp(&(angle * normal)) * first;
+        let along = frame * lgvi_lie::exp(&((angle + 0.5 * PI) * normal)) * first;
+        let rate = speed / (radius * radius.sqrt());
+        BodyState::from_velocities(
+            &body,
+            radius * outward,
+            radius * rate * along,
+            Matrix3::from_columns(&[along, -outward, frame * normal]),
+            Vector3::new(0.0, 0.0, rate),
+        )
+    };
+    let mean = 0.5 * (1.0 + radius);
+    let duration = revolutions * TAU * mean * mean.sqrt();
+    let end = begin + revolutions * TAU + random.uniform(-0.3, 0.3);
+    let ends = [
+        at(&Matrix3::identity(), begin, 1.0, speed),
+        at(&tilted, end, radius, 1.0),
+    ];
+    finish(random, family, body, 1.0, duration, intervals, ends)
+}
+
+/// A body of three unequal axes whose field is that of its centre.
+fn brick(random: &mut Random) -> Result<RigidBody, ManeuverError> {
+    let mass = random.log_uniform(0.3, 3.0);
+    let axes = Vector3::from_fn(|_, _| random.log_uniform(0.05, 0.3));
+    let spread = axes.component_mul(&axes) / 3.0;
+    let moments = Vector3::from_element(spread.sum()) - spread;
+    let inertia = Inertia::principal((mass * moments).into())?;
+    Ok(RigidBody::new(mass, inertia, Vec::new())?)
+}
+
+/// Two spheres on a rod along body x.
+fn dumbbell(random: &mut Random) -> Result<RigidBody, ManeuverError> {
+    let mass = random.log_uniform(0.3, 3.0);
+    let length = random.log_uniform(0.05, 0.3);
+    let axial = 0.4 * mass * length * length * random.log_uniform(0.03, 0.2);
+    let transverse = axial + 0.25 * mass * length * length;
+    let inertia = Inertia::principal([axial, transverse, transverse])?;
+    let arm = Vector3::new(0.5 * length, 0.0, 0.0);
+    let points = [arm, -arm].map(|position| PointMass {
+        mass: 0.5 * mass,
+        position,
+    });
+    Ok(RigidBody::new(mass, inertia, points.to_vec())?)
+}
+
+fn finish(
+    random: &mut Random,
+    family: Family,
+    body: RigidBody,
+    gm: f64,
+    duration: f64,
+    intervals: usize,
+    [initial, target]: [BodyState; 2],
+) -> Result<Varied, ManeuverError> {
+    let squared_radius = 0.5 * body.inertia().matrix().trace() / body.mass();
+    let force = Matrix3::from_diagonal_element(random.log_uniform(0.3, 3.0));
+    let moment = Matrix3::from_diagonal_element(random.log_uniform(0.1, 3.0) / squared_radius);
+    Ok(Varied {
+        family,
+        transfer: Transfer::new(
+            body.clone(),
+            Central { gm },
+            duration / intervals as f64,
+            intervals,
+            initial,
+            target,
+            Actuation::full(&force, &moment)?,
+        )?,
+        body,
+        weights: [force, moment],
+        gm,
+        constraints: Vec::new(),
+    })
+}
+
+impl Varied {
+    fn under(self, constraints: Vec<Constraint>) -> Result<Self, ManeuverError> {
+        Ok(Self {
+            transfer: self.transfer.with_constraints(constraints.clone())?,
+            constraints,
+            ..self
+        })
+    }
+}
+
+/// Limits of the norms, in parts of the greatest that the plan without limits has.
+fn limited(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
+    let part = random.uniform(0.7, 1.05);
+    let Ok(plan) = solve(
+        &free.transfer,
+        Start::Cold,
+        &NewtonSettings::default(),
+        |_| true,
+    ) else {
+        return Ok(free);
+    };
+    let greatest = |norm: fn(&lgvi_dynamics::Load) -> f64| {
+        let norms = plan.controls.iter().map(norm);
+        part * norms.fold(0.0, f64::max)
+    };
+    let limits = [
+        greatest(|load| load.force.norm()),
+        greatest(|load| load.moment.norm()),
+    ];
+    let mut constraints = Vec::new();
+    if free.gm > 0.0 {
+        constraints.push(Constraint::ForceNorm { limit: limits[0] });
+    }
+    if free.gm == 0.0 || random.below(2) == 0 {
+        constraints.push(Constraint::MomentNorm { limit: limits[1] });
+    }
+    free.under(constraints)
+}
+
+/// A cone that neither end is in, round a direction that the axis passes near on its shortest way.
+fn past_a_cone(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
+    let target = free.transfer.target().state();
+    let [from, to] = [Some(*free.transfer.initial()), target]
+        .map(|state| state.map_or(Matrix3::identity(), |state| state.attitude));
+    let half_angle = random.uniform(0.15, 0.7);
+    for _ in 0..1000 {
+        let axis = random.direction();
+        let turn = lgvi_lie::log(&from.tr_mul(&to));
+        let middle = from * lgvi_lie::exp(&(random.uniform(0.3, 0.7) * turn)) * axis;
+        let direction = (middle + 0.3 * half_angle * random.direction()).normalize();
+        let off = |attitude: &Matrix3<f64>| (attitude * axis).dot(&direction);
+        let clear = libm::cos(half_angle + 0.05);
+        if off(&from) < clear && off(&to) < clear {
+            let cone = Constraint::KeepOutCone {
+                axis,
+                direction,
+                half_angle,
+            };
+            return free.under(vec![cone]);
+        }
+    }
+    Ok(free)
+}
+
+/// A sphere near the middle of the plan without it.
+fn past_a_sphere(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
+    let Ok(plan) = solve(
+        &free.transfer,
+        Start::Cold,
+        &NewtonSettings::default(),
+        |_| true,
+    ) else {
+        return Ok(free);
+    };
+    let at = (random.uniform(0.3, 0.7) * free.transfer.intervals() as f64) as usize;
+    let states = &plan.states;
+    let ends = [states[0].position, states[states.len() - 1].position];
+    let nearest = ends.map(|end| (states[at].position - end).norm());
+    let radius = random.uniform(0.15, 0.5) * nearest[0].min(nearest[1]);
+    let center = states[at].position + 0.5 * radius * random.direction();
+    if ends.iter().any(|end| (end - center).norm() < 1.1 * radius) {
+        return Ok(free);
+    }
+    free.under(vec![Constraint::KeepOutSphere { center, radius }])
+}
+
+/// A corridor to the target with the start inside.
+fn down_a_corridor(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
+    let initial = free.transfer.initial().position;
+    let target = free.transfer.target().state();
+    let target = target.map_or(initial, |state| state.position);
+    let along = (initial - target).normalize();
+    let half_angle = random.uniform(0.1, 0.5);
+    let off = random.uniform(0.3, 0.95) * half_angle;
+    let across = along.cross(&random.direction()).normalize();
+    let axis = libm::cos(off) * along + libm::sin(off) * across;
+    let apex = target - random.uniform(0.02, 0.1) * (initial - target).norm() * axis;
+    free.under(vec![Constraint::Corridor {
+        apex,
+        axis,
+        half_angle,
+    }])
+}

@@ -112,7 +112,13 @@ impl Flight {
         let e = sign * eccentricity;
         let position = Vector3::new(1.0 - e, 0.0, 0.0);
         let velocity = Vector3::new(0.0, ((1.0 + e) / (1.0 - e)).sqrt(), 0.0);
-        let state = start(&body, position, velocity, Matrix3::identity(), Vector3::zeros());
+        let state = start(
+            &body,
+            position,
+            velocity,
+            Matrix3::identity(),
+            Vector3::zeros(),
+        );
         Self {
             class: Class::Kepler,
             bodies: vec![body],
@@ -129,7 +135,9 @@ impl Flight {
     fn drawn(class: Class, random: &mut Random) -> Self {
         let (periods, eccentric) = match class {
             Class::Kepler | Class::Oblate => (1000.0, 0.97),
-            Class::Points | Class::Cuboid => (1000.0, if random.below(4) == 0 { 0.97 } else { 0.05 }),
+            Class::Points | Class::Cuboid => {
+                (1000.0, if random.below(4) == 0 { 0.97 } else { 0.05 })
+            }
             Class::Free | Class::Pendulum => (1000.0, 0.6),
             Class::Spheres | Class::Given | Class::Multipoles => (100.0, 0.3),
             Class::Rubble | Class::Polyhedron => (10.0, 0.3),
@@ -185,9 +193,10 @@ impl Flight {
                     position: Vector3::new(0.0, 0.0, 1.0),
                 };
                 let whole = inertia.matrix() + Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
-                let body = made(Inertia::new(whole).map(|inertia| {
-                    made(RigidBody::pivoted(1.0, inertia, vec![centre]))
-                }));
+                let body = made(
+                    Inertia::new(whole)
+                        .map(|inertia| made(RigidBody::pivoted(1.0, inertia, vec![centre]))),
+                );
                 let off = random.uniform(0.05, 1.0) * Vector3::new(1.0, 0.3, 0.0).normalize();
                 let down = lgvi_lie::exp(&off);
                 let state = start(&body, Vector3::zeros(), Vector3::zeros(), down, 0.1 * spin);
@@ -230,7 +239,13 @@ impl Flight {
                 let mut bodies = vec![heavy, other];
                 let part = if given { 0.0 } else { -light / total };
                 let mut states = vec![
-                    start(&bodies[0], part * position, part * velocity, turned, 0.5 * spin),
+                    start(
+                        &bodies[0],
+                        part * position,
+                        part * velocity,
+                        turned,
+                        0.5 * spin,
+                    ),
                     start(
                         &bodies[1],
                         (1.0 + part) * position,
@@ -310,7 +325,11 @@ impl Flight {
         while steps <= FINEST && doubt > 0.1 * self.tolerance && vain < 3 {
             if let Some(other) = self.fly(nystrom, steps, 1) {
                 let error = accuracy.error(&other, &found);
-                vain = if error < 0.5 * doubt { 0 } else { vain + u32::from(error < 0.1) };
+                vain = if error < 0.5 * doubt {
+                    0
+                } else {
+                    vain + u32::from(error < 0.1)
+                };
                 doubt = doubt.min(error);
             }
             steps *= 2;

@@ -105,7 +105,11 @@ pub fn position(gm: f64, x: &Vector3<f64>, v: &Vector3<f64>, t: f64) -> Vector3<
         }
         let slope = 1.0 - cosine * libm::cos(turn) + sine * libm::sin(turn);
         let next = turn - value / slope;
-        let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+        let next = if next > low && next < high {
+            next
+        } else {
+            0.5 * (low + high)
+        };
         let change = next - turn;
         turn = next;
         if change.abs() <= f64::EPSILON * turn.abs() {

@@ -85,6 +85,11 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             false,
             "whether to hold wherever the scene is planned anew until the plan made there has been accepted",
         ),
+        ParameterSpec::new(
+            "chosen",
+            String::new(),
+            "what an automatic integrator has chosen for the scene, as a scene's `chosen` (chosen at configuring if empty)",
+        ),
         ParameterSpec::new("clock", false, "whether to publish the flight's time on /clock"),
     ]
 }
@@ -93,7 +98,11 @@ impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
         let scene = required_path(parameters, "scene")?;
         let clock = publishes_clock(parameters)?;
-        let scene = load_scene(&scene)?;
+        let mut scene = load_scene(&scene)?;
+        let chosen: String = parameters.get("chosen").map_err(NodeError::input)?;
+        if !chosen.is_empty() {
+            scene = scene.decided(&chosen).map_err(NodeError::input)?;
+        }
         let await_control = parameters
             .get_optional("await_control")
             .map_err(NodeError::input)?

@@ -13,6 +13,7 @@ use lgvi_node::{Event, FlightReport, Managed, Miss, Node, NodeError, Stopped, bo
 use lgvi_scene::Scene;
 use tracing::{info, warn};
 
+use crate::choosing;
 use crate::config::{self, Config, PATIENCE, Rates};
 use crate::cuts::Cuts;
 use crate::flight::Flight;
@@ -101,7 +102,8 @@ impl Managed for Propagator {
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
-        let config = Config::read(&node.parameters)?;
+        let mut config = Config::read(&node.parameters)?;
+        config.scene = choosing::decide(node, config.scene)?;
         let generation = node.parameters.generation();
         let rates = Rates::read(&node.parameters, &config.scene)?;
         let scene = Arc::new(config.scene.clone());

@@ -15,7 +15,7 @@ pub struct Choice {
     pub error: f64,
     /// What that is known from.
     pub outlook: Outlook,
-    /// Of each method the last that was flown.
+    /// Of each method the cheapest that meets the tolerance or else the most accurate; the choice is the first.
     pub candidates: Vec<Candidate>,
     /// Evaluations of gravity that it took.
     pub evaluations: u64,

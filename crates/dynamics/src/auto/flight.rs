@@ -218,8 +218,7 @@ impl<'a> Flights<'a> {
         let mut step = 0;
         for instant in 0..self.instants.len() {
             while step < self.instants[instant] * each {
-                let made =
-                    integrator.step_to(self.system, &states, &mut next, &self.controls, h);
+                let made = integrator.step_to(self.system, &states, &mut next, &self.controls, h);
                 if let Err(error) = made {
                     course.end = End::Failed(error);
                     return Ok(course);

@@ -72,9 +72,18 @@ pub fn choose(
     let reference = Reference::new(&mut flights, tolerance)?;
     // Where not even the reference is as accurate, what can be reached is looked for.
     let floor = reference.floor();
-    let aim = if floor > tolerance { REACHED * floor } else { tolerance };
-    let candidates = grid::search(&mut flights, &reference, aim)?;
-    let chosen = best(&candidates, aim);
+    let aim = if floor > tolerance {
+        REACHED * floor
+    } else {
+        tolerance
+    };
+    let mut candidates = grid::search(&mut flights, &reference, aim)?;
+    let lacks = |candidate: &Candidate| candidate.error.max(aim);
+    candidates.sort_by(|a, b| {
+        let nearer = lacks(a).total_cmp(&lacks(b));
+        nearer.then(a.cost.total_cmp(&b.cost))
+    });
+    let chosen = candidates[0];
     let may_miss = matches!(reference.outlook, Outlook::Extrapolated { .. });
     if chosen.error > tolerance && !(may_miss && chosen.error.is_finite()) {
         return Err(ChoiceError::beyond(tolerance, chosen.error));
@@ -87,14 +96,4 @@ pub fn choose(
         evaluations: flights.evaluations(),
         candidates,
     })
-}
-
-/// The cheapest that meets the tolerance, or the one that comes nearest to it.
-fn best(candidates: &[Candidate], tolerance: f64) -> Candidate {
-    let better = |a: Candidate, b: &Candidate| {
-        let lacks = |c: &Candidate| c.error.max(tolerance);
-        let order = lacks(b).total_cmp(&lacks(&a)).then(b.cost.total_cmp(&a.cost));
-        if order.is_lt() { *b } else { a }
-    };
-    candidates[1..].iter().fold(candidates[0], better)
 }

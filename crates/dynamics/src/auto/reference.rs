@@ -125,7 +125,9 @@ impl Reference {
     /// The last instant up to which its own error is a part of the tolerance.
     fn known(&self, tolerance: f64) -> Option<usize> {
         let own = |instant: &usize| self.floor[*instant] * self.growth_from(*instant);
-        (0..self.floor.len()).rev().find(|instant| own(instant) <= PART * tolerance)
+        (0..self.floor.len())
+            .rev()
+            .find(|instant| own(instant) <= PART * tolerance)
     }
 
     /// Its own error at the last instant.

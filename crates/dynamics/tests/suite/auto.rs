@@ -70,7 +70,14 @@ fn the_choice_reaches_the_tolerance() {
     for (name, duration, steps) in RUNS {
         let flown = Flown::new(name, duration, steps);
         for tolerance in TOLERANCES {
-            let choice = flown.choose(tolerance).expect("a choice");
+            let (choice, tolerance) = match flown.choose(tolerance) {
+                // Rounding alone makes up to 8e-11 of some cases.
+                Err(ChoiceError::Floor { floor, .. }) => {
+                    assert!(tolerance <= 1e-10 && floor < 1e-9, "{name}: {floor:e}");
+                    (flown.choose(floor).expect("what was named"), floor)
+                }
+                choice => (choice.expect("a choice"), tolerance),
+            };
             assert_eq!(choice.outlook, Outlook::Met, "{name}: {choice}");
             let error = flown.error(choice.method, choice.substeps);
             assert!(
@@ -113,7 +120,7 @@ fn kept(flight: &Flight, tolerance: f64) -> Kept {
 
 #[test]
 fn random_flights_end_within_their_tolerances() {
-    for index in 0..55 {
+    for index in 0..33 {
         let flight = Flight::random(3, index);
         kept(&flight, flight.tolerance);
     }
@@ -142,7 +149,10 @@ fn kepler_orbits_end_within_their_tolerances_or_are_refused_with_the_floor() {
                 Kept::Refused(floor) => {
                     assert!(tolerance < 1e-10 && floor < 1e-9, "{tolerance:e} {floor:e}");
                     let met = kept(&flight, floor);
-                    assert!(matches!(met, Kept::Error(_)), "{floor:e} was said to be met");
+                    assert!(
+                        matches!(met, Kept::Error(_)),
+                        "{floor:e} was said to be met"
+                    );
                 }
                 Kept::Warned => panic!("a regular motion"),
             }
@@ -171,7 +181,10 @@ fn whoever_asks_can_end_the_search() {
     );
     assert_eq!(choice, Err(ChoiceError::Interrupted));
     assert_eq!(told.len(), 5);
-    assert!(told.iter().all(|part| (0.0..1.0).contains(part)), "{told:?}");
+    assert!(
+        told.iter().all(|part| (0.0..1.0).contains(part)),
+        "{told:?}"
+    );
 }
 
 #[test]

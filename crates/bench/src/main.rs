@@ -26,6 +26,7 @@ mod peer;
 mod picture;
 mod planner;
 mod precision;
+mod promises;
 mod recording;
 mod run;
 mod skip;
@@ -76,6 +77,12 @@ enum Command {
     Auto {
         /// A scene or a reference case, such as `pendulum`; all of them without one.
         name: Option<String>,
+        /// Instead, the errors of so many random flights in their tolerances.
+        #[arg(long, conflicts_with = "name")]
+        scenes: Option<u64>,
+        /// Of the random flights.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
     },
     /// What skipping saves in each scene, and what it changes.
     Skip {
@@ -185,7 +192,12 @@ fn dispatch(
         Command::Free => free::run(python, repeats, output),
         Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
         Command::Step { fly: None } => cost::run(repeats, output),
-        Command::Auto { name } => auto::run(name.as_deref(), repeats),
+        Command::Auto {
+            scenes: Some(scenes),
+            seed,
+            ..
+        } => promises::run(scenes, seed, output),
+        Command::Auto { name, .. } => auto::run(name.as_deref(), repeats),
         Command::Skip { name } => skip::run(name.as_deref(), repeats, output),
         Command::Costs => costs::run(repeats),
         Command::Planner(options) => planner::run(&options, python, repeats, output),

@@ -102,7 +102,8 @@ impl Run {
 
     pub(crate) fn choose(&self, tolerance: f64) -> Result<Choice, BenchError> {
         let (mut system, states) = self.system()?;
-        Ok(auto::choose(&mut system, &states, self.wanted, tolerance)?)
+        let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+        Ok(auto::choose(&mut system, &states, self.wanted, tolerance, go_on)?)
     }
 
     /// At step 0 of `steps`, each made as some substeps of the method.

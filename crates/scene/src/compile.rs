@@ -13,7 +13,7 @@ use lgvi_dynamics::Invariants;
 
 use crate::file::{BodyFile, SceneFile};
 use crate::scene::{NamedBody, Publishing, Scene};
-use crate::{LONGEST, SceneError, Units, check, numbers};
+use crate::{Chosen, LONGEST, SceneError, Units, check, numbers};
 
 /// Bodies of the largest scene: each has a topic of its own.
 const MAX_BODIES: usize = 1024;
@@ -41,6 +41,7 @@ impl Scene {
             epoch: run::epoch(&file.run)?,
             integration,
             accuracy: run::accuracy(&file.run, file.maneuver.as_ref()),
+            chosen: None,
             skipping: run::skipping(&file.run, integration)?,
             substeps: run::substeps(&file.run)?,
             subdivide: run::subdivide(&file.run)?,
@@ -57,6 +58,9 @@ impl Scene {
             disturbance: None,
             ensemble: None,
         };
+        if let Some(file) = file.chosen {
+            scene.chosen = Some(Chosen::compile(file, integration, &scene.system())?);
+        }
         run::check_step(&scene)?;
         check_si(&scene)?;
         run::check_end(&scene)?;

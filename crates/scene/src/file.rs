@@ -21,11 +21,13 @@ pub(crate) use maneuver::{
     ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
 };
 
+use crate::chosen::ChosenFile;
 use crate::integrator::{IntegratorFile, SkipFile};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SceneFile {
+    pub chosen: Option<ChosenFile>,
     pub title: String,
     #[serde(default)]
     pub units: UnitsFile,

@@ -5,6 +5,7 @@
 //! what comes back.
 
 mod check;
+mod chosen;
 mod compile;
 mod discretisation;
 mod disturbance;
@@ -22,6 +23,7 @@ mod scene;
 mod shape;
 mod units;
 
+pub use chosen::Chosen;
 pub use disturbance::{ActuatorErrors, Disturbance};
 pub use ensemble::{Deviation, Ensemble, Sample, Spread};
 pub use error::{LONGEST, SceneError, SchemeError};

@@ -1,12 +1,12 @@
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
 use lgvi_dynamics::gravity::Polyhedron;
 use lgvi_dynamics::skip::{Allowance, Plan, Refusal};
 use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, Skip, System};
 
 use crate::{
-    Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError,
+    Chosen, Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError,
     Skipping, Units,
 };
 
@@ -29,6 +29,8 @@ pub struct Scene {
     pub integration: Integration,
     /// What `auto` was asked for where a manoeuvre says what flies it.
     pub accuracy: Option<f64>,
+    /// What an automatic integrator has chosen, once it has.
+    pub chosen: Option<Chosen>,
     /// What may be left out of the computation.
     pub skipping: Skipping,
     /// Steps of the integrator in each step of the run, unless it chooses them.
@@ -124,15 +126,18 @@ impl Scene {
         System::new(bodies, self.gravity.of_system())
     }
 
-    /// What flies the scene. An automatic integrator is chosen here, and what may be left out is found, both by pilot flights
-    /// that may take a while.
+    /// What flies the scene. An automatic integrator is chosen here, unless it has been, and what may be left out is found,
+    /// both by flights that may take a while.
     pub fn scheme(&self) -> Result<Scheme, SchemeError> {
         let (method, substeps) = match self.integration {
             Integration::Method(method) => (method, self.substeps),
-            Integration::Auto { tolerance } => {
-                let choice = self.choice(tolerance)?;
-                (choice.method, choice.substeps)
-            }
+            Integration::Auto { tolerance } => match &self.chosen {
+                Some(chosen) => (chosen.method, chosen.substeps),
+                None => {
+                    let choice = self.choice(tolerance, &mut |_| ControlFlow::Continue(()))?;
+                    (choice.method, choice.substeps)
+                }
+            },
         };
         Ok(self.scheme_by(method, substeps))
     }
@@ -165,22 +170,13 @@ impl Scene {
         }
     }
 
-    /// Method and substeps that reach this accuracy at the least predicted cost, and why. The same on every machine.
-    pub fn choice(&self, tolerance: f64) -> Result<Choice, ChoiceError> {
-        let run = Run {
-            duration: self.duration,
-            steps: self.steps,
-        };
-        choose(&mut self.system(), &self.states(), run, tolerance)
-    }
-
     /// What of the scene a scheme computes, and what it leaves out.
     pub fn plan(&self, scheme: Scheme) -> Plan {
         Plan::new(&self.system(), &self.states(), scheme.method, scheme.skip)
     }
 
     /// The bodies' states at the epoch, undisturbed.
-    fn states(&self) -> Vec<BodyState> {
+    pub(crate) fn states(&self) -> Vec<BodyState> {
         self.bodies.iter().map(|body| body.state).collect()
     }
 

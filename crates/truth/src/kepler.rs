@@ -1,7 +1,10 @@
+//! Kepler orbits, and the motion along them in closed form.
+
 use std::f64::consts::TAU;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
+use crate::double_double::DoubleDouble;
 use crate::random::Random;
 
 /// A place on a Kepler orbit about the origin, `GM = 1`.
@@ -52,7 +55,7 @@ impl Orbit {
 }
 
 /// `E` of `E − e sin E = M`, by Newton's method from where it converges for all `M` and `e < 1`.
-fn eccentric_anomaly(mean: f64, eccentricity: f64) -> f64 {
+pub(crate) fn eccentric_anomaly(mean: f64, eccentricity: f64) -> f64 {
     let mut anomaly = std::f64::consts::PI;
     for _ in 0..50 {
         let residual = anomaly - eccentricity * libm::sin(anomaly) - mean;
@@ -63,4 +66,70 @@ fn eccentric_anomaly(mean: f64, eccentricity: f64) -> f64 {
         }
     }
     anomaly
+}
+
+/// Where a body is after `t` on an elliptic Kepler orbit about the origin, to rounding however many revolutions that are:
+/// the mean anomaly is counted in twice the precision.
+///
+/// # Assumptions and limitations
+/// The orbit is an ellipse.
+pub fn position(gm: f64, x: &Vector3<f64>, v: &Vector3<f64>, t: f64) -> Vector3<f64> {
+    let exact = DoubleDouble::from;
+    let dot = |a: &Vector3<f64>, b: &Vector3<f64>| {
+        (0..3).fold(exact(0.0), |sum, i| sum + exact(a[i]) * exact(b[i]))
+    };
+    let gm = exact(gm);
+    let radius = dot(x, x).square_root();
+    let curvature = exact(2.0) * radius.reciprocal() - dot(v, v) * gm.reciprocal();
+    let rate = (gm * curvature).square_root() * curvature;
+    let mean = (rate * exact(t)).reduced();
+    // e cos E and e sin E at the start
+    let (from_one, sine) = (
+        (radius * curvature).0,
+        (dot(x, v) * (curvature * gm.reciprocal()).square_root()).0,
+    );
+    let cosine = 1.0 - from_one;
+    let residual = |turn: f64| {
+        let half = libm::sin(0.5 * turn);
+        let excess = turn - libm::sin(turn);
+        excess * cosine + turn * from_one + 2.0 * sine * half * half - mean
+    };
+    let (mut low, mut high) = (mean - 2.0, mean + 2.0);
+    let mut turn = mean;
+    for _ in 0..200 {
+        let value = residual(turn);
+        if value > 0.0 {
+            high = turn;
+        } else {
+            low = turn;
+        }
+        let slope = 1.0 - cosine * libm::cos(turn) + sine * libm::sin(turn);
+        let next = turn - value / slope;
+        let next = if next > low && next < high {
+            next
+        } else {
+            0.5 * (low + high)
+        };
+        let change = next - turn;
+        turn = next;
+        if change.abs() <= f64::EPSILON * turn.abs() {
+            break;
+        }
+    }
+    let half = libm::sin(0.5 * turn);
+    let f = 1.0 - 2.0 * half * half / from_one;
+    let g = (mean - (turn - libm::sin(turn))) / rate.0;
+    x * f + v * g
+}
+
+/// The attitude of a sphere that has turned with a constant angular velocity (body frame) for `t`, to rounding however many
+/// turns that are.
+pub fn spun(attitude: &Matrix3<f64>, spin: &Vector3<f64>, t: f64) -> Matrix3<f64> {
+    let exact = DoubleDouble::from;
+    let squared = (0..3).fold(exact(0.0), |sum, i| sum + exact(spin[i]) * exact(spin[i]));
+    if squared.0 == 0.0 {
+        return *attitude;
+    }
+    let turn = (squared.square_root() * exact(t)).reduced();
+    attitude * lgvi_lie::exp(&(turn * spin.normalize()))
 }

@@ -1,9 +1,11 @@
 //! Reference trajectories from independent methods in extended precision, for tests and benchmarks.
 //!
 //! The files lie in `tests/truth` at the workspace's root, with a README that says where they come from. [`maneuvers`] are
-//! random problems for the planner, by seed and index.
+//! random problems for the planner, [`flights`] for the choice of an integrator, by seed and index.
 
-mod kepler;
+mod double_double;
+pub mod flights;
+pub mod kepler;
 pub mod maneuvers;
 pub mod random;
 

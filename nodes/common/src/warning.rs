@@ -31,6 +31,8 @@ pub enum WarningCode {
     CoarseSteps,
     /// A step of the trial cannot be made.
     TrialStep,
+    /// An automatic integrator's tolerance may not be met, or its end is not known.
+    Accuracy,
     /// The manoeuvre is flown by other steps than it is planned in.
     FlownOtherwise,
     /// A plan is not known to be a local minimum.

@@ -1,5 +1,6 @@
 //! `lgvi`: the front door to the node suite.
 mod beside;
+mod choosing;
 mod chosen;
 mod convert;
 mod course;

@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::{FramePrefix, Node, NodeError, load_scene, publishes_clock, required_path};
+use lgvi_node::{FramePrefix, NodeError, load_scene, publishes_clock, required_path};
 use lgvi_scene::Scene;
 
 /// The node's parameters, as they are when it is configured.
@@ -85,18 +85,25 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             false,
             "whether to hold wherever the scene is planned anew until the plan made there has been accepted",
         ),
+        ParameterSpec::new(
+            "chosen",
+            String::new(),
+            "what an automatic integrator has chosen for the scene, as a scene's `chosen` (chosen at configuring if empty)",
+        ),
         ParameterSpec::new("clock", false, "whether to publish the flight's time on /clock"),
         FramePrefix::specification(),
     ]
 }
 
 impl Config {
-    pub(crate) fn read(node: &Node) -> Result<Self, NodeError> {
-        let parameters = &node.parameters;
+    pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
         let scene = required_path(parameters, "scene")?;
         let clock = publishes_clock(parameters)?;
-        let prefix = FramePrefix::read(parameters)?.of(node.args.namespace());
-        let scene = load_scene(&scene)?.with_frame_prefix(&prefix);
+        let mut scene = load_scene(&scene)?;
+        let chosen: String = parameters.get("chosen").map_err(NodeError::input)?;
+        if !chosen.is_empty() {
+            scene = scene.decided(&chosen).map_err(NodeError::input)?;
+        }
         let await_control = parameters
             .get_optional("await_control")
             .map_err(NodeError::input)?

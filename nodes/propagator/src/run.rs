@@ -9,10 +9,13 @@ use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::{Delivery, StatePublisher};
 use lgvi_msgs::shm::{BodySample, Name};
-use lgvi_node::{Event, FlightReport, Managed, Miss, Node, NodeError, Stopped, body_sample};
+use lgvi_node::{
+    Event, FlightReport, FramePrefix, Managed, Miss, Node, NodeError, Stopped, body_sample,
+};
 use lgvi_scene::Scene;
 use tracing::{info, warn};
 
+use crate::choosing;
 use crate::config::{self, Config, PATIENCE, Rates};
 use crate::cuts::Cuts;
 use crate::flight::Flight;
@@ -103,7 +106,9 @@ impl Managed for Propagator {
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
-        let config = Config::read(node)?;
+        let mut config = Config::read(&node.parameters)?;
+        let prefix = FramePrefix::read(&node.parameters)?.of(node.args.namespace());
+        config.scene = choosing::decide(node, config.scene)?.with_frame_prefix(&prefix);
         let generation = node.parameters.generation();
         let rates = Rates::read(&node.parameters, &config.scene)?;
         let scene = Arc::new(config.scene.clone());

@@ -1,6 +1,4 @@
-use nalgebra::Vector3;
-
-use crate::{BodyState, Load, RigidBody, System};
+use crate::{BodyState, RigidBody};
 
 /// How errors are measured: positions relative to the size of the scene, attitudes in radians; the greatest over all
 /// bodies.
@@ -43,44 +41,4 @@ impl Accuracy {
         };
         states.iter().zip(truth).map(each).fold(0.0, f64::max)
     }
-}
-
-/// About how fast (rad per unit of time) the fastest motion is at the start, > 0 unless nothing moves: turning,
-/// passing one another, falling.
-pub(crate) fn rate(system: &mut System, states: &[BodyState]) -> f64 {
-    let mut loads = vec![Load::default(); states.len()];
-    system.loads(states, &mut loads);
-    let bodies = system.bodies();
-    let Accuracy { length } = Accuracy::new(bodies, states);
-    let mut rate = 0.0_f64;
-    let mut keep = |candidate: f64| {
-        if candidate.is_finite() {
-            rate = rate.max(candidate);
-        }
-    };
-    for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
-        keep(state.angular_velocity(body).norm());
-        keep(
-            (body.inertia().inverse() * loads[index].moment)
-                .norm()
-                .sqrt(),
-        );
-        keep((loads[index].force.norm() / body.mass() / length).sqrt());
-        let velocity = state.velocity(body);
-        let mut pass = |distance: Vector3<f64>, velocity: Vector3<f64>| {
-            keep(velocity.norm() / distance.norm());
-        };
-        if !system.is_free() {
-            for (other, there) in bodies.iter().zip(&states[..index]) {
-                pass(
-                    state.position - there.position,
-                    velocity - there.velocity(other),
-                );
-            }
-            if loads[index].force != Vector3::zeros() {
-                pass(Vector3::new(length, 0.0, 0.0), velocity);
-            }
-        }
-    }
-    rate
 }

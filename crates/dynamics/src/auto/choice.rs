@@ -1,6 +1,8 @@
 use std::fmt;
 
-use crate::Method;
+use super::cost::Cost;
+use super::{Accuracy, ChoiceError, Run};
+use crate::{BodyState, Method, System};
 
 /// A method and its substeps, chosen for a run, and why.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,36 +11,14 @@ pub struct Choice {
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
-    /// What is to be expected of the accuracy.
+    /// The error at the end of the run, as [`Accuracy`] measures it: that against the reference, and the reference's own.
+    pub error: f64,
+    /// What that is known from.
     pub outlook: Outlook,
-    /// Methods that were compared, the cheapest first.
+    /// Of each method the cheapest that meets the tolerance or else the most accurate; the choice is the first.
     pub candidates: Vec<Candidate>,
-    /// Duration of the pilot flight, 0 where none was needed.
-    pub horizon: f64,
-    /// Evaluations of gravity that pilot flights took.
+    /// Evaluations of gravity that it took.
     pub evaluations: u64,
-}
-
-impl Choice {
-    /// For bodies on which nothing acts.
-    pub(super) fn closed_form(cost: f64) -> Self {
-        let method = Method::ClosedForm;
-        let only = Candidate {
-            method,
-            substeps: 1,
-            error: f64::EPSILON,
-            cost,
-            measured: false,
-        };
-        Self {
-            method,
-            substeps: 1,
-            outlook: Outlook::Met,
-            candidates: vec![only],
-            horizon: 0.0,
-            evaluations: 0,
-        }
-    }
 }
 
 /// A method that was compared.
@@ -48,24 +28,22 @@ pub struct Candidate {
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
-    /// Predicted error at the end of the run, as [`Accuracy`](super::Accuracy) measures it.
+    /// The error at the end of the run; infinite where the flight was given up.
     pub error: f64,
     /// Predicted cost of the run, about nanoseconds.
     pub cost: f64,
-    /// Whether it was flown in the last pilot; others were seen to cost more before.
-    pub measured: bool,
 }
 
-/// What is to be expected of the accuracy at the end of a run.
+/// What is known of the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outlook {
-    /// The tolerance is met.
+    /// The run was rehearsed whole: the tolerance is met.
     Met,
-    /// Rounding alone makes about this error, which is too near the tolerance or above. The choice reaches three times
-    /// that.
-    Limited {
-        /// Predicted error.
-        floor: f64,
+    /// The run is too dear to be rehearsed whole. The tolerance is met if errors grow with the square of time after the part
+    /// that was.
+    Extrapolated {
+        /// Time up to which it was rehearsed.
+        horizon: f64,
     },
     /// The motion is so sensitive that no method in double precision knows the state at the end. The choice meets the
     /// tolerance up to a time, and makes steps of the same accuracy after that.
@@ -75,19 +53,60 @@ pub enum Outlook {
     },
 }
 
+impl Choice {
+    /// For bodies on which nothing acts: exact but for the rounding of how far they have gone and turned.
+    pub(super) fn closed_form(
+        system: &System,
+        states: &[BodyState],
+        run: Run,
+        cost: &Cost,
+        tolerance: f64,
+    ) -> Result<Self, ChoiceError> {
+        let Accuracy { length } = Accuracy::new(system.bodies(), states);
+        let moved = system.bodies().iter().zip(states).map(|(body, state)| {
+            let rate = state.velocity(body).norm() / length;
+            rate.max(state.angular_velocity(body).norm()) * run.duration
+        });
+        let error = f64::EPSILON * moved.fold(1.0, f64::max);
+        if error > tolerance {
+            return Err(ChoiceError::beyond(tolerance, error));
+        }
+        let method = Method::ClosedForm;
+        let only = Candidate {
+            method,
+            substeps: 1,
+            error,
+            cost: cost.closed_form(run.steps as f64),
+        };
+        Ok(Self {
+            method,
+            substeps: 1,
+            error,
+            outlook: Outlook::Met,
+            candidates: vec![only],
+            evaluations: 0,
+        })
+    }
+
+    /// What is not as asked, or not known to be; none where the tolerance is met.
+    pub fn warning(&self) -> Option<String> {
+        let Self { outlook, error, .. } = self;
+        (*outlook != Outlook::Met).then(|| format!("{outlook} (expected error {error:.1e})"))
+    }
+}
+
 impl fmt::Display for Outlook {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Met => write!(f, "the tolerance is met if errors grow on as in the pilot"),
-            Self::Limited { floor } => {
-                write!(f, "rounding limits the accuracy to about {floor:.1e}")
-            }
-            Self::Chaotic { known } => {
-                write!(
-                    f,
-                    "chaotic: the tolerance is met up to about t = {known:.3}"
-                )
-            }
+            Self::Met => write!(f, "the tolerance is met: the whole run was rehearsed"),
+            Self::Extrapolated { horizon } => write!(
+                f,
+                "the run was rehearsed up to t = {horizon:.4} only: the tolerance is met if errors grow no faster than the square of time after that"
+            ),
+            Self::Chaotic { known } => write!(
+                f,
+                "the motion is chaotic: the tolerance is met up to about t = {known:.4}, and nothing is known of the end"
+            ),
         }
     }
 }
@@ -96,33 +115,23 @@ impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{}, substeps: {}; {}",
-            self.method, self.substeps, self.outlook
+            "{}, substeps: {}, error {:.1e}; {}",
+            self.method, self.substeps, self.error, self.outlook
         )?;
         for Candidate {
             method,
             substeps,
             error,
             cost,
-            measured,
         } in &self.candidates
         {
             let seconds = 1e-9 * cost;
-            let how = if *measured {
-                "measured"
-            } else {
-                "extrapolated"
-            };
             let method = method.to_string();
             writeln!(
                 f,
-                "  {method:<32} {substeps:>8} substeps  error {error:>8.1e}  {seconds:>9.2e} s  {how}"
+                "  {method:<40} {substeps:>8} substeps  error {error:>8.1e}  {seconds:>9.2e} s"
             )?;
         }
-        write!(
-            f,
-            "pilot: {} evaluations of gravity over a time of {}",
-            self.evaluations, self.horizon
-        )
+        write!(f, "{} evaluations of gravity", self.evaluations)
     }
 }

@@ -1,5 +1,4 @@
-use super::family::{Family, Kind};
-use crate::integrator::Rotor;
+use crate::integrator::{Rotor, Splitting};
 use crate::{Inertia, Method, Mobility, RigidBody, System};
 
 // Costs in nanoseconds of one core of the machine that they were measured on; only their ratios matter. To measure
@@ -11,15 +10,8 @@ const STEP: f64 = 15.0;
 /// Per body and step: copying and checking states.
 const BODY: f64 = 8.0;
 
-/// A ratio of costs that does not matter, and a cost.
-const LIKE: f64 = 1.3;
-const SMALL: f64 = 1e5;
-
-/// Per body and stage, a kick and a drift by the discrete rotor.
+/// Per body and drift, a kick and a drift by the discrete rotor.
 const DISCRETE: f64 = 40.0;
-
-/// The same by the preprocessed rotor.
-const PREPROCESSED: f64 = 141.0;
 
 /// The same by the exact rotor, of bodies with three equal principal moments, two and none.
 const EXACT: [f64; 3] = [42.0, 31.0, 145.0];
@@ -34,7 +26,8 @@ const CLOSED_FORM: [f64; 3] = [60.0, 80.0, 302.0];
 /// A stage of an adaptive method, of its own and per body.
 const ADAPTIVE: [f64; 2] = [15.0, 31.0];
 
-/// Stages that an adaptive method adds to a step within which states are wanted.
+/// Evaluations of gravity in a step of Dormand and Prince's method, and more in one within which states are shown.
+pub(super) const STAGES: u32 = 12;
 const DENSE: f64 = 4.0;
 
 /// Per body and state that an adaptive method shows.
@@ -68,64 +61,45 @@ impl Cost {
         }
     }
 
-    /// Whether no method can be much cheaper than the closed form, or it costs less than a pilot flight.
-    pub(super) fn is_closed_form_cheap(&self, steps: f64) -> bool {
-        let exact = self.closed_form(steps);
-        let least = steps * (STEP + (BODY + DISCRETE) * self.bodies());
-        exact < LIKE * least || exact < SMALL
-    }
-
-    fn closed_form(&self, steps: f64) -> f64 {
+    /// A flight in closed form.
+    pub(super) fn closed_form(&self, steps: f64) -> f64 {
         steps * (STEP + self.of(CLOSED_FORM))
     }
 
-    /// Of a flight in which the method makes `made` steps, with states wanted at `shown` of them or between.
-    pub(super) fn flight(&self, family: &Family, made: f64, shown: f64) -> f64 {
-        let stages = f64::from(family.stages);
-        let bodies = self.bodies();
-        match family.kind {
-            Kind::Equal(method) => {
-                let stage = self.gravity + self.drift(method);
-                made * (STEP + BODY * bodies + stages * stage)
-            }
-            Kind::Closed(_) => self.closed_form(shown),
-            Kind::Adaptive(_) => {
-                let [own, body] = ADAPTIVE;
-                let stage = self.gravity + own + body * bodies;
-                let dense = DENSE * made.min(shown) * stage;
-                made * stages * stage + dense + shown * (STEP + SHOWN * bodies)
-            }
-        }
+    /// A step of kicks and drifts.
+    pub(super) fn step(&self, splitting: &Splitting, rotor: Rotor) -> f64 {
+        let (evaluations, drifts) = splitting.work();
+        let drift = match rotor {
+            Rotor::Exact | Rotor::Preprocessed(_) => self.of(EXACT),
+            Rotor::Discrete(_) => DISCRETE * self.bodies() + PIVOTED * self.pivoted,
+        };
+        let own = STEP + BODY * self.bodies();
+        own + f64::from(evaluations) * self.gravity + f64::from(drifts) * drift
     }
 
-    fn drift(&self, method: Method) -> f64 {
-        match rotor(method) {
-            Rotor::Discrete(_) => DISCRETE * self.bodies() + PIVOTED * self.pivoted,
-            Rotor::Preprocessed(_) => PREPROCESSED * self.bodies(),
-            Rotor::Exact => self.of(EXACT),
-        }
+    /// An internal step of Dormand and Prince's method.
+    pub(super) fn internal_step(&self) -> f64 {
+        f64::from(STAGES) * self.stage()
+    }
+
+    /// What is shown of a flight of so many internal steps.
+    pub(super) fn shown(&self, internal: f64, shown: f64) -> f64 {
+        DENSE * internal.min(shown) * self.stage() + shown * (STEP + SHOWN * self.bodies())
+    }
+
+    fn stage(&self) -> f64 {
+        let [own, body] = ADAPTIVE;
+        self.gravity + own + body * self.bodies()
     }
 
     /// The sum over the bodies of a cost by the number of different moments.
     fn of(&self, costs: [f64; 3]) -> f64 {
-        self.moving
-            .iter()
-            .zip(costs)
-            .map(|(n, cost)| n * cost)
-            .sum()
+        let each = self.moving.iter().zip(costs);
+        each.map(|(n, cost)| n * cost).sum()
     }
 
     fn bodies(&self) -> f64 {
         self.moving.iter().sum()
-    }
-}
-
-fn rotor(method: Method) -> Rotor {
-    match method {
-        Method::Lgvi(rotor) | Method::Composition { rotor, .. } | Method::Nystrom { rotor, .. } => {
-            rotor
-        }
-        _ => Rotor::default(),
     }
 }
 
@@ -136,4 +110,30 @@ fn different(inertia: &Inertia) -> usize {
     let [least, middle, greatest] = moments;
     let differ = |a: f64, b: f64| usize::from(b - a > 4.0 * f64::EPSILON * greatest);
     1 + differ(least, middle) + differ(middle, greatest)
+}
+
+/// The method of kicks and drifts, and how it turns bodies; none for others.
+pub(super) fn splitting(method: Method) -> Option<(Splitting, Rotor)> {
+    match method {
+        Method::Lgvi(rotor) => Some((Splitting::lgvi(rotor, &[]), rotor)),
+        Method::Nystrom { order, rotor } => {
+            let splitting = Splitting::nystrom(order, rotor, &[]).ok()?;
+            Some((splitting, rotor))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn evaluations_are_those_of_the_methods() {
+        let rotor = Rotor::Exact;
+        let nystrom = |order| Method::Nystrom { order, rotor };
+        let counted = [Method::Lgvi(rotor), nystrom(4), nystrom(6), nystrom(8)]
+            .map(|method| splitting(method).unwrap().0.work());
+        assert_eq!(counted, [(1, 1), (6, 6), (14, 15), (19, 20)]);
+    }
 }

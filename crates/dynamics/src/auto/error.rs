@@ -29,20 +29,49 @@ pub enum ChoiceError {
     /// A state is NaN or infinite.
     #[error("the state of body {0} is not finite")]
     NotFinite(usize),
-    /// No method can fly even the pilot, however short its steps.
-    #[error("no step was short enough for the pilot flight: {0}")]
+    /// No method reaches the tolerance.
+    #[error(
+        "the tolerance {tolerance:e} is out of reach: rounding limits this run to an error of about {floor:.1e}"
+    )]
+    Floor {
+        /// What was asked.
+        tolerance: f64,
+        /// The least tolerance that can be met.
+        floor: f64,
+    },
+    /// No method can fly the run.
+    #[error("the run cannot be flown: {0}")]
     Flight(StepError),
     /// No method knows such bodies.
     #[error(transparent)]
     Method(#[from] MethodError),
-    /// The motion is too fast to be followed at the cost that pilot flights may have.
-    #[error("the pilot flight of {horizon} needs more than {evaluations} evaluations of gravity")]
+    /// The motion is too fast to be followed over any useful part of the run.
+    #[error(
+        "the motion is too fast for the run: {evaluations} evaluations of gravity do not cover a time of {horizon}"
+    )]
     Costly {
-        /// Duration of the pilot flight.
+        /// Time that was not reached.
         horizon: f64,
-        /// What it may take.
+        /// Evaluations that were made.
         evaluations: u64,
     },
+    /// The caller has ended the search.
+    #[error("the choice of an integrator was interrupted")]
+    Interrupted,
+}
+
+impl ChoiceError {
+    /// A tolerance that no method reaches, with the least error that one has: rounded up, so that it can be asked for as it
+    /// is printed.
+    pub(super) fn beyond(tolerance: f64, least: f64) -> Self {
+        if !least.is_finite() {
+            let floor = least;
+            return Self::Floor { tolerance, floor };
+        }
+        let unit = libm::pow(10.0, libm::floor(libm::log10(least)) - 1.0);
+        let floor = unit * libm::ceil(least / unit);
+        Self::Floor { tolerance, floor }
+    }
 }
 
 /// Refuses what cannot be flown.

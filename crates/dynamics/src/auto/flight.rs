@@ -1,135 +1,252 @@
-use super::accuracy::Accuracy;
-use crate::{BodyState, Load, Method, MethodError, StepError, System};
+use std::ops::ControlFlow;
 
-/// Equal intervals of a pilot flight, at whose ends it is looked at.
-pub(super) const SAMPLES: usize = 8;
+use super::cost::{Cost, STAGES, splitting};
+use super::{Accuracy, ChoiceError, Run};
+use crate::integrator::Adaptive;
+use crate::{BodyState, Load, Method, StepError, System};
 
-/// Flies pilots of one system, and counts what they take.
+/// What a rehearsal may cost, about nanoseconds.
+pub(super) const BUDGET: f64 = 6e9;
+
+/// Instants at which flights are compared, the factor between them, and how many parts of a run may have one at their end.
+const INSTANTS: i32 = 64;
+const PARTS: u64 = 64;
+
+/// Flights, as dear as a coarse reference, that a choice takes: a guess, for its progress.
+const EXPECTED: f64 = 25.0;
+
+/// What is spent between two reports of progress, about nanoseconds.
+const REPORT: f64 = 1e7;
+
+/// Flies a run again and again, and counts what that takes.
 pub(super) struct Flights<'a> {
     system: &'a mut System,
     start: &'a [BodyState],
     controls: Vec<Load>,
-    spent: u64,
-    allowed: u64,
+    run: Run,
+    pub(super) cost: Cost,
+    pub(super) accuracy: Accuracy,
+    /// Parts into which each step of the run is cut, so that instants lie within a run of few steps.
+    pub(super) parts: u32,
+    /// Instants, in parts since the start; the last is the end.
+    instants: Vec<u64>,
+    meter: Meter<'a>,
 }
 
-/// A pilot flight, or as much of it as was flown.
-pub(super) struct Flight {
-    /// States at the ends of the intervals, all bodies of one after another.
-    states: Vec<BodyState>,
-    /// Steps that the method made, its own where it chooses them.
-    pub(super) steps: u64,
+/// Counts what is spent and reports it.
+struct Meter<'a> {
+    progress: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
+    evaluations: f64,
+    spent: f64,
+    reported: f64,
+    /// What is expected to be spent.
+    expected: f64,
+    stopped: bool,
 }
 
-/// Why a pilot flight was not made.
-#[derive(Debug)]
-pub(super) enum Failure {
-    Step(StepError),
-    Method(MethodError),
-    /// It would take more evaluations than are left.
-    Allowance,
+/// How far a flight went.
+pub(super) struct Course {
+    /// States at the instants that it reached.
+    pub(super) states: Vec<Vec<BodyState>>,
+    /// What it cost.
+    pub(super) cost: f64,
+    /// Internal steps that it made.
+    pub(super) steps: f64,
+    /// Why it went no farther.
+    pub(super) end: End,
 }
 
-/// A method and how it is to be flown.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Plan {
-    pub(super) method: Method,
-    /// Duration of all intervals.
-    pub(super) horizon: f64,
-    /// Steps in all intervals.
-    pub(super) steps: u64,
-    /// Evaluations of gravity in each step that the method makes.
-    pub(super) stages: u64,
-    /// Whether the method chooses its steps, and those given are only where its states are wanted.
-    pub(super) adaptive: bool,
+/// Why a flight ended.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum End {
+    /// The run is over.
+    Whole,
+    /// Its observer had seen enough.
+    Enough,
+    /// It would have cost more than it may.
+    Costly,
+    /// A step cannot be made.
+    Failed(StepError),
 }
 
-/// Evaluations of gravity that an adaptive method needs for a state within a step.
-const SHOWN: u64 = 4;
+impl Meter<'_> {
+    /// Spends so much; whether to go on.
+    fn spend(&mut self, cost: f64, evaluations: f64) -> bool {
+        self.spent += cost;
+        self.evaluations += evaluations;
+        if self.spent >= self.reported + REPORT {
+            self.reported = self.spent;
+            let part = (self.spent / self.expected).min(0.99);
+            self.stopped |= (self.progress)(part).is_break();
+        }
+        !self.stopped
+    }
+}
 
 impl<'a> Flights<'a> {
-    pub(super) fn new(system: &'a mut System, start: &'a [BodyState], allowed: u64) -> Self {
+    pub(super) fn new(
+        system: &'a mut System,
+        start: &'a [BodyState],
+        run: Run,
+        cost: Cost,
+        progress: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> Self {
+        let parts = PARTS.div_ceil(run.steps);
+        let all = run.steps * parts;
+        let instant = |i: i32| {
+            let part = all as f64 * libm::exp2(0.25 * f64::from(i - INSTANTS));
+            (libm::ceil(part) as u64).clamp(1, all)
+        };
+        let mut instants: Vec<_> = (1..=INSTANTS).map(instant).collect();
+        instants.dedup();
         Self {
+            accuracy: Accuracy::new(system.bodies(), start),
             controls: vec![Load::default(); start.len()],
+            parts: parts as u32,
+            instants,
+            meter: Meter {
+                progress,
+                evaluations: 0.0,
+                spent: 0.0,
+                reported: 0.0,
+                expected: BUDGET,
+                stopped: false,
+            },
             system,
             start,
-            spent: 0,
-            allowed,
+            run,
+            cost,
         }
     }
 
-    /// Sets what all flights, past and to come, may take.
-    pub(super) fn allow(&mut self, evaluations: u64) {
-        self.allowed = evaluations;
-    }
-
-    /// Evaluations of gravity that are left.
-    pub(super) fn left(&self) -> u64 {
-        self.allowed.saturating_sub(self.spent)
-    }
-
-    /// What all flights may take.
-    pub(super) fn allowed(&self) -> u64 {
-        self.allowed
+    /// Has progress count from what a coarse reference costs.
+    pub(super) fn expect(&mut self, coarse: f64) {
+        self.meter.expected = EXPECTED * coarse;
     }
 
     /// Evaluations of gravity so far.
-    pub(super) fn spent(&self) -> u64 {
-        self.spent
+    pub(super) fn evaluations(&self) -> u64 {
+        self.meter.evaluations as u64
     }
 
-    /// Flies a plan from the start, if it takes no more than `most` evaluations of gravity and than are left.
-    pub(super) fn fly(&mut self, plan: Plan, most: u64) -> Result<Flight, Failure> {
-        let most = most.min(self.left());
-        if !plan.adaptive && plan.steps.saturating_mul(plan.stages) > most {
-            return Err(Failure::Allowance);
+    /// How many instants there are.
+    pub(super) fn instants(&self) -> usize {
+        self.instants.len()
+    }
+
+    /// Time of an instant.
+    pub(super) fn time(&self, instant: usize) -> f64 {
+        let steps = self.instants[instant] as f64 / f64::from(self.parts);
+        steps * (self.run.duration / self.run.steps as f64)
+    }
+
+    /// Predicted cost of a run by a method, of which `internal` steps are known to be made where it chooses them.
+    pub(super) fn price(&self, method: Method, substeps: u32, internal: f64) -> f64 {
+        let steps = self.run.steps as f64;
+        match splitting(method) {
+            Some((splitting, rotor)) => {
+                steps * f64::from(substeps) * self.cost.step(&splitting, rotor)
+            }
+            None => internal * self.cost.internal_step() + self.cost.shown(internal, steps),
         }
-        let end = self.spent + most;
-        let h = plan.horizon / plan.steps as f64;
-        let mut integrator = plan
-            .method
-            .integrator(self.system)
-            .map_err(Failure::Method)?;
+    }
+
+    /// Flies the run by Dormand and Prince's method as long as it costs no more than `most` and `goes_on` wants more after
+    /// being told of an instant.
+    pub(super) fn adaptive(
+        &mut self,
+        tolerance: f64,
+        most: f64,
+        mut goes_on: impl FnMut(usize, &[BodyState]) -> bool,
+    ) -> Result<Course, ChoiceError> {
+        let price = self.cost.internal_step();
+        let mut integrator = Adaptive::to(tolerance, self.system.bodies());
         let mut states = self.start.to_vec();
-        let mut flight = Flight {
-            states: Vec::with_capacity(SAMPLES * states.len()),
-            steps: 0,
-        };
-        integrator.start(self.system, &states);
-        self.spent += 1;
-        let mut step = 0;
-        for sample in 1..=SAMPLES as u64 {
-            let until = sample * (plan.steps / SAMPLES as u64)
-                + sample * (plan.steps % SAMPLES as u64) / SAMPLES as u64;
-            while step < until {
-                step += 1;
-                let report = integrator
-                    .step(self.system, &mut states, &self.controls, h)
-                    .map_err(Failure::Step)?;
-                let (made, shown) = if plan.adaptive {
-                    (report.cuts.into(), SHOWN)
-                } else {
-                    (1, 0)
+        let mut course = Course::default();
+        if let Err(error) = integrator.begin(self.system, &states) {
+            course.end = End::Failed(error);
+            return Ok(course);
+        }
+        for instant in 0..self.instants.len() {
+            let time = self.time(instant);
+            let mut made = 0;
+            let Course { steps, cost, .. } = &mut course;
+            let meter = &mut self.meter;
+            let shown = integrator.show_at(self.system, time, &mut states, |attempts| {
+                let more = f64::from(attempts - made);
+                made = attempts;
+                *steps += more;
+                *cost += more * price;
+                meter.spend(more * price, more * f64::from(STAGES)) && *cost <= most
+            });
+            if self.meter.stopped {
+                return Err(ChoiceError::Interrupted);
+            }
+            if let Err(error) = shown {
+                course.end = match error {
+                    StepError::TooManySteps { .. } => End::Costly,
+                    error => End::Failed(error),
                 };
-                flight.steps += made;
-                self.spent += made * plan.stages + shown;
-                if self.spent > end {
-                    return Err(Failure::Allowance);
+                return Ok(course);
+            }
+            course.states.push(states.clone());
+            if !goes_on(instant, &states) {
+                course.end = End::Enough;
+                return Ok(course);
+            }
+        }
+        Ok(course)
+    }
+
+    /// The same by a method of equal steps.
+    pub(super) fn equal(
+        &mut self,
+        method: Method,
+        substeps: u32,
+        mut goes_on: impl FnMut(usize, &[BodyState]) -> bool,
+    ) -> Result<Course, ChoiceError> {
+        let made = self.run.steps as f64 * f64::from(substeps);
+        let price = self.price(method, substeps, 0.0) / made;
+        let evaluations = splitting(method).map_or(0, |(splitting, _)| splitting.work().0);
+        let h = self.run.duration / self.run.steps as f64 / f64::from(substeps);
+        let each = u64::from(substeps / self.parts);
+        let mut integrator = method.integrator(self.system)?;
+        let mut states = self.start.to_vec();
+        let mut next = states.clone();
+        let mut course = Course::default();
+        integrator.start(self.system, &states);
+        let mut step = 0;
+        for instant in 0..self.instants.len() {
+            while step < self.instants[instant] * each {
+                let made = integrator.step_to(self.system, &states, &mut next, &self.controls, h);
+                if let Err(error) = made {
+                    course.end = End::Failed(error);
+                    return Ok(course);
+                }
+                std::mem::swap(&mut states, &mut next);
+                step += 1;
+                course.steps += 1.0;
+                if !self.meter.spend(price, evaluations.into()) {
+                    return Err(ChoiceError::Interrupted);
                 }
             }
-            flight.states.extend_from_slice(&states);
+            course.states.push(states.clone());
+            if !goes_on(instant, &states) {
+                course.end = End::Enough;
+                return Ok(course);
+            }
         }
-        Ok(flight)
+        Ok(course)
     }
 }
 
-impl Flight {
-    /// Errors at the ends of the intervals.
-    pub(super) fn errors(&self, reference: &Self, accuracy: &Accuracy) -> [f64; SAMPLES] {
-        let bodies = self.states.len() / SAMPLES;
-        std::array::from_fn(|sample| {
-            let at = sample * bodies..(sample + 1) * bodies;
-            accuracy.error(&self.states[at.clone()], &reference.states[at])
-        })
+impl Default for Course {
+    fn default() -> Self {
+        Self {
+            states: Vec::new(),
+            cost: 0.0,
+            steps: 0.0,
+            end: End::Whole,
+        }
     }
 }

@@ -74,6 +74,15 @@ impl Splitting {
         (stages.collect(), self.last_kick)
     }
 
+    /// Evaluations of gravity in a step, and drifts.
+    pub(crate) fn work(&self) -> (u32, u32) {
+        let acts = |b: f64| u32::from(b != 0.0);
+        let kicks: u32 = self.stages.iter().map(|stage| acts(stage.b)).sum();
+        let first = self.stages.first().map_or(0, |stage| acts(stage.b));
+        let last = acts(self.last_kick);
+        (kicks + last - first * last, self.stages.len() as u32)
+    }
+
     /// What gravity exerts where the last step ended; of a method that ends with a kick.
     pub(super) fn loads(&self) -> &[Load] {
         &self.loads.gravity

@@ -170,7 +170,7 @@ fn unknown_integrators_and_keys_are_named() {
         ),
         (
             r#"integrator = { name = "fehlberg78", tolerance = 0.5 }"#,
-            &["`run.integrator.tolerance` is 0.5", "1e-15 to 0.1"],
+            &["`run.integrator.tolerance` is 0.5", "1e-17 to 0.1"],
         ),
         (
             "integrator = { name = \"fehlberg78\", tolerance = 1e-9 }\nsubdivide = 3",

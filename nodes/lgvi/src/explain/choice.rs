@@ -3,19 +3,18 @@
 use std::fmt::{Display, Formatter, Result};
 
 use lgvi_dynamics::auto::Choice;
-use lgvi_scene::Scene;
 use serde::Serialize;
 
 /// What was compared, and what is to be expected.
 #[derive(Debug, Serialize)]
 pub(super) struct Chosen {
-    /// Whether the tolerance is met.
+    /// What is known of the end of the run.
     pub(super) outlook: String,
-    /// The cheapest first, which is the one chosen.
+    /// Error at the end of the run: positions relative to the size of the scene, attitudes in rad.
+    pub(super) error: f64,
+    /// Of each method the last that was rehearsed.
     pub(super) candidates: Vec<Candidate>,
-    /// Duration of the pilot flight (s).
-    pub(super) pilot: f64,
-    /// Evaluations of gravity in pilot flights.
+    /// Evaluations of gravity in all rehearsals.
     pub(super) evaluations: u64,
 }
 
@@ -24,27 +23,24 @@ pub(super) struct Chosen {
 pub(super) struct Candidate {
     pub(super) method: String,
     pub(super) substeps: u32,
-    /// Predicted at the end of the run: positions relative to the size of the scene, attitudes in rad.
-    pub(super) error: f64,
+    /// As above; none where the rehearsal was given up.
+    pub(super) error: Option<f64>,
     /// Predicted, of the run (s).
     pub(super) cost: f64,
-    /// In a pilot flight, near that many substeps.
-    pub(super) measured: bool,
 }
 
 impl Chosen {
-    pub(super) fn of(scene: &Scene, choice: &Choice) -> Self {
+    pub(super) fn of(choice: &Choice) -> Self {
         let candidates = choice.candidates.iter().map(|candidate| Candidate {
             method: candidate.method.to_string(),
             substeps: candidate.substeps,
-            error: candidate.error,
+            error: Some(candidate.error).filter(|error| error.is_finite()),
             cost: 1e-9 * candidate.cost,
-            measured: candidate.measured,
         });
         Self {
             outlook: choice.outlook.to_string(),
+            error: choice.error,
             candidates: candidates.collect(),
-            pilot: choice.horizon * scene.units.time,
             evaluations: choice.evaluations,
         }
     }
@@ -53,28 +49,24 @@ impl Chosen {
 impl Display for Chosen {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         write!(f, "\n  outlook     {}", self.outlook)?;
+        write!(f, "\n  error       {:.1e} at the end", self.error)?;
         write!(
             f,
-            "\n  pilot       {} evaluations of gravity over {:.6e} s",
-            self.evaluations, self.pilot
+            "\n  rehearsals  {} evaluations of gravity",
+            self.evaluations
         )?;
-        write!(f, "\n  candidates  (predicted for the run)")?;
+        write!(f, "\n  candidates  (cost as predicted for the run)")?;
         for Candidate {
             method,
             substeps,
             error,
             cost,
-            measured,
         } in &self.candidates
         {
-            let how = if *measured {
-                "measured"
-            } else {
-                "extrapolated"
-            };
+            let error = error.map_or("too large".into(), |error| format!("{error:.1e}"));
             write!(
                 f,
-                "\n    {method:<47} {substeps:>8} substeps  error {error:>8.1e}  {cost:>9.2e} s  {how}"
+                "\n    {method:<47} {substeps:>8} substeps  error {error:>9}  {cost:>9.2e} s"
             )?;
         }
         Ok(())

@@ -1,11 +1,12 @@
 use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_node::{NodeError, Warning, WarningCode};
-use lgvi_scene::{Integration, Scene, Scheme};
+use lgvi_scene::{Scene, Scheme};
 use serde::Serialize;
 
 use super::choice::Chosen;
 use super::trial::Trial;
+use crate::choosing::choose;
 
 /// How a scene is flown.
 #[derive(Debug, Serialize)]
@@ -34,12 +35,7 @@ pub(super) struct Integrator {
 impl Integrator {
     /// With the scheme, and what is to be warned of.
     pub(super) fn of(scene: &Scene) -> Result<(Self, Scheme, Vec<Warning>), NodeError> {
-        let choice = match scene.integration {
-            Integration::Auto { tolerance } => {
-                Some(scene.choice(tolerance).map_err(NodeError::input)?)
-            }
-            Integration::Method(_) => None,
-        };
+        let choice = choose(scene, None)?;
         let scheme = match &choice {
             Some(choice) => scene.scheme_by(choice.method, choice.substeps),
             None => scene.scheme().map_err(NodeError::input)?,
@@ -55,12 +51,15 @@ impl Integrator {
             trial_steps: trial.steps,
             largest_turn: trial.largest_turn,
             turn_limit: turn_limit(scheme.method),
-            choice: choice.as_ref().map(|choice| Chosen::of(scene, choice)),
+            choice: choice.as_ref().map(Chosen::of),
         };
         let failure = trial.failure;
         let otherwise = scene.flown_otherwise(scheme);
         let warned = |code, message: Option<String>| message.map(|text| Warning::new(code, text));
+        let chosen = scene.chosen.clone().or(choice.as_ref().map(Into::into));
+        let accuracy = chosen.and_then(|chosen| chosen.warning);
         let warnings = [
+            warned(WarningCode::Accuracy, accuracy),
             integrator
                 .unsolvable_turn()
                 .or_else(|| warned(WarningCode::LongTurn, scene.long_turn(scheme, trial.rates))),

@@ -86,7 +86,7 @@ fn a_choice_is_given_with_its_reasons() {
     let choice = choice.as_ref().unwrap();
     let first = &choice.candidates[0];
     assert_eq!((&first.method, first.substeps), (method, *substeps));
-    assert!(first.error <= 1e-8 && choice.candidates.len() > 1);
+    assert!(first.error.is_some_and(|error| error <= 1e-8) && choice.candidates.len() > 1);
     let text = explanation.to_string();
     assert!(
         text.contains(&choice.outlook) && text.contains("candidates"),

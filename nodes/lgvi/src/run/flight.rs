@@ -16,13 +16,16 @@ use super::process::{Heard, NodeProcess, Update};
 use super::progress::Progress;
 use super::recording::{recorder, topics};
 use crate::NodeKind;
-use crate::parameters::{path, ros_arguments};
+use crate::parameters::{path, ros_arguments, text};
 
 /// How often the shutdown is looked for.
 const WAIT: Duration = Duration::from_millis(50);
 
 /// How long the recorder may go without a message while some are missing.
 const GRACE: Duration = Duration::from_secs(5);
+
+/// Exit code of a flight that was stopped before its end.
+pub(crate) const STOPPED: u8 = 130;
 
 /// A flight under way.
 struct Course {
@@ -43,10 +46,11 @@ struct Course {
     progress: Progress,
 }
 
-/// Flies `scene` into `bag`; a shutdown ends it early, with what was recorded until then.
+/// Flies `scene`, by what was chosen where its integrator is automatic, into `bag`; a shutdown ends it early, with what was recorded until then.
 pub(crate) fn fly(
     options: &Options,
     scene: &Scene,
+    chosen: Option<&str>,
     bag: &Path,
     shutdown: &Shutdown,
 ) -> Result<Flown, NodeError> {
@@ -71,6 +75,9 @@ pub(crate) fn fly(
             // What is flown is what was asked for, or nothing.
             "stop_on_bad_control:=true".into(),
         ]);
+        if let Some(chosen) = text("chosen", chosen) {
+            propagator.extend(["-p".into(), chosen]);
+        }
         let lockstep = planned && factor == 0.0 && replans(scene);
         let lockstep = format!("lockstep:={lockstep}");
         if planned {
@@ -92,7 +99,7 @@ pub(crate) fn fly(
     if shutdown.requested() && course.flown.failure.is_none() {
         course.flown.failure = Some(Failure {
             message: "stopped before the end of the flight".into(),
-            exit_code: 130,
+            exit_code: STOPPED,
         });
     }
     let mut flown = course.end();

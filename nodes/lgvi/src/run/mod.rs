@@ -14,8 +14,10 @@ use std::process::ExitCode;
 use clap::Args;
 use lgvi_middleware::Shutdown;
 use lgvi_node::{NodeError, complain, load_scene};
+use lgvi_scene::Chosen;
 
 use self::flown::Flown;
+use crate::choosing::choose;
 use crate::files::Files;
 use crate::output::say;
 use crate::plot::plot;
@@ -59,7 +61,12 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     });
     let _alone = domain::lock(&options.scene, &bag)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
-    let mut flown = flight::fly(options, &scene, &bag, &shutdown)?;
+    let choice = match choose(&scene, Some(&shutdown)) {
+        Err(NodeError::Interrupted) => return Ok(ExitCode::from(flight::STOPPED)),
+        choice => choice?,
+    };
+    let chosen = choice.map(|choice| Chosen::from(&choice).to_string());
+    let mut flown = flight::fly(options, &scene, chosen.as_deref(), &bag, &shutdown)?;
     if !options.no_plot {
         flown.picture = picture(&flown);
     }

@@ -1,0 +1,124 @@
+use super::flight::{End, Flights};
+use super::reference::Reference;
+use super::{Candidate, ChoiceError};
+use crate::Method;
+use crate::integrator::Rotor;
+
+/// Methods of equal steps.
+const EQUAL: [Method; 4] = [
+    Method::Lgvi(Rotor::Discrete(crate::rotation::Chart::Cayley)),
+    Method::Nystrom {
+        order: 4,
+        rotor: Rotor::Exact,
+    },
+    Method::Nystrom {
+        order: 6,
+        rotor: Rotor::Exact,
+    },
+    Method::Nystrom {
+        order: 8,
+        rotor: Rotor::Exact,
+    },
+];
+
+/// Tolerances of Dormand and Prince's method: two a decade, from this one on.
+const LOOSEST: f64 = 1e-2;
+const A_DECADE: f64 = 2.0;
+
+/// A method of equal steps may be rehearsed where that is no dearer than this (about nanoseconds), or than the reference.
+const CHEAP: f64 = 1e8;
+
+/// Flies candidates, each method from coarse to fine until it meets the tolerance or costs more than one that does; returns
+/// those that meet it, and of each other method the best.
+pub(super) fn search(
+    flights: &mut Flights<'_>,
+    reference: &Reference,
+    tolerance: f64,
+) -> Result<Vec<Candidate>, ChoiceError> {
+    let mut all = vec![adaptive(flights, reference, tolerance)?];
+    for method in EQUAL {
+        let met = all.iter().filter(|candidate| candidate.error <= tolerance);
+        let most = met.map(|met| met.cost).fold(f64::INFINITY, f64::min);
+        all.extend(equal(flights, reference, tolerance, method, most)?);
+    }
+    Ok(all)
+}
+
+/// The first on the ladder of Dormand and Prince's method that meets the tolerance, or the best.
+fn adaptive(
+    flights: &mut Flights<'_>,
+    reference: &Reference,
+    tolerance: f64,
+) -> Result<Candidate, ChoiceError> {
+    let mut best = Candidate {
+        method: Method::DormandPrince853 { tolerance: LOOSEST },
+        substeps: 1,
+        error: f64::INFINITY,
+        cost: f64::INFINITY,
+    };
+    for rung in 0.. {
+        let local = LOOSEST * libm::pow(10.0, -f64::from(rung) / A_DECADE);
+        if local < 2.0 * reference.tolerance {
+            break;
+        }
+        let mut watcher = reference.watch(flights, tolerance);
+        let course = flights.adaptive(local, 2.0 * reference.cost(), |instant, states| {
+            watcher.look(instant, states)
+        })?;
+        let method = Method::DormandPrince853 { tolerance: local };
+        if watcher.error < best.error {
+            best = Candidate {
+                method,
+                substeps: 1,
+                error: watcher.error,
+                cost: flights.price(method, 1, course.steps / reference.part()),
+            };
+        }
+        if best.error <= tolerance || course.end == End::Costly {
+            break;
+        }
+    }
+    Ok(best)
+}
+
+/// The same of a method of equal steps, as long as it costs less than `most`.
+fn equal(
+    flights: &mut Flights<'_>,
+    reference: &Reference,
+    tolerance: f64,
+    method: Method,
+    most: f64,
+) -> Result<Option<Candidate>, ChoiceError> {
+    let mut best: Option<Candidate> = None;
+    let allowed = reference.cost().max(CHEAP) / reference.part();
+    for rung in rungs() {
+        let substeps = rung.saturating_mul(flights.parts);
+        let cost = flights.price(method, substeps, 0.0);
+        if cost >= most.min(allowed) {
+            break;
+        }
+        let mut watcher = reference.watch(flights, tolerance);
+        flights.equal(method, substeps, |instant, states| {
+            watcher.look(instant, states)
+        })?;
+        let error = watcher.error;
+        if best.is_none_or(|best| error < best.error) {
+            best = Some(Candidate {
+                method,
+                substeps,
+                error,
+                cost,
+            });
+        }
+        if error <= tolerance {
+            break;
+        }
+    }
+    Ok(best)
+}
+
+/// Numbers of substeps: 1, 2, 3, 4, 6, 8, 11 and so on, two an octave.
+fn rungs() -> impl Iterator<Item = u32> {
+    let further = (2..62).map(|half: i32| libm::round(libm::exp2(0.5 * f64::from(half))) as u32);
+    std::iter::once(1).chain(further)
+}

@@ -1,0 +1,37 @@
+//! The choice of an automatic integrator, with a bar on standard error.
+
+use std::ops::ControlFlow;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use lgvi_dynamics::auto::{Choice, ChoiceError};
+use lgvi_middleware::Shutdown;
+use lgvi_node::NodeError;
+use lgvi_scene::Scene;
+
+/// Chooses what flies the scene, unless that is known; a shutdown ends it.
+pub(crate) fn choose(
+    scene: &Scene,
+    shutdown: Option<&Shutdown>,
+) -> Result<Option<Choice>, NodeError> {
+    let Some(tolerance) = scene.undecided() else {
+        return Ok(None);
+    };
+    let bar = ProgressBar::new(100);
+    let style = ProgressStyle::with_template("{prefix:>10} [{bar:40}] {pos} %");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_prefix("choosing");
+    let choice = scene.choice(tolerance, &mut |part| {
+        bar.set_position((100.0 * part) as u64);
+        if shutdown.is_some_and(Shutdown::requested) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    bar.finish_and_clear();
+    match choice {
+        Ok(choice) => Ok(Some(choice)),
+        Err(ChoiceError::Interrupted) => Err(NodeError::Interrupted),
+        Err(error) => Err(NodeError::Input(format!("scene {}: {error}", scene.name))),
+    }
+}

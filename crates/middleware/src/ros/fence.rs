@@ -19,7 +19,11 @@ use rustdds::{
     dds::result::{CreateError, CreateResult},
 };
 
-use super::{laggards::Laggards, rtps};
+use super::{
+    descriptors::{self, TooFew},
+    laggards::Laggards,
+    rtps,
+};
 use crate::block::Deadline;
 
 /// How many departures prove that what came before the first of them is done.
@@ -50,6 +54,8 @@ pub(super) enum MakeError {
     Dds(#[from] CreateError),
     #[error(transparent)]
     Standstill(#[from] Standstill),
+    #[error(transparent)]
+    Files(#[from] TooFew),
 }
 
 /// Lets one thread at a time make an endpoint.
@@ -85,15 +91,26 @@ impl Fence {
         if let Some(standstill) = turn.standstill {
             return Err(standstill.into());
         }
+        descriptors::spare(descriptors::ENDPOINT)?;
         let endpoint = create()?;
+        self.wait(&mut turn)?;
+        Ok(endpoint)
+    }
+
+    /// Waits until RustDDS is done with the endpoints that there are, among them its own.
+    pub(super) fn settle(&self) -> Result<(), Standstill> {
+        self.wait(&mut lock(&self.turn))
+    }
+
+    fn wait(&self, turn: &mut Turn) -> Result<(), Standstill> {
         for _ in 0..ROUNDS {
             turn.departures += 1;
             if let Err(standstill) = self.pass(turn.departures, PATIENCE) {
                 turn.standstill = Some(standstill);
-                return Err(standstill.into());
+                return Err(standstill);
             }
         }
-        Ok(endpoint)
+        Ok(())
     }
 
     /// Takes note of what DDS reports; returns whether it was for the fence alone.

@@ -19,6 +19,7 @@ mod background;
 mod cdr;
 mod census;
 mod clock;
+mod descriptors;
 mod diagnostics;
 mod executor;
 mod farewell;

@@ -22,6 +22,7 @@ use super::{
     RosError,
     action::{ActionClient, ActionServer, Decision},
     background::{Background, Keeps},
+    descriptors,
     farewell::Farewell,
     faults::Faults,
     fence::{Fence, MakeError},
@@ -338,6 +339,7 @@ impl Inner {
             Reach::Localhost => builder.with_only_networks(networks(&addresses)),
             Reach::Subnet => builder,
         };
+        descriptors::spare(descriptors::PARTICIPANT).map_err(text)?;
         let participant = builder.build().map_err(text)?;
         let static_peers = match addresses.as_slice() {
             [] => None,
@@ -361,6 +363,8 @@ impl Inner {
             fence: Arc::clone(&fence),
         };
         let background = Background::start(&participant, keeps).map_err(text)?;
+        // RustDDS has begun with its own endpoints.
+        fence.settle().map_err(text)?;
         let (graph, announcements) =
             Graph::new(&participant, &publisher, name, &fence).map_err(text)?;
         let qos = Some(Qos::latched(1).requested());

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::Warning;
+
 /// One event of a node's life.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
@@ -72,6 +74,8 @@ pub enum Event {
         /// Messages published.
         messages: u64,
     },
+    /// There is something to mind, though nothing has failed.
+    Warned(Warning),
     /// The node ends with an error.
     Failed {
         /// What went wrong.

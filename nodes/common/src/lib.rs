@@ -12,6 +12,7 @@ mod namesakes;
 mod node;
 mod parameters;
 mod scene_file;
+mod warning;
 
 pub use command_line::{complain, with_arguments};
 pub use convert::{
@@ -26,3 +27,4 @@ pub use managed::{Managed, Stopped, main};
 pub use node::Node;
 pub use parameters::{publishes_clock, required_path};
 pub use scene_file::load_scene;
+pub use warning::{Warning, WarningCode};

@@ -11,7 +11,7 @@ use lgvi_middleware::{
 
 use crate::file_lock::{FileLock, LockError};
 use crate::namesakes::{self, Namesakes};
-use crate::{Event, NodeError, let_long_files_fail};
+use crate::{Event, NodeError, Warning, let_long_files_fail};
 
 /// The one argument of our own: report [`Event`]s on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";
@@ -120,6 +120,11 @@ impl Node {
     /// Tells the supervisor. One that has gone has raised [`Node::shutdown`] already.
     pub fn report(&self, event: &Event) {
         let _ = self.events.report(event);
+    }
+
+    /// Logs a warning and tells it to the supervisor, if there is one.
+    pub fn warn(&self, warning: Warning) {
+        warning.tell(&self.events);
     }
 }
 

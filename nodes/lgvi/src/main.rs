@@ -15,6 +15,7 @@ mod plot;
 mod record;
 mod recover;
 mod run;
+mod strictness;
 mod values;
 mod verify;
 
@@ -35,16 +36,14 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Flies a scene: starts planner, propagator and recorder, and ends when everything is recorded.
+    ///
+    /// Exit code 0: flown and recorded without loss. 1: something failed, or messages were lost. 2: the scene cannot be used.
+    /// 3: flown and recorded, with warnings, and `--strict` was given. 130: it was stopped before the end.
     Run(run::Options),
     /// Says what a scene is, how it will be flown, and what to mind.
-    Explain {
-        /// The scene file.
-        #[arg(value_parser = values::path())]
-        scene: PathBuf,
-        /// Print the explanation as one JSON object.
-        #[arg(long)]
-        json: bool,
-    },
+    ///
+    /// Exit code 0: the scene can be flown. 3: it can, with warnings, and `--strict` was given. 2: it cannot be used.
+    Explain(explain::Options),
     /// Says what is in a bag: files, topics, times, losses.
     ///
     /// Looks at what the files tell at their ends; with --check at every chunk. Exit code 0: the bag is complete, as far as
@@ -117,7 +116,8 @@ impl Command {
             Self::Convert(options) => options.json,
             Self::Recover(options) => options.json,
             Self::Ensemble(command) => command.prints_json(),
-            Self::Explain { json, .. } | Self::Verify { json, .. } => *json,
+            Self::Explain(options) => options.json,
+            Self::Verify { json, .. } => *json,
             Self::Plot { .. } | Self::Record(_) | Self::Play(_) | Self::Node { .. } => false,
         }
     }
@@ -172,7 +172,7 @@ fn main() -> ExitCode {
     }
     let outcome = match &command {
         Command::Run(options) => run::run(options),
-        Command::Explain { scene, json } => explain::explain(scene, *json),
+        Command::Explain(options) => explain::explain(options),
         Command::Info(options) => info::info(options),
         Command::Verify { bag, flight, json } => verify::verify(bag, flight.as_deref(), *json),
         Command::Convert(options) => convert::convert(options),

@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgvi_middleware::ParameterSpec;
-use lgvi_node::{Managed, Node, NodeError, Stopped, load_scene, required_path};
+use lgvi_node::{
+    Managed, Node, NodeError, Stopped, Warning, WarningCode, load_scene, required_path,
+};
 use lgvi_scene::Scene;
-use tracing::warn;
 
 use crate::follower::Follower;
 use crate::goals;
@@ -60,7 +61,7 @@ impl Managed for Planner {
         }
         let scheme = scene.scheme().map_err(NodeError::input)?;
         if let Some(warning) = scene.flown_otherwise(scheme) {
-            warn!("{warning}");
+            node.warn(Warning::new(WarningCode::FlownOtherwise, warning));
         }
 
         let ros = &node.ros;

@@ -1,6 +1,6 @@
 use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::{Quadrature, Rotor};
-use lgvi_node::NodeError;
+use lgvi_node::{NodeError, Warning, WarningCode};
 use lgvi_scene::{Integration, Scene, Scheme};
 use serde::Serialize;
 
@@ -36,7 +36,7 @@ const FAR: f64 = 0.3;
 
 impl Integrator {
     /// With the scheme, and what is to be warned of.
-    pub(super) fn of(scene: &Scene) -> Result<(Self, Scheme, Vec<String>), NodeError> {
+    pub(super) fn of(scene: &Scene) -> Result<(Self, Scheme, Vec<Warning>), NodeError> {
         let choice = match scene.integration {
             Integration::Auto { tolerance } => {
                 Some(scene.choice(tolerance).map_err(NodeError::input)?)
@@ -60,26 +60,30 @@ impl Integrator {
             turn_limit: turn_limit(scheme.method),
             choice: choice.as_ref().map(|choice| Chosen::of(scene, choice)),
         };
-        let mut warnings = integrator.turn_warnings();
-        warnings.extend(trial.failure);
-        if let Some(warning) = scene.flown_otherwise(scheme) {
-            warnings.push(warning);
-        }
+        let failure = trial.failure;
+        let otherwise = scene.flown_otherwise(scheme);
+        let warnings = integrator
+            .turn_warning()
+            .into_iter()
+            .chain(failure.map(|failure| Warning::new(WarningCode::TrialStep, failure)))
+            .chain(otherwise.map(|warning| Warning::new(WarningCode::FlownOtherwise, warning)))
+            .collect();
         Ok((integrator, scheme, warnings))
     }
 
-    fn turn_warnings(&self) -> Vec<String> {
+    fn turn_warning(&self) -> Option<Warning> {
         let turn = self.largest_turn;
         let remedy = "more `steps` or `substeps` would make it less";
-        match (self.turn_limit, self.order) {
-            (Some(limit), _) if turn > limit => vec![format!(
+        let message = match (self.turn_limit, self.order) {
+            (Some(limit), _) if turn > limit => format!(
                 "a body turns by {turn:.2} rad in a step, past the {limit:.2} rad up to which every step can be made: {remedy}"
-            )],
-            (_, Some(..=2)) if turn > FAR => vec![format!(
+            ),
+            (_, Some(..=2)) if turn > FAR => format!(
                 "a body turns by {turn:.2} rad in a step, too far for a method of low order to be accurate: {remedy}"
-            )],
-            _ => Vec::new(),
-        }
+            ),
+            _ => return None,
+        };
+        Some(Warning::new(WarningCode::LongTurn, message))
     }
 }
 

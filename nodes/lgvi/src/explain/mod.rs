@@ -9,19 +9,35 @@ mod skips;
 mod text;
 mod trial;
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use lgvi_node::{NodeError, load_scene};
+use clap::Args;
+use lgvi_node::{NodeError, Warning, load_scene};
 use lgvi_scene::Scene;
 use serde::Serialize;
 
 use crate::output::say;
+use crate::strictness::Strictness;
+use crate::values;
 use bodies::Body;
 use gravity::Gravity;
 use integrator::Integrator;
 use maneuver::Maneuver;
 use skips::Skips;
+
+/// The command line of `lgvi explain`.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The scene file.
+    #[arg(value_parser = values::path())]
+    scene: PathBuf,
+    /// Print the explanation as one JSON object.
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    strictness: Strictness,
+}
 
 /// A scene in SI, its integrator, and what is to be said of both.
 #[derive(Debug, Serialize)]
@@ -40,18 +56,18 @@ struct Explanation {
     disturbance: Option<u64>,
     integrator: Integrator,
     skips: Skips,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 /// Explains the scene in a file.
-pub(crate) fn explain(path: &Path, json: bool) -> Result<ExitCode, NodeError> {
-    let explanation = Explanation::of(&load_scene(path)?)?;
-    if json {
+pub(crate) fn explain(options: &Options) -> Result<ExitCode, NodeError> {
+    let explanation = Explanation::of(&load_scene(&options.scene)?)?;
+    if options.json {
         say(&serde_json::to_string(&explanation).map_err(NodeError::runtime)?)?;
     } else {
         say(&explanation)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(options.strictness.exit_code(&explanation.warnings))
 }
 
 impl Explanation {

@@ -99,10 +99,18 @@ fn a_choice_is_given_with_its_reasons() {
 fn turns_that_are_too_far_are_warned_of() {
     let warnings = |speed: &str| explained("[0, 0, 5]", speed).warnings;
     let far = warnings("[0, 0, 20]");
-    assert!(far.len() == 1 && far[0].contains("0.40 rad"), "{far:?}");
+    assert!(
+        far.len() == 1 && far[0].message.contains("0.40 rad"),
+        "{far:?}"
+    );
     let unsolvable = warnings("[0, 0, 100]");
-    assert!(unsolvable[0].contains("2.00 rad") && unsolvable[0].contains("1.00 rad"));
-    assert!(unsolvable[1].contains("step 0 of top"), "{unsolvable:?}");
+    assert!(
+        unsolvable[0].message.contains("2.00 rad") && unsolvable[0].message.contains("1.00 rad")
+    );
+    assert!(
+        unsolvable[1].message.contains("step 0 of top"),
+        "{unsolvable:?}"
+    );
     let exact = TEXT
         .replace("[0, 0, 5]", "[0, 0, 100]")
         .replace("\"lgvi\"", "{ name = \"nystrom\", order = 4 }");
@@ -131,7 +139,14 @@ fn a_plan_that_is_flown_otherwise_is_warned_of() {
     };
     let otherwise = planned("\"runge_kutta4\"");
     assert_eq!(otherwise.maneuver.as_ref().unwrap().body, "top");
-    assert!(otherwise.warnings[0].contains("miss its target"));
+    let json = serde_json::to_value(&otherwise.warnings).unwrap();
+    assert_eq!(json[0]["code"], "flown_otherwise");
+    assert!(
+        otherwise
+            .to_string()
+            .contains("\n  warning     the manoeuvre is planned in LGVI steps")
+    );
+    assert!(otherwise.warnings[0].message.contains("miss its target"));
     for (integrator, steps) in [("\"lgvi\"", "LGVI"), ("\"lie_euler\"", "Lie–Euler")] {
         let explanation = planned(integrator);
         assert!(explanation.warnings.is_empty());

@@ -226,6 +226,7 @@ impl Course {
                 self.gaps = lost;
             }
             Event::Played { .. } => {}
+            Event::Warned(warning) => self.flown.warn(warning),
             Event::Failed { message } => self.fail(kind, message),
         }
     }
@@ -317,14 +318,19 @@ impl Course {
 
 #[cfg(test)]
 mod tests {
-    use lgvi_node::load_scene;
+    use lgvi_node::{Warning, WarningCode, load_scene};
 
     use super::super::process::listen;
+    use super::super::summary::Summary;
     use super::*;
 
-    fn course() -> Course {
+    fn scene() -> Scene {
         let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-        let mut course = Course::new(&load_scene(&scenes.join("free_body.toml")).unwrap());
+        load_scene(&scenes.join("free_body.toml")).unwrap()
+    }
+
+    fn course() -> Course {
+        let mut course = Course::new(&scene());
         course
             .started
             .extend([NodeKind::Recorder, NodeKind::Propagator]);
@@ -360,6 +366,22 @@ mod tests {
             "{}",
             failure.message
         );
+    }
+
+    #[test]
+    fn warnings_of_nodes_are_told_once_each() {
+        let mut course = course();
+        let line = r#"{"event":"warned","code":"long_turn","message":"a body turns"}"#;
+        says(&mut course, NodeKind::Propagator, line);
+        says(&mut course, NodeKind::Planner, line);
+        let flown = &course.flown;
+        assert_eq!(
+            flown.warnings,
+            [Warning::new(WarningCode::LongTurn, "a body turns")]
+        );
+        assert!(flown.failure.is_none());
+        let summary = Summary(&scene(), flown).to_string();
+        assert!(summary.ends_with("\n  warning   a body turns"), "{summary}");
     }
 
     #[test]

@@ -2,8 +2,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use lgvi_node::{FlightReport, PlanReport};
+use lgvi_node::{FlightReport, PlanReport, Warning};
 use serde::Serialize;
+
+use crate::strictness::Strictness;
 
 /// How a flight went.
 #[derive(Debug, Default, Serialize)]
@@ -27,6 +29,8 @@ pub(crate) struct Flown {
     pub(crate) bag: Option<PathBuf>,
     /// The picture of the flight, once it is drawn.
     pub(crate) picture: Option<PathBuf>,
+    /// What the nodes have warned of, each once.
+    pub(crate) warnings: Vec<Warning>,
     /// What went wrong, and the exit code that it calls for.
     pub(crate) failure: Option<Failure>,
 }
@@ -48,12 +52,18 @@ pub(crate) struct Failure {
 }
 
 impl Flown {
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        let lost = u8::from(self.lost != Some(0));
-        ExitCode::from(
-            self.failure
-                .as_ref()
-                .map_or(lost, |failure| failure.exit_code),
-        )
+    /// Takes note of a warning, unless it is known.
+    pub(crate) fn warn(&mut self, warning: Warning) {
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
+
+    pub(crate) fn exit_code(&self, strictness: &Strictness) -> ExitCode {
+        match &self.failure {
+            Some(failure) => ExitCode::from(failure.exit_code),
+            None if self.lost != Some(0) => ExitCode::from(1),
+            None => strictness.exit_code(&self.warnings),
+        }
     }
 }

@@ -19,6 +19,7 @@ use self::flown::Flown;
 use crate::files::Files;
 use crate::output::say;
 use crate::plot::plot;
+use crate::strictness::Strictness;
 use crate::values;
 
 /// The command line of `lgvi run`.
@@ -45,6 +46,8 @@ pub(crate) struct Options {
     /// Print the summary as one JSON object.
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 /// Flies the scene and says how it went.
@@ -68,7 +71,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
             complain(&format_args!("lgvi: {}", failure.message));
         }
     }
-    Ok(flown.exit_code())
+    Ok(flown.exit_code(&options.strictness))
 }
 
 /// Draws a flight that has come to its end. The bag is what counts: without a picture there is a warning only.

@@ -97,6 +97,9 @@ impl Display for Summary<'_> {
         if let Some(picture) = &flown.picture {
             write!(f, "\n  picture   {}", picture.display())?;
         }
+        for warning in &flown.warnings {
+            write!(f, "\n  warning   {warning}")?;
+        }
         Ok(())
     }
 }

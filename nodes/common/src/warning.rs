@@ -1,0 +1,50 @@
+//! What a result is to be read with.
+
+use std::fmt::{Display, Formatter, Result};
+
+use lgvi_middleware::report::Reporter;
+use serde::{Deserialize, Serialize};
+use tracing::warn;
+
+use crate::Event;
+
+/// Something that a user has to know of a scene, a plan or a flight, though nothing has failed.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq, Serialize)]
+pub struct Warning {
+    /// What it is about, for programs.
+    pub code: WarningCode,
+    /// A plain sentence with the values, for people; without a full stop.
+    pub message: String,
+}
+
+/// What a [`Warning`] is about. The names are part of the interface.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WarningCode {
+    /// A body turns too far in a step.
+    LongTurn,
+    /// A step of the trial cannot be made.
+    TrialStep,
+    /// The manoeuvre is flown by other steps than it is planned in.
+    FlownOtherwise,
+}
+
+impl Warning {
+    /// With its sentence.
+    pub fn new(code: WarningCode, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Self { code, message }
+    }
+
+    /// Logs it and tells it to the supervisor, if there is one.
+    pub fn tell(self, events: &Reporter<Event>) {
+        warn!("{}", self.message);
+        let _ = events.report(&Event::Warned(self));
+    }
+}
+
+impl Display for Warning {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        f.write_str(&self.message)
+    }
+}

@@ -1,0 +1,50 @@
+//! What warnings do to the exit code.
+
+use std::process::ExitCode;
+
+use clap::Args;
+use lgvi_node::Warning;
+
+/// The exit code where all is done, and `--strict` does not let the warnings pass.
+const WARNED: u8 = 3;
+
+/// Whether warnings count.
+#[derive(Args)]
+pub(crate) struct Strictness {
+    /// End with exit code 3 where there are warnings and nothing has failed.
+    #[arg(long)]
+    strict: bool,
+}
+
+impl Strictness {
+    /// The exit code of what has come to its end with these warnings.
+    pub(crate) fn exit_code(&self, warnings: &[Warning]) -> ExitCode {
+        if self.strict && !warnings.is_empty() {
+            ExitCode::from(WARNED)
+        } else {
+            ExitCode::SUCCESS
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lgvi_node::WarningCode;
+
+    use super::*;
+
+    #[test]
+    fn warnings_count_where_that_is_asked_for() {
+        let warnings = [Warning::new(WarningCode::LongTurn, "a body turns")];
+        for (strict, warnings, code) in [
+            (false, &warnings[..], 0),
+            (true, &warnings[..], WARNED),
+            (true, &[], 0),
+        ] {
+            assert_eq!(
+                Strictness { strict }.exit_code(warnings),
+                ExitCode::from(code)
+            );
+        }
+    }
+}

@@ -26,6 +26,16 @@ pub enum ServiceMapping {
     Cyclone,
 }
 
+impl ServiceMapping {
+    /// The `RMW_IMPLEMENTATION` that chooses it.
+    pub const fn rmw(self) -> &'static str {
+        match self {
+            Self::FastDds => "rmw_fastrtps_cpp",
+            Self::Cyclone => "rmw_cyclonedds_cpp",
+        }
+    }
+}
+
 /// The DDS domain, its reach and the mapping of services, as ROS 2 reads them from the environment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Environment {

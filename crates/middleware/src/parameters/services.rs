@@ -33,7 +33,7 @@ impl Parameters {
     /// Offers the six services of parameters, and tells of changes on `/parameter_events`, as long as the executor lives.
     ///
     /// A name that is not declared leaves the answers of `get_parameters`, `get_parameter_types` and
-    /// `describe_parameters` empty, as in `rclcpp`. A parameter that is not set has a value of type 0; giving it such a
+    /// `describe_parameters` empty, as in `rclcpp`; so does an answer that is too long to be sent. A parameter that is not set has a value of type 0; giving it such a
     /// value unsets it.
     ///
     /// # Errors
@@ -172,9 +172,14 @@ fn offer<S: Service>(
     executor: &mut Executor,
     name: &str,
     mut answer: impl FnMut(S::Request) -> S::Response + Send + 'static,
-) -> Result<(), RosError> {
+) -> Result<(), RosError>
+where
+    S::Response: Default,
+{
     let server = node.service_server::<S>(name)?;
-    executor.serve(server, move |request, reply| reply.send(&answer(request)));
+    executor.serve(server, move |request, reply| {
+        reply.send_or(&answer(request), &S::Response::default());
+    });
     Ok(())
 }
 

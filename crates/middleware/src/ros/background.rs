@@ -15,11 +15,14 @@ use std::{
 use futures_core::Stream;
 use rustdds::{
     DomainParticipant, DomainParticipantStatusEvent as Event, DomainParticipantStatusListener,
-    StatusEvented,
+    GUID, StatusEvented,
 };
 use tracing::warn;
 
-use super::{faults::Faults, inbox::Inbox, laggards::Laggards, matches::Matches, names::Names};
+use super::{
+    census::Census, faults::Faults, fence::Fence, inbox::Inbox, laggards::Laggards,
+    matches::Matches, names::Names,
+};
 use crate::block::thread_waker;
 
 /// Keeps [`Matches`] up to date and fills the inboxes; ends when dropped.
@@ -38,6 +41,7 @@ pub(super) struct Keeps {
     pub(super) laggards: Arc<Laggards>,
     pub(super) names: Arc<Names>,
     pub(super) faults: Arc<Faults>,
+    pub(super) fence: Arc<Fence>,
 }
 
 #[derive(Debug, Default)]
@@ -49,11 +53,12 @@ struct Shared {
 impl Background {
     pub(super) fn start(participant: &DomainParticipant, keeps: Keeps) -> io::Result<Self> {
         let listener = participant.status_listener();
+        let mut census = Census::new(participant.clone());
         let shared = Arc::new(Shared::default());
         let work = Arc::clone(&shared);
         let thread = thread::Builder::new()
             .name("dds-inbox".into())
-            .spawn(move || work.run(&listener, &keeps))?;
+            .spawn(move || work.run(&listener, &keeps, &mut census))?;
         Ok(Self {
             shared,
             thread: Some(thread),
@@ -84,11 +89,26 @@ impl Background {
 
 impl Keeps {
     fn apply(&self, event: Event) {
+        if self.fence.apply(&event) {
+            return;
+        }
         self.faults.apply(&event);
         if let Event::ParticipantLost { id, .. } = event {
             self.names.retain(|participant| participant.prefix != id);
         }
         self.matches.apply(event);
+    }
+
+    /// Forgets the remote endpoints and participants for which this is not so.
+    pub(super) fn retain(
+        &self,
+        endpoint: impl Fn(GUID) -> bool,
+        participant: impl Fn(GUID) -> bool,
+    ) {
+        self.matches.retain(&endpoint);
+        self.faults.retain(&endpoint);
+        self.names.retain(&participant);
+        self.laggards.retain(&participant);
     }
 
     /// Does what is due; returns when there will be more to do.
@@ -101,7 +121,7 @@ impl Keeps {
 }
 
 impl Shared {
-    fn run(&self, listener: &DomainParticipantStatusListener, keeps: &Keeps) {
+    fn run(&self, listener: &DomainParticipantStatusListener, keeps: &Keeps, census: &mut Census) {
         let mut events = pin!(listener.as_async_status_stream());
         let waker = thread_waker();
         let mut context = Context::from_waker(&waker);
@@ -109,7 +129,8 @@ impl Shared {
             for inbox in self.inboxes().iter() {
                 inbox.fill(&waker);
             }
-            let next = keeps.tend();
+            let next = keeps.tend().into_iter();
+            let next = next.chain([census.take(keeps, &self.inboxes())]).min();
             match events.as_mut().poll_next(&mut context) {
                 Poll::Ready(Some(event)) => keeps.apply(event),
                 Poll::Ready(None) => break,

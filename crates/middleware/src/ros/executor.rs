@@ -14,7 +14,7 @@ use std::{
 use lgvi_msgs::{RosMessage, Service};
 use tracing::warn;
 
-use super::{RequestId, ServiceServer, Subscription};
+use super::{PublishError, RequestId, ServiceServer, Subscription};
 use crate::block::thread_waker;
 
 /// Requests or messages of one endpoint that are taken before the others have their turn.
@@ -124,6 +124,18 @@ impl<S: Service> Reply<S> {
     pub fn send(self, response: &S::Response) {
         if let Err(error) = self.server.reply(self.id, response) {
             warn!("no reply: {error}");
+        }
+    }
+
+    /// Answers the request, by `instead` where the response is too long to be sent.
+    pub fn send_or(self, response: &S::Response, instead: &S::Response) {
+        match self.server.reply(self.id, response) {
+            Err(error @ PublishError::TooLong { .. }) => {
+                warn!("an empty reply instead: {error}");
+                self.send(instead);
+            }
+            Err(error) => warn!("no reply: {error}"),
+            Ok(()) => {}
         }
     }
 }

@@ -109,6 +109,11 @@ impl Faults {
         }
     }
 
+    /// Forgets the remote endpoints for which this is not so.
+    pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
+        self.lock().forget(|remote| !stays(remote));
+    }
+
     /// Reports what is new and, if possible, has a name; to be called often. Returns when to call it at the latest.
     pub(super) fn report(&self, names: &Names) -> Option<Duration> {
         let mut table = self.lock();

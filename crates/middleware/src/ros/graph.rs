@@ -9,9 +9,11 @@ use ros2_client::{
 };
 use rustdds::{
     DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, Topic, TopicKind,
-    dds::result::CreateResult, no_key::DataWriterCdr,
+    no_key::DataWriterCdr,
 };
 use tracing::warn;
+
+use super::fence::{Fence, MakeError};
 
 /// Says on `ros_discovery_info` which endpoints belong to the node; takes it back when dropped.
 pub(super) struct Graph {
@@ -39,7 +41,8 @@ impl Graph {
         participant: &DomainParticipant,
         publisher: &Publisher,
         node: NodeName,
-    ) -> CreateResult<(Self, Topic)> {
+        fence: &Fence,
+    ) -> Result<(Self, Topic), MakeError> {
         let topic = participant.create_topic(
             ros_discovery::TOPIC_NAME.into(),
             ros_discovery::TYPE_NAME.into(),
@@ -53,7 +56,7 @@ impl Graph {
             writers: BTreeSet::new(),
             born: Timestamp::now(),
             gone: false,
-            announcer: publisher.create_datawriter_no_key(&topic, None)?,
+            announcer: fence.make(|| publisher.create_datawriter_no_key(&topic, None))?,
         };
         graph.announce(vec![graph.node_info()]);
         Ok((graph, topic))

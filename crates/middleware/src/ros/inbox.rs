@@ -1,7 +1,7 @@
 //! The samples of a subscription that have arrived and wait to be taken.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::{BTreeMap, BTreeSet, VecDeque},
     fmt,
     sync::{
         Arc, Mutex, MutexGuard, PoisonError, Weak,
@@ -113,6 +113,16 @@ impl Inbox {
     /// Samples that were sent after the first one of their publisher and will never be taken.
     pub(super) fn lost(&self) -> u64 {
         lock(&self.contents).lost
+    }
+
+    /// The publishers of which the last sample is remembered.
+    pub(super) fn publishers(&self) -> BTreeSet<GUID> {
+        lock(&self.contents).latest.keys().copied().collect()
+    }
+
+    /// Forgets the last sample of a publisher that is gone.
+    pub(super) fn forget(&self, publisher: GUID) {
+        lock(&self.contents).latest.remove(&publisher);
     }
 
     pub(super) fn take(&self) -> Option<Taken> {

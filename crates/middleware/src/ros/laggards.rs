@@ -76,8 +76,8 @@ impl Laggards {
     pub(super) fn overwrite(&self, writer: GUID, reader: &RemoteReader, before: i64) {
         let count = self.count.fetch_add(1, Ordering::Relaxed);
         let message = rtps::acknowledgement(writer, reader.guid, before, count);
-        // UDP: what is lost is sent again with the next sample that finds no room.
-        let _ = self.socket.send_to(&message, self.own);
+        // What is lost is sent again with the next sample that finds no room.
+        self.send_home(&message);
         let mut gaps = lock(&self.gaps);
         let gap = (before, reader.locators.clone());
         self.tell(writer, reader.guid, &gap);
@@ -150,12 +150,26 @@ impl Laggards {
         lock(&self.suspects).remove(&participant(reader));
     }
 
+    /// Forgets the participants for which this is not so.
+    pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
+        lock(&self.suspects).retain(|suspect| {
+            let mut bytes = [0; 16];
+            bytes[..12].copy_from_slice(suspect);
+            stays(GUID::from_bytes(bytes))
+        });
+    }
+
     /// Sends a message of the participant's.
     pub(super) fn send(&self, message: &[u8], to: impl IntoIterator<Item = SocketAddr>) {
         for address in to {
             // UDP: it may be lost on any way.
             let _ = self.socket.send_to(message, address);
         }
+    }
+
+    /// Sends a message to the participant itself.
+    pub(super) fn send_home(&self, message: &[u8]) {
+        self.send(message, [self.own]);
     }
 
     fn tell(&self, writer: GUID, reader: GUID, (before, locators): &(i64, Vec<SocketAddr>)) {
@@ -174,7 +188,8 @@ fn discovery_address(domain_id: u16, participant_id: u16) -> SocketAddr {
         .into()
 }
 
-fn participant(endpoint: GUID) -> Participant {
+/// The prefix of an endpoint's participant.
+pub(super) fn participant(endpoint: GUID) -> Participant {
     let mut prefix = Participant::default();
     prefix.copy_from_slice(&endpoint.to_bytes()[..12]);
     prefix

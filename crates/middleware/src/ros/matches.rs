@@ -80,6 +80,17 @@ impl Matches {
         self.lock().remove(&local);
     }
 
+    /// Forgets the remote endpoints for which this is not so.
+    pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
+        let mut remotes = self.lock();
+        remotes
+            .values_mut()
+            .for_each(|of| of.retain(|remote| stays(*remote)));
+        remotes.retain(|_, of| !of.is_empty());
+        drop(remotes);
+        self.changed.notify_all();
+    }
+
     /// When another participant was last discovered.
     pub(super) fn last_discovery(&self) -> Option<Instant> {
         *self
@@ -145,6 +156,8 @@ fn count(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use rustdds::dds::statusevents::LostReason;
+
     use super::*;
 
     fn guid(participant: u8, entity: u8) -> GUID {
@@ -158,6 +171,22 @@ mod tests {
             local_writer: local,
             remote_reader: remote,
         });
+    }
+
+    #[test]
+    fn a_match_that_is_reported_after_the_loss_is_forgotten() {
+        let matches = Matches::default();
+        let (local, gone, there) = (guid(1, 1), guid(2, 1), guid(3, 1));
+        matches.apply(Event::ReaderLost {
+            guid: gone,
+            reason: LostReason::Disposed,
+        });
+        matched(&matches, local, gone);
+        matched(&matches, local, there);
+        matches.retain(|remote| remote != gone);
+        assert_eq!(matches.of(local), BTreeSet::from([there]));
+        matches.retain(|_| false);
+        assert!(matches.lock().is_empty());
     }
 
     /// A participant's first client does not vouch for its second one.

@@ -7,7 +7,8 @@
 //! # Assumptions and limitations
 //! - A publisher and a subscription of the *same* [`RosNode`] do not reliably match: use two nodes.
 //! - Only plain CDR (XCDR1) is sent and received, which is what ROS 2 uses. Type hashes are not announced.
-//! - A peer that is killed is noticed when its lease ends: 10 s to 50 s.
+//! - A peer that is killed is noticed when its lease ends: 10 s to 50 s. One that is suspended for longer is kept on this
+//!   host (Linux), and lost for good beyond it: RustDDS 0.15 does not match a participant that returns.
 //! - A process that was stopped and continued (Ctrl-Z, `fg`) is deaf and mute: RustDDS 0.15 ends its threads when a
 //!   system call of theirs is interrupted. Restart it.
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
@@ -16,11 +17,14 @@ mod action;
 mod admission;
 mod background;
 mod cdr;
+mod census;
 mod clock;
+mod descriptors;
 mod diagnostics;
 mod executor;
 mod farewell;
 mod faults;
+mod fence;
 mod graph;
 mod inbox;
 mod laggards;
@@ -35,6 +39,7 @@ mod publisher;
 mod qos;
 mod rtps;
 mod service;
+mod sockets;
 mod subscription;
 
 use crate::NameError;

@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
 };
 
 use lgvi_msgs::{RosMessage, cdr};
@@ -15,7 +15,7 @@ type Gid = [u8; 16];
 
 /// Keeps what arrives on `ros_discovery_info`.
 pub(super) struct Names {
-    inbox: Arc<Inbox>,
+    inbox: OnceLock<Arc<Inbox>>,
     own: Gid,
     of: Mutex<BTreeMap<Gid, Announced>>,
 }
@@ -49,21 +49,25 @@ impl RosMessage for ParticipantEntities {
 }
 
 impl Names {
-    pub(super) fn new(participant: GUID, inbox: Arc<Inbox>) -> Self {
+    pub(super) fn new(participant: GUID) -> Self {
         Self {
-            inbox,
+            inbox: OnceLock::new(),
             own: participant.to_bytes(),
             of: Mutex::default(),
         }
     }
 
-    pub(super) fn inbox(&self) -> &Arc<Inbox> {
-        &self.inbox
+    /// Begins to take note of what arrives in an inbox; the first call counts.
+    pub(super) fn listen(&self, inbox: Arc<Inbox>) {
+        let _ = self.inbox.set(inbox);
     }
 
     /// Takes note of what has arrived.
     pub(super) fn refresh(&self) {
-        while let Some(taken) = self.inbox.take() {
+        let Some(inbox) = self.inbox.get() else {
+            return;
+        };
+        while let Some(taken) = inbox.take() {
             // What cannot be read is another version's, of which no names are known.
             if let Ok(sample) = taken
                 && let Ok(entities) = cdr::decode::<ParticipantEntities>(&sample.message)

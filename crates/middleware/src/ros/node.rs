@@ -22,8 +22,10 @@ use super::{
     RosError,
     action::{ActionClient, ActionServer, Decision},
     background::{Background, Keeps},
+    descriptors,
     farewell::Farewell,
     faults::Faults,
+    fence::{Fence, MakeError},
     graph::{Graph, Side},
     inbox::{Inbox, nanoseconds},
     laggards::{Laggards, RemoteReader},
@@ -62,6 +64,7 @@ pub(super) struct Inner {
     pub(super) laggards: Arc<Laggards>,
     pub(super) faults: Arc<Faults>,
     names: Arc<Names>,
+    fence: Arc<Fence>,
     pub(super) farewell: Farewell,
     publisher: rustdds::Publisher,
     subscriber: rustdds::Subscriber,
@@ -302,15 +305,12 @@ impl RosNode {
         create: impl FnOnce(&Topic) -> CreateResult<E>,
     ) -> Result<(String, E), RosError> {
         let dds_type = naming::dds_type(type_name)?;
-        self.0
-            .participant
-            .create_topic(
-                dds_topic,
-                dds_type,
-                &QosPolicies::qos_none(),
-                TopicKind::NoKey,
-            )
-            .and_then(|topic| create(&topic))
+        let none = QosPolicies::qos_none();
+        let participant = &self.0.participant;
+        participant
+            .create_topic(dds_topic, dds_type, &none, TopicKind::NoKey)
+            .map_err(MakeError::from)
+            .and_then(|topic| self.0.fence.make(|| create(&topic)))
             .map(|endpoint| (topic.clone(), endpoint))
             .map_err(|error| RosError::Endpoint {
                 topic,
@@ -339,6 +339,7 @@ impl Inner {
             Reach::Localhost => builder.with_only_networks(networks(&addresses)),
             Reach::Subnet => builder,
         };
+        descriptors::spare(descriptors::PARTICIPANT).map_err(text)?;
         let participant = builder.build().map_err(text)?;
         let static_peers = match addresses.as_slice() {
             [] => None,
@@ -351,21 +352,28 @@ impl Inner {
         let matches = Arc::new(Matches::default());
         let loopback_only = environment.reach == Reach::Localhost;
         let laggards = Arc::new(Laggards::new(&participant, loopback_only).map_err(text)?);
-        let (graph, announcements) = Graph::new(&participant, &publisher, name).map_err(text)?;
-        let others = subscriber
-            .create_simple_datareader_no_key(&announcements, Some(Qos::latched(1).requested()))
-            .map_err(text)?;
-        let others = Inbox::new(others, announcements.name(), MAX_ANNOUNCEMENTS);
-        let names = Arc::new(Names::new(participant.guid(), others));
+        let names = Arc::new(Names::new(participant.guid()));
         let faults = Arc::new(Faults::default());
+        let fence = Arc::new(Fence::new(participant.guid(), Arc::clone(&laggards)));
         let keeps = Keeps {
             matches: Arc::clone(&matches),
             laggards: Arc::clone(&laggards),
             names: Arc::clone(&names),
             faults: Arc::clone(&faults),
+            fence: Arc::clone(&fence),
         };
         let background = Background::start(&participant, keeps).map_err(text)?;
-        background.add(Arc::clone(names.inbox()));
+        // RustDDS has begun with its own endpoints.
+        fence.settle().map_err(text)?;
+        let (graph, announcements) =
+            Graph::new(&participant, &publisher, name, &fence).map_err(text)?;
+        let qos = Some(Qos::latched(1).requested());
+        let others = fence
+            .make(|| subscriber.create_simple_datareader_no_key(&announcements, qos))
+            .map_err(text)?;
+        let others = Inbox::new(others, announcements.name(), MAX_ANNOUNCEMENTS);
+        names.listen(Arc::clone(&others));
+        background.add(others);
         Ok(Self {
             args: args.clone(),
             service_mapping: environment.service_mapping,
@@ -374,6 +382,7 @@ impl Inner {
             laggards,
             faults,
             names,
+            fence,
             farewell: Farewell::default(),
             graph: Mutex::new(graph),
             publisher,

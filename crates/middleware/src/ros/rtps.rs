@@ -11,17 +11,17 @@ const LITTLE_ENDIAN: u8 = 0b01;
 const FINAL: u8 = 0b10;
 /// In DATA.
 const INLINE_QOS: u8 = 0b10;
+const KEY: u8 = 0b1000;
+
+/// What DATA about participants begins with: extra flags and where the inline QoS or the payload begins; the built-in
+/// reader and writer (RTPS 2.5, 9.3.1.5).
+const PARTICIPANT_DATA: [u8; 12] = [0, 0, 16, 0, 0, 1, 0, 0xc7, 0, 1, 0, 0xc2];
 
 /// To the participant of `writer` from itself, in the name of `reader`: all samples before `before` are received.
-///
-/// INFO_SRC says that what follows is another participant's (RTPS 2.5, 8.3.8.9), so that nothing is learnt about where
-/// that one is.
 pub(super) fn acknowledgement(writer: GUID, reader: GUID, before: i64, count: i32) -> Vec<u8> {
     let (writer_prefix, writer_id) = parts(writer);
     let (reader_prefix, reader_id) = parts(reader);
-    let mut message = header(writer_prefix);
-    let source = [&[0; 4], &VERSION[..], &VENDOR, &reader_prefix].concat();
-    push(&mut message, 0x0c, LITTLE_ENDIAN, &source);
+    let mut message = in_the_name_of(writer_prefix, reader_prefix);
     let received = [
         &reader_id[..],
         &writer_id,
@@ -56,6 +56,31 @@ pub(super) fn gap(writer: GUID, reader: GUID, before: i64) -> Vec<u8> {
     message
 }
 
+/// To `participant` from itself, in the name of `other`, another participant: that one leaves.
+pub(super) fn departure_of(participant: GUID, other: GUID) -> Vec<u8> {
+    let mut message = in_the_name_of(parts(participant).0, parts(other).0);
+    let departure = [
+        &PARTICIPANT_DATA[..],
+        &sequence_number(1),
+        // A parameter list in little-endian CDR: PID_PARTICIPANT_GUID, PID_SENTINEL (RTPS 2.5, 9.4.2.11 and 9.6.3).
+        &[0, 3, 0, 0],
+        &[0x50, 0, 16, 0],
+        &other.to_bytes(),
+        &[1, 0, 0, 0],
+    ];
+    push(&mut message, 0x15, LITTLE_ENDIAN | KEY, &departure.concat());
+    message
+}
+
+/// To `participant` from itself, in the name of `other`, another participant: that one is there. It says nothing more, so
+/// that nothing of what is known of it changes.
+pub(super) fn sign_of_life(participant: GUID, other: [u8; 12]) -> Vec<u8> {
+    let mut message = in_the_name_of(parts(participant).0, other);
+    let nothing = [&PARTICIPANT_DATA[..], &sequence_number(1)];
+    push(&mut message, 0x15, LITTLE_ENDIAN, &nothing.concat());
+    message
+}
+
 /// From `participant` to all others: it leaves.
 ///
 /// RustDDS 0.15 says so in another way, without the key hash by which Fast DDS would know of whom it is said.
@@ -63,11 +88,7 @@ pub(super) fn departure(participant: GUID) -> Vec<u8> {
     let (prefix, _) = parts(participant);
     let mut message = header(prefix);
     let departure = [
-        // Extra flags, and where the inline QoS begins.
-        &[0, 0, 16, 0][..],
-        // The built-in reader and writer of participants (RTPS 2.5, 9.3.1.5).
-        &[0, 1, 0, 0xc7],
-        &[0, 1, 0, 0xc2],
+        &PARTICIPANT_DATA[..],
         // Later than anything that RustDDS has announced.
         &sequence_number(1 << 40),
         // PID_KEY_HASH, PID_STATUS_INFO (disposed and unregistered), PID_SENTINEL (9.6.3).
@@ -96,6 +117,15 @@ fn parts(endpoint: GUID) -> ([u8; 12], [u8; 4]) {
 
 fn header(prefix: [u8; 12]) -> Vec<u8> {
     [b"RTPS", &VERSION[..], &VENDOR, &prefix].concat()
+}
+
+/// A message of `participant` to itself that says that what follows is another's (INFO_SRC: RTPS 2.5, 8.3.8.9), so that
+/// nothing is learnt about where that one is.
+fn in_the_name_of(participant: [u8; 12], other: [u8; 12]) -> Vec<u8> {
+    let mut message = header(participant);
+    let source = [&[0; 4], &VERSION[..], &VENDOR, &other].concat();
+    push(&mut message, 0x0c, LITTLE_ENDIAN, &source);
+    message
 }
 
 fn push(message: &mut Vec<u8>, kind: u8, flags: u8, body: &[u8]) {
@@ -136,6 +166,44 @@ mod tests {
             &[2; 4],
             &[5, 0, 0, 0, 6, 0, 0, 0, 0, 0, 0, 0],
             &[7, 0, 0, 0],
+        ];
+        assert_eq!(message, expected.concat());
+    }
+
+    #[test]
+    fn a_departure_of_another_has_its_identity_as_the_key() {
+        let message = departure_of(guid(1, 2), guid(3, 4));
+        let expected: &[&[u8]] = &[
+            b"RTPS\x02\x04\x01\x12",
+            &[1; 12],
+            &[0x0c, 1, 20, 0],
+            &[0, 0, 0, 0, 2, 4, 1, 18],
+            &[3; 12],
+            &[0x15, 0b1001, 48, 0],
+            &[0, 0, 16, 0],
+            &[0x00, 0x01, 0x00, 0xc7, 0x00, 0x01, 0x00, 0xc2],
+            &[0, 0, 0, 0, 1, 0, 0, 0],
+            &[0, 3, 0, 0, 0x50, 0, 16, 0],
+            &[3; 12],
+            &[4; 4],
+            &[1, 0, 0, 0],
+        ];
+        assert_eq!(message, expected.concat());
+    }
+
+    #[test]
+    fn a_sign_of_life_has_no_content() {
+        let message = sign_of_life(guid(1, 2), [3; 12]);
+        let expected: &[&[u8]] = &[
+            b"RTPS\x02\x04\x01\x12",
+            &[1; 12],
+            &[0x0c, 1, 20, 0],
+            &[0, 0, 0, 0, 2, 4, 1, 18],
+            &[3; 12],
+            &[0x15, 0b0001, 20, 0],
+            &[0, 0, 16, 0],
+            &[0x00, 0x01, 0x00, 0xc7, 0x00, 0x01, 0x00, 0xc2],
+            &[0, 0, 0, 0, 1, 0, 0, 0],
         ];
         assert_eq!(message, expected.concat());
     }

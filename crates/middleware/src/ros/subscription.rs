@@ -28,6 +28,18 @@ pub enum TakeError {
         /// What is wrong with it.
         source: Box<CdrError>,
     },
+    /// A request whose client carries identities in another way than this node, so that it cannot be answered.
+    #[error(
+        "{service}: a request of {client} is not in the form of {ours}: RMW_IMPLEMENTATION must be the same there and here"
+    )]
+    Mapping {
+        /// The service.
+        service: String,
+        /// The publisher of the request.
+        client: WriterId,
+        /// The `RMW_IMPLEMENTATION` of this node.
+        ours: &'static str,
+    },
     /// The sample is not in plain CDR, or the DDS stack has failed.
     #[error("{topic}: {reason}")]
     Dds {
@@ -273,5 +285,47 @@ impl fmt::Debug for RawSubscription {
 impl<M> fmt::Debug for Subscription<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Subscription").field(&self.raw).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{process, thread, time::Instant};
+
+    use lgvi_msgs::std_msgs::String as Text;
+
+    use crate::{
+        Environment, NodeArgs,
+        ros::{Qos, RosNode},
+    };
+
+    const PATIENCE: std::time::Duration = std::time::Duration::from_secs(20);
+
+    #[test]
+    fn what_is_remembered_of_a_publisher_goes_with_it() {
+        let environment = Environment::localhost(1 + (process::id() % 101) as u16);
+        let node = |name: String| {
+            let (args, _) = NodeArgs::parse(&name, []).unwrap();
+            RosNode::new(&args, &environment).unwrap()
+        };
+        let hearer = node(format!("hearer_{}", process::id()));
+        let subscription =
+            hearer.raw_subscription("/said", "std_msgs/msg/String", &Qos::reliable(1));
+        let subscription = subscription.unwrap();
+        let speaker = node(format!("speaker_{}", process::id()));
+        let publisher = speaker.publisher("/said", &Qos::reliable(1)).unwrap();
+        assert!(subscription.wait_for_publishers(1, PATIENCE));
+        publisher.publish(&Text::default()).unwrap();
+        let sample = subscription.recv_timeout(PATIENCE).unwrap().unwrap();
+        let writer = rustdds::GUID::from_bytes(sample.info.writer.0);
+        let laggards = &hearer.inner().laggards;
+        laggards.suspect(writer);
+        assert!(subscription.inbox.publishers().contains(&writer));
+        drop((publisher, speaker));
+        let start = Instant::now();
+        while subscription.inbox.publishers().contains(&writer) || laggards.suspects(writer) {
+            assert!(start.elapsed() < PATIENCE, "it is still remembered");
+            thread::yield_now();
+        }
     }
 }

@@ -15,3 +15,4 @@ mod services;
 mod shm;
 mod stall;
 mod static_peers;
+mod storm;

@@ -111,6 +111,16 @@ fn a_late_subscription_gets_what_is_latched() {
     assert_eq!(next(&subscription), text("scene"));
 }
 
+/// The propagator's of control sequences, which matches volatile publishers too.
+#[test]
+fn a_late_subscription_that_requests_volatile_gets_what_is_latched_in_this_suite() {
+    let (sender, receiver) = pair(&isolated());
+    let publisher = sender.publisher("/plan", &Qos::latched(1)).unwrap();
+    publisher.publish(&text("plan")).unwrap();
+    let subscription = texts(&receiver, "/plan", &Qos::reliable(16));
+    assert_eq!(next(&subscription), text("plan"));
+}
+
 #[test]
 fn a_late_subscription_hears_nothing_of_the_past_of_a_volatile_publisher() {
     let environment = isolated();

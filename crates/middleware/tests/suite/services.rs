@@ -8,7 +8,8 @@ use std::{
 use crate::common::{isolated, node, own_name};
 use lgvi_middleware::{
     Environment, ServiceMapping,
-    ros::{CallError, PublishError, Request, ServiceClient, ServiceServer},
+    parameters::{Given, ParameterSpec, Parameters},
+    ros::{CallError, Executor, PublishError, Request, ServiceClient, ServiceServer, TakeError},
 };
 use lgvi_msgs::{
     RosMessage,
@@ -310,4 +311,68 @@ impl lgvi_msgs::Service for ShortCall {
     const TYPE_HASH: &'static str = "";
     type Request = Short;
     type Response = CancelGoalResponse;
+}
+
+/// Both are of the same make, which does not tell how they call services.
+#[test]
+fn who_calls_as_another_rmw_does_is_told_so() {
+    for (ours, theirs, name) in [
+        (
+            ServiceMapping::FastDds,
+            ServiceMapping::Cyclone,
+            "rmw_fastrtps_cpp",
+        ),
+        (
+            ServiceMapping::Cyclone,
+            ServiceMapping::FastDds,
+            "rmw_cyclonedds_cpp",
+        ),
+    ] {
+        let environment = environment(ours);
+        let server = server(&environment);
+        let client = client(
+            "client",
+            &Environment {
+                service_mapping: theirs,
+                ..environment
+            },
+        );
+        let call = thread::spawn(move || client.call(&request(1), Duration::from_secs(3)));
+        let error = server.recv_timeout(PATIENCE).unwrap_err();
+        assert!(matches!(error, TakeError::Mapping { .. }), "{error}");
+        let text = error.to_string();
+        assert!(
+            text.contains("RMW_IMPLEMENTATION") && text.contains(name),
+            "{text}"
+        );
+        let error = call.join().unwrap().unwrap_err();
+        assert!(matches!(error, CallError::NoReply { .. }), "{error}");
+    }
+}
+
+/// Their descriptors take more than is sent in one piece, which a client would wait for in vain.
+#[test]
+fn parameters_that_are_too_many_to_be_described_have_no_description() {
+    use lgvi_msgs::rcl_interfaces::srv::{DescribeParameters, DescribeParametersRequest};
+    let environment = isolated();
+    let server = node("server", &environment);
+    let names: Vec<_> = (0..100).map(|index| format!("parameter_{index}")).collect();
+    let long = "what it is for ".repeat(100);
+    let specs = names
+        .iter()
+        .map(|name| ParameterSpec::new(name, true, &long));
+    let parameters = Parameters::declare(Given::default(), specs.collect()).unwrap();
+    let mut executor = Executor::new();
+    parameters.serve(&server, &mut executor).unwrap();
+    let _running = executor.start().unwrap();
+    let client = node("client", &environment)
+        .service_client::<DescribeParameters>("/server/describe_parameters")
+        .unwrap();
+    let described = |names: &[String]| {
+        let names = names.to_vec();
+        let reply = client.call(&DescribeParametersRequest { names }, PATIENCE);
+        reply.unwrap().descriptors.len()
+    };
+    assert_eq!(described(&names[..10]), 10);
+    assert_eq!(described(&names), 0);
 }

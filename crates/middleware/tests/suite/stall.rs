@@ -4,7 +4,7 @@
 
 use std::{
     io::{BufRead, BufReader},
-    process::{Child, Stdio},
+    process::{Child, Command, Stdio},
     sync::{
         Arc,
         atomic::{AtomicUsize, Ordering},
@@ -46,7 +46,12 @@ struct Peer {
 
 impl Peer {
     fn subscribe(environment: &Environment, topic: &str, qos: &str, count: usize) -> Self {
-        let mut process = python_peer("cyclone_peer.py", environment)
+        let peer = python_peer("cyclone_peer.py", environment);
+        Self::start(peer, topic, qos, count)
+    }
+
+    fn start(mut peer: Command, topic: &str, qos: &str, count: usize) -> Self {
+        let mut process = peer
             .args(["--timeout", "60", "--odometry", topic, "--qos", qos])
             .args(["--count", &count.to_string()])
             .stdout(Stdio::piped())
@@ -85,6 +90,15 @@ impl Peer {
     fn signal(&self, signal: Signal) {
         let id = i32::try_from(self.process.id()).unwrap();
         kill(Pid::from_raw(id), signal).unwrap();
+    }
+
+    /// Waits until it has received so many.
+    fn await_received(&self, count: usize) {
+        let start = Instant::now();
+        while self.received.load(Ordering::Relaxed) < count {
+            assert!(start.elapsed() < PATIENCE, "{:?}", self.received);
+            thread::sleep(Duration::from_millis(5));
+        }
     }
 
     /// What it has received once it has so many or the time has passed.
@@ -181,4 +195,53 @@ fn a_stopped_latched_subscription_does_not_hold_up_rare_messages() {
     assert_eq!(numbers.last(), Some(&(END - 1)), "{numbers:?}");
     assert!(slowest < SLOWEST, "{slowest:?}");
     assert_eq!((publisher.sent(), publisher.dropped()), (END as u64, 0));
+}
+
+/// As by Ctrl-Z. RustDDS would not match it again.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_subscription_that_is_stopped_for_longer_than_its_lease_goes_on() {
+    const LEASE: Duration = Duration::from_secs(5);
+    const CONFIGURATION: &str = "<CycloneDDS><Domain id='any'>\
+        <General><Interfaces><NetworkInterface name='lo'/></Interfaces><AllowMulticast>false</AllowMulticast></General>\
+        <Discovery><LeaseDuration>5s</LeaseDuration><ParticipantIndex>auto</ParticipantIndex>\
+        <Peers><Peer address='localhost'/></Peers></Discovery></Domain></CycloneDDS>";
+    const BEFORE: usize = 10;
+    const END: usize = 20;
+    let environment = isolated();
+    let publisher = node("sender", &environment)
+        .publisher("/odometry", &Qos::reliable(DEPTH))
+        .unwrap();
+    let mut peer = python_peer("cyclone_peer.py", &environment);
+    peer.env("CYCLONEDDS_URI", CONFIGURATION);
+    let mut peer = Peer::start(peer, "/odometry", "reliable", END);
+    assert!(publisher.wait_for_subscriptions(1, PATIENCE));
+    peer.matched();
+    publish(&publisher, 0..BEFORE, 100.0);
+    peer.await_received(BEFORE);
+    peer.signal(Signal::SIGSTOP);
+    // And than RustDDS takes to see that a lease has run out.
+    thread::sleep(2 * LEASE + Duration::from_secs(2));
+    peer.signal(Signal::SIGCONT);
+    publish(&publisher, BEFORE..END, 100.0);
+    let all: Vec<_> = (0..END).collect();
+    assert_eq!(peer.numbers(END, PATIENCE), all);
+}
+
+/// Of one that has ended nothing says that it goes on.
+#[test]
+fn a_subscription_that_was_killed_is_noticed_when_its_lease_has_run_out() {
+    let environment = isolated();
+    let publisher = node("sender", &environment)
+        .publisher::<Odometry>("/odometry", &Qos::reliable(DEPTH))
+        .unwrap();
+    let mut peer = Peer::subscribe(&environment, "/odometry", "reliable", 1);
+    assert!(publisher.wait_for_subscriptions(1, PATIENCE));
+    peer.matched();
+    peer.process.kill().unwrap();
+    let start = Instant::now();
+    while publisher.matched_subscriptions() > 0 {
+        assert!(start.elapsed() < 2 * PATIENCE, "still there");
+        thread::sleep(Duration::from_millis(50));
+    }
 }

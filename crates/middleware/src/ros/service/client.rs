@@ -44,6 +44,16 @@ pub enum CallError {
         /// How long was waited, discovery included.
         waited: Duration,
     },
+    /// The servers that were found carry identities in another way than this node.
+    #[error(
+        "{service}: no server answers in the form of {ours}: RMW_IMPLEMENTATION must be the same there and here"
+    )]
+    Mapping {
+        /// The service.
+        service: String,
+        /// The `RMW_IMPLEMENTATION` of this node.
+        ours: &'static str,
+    },
     /// The request could not be sent.
     #[error(transparent)]
     Send(#[from] PublishError),
@@ -114,7 +124,13 @@ impl<S: Service> ServiceClient<S> {
             );
         }
         let (service, waited) = (self.name().to_owned(), timeout);
-        Err(if first.is_some() {
+        let mapping = self.node.service_mapping;
+        let servers = self.servers();
+        let other = |server: &GUID| wire::differs(mapping, server.to_bytes());
+        Err(if !servers.is_empty() && servers.iter().all(other) {
+            let ours = mapping.rmw();
+            CallError::Mapping { service, ours }
+        } else if first.is_some() {
             CallError::NoReply { service, waited }
         } else {
             CallError::NoServer { service, waited }

@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use lgvi_msgs::{RosMessage, Service};
+use lgvi_msgs::{RosMessage, Service, cdr::CdrError};
 use rustdds::GUID;
 
 use super::{RequestId, SENT, TAKEN, wire};
@@ -17,8 +17,8 @@ use crate::{
     ServiceMapping,
     block::{Deadline, block_on_for},
     ros::{
-        PublishError, RawPublisher, RawSubscription, RosError, RosNode, Sample, TakeError, naming,
-        node::Inner,
+        PublishError, RawPublisher, RawSubscription, RosError, RosNode, Sample, SampleInfo,
+        TakeError, naming, node::Inner,
     },
     wall,
 };
@@ -87,7 +87,7 @@ impl<S: Service> ServiceServer<S> {
     /// A request that is not of the service's type, which its client waits for in vain. Later ones can be taken.
     pub fn take(&self) -> Result<Option<Request<S::Request>>, TakeError> {
         while let Some(sample) = self.requests.take()? {
-            self.hold(sample);
+            self.hold(sample)?;
         }
         self.next().transpose()
     }
@@ -111,7 +111,7 @@ impl<S: Service> ServiceServer<S> {
             }
             let limit = self.next_look().unwrap_or(left).min(left);
             if let Some(sample) = block_on_for(self.requests.recv(), limit).transpose()? {
-                self.hold(sample);
+                self.hold(sample)?;
             }
         }
     }
@@ -123,7 +123,7 @@ impl<S: Service> ServiceServer<S> {
         context: &Context<'_>,
     ) -> Poll<Result<Request<S::Request>, TakeError>> {
         while let Poll::Ready(sample) = self.requests.poll_take(context) {
-            self.hold(sample?);
+            self.hold(sample?)?;
         }
         self.next().map_or(Poll::Pending, Poll::Ready)
     }
@@ -164,17 +164,22 @@ impl<S: Service> ServiceServer<S> {
         self.requests.topic()
     }
 
-    fn hold(&self, sample: Sample<Vec<u8>>) {
+    fn hold(&self, sample: Sample<Vec<u8>>) -> Result<(), TakeError> {
         let info = sample.info;
         // Clients on RustDDS send their latest request to every server that comes.
         if info.source_time.is_some_and(|sent| {
             sent < self.created && info.received_time.saturating_sub(sent) > MAX_AGE
         }) {
-            return;
+            return Ok(());
         }
-        // Without an identity nobody could be answered.
-        let Some((id, cdr)) = wire::taken_request(self.node.service_mapping, sample) else {
-            return;
+        let mapping = self.node.service_mapping;
+        // One that is beside the payload is not the one in it.
+        let beside = mapping == ServiceMapping::Cyclone && info.related.is_some();
+        if beside || wire::differs(mapping, info.writer.0) {
+            return Err(self.other_mapping(&info));
+        }
+        let Some((id, cdr)) = wire::taken_request(mapping, sample) else {
+            return Err(self.other_mapping(&info));
         };
         let mut held = self.held();
         let is_own = |other: &Held| other.id.writer == id.writer;
@@ -191,6 +196,15 @@ impl<S: Service> ServiceServer<S> {
             sample: Sample { message: (), info },
             arrived: Instant::now(),
         });
+        Ok(())
+    }
+
+    fn other_mapping(&self, info: &SampleInfo) -> TakeError {
+        TakeError::Mapping {
+            service: self.name().into(),
+            client: info.writer,
+            ours: self.node.service_mapping.rmw(),
+        }
     }
 
     fn next(&self) -> Option<Result<Request<S::Request>, TakeError>> {
@@ -206,12 +220,20 @@ impl<S: Service> ServiceServer<S> {
                     id: request.id,
                     message,
                 })
-                .map_err(|source| TakeError::Decode {
-                    topic: self.name().into(),
-                    info: request.sample.info,
-                    source: Box::new(source),
-                }),
+                .map_err(|source| self.undecodable(&request.sample.info, source)),
         )
+    }
+
+    fn undecodable(&self, info: &SampleInfo, source: CdrError) -> TakeError {
+        // Clients that put the identity beside the payload name their reader there.
+        if self.node.service_mapping == ServiceMapping::FastDds && info.related.is_none() {
+            return self.other_mapping(info);
+        }
+        TakeError::Decode {
+            topic: self.name().into(),
+            info: *info,
+            source: Box::new(source),
+        }
     }
 
     /// Whether the client's reader is known, without which a reply is lost.

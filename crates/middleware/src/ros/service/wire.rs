@@ -46,6 +46,18 @@ const UNKNOWN_SEQUENCE: i64 = -(1 << 32);
 /// A related sample identity that names nobody.
 const UNKNOWN_WRITER: WriterId = WriterId([0; 16]);
 
+/// What the identities of the participants of a vendor begin with.
+const FAST_DDS: [u8; 2] = [1, 15];
+const CYCLONE_DDS: [u8; 2] = [1, 16];
+
+/// Whether an endpoint's make tells that it takes and gives identities by the other mapping.
+pub(super) fn differs(mapping: ServiceMapping, endpoint: [u8; 16]) -> bool {
+    endpoint.starts_with(match mapping {
+        ServiceMapping::FastDds => &CYCLONE_DDS,
+        ServiceMapping::Cyclone => &FAST_DDS,
+    })
+}
+
 /// What a client sends: the identity is `id`'s where the payload carries it, and otherwise that of the sample itself,
 /// beside which the client's reader of replies is named.
 pub(super) fn request(
@@ -217,6 +229,23 @@ mod tests {
         let bytes = vec![0, 0, 0, 0, 8, 7, 6, 5, 4, 3, 2, 1, 1, 2, 3, 4, 5, 6, 7, 8];
         let taken = taken_request(ServiceMapping::Cyclone, sample(bytes, None));
         assert_eq!(taken, Some((id(), vec![0, 0, 0, 0])));
+    }
+
+    #[test]
+    fn a_vendor_tells_the_mapping() {
+        let endpoint = |vendor: u8| {
+            let mut endpoint = [7; 16];
+            endpoint[..2].copy_from_slice(&[1, vendor]);
+            endpoint
+        };
+        let differing = |vendor| {
+            [ServiceMapping::FastDds, ServiceMapping::Cyclone]
+                .map(|mapping| differs(mapping, endpoint(vendor)))
+        };
+        assert_eq!(differing(15), [false, true]);
+        assert_eq!(differing(16), [true, false]);
+        // RustDDS, which may have either.
+        assert_eq!(differing(18), [false, false]);
     }
 
     #[test]

@@ -276,7 +276,7 @@ impl Propagator {
         }
         while let Some(controls) = self.link.next_controls() {
             let step = self.flight.step();
-            let verdict = self.flight.accept(controls).map(|()| step);
+            let verdict = self.flight.admit(controls).map(|()| step);
             self.accepted += u64::from(verdict.is_ok());
             self.link.answer(verdict);
         }

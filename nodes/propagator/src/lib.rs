@@ -8,6 +8,7 @@
 mod config;
 mod controls;
 mod cuts;
+mod ending;
 mod flight;
 mod law;
 mod link;

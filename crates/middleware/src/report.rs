@@ -1,18 +1,36 @@
 //! The machine-readable channel from a node to the process that started it: one JSON object a line.
 
 use std::{
+    collections::VecDeque,
     fmt,
     io::{self, BufRead, Write},
-    marker::PhantomData,
-    sync::{Mutex, PoisonError},
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    thread,
+    time::Duration,
 };
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Writes reports of one type, each flushed at once; cheap when disabled.
+/// Writes reports of one type, each flushed at once, from a thread of its own: who reports never waits for the reader.
 pub struct Reporter<T> {
-    sink: Option<Mutex<Box<dyn Write + Send>>>,
-    reports: PhantomData<fn(&T)>,
+    queue: Option<Arc<Queue<T>>>,
+}
+
+/// Reports on their way to the thread.
+struct Queue<T> {
+    waiting: Mutex<Waiting<T>>,
+    changed: Condvar,
+}
+
+struct Waiting<T> {
+    /// In their order.
+    reports: VecDeque<T>,
+    /// The last report of progress, later than those.
+    progress: Option<T>,
+    /// A report is being written.
+    writing: bool,
+    /// Nobody reports any more, or the reader has gone.
+    closed: bool,
 }
 
 /// A line that is not a report.
@@ -31,45 +49,139 @@ pub enum ReportError {
     },
 }
 
-impl<T: Serialize> Reporter<T> {
+impl<T: Serialize + Send + 'static> Reporter<T> {
     /// Reports to standard output, which must carry nothing else.
-    pub fn stdout() -> Self {
+    pub fn stdout() -> io::Result<Self> {
         Self::to_writer(io::stdout())
     }
 
     /// Reports to any writer.
-    pub fn to_writer(writer: impl Write + Send + 'static) -> Self {
-        Self {
-            sink: Some(Mutex::new(Box::new(writer))),
-            reports: PhantomData,
-        }
+    pub fn to_writer(writer: impl Write + Send + 'static) -> io::Result<Self> {
+        let queue = Arc::new(Queue {
+            waiting: Mutex::new(Waiting {
+                reports: VecDeque::with_capacity(64),
+                progress: None,
+                writing: false,
+                closed: false,
+            }),
+            changed: Condvar::new(),
+        });
+        let written = Arc::clone(&queue);
+        thread::Builder::new()
+            .name("report".into())
+            .spawn(move || written.write(writer))?;
+        Ok(Self { queue: Some(queue) })
     }
+}
 
+impl<T> Reporter<T> {
     /// Discards all reports: nobody asked for them.
     pub fn disabled() -> Self {
-        Self {
-            sink: None,
-            reports: PhantomData,
+        Self { queue: None }
+    }
+
+    /// Reports. Every report is written, in order, unless the reader has gone.
+    pub fn report(&self, report: T) {
+        if let Some(queue) = &self.queue {
+            let mut waiting = queue.lock();
+            if !waiting.closed {
+                let progress = waiting.progress.take();
+                waiting.reports.extend(progress.into_iter().chain([report]));
+                queue.changed.notify_all();
+            }
         }
     }
 
-    /// Writes one report; fails if the reader has gone.
-    pub fn report(&self, report: &T) -> io::Result<()> {
-        let Some(sink) = &self.sink else {
-            return Ok(());
-        };
-        let mut line = serde_json::to_vec(report)?;
-        line.push(b'\n');
-        let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
-        sink.write_all(&line)?;
-        sink.flush()
+    /// Reports progress: where the reader does not keep up, only the last is written. Never waits.
+    pub fn progress(&self, report: T) {
+        if let Some(queue) = &self.queue
+            && let Ok(mut waiting) = queue.waiting.try_lock()
+            && !waiting.closed
+        {
+            waiting.progress = Some(report);
+            queue.changed.notify_all();
+        }
+    }
+
+    /// Waits until all is written, or given up after `patience`.
+    pub fn flush(&self, patience: Duration) {
+        if let Some(queue) = &self.queue {
+            let under_way = |waiting: &mut Waiting<T>| {
+                !waiting.closed
+                    && (waiting.writing
+                        || waiting.progress.is_some()
+                        || !waiting.reports.is_empty())
+            };
+            // Whether it was in vain makes no difference any more.
+            let _ = queue
+                .changed
+                .wait_timeout_while(queue.lock(), patience, under_way);
+        }
+    }
+}
+
+impl<T> Queue<T> {
+    fn lock(&self) -> MutexGuard<'_, Waiting<T>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next report; none once all are written and no more come.
+    fn next(&self) -> Option<T> {
+        let mut waiting = self.lock();
+        waiting.writing = false;
+        self.changed.notify_all();
+        loop {
+            let next = waiting.reports.pop_front();
+            if let Some(next) = next.or_else(|| waiting.progress.take()) {
+                waiting.writing = true;
+                return Some(next);
+            }
+            if waiting.closed {
+                return None;
+            }
+            waiting = self
+                .changed
+                .wait(waiting)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn close(&self) {
+        self.lock().closed = true;
+        self.changed.notify_all();
+    }
+}
+
+impl<T: Serialize> Queue<T> {
+    fn write(&self, mut writer: impl Write) {
+        while let Some(report) = self.next() {
+            if write(&mut writer, &report).is_err() {
+                break;
+            }
+        }
+        self.close();
+    }
+}
+
+fn write(writer: &mut impl Write, report: &impl Serialize) -> io::Result<()> {
+    let mut line = serde_json::to_vec(report)?;
+    line.push(b'\n');
+    writer.write_all(&line)?;
+    writer.flush()
+}
+
+impl<T> Drop for Reporter<T> {
+    fn drop(&mut self) {
+        if let Some(queue) = &self.queue {
+            queue.close();
+        }
     }
 }
 
 impl<T> fmt::Debug for Reporter<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Reporter")
-            .field("enabled", &self.sink.is_some())
+            .field("enabled", &self.queue.is_some())
             .finish_non_exhaustive()
     }
 }
@@ -89,13 +201,16 @@ pub fn read_reports<T: DeserializeOwned>(
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
+    use std::sync::mpsc::{Receiver, Sender, channel};
 
     use serde::Deserialize;
 
     use super::*;
 
-    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    /// More than any of these tests takes.
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(tag = "event", rename_all = "snake_case")]
     enum Report {
         Ready { node: String },
@@ -118,13 +233,14 @@ mod tests {
     #[test]
     fn reports_survive_the_channel() {
         let written = Shared::default();
-        let reporter = Reporter::to_writer(written.clone());
+        let reporter = Reporter::to_writer(written.clone()).unwrap();
         let ready = Report::Ready {
             node: "/lgvi\n".into(),
         };
         let progress = Report::Progress { done: 1, total: 2 };
-        reporter.report(&ready).unwrap();
-        reporter.report(&progress).unwrap();
+        reporter.report(ready.clone());
+        reporter.report(progress.clone());
+        reporter.flush(PATIENCE);
         let text = String::from_utf8(written.0.lock().unwrap().clone()).unwrap();
         assert_eq!(
             text,
@@ -132,6 +248,56 @@ mod tests {
         );
         let read: Vec<Report> = read_reports(text.as_bytes()).map(Result::unwrap).collect();
         assert_eq!(read, [ready, progress]);
+    }
+
+    /// A pipe that takes a write when it is told to.
+    struct Full {
+        began: Sender<()>,
+        room: Receiver<()>,
+        written: Shared,
+    }
+
+    impl Write for Full {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let _ = self.began.send(());
+            let _ = self.room.recv();
+            self.written.write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn who_reports_does_not_wait_for_a_reader_that_does_not_read() {
+        let (began, beginning) = channel();
+        let (make_room, room) = channel();
+        let written = Shared::default();
+        let pipe = Full {
+            began,
+            room,
+            written: written.clone(),
+        };
+        let reporter = Reporter::to_writer(pipe).unwrap();
+        let ready = Report::Ready { node: "n".into() };
+        reporter.report(ready.clone());
+        beginning.recv().unwrap();
+        // Who waits here waits for ever.
+        for done in 0..100_000 {
+            reporter.progress(Report::Progress { done, total: 0 });
+        }
+        let last = Report::Ready { node: "end".into() };
+        reporter.report(last.clone());
+        drop(make_room);
+        reporter.flush(PATIENCE);
+        let written = written.0.lock().unwrap().clone();
+        let read: Vec<Report> = read_reports(&*written).map(Result::unwrap).collect();
+        let progress = Report::Progress {
+            done: 99_999,
+            total: 0,
+        };
+        assert_eq!(read, [ready, progress, last]);
     }
 
     #[test]

@@ -10,6 +10,9 @@ use crate::{Event, Node, NodeError, complain};
 /// How often an idle node looks for the shutdown.
 const LOOK: Duration = Duration::from_millis(20);
 
+/// How long a supervisor has to read what was reported last.
+const LAST_WORDS: Duration = Duration::from_secs(5);
+
 /// What is particular to a node: its parameters, and what it does as a managed node. It exists while the node is
 /// configured.
 pub trait Managed: Sized {
@@ -74,16 +77,18 @@ pub fn main<M: Managed>(args: impl IntoIterator<Item = String>) -> ExitCode {
     };
     let lived = life.live();
     let ended = life.end();
-    match node.namesakes.refused().and(lived).and(ended) {
+    let code = match node.namesakes.refused().and(lived).and(ended) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             error!("{error}");
-            node.report(&Event::Failed {
+            node.report(Event::Failed {
                 message: error.to_string(),
             });
             error.exit_code()
         }
-    }
+    };
+    node.events.flush(LAST_WORDS);
+    code
 }
 
 /// A node between its start and its end.
@@ -170,7 +175,7 @@ impl<M: Managed> Life<'_, M> {
             Change::Configure
         };
         if change == ready && changed.is_ok() {
-            self.node.report(&Event::Ready);
+            self.node.report(Event::Ready);
         }
         changed
     }

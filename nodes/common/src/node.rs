@@ -63,7 +63,7 @@ impl Node {
         let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
         let events = Arc::new(if supervised {
             supervise(&shutdown);
-            Reporter::stdout()
+            Reporter::stdout().map_err(NodeError::runtime)?
         } else {
             Reporter::disabled()
         });
@@ -118,8 +118,13 @@ impl Node {
     }
 
     /// Tells the supervisor. One that has gone has raised [`Node::shutdown`] already.
-    pub fn report(&self, event: &Event) {
-        let _ = self.events.report(event);
+    pub fn report(&self, event: Event) {
+        self.events.report(event);
+    }
+
+    /// Tells the supervisor of progress, which the next may take the place of. Does not wait.
+    pub fn report_progress(&self, event: Event) {
+        self.events.progress(event);
     }
 
     /// Logs a warning and tells it to the supervisor, if there is one.

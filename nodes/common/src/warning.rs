@@ -49,7 +49,7 @@ impl Warning {
     /// Logs it and tells it to the supervisor, if there is one.
     pub fn tell(self, events: &Reporter<Event>) {
         warn!("{}", self.message);
-        let _ = events.report(&Event::Warned(self));
+        events.report(Event::Warned(self));
     }
 }
 

@@ -212,7 +212,7 @@ impl Planner {
         match &current.purpose {
             // JSON has no other numbers.
             Purpose::Own if now.violation.is_finite() && now.cost.is_finite() => {
-                self.report(&Event::Planning(report(now)));
+                self.events.progress(Event::Planning(report(now)));
             }
             Purpose::Own => {}
             Purpose::Goal(goal) => goal.tell(now),
@@ -257,14 +257,14 @@ impl Planner {
     }
 
     /// Tells the supervisor, if there is one.
-    pub(crate) fn report(&self, event: &Event) {
-        let _ = self.events.report(event);
+    pub(crate) fn report(&self, event: Event) {
+        self.events.report(event);
     }
 
     /// Tells the supervisor what has been published so far, when those who listen have it.
     fn account(&self, patience: Duration) {
         let messages = self.outlet.settle(patience);
-        self.report(&Event::Published { messages });
+        self.report(Event::Published { messages });
     }
 
     /// The plan of the whole manoeuvre, without which the node has nothing to do.
@@ -312,7 +312,7 @@ impl Planner {
         if !sufficient {
             node.warn(Warning::new(WarningCode::NotMinimum, NOT_MINIMUM));
         }
-        self.report(&Event::Planned {
+        self.report(Event::Planned {
             plan: report(&current.last),
             seconds,
         });

@@ -70,8 +70,9 @@ impl Replanner {
         }
         let pace = pace?;
         let lead = self.deadline() + TRANSPORT + now.at.elapsed();
-        let first_step = now.step + (pace * lead.as_secs_f64()).ceil() as u64 + 1;
-        if first_step + self.options.every.max(2) > arrival {
+        let ahead = (pace * lead.as_secs_f64()).ceil() as u64;
+        let first_step = now.step.saturating_add(ahead).saturating_add(1);
+        if first_step.saturating_add(self.options.every.max(2)) > arrival {
             self.over = true;
             let step = now.step;
             if self.published + self.kept == 0 {
@@ -181,6 +182,16 @@ mod tests {
     fn a_flight_that_is_too_fast_is_not_planned_anew() {
         let mut replanner = replanner(0.5);
         assert_eq!(replanner.due(&at(10), Some(1e6), 1000), None);
+        assert!(replanner.over);
+    }
+
+    #[test]
+    fn a_step_that_no_flight_has_is_planned_nothing_for() {
+        let mut replanner = replanner(0.5);
+        assert_eq!(
+            replanner.due(&at(u64::MAX), Some(1e300), u64::MAX - 1),
+            None
+        );
         assert!(replanner.over);
     }
 }

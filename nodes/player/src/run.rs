@@ -94,7 +94,7 @@ impl Managed for Player {
         self.channels.settle();
         let messages = self.played.load(Ordering::Relaxed);
         info!("played {messages} messages");
-        node.report(&Event::Played { messages });
+        node.report(Event::Played { messages });
         Ok(Stopped::Done)
     }
 

@@ -1,5 +1,6 @@
 use std::time::Duration;
 
+use lgvi_middleware::shm::Delivery;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
 use lgvi_node::{FramePrefix, NodeError, load_scene, publishes_clock, required_path};
 use lgvi_scene::Scene;
@@ -142,7 +143,7 @@ impl Rates {
     pub(crate) fn read(parameters: &Parameters, scene: &Scene) -> Result<Self, NodeError> {
         let every = |name: &str, scene: u64| {
             let every: i64 = parameters.get(name).map_err(NodeError::input)?;
-            Ok(match u64::try_from(every).map_err(NodeError::input)? {
+            Ok::<u64, NodeError>(match u64::try_from(every).map_err(NodeError::input)? {
                 0 => scene,
                 every => every,
             })
@@ -160,5 +161,14 @@ impl Rates {
     /// Whether nothing may be lost because nothing has to be on time.
     pub(crate) fn lossless(&self) -> bool {
         self.real_time_factor == 0.0
+    }
+
+    /// How states go over shared memory.
+    pub(crate) fn delivery(&self) -> Delivery {
+        if self.lossless() {
+            Delivery::Lossless { patience: PATIENCE }
+        } else {
+            Delivery::DropNewest
+        }
     }
 }

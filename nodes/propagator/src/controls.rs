@@ -82,6 +82,32 @@ pub enum ControlError {
         /// The flight's step.
         step: u64,
     },
+    /// It would begin when the flight is over.
+    #[error("`first_step` is {first_step}, expected less than {steps}, the steps of the scene")]
+    Beyond {
+        /// The sequence's first step.
+        first_step: u64,
+        /// The scene's steps.
+        steps: u64,
+    },
+    /// Too many others wait.
+    #[error("{limit} other sequences wait to act on the body, expected fewer")]
+    TooMany {
+        /// How many may wait.
+        limit: usize,
+    },
+    /// The others that wait take too much memory.
+    #[error(
+        "the sequence takes {size} bytes beside the {kept} of those that wait to act, expected at most {limit} in all"
+    )]
+    TooLarge {
+        /// The sequence's size (byte).
+        size: usize,
+        /// That of the others (byte).
+        kept: usize,
+        /// The most that all may take (byte).
+        limit: usize,
+    },
 }
 
 impl Controls {
@@ -156,6 +182,12 @@ impl Controls {
             loads,
             law: None,
         })
+    }
+
+    /// The memory that it takes (byte).
+    pub(crate) fn size(&self) -> usize {
+        let law = self.law.as_ref().map_or(0, Law::size);
+        size_of::<Self>() + size_of_val(self.loads.as_slice()) + law
     }
 
     /// The same without its feedback law.

@@ -6,6 +6,12 @@ use thiserror::Error;
 
 use crate::{ControlError, Controls, SetStates};
 
+/// The most sequences that are kept for one body.
+const SEQUENCES: usize = 64;
+
+/// The most memory that the sequences of all bodies may take (byte).
+const MEMORY: usize = 512 << 20;
+
 /// A scene on its way under the control sequences accepted so far.
 ///
 /// A sequence acts on its body from its first step on, in place of any accepted before it. What acts in each step is its
@@ -20,6 +26,8 @@ pub struct Flight {
     /// Which body's controls act other than they are meant, and by how much.
     errors: Option<(usize, ActuatorErrors)>,
     loads: Vec<Load>,
+    /// The scene's steps.
+    steps: u64,
 }
 
 /// States that a flight cannot go on from.
@@ -63,9 +71,10 @@ impl Flight {
             scheme,
             whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
-            accepted: (0..bodies).map(|_| Vec::with_capacity(16)).collect(),
+            accepted: (0..bodies).map(|_| Vec::with_capacity(SEQUENCES)).collect(),
             errors: scene.actuator_errors(),
             loads: vec![Load::default(); bodies],
+            steps: scene.steps,
         })
     }
 
@@ -79,24 +88,68 @@ impl Flight {
         self.scheme
     }
 
+    /// Takes a sequence from outside into account; refuses one that could never act, or that there is no room for.
+    pub fn admit(&mut self, controls: impl Into<Arc<Controls>>) -> Result<(), ControlError> {
+        let controls = controls.into();
+        let (first_step, steps) = (controls.first_step, self.steps);
+        self.check_in_time(first_step)?;
+        if first_step >= steps {
+            return Err(ControlError::Beyond { first_step, steps });
+        }
+        self.drop_past(controls.body);
+        let replaced = |earlier: &&Arc<Controls>| {
+            earlier.body == controls.body && earlier.first_step >= first_step
+        };
+        let kept = &self.accepted[controls.body];
+        if kept.len() - kept.iter().filter(replaced).count() >= SEQUENCES {
+            return Err(ControlError::TooMany { limit: SEQUENCES });
+        }
+        let kept = self.accepted.iter().flatten();
+        let kept: usize = kept
+            .filter(|earlier| !replaced(earlier))
+            .map(|earlier| earlier.size())
+            .sum();
+        if kept.saturating_add(controls.size()) > MEMORY {
+            return Err(ControlError::TooLarge {
+                size: controls.size(),
+                kept,
+                limit: MEMORY,
+            });
+        }
+        self.accept(controls)
+    }
+
     /// Takes a sequence into account; refuses one that would have had to start in the past.
     ///
     /// Sequences that can no longer act are let go of. Their memory is given back here unless somebody else holds them.
     pub fn accept(&mut self, controls: impl Into<Arc<Controls>>) -> Result<(), ControlError> {
         let controls = controls.into();
-        let (first_step, step) = (controls.first_step, self.simulation.step());
+        let first_step = controls.first_step;
+        self.check_in_time(first_step)?;
+        self.drop_past(controls.body);
+        let accepted = &mut self.accepted[controls.body];
+        accepted.retain(|earlier| earlier.first_step < first_step);
+        accepted.push(controls);
+        Ok(())
+    }
+
+    fn check_in_time(&self, first_step: u64) -> Result<(), ControlError> {
+        let step = self.simulation.step();
         if first_step < step {
             return Err(ControlError::Late { first_step, step });
         }
-        let accepted = &mut self.accepted[controls.body];
+        Ok(())
+    }
+
+    /// Lets go of the sequences of `body` that others have taken the place of.
+    fn drop_past(&mut self, body: usize) {
+        let step = self.simulation.step();
+        let accepted = &mut self.accepted[body];
         let acting = accepted
             .iter()
             .rposition(|earlier| earlier.first_step <= step)
             .unwrap_or(0);
         accepted.drain(..acting);
-        accepted.retain(|earlier| earlier.first_step < first_step);
-        accepted.push(controls);
-        Ok(())
     }
 
     /// Begins anew at step 0, without any sequence.
@@ -158,7 +211,7 @@ impl Flight {
     /// The step at which the sequence of `body` that acts last ends.
     pub fn sequence_end(&self, body: usize) -> Option<u64> {
         let last = self.accepted[body].last()?;
-        Some(last.first_step + last.loads.len() as u64)
+        Some(last.first_step.saturating_add(last.loads.len() as u64))
     }
 
     /// Makes one step. Allocates nothing.
@@ -357,6 +410,76 @@ mod tests {
             })
         );
         flight.accept(controls(1, 1.0, 1)).unwrap();
+    }
+
+    #[test]
+    fn a_sequence_that_begins_when_the_flight_is_over_is_refused() {
+        let mut flight = Flight::new(&scene()).unwrap();
+        for first_step in [10, u64::MAX] {
+            let refused = flight.admit(controls(first_step, 1.0, 10));
+            let expected = ControlError::Beyond {
+                first_step,
+                steps: 10,
+            };
+            assert_eq!(refused, Err(expected));
+        }
+        assert!(!flight.commanded(0));
+        flight.admit(controls(9, 1.0, 10)).unwrap();
+        assert_eq!(flight.sequence_end(0), Some(19));
+    }
+
+    #[test]
+    fn a_sequence_without_end_ends_after_all_steps() {
+        let mut flight = Flight::new(&scene()).unwrap();
+        flight.accept(controls(u64::MAX, 1.0, 10)).unwrap();
+        assert_eq!(flight.sequence_end(0), Some(u64::MAX));
+    }
+
+    #[test]
+    fn no_more_sequences_wait_than_there_is_room_for() {
+        let mut flight = Flight::new(&Scene {
+            steps: 1000,
+            ..scene()
+        })
+        .unwrap();
+        for first_step in 0..SEQUENCES as u64 {
+            flight.admit(controls(first_step, 1.0, 1)).unwrap();
+        }
+        let next = SEQUENCES as u64;
+        let refused = flight.admit(controls(next, 1.0, 1));
+        assert_eq!(refused, Err(ControlError::TooMany { limit: SEQUENCES }));
+        flight.admit(controls(next - 1, 1.0, 1)).unwrap();
+        flight.advance().unwrap();
+        flight.admit(controls(next, 1.0, 1)).unwrap();
+    }
+
+    #[test]
+    fn what_waits_takes_no_more_memory_than_is_allowed() {
+        let mut flight = Flight::new(&Scene {
+            steps: 1000,
+            ..scene()
+        })
+        .unwrap();
+        let long = Arc::new(Controls {
+            loads: vec![Load::default(); 1_000_000],
+            ..controls(0, 1.0, 1)
+        });
+        let fit = MEMORY / long.size();
+        let at = |first_step: usize| Controls {
+            first_step: first_step as u64,
+            ..Controls::clone(&long)
+        };
+        for first_step in 0..fit {
+            flight.admit(at(first_step)).unwrap();
+        }
+        let refused = flight.admit(at(fit));
+        let expected = ControlError::TooLarge {
+            size: long.size(),
+            kept: fit * long.size(),
+            limit: MEMORY,
+        };
+        assert_eq!(refused, Err(expected));
+        flight.admit(at(fit - 1)).unwrap();
     }
 
     #[test]

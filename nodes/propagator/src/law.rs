@@ -74,6 +74,11 @@ pub enum LawError {
 }
 
 impl Law {
+    /// The memory that its corrections take (byte).
+    pub(crate) fn size(&self) -> usize {
+        size_of_val(self.corrections.as_slice())
+    }
+
     /// Checks the law of a received sequence.
     pub(crate) fn check(
         header: &FeedbackHeader,

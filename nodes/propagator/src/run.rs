@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use lgvi_dynamics::{BodyState, Invariants, Skip};
 use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::ros::Diagnosed;
-use lgvi_middleware::shm::{Delivery, StatePublisher};
+use lgvi_middleware::shm::StatePublisher;
 use lgvi_msgs::shm::{BodySample, Name};
 use lgvi_node::{
     Event, FlightReport, FramePrefix, Managed, Miss, Node, NodeError, Stopped, body_sample,
@@ -16,8 +16,9 @@ use lgvi_scene::Scene;
 use tracing::{info, warn};
 
 use crate::choosing;
-use crate::config::{self, Config, PATIENCE, Rates};
+use crate::config::{self, Config, Rates};
 use crate::cuts::Cuts;
+use crate::ending::Ending;
 use crate::flight::Flight;
 use crate::link::{self, LinkEnd, Wait};
 use crate::lockstep::Lockstep;
@@ -51,9 +52,9 @@ pub(crate) struct Propagator {
     /// The state that is sent; kept so that sending allocates nothing.
     outgoing: Vec<BodySample>,
     states: StatePublisher,
-    state_topic: String,
+    pub(crate) state_topic: String,
     /// Full-rate states sent.
-    samples: u64,
+    pub(crate) samples: u64,
     /// Cost of the manoeuvre's controls so far.
     cost: f64,
     /// The planned body's state where its last control sequence has ended, if that is before the end of the run.
@@ -79,9 +80,11 @@ pub(crate) struct Propagator {
     began: Instant,
     told: Instant,
     monitor: Arc<Monitor>,
-    resolution: Resolution,
-    /// What was published has been accounted for.
+    pub(crate) resolution: Resolution,
+    /// What was published has been accounted for, or is being so.
     pub(crate) accounted: bool,
+    /// The flight is over, and what was published is waited for.
+    pub(crate) ending: Option<Ending>,
     _diagnosed: Vec<Diagnosed>,
 }
 
@@ -129,13 +132,8 @@ impl Managed for Propagator {
 
         let shm = node.shm()?;
         let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
-        let delivery = if rates.lossless() {
-            Delivery::Lossless { patience: PATIENCE }
-        } else {
-            Delivery::DropNewest
-        };
         let states = shm
-            .state_publisher(&state_topic, names.len(), delivery)
+            .state_publisher(&state_topic, names.len(), rates.delivery())
             .map_err(NodeError::runtime)?;
         let monitor = Arc::new(Monitor::new(&scene));
         let orders = Orders::serve(node, &scene)?;
@@ -170,6 +168,7 @@ impl Managed for Propagator {
             ],
             monitor,
             accounted: false,
+            ending: None,
             generation,
             rates,
             link,
@@ -189,11 +188,7 @@ impl Managed for Propagator {
         if let Some(warning) = self.cuts.rest() {
             warn!("{warning}");
         }
-        let accounted = if self.accounted {
-            Ok(())
-        } else {
-            self.account(node, FAREWELL)
-        };
+        let accounted = self.take_leave(node, FAREWELL);
         self.link.close().and(accounted)
     }
 }
@@ -222,9 +217,13 @@ impl Propagator {
         if generation != self.generation {
             self.generation = generation;
             self.rates = Rates::read(&node.parameters, &self.scene)?;
+            self.states.deliver(self.rates.delivery());
+            self.link.set_lossless(self.rates.lossless());
             self.set_pace(node);
         }
-        self.take_controls()?;
+        self.link.check()?;
+        self.take_controls();
+        self.look_for_the_end(node)?;
         while self.stepping.is_none()
             && let Some(order) = self.orders.next()
         {
@@ -275,20 +274,13 @@ impl Propagator {
     }
 
     /// Accepts or refuses the control sequences that have come in.
-    fn take_controls(&mut self) -> Result<(), NodeError> {
-        if let Some(error) = self.link.bad_control() {
-            return Err(NodeError::Input(format!("control sequence: {error}")));
-        }
-        if let Some(fault) = self.link.fault() {
-            return Err(NodeError::Runtime(fault.to_owned()));
-        }
+    fn take_controls(&mut self) {
         while let Some(controls) = self.link.next_controls() {
             let step = self.flight.step();
-            let verdict = self.flight.accept(controls).map(|()| step);
+            let verdict = self.flight.admit(controls).map(|()| step);
             self.accepted += u64::from(verdict.is_ok());
             self.link.answer(verdict);
         }
-        Ok(())
     }
 
     /// Whether it holds until a plan made on the way has come; what is missed meanwhile is not made up for.
@@ -329,7 +321,7 @@ impl Propagator {
         })?;
         if self.told.elapsed() >= PROGRESS {
             self.told = Instant::now();
-            node.report(&Event::Flying { step: next });
+            node.report_progress(Event::Flying { step: next });
         }
         self.count_down();
         if next == self.scene.steps {
@@ -416,34 +408,6 @@ impl Propagator {
         }
     }
 
-    /// Says that the flight is over, once all is published.
-    fn conclude(&mut self, node: &Node) -> Result<(), NodeError> {
-        self.phase = Phase::Flown;
-        let report = self.report();
-        self.account(node, PATIENCE)?;
-        for warning in self
-            .resolution
-            .warnings(&self.scene, &self.flight, self.accepted > 0)
-        {
-            node.warn(warning);
-        }
-        info!("flown {} steps in {:.3} s", report.steps, report.seconds);
-        node.report(&Event::Flown(report));
-        Ok(())
-    }
-
-    /// Says what has been published, once it has been acknowledged or given up.
-    fn account(&mut self, node: &Node, patience: Duration) -> Result<(), NodeError> {
-        let mut messages = self.link.settle(patience)?;
-        // Of states, those that went over shared memory count: the ROS side sends fewer.
-        messages.insert(self.state_topic.clone(), self.samples);
-        node.report(&Event::Published { messages });
-        self.accounted = true;
-        self.link
-            .fault()
-            .map_or(Ok(()), |fault| Err(NodeError::Runtime(fault.to_owned())))
-    }
-
     /// Begins anew at step 0 of the scene.
     pub(crate) fn restart(&mut self) -> Result<(), NodeError> {
         self.flight.reset(&self.scene).map_err(NodeError::runtime)?;
@@ -467,7 +431,7 @@ impl Propagator {
             .begin(self.flight.step(), self.flight.states(), &self.start);
     }
 
-    fn report(&self) -> FlightReport {
+    pub(crate) fn report(&self) -> FlightReport {
         let (start, end) = (&self.start, self.flight.invariants());
         let units = &self.scene.units;
         FlightReport {

@@ -157,7 +157,7 @@ impl Opened {
             let (events, told) = (Arc::clone(&node.events), Arc::clone(&account));
             let tell = move || {
                 let (waits, waited) = told.waits();
-                let _ = events.report(&Event::Recording {
+                events.progress(Event::Recording {
                     messages: told.written(),
                     lost: told.lost().values().sum(),
                     waits,
@@ -192,7 +192,7 @@ impl Opened {
             bag.display()
         );
         let (waits, waited) = account.waits();
-        node.report(&Event::Recorded {
+        node.report(Event::Recorded {
             bag,
             messages,
             lost,

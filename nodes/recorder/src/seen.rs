@@ -46,8 +46,8 @@ impl Seen {
 
     /// Samples between the first and the last of their publisher that have not been seen.
     pub(crate) fn missing(&self) -> u64 {
-        let kept: u64 = self.writers.values().map(Ranges::missing).sum();
-        self.forgotten + kept
+        let kept = self.writers.values().map(Ranges::missing);
+        kept.fold(self.forgotten, u64::saturating_add)
     }
 
     fn forget_one(&mut self) {
@@ -55,7 +55,7 @@ impl Seen {
         if let Some(writer) = oldest.map(|(writer, _)| *writer)
             && let Some(ranges) = self.writers.remove(&writer)
         {
-            self.forgotten += ranges.missing();
+            self.forgotten = self.forgotten.saturating_add(ranges.missing());
         }
     }
 }

@@ -190,7 +190,8 @@ impl Contents {
         let sequence = i64::from(change.sequence_number);
         let mut received = change.receive_instant;
         if let Some(previous) = self.latest.get(&change.writer_guid()) {
-            self.lost += u64::try_from(sequence - previous.sequence - 1).unwrap_or(0);
+            let gap = sequence.saturating_sub(previous.sequence).saturating_sub(1);
+            self.lost = self.lost.saturating_add(u64::try_from(gap).unwrap_or(0));
             // What follows a sample that is sent again has arrived before it, and waited for it.
             received = received.max(previous.received);
         }

@@ -160,6 +160,16 @@ impl<M> Publisher<M> {
         self.raw.flush(patience)
     }
 
+    /// See [`RawPublisher::acknowledged_within`].
+    pub fn acknowledged_within(&self, wait: Duration) -> bool {
+        self.raw.acknowledged_within(wait)
+    }
+
+    /// See [`RawPublisher::patience`].
+    pub fn patience(&self, patience: Duration) -> Duration {
+        self.raw.patience(patience)
+    }
+
     /// How many subscriptions of other participants are matched. Cheap.
     pub fn matched_subscriptions(&self) -> usize {
         self.raw.matched_subscriptions()
@@ -380,8 +390,14 @@ impl RawPublisher {
         acknowledged.unwrap_or(Ok(false))
     }
 
-    /// How long acknowledgements may be waited for: hardly, if they are not to be expected from all.
-    fn patience(&self, patience: Duration) -> Duration {
+    /// Whether every matched reliable subscription has acknowledged every message, or does so within `wait`. Blames none.
+    pub fn acknowledged_within(&self, wait: Duration) -> bool {
+        matches!(self.acknowledged(wait), Ok(true))
+    }
+
+    /// How long [`flush`](Self::flush) waits at most for the acknowledgements: hardly, if they are not to be expected from
+    /// all.
+    pub fn patience(&self, patience: Duration) -> Duration {
         let matched = self.node.matches.of(self.writer.guid());
         if self.node.laggards.suspects_any(&matched) {
             patience.min(FAREWELL)

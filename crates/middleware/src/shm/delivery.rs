@@ -30,6 +30,16 @@ pub enum Delivery {
     },
 }
 
+impl Delivery {
+    /// How long a subscriber is waited for (ns).
+    fn patience(self) -> u64 {
+        match self {
+            Self::DropNewest => 0,
+            Self::Lossless { patience } => u64::try_from(patience.as_nanos()).unwrap_or(u64::MAX),
+        }
+    }
+}
+
 /// How far a sample has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Delivered {
@@ -42,7 +52,8 @@ pub struct Delivered {
 /// Decides for one publisher.
 #[derive(Debug)]
 pub(super) struct Backpressure {
-    patience: Duration,
+    /// In nanoseconds; 0: nobody is waited for.
+    patience: AtomicU64,
     shutdown: Shutdown,
     /// Which sample is being sent, and how many subscribers have refused it.
     sample: AtomicU64,
@@ -55,14 +66,16 @@ impl Backpressure {
     pub(super) fn new(delivery: Delivery, shutdown: Shutdown) -> Self {
         Self {
             shutdown,
-            patience: match delivery {
-                Delivery::DropNewest => Duration::ZERO,
-                Delivery::Lossless { patience } => patience,
-            },
+            patience: AtomicU64::new(delivery.patience()),
             sample: AtomicU64::new(0),
             refused: AtomicUsize::new(0),
             stalled: Mutex::default(),
         }
+    }
+
+    /// Delivers otherwise from here on.
+    pub(super) fn deliver(&self, delivery: Delivery) {
+        self.patience.store(delivery.patience(), Ordering::Relaxed);
     }
 
     /// Begins a sample.
@@ -88,7 +101,8 @@ impl Backpressure {
 
     /// Whether to wait for a subscriber that has been waited for this long.
     pub(super) fn must_wait(&self, receiver: u128, elapsed: Duration) -> bool {
-        if self.patience.is_zero() {
+        let patience = Duration::from_nanos(self.patience.load(Ordering::Relaxed));
+        if patience.is_zero() {
             return false;
         }
         let sample = self.sample.load(Ordering::Relaxed);
@@ -102,7 +116,7 @@ impl Backpressure {
             stalled.swap_remove(index);
         }
         let farewell = self.shutdown.elapsed();
-        if elapsed < self.patience && farewell.is_none_or(|since| since < FAREWELL) {
+        if elapsed < patience && farewell.is_none_or(|since| since < FAREWELL) {
             return true;
         }
         warn!(
@@ -156,6 +170,17 @@ mod tests {
         shutdown.request();
         std::thread::sleep(FAREWELL);
         assert!(!backpressure.must_wait(1, 2 * FAREWELL));
+    }
+
+    #[test]
+    fn what_is_delivered_otherwise_waits_otherwise() {
+        let backpressure = backpressure(Delivery::Lossless { patience: PATIENCE });
+        backpressure.begin();
+        assert!(backpressure.must_wait(1, Duration::ZERO));
+        backpressure.deliver(Delivery::DropNewest);
+        assert!(!backpressure.must_wait(1, Duration::ZERO));
+        backpressure.deliver(Delivery::Lossless { patience: PATIENCE });
+        assert!(backpressure.must_wait(1, Duration::ZERO));
     }
 
     #[test]

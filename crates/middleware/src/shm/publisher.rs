@@ -100,6 +100,11 @@ impl<C: Channel> ShmPublisher<C> {
         })
     }
 
+    /// Delivers otherwise from the next sample on.
+    pub fn deliver(&self, delivery: Delivery) {
+        self.backpressure.deliver(delivery);
+    }
+
     /// Sends a sample whose elements `fill` writes straight into shared memory, by index.
     ///
     /// Allocates nothing but iceoryx2's note of the loan while samples are no longer than the publisher was made for; locks and

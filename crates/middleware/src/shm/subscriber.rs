@@ -105,7 +105,8 @@ impl<C: Channel> ShmSubscriber<C> {
 
     fn count_gap(&mut self, sequence: u64) {
         if let Some(latest) = self.latest.replace(sequence) {
-            self.lost += sequence.saturating_sub(latest).saturating_sub(1);
+            let gap = sequence.saturating_sub(latest).saturating_sub(1);
+            self.lost = self.lost.saturating_add(gap);
         }
     }
 }

@@ -167,7 +167,7 @@ impl Planner {
             published, kept, ..
         }) = self.replanner
         {
-            self.report(&Event::Replanned { published, kept });
+            self.report(Event::Replanned { published, kept });
         }
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct FlightClock {
 impl FlightClock {
     pub(super) fn new(ros: &RosNode) -> Result<Self, NodeError> {
         Ok(Self {
-            topic: Counted::new(ros, "/clock", &Qos::volatile(1), false)?,
+            topic: Counted::new(ros, "/clock", &Qos::volatile(1), &Arc::default())?,
             due: Instant::now(),
             told: None,
         })

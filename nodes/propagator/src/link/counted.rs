@@ -1,7 +1,8 @@
 //! Publishers that count, and what `/diagnostics` has of them.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
 
 use lgvi_middleware::ros::{
     Diagnosed, Diagnostics, Level, PublishError, Publisher, Qos, RosNode, Status,
@@ -10,12 +11,17 @@ use lgvi_msgs::RosMessage;
 use lgvi_node::NodeError;
 use tracing::warn;
 
+use super::settling::Outgoing;
 use crate::config::PATIENCE;
+
+/// How long is waited for acknowledgements when their time has passed: another topic may have had all of it.
+const LAST_LOOK: Duration = Duration::from_millis(1);
 
 /// A publisher with what it has sent.
 pub(super) struct Counted<M> {
     publisher: Publisher<M>,
-    lossless: bool,
+    /// Whether no message may be lost; that may change in flight.
+    lossless: Arc<AtomicBool>,
     counts: Arc<Counts>,
 }
 
@@ -33,7 +39,7 @@ impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
         ros: &RosNode,
         topic: &str,
         qos: &Qos,
-        lossless: bool,
+        lossless: &Arc<AtomicBool>,
     ) -> Result<Self, NodeError> {
         let publisher = ros.publisher(topic, qos).map_err(NodeError::runtime)?;
         Ok(Self {
@@ -44,7 +50,7 @@ impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
                 sent: AtomicU64::new(0),
             }),
             publisher,
-            lossless,
+            lossless: Arc::clone(lossless),
         })
     }
 
@@ -63,7 +69,7 @@ impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
 
     pub(super) fn send(&self, message: &M) {
         self.counts.converted.fetch_add(1, Ordering::Relaxed);
-        let sent: Result<(), PublishError> = if self.lossless {
+        let sent: Result<(), PublishError> = if self.lossless.load(Ordering::Relaxed) {
             self.publisher.publish_lossless(message, PATIENCE)
         } else {
             self.publisher.publish(message)
@@ -76,19 +82,29 @@ impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
         }
     }
 
-    /// Waits for the acknowledgements; what was sent.
-    pub(super) fn settle(&self, patience: std::time::Duration) -> (String, u64) {
-        if let Err(error) = self.publisher.flush(patience) {
-            warn!("{error}");
-        }
-        (
-            self.counts.topic.clone(),
-            self.counts.sent.load(Ordering::Relaxed),
-        )
-    }
-
     pub(super) fn counts(&self) -> Arc<Counts> {
         Arc::clone(&self.counts)
+    }
+}
+
+impl<M: RosMessage + Send + Sync + 'static> Outgoing for Counted<M> {
+    fn patience(&self, patience: Duration) -> Duration {
+        self.publisher.patience(patience)
+    }
+
+    fn acknowledged_within(&self, wait: Duration) -> bool {
+        self.publisher.acknowledged_within(wait)
+    }
+
+    fn give_up(&self) {
+        if let Err(error) = self.publisher.flush(LAST_LOOK) {
+            warn!("{error}");
+        }
+    }
+
+    fn published(&self) -> (String, u64) {
+        let sent = self.counts.sent.load(Ordering::Relaxed);
+        (self.counts.topic.clone(), sent)
     }
 }
 

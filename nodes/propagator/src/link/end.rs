@@ -1,4 +1,4 @@
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use lgvi_node::{Node, NodeError};
 use rtrb::{Consumer, Producer};
 
 use super::counted::{self, Counts};
-use super::{Published, Request, Shared};
+use super::{LinkError, Published, Request, Shared};
 use crate::messages::Snapshot;
 use crate::{ControlError, Controls};
 
@@ -37,7 +37,7 @@ pub(crate) struct LinkEnd {
     pub(super) verdicts: Producer<Result<u64, ControlError>>,
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) counts: Vec<Arc<Counts>>,
-    pub(super) lossless: bool,
+    pub(super) lossless: Arc<AtomicBool>,
     pub(super) shared: Arc<Shared>,
     pub(super) thread: JoinHandle<()>,
     pub(super) shutdown: Shutdown,
@@ -55,14 +55,27 @@ impl LinkEnd {
         let _ = self.verdicts.push(verdict);
     }
 
-    /// The malformed control sequence that ends the flight, if one came in.
-    pub(crate) fn bad_control(&self) -> Option<&ControlError> {
-        self.shared.bad_control.get()
+    /// Whether the flight can go on.
+    pub(crate) fn check(&self) -> Result<(), LinkError> {
+        if let Some(error) = self.shared.bad_control.get() {
+            return Err(LinkError::BadControl(error.clone()));
+        }
+        self.check_published()?;
+        if self.filled.is_abandoned() {
+            return Err(LinkError::Ended);
+        }
+        Ok(())
     }
 
-    /// What ends the flight because it must not be published.
-    pub(crate) fn fault(&self) -> Option<&str> {
-        self.shared.fault.get().map(String::as_str)
+    /// Whether all that had to be published could be.
+    pub(crate) fn check_published(&self) -> Result<(), LinkError> {
+        let fault = self.shared.fault.get().cloned();
+        fault.map_or(Ok(()), |fault| Err(LinkError::Fault(fault)))
+    }
+
+    /// Loses nothing from here on, or nobody is waited for.
+    pub(crate) fn set_lossless(&self, lossless: bool) {
+        self.lossless.store(lossless, Ordering::Relaxed);
     }
 
     /// Hands a snapshot to the ROS side, where somebody wants it; returns `false` where none is free and it may be dropped.
@@ -70,11 +83,13 @@ impl LinkEnd {
         if wait == Wait::AsConfigured && !self.shared.wanted.load(Ordering::Acquire) {
             return true;
         }
-        let wait = self.lossless || wait != Wait::AsConfigured;
+        let wait = self.lossless.load(Ordering::Relaxed) || wait != Wait::AsConfigured;
         let mut snapshot = loop {
             match self.empty.pop() {
                 Ok(snapshot) => break snapshot,
-                Err(_) if !wait || self.shutdown.requested() => return false,
+                Err(_) if !wait || self.shutdown.requested() || self.filled.is_abandoned() => {
+                    return false;
+                }
                 Err(_) => std::thread::sleep(Duration::from_micros(50)),
             }
         };
@@ -88,12 +103,15 @@ impl LinkEnd {
         self.shared.attended.load(Ordering::Acquire)
     }
 
-    /// Waits until what was handed over is published and acknowledged, or given up after `patience`; what was published,
-    /// by topic.
-    pub(crate) fn settle(&self, patience: Duration) -> Result<Published, NodeError> {
+    /// Has what was handed over published and acknowledged, or given up after `patience`. What comes then is what was
+    /// published, by topic.
+    pub(crate) fn settle(
+        &self,
+        patience: Duration,
+    ) -> Result<mpsc::Receiver<Published>, LinkError> {
         let (answer, published) = mpsc::channel();
         self.ask(Request::Settle(patience, answer))?;
-        published.recv().map_err(panicked)
+        Ok(published)
     }
 
     /// Publishes that the course has been changed; waits until that is done, unless the node is to stop.
@@ -103,7 +121,7 @@ impl LinkEnd {
         while !node.interrupted() {
             match done.recv_timeout(LOOK) {
                 Err(mpsc::RecvTimeoutError::Timeout) => {}
-                done => return done.map_err(panicked),
+                done => return done.map_err(|_| LinkError::Ended.into()),
             }
         }
         Ok(())
@@ -117,16 +135,74 @@ impl LinkEnd {
     /// Closes the topics.
     pub(crate) fn close(self) -> Result<(), NodeError> {
         self.ask(Request::Close)?;
-        self.thread.join().map_err(panicked)
+        self.thread.join().map_err(|_| LinkError::Ended.into())
     }
 
-    fn ask(&self, request: Request) -> Result<(), NodeError> {
-        self.requests.send(request).map_err(panicked)?;
+    fn ask(&self, request: Request) -> Result<(), LinkError> {
+        self.requests.send(request).map_err(|_| LinkError::Ended)?;
         self.thread.thread().unpark();
         Ok(())
     }
 }
 
-fn panicked<E>(_: E) -> NodeError {
-    NodeError::runtime("the ROS side has panicked")
+#[cfg(test)]
+mod tests {
+    use lgvi_dynamics::BodyState;
+    use rtrb::RingBuffer;
+
+    use super::*;
+    use crate::messages::Snapshot;
+
+    /// The loop's end of a link whose thread has panicked, with one snapshot left.
+    fn orphaned() -> LinkEnd {
+        let (filled, other_filled) = RingBuffer::new(1);
+        let (mut other_empty, empty) = RingBuffer::new(1);
+        let (other_controls, controls) = RingBuffer::new(1);
+        let (verdicts, other_verdicts) = RingBuffer::new(1);
+        let (requests, other_requests) = mpsc::channel();
+        let snapshot = Snapshot {
+            step: 0,
+            states: Vec::new(),
+        };
+        other_empty.push(snapshot).unwrap();
+        let shared = Arc::new(Shared::default());
+        shared.wanted.store(true, Ordering::Release);
+        let thread = std::thread::spawn(move || {
+            let _ends = (
+                other_filled,
+                other_empty,
+                other_controls,
+                other_verdicts,
+                other_requests,
+            );
+            panic!("as a fault of the ROS side does");
+        });
+        while !thread.is_finished() {
+            std::thread::yield_now();
+        }
+        LinkEnd {
+            filled,
+            empty,
+            controls,
+            verdicts,
+            requests,
+            counts: Vec::new(),
+            lossless: Arc::new(AtomicBool::new(true)),
+            shared,
+            thread,
+            shutdown: Shutdown::new(),
+        }
+    }
+
+    #[test]
+    fn a_flight_whose_ros_side_has_died_neither_hangs_nor_goes_on() {
+        let mut link = orphaned();
+        let nobody: [BodyState; 0] = [];
+        assert!(link.publish(1, &nobody, Wait::AsConfigured));
+        assert!(!link.publish(2, &nobody, Wait::AsConfigured));
+        assert!(!link.publish(3, &nobody, Wait::Always));
+        assert!(matches!(link.check(), Err(LinkError::Ended)));
+        assert!(matches!(link.settle(Duration::ZERO), Err(LinkError::Ended)));
+        assert!(link.close().is_err());
+    }
 }

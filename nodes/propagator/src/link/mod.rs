@@ -7,6 +7,7 @@ mod clock;
 mod counted;
 mod end;
 mod service;
+mod settling;
 mod topics;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -21,6 +22,7 @@ use lgvi_msgs::shm::Name;
 use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 use rtrb::RingBuffer;
+use thiserror::Error;
 
 use self::service::Link;
 use self::topics::Topics;
@@ -53,9 +55,32 @@ struct Shared {
     fault: OnceLock<String>,
 }
 
+/// What ends the flight because of its ROS side.
+#[derive(Debug, Error)]
+pub(crate) enum LinkError {
+    /// A control sequence is malformed.
+    #[error("control sequence: {0}")]
+    BadControl(ControlError),
+    /// Something must not be published.
+    #[error("{0}")]
+    Fault(String),
+    /// Nobody publishes, and takes in controls, any more.
+    #[error("the thread of the ROS side has ended before the flight")]
+    Ended,
+}
+
+impl From<LinkError> for NodeError {
+    fn from(error: LinkError) -> Self {
+        match error {
+            LinkError::BadControl(_) => Self::input(error),
+            LinkError::Fault(_) | LinkError::Ended => Self::runtime(error),
+        }
+    }
+}
+
 /// What the loop asks of the thread, which does it once all that was handed over before is published.
 enum Request {
-    /// Say what has been published, once it is acknowledged or the time has passed.
+    /// Say what has been published, once it is acknowledged or the time has passed; takes the place of one before.
     Settle(Duration, mpsc::Sender<Published>),
     /// Publish that the course has been changed, and for a new one hand over again what the first began with.
     Intervene(Box<Intervention>, mpsc::Sender<()>),
@@ -74,7 +99,8 @@ pub(crate) fn start(
     monitor: &Arc<Monitor>,
 ) -> Result<LinkEnd, NodeError> {
     let ros = &node.ros;
-    let topics = Topics::new(node, scene, config.clock, rates.lossless())?;
+    let lossless = Arc::new(AtomicBool::new(rates.lossless()));
+    let topics = Topics::new(node, scene, config.clock, &lossless)?;
     let counts = topics.counts();
     let control_topic = ros
         .resolve("~/control_sequence")
@@ -116,6 +142,7 @@ pub(crate) fn start(
         pending: VecDeque::new(),
         recent: VecDeque::new(),
         initial: VecDeque::new(),
+        settling: None,
         feedback: config.feedback,
         stop_on_bad_control: config.stop_on_bad_control,
         shared: Arc::clone(&shared),
@@ -133,7 +160,7 @@ pub(crate) fn start(
         verdicts: verdicts_in,
         requests: requests_in,
         counts,
-        lossless: rates.lossless(),
+        lossless,
         shutdown: node.shutdown.clone(),
         shared,
         thread,

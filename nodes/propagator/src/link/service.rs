@@ -17,6 +17,7 @@ use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
 use super::clock::FlightClock;
+use super::settling::Settling;
 use super::topics::Topics;
 use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
 use crate::messages::{self, Snapshot};
@@ -61,6 +62,8 @@ pub(super) struct Link {
     /// Whether feedback laws are flown.
     pub(super) feedback: bool,
     pub(super) stop_on_bad_control: bool,
+    /// What was published is waited for to be acknowledged.
+    pub(super) settling: Option<Settling>,
     pub(super) shared: Arc<Shared>,
 }
 
@@ -128,7 +131,7 @@ impl Link {
             match request {
                 Some(Request::Settle(patience, answer)) => {
                     self.answer_pending();
-                    let _ = answer.send(self.topics.settle(patience));
+                    self.settling = Some(Settling::new(patience, answer));
                 }
                 Some(Request::Intervene(message, done)) => {
                     self.answer_pending();
@@ -137,6 +140,12 @@ impl Link {
                 }
                 Some(Request::Close) => return,
                 None => {}
+            }
+            if let Some(settling) = &mut self.settling {
+                idle = false;
+                if settling.go_on(&self.topics.outgoing()) {
+                    self.settling = None;
+                }
             }
             if idle {
                 thread::park_timeout(self.pause(wanted));

@@ -1,5 +1,5 @@
 use std::sync::Arc;
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
 
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
@@ -9,9 +9,9 @@ use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 
-use super::Published;
 use super::clock::FlightClock;
 use super::counted::{Counted, Counts};
+use super::settling::Outgoing;
 
 /// Depth of the topics that stream.
 const STREAM_DEPTH: usize = 1000;
@@ -36,7 +36,7 @@ impl Topics {
         node: &Node,
         scene: &Scene,
         clock: bool,
-        lossless: bool,
+        lossless: &Arc<AtomicBool>,
     ) -> Result<Self, NodeError> {
         let ros = &node.ros;
         let stream = Qos::reliable(STREAM_DEPTH);
@@ -86,24 +86,20 @@ impl Topics {
             && self.invariants.subscribers() >= count
     }
 
-    /// Waits for the acknowledgements, each up to `patience`; the messages sent, by topic.
-    pub(super) fn settle(&self, patience: Duration) -> Published {
-        let mut published: Published = self
-            .odometry
-            .iter()
-            .map(|topic| topic.settle(patience))
-            .collect();
-        published.extend([
-            self.state.settle(patience),
-            self.tf.settle(patience),
-            self.invariants.settle(patience),
-            self.scene.settle(patience),
-            self.markers.settle(patience),
-            self.flown.settle(patience),
-            self.intervention.settle(patience),
-        ]);
-        published.extend(self.tf_static.iter().map(|topic| topic.settle(patience)));
-        published
+    /// Those whose messages are waited for at the end.
+    pub(super) fn outgoing(&self) -> Vec<&dyn Outgoing> {
+        let mut outgoing: Vec<&dyn Outgoing> = vec![
+            &self.state,
+            &self.tf,
+            &self.invariants,
+            &self.scene,
+            &self.markers,
+            &self.flown,
+            &self.intervention,
+        ];
+        outgoing.extend(self.odometry.iter().map(|topic| topic as &dyn Outgoing));
+        outgoing.extend(self.tf_static.iter().map(|topic| topic as &dyn Outgoing));
+        outgoing
     }
 
     /// What becomes of the messages, by topic.

@@ -32,7 +32,7 @@ test:
 demo:
     cargo run --release --locked -- run scenes/inclination_change.toml --bag target/demo_$(date +%s)
 
-# The fuzz targets for some seconds each: no panic, no hang, no memory without bound.
+# The fuzz targets for some seconds each, by hand: the tests run their corpora and mutants of them without cargo-fuzz.
 fuzz seconds="5":
     tests/fuzz/run {{seconds}}
 

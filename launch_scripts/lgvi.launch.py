@@ -14,18 +14,18 @@ def nodes(context):
     """The flight's nodes; the recorder first, which also hears their first words then."""
     scene = value(context, "scene")
     bag = value(context, "bag")
-    namespace = (value(context, "namespace") or "").strip("/")
     propagator = "lgvi_propagator"
-    root = f"/{namespace}/" if namespace else "/"
+    prefix = value(context, "frame_prefix")
     recorder = {
         "output": bag,
-        "states": [f"{root}{propagator}/state"],
+        "frame_prefix": prefix,
         "log_time": value(context, "log_time"),
         # Plans may take long before the first state.
         "await_stamp": True if value(context, "log_time") == "stamp" else None,
     }
     flight = {
         "scene": scene,
+        "frame_prefix": prefix,
         "real_time_factor": typed(context, "real_time_factor"),
         # A recorded flight begins when the recorder listens.
         "await_subscribers": 1 if bag else None,
@@ -35,7 +35,8 @@ def nodes(context):
         started.append(managed_node(context, "recorder", recorder))
     if value(context, "plan") == "true":
         remappings = [("~/state", f"{propagator}/state")]
-        started.append(managed_node(context, "planner", {"scene": scene}, remappings))
+        planner = {"scene": scene, "frame_prefix": prefix}
+        started.append(managed_node(context, "planner", planner, remappings))
     remappings = [("~/control_sequence", "lgvi_planner/control_sequence")]
     started.append(managed_node(context, "propagator", flight, remappings))
     return started + rviz(context)
@@ -67,6 +68,11 @@ def generate_launch_description():
                 "real_time_factor",
                 default_value="",
                 description="Simulated seconds a second, at least 0; 0: as fast as possible, without loss",
+            ),
+            DeclareLaunchArgument(
+                "frame_prefix",
+                default_value="",
+                description="What stands before the names of the flight's frames; empty: the namespace and a slash",
             ),
             rviz_argument(),
             *common_arguments(),

@@ -89,8 +89,17 @@ def managed_node(context, kind, parameters=None, remappings=(), name=None):
         remappings=list(remappings),
         ros_arguments=["--log-level", level] if level else [],
         output="screen",
-        on_exit=Shutdown(reason=f"{name} has ended"),
+        on_exit=end_all(name),
     )
+
+
+def end_all(name):
+    """What `launch` does when the node of this name has ended: it ends all the others, unless it is doing so already."""
+
+    def ended(_event, context):
+        return None if context.is_shutdown else Shutdown(reason=f"{name} has ended")
+
+    return ended
 
 
 def rviz(context):

@@ -48,13 +48,12 @@ class BodySample(ctypes.Structure):
 
 
 def configuration():
-    """That of iceoryx2; with LGVI_SHM_ROOT the files are in that directory and begin with a prefix made from it."""
+    """That of iceoryx2, but for the directory of the files, and their prefix, which is made from it."""
     config = iceoryx2.config.global_config()
-    root = os.environ.get("LGVI_SHM_ROOT")
-    if root:
-        digest = hashlib.sha256(os.fsencode(root.rstrip("/"))).hexdigest()
-        config.global_cfg.root_path = iceoryx2.Path.new(root)
-        config.global_cfg.prefix = iceoryx2.FileName.new(f"lgvi_{digest[:16]}_")
+    root = os.environ.get("LGVI_SHM_ROOT") or f"/tmp/lgvi_{os.geteuid()}"
+    digest = hashlib.sha256(os.fsencode(root.rstrip("/"))).hexdigest()
+    config.global_cfg.root_path = iceoryx2.Path.new(root)
+    config.global_cfg.prefix = iceoryx2.FileName.new(f"lgvi_{digest[:16]}_")
     return config
 
 

@@ -11,10 +11,12 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod cdr;
+mod excerpt;
 pub mod shm;
 pub mod stamp;
 
 use builtin_interfaces::Time;
+pub use excerpt::excerpt;
 use serde::{Serialize, de::DeserializeOwned};
 use unique_identifier_msgs::UUID;
 

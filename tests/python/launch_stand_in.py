@@ -17,6 +17,7 @@ class LaunchContext:
     def __init__(self, launch_configurations, files):
         self.launch_configurations = launch_configurations
         self.files = files
+        self.is_shutdown = False
 
     def parameter_file(self, parameters):
         """A parameter file for every node, as launch_ros makes it of a dictionary; JSON is YAML."""
@@ -111,7 +112,14 @@ class ExecuteProcess(Action):
             raise TypeError(f"on_exit is {on_exit!r}, expected actions or a function")
         if output not in ("screen", "log", "both", "own_log", "full"):
             raise ValueError(f"output is {output!r}")
-        self.cmd = cmd
+        self.cmd, self.on_exit = cmd, on_exit
+
+    def ended(self, context):
+        """What is done when the process has ended."""
+        actions = self.on_exit(None, context) if callable(self.on_exit) else self.on_exit
+        if actions is None:
+            return []
+        return actions if isinstance(actions, list) else [actions]
 
 
 class Node(ExecuteProcess):

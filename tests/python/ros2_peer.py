@@ -3,6 +3,7 @@
 
     ros2_peer.py graph /lgvi_propagator
     ros2_peer.py departure /lgvi_propagator
+    ros2_peer.py dump /lgvi_propagator
     ros2_peer.py echo /lgvi_propagator/scene lgvi_msgs/msg/Scene --qos latched
     ros2_peer.py publish /lgvi_propagator/control_sequence lgvi_msgs/msg/ControlSequence --file control.json
     ros2_peer.py call /lgvi_propagator/step lgvi_msgs/srv/Step '{"steps": 3}'
@@ -20,8 +21,11 @@ import time
 from pathlib import Path
 
 import rclpy
+import yaml
+from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.action import ActionClient
 from rclpy.duration import Duration
+from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from ros2_messages import from_plain, interface, to_plain
@@ -185,6 +189,21 @@ def act(peer, args):
         say({"canceling": [info.goal_id == goal.goal_id for info in reply.goals_canceling]})
     outcome = peer.answer("the result", goal.get_result_async())
     say({"status": outcome.status, "result": to_plain(outcome.result)})
+
+
+@case(("node", {}))
+def dump(peer, args):
+    """Prints a node's parameters as `ros2 param dump` does."""
+
+    def asked(service, kind, request):
+        client = peer.node.create_client(kind, f"{args.node}/{service}")
+        peer.matched(f"the service {service} of {args.node}", client.service_is_ready)
+        return peer.answer("the response", client.call_async(request))
+
+    names = sorted(asked("list_parameters", ListParameters, ListParameters.Request()).result.names)
+    values = asked("get_parameters", GetParameters, GetParameters.Request(names=names)).values
+    parameters = dict(zip(names, map(parameter_value_to_python, values), strict=True))
+    print(yaml.dump({args.node: {"ros__parameters": parameters}}, default_flow_style=False))
 
 
 @case(("node", {}))

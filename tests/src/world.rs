@@ -188,7 +188,7 @@ impl World {
             domain_id: self.domain.id,
             root: Some(self.shared_memory_root()),
         };
-        let prefix = options.prefix().expect("a root has one");
+        let prefix = options.prefix();
         let entries = fs::read_dir(SHARED_MEMORY).expect(SHARED_MEMORY).flatten();
         entries
             .filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix))

@@ -85,15 +85,10 @@ fn a_bad_sequence_in_mid_flight_ends_it_and_the_bag_verifies_up_to_there() {
 }
 
 #[test]
-fn a_propagator_that_outlives_bad_sequences_refuses_them_and_flies_a_good_one() {
+fn a_propagator_of_its_own_refuses_bad_sequences_and_flies_a_good_one() {
     let world = World::new();
     let scene = format!("scene:={}", scene("inclination_change").display());
-    let parameters = [
-        &scene,
-        "real_time_factor:=0.0",
-        "stop_on_bad_control:=false",
-    ];
-    let mut propagator = world.node("propagator", &parameters);
+    let mut propagator = world.node("propagator", &[&scene, "real_time_factor:=0.0"]);
     let stranger = world.ros_node("stranger");
     for (change, fragments) in CASES {
         let _publisher = publish(&stranger, &spoiled(change));

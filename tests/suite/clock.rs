@@ -18,7 +18,10 @@ const J2000: i64 = 946_728_000_000_000_000;
 /// In nanoseconds.
 const MILLISECOND: i64 = 1_000_000;
 
-/// A body whose state goes out at each of its steps of 10 ms.
+/// A step of the flights.
+const STEP: i64 = 10 * MILLISECOND;
+
+/// A body whose state goes out at each of its steps.
 fn free_body(world: &World) -> String {
     let scene = edited(world, "free_body", &[("ros_every = 100", "ros_every = 1")]);
     parameter("scene", &scene)
@@ -75,20 +78,15 @@ impl Watch {
         thread::sleep(Duration::from_millis(200));
         assert_eq!(self.now(), time, "{awaited}");
     }
-
-    /// Waits until the flight has come to rest; where.
-    fn rest(&mut self) -> i64 {
-        eventually("a flight that has stopped", || {
-            let before = self.now();
-            thread::sleep(Duration::from_millis(200));
-            (self.now() == before).then_some(before)
-        })
-    }
 }
 
-fn pause(client: &ServiceClient<SetBool>, data: bool) {
+/// Pauses a flight, or has it go on; its simulated time then (ns).
+fn pause(client: &ServiceClient<SetBool>, data: bool) -> i64 {
     let answer = client.call(&SetBoolRequest { data }, PATIENCE).unwrap();
     assert!(answer.success, "{}", answer.message);
+    let words = answer.message.split_whitespace();
+    let step: i64 = words.last().unwrap().parse().unwrap();
+    step * STEP
 }
 
 #[test]
@@ -122,8 +120,8 @@ fn a_flight_keeps_step_with_another_ones_time_and_stops_with_it() {
 
     let client = observer.service_client("/source/pause").unwrap();
     for _ in 0..2 {
-        pause(&client, true);
-        let stopped = ahead.rest();
+        let stopped = pause(&client, true);
+        ahead.await_rest(stopped);
         behind.await_rest(stopped);
         pause(&client, false);
         ahead.await_past(stopped + 200 * MILLISECOND);
@@ -187,8 +185,8 @@ fn a_ros_2_node_has_the_flights_time() {
     eventually("the time of the peer", || {
         (peer.stdout().lines().count() >= 20).then_some(())
     });
-    pause(&client, true);
-    let stopped = flight.rest();
+    let stopped = pause(&client, true);
+    flight.await_rest(stopped);
     let latest = || {
         let time: i64 = peer.stdout().lines().last()?.parse().ok()?;
         Some(time - J2000)

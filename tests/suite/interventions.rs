@@ -254,6 +254,9 @@ fn states_are_set_at_a_step_all_or_none() {
     let mut fast = state(&names[1]);
     fast.linear_momentum[0] = 1e200;
     refused(&[good.clone(), fast], "energy");
+    let mut spinning = state(&names[1]);
+    spinning.angular_momentum[0] = 1e3;
+    refused(&[good.clone(), spinning], "no step can be made");
 
     let reply = flight.set(std::slice::from_ref(&good));
     assert_eq!((reply.success, reply.step), (true, now), "{reply:?}");

@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::Path as FilePath;
 use std::time::Duration;
 
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::msg::{Scene, SystemState};
+use lgvi_msgs::nav_msgs::Path;
+use lgvi_msgs::tf2_msgs::TFMessage;
+use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_tests::{Finished, Process, Recording, World, binary, python, root, scene, within};
 use serde::Deserialize;
 
@@ -19,11 +22,18 @@ pub(crate) struct Launch {
     arguments: BTreeMap<String, String>,
     /// Command lines in the order of their start.
     pub(crate) commands: Vec<Vec<String>>,
+    /// For each of them, the reasons for which its end shuts down a system that runs, and one that shuts down already.
+    shutdowns: Vec<[Vec<String>; 2]>,
 }
 
 /// Executes a launch file in the place of `ros2 launch`, with what is installed in `prefixes`.
 #[track_caller]
-pub(crate) fn launch(world: &World, file: &Path, arguments: &[&str], prefixes: &Path) -> Finished {
+pub(crate) fn launch(
+    world: &World,
+    file: &FilePath,
+    arguments: &[&str],
+    prefixes: &FilePath,
+) -> Finished {
     let mut command = world.command(&python());
     command
         .env("AMENT_PREFIX_PATH", prefixes)
@@ -37,7 +47,7 @@ pub(crate) fn launch(world: &World, file: &Path, arguments: &[&str], prefixes: &
 #[track_caller]
 fn compose(world: &World, name: &str, arguments: &[&str]) -> Launch {
     let file = root().join(format!("launch_scripts/{name}.launch.py"));
-    launch(world, &file, arguments, Path::new(""))
+    launch(world, &file, arguments, FilePath::new(""))
         .expect(0)
         .json()
 }
@@ -62,7 +72,7 @@ pub(crate) fn fly(world: &World, commands: &[Vec<String>], propagator: &str) -> 
 
 /// A program with its path, or one that would be taken from the PATH.
 fn start(world: &World, command: &[String]) -> Process {
-    let program = Path::new(&command[0]);
+    let program = FilePath::new(&command[0]);
     let mut process = if program.is_absolute() {
         world.command(program)
     } else {
@@ -127,6 +137,113 @@ fn a_flight_in_a_namespace_under_the_launch_file_is_recorded_whole() {
         );
     }
     world.verify_agrees(&bag, 1001);
+}
+
+/// The frames of transforms: parent and child.
+fn frames(message: &TFMessage) -> impl Iterator<Item = (&str, &str)> {
+    let transforms = message.transforms.iter();
+    transforms.map(|placed| {
+        let (parent, child) = (&placed.header.frame_id, &placed.child_frame_id);
+        (parent.as_str(), child.as_str())
+    })
+}
+
+#[test]
+fn two_flights_side_by_side_have_frames_and_bags_of_their_own() {
+    const SHARED: [&str; 6] = [
+        "/tf",
+        "/tf_static",
+        "/clock",
+        "/diagnostics",
+        "/rosout",
+        "/parameter_events",
+    ];
+    let world = World::new();
+    let params = world.path("params.yaml");
+    let section = "/**/lgvi_propagator: {ros__parameters: {real_time_factor: 0.0}}";
+    fs::write(&params, section).unwrap();
+    let observer = world.ros_node("observer");
+    let names = ["chaser", "target"];
+    let flights = names.map(|name| {
+        let arguments = [
+            format!("scene:={}", scene("docking_corridor").display()),
+            format!("bag:={}", world.path(name).display()),
+            format!("params_file:={}", params.display()),
+            format!("namespace:={name}"),
+        ];
+        let launched = compose(&world, "lgvi", &arguments.each_ref().map(String::as_str));
+        let topic = format!("/{name}/lgvi_propagator/state");
+        let states = observer
+            .subscription::<SystemState>(&topic, &Qos::latched(400))
+            .unwrap();
+        let nodes: Vec<_> = launched
+            .commands
+            .iter()
+            .map(|node| start(&world, node))
+            .collect();
+        (nodes, states)
+    });
+    let ended = flights.map(|(nodes, states)| {
+        within(Duration::from_secs(90), "the flight's last state", || {
+            let sample = states.take().unwrap()?;
+            (sample.message.step == 300).then_some(())
+        });
+        nodes
+    });
+    for nodes in ended {
+        end(nodes);
+    }
+
+    for name in names {
+        let bag = world.path(name);
+        let recording = Recording::read(&bag);
+        let own = format!("/{name}/");
+        for topic in recording.counts().keys() {
+            let taken = topic.starts_with(&own) || SHARED.iter().any(|shared| topic == shared);
+            assert!(taken, "{topic} is in the bag of {name}");
+        }
+        let inertial = format!("{name}/inertial");
+        let pair =
+            |parent: &str, child: &str| (format!("{name}/{parent}"), format!("{name}/{child}"));
+        let has = |topic: &str, (parent, child): &(String, String)| {
+            let messages = recording.messages::<TFMessage>(topic);
+            let found = messages
+                .iter()
+                .flat_map(frames)
+                .any(|pair| pair == (parent.as_str(), child.as_str()));
+            assert!(found, "{topic} has no {child} on {parent}");
+        };
+        has("/tf", &pair("inertial", "chaser"));
+        has("/tf_static", &pair("inertial", "port"));
+        has("/tf_static", &pair("chaser", "probe"));
+        for message in recording.messages::<TFMessage>("/tf") {
+            assert!(
+                frames(&message).all(|(parent, child)| parent.contains('/') && child.contains('/'))
+            );
+        }
+        let state = format!("/{name}/lgvi_propagator/state");
+        for state in recording.messages::<SystemState>(&state) {
+            assert_eq!(state.header.frame_id, inertial);
+        }
+        let path = recording.messages::<Path>(&format!("/{name}/lgvi_planner/planned_path"));
+        assert_eq!(path[0].header.frame_id, inertial);
+        let markers =
+            recording.messages::<MarkerArray>(&format!("/{name}/lgvi_propagator/markers"));
+        assert_eq!(
+            markers[0].markers[0].header.frame_id,
+            format!("{name}/chaser")
+        );
+        world.verify_agrees(&bag, 301);
+    }
+}
+
+#[test]
+fn the_end_of_a_node_shuts_the_others_down_once() {
+    let world = World::new();
+    let launched = compose(&world, "lgvi", &["scene:=s", "bag:=b"]);
+    let once = |name: &str| [vec![format!("{name} has ended")], Vec::new()];
+    let expected = ["lgvi_recorder", "lgvi_planner", "lgvi_propagator"].map(once);
+    assert_eq!(launched.shutdowns, expected);
 }
 
 #[test]
@@ -200,7 +317,7 @@ fn rviz_is_started_with_our_layout() {
         rviz[0].ends_with("lib/rviz2/rviz2") && rviz[1] == "-d",
         "{rviz:?}"
     );
-    assert!(Path::new(&rviz[2]).is_file(), "{rviz:?}");
+    assert!(FilePath::new(&rviz[2]).is_file(), "{rviz:?}");
 }
 
 #[test]
@@ -218,7 +335,7 @@ fn unusable_arguments_are_refused() {
         ("replay", &["bag:=b", "autostart:=perhaps"], "perhaps"),
     ] {
         let file = root().join(format!("launch_scripts/{name}.launch.py"));
-        launch(&world, &file, arguments, Path::new(""))
+        launch(&world, &file, arguments, FilePath::new(""))
             .expect(1)
             .says(&[expected]);
     }

@@ -58,3 +58,4 @@ mod tables;
 mod two_hosts;
 mod verify;
 mod waiting;
+mod warnings;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use lgvi_tests::{World, binary, root};
+use lgvi_tests::{Process, World, binary, root};
 
 /// What stands for a path of the user's own.
 const ELSEWHERE: &str = "/path/to/";
@@ -122,6 +122,94 @@ fn nodes_take_every_value_in_them() {
             None => {
                 node.await_ready();
                 node.stop().expect(0);
+            }
+        }
+    }
+}
+
+/// Starts a node that stays unconfigured, so that any values will do.
+fn idle(world: &World, kind: &str, arguments: &[&str]) -> Process {
+    let mut command = world.command(&binary(&format!("lgvi_{kind}")));
+    command.args(["--supervised", "--ros-args", "--log-level", "warn"]);
+    command.args(arguments);
+    world.start(kind, command)
+}
+
+/// What `ros2 param dump` writes of a node; the node ends.
+#[track_caller]
+fn dumped(world: &World, kind: &str, node: Process) -> String {
+    let name = format!("/lgvi_{kind}");
+    let dump = world.ros_python("ros2_peer.py", &["dump", &name]);
+    let text = dump.finish().expect(0).stdout;
+    node.stop().expect(0);
+    text
+}
+
+/// A value for a parameter whose line is in the node's parameter file, by what stands there.
+fn random(name: &str, shown: &str, random: &mut fastrand::Rng) -> Option<String> {
+    // What else these take is in their files' comments.
+    let choices: &[&str] = match name {
+        "compression" => &["none", "lz4", "zstd"],
+        "log_time" => &["received", "stamp"],
+        "log_level" => &["debug", "warn", "fatal"],
+        "autostart" => &["false"],
+        "frame_prefix" => &["''", "null/", "'1.5/'", "true_"],
+        "use_sim_time" => &["true", "false"],
+        _ => &[],
+    };
+    if !choices.is_empty() {
+        return random.choice(choices).map(|choice| (*choice).to_owned());
+    }
+    if random.bool() && name != "scene" && name != "bag" {
+        return None;
+    }
+    let words = [
+        "'null'", "'true'", "'017'", "'1.5'", "'a: b'", "'~'", "\"a'b\"", "''", "plain",
+    ];
+    let word = |random: &mut fastrand::Rng| random.choice(words).map(ToString::to_string);
+    Some(match shown {
+        "true" | "false" => random.bool().to_string(),
+        list if list.starts_with('[') => {
+            let words: Vec<_> = (0..random.usize(0..4))
+                .filter_map(|_| word(random))
+                .collect();
+            format!("[{}]", words.join(", "))
+        }
+        number if number.parse::<i64>().is_ok() => random.i64(1..1000).to_string(),
+        number if number.parse::<f64>().is_ok() => {
+            // As far as the narrowest range.
+            format!("{:?}", 10_f64.powf(10.0 * random.f64() - 3.0).min(1e6))
+        }
+        _ => word(random)?,
+    })
+}
+
+#[test]
+fn what_ros2_dumps_of_a_node_gives_the_same_node_again() {
+    let mut rng = fastrand::Rng::with_seed(1);
+    for kind in ["propagator", "planner", "recorder", "player"] {
+        for defaults in [true, false] {
+            let world = World::new();
+            let text = file(kind);
+            let values: Vec<_> = text
+                .lines()
+                .filter_map(setting)
+                .filter(|(name, ..)| !defaults || *name == "autostart")
+                .filter_map(|(name, shown, _)| Some((name, random(name, shown, &mut rng)?)))
+                .map(|(name, value)| format!("{name}:={value}"))
+                .collect();
+            let arguments: Vec<_> = values.iter().flat_map(|value| ["-p", value]).collect();
+            let first = dumped(&world, kind, idle(&world, kind, &arguments));
+            let path = world.path("dump.yaml");
+            fs::write(&path, &first).unwrap();
+            let arguments = ["--params-file", path.to_str().unwrap()];
+            let second = dumped(&world, kind, idle(&world, kind, &arguments));
+            assert_eq!(second, first, "{kind}, {values:?}");
+            if defaults {
+                assert!(
+                    first.contains("frame_prefix: null") || kind == "player",
+                    "{first}"
+                );
             }
         }
     }

@@ -169,6 +169,21 @@ fn the_inclination_change_is_flown_across() {
     );
 }
 
+/// What something is once it has not changed for a while: what was under way has arrived.
+#[track_caller]
+fn settled<T: PartialEq>(look: impl Fn() -> T) -> T {
+    const QUIET: Duration = Duration::from_millis(500);
+    let (mut latest, mut since) = (look(), Instant::now());
+    eventually("an end of what is under way", || {
+        let now = look();
+        if now != latest {
+            (latest, since) = (now, Instant::now());
+        }
+        (since.elapsed() >= QUIET).then_some(())
+    });
+    latest
+}
+
 #[test]
 fn an_outage_costs_nothing_that_can_be_kept() {
     between_hosts(
@@ -195,8 +210,8 @@ fn an_outage_costs_nothing_that_can_be_kept() {
                 eventually("another plan", || (flight.taken_up() > plans).then_some(()));
 
                 hosts.cut(cut);
-                thread::sleep(Duration::from_millis(300));
-                let (plans, messages) = (flight.taken_up(), recorded(&flight.recorder, STATE));
+                let (plans, messages) =
+                    settled(|| (flight.taken_up(), recorded(&flight.recorder, STATE)));
                 let step = flight.step();
                 thread::sleep(OUTAGE);
                 assert_eq!(flight.taken_up(), plans, "plans got across");

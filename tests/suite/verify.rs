@@ -177,3 +177,50 @@ fn a_flight_of_many_resets_is_verified() {
     assert_eq!(verdict["states"], 8_000);
     assert_eq!(verdict["difference"]["field"], "attitude[4]");
 }
+
+/// A recorder that did not keep up, as rosbag2's at 1 kHz.
+#[test]
+fn a_record_that_lost_states_is_compared_as_far_as_it_goes() {
+    let world = World::new();
+    let missing = |sequence: u64| sequence % 13 == 3 || (500..600).contains(&sequence);
+    for bag in ["free_body", "inclination_change", "interventions"] {
+        let mut flight = Recording::read(&reference_bag(bag));
+        let states = flight.messages::<SystemState>(STATE);
+        let kept = |state: &SystemState| {
+            // Where a course begins, a missing state would leave open where an intervention was.
+            let steps = states
+                .windows(2)
+                .map(|pair| (pair[1].sequence, pair[1].step > pair[0].step));
+            let turns: Vec<u64> = steps
+                .filter(|(_, on)| !on)
+                .map(|(sequence, _)| sequence)
+                .collect();
+            let is_turn = turns
+                .iter()
+                .any(|turn| (turn - 1..=*turn).contains(&state.sequence));
+            is_turn || !missing(state.sequence)
+        };
+        let last = states
+            .iter()
+            .filter(|state| kept(state))
+            .map(|state| state.sequence)
+            .max();
+        let lost = states
+            .iter()
+            .filter(|state| !kept(state) && Some(state.sequence) < last)
+            .count();
+        flight.records.retain(|record| {
+            record.topic != STATE || kept(&cdr::decode::<SystemState>(&record.data).unwrap())
+        });
+        assert!(lost > states.len() / 20);
+        let path = world.path(bag);
+        flight.write(&path);
+        let verdict: Value = run(&world, &path, &["verify", "--json"], 0).json();
+        assert_eq!(verdict["missing"], lost, "{bag}");
+        assert_eq!(verdict["difference"], Value::Null, "{bag}");
+        let text = run(&world, &path, &["verify"], 0);
+        for part in ["the record is incomplete", "agree bit for bit"] {
+            assert!(text.stdout.contains(part), "{}", text.stdout);
+        }
+    }
+}

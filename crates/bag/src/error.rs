@@ -464,6 +464,32 @@ pub enum Damage {
         /// Its schema.
         schema: u16,
     },
+    /// The file cannot be read from start to end.
+    #[error("cannot be read from start to end: {source}")]
+    Stream {
+        /// What the reader says.
+        source: Box<mcap::McapError>,
+    },
+    /// Two definitions of one id differ.
+    #[error("{record} {id} is defined twice, and differently")]
+    Redefined {
+        /// Kind of the definition.
+        record: &'static str,
+        /// The id.
+        id: u16,
+    },
+    /// A record tells something of others that is not so.
+    #[error("{record} record: {field}: {told}, found {found}")]
+    Disagrees {
+        /// Kind of the record.
+        record: &'static str,
+        /// What it tells.
+        field: &'static str,
+        /// As the record has it.
+        told: String,
+        /// As it is.
+        found: String,
+    },
     /// A message has a channel that the file does not have.
     #[error("message {sequence} has channel {channel}, which is not in the file")]
     UnknownChannel {
@@ -472,4 +498,11 @@ pub enum Damage {
         /// Its channel.
         channel: u16,
     },
+}
+
+impl Damage {
+    pub(crate) fn stream(source: mcap::McapError) -> Self {
+        let source = Box::new(source);
+        Self::Stream { source }
+    }
 }

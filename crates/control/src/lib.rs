@@ -7,6 +7,10 @@
 //! Equation numbers are those of M. Leok, *An Overview of Lie Group Variational Integrators and Their Applications to
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
 
+// Test cases name the crate as they do from outside.
+#[cfg(test)]
+extern crate self as lgvi_control;
+
 mod barrier;
 pub mod extremal;
 mod final_time;
@@ -21,6 +25,7 @@ pub mod shooting;
 mod solver;
 mod stage;
 mod steps;
+mod units;
 
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
 pub use minima::{Minimum, SearchSettings, Winding, search};

@@ -25,15 +25,17 @@ pub struct Plan {
 /// What can be checked of a plan without trusting the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Certificate {
-    /// Largest component of the Lagrangian's gradient by states and commands, relative to the largest multiplier.
+    /// Largest component of the Lagrangian's gradient by the commands, each in units of `√W_ii`, relative to the largest of
+    /// its terms. The gradient by the states is zero: the costate is computed so.
     pub stationarity: f64,
-    /// Largest norm by which a state misses the step from the one before.
+    /// Largest norm by which a state misses the step from the one before, relative to the size of each quantity.
     pub defect: f64,
-    /// Norm by which the last state misses the terminal set.
+    /// Norm by which the last state misses the terminal set, relative to the size of each quantity (see
+    /// [`NewtonSettings::violation`](crate::NewtonSettings::violation)).
     pub terminal: f64,
     /// Largest amount by which an inequality is violated; 0 where none is.
     pub inequality: f64,
-    /// Largest product of an inequality's slack and its multiplier.
+    /// Largest product of an inequality's slack and its multiplier, in parts of the cost.
     pub complementarity: f64,
     /// Condition number of the map from initial multipliers to terminal conditions, in the solver's scaling.
     pub condition: f64,

@@ -5,14 +5,17 @@ use lgvi_lie::right_jacobian_inverse;
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::Transfer;
 use crate::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
+use crate::newton::strictness;
 use crate::problem::{Vector12, block, miss};
+use crate::units::Units;
+use crate::{Transfer, TransferError};
 
 /// How the shooting goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Terminal error at which the solution is accepted.
+    /// Terminal error, relative to the size of each quantity, at which the solution is accepted.
+    /// What rounding makes of a quantity always is.
     pub tolerance: f64,
     /// Newton iterations at most.
     pub max_iterations: u32,
@@ -42,7 +45,7 @@ pub struct Iteration {
     pub trials: u32,
     /// Accepted Armijo step; 1 before the first.
     pub step_length: f64,
-    /// Norm of the terminal error `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`.
+    /// Norm of the terminal error `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`, relative to the size of each quantity.
     pub violation: f64,
     /// Objective.
     pub cost: f64,
@@ -60,8 +63,11 @@ pub struct Solution {
 }
 
 /// Why the shooting ended without a solution.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShootingError {
+    /// The transfer's numbers are too far apart.
+    #[error("the transfer leaves the range of numbers in units of its own size: {0}")]
+    Units(#[from] TransferError),
     /// The extremal of the starting multipliers does not exist.
     #[error("the extremal of the starting multipliers ends early: {0}")]
     Start(#[from] ExtremalError),
@@ -96,22 +102,44 @@ pub fn solve<F: Field>(
     settings: &Settings,
     mut observe: impl FnMut(&Iteration) -> bool,
 ) -> Result<Solution, ShootingError> {
+    let units = Units::of(transfer);
+    let own = units.transfer(transfer)?;
+    let observe = |now: &Iteration| observe(&units.leave_iteration(now));
+    shoot(&own, units.enter_multipliers(&start), settings, observe)
+        .map(|solution| Solution {
+            extremal: units.leave_extremal(solution.extremal),
+            multipliers: units.leave_multipliers(&solution.multipliers),
+            last: units.leave_iteration(&solution.last),
+        })
+        .map_err(|error| units.leave_shooting(error))
+}
+
+/// [`solve`] in the transfer's units.
+fn shoot<F: Field>(
+    transfer: &Transfer<F>,
+    start: SVector<f64, 12>,
+    settings: &Settings,
+    mut observe: impl FnMut(&Iteration) -> bool,
+) -> Result<Solution, ShootingError> {
     let target = transfer.target.state().ok_or(ExtremalError::Unsupported)?;
     let mut multipliers = start;
     let (mut extremal, mut sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
+    let tolerance = settings.tolerance.max(f64::EPSILON);
+    let strictness = strictness(&(transfer.rounding / tolerance));
+    let violation = |miss: &Vector12| strictness.component_mul(miss).norm();
     let mut error = miss(&target, extremal.end());
     let mut now = Iteration {
         iteration: 0,
         trials: 1,
         step_length: 1.0,
-        violation: error.norm(),
+        violation: violation(&error),
         cost: extremal.cost,
     };
     loop {
         if !observe(&now) {
             return Err(ShootingError::Stopped(now));
         }
-        if now.violation <= settings.tolerance {
+        if now.violation <= tolerance {
             return Ok(Solution {
                 extremal,
                 multipliers,
@@ -119,7 +147,6 @@ pub fn solve<F: Field>(
             });
         }
         if now.iteration >= settings.max_iterations {
-            let tolerance = settings.tolerance;
             return Err(ShootingError::MaxIterations {
                 last: now,
                 tolerance,
@@ -132,10 +159,10 @@ pub fn solve<F: Field>(
         loop {
             let trial = multipliers + now.step_length * direction;
             now.trials += 1;
-            let violation = integrate(transfer, &trial).map_or(f64::INFINITY, |extremal| {
-                miss(&target, extremal.end()).norm()
+            let reached = integrate(transfer, &trial).map_or(f64::INFINITY, |extremal| {
+                violation(&miss(&target, extremal.end()))
             });
-            if violation <= (1.0 - 2.0 * settings.armijo * now.step_length) * now.violation {
+            if reached <= (1.0 - 2.0 * settings.armijo * now.step_length) * now.violation {
                 multipliers = trial;
                 break;
             }
@@ -146,7 +173,7 @@ pub fn solve<F: Field>(
         }
         (extremal, sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
         error = miss(&target, extremal.end());
-        now.violation = error.norm();
+        now.violation = violation(&error);
         now.cost = extremal.cost;
     }
 }
@@ -158,3 +185,6 @@ fn newton_direction(miss: &Vector12, sensitivity: &SMatrix<f64, 12, 12>) -> Opti
     jacobian.fixed_rows_mut::<3>(6).copy_from(&attitude);
     jacobian.lu().solve(&-miss)
 }
+
+#[cfg(test)]
+mod tests;

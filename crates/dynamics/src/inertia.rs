@@ -1,4 +1,5 @@
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use lgvi_lie::symmetric_eigen;
+use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 /// Inertia of a rigid body about its centre of mass, in body axes, with what the integrators derive from it.
@@ -91,7 +92,8 @@ impl Inertia {
         let mut moments = principal_moments(&matrix);
         moments.sort_by(f64::total_cmp);
         let [least, middle, greatest] = moments;
-        if least <= rounding {
+        // Moments that are not numbers are none.
+        if least.is_nan() || least <= rounding {
             return Err(InertiaError::NotPositive(moments));
         }
         if greatest > (least + middle) * (1.0 + 1e-12) {
@@ -134,6 +136,11 @@ impl Inertia {
         Self::new(Matrix3::from_diagonal_element(j_d.trace()) - j_d)
     }
 
+    /// The principal moments, in no order.
+    pub fn principal_moments(&self) -> [f64; 3] {
+        principal_moments(&self.matrix)
+    }
+
     /// The standard inertia `J`.
     pub fn matrix(&self) -> &Matrix3<f64> {
         &self.matrix
@@ -159,12 +166,12 @@ pub(crate) fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {
     ])
 }
 
-pub(crate) fn principal_moments(matrix: &Matrix3<f64>) -> [f64; 3] {
+fn principal_moments(matrix: &Matrix3<f64>) -> [f64; 3] {
     let diagonal = matrix.diagonal();
     if *matrix == Matrix3::from_diagonal(&diagonal) {
         return diagonal.into();
     }
-    SymmetricEigen::new(*matrix).eigenvalues.into()
+    symmetric_eigen(matrix).map_or([f64::NAN; 3], |eigen| eigen.eigenvalues.into())
 }
 
 #[cfg(test)]

@@ -5,11 +5,13 @@
 //! same bits wherever the same instructions run.
 
 mod cayley;
+mod eigen;
 mod matrix;
 mod quaternion;
 mod rotation_vector;
 
 pub use cayley::{cay, compose, rotate, rotate_back, to_rotation_vector};
+pub use eigen::symmetric_eigen;
 pub use matrix::{hat, orthogonality_error, polish, vee};
 pub use quaternion::{Quaternion, cos_sinc, cos_sinc_pair};
 pub use rotation_vector::{exp, log, right_jacobian_inverse, to_cayley, to_quaternion};

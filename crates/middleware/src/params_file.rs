@@ -218,14 +218,7 @@ mod tests {
     #[test]
     fn values_keep_the_types_of_rcl() {
         let text = "n: {ros__parameters: {a: 'yes', b: yes, c: '1', d: 017, e: null, <<: {f: 1}}}";
-        let expected = [
-            "a=\"yes\"",
-            "b=true",
-            "c=\"1\"",
-            "d=15",
-            "e=\"null\"",
-            "<<.f=1",
-        ];
+        let expected = ["a=\"yes\"", "b=true", "c=\"1\"", "d=15", "e=null", "<<.f=1"];
         assert_eq!(of(text, "/n"), expected);
     }
 

@@ -1,5 +1,6 @@
 //! YAML as ROS 2 reads it: scalars by the rules of `rcl_yaml_param_parser`, which are those of YAML 1.1 where the
-//! libraries for Rust have YAML 1.2 (`yes` is a bool, `017` is fifteen, `null` is a word).
+//! libraries for Rust have YAML 1.2 (`yes` is a bool, `017` is fifteen, `null` is a word). The word `null` alone is told
+//! from the string: it is what `ros2 param dump` writes for a parameter that is not set.
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Tag};
 use serde_yaml_ng::{Number, Value};
@@ -43,7 +44,11 @@ pub(crate) fn documents(text: &str) -> Result<Vec<Node>, String> {
     Ok(builder.documents)
 }
 
-/// A parameter's value: a scalar, or a list of scalars of one type.
+/// The plain word `null`.
+pub(crate) const NULL: &str = "null";
+
+/// A parameter's value: a scalar, or a list of scalars of one type. The plain word `null` is [`Value::Null`], in a list a
+/// string.
 ///
 /// # Errors
 /// What is wrong with it.
@@ -65,7 +70,10 @@ fn list(items: Vec<Node>) -> Result<Vec<Value>, String> {
                 item.content.kind()
             ));
         };
-        values.push(value);
+        values.push(match value {
+            Value::Null => NULL.into(),
+            value => value,
+        });
     }
     let mut kinds = values.iter().map(kind);
     if let Some(first) = kinds.next()
@@ -170,7 +178,9 @@ fn scalar(text: &str, style: ScalarStyle, tag: Option<&Tag>) -> Content {
 }
 
 fn plain(text: &str) -> Value {
-    if let Some(flag) = boolean(text) {
+    if text == NULL {
+        Value::Null
+    } else if let Some(flag) = boolean(text) {
         Value::Bool(flag)
     } else if let Some(number) = integer(text) {
         Value::Number(number.into())
@@ -268,7 +278,6 @@ mod tests {
     fn everything_else_is_a_string() {
         for text in [
             "tRue",
-            "null",
             "~",
             "0o17",
             "0b11",
@@ -288,6 +297,14 @@ mod tests {
             "$(foo)",
         ] {
             assert_eq!(value(text).unwrap(), Value::from(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_plain_word_null_is_told_from_the_string() {
+        assert_eq!(value("null").unwrap(), Value::Null);
+        for text in ["'null'", "\"null\"", "!!str null"] {
+            assert_eq!(value(text).unwrap(), Value::from("null"), "{text}");
         }
     }
 

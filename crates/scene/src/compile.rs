@@ -13,7 +13,7 @@ use lgvi_dynamics::Invariants;
 
 use crate::file::{BodyFile, SceneFile};
 use crate::scene::{NamedBody, Publishing, Scene};
-use crate::{LONGEST, SceneError, Units, check};
+use crate::{LONGEST, SceneError, Units, check, numbers};
 
 /// Bodies of the largest scene: each has a topic of its own.
 const MAX_BODIES: usize = 1024;
@@ -24,8 +24,9 @@ impl Scene {
         if text.len() > LONGEST {
             return Err(SceneError::TooLong);
         }
-        let file: SceneFile =
-            toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
+        let syntax = |error| SceneError::syntax(&error);
+        let file: SceneFile = toml::from_str(text).map_err(syntax)?;
+        numbers::check(text)?;
         let units = Units::parse(&file.units.length, &file.units.mass, &file.units.time)?;
         check::name("frame", &file.frame)?;
         let gravity = gravity::gravity(&file.gravity)?;
@@ -39,6 +40,7 @@ impl Scene {
             units,
             epoch: run::epoch(&file.run)?,
             integration,
+            accuracy: run::accuracy(&file.run, file.maneuver.as_ref()),
             skipping: run::skipping(&file.run, integration)?,
             substeps: run::substeps(&file.run)?,
             subdivide: run::subdivide(&file.run)?,

@@ -41,12 +41,6 @@ pub struct ActuatorErrors {
 }
 
 impl ActuatorErrors {
-    /// Whether all factors are.
-    pub(crate) fn is_finite(&self) -> bool {
-        let mut factors = self.force.iter().chain(&self.moment);
-        factors.all(|factor| factor.is_finite())
-    }
-
     /// What acts where `load` is meant.
     pub fn apply(&self, load: &Load) -> Load {
         Load {

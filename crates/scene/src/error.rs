@@ -26,7 +26,25 @@ pub enum SceneError {
     },
 }
 
+/// Letters of a value that are told.
+const MOST: usize = 300;
+
+/// All of a text, or its beginning and how long it is.
+fn excerpt(text: &str) -> String {
+    match text.char_indices().nth(MOST) {
+        None => text.to_owned(),
+        Some((end, _)) => format!("{}… ({} bytes)", &text[..end], text.len()),
+    }
+}
+
 impl SceneError {
+    /// What is no scene's form; the line that is shown may be as long as the file.
+    pub(crate) fn syntax(error: &toml::de::Error) -> Self {
+        let text = error.to_string();
+        let lines: Vec<_> = text.lines().map(excerpt).collect();
+        Self::Syntax(lines.join("\n"))
+    }
+
     pub(crate) fn value(
         key: impl Into<String>,
         value: impl std::fmt::Debug,
@@ -34,7 +52,7 @@ impl SceneError {
     ) -> Self {
         Self::Value {
             key: key.into(),
-            value: format!("{value:?}"),
+            value: excerpt(&format!("{value:?}")),
             expected: expected.into(),
         }
     }

@@ -6,6 +6,7 @@
 
 mod check;
 mod compile;
+mod discretisation;
 mod disturbance;
 mod ensemble;
 mod error;
@@ -15,6 +16,8 @@ mod gravity;
 mod integrator;
 mod maneuver;
 mod miss;
+mod numbers;
+mod resolution;
 mod scene;
 mod shape;
 mod units;
@@ -26,6 +29,7 @@ pub use frame::Frame;
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
 pub use integrator::{Integration, Scheme, Skipping};
 pub use maneuver::{FinalTime, Maneuver, Replan, Search, Solver, SolverMethod};
+pub use resolution::{Energies, Rates};
 pub use scene::{NamedBody, Publishing, Scene};
 pub use shape::Shape;
 pub use units::Units;

@@ -27,6 +27,8 @@ pub struct Scene {
     pub epoch: i64,
     /// The integrator that is asked for.
     pub integration: Integration,
+    /// What `auto` was asked for where a manoeuvre says what flies it.
+    pub accuracy: Option<f64>,
     /// What may be left out of the computation.
     pub skipping: Skipping,
     /// Steps of the integrator in each step of the run, unless it chooses them.
@@ -56,8 +58,10 @@ pub struct Scene {
 /// A body with its name and its state at the epoch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedBody {
-    /// Name, also of its frame and topics.
+    /// Name, also of its topics.
     pub name: String,
+    /// Name of its frame: its own, behind the prefix of the scene's frames.
+    pub frame: String,
     /// The body.
     pub body: RigidBody,
     /// State at the epoch.
@@ -90,6 +94,23 @@ impl Scene {
     pub fn stamp(&self, step: u64) -> i64 {
         self.epoch
             .saturating_add((self.seconds(step) * 1e9).round() as i64)
+    }
+
+    /// The scene with `prefix` before the names of its frames, so that they differ from those of other flights. What its
+    /// inertial frame hangs on is of others, and keeps its name.
+    #[must_use]
+    pub fn with_frame_prefix(mut self, prefix: &str) -> Self {
+        for frame in &mut self.frames {
+            if frame.name != self.frame {
+                frame.parent.insert_str(0, prefix);
+            }
+            frame.name.insert_str(0, prefix);
+        }
+        for body in &mut self.bodies {
+            body.frame.insert_str(0, prefix);
+        }
+        self.frame.insert_str(0, prefix);
+        self
     }
 
     /// Index of the body called `name`.

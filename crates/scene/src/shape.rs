@@ -2,6 +2,7 @@
 
 use lgvi_dynamics::gravity::Polyhedron;
 use lgvi_dynamics::{MassDistribution, PointMass, RigidBody};
+use lgvi_lie::symmetric_eigen;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::NamedBody;
@@ -85,7 +86,12 @@ fn ellipsoid(body: &RigidBody) -> Shape<'static> {
         .map(|point| point.mass * point.position);
     let centre = moments.sum::<Vector3<f64>>() / mass;
     let about_centre = body.inertia().nonstandard() - mass * centre * centre.transpose();
-    let eigen = about_centre.symmetric_eigen();
+    let Some(eigen) = symmetric_eigen(&about_centre) else {
+        return Shape::Spheres {
+            centres: vec![centre],
+            radius: 0.0,
+        };
+    };
     let mut axes = eigen.eigenvectors;
     if axes.determinant() < 0.0 {
         axes.column_mut(2).neg_mut();

@@ -2,7 +2,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{ConversionError, Limits, Name};
-use crate::{geometry_msgs::Vector3, msg::ControlSequence, stamp, std_msgs::Header};
+use crate::{excerpt, geometry_msgs::Vector3, msg::ControlSequence, stamp, std_msgs::Header};
 
 /// Which body a control sequence acts on and when; user header of an open-loop sequence, a slice of [`ControlInterval`].
 ///
@@ -77,7 +77,7 @@ impl ControlHeader {
         let (forces, moments) = (message.force.len(), message.moment.len());
         if forces != moments {
             return Err(ConversionError::LengthMismatch {
-                body: message.body.clone(),
+                body: excerpt(&message.body),
                 forces,
                 moments,
             });

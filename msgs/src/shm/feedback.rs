@@ -2,6 +2,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::{BodySample, ControlHeader, ControlInterval, ConversionError};
+use crate::excerpt;
 use crate::msg::{BodyState, ControlLimits, ControlSequence};
 
 /// Rows of a gain: force (inertial) and moment (body).
@@ -122,7 +123,7 @@ impl FeedbackHeader {
             let expected = each * intervals;
             if found != expected {
                 return Err(ConversionError::LawLength {
-                    body: message.body.clone(),
+                    body: excerpt(&message.body),
                     field,
                     found,
                     expected,

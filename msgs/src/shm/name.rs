@@ -4,6 +4,8 @@ use std::fmt;
 use iceoryx2::prelude::ZeroCopySend;
 use thiserror::Error;
 
+use crate::excerpt;
+
 /// A body's name: up to 31 printable ASCII characters, padded with NUL. The default is no name.
 #[repr(C)]
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -20,7 +22,7 @@ pub enum NameError {
     /// The name does not fit.
     #[error("body name {name:?} has {length} bytes, expected at most {max}", max = Name::MAX_LENGTH)]
     TooLong {
-        /// The name.
+        /// The name, or its beginning.
         name: String,
         /// Its length in bytes.
         length: usize,
@@ -28,7 +30,7 @@ pub enum NameError {
     /// The name holds a control character or one beyond ASCII.
     #[error("body name {name:?} contains {character:?}, expected printable ASCII")]
     NotPrintable {
-        /// The name.
+        /// The name, or its beginning.
         name: String,
         /// The first character that is not allowed.
         character: char,
@@ -56,13 +58,13 @@ impl TryFrom<&str> for Name {
         }
         if let Some(character) = name.chars().find(|c| !c.is_ascii() || c.is_ascii_control()) {
             return Err(NameError::NotPrintable {
-                name: name.to_owned(),
+                name: excerpt(name),
                 character,
             });
         }
         if name.len() > Self::MAX_LENGTH {
             return Err(NameError::TooLong {
-                name: name.to_owned(),
+                name: excerpt(name),
                 length: name.len(),
             });
         }
@@ -114,6 +116,14 @@ mod tests {
                     character
                 })
             );
+        }
+    }
+
+    #[test]
+    fn of_a_name_of_a_megabyte_the_beginning_is_told() {
+        for letter in ["x", "ä"] {
+            let error = Name::try_from(&*letter.repeat(1 << 20)).unwrap_err();
+            assert!(error.to_string().len() < 300, "{error}");
         }
     }
 

@@ -23,6 +23,12 @@ pub struct Warning {
 pub enum WarningCode {
     /// A body turns too far in a step.
     LongTurn,
+    /// A step is a great part of an orbit.
+    LongStep,
+    /// The energy of a flight without controls has changed by more than sound steps let it.
+    ChangedEnergy,
+    /// The manoeuvre's steps lead farther from the continuous motion than `auto` was asked for.
+    CoarseSteps,
     /// A step of the trial cannot be made.
     TrialStep,
     /// The manoeuvre is flown by other steps than it is planned in.

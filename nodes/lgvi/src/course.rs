@@ -16,12 +16,13 @@ pub(crate) struct Course<'b> {
 }
 
 impl<'b> Course<'b> {
-    /// The courses of a flight whose samples were taken at `steps`, in the order of their numbers from 0.
+    /// The courses of a flight of which there are `samples`, number and step of each, in the order of their numbers, which
+    /// were given from 0.
     ///
     /// The present state is published before and after each intervention: a sample whose step is not greater than that of
-    /// the one before is the first after the next intervention.
+    /// the one before is the first after the next intervention. Samples may be missing where none of those is among them.
     pub(crate) fn of(
-        steps: &[u64],
+        samples: &[(u64, u64)],
         controls: &'b [ControlSequence],
         interventions: &'b [Intervention],
     ) -> Result<Vec<Self>, String> {
@@ -53,8 +54,18 @@ impl<'b> Course<'b> {
             first = count;
             Ok::<(), String>(())
         };
-        for (sample, pair) in (1..).zip(steps.windows(2)) {
-            let (before, step) = (pair[0], pair[1]);
+        // The first of all samples is of step 0, and has number 0.
+        let before = std::iter::once((0, 0)).chain(samples.iter().copied());
+        for ((number, before), (sample, step)) in before.zip(samples.iter().copied()) {
+            let follows = sample.checked_sub(number) == step.checked_sub(before);
+            if step > before && follows || (sample, step) == (0, 0) {
+                continue;
+            }
+            if sample != number.saturating_add(1) {
+                return Err(format!(
+                    "sample {sample} of step {step} follows sample {number} of step {before}: between them an intervention may be missing"
+                ));
+            }
             if step > before {
                 continue;
             }
@@ -91,7 +102,10 @@ impl<'b> Course<'b> {
         // What came after the last recorded state.
         let rest = next.find(|(intervention, _)| intervention.kind == Intervention::RESET);
         let count = rest.map_or(total, |(_, count)| *count);
-        end(&mut course, steps.len() as u64, count)?;
+        let last = samples
+            .last()
+            .map_or(0, |(number, _)| number.saturating_add(1));
+        end(&mut course, last, count)?;
         courses.push(course);
         Ok(courses)
     }
@@ -135,7 +149,8 @@ mod tests {
         interventions: &[Intervention],
     ) -> Result<Vec<Outline>, String> {
         let controls = controls(count);
-        let courses = Course::of(steps, &controls, interventions)?;
+        let samples: Vec<_> = (0..).zip(steps.iter().copied()).collect();
+        let courses = Course::of(&samples, &controls, interventions)?;
         let outline = |course: Course<'_>| {
             let controls = course.controls.iter().map(|one| one.first_step).collect();
             let set = course.set.iter().map(|(sample, _)| *sample).collect();
@@ -190,5 +205,26 @@ mod tests {
         );
         let text = refused(&[0, 0, 0], &[reset(1), reset(0)]);
         assert!(text.contains("the one before 1"), "{text}");
+    }
+
+    #[test]
+    fn samples_may_be_missing_within_a_course_only() {
+        let interventions = [reset(0)];
+        let of = |samples: &[(u64, u64)]| {
+            let courses = Course::of(samples, &[], &interventions);
+            courses.map(|courses| {
+                courses
+                    .iter()
+                    .map(|course| course.samples.clone())
+                    .collect::<Vec<_>>()
+            })
+        };
+        let whole = [(0, 0), (1, 1), (2, 2), (3, 3), (4, 0), (5, 1), (6, 2)];
+        assert_eq!(of(&whole), Ok(vec![0..4, 4..7]));
+        let gaps = [(1, 1), (3, 3), (4, 0), (6, 2)];
+        assert_eq!(of(&gaps), Ok(vec![0..4, 4..7]));
+        let hidden = [(0, 0), (2, 2), (5, 1), (6, 2)];
+        assert!(of(&hidden).unwrap_err().contains("may be missing"));
+        assert!(of(&[(4, 0)]).unwrap_err().contains("may be missing"));
     }
 }

@@ -54,8 +54,15 @@ impl FlightBag {
             sequences,
             interventions,
         } = given(path, &reader, &topics)?;
-        let software = scene.software;
-        let scene = Scene::parse(&scene.name, &scene.text).map_err(|error| refuse(path, &error))?;
+        let msg::Scene {
+            header,
+            name,
+            text,
+            software,
+        } = scene;
+        let scene = Scene::parse(&name, &text).map_err(|error| refuse(path, &error))?;
+        let prefix = header.frame_id.strip_suffix(&scene.frame);
+        let scene = scene.with_frame_prefix(prefix.unwrap_or_default());
         let path = path.to_owned();
         Ok(Self {
             path,
@@ -99,7 +106,7 @@ impl FlightBag {
         })
     }
 
-    /// The courses of the flight, of whose samples none may be missing.
+    /// The courses of the flight. Samples may be missing within a course, but not where one begins.
     pub(crate) fn courses(&self) -> Result<Vec<Course<'_>>, NodeError> {
         if self.interventions.is_empty() {
             return Ok(vec![Course {
@@ -113,27 +120,26 @@ impl FlightBag {
             .map(|state| state.map(|state| (state.sequence, state.step)));
         let mut samples = samples.collect::<Result<Vec<_>, _>>()?;
         samples.sort_unstable();
-        for (expected, (sequence, _)) in (0..).zip(&samples) {
-            self.complete(*sequence, expected)?;
-        }
-        let steps: Vec<_> = samples.iter().map(|(_, step)| *step).collect();
-        Course::of(&steps, &self.sequences, &self.interventions)
+        Course::of(&samples, &self.sequences, &self.interventions)
             .map_err(|error| self.refuse(&format!("{}: {error}", self.topics.intervention)))
     }
 
-    /// Refuses a bag in which a sample has another number than expected.
-    pub(crate) fn complete(&self, sequence: u64, expected: u64) -> Result<(), NodeError> {
-        if sequence == expected {
-            return Ok(());
-        }
+    /// Topics of the flight of which the recorder says that messages were lost, and how many.
+    pub(crate) fn lost(&self) -> BTreeMap<&str, &str> {
         let Topics {
             state,
+            flown,
             intervention,
             ..
         } = &self.topics;
-        Err(self.refuse(&format!(
-            "{state}: sequence {sequence} follows {expected} states: some are missing, or a reset on {intervention} is"
-        )))
+        let custom = self.reader.custom();
+        let lost = [state, flown, intervention]
+            .into_iter()
+            .filter_map(|topic| {
+                let count = custom.get(&format!("lost:{topic}"))?;
+                Some((topic.as_str(), count.as_str()))
+            });
+        lost.collect()
     }
 
     /// The full-rate states in the order in which they were recorded; where stamps tell the time, those of one course

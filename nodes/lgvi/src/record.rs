@@ -24,9 +24,13 @@ pub(crate) struct Options {
     /// Topics of full-rate states to take from shared memory (default: `/lgvi_propagator/state`).
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
     states: Vec<String>,
-    /// The inertial frame of states from shared memory (default: inertial).
+    /// The inertial frame of states from shared memory, without its prefix (default: inertial).
     #[arg(long)]
     frame: Option<String>,
+    /// What stands before that frame's name (default: the namespace of the topic's node and a slash, nothing in the root
+    /// namespace).
+    #[arg(long, value_name = "PREFIX")]
+    frame_prefix: Option<String>,
     #[command(flatten)]
     files: Files,
     /// What may wait to be written; receiving waits where there is more (default: 67108864).
@@ -67,6 +71,7 @@ impl Options {
             output.map(|output| format!("output:={output}")),
             list("states", &self.states),
             text("frame", self.frame.as_deref()),
+            text("frame_prefix", self.frame_prefix.as_deref()),
             number("max_cache_size", self.max_cache_size),
             text("log_time", log_time),
         ];
@@ -111,11 +116,11 @@ mod tests {
     fn options_are_the_nodes_parameters() {
         assert_eq!(
             arguments(
-                "-o bags/a --topics /tf /a=b_msgs/msg/C --exclude-regex it's --states /s --frame icrf --log-time stamp \
+                "-o bags/a --topics /tf /a=b_msgs/msg/C --exclude-regex it's --states /s --frame icrf --frame-prefix a/ --log-time stamp \
                  --compression lz4 --max-bytes 1000 --max-duration 2 --max-cache-size 5000 --include-hidden-topics \
                  --await-stamp --start-paused"
             ),
-            "--ros-args -p output:='bags/a' -p states:=['/s'] -p frame:='icrf' -p max_cache_size:=5000 \
+            "--ros-args -p output:='bags/a' -p states:=['/s'] -p frame:='icrf' -p frame_prefix:='a/' -p max_cache_size:=5000 \
              -p log_time:='stamp' -p topics:=['/tf', '/a=b_msgs/msg/C'] -p exclude_regex:='it''s' \
              -p compression:='lz4' -p max_bytes:=1000 -p max_duration:=2.0 -p include_hidden_topics:=true \
              -p await_stamp:=true -p start_paused:=true"

@@ -290,8 +290,12 @@ impl Planner {
             }
         };
         let seconds = current.began.elapsed().as_secs_f64();
-        self.publish(current.first_step, plan)?;
+        let sequence = self.publish(current.first_step, plan)?;
         self.account(PATIENCE);
+        let controls = &sequence.plan.controls;
+        if let Some(warning) = self.scene.coarse_steps(self.scheme, controls) {
+            node.warn(Warning::new(WarningCode::CoarseSteps, warning));
+        }
         let Iteration {
             iteration,
             cost,

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgvi_middleware::ParameterSpec;
 use lgvi_node::{
-    Managed, Node, NodeError, Stopped, Warning, WarningCode, load_scene, required_path,
+    FramePrefix, Managed, Node, NodeError, Stopped, Warning, WarningCode, load_scene, required_path,
 };
 use lgvi_scene::Scene;
 
@@ -43,12 +43,14 @@ impl Managed for Planner {
                 false,
                 "whether the flight waits for the plans made on its way, as a propagator in lockstep does",
             ),
+            FramePrefix::specification(),
         ]
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
         let path = required_path(&node.parameters, "scene")?;
-        let scene = Arc::new(load_scene(&path)?);
+        let prefix = FramePrefix::read(&node.parameters)?.of(node.args.namespace());
+        let scene = Arc::new(load_scene(&path)?.with_frame_prefix(&prefix));
         let Some(maneuver) = scene.maneuver.clone() else {
             let path = path.display();
             return Err(NodeError::Input(format!(

@@ -39,7 +39,8 @@ pub(crate) fn depths(
         .map(|((topic, &wanted), &depth)| wanted && topic.is_latched() && depth > USUAL)
         .collect();
     let mut messages = reel::chosen(bag, 0, &sought);
-    while sought.contains(&true) {
+    let mut left = sought.iter().filter(|sought| **sought).count();
+    while left > 0 {
         if shutdown.requested() {
             return Err(NodeError::Interrupted);
         }
@@ -47,8 +48,9 @@ pub(crate) fn depths(
             break;
         };
         let message = message.map_err(NodeError::input)?;
-        let topic = reel::index(bag, message.topic);
+        let topic = message.topic_index;
         if std::mem::take(&mut sought[topic]) {
+            left -= 1;
             let room = BYTES / message.data.len().max(1);
             depths[topic] = depths[topic].min(room.max(USUAL));
         }

@@ -66,7 +66,7 @@ impl Latched {
                 if message.log_time > time {
                     break;
                 }
-                let topic = reel::index(bag, message.topic);
+                let topic = message.topic_index;
                 at_once.push_back(Shown { topic, message });
             }
             // Of several at one time the last ones are wanted.
@@ -127,7 +127,7 @@ impl Latched {
             }
             self.known.push(Known {
                 time: message.log_time,
-                topic: reel::index(bag, message.topic),
+                topic: message.topic_index,
                 length: message.data.len(),
             });
         }

@@ -1,6 +1,6 @@
 //! A bag's messages one after the other, and where one is among them.
 
-use lgvi_bag::{BagReader, Message, Messages, Topic};
+use lgvi_bag::{BagReader, Message, Messages};
 use lgvi_node::NodeError;
 
 /// A place between two messages of a bag.
@@ -14,7 +14,6 @@ pub(crate) struct Place {
 
 /// The messages that are to be played, from a place on.
 pub(crate) struct Reel<'a> {
-    bag: &'a BagReader,
     /// No later message is (ns).
     end: u64,
     messages: Messages<'a>,
@@ -57,7 +56,6 @@ impl<'a> Reel<'a> {
             passed.map_err(NodeError::input)?;
         }
         Ok(Self {
-            bag,
             end,
             messages,
             next: None,
@@ -76,7 +74,7 @@ impl<'a> Reel<'a> {
             self.next = message
                 .filter(|message| message.log_time <= self.end)
                 .map(|message| Shown {
-                    topic: index(self.bag, message.topic),
+                    topic: message.topic_index,
                     message,
                 });
             self.ended = self.next.is_none();
@@ -99,14 +97,6 @@ impl<'a> Reel<'a> {
 
 /// The messages of some of a bag's topics from a time (ns) on. Chunks without any of them are not read.
 pub(crate) fn chosen<'a>(bag: &'a BagReader, start: u64, topics: &[bool]) -> Messages<'a> {
-    bag.messages_of(start, |topic| topics.get(index(bag, topic)) == Some(&true))
-}
-
-/// Which of a bag's topics it is.
-pub(crate) fn index(bag: &BagReader, topic: &Topic) -> usize {
-    let topics = bag.topics();
-    topics
-        .iter()
-        .position(|known| std::ptr::eq(known, topic))
-        .unwrap_or(topics.len())
+    let mut topics = topics.iter();
+    bag.messages_of(start, |_| topics.next() == Some(&true))
 }

@@ -211,6 +211,11 @@ impl Remote {
         self.lock().pace.recorded(self.now())
     }
 
+    /// How long it is until a recorded time (ns); `None` while it stands.
+    pub(crate) fn until(&self, time: u64) -> Option<Duration> {
+        self.lock().pace.wait(time, self.now())
+    }
+
     fn change(&self, change: impl FnOnce(&mut Pace, Duration)) {
         let mut state = self.lock();
         // The lock may have been waited for.

@@ -21,6 +21,9 @@ const SLICE: Duration = Duration::from_millis(10);
 /// The least time between two beginnings of a bag that is played again and again.
 const ROUND: Duration = Duration::from_millis(1);
 
+/// The longest wait on the wall between two messages: who plays a bag waits no day for the next one.
+const LONGEST: Duration = Duration::from_secs(24 * 3600);
+
 /// A replay that runs.
 pub(crate) struct Replay<'a> {
     pub(crate) node: &'a Node,
@@ -99,7 +102,10 @@ impl Replay<'_> {
                     }
                 }
                 Turn::Later => match next {
-                    Some(next) => self.tell(next)?,
+                    Some(next) => {
+                        self.skip_gap(next);
+                        self.tell(next)?;
+                    }
                     None if config::is_loop(&node.parameters)? => {
                         std::thread::sleep(ROUND.saturating_sub(round.elapsed()));
                         round = Instant::now();
@@ -108,6 +114,15 @@ impl Replay<'_> {
                     None => return Ok(()),
                 },
             }
+        }
+    }
+
+    /// Goes on at the next message (ns) where it is too long until then.
+    fn skip_gap(&self, next: u64) {
+        if self.remote.until(next).is_some_and(|wait| wait > LONGEST) {
+            let gap = next.saturating_sub(self.remote.recorded()) as f64 * 1e-9;
+            warn!("no message is recorded for {gap:.0} s: goes on at {next} ns");
+            self.remote.jump(next);
         }
     }
 

@@ -10,8 +10,6 @@ use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::NodeError;
 use tracing::warn;
 
-use crate::reel;
-
 /// For each of a bag's topics that go over shared memory, how many bodies its first state has.
 ///
 /// Reads the bag until each of them has had one.
@@ -37,7 +35,7 @@ pub(crate) fn bodies(
             break;
         }
         let message = message.map_err(NodeError::input)?;
-        let topic = reel::index(bag, message.topic);
+        let topic = message.topic_index;
         if sought.remove(&topic).is_some() {
             bodies[topic] = Some(state(&message)?.1.len());
         }

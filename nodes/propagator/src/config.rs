@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::{NodeError, load_scene, publishes_clock, required_path};
+use lgvi_node::{FramePrefix, Node, NodeError, load_scene, publishes_clock, required_path};
 use lgvi_scene::Scene;
 
 /// The node's parameters, as they are when it is configured.
@@ -72,8 +72,8 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         .integer_range(0, 1000),
         ParameterSpec::new(
             "stop_on_bad_control",
-            true,
-            "whether a malformed control sequence ends the flight, or is refused",
+            false,
+            "whether a malformed control sequence ends the flight, or is refused and the flight goes on",
         ),
         ParameterSpec::new(
             "feedback",
@@ -86,14 +86,17 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             "whether to hold wherever the scene is planned anew until the plan made there has been accepted",
         ),
         ParameterSpec::new("clock", false, "whether to publish the flight's time on /clock"),
+        FramePrefix::specification(),
     ]
 }
 
 impl Config {
-    pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
+    pub(crate) fn read(node: &Node) -> Result<Self, NodeError> {
+        let parameters = &node.parameters;
         let scene = required_path(parameters, "scene")?;
         let clock = publishes_clock(parameters)?;
-        let scene = load_scene(&scene)?;
+        let prefix = FramePrefix::read(parameters)?.of(node.args.namespace());
+        let scene = load_scene(&scene)?.with_frame_prefix(&prefix);
         let await_control = parameters
             .get_optional("await_control")
             .map_err(NodeError::input)?

@@ -1,4 +1,5 @@
 use lgvi_dynamics::{BodyState, Load};
+use lgvi_msgs::excerpt;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::shm::{
     ControlHeader, ControlInterval, ConversionError, FeedbackHeader, FeedbackInterval,
@@ -89,7 +90,7 @@ impl Controls {
         let (found, expected) = (&message.header.frame_id, &scene.frame);
         if !found.is_empty() && found != expected {
             return Err(ControlError::Frame {
-                found: found.clone(),
+                found: excerpt(found),
                 expected: expected.clone(),
             });
         }

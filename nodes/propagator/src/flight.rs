@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
-use lgvi_scene::{ActuatorErrors, Scene, Scheme, SchemeError};
+use lgvi_scene::{ActuatorErrors, Energies, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
 use crate::{ControlError, Controls, SetStates};
@@ -28,9 +28,29 @@ pub enum SetStatesError {
     /// They are not those of rigid bodies.
     #[error(transparent)]
     Method(#[from] MethodError),
+    /// What flies the scene cannot fly them.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// The step from them cannot be made.
+    #[error("no step can be made from these states{}: {error}", of(body))]
+    Step {
+        /// The body that the step fails of.
+        body: Option<String>,
+        /// Why.
+        error: StepError,
+    },
+    /// A step from them leaves the range of numbers in SI.
+    #[error("a step from these states leads to states or an energy that are not finite in SI")]
+    Range,
     /// Bodies that are too fast, or at one point.
     #[error("the energy of these states is not finite")]
     Energy,
+}
+
+fn of(body: &Option<String>) -> String {
+    body.as_ref()
+        .map(|name| format!(" of {name}"))
+        .unwrap_or_default()
 }
 
 impl Flight {
@@ -87,6 +107,30 @@ impl Flight {
         Ok(())
     }
 
+    /// Whether a step can be made from other states of some bodies at the present step: it is made on the side.
+    ///
+    /// # Assumptions and limitations
+    /// What may come after that step is not looked at.
+    pub fn try_states(&self, scene: &Scene, states: &SetStates) -> Result<(), SetStatesError> {
+        let mut all = self.simulation.states().to_vec();
+        states.write(&mut all);
+        let mut trial = scene.simulation_from(all, self.scheme)?;
+        let mut loads = self.loads.clone();
+        self.command(&mut loads, trial.states());
+        trial.advance(&loads).map_err(|error| {
+            let body = error.body().map(|body| scene.bodies[body].name.clone());
+            SetStatesError::Step { body, error }
+        })?;
+        let units = &scene.units;
+        let energy = trial.invariants().energy * units.energy();
+        let mut states = trial.states().iter();
+        if energy.is_finite() && states.all(|state| units.state_to_si(state).is_finite()) {
+            Ok(())
+        } else {
+            Err(SetStatesError::Range)
+        }
+    }
+
     /// Goes on from other states of some bodies at the present step; where they cannot be, from those that it has.
     pub fn set_states(&mut self, states: &SetStates) -> Result<(), SetStatesError> {
         let before = self.simulation.states().to_vec();
@@ -119,9 +163,16 @@ impl Flight {
 
     /// Makes one step. Allocates nothing.
     pub fn advance(&mut self) -> Result<StepReport, StepError> {
+        let mut loads = std::mem::take(&mut self.loads);
+        self.command(&mut loads, self.simulation.states());
+        self.loads = loads;
+        self.simulation.advance(&self.loads)
+    }
+
+    /// What the accepted sequences have act in the present step, from these states.
+    fn command(&self, loads: &mut [Load], states: &[BodyState]) {
         let step = self.simulation.step();
-        let states = self.simulation.states();
-        for ((load, accepted), state) in self.loads.iter_mut().zip(&self.accepted).zip(states) {
+        for ((load, accepted), state) in loads.iter_mut().zip(&self.accepted).zip(states) {
             *load = accepted
                 .iter()
                 .rev()
@@ -129,9 +180,8 @@ impl Flight {
                 .unwrap_or_default();
         }
         if let Some((body, errors)) = &self.errors {
-            self.loads[*body] = errors.apply(&self.loads[*body]);
+            loads[*body] = errors.apply(&loads[*body]);
         }
-        self.simulation.advance(&self.loads)
     }
 
     /// Into how many steps one with this report was cut because it could not be made as one; `None` where it could.
@@ -154,6 +204,11 @@ impl Flight {
     /// Steps made.
     pub fn step(&self) -> u64 {
         self.simulation.step()
+    }
+
+    /// The energies of the present states, in the scene's units.
+    pub fn energies(&self) -> Energies {
+        Energies::of(self.simulation.system(), self.simulation.states())
     }
 
     /// The invariants of the present states, in the scene's units.
@@ -252,6 +307,41 @@ mod tests {
         assert_eq!(begins, [true, true, false, false]);
         let expected = [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0];
         assert_eq!(momentum_gains(&mut flight), expected);
+    }
+
+    /// Of a body that is set, spinning about z by so much in SI.
+    fn spinning(scene: &Scene, angular_momentum: f64) -> SetStates {
+        let mut message = lgvi_msgs::msg::BodyState {
+            name: "ball".into(),
+            attitude: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            ..Default::default()
+        };
+        message.angular_momentum[2] = angular_momentum;
+        SetStates::of_message(scene, &[message]).unwrap()
+    }
+
+    /// A turn of more than 1 rad a step cannot be made, nor can one that leaves the range of numbers.
+    #[test]
+    fn states_from_which_no_step_can_be_made_are_told_apart() {
+        let scene = scene();
+        let mut flight = Flight::new(&scene).unwrap();
+        flight.accept(controls(0, 6.0, 3)).unwrap();
+        let before = flight.states().to_vec();
+        for (angular_momentum, part) in [
+            (1e3, "no step can be made from these states of ball: "),
+            (1e200, "no step can be made from these states of ball: "),
+        ] {
+            let error = flight
+                .try_states(&scene, &spinning(&scene, angular_momentum))
+                .unwrap_err()
+                .to_string();
+            assert!(error.starts_with(part), "{error}");
+        }
+        let flown = spinning(&scene, 4.0);
+        flight.try_states(&scene, &flown).unwrap();
+        assert_eq!((flight.states(), flight.step()), (&*before, 0));
+        flight.set_states(&flown).unwrap();
+        flight.advance().unwrap();
     }
 
     #[test]

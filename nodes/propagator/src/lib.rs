@@ -17,6 +17,7 @@ mod monitor;
 mod obey;
 mod orders;
 mod pace;
+mod resolution;
 mod run;
 mod set_states;
 

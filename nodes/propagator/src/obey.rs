@@ -34,7 +34,11 @@ impl Propagator {
             }
             Command::SetState(states, given) => {
                 self.publish_first()?;
-                match self.flight.set_states(states) {
+                let set = match self.flight.try_states(&self.scene, states) {
+                    Ok(()) => self.flight.set_states(states),
+                    refused => refused,
+                };
+                match set {
                     Ok(()) => {
                         self.measure_from_here();
                         self.intervene(node, Intervention::SET_STATE, given.clone())?;

@@ -22,6 +22,7 @@ use crate::messages::state_header;
 use crate::monitor::Monitor;
 use crate::orders::{Order, Orders};
 use crate::pace::Pace;
+use crate::resolution::Resolution;
 
 /// How often waiting looks whether it is over.
 const WAIT: Duration = Duration::from_millis(1);
@@ -75,6 +76,7 @@ pub(crate) struct Propagator {
     began: Instant,
     told: Instant,
     monitor: Arc<Monitor>,
+    resolution: Resolution,
     /// What was published has been accounted for.
     pub(crate) accounted: bool,
     _diagnosed: Vec<Diagnosed>,
@@ -101,7 +103,7 @@ impl Managed for Propagator {
     }
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
-        let config = Config::read(&node.parameters)?;
+        let config = Config::read(node)?;
         let generation = node.parameters.generation();
         let rates = Rates::read(&node.parameters, &config.scene)?;
         let scene = Arc::new(config.scene.clone());
@@ -137,6 +139,7 @@ impl Managed for Propagator {
         Ok(Self {
             outgoing: Vec::with_capacity(names.len()),
             start: flight.invariants(),
+            resolution: Resolution::new(&scene, &flight),
             flight,
             names,
             states,
@@ -342,6 +345,7 @@ impl Propagator {
             self.monitor.timed(began.elapsed());
         }
         self.monitor.step.store(step + 1, Ordering::Relaxed);
+        self.resolution.note(&self.scene, &self.flight);
         let overruns = self.pace.overruns;
         self.monitor.overruns.store(overruns, Ordering::Relaxed);
         if let Some(pieces) = self.flight.cut(report)
@@ -412,6 +416,12 @@ impl Propagator {
         self.phase = Phase::Flown;
         let report = self.report();
         self.account(node, PATIENCE)?;
+        for warning in self
+            .resolution
+            .warnings(&self.scene, &self.flight, self.accepted > 0)
+        {
+            node.warn(warning);
+        }
         info!("flown {} steps in {:.3} s", report.steps, report.seconds);
         node.report(&Event::Flown(report));
         Ok(())
@@ -439,6 +449,7 @@ impl Propagator {
         self.cost = 0.0;
         self.arrival = None;
         self.start = self.flight.invariants();
+        self.resolution.begin(&self.flight);
         self.monitor.begin(0, self.flight.states(), &self.start);
         Ok(())
     }
@@ -446,6 +457,7 @@ impl Propagator {
     /// Takes the present state for the one that the invariants are measured from.
     pub(crate) fn measure_from_here(&mut self) {
         self.start = self.flight.invariants();
+        self.resolution.begin(&self.flight);
         self.monitor
             .begin(self.flight.step(), self.flight.states(), &self.start);
     }

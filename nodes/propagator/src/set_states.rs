@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use lgvi_lie::orthogonality_error;
-use lgvi_msgs::msg;
 use lgvi_msgs::shm::{BodySample, NameError};
+use lgvi_msgs::{excerpt, msg};
 use lgvi_node::body_state;
 use lgvi_scene::Scene;
 use thiserror::Error;
@@ -67,7 +67,7 @@ impl SetStates {
 fn check(scene: &Scene, bodies: &[msg::BodyState]) -> Result<Vec<(usize, BodyState)>, StateError> {
     let mut states: Vec<(usize, BodyState)> = Vec::with_capacity(bodies.len());
     for message in bodies {
-        let name = || message.name.clone();
+        let name = || excerpt(&message.name);
         let body = scene
             .bodies
             .iter()

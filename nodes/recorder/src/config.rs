@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use lgvi_bag::{BagOptions, Compression};
 use lgvi_middleware::{ParameterSpec, ParameterType, ParameterValue, Parameters};
-use lgvi_node::NodeError;
+use lgvi_node::{FramePrefix, NodeError};
 use regex::Regex;
 
 use crate::log_time::LogTime;
@@ -14,6 +14,16 @@ use crate::selection::Selection;
 
 /// What may wait to be written, unless told otherwise (bytes).
 const CACHE: i64 = 64 << 20;
+
+/// Topics that all nodes of a graph share, whatever their namespace.
+const SHARED: [&str; 6] = [
+    "/tf",
+    "/tf_static",
+    "/clock",
+    "/diagnostics",
+    "/rosout",
+    "/parameter_events",
+];
 
 /// Each name with what it stands for.
 const COMPRESSIONS: [(&str, Compression); 3] = [
@@ -33,8 +43,8 @@ pub(crate) struct Config {
     /// `max_cache_size`: what may wait to be written (bytes).
     pub(crate) cache: usize,
     states: Vec<String>,
-    /// `frame`: the inertial frame of states from shared memory, which do not carry it.
-    pub(crate) frame: String,
+    frame: String,
+    frame_prefix: FramePrefix,
     /// `log_time`: what messages are logged at.
     pub(crate) log_time: LogTime,
     /// `await_stamp`: whether messages wait without limit for the first time to be logged at.
@@ -79,12 +89,13 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         .integer_range(1, i64::MAX),
         ParameterSpec::new(
             "states",
-            vec!["/lgvi_propagator/state".to_owned()],
+            vec!["lgvi_propagator/state".to_owned()],
             "topics of full-rate states to take from shared memory",
         ),
         ParameterSpec::optional::<Vec<String>>(
             "topics",
-            "topics to take from DDS, each as name or name=package/msg/Type; not set: all, or those of regex",
+            "topics to take from DDS, each as name or name=package/msg/Type; not set: those of regex, or all of the node's \
+             namespace and the graph's own, as /tf",
         ),
         pattern("regex", "topics whose names contain this are taken from DDS too; empty: none"),
         ParameterSpec::new("exclude_topics", none(), "topics that are not taken from DDS"),
@@ -100,8 +111,9 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         ParameterSpec::new(
             "frame",
             "inertial".to_owned(),
-            "inertial frame of states from shared memory",
+            "inertial frame of states from shared memory, without its prefix",
         ),
+        FramePrefix::specification(),
         named("log_time", "received", &LOG_TIMES, "what messages are logged at"),
         ParameterSpec::new(
             "await_stamp",
@@ -143,6 +155,7 @@ impl Config {
             cache: usize::try_from(cache).unwrap_or(usize::MAX),
             states: get(parameters, "states")?,
             frame: get(parameters, "frame")?,
+            frame_prefix: FramePrefix::read(parameters)?,
             log_time: chosen(parameters, "log_time", &LOG_TIMES)?,
             await_stamp: get(parameters, "await_stamp")?,
             start_paused: get(parameters, "start_paused")?,
@@ -169,15 +182,23 @@ impl Config {
         Ok(names)
     }
 
+    /// The inertial frame of a topic of states from shared memory, which do not carry it: `frame`, behind `frame_prefix` for
+    /// the namespace of the node that the topic is named after.
+    pub(crate) fn frame_of(&self, topic: &str) -> String {
+        let namespace = topic.rsplitn(3, '/').nth(2).unwrap_or_default();
+        self.frame_prefix.of(namespace) + &self.frame
+    }
+
     /// The topics of known types among `topics`: names and types.
     pub(crate) fn typed(&self) -> impl Iterator<Item = (&str, &str)> {
         let topics = self.topics.iter().flatten();
         topics.filter_map(|topic| topic.split_once('='))
     }
 
-    /// What is taken from DDS, where `resolve` makes names absolute.
+    /// What is taken from DDS by the node of this name, where `resolve` makes names absolute.
     pub(crate) fn selection(
         &self,
+        node: &str,
         resolve: impl Fn(&str) -> Result<String, NodeError>,
     ) -> Result<Selection, NodeError> {
         let name = |topic: &String| {
@@ -188,9 +209,12 @@ impl Config {
             .topics
             .as_ref()
             .map(|topics| topics.iter().map(name).collect());
+        let shared = SHARED.iter().map(|topic| resolve(topic));
         Ok(Selection {
             names: names.transpose()?,
             regex: self.regex.clone(),
+            namespace: node[..=node.rfind('/').unwrap_or_default()].to_owned(),
+            shared: shared.collect::<Result<_, _>>()?,
             exclude: self
                 .exclude_topics
                 .iter()

@@ -97,7 +97,8 @@ impl LogTimes {
         let own = match self.by {
             LogTime::Received if !self.clock.is_simulated() => return pass_on(message),
             LogTime::Received => None,
-            LogTime::Stamp => stamp,
+            // A stamp of 0 is one that nobody has set.
+            LogTime::Stamp => stamp.filter(|stamp| *stamp != 0),
         };
         self.latest = own.or(self.latest);
         self.release(&mut pass_on);
@@ -232,6 +233,15 @@ mod tests {
         bench.receive(Some(7));
         bench.finish();
         assert_eq!(bench.logged, [(0, 5), (1, 5), (2, 5), (3, 5), (4, 7)]);
+    }
+
+    #[test]
+    fn a_stamp_of_zero_is_none() {
+        let mut bench = Bench::new(LogTime::Stamp);
+        bench.receive(Some(0));
+        bench.receive(Some(5));
+        bench.receive(Some(0));
+        assert_eq!(bench.logged, [(0, 5), (1, 5), (2, 5)]);
     }
 
     #[test]

@@ -7,10 +7,14 @@ use regex::Regex;
 /// Topics that are to be recorded.
 #[derive(Debug, Default)]
 pub(crate) struct Selection {
-    /// Topics by name; none: all that nothing else chooses among.
+    /// Topics by name; none: without `regex`, those of the namespace and those shared.
     pub(crate) names: Option<BTreeSet<String>>,
     /// Further topics, whose names contain this.
     pub(crate) regex: Option<Regex>,
+    /// The node's namespace, with a slash at its end.
+    pub(crate) namespace: String,
+    /// Topics that all nodes of a graph share.
+    pub(crate) shared: BTreeSet<String>,
     /// Topics that are left out in any case.
     pub(crate) exclude: BTreeSet<String>,
     /// The same by what their names contain.
@@ -34,8 +38,12 @@ impl Selection {
         {
             return true;
         }
-        let all = self.names.is_none() && self.regex.is_none();
-        (all || matches(&self.regex)) && (self.hidden || !is_hidden(topic))
+        let chosen = if self.names.is_none() && self.regex.is_none() {
+            topic.starts_with(&self.namespace) || self.shared.contains(topic)
+        } else {
+            matches(&self.regex)
+        };
+        chosen && (self.hidden || !is_hidden(topic))
     }
 }
 
@@ -73,6 +81,29 @@ mod tests {
             ..all
         };
         assert!(hidden.takes("/planner/plan/_action/feedback"));
+    }
+
+    #[test]
+    fn a_namespace_has_its_own_topics_and_those_that_all_share() {
+        let own = Selection {
+            namespace: "/chaser/".into(),
+            shared: names(&["/tf"]),
+            ..Selection::default()
+        };
+        for (topic, taken) in [
+            ("/chaser/lgvi_propagator/scene", true),
+            ("/tf", true),
+            ("/chaser_2/lgvi_propagator/scene", false),
+            ("/target/tf", false),
+            ("/odom", false),
+        ] {
+            assert_eq!(own.takes(topic), taken, "{topic}");
+        }
+        let all = Selection {
+            regex: regex(".*"),
+            ..own
+        };
+        assert!(all.takes("/target/tf"));
     }
 
     #[test]

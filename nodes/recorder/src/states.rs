@@ -31,8 +31,6 @@ const PAUSE: (Duration, Duration) = (Duration::from_micros(100), Duration::from_
 /// States from shared memory.
 pub(crate) struct States {
     sources: Vec<Source>,
-    /// The last state, whose memory is used again for the next.
-    message: SystemState,
     log_time: LogTime,
     clock: Clock,
     time: Arc<StateTime>,
@@ -44,6 +42,8 @@ struct Source {
     subscriber: StateSubscriber,
     place: usize,
     track: Arc<Track>,
+    /// The last state, whose memory is used again for the next.
+    message: SystemState,
     /// States that no message can hold.
     unusable: u64,
 }
@@ -66,18 +66,18 @@ impl States {
             let (place, track) = account.add(topic);
             track.topic.get_or_init(|| describe(topic));
             info!("recording {topic} from shared memory");
+            let mut message = SystemState::default();
+            message.header.frame_id = config.frame_of(topic);
             Ok(Source {
                 subscriber,
                 place,
                 track,
+                message,
                 unusable: 0,
             })
         };
-        let mut message = SystemState::default();
-        message.header.frame_id.clone_from(&config.frame);
         Ok(Self {
             sources: topics.iter().map(open).collect::<Result<_, _>>()?,
-            message,
             log_time: config.log_time,
             clock,
             time,
@@ -139,7 +139,7 @@ impl States {
                 publish_time: stamp,
                 sequence: header.sequence,
             };
-            let message = &mut self.message;
+            let message = &mut source.message;
             match outlet.put_with(head, |cdr| encode(cdr, header, bodies, message)) {
                 Ok(()) => {
                     source.track.received.fetch_add(1, Ordering::Relaxed);

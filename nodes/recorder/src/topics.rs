@@ -72,7 +72,7 @@ impl Topics {
     ) -> Result<Self, NodeError> {
         let resolve = |name: &str| ros.resolve(name).map_err(NodeError::input);
         let mut topics = Self {
-            selection: config.selection(resolve)?,
+            selection: config.selection(&ros.fully_qualified_name(), resolve)?,
             definitions: Definitions::installed(),
             elsewhere,
             participants: Participants::new(ros.clone()),

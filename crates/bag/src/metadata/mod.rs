@@ -188,13 +188,17 @@ impl Metadata {
         counts
     }
 
-    /// Type hash of a topic; empty if the metadata does not tell.
-    pub(crate) fn type_hash(&self, topic: &Topic) -> &str {
-        self.topics_with_message_count
-            .iter()
-            .map(|known| &known.topic_metadata)
-            .find(|known| known.name == topic.name && known.r#type == topic.type_name)
-            .map_or("", |known| &known.type_description_hash)
+    /// Hash of each topic's type by the topic's name and type.
+    pub(crate) fn type_hashes(&self) -> BTreeMap<(&str, &str), &str> {
+        let topics = self.topics_with_message_count.iter();
+        let hashes = topics.rev().map(|topic| {
+            let known = &topic.topic_metadata;
+            (
+                (&*known.name, &*known.r#type),
+                &*known.type_description_hash,
+            )
+        });
+        hashes.collect()
     }
 
     /// What the recorder added.

@@ -4,10 +4,12 @@ use super::{BagReader, file::McapFile};
 use crate::{BagError, Damage};
 
 impl BagReader {
-    /// Reads every chunk and compares checksums, lengths, channels, times and the number of messages with what is said of
-    /// them; what is wrong, in the order of the files.
+    /// Reads all of every file; what is wrong, in the order of the files.
     ///
-    /// Opening a bag reads what its files tell at their ends only. A chunk without checksum is decompressed and taken apart.
+    /// Of every chunk, the checksum, length, channels, times and number of messages are compared with what is told of
+    /// them. A file whose chunks are whole is then read from start to end as a stream: every record has to be
+    /// readable, every checksum has to match, definitions of one id have to be equal, and all indexes, offsets and
+    /// statistics have to agree with what they tell of. Opening a bag reads what its files tell at their ends only.
     pub fn check(&self) -> Vec<BagError> {
         self.files.iter().flat_map(faults).collect()
     }
@@ -46,6 +48,9 @@ fn faults(file: &McapFile) -> Vec<BagError> {
             };
             faults.push(file.damaged(0, damage));
         }
+    }
+    if faults.is_empty() && file.fault.is_none() {
+        faults.extend(file.fault_of_whole());
     }
     faults
 }

@@ -2,6 +2,7 @@
 
 use std::{
     cmp::Ordering,
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -64,20 +65,21 @@ impl Listing {
             })
         };
         let mut files: Vec<PathBuf> = Vec::new();
+        let mut known = BTreeSet::new();
         let mut faults = Vec::new();
         for listed in metadata.relative_file_paths.iter().map(within) {
             let listed = listed?;
-            if files.contains(&listed) {
+            if known.insert(listed.clone()) {
+                files.push(listed);
+            } else {
                 faults.push(BagError::Twice {
                     file: file.clone(),
                     listed,
                 });
-            } else {
-                files.push(listed);
             }
         }
         let mut others = mcap_files(path).unwrap_or_default();
-        others.retain(|other| !files.contains(other));
+        others.retain(|other| !known.contains(other));
         let others = others.into_iter();
         Ok(Self {
             odd: others.map(|file| BagError::Unlisted { file }).collect(),

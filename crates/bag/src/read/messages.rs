@@ -21,6 +21,8 @@ const MAX_HELD: usize = 512 << 20;
 pub struct Message<'a> {
     /// The topic it was published on.
     pub topic: &'a Topic,
+    /// Its index among the bag's topics.
+    pub topic_index: usize,
     /// When it was recorded (ns).
     pub log_time: u64,
     /// When it was published (ns).
@@ -147,7 +149,7 @@ impl<'a> Messages<'a> {
         let Reverse(Active { position, batch }) = &mut *next;
         let Position { file, offset, .. } = *position;
         let (header, data) = batch.pop()?;
-        let topic = &self.bag.topics[self.bag.channels[file][&header.channel]];
+        let topic_index = self.bag.channels[file][&header.channel];
         let data = unpacked(data).map(Cow::into_owned);
         if let Some(log_time) = batch.next_time() {
             position.log_time = log_time;
@@ -156,7 +158,8 @@ impl<'a> Messages<'a> {
             PeekMut::pop(next);
         }
         let message = data.map(|data| Message {
-            topic,
+            topic: &self.bag.topics[topic_index],
+            topic_index,
             log_time: header.log_time,
             publish_time: header.publish_time,
             sequence: header.sequence,

@@ -1,5 +1,5 @@
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, BTreeSet, btree_map::Entry},
     path::{Path, PathBuf},
 };
 
@@ -119,22 +119,22 @@ impl BagReader {
 
     fn new(files: Vec<McapFile>, unlisted: Option<PathBuf>, odd: Vec<BagError>) -> Self {
         let mut topics: Vec<Topic> = Vec::new();
+        let mut indexes = BTreeMap::new();
         let mut index_of = |topic: &Topic| {
-            let known = topics
-                .iter()
-                .position(|known| known.name == topic.name && known.type_name == topic.type_name);
-            match known {
-                Some(index) => {
-                    let known = &mut topics[index];
+            let key = (topic.name.clone(), topic.type_name.clone());
+            match indexes.entry(key) {
+                Entry::Occupied(index) => {
+                    let index = *index.get();
+                    let known: &mut Topic = &mut topics[index];
                     known.qos = known.qos.strongest(topic.qos);
                     if known.type_hash.is_empty() {
                         known.type_hash.clone_from(&topic.type_hash);
                     }
                     index
                 }
-                None => {
+                Entry::Vacant(index) => {
                     topics.push(topic.clone());
-                    topics.len() - 1
+                    *index.insert(topics.len() - 1)
                 }
             }
         };
@@ -161,9 +161,11 @@ impl BagReader {
     /// Takes over what only the metadata tells.
     fn describe(&mut self, metadata: Metadata) {
         // Other recorders than rosbag2 give the hash in one of the two places only.
+        let hashes = metadata.type_hashes();
         for topic in &mut self.topics {
             if topic.type_hash.is_empty() {
-                topic.type_hash = metadata.type_hash(topic).to_owned();
+                let hash = hashes.get(&(&*topic.name, &*topic.type_name));
+                topic.type_hash = hash.copied().unwrap_or("").to_owned();
             }
         }
         self.custom = metadata.into_custom();
@@ -273,8 +275,9 @@ impl BagReader {
     }
 
     /// The messages from `start` (ns) on of the topics that are wanted, as [`messages`](Self::messages) gives them; chunks
-    /// that have none of them are not read.
-    pub fn messages_of(&self, start: u64, wanted: impl Fn(&Topic) -> bool) -> Messages<'_> {
+    /// that have none of them are not read. `wanted` is asked once about each topic, in the order of
+    /// [`topics`](Self::topics).
+    pub fn messages_of(&self, start: u64, wanted: impl FnMut(&Topic) -> bool) -> Messages<'_> {
         Messages::new(self, start, self.topics.iter().map(wanted).collect())
     }
 }

@@ -29,17 +29,24 @@ const MISSING: &str = "missing";
 pub(super) struct Description {
     pub files: Vec<File>,
     topics: Vec<TopicWithCount>,
+    /// Index in `topics` by name and type.
+    indexes: BTreeMap<(String, String), usize>,
     original: Original,
+    /// Hash of each type in the original by the topic's name and type.
+    hashes: BTreeMap<(String, String), String>,
     /// Messages that were not recovered, as far as that is known.
     pub missing: Option<u64>,
 }
 
 impl Description {
     pub fn new(original: Option<Original>) -> Self {
+        let original = original.unwrap_or_default();
         Self {
             files: Vec::new(),
             topics: Vec::new(),
-            original: original.unwrap_or_default(),
+            indexes: BTreeMap::new(),
+            hashes: hashes(&original),
+            original,
             missing: None,
         }
     }
@@ -47,6 +54,7 @@ impl Description {
     /// Keeps what a file says of the bag, and newer custom data.
     pub fn keep(&mut self, original: Option<Original>, custom: Option<BTreeMap<String, String>>) {
         if let Some(original) = original {
+            self.hashes = hashes(&original);
             self.original = original;
         }
         if let Some(custom) = custom {
@@ -73,30 +81,19 @@ impl Description {
     }
 
     fn topic(&mut self, channel: &Channel, schema: &Schema) -> &mut TopicWithCount {
-        let type_name = &schema.name;
-        let is_it = |topic: &TopicWithCount| {
-            topic.topic_metadata.name == channel.topic && topic.topic_metadata.r#type == *type_name
-        };
+        let key = (channel.topic.clone(), schema.name.clone());
         let profiles = profiles(channel);
-        let known = self.topics.iter().position(is_it);
-        let index = known.unwrap_or_else(|| {
-            let original = self
-                .original
-                .topics_with_message_count
-                .iter()
-                .find(|topic| is_it(topic));
-            let given = channel.metadata.get(channel_key::TYPE_HASH).cloned();
+        let index = *self.indexes.entry(key).or_insert_with_key(|key| {
+            let given = channel.metadata.get(channel_key::TYPE_HASH);
+            let given = given.filter(|hash| !hash.is_empty());
+            let hash = given.or_else(|| self.hashes.get(key));
             self.topics.push(TopicWithCount {
                 topic_metadata: TopicMetadata {
                     name: channel.topic.clone(),
-                    r#type: type_name.clone(),
+                    r#type: schema.name.clone(),
                     serialization_format: channel.encoding.clone(),
                     offered_qos_profiles: Value::Sequence(Vec::new()),
-                    type_description_hash: given
-                        .filter(|hash| !hash.is_empty())
-                        .or(original
-                            .map(|topic| topic.topic_metadata.type_description_hash.clone()))
-                        .unwrap_or_default(),
+                    type_description_hash: hash.cloned().unwrap_or_default(),
                 },
                 message_count: 0,
             });
@@ -182,6 +179,15 @@ impl Description {
         recovery.times =
             times.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)));
     }
+}
+
+fn hashes(original: &Original) -> BTreeMap<(String, String), String> {
+    let topics = original.topics_with_message_count.iter().rev();
+    let hashes = topics.map(|topic| {
+        let known = topic.topic_metadata.clone();
+        ((known.name, known.r#type), known.type_description_hash)
+    });
+    hashes.collect()
 }
 
 /// The quality of service that a channel's publisher offered. Up to version 8 policies were numbers.

@@ -62,6 +62,8 @@ pub struct BagWriter {
     /// The custom data that stand in the file that is being written.
     pub(crate) flushed: BTreeMap<String, String>,
     pub(crate) topics: Vec<RecordedTopic>,
+    /// Index in `topics` by name.
+    indexes: BTreeMap<String, usize>,
     pub(crate) latched: Latched,
     pub(crate) closed: Vec<Closed>,
     /// The file that is being written; none after an error.
@@ -107,6 +109,7 @@ impl BagWriter {
             custom: BTreeMap::new(),
             flushed: BTreeMap::new(),
             topics: Vec::new(),
+            indexes: BTreeMap::new(),
             latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
             closed: Vec::new(),
             file: None,
@@ -142,12 +145,8 @@ impl BagWriter {
     /// # Errors
     /// A topic of this name but another type is in the bag, the bag has 65535 topics, or writing fails.
     pub fn add_topic(&mut self, topic: &Topic) -> Result<TopicId, WriteError> {
-        let known = self.topics.iter();
-        let known = known.map(|recorded| &recorded.topic);
-        if let Some((index, known)) = known
-            .enumerate()
-            .find(|(_, known)| known.name == topic.name)
-        {
+        if let Some(&index) = self.indexes.get(&topic.name) {
+            let known = &self.topics[index].topic;
             if (&known.type_name, &known.type_hash) == (&topic.type_name, &topic.type_hash) {
                 return Ok(TopicId(index));
             }
@@ -180,7 +179,9 @@ impl BagWriter {
             repeated: 0,
             not_repeated: 0,
         });
-        Ok(TopicId(self.topics.len() - 1))
+        let index = self.topics.len() - 1;
+        self.indexes.insert(topic.name.clone(), index);
+        Ok(TopicId(index))
     }
 
     /// Writes a message, CDR with its encapsulation header. Times are nanoseconds since the UNIX epoch.

@@ -13,7 +13,10 @@ mod foreign;
 mod hostile;
 mod layouts;
 mod left_out;
+
 mod listed_files;
+mod many_channels;
+mod mutations;
 mod new_directory;
 mod recover_counts;
 mod recover_custom_data;

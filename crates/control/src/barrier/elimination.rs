@@ -154,7 +154,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
 
     fn residuals(&self) -> (f64, f64) {
         let now = self.measure();
-        (now.violation, now.product)
+        (now.violation, self.schedule.complementarity(&now))
     }
 
     fn tighten(&mut self, error: f64) -> bool {

@@ -7,7 +7,7 @@ use crate::newton::Satisfied;
 pub(crate) struct BarrierTolerances {
     /// Largest violation of an inequality.
     pub(crate) violation: f64,
-    /// Largest product of slack and multiplier.
+    /// Largest product of slack and multiplier, in parts of the cost.
     pub(crate) complementarity: f64,
     /// What the barrier may cost at the end, β times the number of inequalities, in parts of the cost.
     pub(crate) gap: f64,
@@ -50,7 +50,9 @@ impl Measure {
 pub(super) struct Schedule {
     pub(super) penalty: Penalty,
     pub(super) tolerances: BarrierTolerances,
-    /// An inequality's share of the cost.
+    /// The size of the cost.
+    cost: f64,
+    /// An inequality's share of it.
     share: f64,
     /// The last β and the highest ρ.
     last: f64,
@@ -79,18 +81,19 @@ const ROUGH_ERROR: f64 = 1e-5;
 const ROUGH_TIMES: u32 = 4;
 
 impl Schedule {
-    /// For `rows` inequalities under a cost of the size `scale`.
-    pub(super) fn new(scale: f64, rows: usize, tolerances: BarrierTolerances) -> Self {
-        let share = scale / rows.max(1) as f64;
+    /// For `rows` inequalities under a cost of this size.
+    pub(super) fn new(cost: f64, rows: usize, tolerances: BarrierTolerances) -> Self {
+        let share = cost / rows.max(1) as f64;
         Self {
             penalty: Penalty {
                 beta: FIRST * share,
-                rho: PRICES[0] * scale,
+                rho: PRICES[0] * cost,
             },
             tolerances,
+            cost,
             share,
-            last: (tolerances.gap * share).min(0.5 * tolerances.complementarity),
-            highest: PRICES[1] * scale,
+            last: (tolerances.gap * share).min(0.5 * tolerances.complementarity * cost),
+            highest: PRICES[1] * cost,
             solved: false,
             rough: 0,
         }
@@ -128,7 +131,7 @@ impl Schedule {
     /// What has become of the inequalities.
     pub(super) fn satisfied(&self, now: &Measure) -> Satisfied {
         let within = now.violation <= self.tolerances.violation
-            && now.product <= self.tolerances.complementarity;
+            && self.complementarity(now) <= self.tolerances.complementarity;
         if self.solved && self.hopeless(now) {
             Satisfied::Never
         } else if within && self.penalty.beta <= self.last {
@@ -140,6 +143,11 @@ impl Schedule {
         } else {
             Satisfied::NotYet
         }
+    }
+
+    /// The largest product of slack and multiplier in parts of the cost.
+    pub(super) fn complementarity(&self, now: &Measure) -> f64 {
+        now.product / self.cost
     }
 
     /// Whether a violation remains at the highest price.

@@ -76,14 +76,14 @@ const RESUMED: f64 = 1e-4;
 
 impl<const X: usize, const U: usize> Barrier<X, U> {
     /// Those of `set` over `intervals`, where `selection` makes the actuation's commands of the `U` that are planned and
-    /// `offsets` say where δx and ζ lie in z, if at all; `scale` is the size of the cost.
+    /// `offsets` say where δx and ζ lie in z, if at all; `cost` is the size of the cost.
     pub(crate) fn new(
         set: &InequalitySet,
         selection: &SMatrix<f64, 6, U>,
         offsets: [Option<usize>; 2],
         given: Given,
         intervals: usize,
-        scale: f64,
+        cost: f64,
         tolerances: BarrierTolerances,
     ) -> Self {
         let placed = |inequality: &StateInequality| {
@@ -110,7 +110,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         Self {
             command_rows: vec![(Row::default(), SVector::zeros()); intervals * commands.len()],
             state_rows: vec![row; intervals * states.len()],
-            schedule: Schedule::new(scale, rows, tolerances),
+            schedule: Schedule::new(cost, rows, tolerances),
             commands,
             states,
             reach: 1.0,

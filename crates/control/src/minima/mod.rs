@@ -8,7 +8,10 @@ use std::cell::Cell;
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 
-use crate::solver::{NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve};
+use crate::solver::{
+    NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve_in_own_units as solve,
+};
+use crate::units::Units;
 use crate::{Plan, RotationTarget, Transfer, TranslationTarget};
 use paths::Detours;
 pub use winding::Winding;
@@ -51,7 +54,7 @@ const SAME: f64 = 1e-6;
 /// Searches local minima of `transfer` from paths that wind otherwise about the geodesic's axis and the body's, and from
 /// random ones; each found once, the cheapest first.
 ///
-/// The first start is that of [`solve`], at all intervals, so that the cheapest is never dearer than its plan. Other minima
+/// The first start is that of [`crate::solve`], at all intervals, so that the cheapest is never dearer than its plan. Other minima
 /// are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the iterations of
 /// all, counted through; if it returns `false`, the search ends with what there is at all intervals, if there is something.
 ///
@@ -62,6 +65,23 @@ const SAME: f64 = 1e-6;
 /// # Errors
 /// What the solver says of the cold start, if no start leads to a minimum.
 pub fn search<F: Field + Clone>(
+    transfer: &Transfer<F>,
+    settings: &SearchSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
+    let units = Units::of(transfer);
+    let own = units.transfer(transfer)?;
+    let observe = |now: &Progress| observe(&units.leave_progress(now));
+    let leave = |minimum: Minimum| Minimum {
+        plan: units.leave(minimum.plan),
+        ..minimum
+    };
+    search_in_own_units(&own, settings, observe)
+        .map(|minima| minima.into_iter().map(leave).collect())
+        .map_err(|error| units.leave_error(error))
+}
+
+fn search_in_own_units<F: Field + Clone>(
     transfer: &Transfer<F>,
     settings: &SearchSettings,
     mut observe: impl FnMut(&Progress) -> bool,

@@ -73,7 +73,7 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// Takes the step.
     fn advance(&mut self, primal: f64, dual: f64);
 
-    /// Largest violation `max(g, 0)` and largest product of slack and multiplier, for all intervals.
+    /// Largest violation `max(g, 0)`, and largest product of slack and multiplier in parts of the cost, for all intervals.
     fn residuals(&self) -> (f64, f64);
 
     /// Lowers β when the subproblem with this β is solved to `error`; `false` when nothing changed.

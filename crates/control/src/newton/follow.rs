@@ -86,7 +86,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             .ending
             .residual(&self.iterate.states[problem.intervals]);
         for _ in 0..CORRECTIONS {
-            if miss.norm() <= wanted {
+            if self.model.terminal(&miss) <= wanted {
                 break;
             }
             let trial = Trial {
@@ -101,7 +101,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             };
             standing.trials += 1;
             match trial.make(Move::Conditions(nu), &self.iterate, &mut self.spare) {
-                Ok(merit) if merit.miss.norm() < miss.norm() => {
+                Ok(merit) if self.model.terminal(&merit.miss) < self.model.terminal(&miss) => {
                     miss = merit.miss;
                     standing.cost = merit.cost;
                     std::mem::swap(&mut self.iterate, &mut self.spare);
@@ -109,6 +109,6 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 _ => break,
             }
         }
-        miss.norm()
+        self.model.terminal(&miss)
     }
 }

@@ -138,8 +138,9 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
-        // Violation of the last iterate that was stationary.
+        // Violation of the last iterate that was stationary, by the same barrier.
         let mut left = f64::INFINITY;
+        let mut tightened = false;
         loop {
             if let Err(error) = self.model_convex(problem, inequalities, &mut kind) {
                 return Ended::Failed(error);
@@ -159,6 +160,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 f64::INFINITY
             };
             if inequalities.tighten(standing.violation.max(standing.stationarity)) {
+                tightened = true;
                 continue;
             }
             if !observe(standing) {
@@ -176,11 +178,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 }
                 _ => (),
             }
-            left = if stationary {
+            left = if stationary && !tightened {
                 standing.violation
             } else {
                 f64::INFINITY
             };
+            tightened = false;
             if standing.iteration >= last {
                 return Ended::Capped;
             }
@@ -272,7 +275,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     pub(super) fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
         let weight = problem.h * problem.weight;
         standing.cost = 0.0;
-        standing.violation = self.model.miss.norm();
+        standing.violation = self.model.terminal(&self.model.miss);
         for (k, command) in self.iterate.commands.iter().enumerate() {
             let gradient = weight * command;
             standing.cost += 0.5 * command.dot(&gradient);

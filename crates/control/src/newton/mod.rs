@@ -15,5 +15,5 @@ mod turning;
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
 pub(crate) use model::Kind;
-pub(crate) use problem::{Iterate, Problem};
+pub(crate) use problem::{Iterate, Problem, strictness};
 pub(crate) use turning::Turning;

@@ -32,15 +32,17 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) policies: Vec<Policy<X, U>>,
     /// `c`
     pub(crate) miss: SVector<f64, X>,
+    /// [`Problem::strictness`] of the conditions.
+    pub(crate) strictness: SVector<f64, X>,
     /// `ρ`, the weights of the terminal conditions' augmentation; zero for rows without one.
     pub(crate) augmentation: SVector<f64, X>,
     /// Gains of the neighbouring extremals (see [`CostToGo::gain`]), where they are wanted.
     pub(crate) gains: Vec<SMatrix<f64, U, X>>,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
-    /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`.
+    /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`, in [`Problem::command_units`].
     pub(crate) stationarity: f64,
-    /// Largest component of any of its terms.
+    /// Largest component of any of its terms, likewise.
     pub(crate) largest: f64,
     /// Scratch.
     stage: StageModel<X, U>,
@@ -70,6 +72,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             policies: vec![Policy::zeros(); intervals],
             gains: Vec::new(),
             miss: SVector::zeros(),
+            strictness: SVector::repeat(1.0),
             augmentation: SVector::zeros(),
             start: CostToGo::end(&EndModel {
                 hessian: SMatrix::zeros(),
@@ -117,6 +120,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let (mut costate, end_model) =
             end_model(problem, inequalities, iterate, kind, &mut self.augmentation);
         self.miss = end_model.residual;
+        self.strictness = problem.strictness(&end_model.jacobian);
         let softness = softness(problem, &end_model.jacobian);
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
@@ -148,10 +152,11 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 inequalities.command_force(k, command),
             ];
             let residual = terms[0] + terms[1] + terms[2];
-            self.stationarity = self.stationarity.max(residual.amax());
+            let size = |term: &SVector<f64, U>| problem.command_units.component_mul(term).amax();
+            self.stationarity = self.stationarity.max(size(&residual));
             self.largest = terms
                 .iter()
-                .fold(self.largest, |most, term| most.max(term.amax()));
+                .fold(self.largest, |most, term| most.max(size(term)));
 
             if curvature > 0.0 {
                 if curvature < 1.0 {
@@ -218,6 +223,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let end = &iterate.states[problem.intervals];
         let jacobian = problem.ending.jacobian(end);
         self.miss = problem.ending.residual(end);
+        self.strictness = problem.strictness(&jacobian);
         let mut costate = jacobian.tr_mul(&iterate.nu);
         let mut gradient = jacobian.tr_mul(&self.augmentation.component_mul(&self.miss));
         let mut offset = self.miss;
@@ -232,11 +238,19 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             let residual = weight * command + dynamics.b.tr_mul(&costate);
-            self.stationarity = self.stationarity.max(residual.amax());
+            let size = problem.command_units.component_mul(&residual).amax();
+            self.stationarity = self.stationarity.max(size);
             costate = dynamics.a.tr_mul(&costate);
             self.policies[k].follow(&residual, dynamics, &mut gradient, &mut offset);
         }
         self.start.correction(&offset).ok_or(ModelError::Dependent)
+    }
+}
+
+impl<const X: usize, const U: usize> Model<X, U> {
+    /// The norm of a miss of the terminal conditions, as the tolerance counts it.
+    pub(crate) fn terminal(&self, miss: &SVector<f64, X>) -> f64 {
+        self.strictness.component_mul(miss).norm()
     }
 }
 

@@ -1,5 +1,7 @@
+use std::ops::RangeInclusive;
+
 use lgvi_dynamics::Load;
-use nalgebra::{Matrix3, SMatrix, SVector};
+use nalgebra::{Matrix3, SMatrix, SVD, SVector};
 use thiserror::Error;
 
 use super::transfer::invert;
@@ -19,6 +21,12 @@ pub struct Actuation {
     gains: Option<[Matrix3<f64>; 2]>,
 }
 
+/// Sizes of a column's components and of weights: what is formed of them, `B W⁻¹ Bᵀ`, has a norm.
+const SIZES: RangeInclusive<f64> = 1e-30..=1e30;
+
+/// Iterations after which there is no hope for singular values: a finite matrix takes a few dozen.
+const MOST: usize = 1000;
+
 /// Singular values below this part of the norm count as none.
 const RANK: f64 = 1e-12;
 
@@ -34,7 +42,7 @@ pub enum ActuationError {
         rows: [[f64; 3]; 3],
     },
     /// A command's weight is not positive.
-    #[error("the weight of command {command} is {weight}, expected a finite number > 0")]
+    #[error("the weight of command {command} is {weight:e}, expected a number from 1e-30 to 1e30")]
     CommandWeight {
         /// Which command, from 0.
         command: usize,
@@ -47,9 +55,9 @@ pub enum ActuationError {
         /// How many.
         found: usize,
     },
-    /// A column that does nothing, or is not finite.
+    /// A column that does nothing, or is beyond the range of numbers.
     #[error(
-        "column {command} of the actuation is {column:?}, expected finite numbers, not all zero"
+        "column {command} of the actuation is {column:?}, expected 0 or numbers of a size from 1e-30 to 1e30, not all 0"
     )]
     Column {
         /// Which column, from 0.
@@ -91,22 +99,34 @@ impl Actuation {
         let mut matrix = SMatrix::<f64, 6, 6>::zeros();
         let mut weights = SMatrix::<f64, 6, 6>::identity();
         for (command, &(column, weight)) in columns.iter().enumerate() {
-            if !column.iter().all(|c| c.is_finite()) || column.iter().all(|c| *c == 0.0) {
+            let is_known = |c: &f64| *c == 0.0 || SIZES.contains(&c.abs());
+            if !column.iter().all(is_known) || column.iter().all(|c| *c == 0.0) {
                 return Err(ActuationError::Column { command, column });
             }
-            if !(weight.is_finite() && weight > 0.0) {
+            if !SIZES.contains(&weight) {
                 return Err(ActuationError::CommandWeight { command, weight });
             }
             matrix.set_column(command, &SVector::from(column));
             weights[(command, command)] = weight;
         }
         let inverse = SMatrix::<f64, 6, 6>::from_diagonal(&weights.diagonal().map(f64::recip));
-        let reach = matrix * inverse * matrix.transpose();
+        let mut reach = matrix * inverse * matrix.transpose();
+        // In units of each component's own reach: what comes nearest does not depend on those of force and moment.
+        let units = reach.diagonal().map(|reach| {
+            if reach > 0.0 {
+                reach.sqrt().recip()
+            } else {
+                0.0
+            }
+        });
+        let units = SMatrix::<f64, 6, 6>::from_diagonal(&units);
+        reach = units * reach * units;
         let flat = RANK * reach.norm();
-        let pseudo_inverse = reach
-            .pseudo_inverse(flat)
-            .map(|reach| inverse * matrix.transpose() * reach)
-            .unwrap_or_else(|_| SMatrix::zeros());
+        let pseudo_inverse = SVD::try_new(reach, true, true, 5.0 * f64::EPSILON, MOST)
+            .and_then(|values| values.pseudo_inverse(flat).ok())
+            .map_or_else(SMatrix::zeros, |reach| {
+                inverse * matrix.transpose() * units * reach * units
+            });
         Ok(Self {
             matrix,
             pseudo_inverse,
@@ -114,6 +134,30 @@ impl Actuation {
             commands,
             gains: None,
         })
+    }
+
+    /// The same in units of force and moment `loads`, of `commands`, and of cost a time.
+    pub(crate) fn in_units(
+        &self,
+        loads: &SVector<f64, 6>,
+        commands: &SVector<f64, 6>,
+        rate: f64,
+    ) -> Result<Self, ActuationError> {
+        let weight = SMatrix::<f64, 6, 6>::from_fn(|i, j| {
+            self.weight[(i, j)] * (commands[i] * commands[j] / rate)
+        });
+        if self.gains.is_some() {
+            let [force, moment] = [0, 3].map(|at| weight.fixed_view::<3, 3>(at, at).into_owned());
+            return Self::full(&force, &moment);
+        }
+        let columns: Vec<_> = (0..self.commands)
+            .map(|command| {
+                let column = self.matrix.column(command) * commands[command];
+                let column = column.component_div(loads);
+                (column.into(), weight[(command, command)])
+            })
+            .collect();
+        Self::actuators(&columns)
     }
 
     /// Number of commands.
@@ -173,5 +217,47 @@ impl Actuation {
     /// What an interval's load costs: that of the cheapest command that has this load, or comes nearest to it.
     pub fn cost_of(&self, h: f64, load: &Load) -> f64 {
         self.cost(h, &self.command(load))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    /// The decomposition of what is formed of greater ones would not end.
+    #[test]
+    fn actuators_and_weights_beyond_the_limits_are_refused() {
+        let push = |size: f64| [size, 0.0, 0.0, 0.0, 0.5 * size, 0.0];
+        for size in [1e160, -1e160, 1e-160, f64::MAX, 5e-324, f64::NAN] {
+            let refused = Actuation::actuators(&[(push(size), 1.0)]);
+            assert!(
+                matches!(refused, Err(ActuationError::Column { command: 0, .. })),
+                "{refused:?}"
+            );
+            let refused = Actuation::actuators(&[(push(1.0), size)]);
+            assert!(
+                matches!(
+                    refused,
+                    Err(ActuationError::CommandWeight { command: 0, .. })
+                ),
+                "{refused:?}"
+            );
+        }
+        let load = Load {
+            force: Vector3::x(),
+            moment: Vector3::zeros(),
+        };
+        for size in [3e-30, 1.0, 1e30] {
+            for weight in [1e-30, 1.0, 1e30] {
+                let actuation = Actuation::actuators(&[(push(size), weight)]).unwrap();
+                let command = actuation.command(&load)[0] * size;
+                assert!(
+                    (command - 0.8).abs() < 1e-12,
+                    "{size:e} {weight:e}: {command}"
+                );
+            }
+        }
     }
 }

@@ -1,5 +1,5 @@
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{BodyState, Mobility, RigidBody};
+use lgvi_dynamics::{BodyError, BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
@@ -31,6 +31,8 @@ pub struct Transfer<F> {
     pub(crate) constraints: Vec<Constraint>,
     pub(crate) terminal: TerminalSet,
     pub(crate) inequalities: InequalitySet,
+    /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, where that is known.
+    pub(crate) rounding: Vector12,
 }
 
 /// Why a transfer is not a problem.
@@ -50,6 +52,9 @@ pub enum TransferError {
     /// The initial state is not finite.
     #[error("the initial state is {0:?}, expected finite numbers")]
     Initial(Box<BodyState>),
+    /// The body is none.
+    #[error(transparent)]
+    Body(#[from] BodyError),
     /// The actuation is none.
     #[error(transparent)]
     Actuation(#[from] ActuationError),
@@ -103,6 +108,7 @@ impl<F: Field> Transfer<F> {
             constraints: Vec::new(),
             terminal,
             inequalities: InequalitySet::default(),
+            rounding: Vector12::zeros(),
         })
     }
 }

@@ -65,7 +65,7 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
             transfer,
             standing: Standing::default(),
             tolerances: Tolerances {
-                violation: settings.violation,
+                violation: settings.violation.max(f64::EPSILON),
                 stationarity: settings.stationarity,
                 // A full step from there squares the error.
                 near: settings.stationarity.sqrt(),
@@ -86,16 +86,19 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         C: Class<X, U>,
     {
         let own = |all: SVector<f64, 12>| all.fixed_rows::<X>(C::FIRST).into_owned();
+        let weight = self.class.weight(view);
         Problem {
             steps,
             ending: self.class.ending(view),
             initial: view.initial,
             h: view.h,
             intervals: view.intervals,
-            weight: self.class.weight(view),
+            weight,
+            command_units: weight.diagonal().map(|weight| weight.sqrt().recip()),
             turning: self.class.turning(view),
             stiffness: own(stiffness(view)),
             metric: own(metric(view)),
+            rounding: own(view.rounding / self.tolerances.violation),
         }
     }
 

@@ -1,3 +1,4 @@
+use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 use nalgebra::SVector;
 
@@ -6,14 +7,13 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::{Phase, Start};
 use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces};
-use crate::newton::{Ended, Ending, Iterate, Newton, Tolerances};
-use crate::problem::InequalitySet;
+use crate::newton::{Ended, Ending, Iterate, Newton, Problem, Tolerances};
+use crate::problem::{InequalitySet, Place, StateInequality};
+use crate::units::ROUNDING;
 use crate::{Dynamics, Plan};
 
 /// Newton steps at most, in multiples of those without inequalities.
 const PATIENCE: u32 = 3;
-/// The least size of the cost that the barrier reckons with.
-const LEAST_COST: f64 = 1e-6;
 
 /// States and commands, and what inequalities add to the gradient of the Lagrangian there, interval by interval.
 type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<Force<X, U>>);
@@ -109,6 +109,36 @@ impl<F: Field, C> Solver<'_, F, C> {
         Ok(Some((Newton::new(transfer.intervals, iterate), forces)))
     }
 
+    /// What it costs, roughly, to leave what the states of a plan violate the most, and at least what rounding does: the
+    /// size of the cost under inequalities where there is none without.
+    fn detour<S, const X: usize, const U: usize>(
+        &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        states: &[BodyState],
+    ) -> f64
+    where
+        C: Class<X, U>,
+    {
+        let cost = |inequality: &StateInequality| {
+            let offset = match inequality.place() {
+                Place::Position => C::OFFSETS[0],
+                Place::Attitude => C::OFFSETS[1],
+            };
+            let cheapest = problem.stiffness.fixed_rows::<3>(offset?).min();
+            let depths = states
+                .iter()
+                .map(|state| inequality.size() * inequality.value(state));
+            let depth = depths.fold(ROUNDING, f64::max);
+            Some(cheapest * depth * depth)
+        };
+        self.transfer
+            .inequalities
+            .state
+            .iter()
+            .filter_map(cost)
+            .sum()
+    }
+
     /// The best plan near one without inequalities that meets those of `set`.
     pub(super) fn impose<const X: usize, const U: usize>(
         &mut self,
@@ -170,7 +200,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
         newton.model.gains.clear();
-        let mut barrier = self.barrier(&newton.iterate, set);
+        let mut barrier = self.barrier(&problem, &newton.iterate, set);
         let Iterate {
             states, commands, ..
         } = &newton.iterate;
@@ -223,8 +253,9 @@ impl<F: Field, C> Solver<'_, F, C> {
     }
 
     /// The inequalities of `set` with what the cost of `iterate` says of their multipliers.
-    pub(super) fn barrier<const X: usize, const U: usize>(
+    pub(super) fn barrier<S, const X: usize, const U: usize>(
         &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
         iterate: &Iterate<X, U>,
         set: &InequalitySet,
     ) -> Barrier<X, U>
@@ -237,7 +268,7 @@ impl<F: Field, C> Solver<'_, F, C> {
             last_position: transfer.terminal.translation.fixes_position(),
             last_attitude: transfer.terminal.rotation.fixes_attitude(),
         };
-        let weight = transfer.h * self.class.weight(transfer);
+        let weight = problem.h * problem.weight;
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
         Barrier::new(
@@ -246,8 +277,8 @@ impl<F: Field, C> Solver<'_, F, C> {
             C::OFFSETS,
             given,
             transfer.intervals,
-            cost.max(LEAST_COST),
-            BarrierTolerances::default(),
+            cost + self.detour(problem, &iterate.states[1..]),
+            tolerances(&transfer.inequalities),
         )
     }
 }
@@ -259,6 +290,19 @@ struct Imposed<const X: usize, const U: usize> {
     iterate: Iterate<X, U>,
     /// With the multipliers there.
     barrier: Barrier<X, U>,
+}
+
+/// Those of inequalities on states whose rounding may exceed what is asked.
+fn tolerances(inequalities: &InequalitySet) -> BarrierTolerances {
+    let default = BarrierTolerances::default();
+    let rounding = inequalities
+        .state
+        .iter()
+        .map(|inequality| ROUNDING / inequality.size());
+    BarrierTolerances {
+        violation: rounding.fold(default.violation, f64::max),
+        ..default
+    }
 }
 
 impl From<Violation> for PlanError {

@@ -5,7 +5,6 @@
 //! is planned, under the commands of the half and to its target.
 
 use lgvi_dynamics::gravity::Field;
-use lgvi_dynamics::{MassDistribution, RigidBody};
 
 use super::attempt::Solver;
 use super::class::{Both, Class};
@@ -36,9 +35,8 @@ where
         observe(now)
     };
     let plan = Solver::new(class.clone(), transfer, settings, &mut watch).solve(start, again)?;
-    if is_sphere(&transfer.body)
-        || miss(class, transfer, &plan).is_some_and(|miss| miss <= settings.violation)
-    {
+    let tolerated = settings.violation.max(2.0 * plan.certificate.terminal);
+    if miss(class, transfer, &plan).is_some_and(|miss| miss <= tolerated) {
         return Ok(plan);
     }
     let mut watch = |now: &Progress| {
@@ -50,15 +48,6 @@ where
     };
     let whole = whole(class, transfer);
     Solver::new(Both, &whole, settings, &mut watch).solve(Start::Warm(&plan), again)
-}
-
-fn is_sphere(body: &RigidBody) -> bool {
-    match body.distribution() {
-        MassDistribution::Points(points) => points
-            .iter()
-            .all(|point| point.position.norm_squared() == 0.0),
-        _ => false,
-    }
 }
 
 /// By how much a plan misses its target where both halves are flown; `None` where it cannot be flown.

@@ -1,8 +1,8 @@
 use lgvi_dynamics::rotation::Unsolvable;
 use thiserror::Error;
 
-use crate::Plan;
 use crate::steps::HalfError;
+use crate::{Plan, TransferError};
 
 /// Why there is no plan.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -35,7 +35,8 @@ pub enum PlanError {
     },
     /// No guess led to a solution.
     #[error(
-        "not converged after {iterations} iterations: violation {violation:.3e}, stationarity {stationarity:.3e}"
+        "not converged after {iterations} iterations: violation {violation:.3e} relative to the size of each quantity, \
+         expected at most {tolerance:.1e} or what rounding makes of it; stationarity {stationarity:.3e}"
     )]
     NotConverged {
         /// The best iterate, as flown.
@@ -46,6 +47,8 @@ pub enum PlanError {
         violation: f64,
         /// Of the last iterate.
         stationarity: f64,
+        /// The violation asked for.
+        tolerance: f64,
     },
     /// The caller asked to stop.
     #[error("stopped")]
@@ -53,6 +56,9 @@ pub enum PlanError {
         /// The iterate, as flown, where it can be flown.
         best: Option<Box<Plan>>,
     },
+    /// The transfer's numbers are too far apart.
+    #[error("the transfer leaves the range of numbers in units of its own size: {0}")]
+    Units(Box<TransferError>),
     /// One half of the motion cannot be planned by itself.
     #[error(transparent)]
     Half(#[from] HalfError),
@@ -64,4 +70,10 @@ pub enum PlanError {
         /// By how much.
         source: Unsolvable,
     },
+}
+
+impl From<TransferError> for PlanError {
+    fn from(error: TransferError) -> Self {
+        Self::Units(Box::new(error))
+    }
 }

@@ -110,7 +110,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         plan.certificate = Certificate {
             stationarity: model.stationarity / model.largest.max(f64::MIN_POSITIVE),
             defect: model.defects.iter().map(SVector::norm).fold(0.0, f64::max),
-            terminal: model.miss.norm(),
+            terminal: model.terminal(&model.miss),
             inequality,
             complementarity,
             condition: model.start.condition(&model.augmentation),
@@ -149,6 +149,7 @@ impl<F: Field, C> Solver<'_, F, C> {
                 iterations: self.standing.iteration,
                 violation: self.standing.violation,
                 stationarity: self.standing.stationarity,
+                tolerance: self.tolerances.violation,
             },
             best => PlanError::Stopped { best },
         })
@@ -189,7 +190,10 @@ impl<F: Field, C> Solver<'_, F, C> {
             plan.states.push(state);
         }
         plan.certificate.stationarity = self.standing.stationarity;
-        plan.certificate.terminal = self.class.ending(transfer).residual(&state).norm();
+        let problem = self.problem(transfer, &steps);
+        let miss = problem.ending.residual(&state);
+        let strictness = problem.strictness(&problem.ending.jacobian(&state));
+        plan.certificate.terminal = strictness.component_mul(&miss).norm();
         Ok(Some(plan))
     }
 }

@@ -24,6 +24,7 @@ pub use progress::{NewtonSettings, Phase, Progress, Start};
 
 use crate::extremal::{Extremal, stacked};
 use crate::newton::{Iterate, Newton, Unconstrained};
+use crate::units::Units;
 use crate::{Motion, Plan, Transfer};
 use attempt::Solver;
 use class::{Both, Class, Rotation, Translation};
@@ -43,10 +44,33 @@ pub fn solve<F: Field>(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
+    let units = Units::of(transfer);
+    let own = units.transfer(transfer)?;
+    let guess;
+    let start = match start {
+        Start::Cold => Start::Cold,
+        Start::Warm(plan) => {
+            guess = units.enter(plan);
+            Start::Warm(&guess)
+        }
+    };
+    let observe = |now: &Progress| observe(&units.leave_progress(now));
+    solve_in_own_units(&own, start, settings, observe)
+        .map(|plan| units.leave(plan))
+        .map_err(|error| units.leave_error(error))
+}
+
+/// [`solve`] of a transfer that is stated in units of its own size.
+pub(crate) fn solve_in_own_units<F: Field>(
+    transfer: &Transfer<F>,
+    start: Start<'_>,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
     by_class(transfer, start, true, settings, &mut observe)
 }
 
-/// From a guess, and not from nothing where that fails.
+/// [`solve_in_own_units`] from a guess, and not from nothing where that fails.
 pub(crate) fn from_guess<F: Field>(
     transfer: &Transfer<F>,
     guess: &Plan,
@@ -82,6 +106,9 @@ fn by_class<F: Field>(
 /// # Errors
 /// Its commands cannot be flown.
 pub fn certified<F: Field>(transfer: &Transfer<F>, extremal: &Extremal) -> Result<Plan, PlanError> {
+    let units = Units::of(transfer);
+    let own = units.transfer(transfer)?;
+    let extremal = units.enter_extremal(extremal);
     let iterate = Iterate {
         states: extremal.states.clone(),
         commands: extremal.controls.iter().map(stacked).collect(),
@@ -89,6 +116,10 @@ pub fn certified<F: Field>(transfer: &Transfer<F>, extremal: &Extremal) -> Resul
         nu: extremal.multipliers.last().copied().unwrap_or_default(),
     };
     let mut unobserved = |_: &Progress| true;
-    let solver = Solver::new(Both, transfer, &NewtonSettings::default(), &mut unobserved);
-    solver.finish(Newton::new(transfer.intervals, iterate), &mut Unconstrained)
+    let solver = Solver::new(Both, &own, &NewtonSettings::default(), &mut unobserved);
+    let newton = Newton::new(own.intervals, iterate);
+    solver
+        .finish(newton, &mut Unconstrained)
+        .map(|plan| units.leave(plan))
+        .map_err(|error| units.leave_error(error))
 }

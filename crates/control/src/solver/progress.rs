@@ -4,9 +4,15 @@ use crate::newton::Standing;
 /// How the solver goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
-    /// Largest norm of the terminal miss at which a plan is accepted.
+    /// Largest norm of the terminal miss at which a plan is accepted, relative to the size of each quantity. What rounding
+    /// makes of a quantity always is.
+    ///
+    /// A position is as large as the greatest distance from the origin at either end; a momentum as the greatest at either
+    /// end, or the one that covers that distance in the duration; an attitude is 1 rad; an angular momentum is as large as
+    /// the greatest at either end, or the one that turns the body by 1 rad in the duration. Sizes are rounded down to powers
+    /// of two of the transfer's own units.
     pub violation: f64,
-    /// Stationarity, relative, at which a plan is accepted.
+    /// [`Certificate::stationarity`](crate::Certificate::stationarity) at which a plan is accepted.
     pub stationarity: f64,
     /// Newton steps at most, for each resolution and guess.
     pub iterations: u32,
@@ -54,7 +60,7 @@ pub struct Progress {
     pub trials: u32,
     /// Length of the last step; 1 before the first.
     pub step_length: f64,
-    /// Largest norm of a defect or the terminal miss.
+    /// Largest norm of a defect or the terminal miss, relative to the size of each quantity.
     pub violation: f64,
     /// Largest component of the Lagrangian's gradient by commands, relative to the largest term.
     pub stationarity: f64,

@@ -30,7 +30,9 @@ impl<F: Field, C> Solver<'_, F, C> {
         C: Class<X, U>,
     {
         let set = &self.transfer.inequalities;
-        let barrier = self.barrier(&free.iterate, set);
+        let steps = self.class.steps(self.transfer)?;
+        let problem = self.problem(self.transfer, &steps);
+        let barrier = self.barrier(&problem, &free.iterate, set);
         let Some(worst) = barrier.worst(&free.iterate.states[1..], &free.iterate.commands) else {
             return Err(failure);
         };

@@ -2,6 +2,7 @@
 
 use lgvi_dynamics::gravity::{Field, Intrusion, LoadCurvature, LoadGradient};
 use lgvi_dynamics::{Inertia, Load, MassDistribution, RigidBody};
+use lgvi_lie::symmetric_eigen;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Transfer;
@@ -52,12 +53,13 @@ pub(super) fn resolved<F>(transfer: &Transfer<F>, intervals: usize) -> Transfer<
         constraints: Vec::new(),
         terminal: transfer.terminal.clone(),
         inequalities: transfer.inequalities.clone(),
+        rounding: transfer.rounding,
     }
 }
 
 /// `body` with no principal moment of inertia below `least` times the greatest; `None` where there is no such body.
 pub(super) fn stouter(body: &RigidBody, least: f64) -> Option<RigidBody> {
-    let eigen = body.inertia().matrix().symmetric_eigen();
+    let eigen = symmetric_eigen(body.inertia().matrix())?;
     let floor = least * eigen.eigenvalues.max();
     let moments = eigen.eigenvalues.map(|moment| moment.max(floor));
     let axes = eigen.eigenvectors;
@@ -72,6 +74,6 @@ pub(super) fn stouter(body: &RigidBody, least: f64) -> Option<RigidBody> {
 
 /// The least principal moment of inertia by the greatest.
 pub(super) fn slenderness(body: &RigidBody) -> f64 {
-    let moments = body.inertia().matrix().symmetric_eigenvalues();
+    let moments = Vector3::from(body.inertia().principal_moments());
     moments.min() / moments.max()
 }

@@ -14,7 +14,9 @@ pub(super) fn stiffness<F>(transfer: &Transfer<F>) -> Vector12 {
         .try_inverse()
         .unwrap_or_else(SMatrix::identity);
     let compliance = (actuation.matrix() * inverse * actuation.matrix().transpose()).diagonal();
-    let floor = 1e-6 * compliance.mean();
+    let half = |which: usize| compliance.fixed_rows::<3>(3 * which).mean();
+    let floors =
+        [half(0), half(1)].map(|mean| 1e-6 * if mean > 0.0 { mean } else { compliance.mean() });
     SVector::from_fn(|i, _| {
         let (which, axis) = (i / 3, i % 3);
         let inertia = if which < 2 {
@@ -22,7 +24,9 @@ pub(super) fn stiffness<F>(transfer: &Transfer<F>) -> Vector12 {
         } else {
             transfer.body.inertia().matrix()[(axis, axis)]
         };
-        let weight = compliance[3 * (which / 2) + axis].max(floor).recip();
+        let weight = compliance[3 * (which / 2) + axis]
+            .max(floors[which / 2])
+            .recip();
         if which % 2 == 0 {
             12.0 * weight * inertia * inertia / (duration * duration * duration)
         } else {

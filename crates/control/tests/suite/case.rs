@@ -114,6 +114,7 @@ impl Case {
     }
 
     /// The terminal error before each Newton iteration of a prototype of the same method, from zero at N = 200.
+    #[allow(dead_code, reason = "the crate's own tests read it")]
     pub fn prototype_history(&self) -> Vec<f64> {
         let history = &self.json["paper_newton_armijo_from_zero_N200"]["hist"];
         history

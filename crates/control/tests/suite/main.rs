@@ -16,3 +16,4 @@ mod sensitivity;
 mod terminal;
 mod truth;
 mod underactuated;
+mod units;

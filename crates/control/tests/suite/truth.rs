@@ -41,32 +41,6 @@ fn cold_starts_reach_the_reference_costs_and_multipliers() {
     }
 }
 
-/// The same method, written independently, takes the same path as long as both line searches accept the same steps,
-/// which depends on the `α` of Armijo's rule.
-#[test]
-fn damped_iterations_follow_the_independent_prototype() {
-    for (set, same) in [("C_i", 11), ("Q_i", 11), ("B_i", 11), ("B_ii", 11)] {
-        let case = Case::load(set);
-        let mut history = Vec::new();
-        shooting::solve(
-            &case.transfer(200),
-            SVector::zeros(),
-            &Settings::default(),
-            |now| {
-                history.push(now.violation);
-                true
-            },
-        )
-        .expect("a solution");
-        for (found, expected) in history.iter().zip(&case.prototype_history()).take(same) {
-            assert!(
-                (found / expected - 1.0).abs() < 1e-9,
-                "{set}: {found:e} for {expected:e}"
-            );
-        }
-    }
-}
-
 #[test]
 fn an_observer_can_stop_the_iteration_and_a_cap_ends_it_with_the_last_iterate() {
     let transfer = Case::load("C_i").transfer(100);

@@ -131,7 +131,7 @@ fn rotor(method: Method) -> Rotor {
 
 /// How many different principal moments.
 fn different(inertia: &Inertia) -> usize {
-    let mut moments = crate::inertia::principal_moments(inertia.matrix());
+    let mut moments = inertia.principal_moments();
     moments.sort_by(f64::total_cmp);
     let [least, middle, greatest] = moments;
     let differ = |a: f64, b: f64| usize::from(b - a > 4.0 * f64::EPSILON * greatest);

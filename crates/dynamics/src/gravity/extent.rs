@@ -1,4 +1,4 @@
-use lgvi_lie::hat;
+use lgvi_lie::{hat, symmetric_eigen};
 use nalgebra::{Matrix3, Vector3};
 
 use super::remainder::Side;
@@ -43,7 +43,7 @@ impl Extent {
         };
         match body.distribution() {
             MassDistribution::Multipole(multipole) => {
-                let eigenvalues = multipole.second_harmonic()?.symmetric_eigenvalues();
+                let eigenvalues = symmetric_eigen(multipole.second_harmonic()?)?.eigenvalues;
                 extent.spread = eigenvalues.amax() / body.mass();
                 extent.harmonic = eigenvalues.abs().sum();
                 extent.leverage = eigenvalues.amax() * norm(body.inertia().inverse());
@@ -100,8 +100,6 @@ impl Extent {
 
 /// The spectral norm.
 fn norm(matrix: &Matrix3<f64>) -> f64 {
-    (matrix * matrix.transpose())
-        .symmetric_eigenvalues()
-        .amax()
-        .sqrt()
+    symmetric_eigen(&(matrix * matrix.transpose()))
+        .map_or(f64::INFINITY, |eigen| eigen.eigenvalues.amax().sqrt())
 }

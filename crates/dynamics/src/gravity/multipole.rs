@@ -1,3 +1,4 @@
+use lgvi_lie::symmetric_eigen;
 use nalgebra::{Matrix3, Vector3};
 
 use super::harmonic::{Fourth, Harmonic, Second, Third};
@@ -200,7 +201,10 @@ impl Attractor for Multipole {
     fn falloff(&self) -> Option<Falloff> {
         Some(Falloff {
             strength: self.central.gm.abs(),
-            harmonic: self.second_harmonic()?.symmetric_eigenvalues().abs().sum(),
+            harmonic: symmetric_eigen(self.second_harmonic()?)?
+                .eigenvalues
+                .abs()
+                .sum(),
         })
     }
 }

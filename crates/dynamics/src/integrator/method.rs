@@ -151,6 +151,35 @@ impl Method {
         )
     }
 
+    /// Order of convergence; none for exact motion.
+    pub fn order(self) -> Option<u32> {
+        match self {
+            Self::LieEuler(_) => Some(1),
+            Self::Lgvi(_)
+            | Self::LagrangianLgvi(_)
+            | Self::ProcessedLieEuler(_)
+            | Self::ExplicitMidpoint
+            | Self::ImplicitMidpoint
+            | Self::CrouchGrossman => Some(2),
+            Self::RungeKutta4 => Some(4),
+            Self::Fehlberg78 { .. } | Self::DormandPrince853 { .. } => Some(8),
+            Self::Composition { order, .. } | Self::Nystrom { order, .. } => Some(order),
+            Self::Galerkin {
+                degree, quadrature, ..
+            }
+            | Self::EulerPoincare {
+                degree, quadrature, ..
+            } => {
+                let exact = match quadrature {
+                    Quadrature::Gauss(points) => 2 * points,
+                    Quadrature::Lobatto(points) => 2 * points - 2,
+                };
+                Some(exact.min(2 * degree))
+            }
+            Self::ClosedForm => None,
+        }
+    }
+
     /// Whether its steps consist of kicks and drifts.
     pub(crate) fn drifts(self) -> bool {
         matches!(

@@ -98,7 +98,7 @@ impl Quartic {
 fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
+        if middle.is_nan() || middle <= low || middle >= high {
             return low;
         }
         if below(middle) {

@@ -68,8 +68,8 @@ pub enum Refusal {
 }
 
 impl Allowance {
-    /// For a run of `duration` from `states` (one a body), so that the error at its end is at most `tolerance` as [`Accuracy`]
-    /// measures it.
+    /// For a run of `duration` from `states` (one a body), so that the error at its end is `tolerance` as [`Accuracy`] measures it
+    /// if errors grow as fast as κ says.
     pub fn new(
         system: &mut System,
         states: &[BodyState],

@@ -2,9 +2,10 @@
 //!
 //! Gravity consists of [interactions](crate::gravity::Interaction), each of which is computed in full, as between points of
 //! mass, or not at all. What leaves nothing out but rounding is always taken ([`Skip::Exact`]). Beyond that an
-//! [`Allowance`] says how much of every body's acceleration may be neglected so that the state at the end of a run errs by
-//! no more than a tolerance, shared by the body's interactions as their costs are; it tells the distance from which each may be
-//! simplified. Distances are watched, in every evaluation and along every step: one that brings a pair nearer than that is made
+//! [`Allowance`] says how much of every body's acceleration may be neglected for a tolerance at the end of a run, shared by the
+//! body's interactions as their costs are; it tells the distance from which each may be simplified. That no more is neglected is
+//! proven. That the end errs by no more than the tolerance is as certain as how fast errors grow, which is measured in six
+//! directions and taken twice as great: an error that grows more than twice as fast in another direction may exceed it. Distances are watched, in every evaluation and along every step: one that brings a pair nearer than that is made
 //! anew with the pair in more detail, so that what is neglected stays within the allowance.
 //!
 //! A body on which gravity has no moment turns freely. Where its rotation is known in closed form it turns once a step, in
@@ -29,6 +30,6 @@ pub enum Skip {
     Nothing,
     /// What makes no difference but rounding.
     Exact,
-    /// That, and what errs by no more than is allowed.
+    /// That, and what neglects no more than is allowed.
     Within(Allowance),
 }

@@ -64,7 +64,7 @@ pub struct InteractionPlan {
     pub level: Level,
     /// From which distance on each level below the full one will do; infinite for never.
     pub limits: [f64; 3],
-    /// What it adds at most to the error at the end of the run, if the distance stays as it is at least.
+    /// What it adds at most to the error at the end of the run, by the measured growth, if the distance stays as it is at least.
     pub bound: f64,
 }
 
@@ -106,7 +106,8 @@ impl Plan {
         }
     }
 
-    /// The error that all that is left out makes at the end of the run at most, if distances stay as they are at least.
+    /// The error that all that is left out makes at the end of the run at most, by the measured growth, if distances stay as they
+    /// are at least.
     pub fn bound(&self) -> f64 {
         let mut sums = vec![0.0; self.bodies.len()];
         for one in &self.interactions {

@@ -128,6 +128,8 @@ impl ParameterSpec {
         }
         match given {
             None => Ok(default),
+            // As a dump of the parameters has it.
+            Some(Value::Null) if default == ParameterValue::NotSet => Ok(default),
             Some(value) => match self.kind.read_yaml(value) {
                 Some(value) => self.accept(value),
                 None => Err(self.not_of_type(yaml_text(value))),

@@ -300,3 +300,20 @@ fn values_survive_messages() {
     };
     assert_eq!(ParameterValue::from_message(unknown), Err(10));
 }
+
+#[test]
+fn the_word_null_unsets_what_can_be_not_set_and_is_a_string_elsewhere() {
+    let declare = |text: &str| {
+        let read = crate::params_file::read(text, "/n").unwrap();
+        Parameters::declare(Given::new(read), specs())
+    };
+    let all = |values: &str| format!("n: {{ros__parameters: {{{values}}}}}");
+    let unset = declare(&all("gains: [1.0], gains: null, scene: null")).unwrap();
+    assert_eq!(unset.get_optional::<Vec<f64>>("gains"), Ok(None));
+    assert_eq!(unset.get_optional::<String>("scene"), Ok(None));
+    let word = declare(&all("scene: 'null', bodies: [null]")).unwrap();
+    assert_eq!(word.get("scene"), Ok("null".to_owned()));
+    assert_eq!(word.get("bodies"), Ok(vec!["null".to_owned()]));
+    let error = declare(&all("rate: null")).unwrap_err().to_string();
+    assert_eq!(error, r#"parameter "rate" is null; expected a number"#);
+}

@@ -5,6 +5,8 @@ use std::fmt;
 use lgvi_msgs::rcl_interfaces::{self, ParameterType as Number};
 use serde_yaml_ng::Value;
 
+use crate::yaml::NULL;
+
 /// The value of a parameter.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum ParameterValue {
@@ -127,9 +129,10 @@ impl ParameterKind {
         }
     }
 
-    /// Reads a value from YAML; `None` if it is of another type.
+    /// Reads a value from YAML; `None` if it is of another type. The plain word `null` is a string.
     pub(super) fn read_yaml(self, value: &Value) -> Option<ParameterValue> {
         Some(match self {
+            Self::String if value.is_null() => NULL.into(),
             Self::Bool => value.as_bool()?.into(),
             Self::Integer => value.as_i64()?.into(),
             Self::Double => value.as_f64()?.into(),

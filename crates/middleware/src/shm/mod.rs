@@ -35,7 +35,10 @@ mod delivery;
 mod node;
 mod options;
 mod publisher;
+mod root;
 mod subscriber;
+
+use std::path::PathBuf;
 
 use iceoryx2::service::ipc_threadsafe;
 
@@ -74,11 +77,34 @@ pub enum ShmError {
         /// What iceoryx2 says.
         reason: String,
     },
+    /// The directory of shared memory cannot be used.
+    #[error(
+        "shared memory cannot be kept in {}, which {owner} owns, by {user}: {reason}; \
+         set LGVI_SHM_ROOT to a directory that {user} may write to",
+        path.display()
+    )]
+    Root {
+        /// The directory.
+        path: PathBuf,
+        /// Who owns it, or what it would lie in.
+        owner: String,
+        /// As whom the process runs.
+        user: String,
+        /// Why it cannot be used.
+        reason: String,
+    },
     /// The node cannot be created.
-    #[error("cannot create shared-memory node {name:?}: {reason}")]
+    #[error(
+        "cannot create shared-memory node {name:?} in {}, which {owner} owns: {reason}",
+        root.display()
+    )]
     Node {
         /// The node's name.
         name: String,
+        /// The directory of shared memory.
+        root: PathBuf,
+        /// Who owns it.
+        owner: String,
         /// What iceoryx2 says.
         reason: String,
     },

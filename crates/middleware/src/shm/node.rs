@@ -16,6 +16,7 @@ use super::{
     channel::{Channel, Control, Feedback, State},
     delivery::Delivery,
     publisher::ShmPublisher,
+    root,
     subscriber::ShmSubscriber,
 };
 use crate::Shutdown;
@@ -40,6 +41,7 @@ impl ShmNode {
             value: name.into(),
             reason: format!("{error:?}"),
         })?;
+        root::prepare(options)?;
         let node = NodeBuilder::new()
             .name(&node_name)
             .config(&options.config()?)
@@ -47,6 +49,8 @@ impl ShmNode {
             .create::<Service>()
             .map_err(|error| ShmError::Node {
                 name: name.into(),
+                owner: root::owner(&options.root_path()),
+                root: options.root_path(),
                 reason: error.to_string(),
             })?;
         let node = Self {

@@ -15,6 +15,7 @@ use lgvi_msgs::shm::{
     BodySample, ControlHeader, ControlInterval, FeedbackHeader, FeedbackInterval, Limits, Name,
     StateHeader,
 };
+use nix::unistd::{Uid, geteuid, seteuid};
 use tempfile::TempDir;
 
 const TOPIC: &str = "/lgvi_propagator/state";
@@ -56,7 +57,7 @@ fn is_counter(path: &Path) -> bool {
 }
 
 fn in_shm(root: &Path) -> Vec<PathBuf> {
-    let prefix = options(root).prefix().unwrap();
+    let prefix = options(root).prefix();
     let mut found = Vec::new();
     files(Path::new("/dev/shm"), &mut found);
     found.retain(|path| {
@@ -445,6 +446,7 @@ fn child() {
     let root = env::var("LGVI_SHM_ROOT").unwrap();
     let node = node(Path::new(&root), "child");
     let (mut publisher, mut subscriber);
+    let _of_nobody;
     match env::var(ROLE).unwrap().as_str() {
         "publish" => {
             publisher = node
@@ -456,6 +458,25 @@ fn child() {
             subscriber = node.state_subscriber(TOPIC, 4).unwrap();
             receive(&mut subscriber);
         }
+        "stranger" => {
+            seteuid(Uid::from_raw(NOBODY)).unwrap();
+            let error = ShmNode::new("stranger", &options(Path::new(&root))).unwrap_err();
+            let error = error.to_string();
+            for part in [
+                root.as_str(),
+                "root (uid 0)",
+                &NOBODY.to_string(),
+                "LGVI_SHM_ROOT",
+            ] {
+                assert!(error.contains(part), "{part} is not in: {error}");
+            }
+            let own = ShmOptions::default();
+            assert_eq!(
+                own.root_path(),
+                Path::new("/tmp").join(format!("lgvi_{NOBODY}"))
+            );
+            _of_nobody = ShmNode::new("stranger", &own).unwrap();
+        }
         role => panic!("{role}"),
     }
     #[allow(clippy::print_stdout)]
@@ -463,6 +484,36 @@ fn child() {
         println!("ready");
     }
     thread::sleep(Duration::from_secs(60));
+}
+
+/// A user who owns nothing.
+const NOBODY: u32 = 65_534;
+
+#[test]
+fn users_of_one_host_have_shared_memory_each_and_are_told_of_that_of_others() {
+    if !geteuid().is_root() {
+        // Only root can act as another user; another user's directory is at hand all the same.
+        let error = ShmNode::new("stranger", &options(Path::new("/"))).unwrap_err();
+        assert!(error.to_string().contains("root (uid 0)"), "{error}");
+        return;
+    }
+    let root = World::new();
+    let own = ShmNode::new("own", &ShmOptions::default()).unwrap();
+    let mut child = spawn("stranger", root.path());
+    child.kill().unwrap();
+    child.wait().unwrap();
+    drop(own);
+}
+
+#[test]
+fn a_directory_that_cannot_be_made_is_named() {
+    let root = World::new();
+    let file = root.path().join("file");
+    fs::write(&file, "").unwrap();
+    let error = ShmNode::new("node", &options(&file.join("shm"))).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains(file.to_str().unwrap()), "{error}");
+    fs::remove_file(file).unwrap();
 }
 
 #[test]

@@ -22,6 +22,7 @@ pub(super) fn body(key: &str, file: &BodyFile, work: &mut u64) -> Result<NamedBo
         })?;
     Ok(NamedBody {
         name: file.name.clone(),
+        frame: file.name.clone(),
         state: state(key, file, &body)?,
         body,
         mesh: mesh.map(Arc::new),

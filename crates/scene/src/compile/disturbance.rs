@@ -42,12 +42,6 @@ pub(super) fn check_states(scene: &Scene) -> Result<(), SceneError> {
     {
         return refuse("deviations that leave the state in the range of numbers in SI".into());
     }
-    let errors = scene.actuator_errors();
-    if !errors.is_none_or(|(_, errors)| errors.is_finite()) {
-        return refuse(
-            "deviations that leave the actuators' errors in the range of numbers".into(),
-        );
-    }
     match scene.system().check_clearance(&states) {
         Ok(()) => Ok(()),
         Err(approach) => {

@@ -7,7 +7,7 @@ use lgvi_control::{Dynamics, Motion};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, Mobility};
 
-use crate::file::{DynamicsFile, ManeuverFile, MotionFile};
+use crate::file::{DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile};
 use crate::scene::{NamedBody, Scene};
 use crate::{Integration, Maneuver, SceneError};
 
@@ -70,12 +70,14 @@ fn dynamics(scene: &Scene, file: &ManeuverFile) -> Dynamics {
 }
 
 /// What flies a manoeuvre whose scene leaves the choice: the steps that it is planned in, or for a processed plan those
-/// that it is conjugate to.
+/// that it is conjugate to. By default those of second order, unless the solver knows the others only.
 pub(super) fn method(file: &ManeuverFile) -> Method {
-    if file.processed || matches!(file.dynamics, Some(DynamicsFile::Lgvi)) {
-        Method::Lgvi(Rotor::default())
-    } else {
-        Method::LieEuler(Rotor::default())
+    let shot = matches!(file.solver.method, SolverMethodFile::Shooting);
+    match file.dynamics {
+        _ if file.processed => Method::Lgvi(Rotor::default()),
+        Some(DynamicsFile::LieEuler) => Method::LieEuler(Rotor::default()),
+        None if shot => Method::LieEuler(Rotor::default()),
+        Some(DynamicsFile::Lgvi) | None => Method::Lgvi(Rotor::default()),
     }
 }
 

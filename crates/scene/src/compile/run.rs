@@ -53,6 +53,14 @@ pub(super) fn integration(
     }
 }
 
+/// What an automatic integrator is asked for where a manoeuvre says what flies it.
+pub(super) fn accuracy(run: &RunFile, planned: Option<&ManeuverFile>) -> Option<f64> {
+    match run.integrator.integration(run.chart) {
+        Integration::Auto { tolerance } => planned.map(|_| tolerance),
+        Integration::Method(_) => None,
+    }
+}
+
 /// Part of an automatic integrator's tolerance that may go into what is left out.
 const SKIPPED: f64 = 0.1;
 

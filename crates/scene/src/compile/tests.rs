@@ -212,9 +212,9 @@ fn wrong_values_are_named() {
         (
             "velocity = [0.0, 0.983, 0.0]",
             "velocity = [1e200, 0, 0]",
-            "bodies",
-            "inf",
-            "finite energy",
+            "bodies[0].velocity[0]",
+            "1e200",
+            "1e100",
         ),
         (
             "position = [1.0, 0.0, 0.0]",
@@ -226,16 +226,16 @@ fn wrong_values_are_named() {
         (
             "position = [1.0, 0.0, 0.0]",
             "position = [1e305, 0, 0]",
-            "bodies[0]",
-            "spacecraft",
-            "in SI",
+            "bodies[0].position[0]",
+            "1e305",
+            "1e100",
         ),
         (
             "duration = 2.0",
             "duration = 1e-320",
             "run.duration",
             "1e-320",
-            "100 steps",
+            "1e-100",
         ),
         (
             "name = \"spacecraft\"",

@@ -202,9 +202,17 @@ fn a_plan_obeys_the_dynamics_that_fly_it() {
             Method::LieEuler(rotor),
             None,
         ),
+        ("\"auto\"", "", Dynamics::Lgvi, Method::Lgvi(rotor), None),
         (
             "\"auto\"",
-            "",
+            "dynamics = \"lie_euler\"",
+            Dynamics::LieEuler,
+            Method::LieEuler(rotor),
+            None,
+        ),
+        (
+            "\"auto\"",
+            "solver = { method = \"shooting\" }",
             Dynamics::LieEuler,
             Method::LieEuler(rotor),
             None,

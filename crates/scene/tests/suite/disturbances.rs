@@ -94,20 +94,13 @@ fn wrong_disturbances_are_refused_by_key_and_value() {
 
 #[test]
 fn what_disturbs_too_much_or_nothing_at_all_is_refused() {
-    let far = with(DISTURBANCE, "position = 0.001", "position = 1e308");
+    let far = with(DISTURBANCE, "position = 0.001", "position = 1e90");
     let far = with(
         &disturbed(&far),
         "[run]",
-        "[units]\nlength = \"1000 km\"\n[run]",
+        "[units]\nlength = \"1e230 m\"\nmass = \"1e-200 kg\"\n[run]",
     );
     assert_refused(&far, &["`disturbance.seed` is 12", "in SI"]);
-
-    let strong = with(DISTURBANCE, "force_error = 0.01", "force_error = 1.7e308");
-    let strong = with(&strong, "moment_error = 0.02", "moment_error = 1.7e308");
-    assert_refused(
-        &disturbed(&strong),
-        &["`disturbance.seed` is 12", "the actuators' errors"],
-    );
 
     let near = with(DISTURBANCE, "position = 0.001", "position = 0.5");
     let near = format!("{}{near}", text("[gravity.mutual]\nconstant = 1e-3", ROCK));

@@ -4,13 +4,16 @@
 
 mod bodies;
 mod classes;
+mod discretisation;
 mod disturbances;
 mod ensembles;
+mod extremes;
 mod frames;
 mod gravity;
 mod integrators;
 mod maneuvers;
 mod planned;
+mod resolution;
 mod shapes;
 mod shipped;
 mod skipping;

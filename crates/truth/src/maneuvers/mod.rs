@@ -188,7 +188,7 @@ mod tests {
             } = maneuver(SEED, index).unwrap();
             let n = transfer.intervals();
             assert!((50..=200).contains(&n));
-            let moments = body.inertia().matrix().symmetric_eigenvalues();
+            let moments = Vector3::from(body.inertia().principal_moments());
             least = least.min(moments.min() / moments.max());
             let (initial, target) = (transfer.initial(), transfer.target().state().unwrap());
             greatest_turn =

@@ -31,8 +31,8 @@ impl Body {
 }
 
 fn kind(inertia: &Inertia) -> &'static str {
-    let moments = inertia.matrix().symmetric_eigenvalues();
-    let greatest = moments.max();
+    let moments = inertia.principal_moments();
+    let greatest = moments.into_iter().fold(0.0, f64::max);
     let equal = |i: usize, j: usize| (moments[i] - moments[j]).abs() <= EQUAL * greatest;
     match [equal(0, 1), equal(1, 2), equal(0, 2)] {
         [false, false, false] => "asymmetric",

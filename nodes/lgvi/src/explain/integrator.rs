@@ -1,5 +1,5 @@
 use lgvi_dynamics::Method;
-use lgvi_dynamics::integrator::{Quadrature, Rotor};
+use lgvi_dynamics::integrator::Rotor;
 use lgvi_node::{NodeError, Warning, WarningCode};
 use lgvi_scene::{Integration, Scene, Scheme};
 use serde::Serialize;
@@ -31,9 +31,6 @@ pub(super) struct Integrator {
     pub(super) choice: Option<Chosen>,
 }
 
-/// Turn in a step above which methods of second order are inaccurate (rad): its cube over 24 is about the error.
-const FAR: f64 = 0.3;
-
 impl Integrator {
     /// With the scheme, and what is to be warned of.
     pub(super) fn of(scene: &Scene) -> Result<(Self, Scheme, Vec<Warning>), NodeError> {
@@ -50,7 +47,7 @@ impl Integrator {
         let trial = Trial::fly(scene, scheme)?;
         let integrator = Self {
             method: scheme.method.to_string(),
-            order: order(scheme.method),
+            order: scheme.method.order(),
             substeps: scheme.substeps,
             step_size: scene.h() * scene.units.time / f64::from(scheme.substeps),
             evaluations: trial.evaluations,
@@ -62,28 +59,31 @@ impl Integrator {
         };
         let failure = trial.failure;
         let otherwise = scene.flown_otherwise(scheme);
-        let warnings = integrator
-            .turn_warning()
-            .into_iter()
-            .chain(failure.map(|failure| Warning::new(WarningCode::TrialStep, failure)))
-            .chain(otherwise.map(|warning| Warning::new(WarningCode::FlownOtherwise, warning)))
-            .collect();
+        let warned = |code, message: Option<String>| message.map(|text| Warning::new(code, text));
+        let warnings = [
+            integrator
+                .unsolvable_turn()
+                .or_else(|| warned(WarningCode::LongTurn, scene.long_turn(scheme, trial.rates))),
+            warned(WarningCode::LongStep, scene.long_orbit(scheme, trial.rates)),
+            warned(WarningCode::TrialStep, failure),
+            warned(
+                WarningCode::ChangedEnergy,
+                scene.changed_energy(trial.energies),
+            ),
+            warned(WarningCode::CoarseSteps, scene.coarse_steps(scheme, &[])),
+            warned(WarningCode::FlownOtherwise, otherwise),
+        ];
+        let warnings = warnings.into_iter().flatten().collect();
         Ok((integrator, scheme, warnings))
     }
 
-    fn turn_warning(&self) -> Option<Warning> {
-        let turn = self.largest_turn;
-        let remedy = "more `steps` or `substeps` would make it less";
-        let message = match (self.turn_limit, self.order) {
-            (Some(limit), _) if turn > limit => format!(
-                "a body turns by {turn:.2} rad in a step, past the {limit:.2} rad up to which every step can be made: {remedy}"
-            ),
-            (_, Some(..=2)) if turn > FAR => format!(
-                "a body turns by {turn:.2} rad in a step, too far for a method of low order to be accurate: {remedy}"
-            ),
-            _ => return None,
-        };
-        Some(Warning::new(WarningCode::LongTurn, message))
+    fn unsolvable_turn(&self) -> Option<Warning> {
+        let (turn, limit) = (self.largest_turn, self.turn_limit?);
+        let message = format!(
+            "a body turns by {turn:.2} rad in a step, past the {limit:.2} rad up to which every step can be made: \
+             more `steps` or `substeps` would make it less"
+        );
+        (turn > limit).then(|| Warning::new(WarningCode::LongTurn, message))
     }
 }
 
@@ -96,34 +96,6 @@ fn rotor(method: Method) -> Option<Rotor> {
         | Method::Nystrom { rotor, .. } => Some(rotor),
         Method::LagrangianLgvi(chart) => Some(Rotor::Discrete(chart)),
         _ => None,
-    }
-}
-
-fn order(method: Method) -> Option<u32> {
-    match method {
-        Method::LieEuler(_) => Some(1),
-        Method::Lgvi(_)
-        | Method::LagrangianLgvi(_)
-        | Method::ProcessedLieEuler(_)
-        | Method::ExplicitMidpoint
-        | Method::ImplicitMidpoint
-        | Method::CrouchGrossman => Some(2),
-        Method::RungeKutta4 => Some(4),
-        Method::Fehlberg78 { .. } | Method::DormandPrince853 { .. } => Some(8),
-        Method::Composition { order, .. } | Method::Nystrom { order, .. } => Some(order),
-        Method::Galerkin {
-            degree, quadrature, ..
-        }
-        | Method::EulerPoincare {
-            degree, quadrature, ..
-        } => {
-            let exact = match quadrature {
-                Quadrature::Gauss(points) => 2 * points,
-                Quadrature::Lobatto(points) => 2 * points - 2,
-            };
-            Some(exact.min(2 * degree))
-        }
-        Method::ClosedForm => None,
     }
 }
 

@@ -1,3 +1,5 @@
+use lgvi_node::WarningCode;
+
 use super::*;
 
 const TEXT: &str = r#"
@@ -231,4 +233,28 @@ fn far_pairs_are_told_of_with_their_bounds() {
         text.contains("top–other: dropped, the distance makes the rest negligible (allowed beyond")
     );
     assert!(text.contains("1e-6 at most"), "{text}");
+}
+
+/// None of the shipped scenes is warned of without reason, and one is where its steps are too few.
+#[test]
+fn shipped_scenes_are_not_warned_of_and_steps_that_are_too_few_are() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let mut explained = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "toml") {
+            continue;
+        }
+        let scene = load_scene(&path).unwrap();
+        let warnings = Explanation::of(&scene).unwrap().warnings;
+        assert!(warnings.is_empty(), "{path:?}: {warnings:?}");
+        explained += 1;
+        if scene.name == "oblate_orbit" {
+            let few = scene.text.replace("steps = 8640", "steps = 10");
+            let few = Explanation::of(&Scene::parse("few", &few).unwrap()).unwrap();
+            let codes: Vec<_> = few.warnings.iter().map(|warning| warning.code).collect();
+            assert_eq!(codes, [WarningCode::LongStep, WarningCode::ChangedEnergy]);
+        }
+    }
+    assert!(explained >= 13);
 }

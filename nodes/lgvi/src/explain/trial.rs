@@ -6,10 +6,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use lgvi_dynamics::gravity::Gravity;
 use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
 use lgvi_node::NodeError;
-use lgvi_scene::{Scene, Scheme};
+use lgvi_scene::{Energies, Rates, Scene, Scheme};
 
 /// Steps of the method at most, a fraction of a second.
 const STEPS: u64 = 2000;
+
+/// How often it is looked how fast bodies move round each other, which takes as long as their gravity.
+const LOOKS: u64 = 200;
 
 /// What the first steps of a scene have shown; the method's own steps, none of them cut.
 pub(super) struct Trial {
@@ -19,6 +22,10 @@ pub(super) struct Trial {
     pub(super) evaluations: f64,
     /// Greatest turn of a body in a step of the method (rad).
     pub(super) largest_turn: f64,
+    /// How fast bodies have moved.
+    pub(super) rates: Rates,
+    /// At the start and at the end.
+    pub(super) energies: [Energies; 2],
     /// Why it ended early.
     pub(super) failure: Option<String>,
 }
@@ -62,6 +69,8 @@ impl Trial {
             steps: 0,
             evaluations: 0.0,
             largest_turn: turn(&simulation, h),
+            rates: scene.rates(simulation.states()),
+            energies: [Energies::of(simulation.system(), simulation.states()); 2],
             failure: None,
         };
         let before = counter.load(Ordering::Relaxed);
@@ -80,7 +89,12 @@ impl Trial {
                 }
             }
             trial.largest_turn = trial.largest_turn.max(turn(&simulation, h));
+            if trial.steps.is_multiple_of(wanted.div_ceil(LOOKS)) {
+                trial.rates = trial.rates.max(scene.rates(simulation.states()));
+            }
         }
+        trial.energies[1] = Energies::of(simulation.system(), simulation.states());
+        trial.rates.turn = trial.largest_turn / h;
         let evaluations = counter.load(Ordering::Relaxed) - before;
         trial.evaluations = evaluations as f64 / (trial.steps * substeps).max(1) as f64;
         Ok(trial)

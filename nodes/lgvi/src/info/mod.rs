@@ -223,14 +223,11 @@ fn counts(bag: &BagReader, faults: &mut Vec<String>) -> Vec<u64> {
     if let Some(counts) = bag.topic_counts() {
         return counts;
     }
-    let topics = bag.topics();
-    let mut counts = vec![0; topics.len()];
+    let mut counts = vec![0; bag.topics().len()];
     for message in bag.messages() {
         match message {
             Ok(message) => {
-                let topic = topics.iter().zip(&mut counts);
-                let mut topic = topic.filter(|(topic, _)| *topic == message.topic);
-                topic.by_ref().take(1).for_each(|(_, count)| *count += 1);
+                counts[message.topic_index] += 1;
             }
             Err(error) => {
                 let fault = error.to_string();

@@ -3,7 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use lgvi_lie::symmetric_eigen;
+use nalgebra::{Matrix3, Vector3};
 
 /// Points of a curve.
 const POINTS: u32 = 240;
@@ -22,12 +23,15 @@ pub(super) struct Polhodes {
 impl Polhodes {
     /// Of a body with inertia `J`.
     pub(super) fn new(inertia: &Matrix3<f64>) -> Self {
-        let eigen = SymmetricEigen::new(*inertia);
+        let (moments, axes) = symmetric_eigen(inertia).map_or_else(
+            || (inertia.diagonal(), Matrix3::identity()),
+            |eigen| (eigen.eigenvalues, eigen.eigenvectors),
+        );
         let mut order = [0, 1, 2];
-        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        order.sort_by(|a, b| moments[*a].total_cmp(&moments[*b]));
         Self {
-            axes: Matrix3::from_columns(&order.map(|i| eigen.eigenvectors.column(i).into_owned())),
-            inverse: order.map(|i| 1.0 / eigen.eigenvalues[i]),
+            axes: Matrix3::from_columns(&order.map(|i| axes.column(i).into_owned())),
+            inverse: order.map(|i| 1.0 / moments[i]),
         }
     }
 

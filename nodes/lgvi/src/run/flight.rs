@@ -68,6 +68,8 @@ pub(crate) fn fly(
             scene_file.clone(),
             format!("real_time_factor:={factor:?}"),
             "await_subscribers:=1".into(),
+            // What is flown is what was asked for, or nothing.
+            "stop_on_bad_control:=true".into(),
         ]);
         let lockstep = planned && factor == 0.0 && replans(scene);
         let lockstep = format!("lockstep:={lockstep}");

@@ -50,7 +50,9 @@ fn repeat(bag: &FlightBag, path: &Path) -> Result<Verdict, NodeError> {
                 entry.insert(Repetition::begin(bag, course)?)
             }
         };
+        let before = repetition.missing;
         let difference = repetition.compare(&state)?;
+        verdict.missing += repetition.missing - before;
         if repetition.is_over() {
             under_way.remove(&number);
         }

@@ -19,6 +19,8 @@ pub(super) struct Repetition<'c> {
     /// The number of the state that comes next, and of the one behind the last.
     next: u64,
     end: u64,
+    /// States that are not in the bag, before those that are.
+    pub(super) missing: u64,
     /// What is set on the way.
     set: Peekable<Iter<'c, (u64, &'c Intervention)>>,
 }
@@ -37,6 +39,7 @@ impl<'c> Repetition<'c> {
             flight,
             next: course.samples.start,
             end: course.samples.end,
+            missing: 0,
             set: course.set.iter().peekable(),
         })
     }
@@ -44,9 +47,14 @@ impl<'c> Repetition<'c> {
     /// Goes on to the next state, and compares.
     pub(super) fn compare(&mut self, state: &SystemState) -> Result<Option<Difference>, NodeError> {
         let Self { bag, flight, .. } = self;
-        bag.complete(state.sequence, self.next)?;
-        self.next += 1;
-        if let Some((_, intervention)) = self.set.next_if(|(sample, _)| *sample == state.sequence) {
+        let number = state.sequence;
+        let missing = number.checked_sub(self.next).ok_or_else(|| {
+            let (topic, next) = (bag.state_topic(), self.next);
+            bag.refuse(&format!("{topic}: state {number} is there twice or out of order, expected {next} or a later one"))
+        })?;
+        self.missing += missing;
+        self.next = number.saturating_add(1);
+        if let Some((_, intervention)) = self.set.next_if(|(sample, _)| *sample == number) {
             set_states(&bag.scene, flight, intervention).map_err(|error| bag.refuse(&error))?;
         }
         compare(&bag.scene, flight, state).map_err(|error| bag.refuse(&error))

@@ -1,5 +1,6 @@
 //! What the comparison has found, and how it is told.
 
+use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
@@ -22,6 +23,10 @@ pub(super) struct Verdict {
     interventions: usize,
     /// States compared, the differing one included.
     pub(super) states: u64,
+    /// States that the propagator published before the last of them and that are not in the bag.
+    pub(super) missing: u64,
+    /// Messages of the flight that the recorder has lost, by topic.
+    lost: BTreeMap<String, String>,
     /// Step of the last of them.
     pub(super) step: u64,
     /// Steps of the scene.
@@ -44,6 +49,12 @@ impl Verdict {
             sequences: 0,
             interventions: bag.interventions(),
             states: 0,
+            missing: 0,
+            lost: bag
+                .lost()
+                .into_iter()
+                .map(|(topic, count)| (topic.to_owned(), count.to_owned()))
+                .collect(),
             step: 0,
             steps: scene.steps,
             complete: false,
@@ -65,6 +76,8 @@ impl Display for Verdict {
             steps,
             complete,
             bodies,
+            missing,
+            lost,
             ..
         } = self;
         write!(
@@ -79,6 +92,13 @@ impl Display for Verdict {
         if flown_by != repeated_by {
             writeln!(f, "flown by {flown_by}, repeated by {repeated_by}")?;
         }
+        if *missing > 0 || !lost.is_empty() {
+            write!(f, "the record is incomplete: {missing} states are missing")?;
+            for (topic, count) in lost {
+                write!(f, "; the recorder lost {count} messages of {topic}")?;
+            }
+            writeln!(f)?;
+        }
         match &self.difference {
             None => {
                 write!(f, "all {states} recorded states agree bit for bit")?;
@@ -92,7 +112,11 @@ impl Display for Verdict {
             }
             Some(difference) => {
                 let step = difference.step;
-                write!(f, "differs at step {step} (state {states}): {difference}")
+                write!(f, "differs at step {step} (state {states}): {difference}")?;
+                if !lost.is_empty() {
+                    write!(f, "; what was lost may be the cause")?;
+                }
+                Ok(())
             }
         }
     }

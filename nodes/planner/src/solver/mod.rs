@@ -74,7 +74,7 @@ pub(crate) struct Iteration {
     pub(crate) trials: u32,
     /// Accepted part of the last step.
     pub(crate) step_length: f64,
-    /// Norm of what the conditions are missed by, in the scene's units.
+    /// Norm of what the conditions are missed by, relative to the size of each quantity.
     pub(crate) violation: f64,
     /// How far it is from optimal; 0 where the method does not say.
     pub(crate) stationarity: f64,
@@ -336,7 +336,7 @@ impl From<PlanError> for Unsolved {
             PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, Some(best)),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
-            PlanError::Half(_) => (Reason::Refused, None),
+            PlanError::Half(_) | PlanError::Units(_) => (Reason::Refused, None),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),
         };
         Self {

@@ -30,7 +30,7 @@ pub(crate) fn markers(scene: &Scene) -> Result<MarkerArray, StampError> {
         .zip(COLOURS.iter().cycle())
         .map(|((id, named), colour)| Marker {
             header: Header {
-                frame_id: named.name.clone(),
+                frame_id: named.frame.clone(),
                 ..header.clone()
             },
             ns: "bodies".into(),

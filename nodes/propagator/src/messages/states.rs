@@ -73,7 +73,7 @@ pub(crate) fn odometry(
     let angular_velocity = state.angular_velocity(&named.body) / units.time;
     Ok(Odometry {
         header: header(scene, snapshot.step)?,
-        child_frame_id: named.name.clone(),
+        child_frame_id: named.frame.clone(),
         pose: PoseWithCovariance {
             pose: pose(state, units),
             covariance: [0.0; 36],

@@ -23,7 +23,7 @@ pub(crate) fn transforms(scene: &Scene, snapshot: &Snapshot) -> Result<TFMessage
             } = state;
             Ok(TransformStamped {
                 header: header(scene, snapshot.step)?,
-                child_frame_id: named.name.clone(),
+                child_frame_id: named.frame.clone(),
                 transform: transform(scene, position, attitude),
             })
         });
@@ -126,6 +126,17 @@ mod tests {
         assert_eq!(inertial.child_frame_id, "inertial");
         assert_eq!(inertial.transform.translation, vector([200.0, 0.0, 0.0]));
         assert_eq!(inertial.transform.rotation, Quaternion::default());
+
+        let prefixed = static_transforms(&scene.with_frame_prefix("chaser/")).unwrap();
+        let prefixed = prefixed.unwrap().transforms;
+        let names = prefixed.iter().map(|placed| {
+            let (parent, child) = (&placed.header.frame_id, &placed.child_frame_id);
+            (parent.as_str(), child.as_str())
+        });
+        assert_eq!(
+            names.collect::<Vec<_>>(),
+            [("chaser/ball", "chaser/eye"), ("map", "chaser/inertial")]
+        );
         let without = Scene::parse("test", SCENE).unwrap();
         assert_eq!(static_transforms(&without).unwrap(), None);
     }

@@ -9,6 +9,7 @@ mod source;
 mod summary;
 mod times;
 mod walk;
+mod whole;
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -117,6 +118,11 @@ impl McapFile {
     /// Bytes of the file, of the unpacked one if it is compressed as a whole.
     pub fn size(&self) -> u64 {
         self.source.size
+    }
+
+    /// The first fault that reading the whole file from start to end finds.
+    pub fn fault_of_whole(&self) -> Option<BagError> {
+        whole::fault(&self.source)
     }
 
     /// How many of the first messages of each span are repeated from an earlier file, by the span's offset.

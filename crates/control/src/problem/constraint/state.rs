@@ -75,6 +75,15 @@ impl StateInequality {
         }
     }
 
+    /// The displacement (rad of the attitude) that changes `g` by 1, to first order at the boundary.
+    pub(crate) fn size(&self) -> f64 {
+        match self.kind {
+            Kind::Cone { .. } => 1.0,
+            Kind::Sphere { radius, .. } => radius,
+            Kind::Corridor { length, .. } => length,
+        }
+    }
+
     /// `g(s)`, less the slack.
     pub(crate) fn value(&self, state: &BodyState) -> f64 {
         let value = match &self.kind {

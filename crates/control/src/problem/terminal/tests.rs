@@ -257,7 +257,8 @@ fn an_orbit_is_met_at_every_phase_and_nowhere_else_and_its_conditions_are_indepe
         for phase in 0..12 {
             let state = later(center, arm, velocity, 0.5 * f64::from(phase));
             assert!(set.residual(&state).norm() < 1e-14);
-            let singular = set.jacobian(&state).singular_values();
+            let values = nalgebra::SVD::try_new(set.jacobian(&state), false, false, 1e-15, 1000);
+            let singular = values.unwrap().singular_values;
             assert!(singular[4] > 0.05 && singular[5] < 1e-12, "{singular}");
             let other = later(center, arm, 1.001 * velocity, 0.5 * f64::from(phase));
             assert!(set.residual(&other).norm() > 1e-4);

@@ -73,6 +73,10 @@ fn gauss(count: usize, power: u32) -> Vec<(f64, f64)> {
             jacobi[(k - 1, k)] = off;
         }
     }
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "known matrices of a few rows, for which the iteration ends"
+    )]
     let eigen = SymmetricEigen::new(jacobi);
     let weight = |column: usize| {
         let first = eigen.eigenvectors[(0, column)];

@@ -63,7 +63,16 @@ fn refuse(error: ActuationError) -> SceneError {
         ActuationError::Commands { found } => {
             SceneError::value("maneuver.actuators", found, "1 to 6 actuators")
         }
-        other => SceneError::value("maneuver.actuators", other.to_string(), "actuators"),
+        ActuationError::CommandWeight { command, weight } => SceneError::value(
+            format!("maneuver.actuators[{command}].weight"),
+            weight,
+            "a number from 1e-30 to 1e30",
+        ),
+        ActuationError::Column { command, column } => SceneError::value(
+            format!("maneuver.actuators[{command}]"),
+            column,
+            "force and moment, 0 or of a size from 1e-30 to 1e30",
+        ),
     }
 }
 

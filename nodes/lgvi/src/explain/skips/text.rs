@@ -11,8 +11,8 @@ impl Display for Skips {
                 evaluations,
             }) => write!(
                 f,
-                "\n  left out    what changes the end of the run by {} at most: at these distances {:.1e}; errors grow \
-                 {growth:.1} times as in free motion (found in {evaluations} evaluations of gravity)",
+                "\n  left out    what changes the end of the run by {} at most: at these distances {:.1e}; errors are taken to \
+                 grow {growth:.1} times as in free motion (twice as measured in six directions, in {evaluations} evaluations of gravity)",
                 short(*tolerance),
                 self.bound
             )?,

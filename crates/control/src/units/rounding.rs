@@ -1,0 +1,43 @@
+use lgvi_dynamics::gravity::Field;
+use nalgebra::Vector3;
+
+use super::{ROUNDING, Units};
+use crate::problem::Vector12;
+use crate::{Transfer, TranslationTarget};
+
+impl Units {
+    /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, in these units.
+    ///
+    /// Gravity turns a body by what is left of large moments: those of its points, which all but cancel. Their rounding may
+    /// be far more than that of the angular momentum itself.
+    pub(super) fn rounding<F: Field>(&self, transfer: &Transfer<F>) -> Vector12 {
+        let Transfer {
+            body,
+            field,
+            h,
+            intervals,
+            initial,
+            target,
+            ..
+        } = transfer;
+        let end = match target.translation {
+            TranslationTarget::State { position, .. }
+            | TranslationTarget::Position { position }
+            | TranslationTarget::Orbit { position, .. } => position,
+            TranslationTarget::Free => initial.position,
+        };
+        let pull = |x: &Vector3<f64>| field.load(body, x, &initial.attitude).force.norm();
+        let force = pull(&initial.position).max(pull(&end));
+        let arms = body.points().iter().map(|point| point.position.norm());
+        let arm = arms.fold(0.0, f64::max);
+        let duration = h * *intervals as f64;
+
+        let momentum = self.linear_momentum + h * force;
+        let position = self.length + duration / body.mass() * momentum;
+        let spin = self.angular_momentum + h * arm * force;
+        let attitude = 1.0 + duration * body.inertia().inverse().norm() * spin;
+        let sizes = [position, momentum, attitude, spin];
+        let all = Vector12::from_fn(|row, _| ROUNDING * sizes[row / 3]);
+        all.component_div(&self.variations())
+    }
+}

@@ -1,0 +1,147 @@
+//! Solutions into units of their own and back.
+
+use lgvi_dynamics::Load;
+use nalgebra::SVector;
+
+use super::Units;
+use crate::extremal::Extremal;
+use crate::{Iteration, Plan, PlanError, Progress, ShootingError};
+
+impl Units {
+    /// A plan of the transfer as one of [`Units::transfer`].
+    pub(crate) fn enter(&self, plan: &Plan) -> Plan {
+        self.inverse().scaled(plan.clone())
+    }
+
+    /// A plan of [`Units::transfer`] as one of the transfer.
+    pub(crate) fn leave(&self, plan: Plan) -> Plan {
+        self.scaled(plan)
+    }
+
+    /// The same of an error, which may have a plan.
+    pub(crate) fn leave_error(&self, error: PlanError) -> PlanError {
+        let leave = |plan: Box<Plan>| Box::new(self.leave(*plan));
+        match error {
+            PlanError::NotConverged {
+                best,
+                iterations,
+                violation,
+                stationarity,
+                tolerance,
+            } => PlanError::NotConverged {
+                best: leave(best),
+                iterations,
+                violation,
+                stationarity,
+                tolerance,
+            },
+            PlanError::Stopped { best } => PlanError::Stopped {
+                best: best.map(leave),
+            },
+            other => other,
+        }
+    }
+
+    /// The same of where a solution stands.
+    pub(crate) fn leave_progress(&self, now: &Progress) -> Progress {
+        Progress {
+            cost: self.cost * now.cost,
+            ..*now
+        }
+    }
+
+    /// The same of where shooting stands.
+    pub(crate) fn leave_iteration(&self, now: &Iteration) -> Iteration {
+        Iteration {
+            cost: self.cost * now.cost,
+            ..*now
+        }
+    }
+
+    /// The same of why shooting ended.
+    pub(crate) fn leave_shooting(&self, error: ShootingError) -> ShootingError {
+        let leave = |now: Iteration| self.leave_iteration(&now);
+        match error {
+            ShootingError::Singular(now) => ShootingError::Singular(leave(now)),
+            ShootingError::LineSearch(now) => ShootingError::LineSearch(leave(now)),
+            ShootingError::MaxIterations { last, tolerance } => ShootingError::MaxIterations {
+                last: leave(last),
+                tolerance,
+            },
+            ShootingError::Stopped(now) => ShootingError::Stopped(leave(now)),
+            other => other,
+        }
+    }
+
+    /// An extremal of the transfer as one of [`Units::transfer`].
+    pub(crate) fn enter_extremal(&self, extremal: &Extremal) -> Extremal {
+        self.inverse().scaled_extremal(extremal.clone())
+    }
+
+    /// An extremal of [`Units::transfer`] as one of the transfer.
+    pub(crate) fn leave_extremal(&self, extremal: Extremal) -> Extremal {
+        self.scaled_extremal(extremal)
+    }
+
+    /// Multipliers of the transfer as those of [`Units::transfer`].
+    pub(crate) fn enter_multipliers(&self, multipliers: &SVector<f64, 12>) -> SVector<f64, 12> {
+        multipliers.component_mul(&self.inverse().multipliers())
+    }
+
+    /// Multipliers of [`Units::transfer`] as those of the transfer.
+    pub(crate) fn leave_multipliers(&self, multipliers: &SVector<f64, 12>) -> SVector<f64, 12> {
+        multipliers.component_mul(&self.multipliers())
+    }
+
+    /// Of what pairs with variations to a cost.
+    fn multipliers(&self) -> SVector<f64, 12> {
+        self.variations().map(|unit| self.cost / unit)
+    }
+
+    fn scaled(&self, mut plan: Plan) -> Plan {
+        let [multipliers, variations] = [self.multipliers(), self.variations()];
+        let loads = self.loads();
+        plan.h *= self.time;
+        plan.cost *= self.cost;
+        for state in &mut plan.states {
+            *state = self.state(state);
+        }
+        for command in &mut plan.commands {
+            command.component_mul_assign(&self.commands);
+        }
+        for control in &mut plan.controls {
+            *control = self.load(control);
+        }
+        for multiplier in &mut plan.multipliers {
+            multiplier.component_mul_assign(&multipliers);
+        }
+        for gain in &mut plan.feedback {
+            for (mut column, variation) in gain.column_iter_mut().zip(&variations) {
+                column.component_mul_assign(&(loads / *variation));
+            }
+        }
+        plan
+    }
+
+    fn scaled_extremal(&self, mut extremal: Extremal) -> Extremal {
+        let multipliers = self.multipliers();
+        extremal.cost *= self.cost;
+        for state in &mut extremal.states {
+            *state = self.state(state);
+        }
+        for control in &mut extremal.controls {
+            *control = self.load(control);
+        }
+        for multiplier in &mut extremal.multipliers {
+            multiplier.component_mul_assign(&multipliers);
+        }
+        extremal
+    }
+
+    fn load(&self, load: &Load) -> Load {
+        Load {
+            force: self.force() * load.force,
+            moment: self.moment() * load.moment,
+        }
+    }
+}

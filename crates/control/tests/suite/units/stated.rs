@@ -1,0 +1,246 @@
+//! Manoeuvres that can be stated in any units.
+
+use lgvi_control::{
+    Actuation, Constraint, Dynamics, Motion, Plan, RotationTarget, Terminal, Transfer,
+    TranslationTarget,
+};
+use lgvi_dynamics::gravity::Multipole;
+use lgvi_dynamics::{BodyState, Inertia, Load, PointMass, RigidBody};
+use nalgebra::{Matrix3, Vector3};
+
+/// By what numbers are multiplied.
+#[derive(Clone, Copy, Debug)]
+pub struct Factors {
+    pub length: f64,
+    pub time: f64,
+    pub mass: f64,
+    pub cost: f64,
+}
+
+impl Factors {
+    pub const NONE: Self = Self {
+        length: 1.0,
+        time: 1.0,
+        mass: 1.0,
+        cost: 1.0,
+    };
+
+    fn momentum(&self) -> f64 {
+        self.mass * self.length / self.time
+    }
+
+    fn angular_momentum(&self) -> f64 {
+        self.momentum() * self.length
+    }
+
+    fn force(&self) -> f64 {
+        self.momentum() / self.time
+    }
+
+    fn moment(&self) -> f64 {
+        self.force() * self.length
+    }
+
+    pub fn state(&self, state: &BodyState) -> BodyState {
+        BodyState {
+            position: self.length * state.position,
+            linear_momentum: self.momentum() * state.linear_momentum,
+            attitude: state.attitude,
+            angular_momentum: self.angular_momentum() * state.angular_momentum,
+        }
+    }
+
+    pub fn load(&self, load: &Load) -> Load {
+        Load {
+            force: self.force() * load.force,
+            moment: self.moment() * load.moment,
+        }
+    }
+}
+
+/// What is commanded.
+#[derive(Clone, Debug)]
+pub enum Commands {
+    /// Force and moment, with these weights.
+    Loads(f64, f64),
+    /// Actuators with their weights.
+    Actuators(Vec<([f64; 6], f64)>),
+}
+
+/// A manoeuvre in numbers.
+#[derive(Clone, Debug)]
+pub struct Stated {
+    pub mass: f64,
+    pub moments: [f64; 3],
+    /// Half the length of the body's dumbbell; a sphere where it is 0.
+    pub arm: f64,
+    pub gm: f64,
+    pub j2: f64,
+    pub radius: f64,
+    pub duration: f64,
+    pub intervals: usize,
+    pub initial: BodyState,
+    pub target: Terminal,
+    pub commands: Commands,
+    pub constraints: Vec<Constraint>,
+    pub motion: Motion,
+    pub dynamics: Dynamics,
+}
+
+impl Stated {
+    pub fn transfer(&self) -> Transfer<Multipole> {
+        let inertia = Inertia::principal(self.moments).expect("inertia");
+        let points = if self.arm > 0.0 {
+            let end = |x: f64| PointMass {
+                mass: 0.5 * self.mass,
+                position: Vector3::new(x, 0.0, 0.0),
+            };
+            vec![end(self.arm), end(-self.arm)]
+        } else {
+            Vec::new()
+        };
+        let actuation = match &self.commands {
+            Commands::Loads(force, moment) => {
+                let [force, moment] = [*force, *moment].map(Matrix3::from_diagonal_element);
+                Actuation::full(&force, &moment).expect("weights")
+            }
+            Commands::Actuators(columns) => Actuation::actuators(columns).expect("actuators"),
+        };
+        Transfer::new(
+            RigidBody::new(self.mass, inertia, points).expect("a body"),
+            Multipole::oblate(self.gm, self.j2, self.radius),
+            self.duration / self.intervals as f64,
+            self.intervals,
+            self.initial,
+            self.target,
+            actuation,
+        )
+        .expect("a transfer")
+        .with_dynamics(self.dynamics)
+        .with_motion(self.motion)
+        .with_constraints(self.constraints.clone())
+        .expect("constraints")
+    }
+
+    /// The same manoeuvre in other units.
+    pub fn times(&self, by: &Factors) -> Self {
+        let speed = by.length / by.time;
+        let weight = |load: f64| by.cost / (by.time * load * load);
+        let mut other = self.clone();
+        other.mass *= by.mass;
+        other.moments = other.moments.map(|j| j * by.mass * by.length * by.length);
+        other.arm *= by.length;
+        other.gm *= speed * speed * by.length;
+        other.radius *= by.length;
+        other.duration *= by.time;
+        other.initial = by.state(&other.initial);
+        other.target = terminal(&other.target, by, speed);
+        match &mut other.commands {
+            Commands::Loads(force, moment) => {
+                *force *= weight(by.force());
+                *moment *= weight(by.moment());
+            }
+            // Their commands stay the numbers that they are.
+            Commands::Actuators(columns) => {
+                for (column, own) in columns {
+                    for (row, component) in column.iter_mut().enumerate() {
+                        *component *= if row < 3 { by.force() } else { by.moment() };
+                    }
+                    *own *= weight(1.0);
+                }
+            }
+        }
+        for constraint in &mut other.constraints {
+            constrain(constraint, by);
+        }
+        other
+    }
+}
+
+fn terminal(target: &Terminal, by: &Factors, speed: f64) -> Terminal {
+    let mut target = *target;
+    match &mut target.translation {
+        TranslationTarget::State {
+            position,
+            linear_momentum,
+        } => {
+            *position *= by.length;
+            *linear_momentum *= by.momentum();
+        }
+        TranslationTarget::Position { position } => *position *= by.length,
+        TranslationTarget::Orbit {
+            gm,
+            center,
+            position,
+            linear_momentum,
+        } => {
+            *gm *= speed * speed * by.length;
+            *center *= by.length;
+            *position *= by.length;
+            *linear_momentum *= by.momentum();
+        }
+        TranslationTarget::Free => (),
+    }
+    match &mut target.rotation {
+        RotationTarget::State {
+            angular_momentum, ..
+        }
+        | RotationTarget::SpinAxis {
+            angular_momentum, ..
+        } => *angular_momentum *= by.angular_momentum(),
+        RotationTarget::Attitude { .. } | RotationTarget::Free => (),
+    }
+    target
+}
+
+fn constrain(constraint: &mut Constraint, by: &Factors) {
+    match constraint {
+        Constraint::ForceNorm { limit } => *limit *= by.force(),
+        Constraint::MomentNorm { limit } => *limit *= by.moment(),
+        Constraint::ForceComponents { limit } => *limit *= by.force(),
+        Constraint::MomentComponents { limit } => *limit *= by.moment(),
+        Constraint::KeepOutSphere { center, radius } => {
+            *center *= by.length;
+            *radius *= by.length;
+        }
+        Constraint::Corridor { apex, .. } => *apex *= by.length,
+        // Commands stay the numbers that they are.
+        Constraint::Commands { .. } | Constraint::KeepOutCone { .. } => (),
+    }
+}
+
+/// Whether a plan is another one in other units: to the bit, or to `tolerance` of the greatest control and
+/// 1e-8 of the cost.
+pub fn assert_same(plan: &Plan, other: &Plan, by: &Factors, tolerance: f64, name: &str) {
+    let expected: Vec<_> = plan.controls.iter().map(|load| by.load(load)).collect();
+    if tolerance == 0.0 {
+        let states: Vec<_> = plan.states.iter().map(|state| by.state(state)).collect();
+        assert_eq!(other.controls, expected, "{name}");
+        assert_eq!(other.states, states, "{name}");
+        assert_eq!(other.cost, by.cost * plan.cost, "{name}");
+        assert_eq!(other.certificate, plan.certificate, "{name}");
+        return;
+    }
+    let cost = other.cost / (by.cost * plan.cost) - 1.0;
+    assert!(cost.abs() <= 1e-8, "{name}: the cost differs by {cost:e}");
+    let largest = |part: fn(&Load) -> Vector3<f64>| {
+        expected
+            .iter()
+            .map(|load| part(load).norm())
+            .fold(0.0, f64::max)
+    };
+    for part in [|load: &Load| load.force, |load: &Load| load.moment] {
+        let bound = tolerance * largest(part);
+        for (found, expected) in other.controls.iter().zip(&expected) {
+            let apart = (part(found) - part(expected)).norm();
+            assert!(
+                apart <= bound,
+                "{name}: controls differ by {apart:e}, {bound:e} allowed"
+            );
+        }
+    }
+    assert_eq!(
+        other.certificate.sufficient, plan.certificate.sufficient,
+        "{name}"
+    );
+}

@@ -54,7 +54,7 @@ const SAME: f64 = 1e-6;
 /// Searches local minima of `transfer` from paths that wind otherwise about the geodesic's axis and the body's, and from
 /// random ones; each found once, the cheapest first.
 ///
-/// The first start is that of [`solve`], at all intervals, so that the cheapest is never dearer than its plan. Other minima
+/// The first start is that of [`crate::solve`], at all intervals, so that the cheapest is never dearer than its plan. Other minima
 /// are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the iterations of
 /// all, counted through; if it returns `false`, the search ends with what there is at all intervals, if there is something.
 ///

@@ -115,7 +115,6 @@ impl<F: Field, C> Solver<'_, F, C> {
         &self,
         problem: &Problem<'_, S, C::Ending, X, U>,
         states: &[BodyState],
-        set: &InequalitySet,
     ) -> f64
     where
         C: Class<X, U>,
@@ -132,7 +131,12 @@ impl<F: Field, C> Solver<'_, F, C> {
             let depth = depths.fold(ROUNDING, f64::max);
             Some(cheapest * depth * depth)
         };
-        set.state.iter().filter_map(cost).sum()
+        self.transfer
+            .inequalities
+            .state
+            .iter()
+            .filter_map(cost)
+            .sum()
     }
 
     /// The best plan near one without inequalities that meets those of `set`.
@@ -273,8 +277,8 @@ impl<F: Field, C> Solver<'_, F, C> {
             C::OFFSETS,
             given,
             transfer.intervals,
-            cost + self.detour(problem, &iterate.states[1..], set),
-            tolerances(set),
+            cost + self.detour(problem, &iterate.states[1..]),
+            tolerances(&transfer.inequalities),
         )
     }
 }

@@ -4,7 +4,6 @@
 //! otherwise where the plan leads it: the plan as flown misses. Where it misses by more than the tolerance, the whole motion
 //! is planned, under the commands of the half and to its target.
 
-use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 
 use super::attempt::Solver;
@@ -36,9 +35,8 @@ where
         observe(now)
     };
     let plan = Solver::new(class.clone(), transfer, settings, &mut watch).solve(start, again)?;
-    if !is_coupled(transfer)
-        || miss(class, transfer, &plan).is_some_and(|miss| miss <= settings.violation)
-    {
+    let tolerated = settings.violation.max(2.0 * plan.certificate.terminal);
+    if miss(class, transfer, &plan).is_some_and(|miss| miss <= tolerated) {
         return Ok(plan);
     }
     let mut watch = |now: &Progress| {
@@ -50,20 +48,6 @@ where
     };
     let whole = whole(class, transfer);
     Solver::new(Both, &whole, settings, &mut watch).solve(Start::Warm(&plan), again)
-}
-
-/// Whether gravity acts on either half by what the other is.
-fn is_coupled<F: Field>(transfer: &Transfer<F>) -> bool {
-    let BodyState {
-        position, attitude, ..
-    } = &transfer.initial;
-    let slope = transfer.field.gradient(&transfer.body, position, attitude);
-    let [force, moment, turn] = [
-        slope.force_by_attitude,
-        slope.moment_by_position,
-        slope.moment_by_attitude,
-    ];
-    [force, moment, turn].iter().any(|slope| slope.amax() > 0.0)
 }
 
 /// By how much a plan misses its target where both halves are flown; `None` where it cannot be flown.

@@ -70,7 +70,7 @@ pub(crate) fn solve_in_own_units<F: Field>(
     by_class(transfer, start, true, settings, &mut observe)
 }
 
-/// From a guess, and not from nothing where that fails.
+/// [`solve_in_own_units`] from a guess, and not from nothing where that fails.
 pub(crate) fn from_guess<F: Field>(
     transfer: &Transfer<F>,
     guess: &Plan,

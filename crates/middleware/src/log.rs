@@ -179,7 +179,9 @@ fn console_filter(settings: &LogSettings) -> Targets {
         // It warns at every start that it has no configuration file.
         .with_target("iceoryx2_bb_loggers", external.min(LevelFilter::ERROR))
         // It complains at every exit about a multicast group that loopback has not joined.
-        .with_target("rustdds::network::udp_listener", LevelFilter::OFF);
+        .with_target("rustdds::network::udp_listener", LevelFilter::OFF)
+        // What it cannot read, which the fence of endpoints sends on purpose.
+        .with_target("rustdds::discovery::discovery", LevelFilter::OFF);
     own_filter(filter, settings, LevelFilter::INFO)
 }
 

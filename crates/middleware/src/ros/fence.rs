@@ -6,8 +6,10 @@
 //! discovery thread. Only making an endpoint writes to it from outside.
 //!
 //! When the discovery thread is done shows by a participant that has never been there: the node is told of its
-//! departure, and the discovery thread reports that after all that it has been told before. The event loop may pass on
-//! the first departure before it has taken the new endpoint, but not the second one.
+//! departure, and the discovery thread reports that. The event loop may pass on the first departure before it has taken
+//! the new endpoint, but not the second one. The discovery thread may read that before it hears of the new endpoint, as it
+//! reads departures one after the other as they come. So one that it cannot read comes before: then it looks for what
+//! else it has been told, before it reads on.
 
 use std::{
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
@@ -130,7 +132,7 @@ impl Fence {
 
     fn pass(&self, departure: u64, patience: Duration) -> Result<(), Standstill> {
         let nobody = nobody(departure);
-        let message = rtps::departure_of(self.participant, nobody);
+        let message = rtps::departures(self.participant, nobody);
         let deadline = Deadline::after(patience);
         let mut awaited = lock(&self.awaited);
         *awaited = Some(nobody);

@@ -56,12 +56,20 @@ pub(super) fn gap(writer: GUID, reader: GUID, before: i64) -> Vec<u8> {
     message
 }
 
-/// To `participant` from itself, in the name of `other`, another participant: that one leaves.
-pub(super) fn departure_of(participant: GUID, other: GUID) -> Vec<u8> {
+/// To `participant` from itself, in the name of `other`, another participant: somebody leaves, it is not said who; then
+/// that one leaves.
+pub(super) fn departures(participant: GUID, other: GUID) -> Vec<u8> {
     let mut message = in_the_name_of(parts(participant).0, parts(other).0);
-    let departure = [
+    let nobody = [
         &PARTICIPANT_DATA[..],
         &sequence_number(1),
+        &[0, 3, 0, 0],
+        &[1, 0, 0, 0],
+    ];
+    push(&mut message, 0x15, LITTLE_ENDIAN | KEY, &nobody.concat());
+    let departure = [
+        &PARTICIPANT_DATA[..],
+        &sequence_number(2),
         // A parameter list in little-endian CDR: PID_PARTICIPANT_GUID, PID_SENTINEL (RTPS 2.5, 9.4.2.11 and 9.6.3).
         &[0, 3, 0, 0],
         &[0x50, 0, 16, 0],
@@ -172,17 +180,22 @@ mod tests {
 
     #[test]
     fn a_departure_of_another_has_its_identity_as_the_key() {
-        let message = departure_of(guid(1, 2), guid(3, 4));
+        let message = departures(guid(1, 2), guid(3, 4));
         let expected: &[&[u8]] = &[
             b"RTPS\x02\x04\x01\x12",
             &[1; 12],
             &[0x0c, 1, 20, 0],
             &[0, 0, 0, 0, 2, 4, 1, 18],
             &[3; 12],
-            &[0x15, 0b1001, 48, 0],
+            &[0x15, 0b1001, 28, 0],
             &[0, 0, 16, 0],
             &[0x00, 0x01, 0x00, 0xc7, 0x00, 0x01, 0x00, 0xc2],
             &[0, 0, 0, 0, 1, 0, 0, 0],
+            &[0, 3, 0, 0, 1, 0, 0, 0],
+            &[0x15, 0b1001, 48, 0],
+            &[0, 0, 16, 0],
+            &[0x00, 0x01, 0x00, 0xc7, 0x00, 0x01, 0x00, 0xc2],
+            &[0, 0, 0, 0, 2, 0, 0, 0],
             &[0, 3, 0, 0, 0x50, 0, 16, 0],
             &[3; 12],
             &[4; 4],

@@ -5,6 +5,9 @@ const MOST: usize = 1000;
 
 /// Eigenvalues and eigenvectors of a symmetric matrix, in no order; none of one that is not finite.
 pub fn symmetric_eigen(m: &Matrix3<f64>) -> Option<SymmetricEigen<f64, Const<3>>> {
+    if !m.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
     SymmetricEigen::try_new(*m, f64::EPSILON, MOST)
 }
 

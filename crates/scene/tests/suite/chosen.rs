@@ -10,7 +10,7 @@ const SCENE: &str = include_str!("../../../../scenes/two_dumbbells.toml");
 
 fn automatic(tolerance: f64) -> String {
     let line = SCENE.lines().find(|line| line.starts_with("integrator"));
-    let line = line.expect("an integrator");
+    let line = line.unwrap();
     with(
         SCENE,
         line,

@@ -59,20 +59,29 @@ fn mutant(bytes: &[u8], chance: &mut Chance) -> Vec<u8> {
     bytes
 }
 
-/// All messages, with topic and definition, as the `mcap` crate reads them from start to end.
-fn stream(bytes: &[u8]) -> McapResult<Vec<(String, Vec<u8>, u64, u64, u32, Vec<u8>)>> {
+/// A message with its topic and definition.
+#[derive(PartialEq)]
+struct Read {
+    topic: String,
+    definition: Vec<u8>,
+    times: [u64; 2],
+    sequence: u32,
+    data: Vec<u8>,
+}
+
+/// All messages as the `mcap` crate reads them from start to end.
+fn stream(bytes: &[u8]) -> McapResult<Vec<Read>> {
     MessageStream::new(bytes)?
         .map(|message| {
             message.map(|message| {
                 let schema = message.channel.schema.as_ref();
-                (
-                    message.channel.topic.clone(),
-                    schema.map_or_else(Vec::new, |schema| schema.data.to_vec()),
-                    message.log_time,
-                    message.publish_time,
-                    message.sequence,
-                    message.data.into_owned(),
-                )
+                Read {
+                    topic: message.channel.topic.clone(),
+                    definition: schema.map_or_else(Vec::new, |schema| schema.data.to_vec()),
+                    times: [message.log_time, message.publish_time],
+                    sequence: message.sequence,
+                    data: message.data.into_owned(),
+                }
             })
         })
         .collect()

@@ -212,7 +212,7 @@ fn a_record_that_lost_states_is_compared_as_far_as_it_goes() {
         flight.records.retain(|record| {
             record.topic != STATE || kept(&cdr::decode::<SystemState>(&record.data).unwrap())
         });
-        assert!(lost > states.len() / 20);
+        assert!(lost > 0, "{bag}");
         let path = world.path(bag);
         flight.write(&path);
         let verdict: Value = run(&world, &path, &["verify", "--json"], 0).json();

@@ -31,8 +31,8 @@ use crate::block::Deadline;
 /// How many departures prove that what came before the first of them is done.
 const ROUNDS: usize = 2;
 
-/// How often a departure is told again: it may be lost, as any datagram.
-const REPETITION: Duration = Duration::from_millis(50);
+/// When a departure is told again, and after twice as long each time up to the last: it may be lost or passed over.
+const REPETITIONS: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(50)];
 
 /// How long RustDDS may take. It has much to do while many participants start at once.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -134,6 +134,7 @@ impl Fence {
         let nobody = nobody(departure);
         let message = rtps::departures(self.participant, nobody);
         let deadline = Deadline::after(patience);
+        let [mut repetition, longest] = REPETITIONS;
         let mut awaited = lock(&self.awaited);
         *awaited = Some(nobody);
         while awaited.is_some() {
@@ -142,7 +143,8 @@ impl Fence {
                 return Err(Standstill { waited: patience });
             }
             self.laggards.send_home(&message);
-            let limit = REPETITION.min(deadline.left());
+            let limit = repetition.min(deadline.left());
+            repetition = longest.min(2 * repetition);
             let wait = self
                 .reported
                 .wait_timeout_while(awaited, limit, |awaited| awaited.is_some());

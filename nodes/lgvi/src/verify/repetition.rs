@@ -50,7 +50,7 @@ impl<'c> Repetition<'c> {
         let number = state.sequence;
         let missing = number.checked_sub(self.next).ok_or_else(|| {
             let (topic, next) = (bag.state_topic(), self.next);
-            bag.refuse(&format!("{topic}: state {number} is there twice or out of order, expected {next} or a later one"))
+            bag.refuse(&format!("{topic}: state {number} comes where {next} or a later one is expected: it is out of order, or a reset is missing"))
         })?;
         self.missing += missing;
         self.next = number.saturating_add(1);

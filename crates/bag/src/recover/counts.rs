@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 pub(super) struct Counts {
     /// Messages of each channel.
     pub messages: BTreeMap<u16, u64>,
+    total: u64,
     /// First and last log time (ns).
     pub times: Option<(u64, u64)>,
 }
@@ -14,11 +15,12 @@ pub(super) struct Counts {
 impl Counts {
     pub fn add(&mut self, channel: u16, log_time: u64) {
         *self.messages.entry(channel).or_default() += 1;
+        self.total += 1;
         let (first, last) = self.times.unwrap_or((log_time, log_time));
         self.times = Some((first.min(log_time), last.max(log_time)));
     }
 
     pub fn total(&self) -> u64 {
-        self.messages.values().sum()
+        self.total
     }
 }

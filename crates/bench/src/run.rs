@@ -103,7 +103,13 @@ impl Run {
     pub(crate) fn choose(&self, tolerance: f64) -> Result<Choice, BenchError> {
         let (mut system, states) = self.system()?;
         let go_on = &mut |_| std::ops::ControlFlow::Continue(());
-        Ok(auto::choose(&mut system, &states, self.wanted, tolerance, go_on)?)
+        Ok(auto::choose(
+            &mut system,
+            &states,
+            self.wanted,
+            tolerance,
+            go_on,
+        )?)
     }
 
     /// At step 0 of `steps`, each made as some substeps of the method.

@@ -1,8 +1,8 @@
 //! Integrators, one a file, behind the trait [`Integrator`]; [`Method`] names them.
 //!
 //! - Kicks and drifts: `splitting` (LGVI, Lie–Euler), `composition`, `nystrom`, with tables in `coefficients`; a drift turns
-//!   each body by a rotor (`drift`, `rotor`), from guesses that `turn` keeps.
-//! - Other variational methods: `lagrangian`, `processed`, `galerkin`, `closed_form`.
+//!   each body by a rotor (`drift`, `rotor`), from guesses that `warm_start` extrapolates.
+//! - Other variational methods: `lagrangian`, `galerkin`, `closed_form`.
 //! - To compare with: `runge_kutta`, `implicit_midpoint`, `crouch_grossman` and, with error control, `adaptive`; they share
 //!   the vector field `flow`, `stages`, `tableau`, `scale` and `anderson`.
 //! - Round any of them: `subdivision`.
@@ -21,7 +21,6 @@ mod implicit_midpoint;
 mod lagrangian;
 mod method;
 mod nystrom;
-mod processed;
 mod rotor;
 mod runge_kutta;
 mod scale;
@@ -29,7 +28,7 @@ mod splitting;
 mod stages;
 mod subdivision;
 mod tableau;
-mod turn;
+pub(crate) mod warm_start;
 
 pub use adaptive::{Adaptive, Work};
 pub use closed_form::ClosedForm;
@@ -39,7 +38,6 @@ pub use galerkin::{ChartOrigin, EulerPoincare, Galerkin, Quadrature};
 pub use implicit_midpoint::ImplicitMidpoint;
 pub use lagrangian::LagrangianLgvi;
 pub use method::{Method, Rotor};
-pub use processed::ProcessedLieEuler;
 pub use runge_kutta::RungeKutta;
 pub use splitting::Splitting;
 pub use subdivision::Subdivision;

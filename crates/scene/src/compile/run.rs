@@ -41,7 +41,7 @@ pub(super) fn integration(
     run: &RunFile,
     planned: Option<&ManeuverFile>,
 ) -> Result<Integration, SceneError> {
-    match run.integrator.integration(run.chart) {
+    match run.integrator.integration() {
         Integration::Auto { tolerance } if !TOLERANCES.contains(&tolerance) => {
             let key = "run.integrator.tolerance";
             Err(SceneError::value(key, tolerance, "1e-14 to 0.1"))
@@ -55,7 +55,7 @@ pub(super) fn integration(
 
 /// What an automatic integrator is asked for where a manoeuvre says what flies it.
 pub(super) fn accuracy(run: &RunFile, planned: Option<&ManeuverFile>) -> Option<f64> {
-    match run.integrator.integration(run.chart) {
+    match run.integrator.integration() {
         Integration::Auto { tolerance } => planned.map(|_| tolerance),
         Integration::Method(_) => None,
     }
@@ -82,10 +82,7 @@ pub(super) fn skipping(run: &RunFile, integration: Integration) -> Result<Skippi
 }
 
 pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
-    let chosen = matches!(
-        run.integrator.integration(run.chart),
-        Integration::Auto { .. }
-    );
+    let chosen = matches!(run.integrator.integration(), Integration::Auto { .. });
     if let (true, Some(substeps)) = (chosen, run.substeps) {
         let expected = "none: the integrator `auto` chooses the number of substeps";
         return Err(SceneError::value("run.substeps", substeps, expected));
@@ -99,7 +96,7 @@ pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
 
 pub(super) fn subdivide(run: &RunFile) -> Result<u32, SceneError> {
     if run.subdivide > 0
-        && let Integration::Method(method) = run.integrator.integration(run.chart)
+        && let Integration::Method(method) = run.integrator.integration()
         && method.has_error_control()
     {
         let expected = format!("0 beside {method}, which cuts its steps itself");

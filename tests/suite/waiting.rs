@@ -44,7 +44,8 @@ fn a_sequence_that_starts_later_releases_the_flight_too() {
 fn bytes_that_are_no_sequence_end_the_flight() {
     let world = World::new();
     let scene = format!("scene:={}", scene("inclination_change").display());
-    let propagator = world.node("propagator", &[&scene, "real_time_factor:=0.0"]);
+    let arguments = [&scene, "real_time_factor:=0.0", "stop_on_bad_control:=true"];
+    let propagator = world.node("propagator", &arguments);
     let stranger = world.ros_node("stranger");
     let topic = "/lgvi_propagator/control_sequence";
     let publisher = stranger

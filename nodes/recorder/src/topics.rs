@@ -139,7 +139,9 @@ impl Topics {
                 &self.participants,
                 &self.account,
                 |track, message, stamp| {
-                    if !paused.load(Ordering::Relaxed) {
+                    if paused.load(Ordering::Relaxed) {
+                        track.left_out.fetch_add(1, Ordering::Relaxed);
+                    } else {
                         track.received.fetch_add(1, Ordering::Relaxed);
                         times.log(message, stamp, |message| put(outlet, message));
                     }

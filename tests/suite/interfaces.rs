@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lgvi_tests::{Process, Recording, Row, World, codes, documented, root, scene};
+use lgvi_tests::{Process, Recording, Row, World, codes, documented, eventually, root, scene};
 
 use crate::real_ros::{Graph, Names};
 
@@ -89,6 +89,37 @@ impl Page {
         ] {
             compare(kind, found, documented);
         }
+        has_each_once(world, name, &graph);
+    }
+}
+
+/// None of a node's own topics has two endpoints of it.
+#[track_caller]
+fn has_each_once(world: &World, node: &str, graph: &Graph) {
+    let observer = world.ros_node("observer");
+    let own = format!("{node}/");
+    let topics = eventually(&format!("the topics of {node}"), || {
+        let topics = observer.topics();
+        let publishers = graph.publishers.keys().map(|name| (name, true));
+        let subscriptions = graph.subscriptions.keys().map(|name| (name, false));
+        let mut endpoints = publishers.chain(subscriptions);
+        let all = endpoints.all(|(name, publishes)| {
+            topics.iter().any(|topic| {
+                let count = if publishes {
+                    topic.publishers
+                } else {
+                    topic.subscriptions
+                };
+                topic.name == *name && count > 0
+            })
+        });
+        all.then_some(topics)
+    });
+    for topic in topics.iter().filter(|topic| topic.name.starts_with(&own)) {
+        assert!(
+            topic.publishers + topic.subscriptions <= 1,
+            "{node} has {topic:?}"
+        );
     }
 }
 

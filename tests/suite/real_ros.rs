@@ -7,7 +7,7 @@ use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::Event;
-use lgvi_tests::{Process, Recording, World, edited, root, scene};
+use lgvi_tests::{Process, Recording, World, coast, edited, root, scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -143,6 +143,42 @@ fn ros_2_sees_the_propagator_commands_it_and_hears_every_bit_of_its_flight() {
     let found: Scene = serde_json::from_value(found).unwrap();
     assert_eq!(found.text, flight.messages::<Scene>(SCENE)[0].text);
     propagator.stop().expect(0);
+}
+
+/// A node of ROS 2 publishes control sequences and `/parameter_events` for no late joiners.
+#[test]
+fn neither_side_warns_of_incompatible_qos() {
+    let world = World::new();
+    let scene = format!("scene:={}", scene("inclination_change").display());
+    let control = world.path("control.json");
+    std::fs::write(&control, serde_json::to_string(&coast()).unwrap()).unwrap();
+    let output = format!("output:={}", world.path("bag").display());
+    let recorder = world.node("recorder", &[&output]);
+    let planner = world.node("planner", &[&scene, "plan_at_start:=false"]);
+    let propagator = world.node("propagator", &[&scene, "real_time_factor:=0.0"]);
+    for topic in ["/parameter_events", "/diagnostics", "/rosout", TF] {
+        recorder.await_stderr(&format!("recording {topic}\n"));
+    }
+
+    let file = control.to_str().unwrap();
+    let kind = ControlSequence::TYPE_NAME;
+    let command = [
+        "publish", CONTROL, kind, "--file", file, "--qos", "reliable",
+    ];
+    let commander = world.ros_python("ros2_peer.py", &command).finish();
+    propagator.await_event("flown", |event| {
+        matches!(event, Event::Flown(_)).then_some(())
+    });
+    // Takes until all of the recorder's endpoints are known.
+    let arguments = ["graph", "/lgvi_recorder", "--topics", "3"];
+    let listener = world.ros_python("ros2_peer.py", &arguments).finish();
+    let nodes = [propagator, planner, recorder].map(Process::stop);
+    for finished in [commander, listener].into_iter().chain(nodes) {
+        let stderr = finished.expect(0).stderr;
+        for warning in ["incompatible QoS", "no messages will be"] {
+            assert!(!stderr.contains(warning), "{stderr}");
+        }
+    }
 }
 
 /// The planner of a scene, waiting for goals.

@@ -1,12 +1,11 @@
 //! What is asked of a recorder while it records, and bags of several files.
 
 use std::path::Path;
-use std::thread;
-use std::time::Duration;
 
 use lgvi_bag::BagReader;
-use lgvi_middleware::ros::{Publisher, Qos, RosNode};
+use lgvi_middleware::ros::{Publisher, Qos, RosNode, Subscription};
 use lgvi_msgs::Service;
+use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
 use lgvi_msgs::rosbag2_interfaces::srv::{
     IsPaused, IsPausedRequest, Pause, PauseRequest, Resume, ResumeRequest, SplitBagfile,
     SplitBagfileRequest,
@@ -20,6 +19,7 @@ const TOPIC: &str = "/words";
 struct Bench {
     world: World,
     observer: RosNode,
+    diagnostics: Subscription<DiagnosticArray>,
     words: Publisher<Text>,
     recorder: Process,
 }
@@ -35,8 +35,11 @@ impl Bench {
         let recorder = world.node("recorder", &parameters);
         recorder.await_ready();
         assert!(words.wait_for_subscriptions(1, PATIENCE));
+        let observer = world.ros_node("observer");
+        let qos = Qos::reliable(10);
         Self {
-            observer: world.ros_node("observer"),
+            diagnostics: observer.subscription("/diagnostics", &qos).unwrap(),
+            observer,
             world,
             words,
             recorder,
@@ -68,6 +71,18 @@ impl Bench {
                 .then_some(())
         });
     }
+
+    /// Waits until so many messages have been left out.
+    #[track_caller]
+    fn await_left_out(&self, count: u64) {
+        eventually(&format!("{count} messages left out"), || {
+            let mut parts = self.diagnostics.take().unwrap()?.message.status.into_iter();
+            let part = parts.find(|part| part.name == "lgvi_recorder: recording")?;
+            let mut values = part.values.into_iter();
+            let left_out = values.find(|value| value.key == "messages left out in pauses");
+            (left_out?.value == count.to_string()).then_some(())
+        });
+    }
 }
 
 fn words(bag: &Path) -> Vec<String> {
@@ -85,8 +100,7 @@ fn what_comes_while_it_is_paused_is_left_out_and_not_lost() {
     };
     assert!(paused());
     bench.say("before");
-    // Nobody says when it has been dropped.
-    thread::sleep(Duration::from_millis(500));
+    bench.await_left_out(1);
     bench.call::<Resume>("resume", &ResumeRequest::default());
     assert!(!paused());
     bench.say("one");
@@ -94,7 +108,7 @@ fn what_comes_while_it_is_paused_is_left_out_and_not_lost() {
     bench.call::<Pause>("pause", &PauseRequest::default());
     assert!(paused());
     bench.say("between");
-    thread::sleep(Duration::from_millis(500));
+    bench.await_left_out(2);
     bench.call::<Resume>("resume", &ResumeRequest::default());
     bench.say("two");
     bench.await_words(2);

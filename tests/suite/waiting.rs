@@ -4,16 +4,19 @@ use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::Qos;
 use lgvi_node::Event;
-use lgvi_tests::{World, coast, publish, scene};
+use lgvi_tests::{World, coast, eventually, publish, scene};
 
 #[test]
 fn a_signal_ends_it_between_two_steps_however_far_apart() {
     let world = World::new();
     let scene = format!("scene:={}", scene("free_body").display());
+    let observer = world.shm_node("observer");
+    let mut states = observer
+        .state_subscriber("/lgvi_propagator/state", 16)
+        .unwrap();
     // A step takes a hundred seconds.
     let propagator = world.node("propagator", &[&scene, "real_time_factor:=0.0001"]);
-    propagator.await_ready();
-    std::thread::sleep(Duration::from_millis(300));
+    eventually("the first state", || states.receive().unwrap().map(|_| ()));
     let asked = Instant::now();
     propagator.stop().expect(0);
     assert!(
@@ -44,7 +47,8 @@ fn a_sequence_that_starts_later_releases_the_flight_too() {
 fn bytes_that_are_no_sequence_end_the_flight() {
     let world = World::new();
     let scene = format!("scene:={}", scene("inclination_change").display());
-    let propagator = world.node("propagator", &[&scene, "real_time_factor:=0.0"]);
+    let arguments = [&scene, "real_time_factor:=0.0", "stop_on_bad_control:=true"];
+    let propagator = world.node("propagator", &arguments);
     let stranger = world.ros_node("stranger");
     let topic = "/lgvi_propagator/control_sequence";
     let publisher = stranger

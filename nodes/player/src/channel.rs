@@ -76,15 +76,10 @@ impl Channel {
     }
 
     /// Changes what is done about those who do not keep up.
-    pub(crate) fn deliver(&mut self, delivery: Delivery) -> Result<(), NodeError> {
+    pub(crate) fn deliver(&mut self, delivery: Delivery) {
         self.delivery = delivery;
-        match &mut self.states {
-            Some(states) if states.delivery != delivery => {
-                states.delivery = delivery;
-                states.retire();
-                states.publisher(self.dds.topic(), 0).map(drop)
-            }
-            _ => Ok(()),
+        if let Some(states) = &mut self.states {
+            states.deliver(delivery);
         }
     }
 
@@ -159,6 +154,13 @@ impl States {
         }
         Ok(publisher)
     }
+    fn deliver(&mut self, delivery: Delivery) {
+        self.delivery = delivery;
+        if let Some(publisher) = &self.publisher {
+            publisher.deliver(delivery);
+        }
+    }
+
     /// Makes room for another publisher: a topic has one of states at a time.
     fn retire(&mut self) {
         self.anew |= self.publisher.take().is_some();

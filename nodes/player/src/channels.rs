@@ -105,10 +105,10 @@ impl Channels {
     }
 
     /// Waits for those who do not keep up, or not, as the rate asks for.
-    pub(crate) fn set_rate(&mut self, rate: f64) -> Result<(), NodeError> {
+    pub(crate) fn set_rate(&mut self, rate: f64) {
         let delivery = delivery(rate);
-        let mut channels = self.channels.iter_mut().flatten();
-        channels.try_for_each(|channel| channel.deliver(delivery))
+        let channels = self.channels.iter_mut().flatten();
+        channels.for_each(|channel| channel.deliver(delivery));
     }
 
     /// Which of the bag's topics are played.

@@ -86,7 +86,7 @@ impl Replay<'_> {
             {
                 let rate = config::rate(&node.parameters)?;
                 self.remote.set_rate(rate, next);
-                self.channels.set_rate(rate)?;
+                self.channels.set_rate(rate);
             }
             match self.remote.turn(next, self.slice(next)) {
                 Turn::Stop => return Ok(()),

@@ -30,6 +30,8 @@ pub(crate) struct Track {
     pub(crate) unusable: AtomicU64,
     /// Messages that have not been received.
     pub(crate) lost: AtomicU64,
+    /// Messages that came in a pause.
+    pub(crate) left_out: AtomicU64,
     /// How many of them have been complained of, and when that was.
     complained: Mutex<Option<(u64, Instant)>>,
     /// Whether shared memory has a publisher, or had messages a moment ago.
@@ -82,6 +84,7 @@ impl Account {
             written: AtomicU64::new(0),
             unusable: AtomicU64::new(0),
             lost: AtomicU64::new(0),
+            left_out: AtomicU64::new(0),
             complained: Mutex::default(),
             in_memory: AtomicBool::new(false),
         });
@@ -209,6 +212,7 @@ impl Account {
         let lost = self.lost();
         let total: u64 = lost.values().sum();
         let (waits, waited) = self.waits();
+        let left_out: u64 = self.counts(|track| &track.left_out).values().sum();
         let refused = lock(&self.refused).len();
         let not_repeated: u64 = lock(&self.not_repeated).values().sum();
         let said = if paused {
@@ -227,6 +231,7 @@ impl Account {
             )
             .value("messages written", written)
             .value("messages lost", total)
+            .value("messages left out in pauses", left_out)
             .value("times waited", waits)
             .value("time waited (s)", format!("{waited:.3}"))
             .value("file", &*lock(&self.file))

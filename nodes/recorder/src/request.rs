@@ -7,8 +7,11 @@ use lgvi_middleware::ros::{Qos, TopicInfo};
 /// a depth once asked for in a participant is never made less.
 pub(crate) const DEPTH: usize = 8192;
 
-/// What a subscription requests.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Topics whose publishers keep nothing for late joiners by convention. Those of this suite do, and give it to all.
+const VOLATILE: [&str; 4] = ["/clock", "/diagnostics", "/parameter_events", "/tf"];
+
+/// What a subscription requests, from the most to the least: each matches what the one before it matches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Request {
     /// Everything of publishers that keep samples for late joiners, and what they have kept.
     Latched,
@@ -27,18 +30,21 @@ impl Request {
         }
     }
 
-    /// What must be requested to get from each publisher of a topic the most that it offers.
-    pub(crate) fn all(topic: &TopicInfo) -> &'static [Self] {
-        use Request::{Latched, Reliable, Sensor};
-        let one = topic.publishers == 1;
+    /// Of a topic of which no publisher is known: the most, so that nothing is missed.
+    pub(crate) fn at_first(name: &str) -> Self {
+        if VOLATILE.contains(&name) {
+            Self::Reliable
+        } else {
+            Self::Latched
+        }
+    }
+
+    /// The most that every publisher of a topic offers, as `ros2 bag record` requests it.
+    pub(crate) fn of(topic: &TopicInfo) -> Self {
         match (topic.reliable, topic.durable) {
-            (true, true) => &[Latched],
-            (true, false) if one => &[Reliable],
-            (false, _) if one => &[Sensor],
-            // Nobody says which of them offers what.
-            (true, false) => &[Latched, Reliable],
-            (false, true) => &[Latched, Sensor],
-            (false, false) => &[Latched, Reliable, Sensor],
+            (true, true) => Self::at_first(&topic.name),
+            (true, false) => Self::Reliable,
+            (false, _) => Self::Sensor,
         }
     }
 }
@@ -68,11 +74,11 @@ mod tests {
 
     use super::*;
 
-    fn topic(publishers: usize, reliable: bool, durable: bool) -> TopicInfo {
+    fn topic(name: &str, reliable: bool, durable: bool) -> TopicInfo {
         TopicInfo {
-            name: "/topic".into(),
+            name: name.into(),
             type_name: "rosgraph_msgs/msg/Clock".into(),
-            publishers,
+            publishers: 2,
             reliable,
             durable,
             subscriptions: 0,
@@ -80,27 +86,29 @@ mod tests {
     }
 
     #[test]
-    fn requests_cover_every_publisher() {
-        let requests =
-            |publishers, reliable, durable| Request::all(&topic(publishers, reliable, durable));
-        assert_eq!(requests(1, true, true), [Request::Latched]);
-        assert_eq!(requests(1, true, false), [Request::Reliable]);
-        assert_eq!(requests(1, false, true), [Request::Sensor]);
-        assert_eq!(requests(1, false, false), [Request::Sensor]);
-        assert_eq!(requests(3, true, true), [Request::Latched]);
-        let several = requests(2, true, false);
-        assert_eq!(several, [Request::Latched, Request::Reliable]);
-        let several = requests(2, false, false);
-        assert_eq!(
-            several,
-            [Request::Latched, Request::Reliable, Request::Sensor]
-        );
+    fn a_request_matches_every_publisher() {
+        let request = |reliable, durable| Request::of(&topic("/topic", reliable, durable));
+        assert_eq!(request(true, true), Request::Latched);
+        assert_eq!(request(true, false), Request::Reliable);
+        assert_eq!(request(false, true), Request::Sensor);
+        assert_eq!(request(false, false), Request::Sensor);
+        assert!(Request::Latched < Request::Reliable && Request::Reliable < Request::Sensor);
+    }
+
+    #[test]
+    fn a_request_matches_publishers_of_the_standard_kind_that_come_later() {
+        for name in VOLATILE {
+            assert_eq!(Request::of(&topic(name, true, true)), Request::Reliable);
+        }
+        for name in ["/rosout", "/tf_static"] {
+            assert_eq!(Request::of(&topic(name, true, true)), Request::Latched);
+        }
     }
 
     #[test]
     fn what_all_publishers_offer_is_recorded() {
         let offered = |reliable, durable| {
-            let qos = offered(&topic(2, reliable, durable));
+            let qos = offered(&topic("/topic", reliable, durable));
             (qos.reliability, qos.durability)
         };
         assert_eq!(

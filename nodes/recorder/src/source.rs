@@ -1,9 +1,11 @@
-//! A topic from DDS, and all of its subscriptions.
+//! A topic from DDS, and its subscription.
 
+use std::collections::VecDeque;
 use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::task::{Context, Poll};
+use std::time::{Duration, Instant};
 
 use lgvi_bag::{ROS2MSG, Topic};
 use lgvi_middleware::ros::{RawSubscription, TopicInfo};
@@ -21,20 +23,31 @@ use crate::request::{DEPTH, Request, offered};
 use crate::seen::Seen;
 use crate::stamp::Stamped;
 
-/// A topic and all of its subscriptions.
+/// How long a subscription goes on beside the one that takes its place, which has to be matched first.
+const HANDOVER: Duration = Duration::from_secs(2);
+
+/// A topic and its subscription; two while a publisher that offers less has another one take its place.
 pub(crate) struct Source {
     /// The name to subscribe by; the topic's own once there is a subscription.
     name: String,
     definition: Definition,
     stamped: Stamped,
-    subscriptions: Vec<(Request, RawSubscription)>,
-    /// A publisher may be matched with several of the subscriptions.
+    subscriptions: VecDeque<Subscribed>,
+    /// Subscriptions that there have been, so far.
+    count: usize,
+    /// A publisher may be matched with two of them.
     seen: Seen,
     kept: Kept,
     /// What may be kept before that is said (bytes).
     cache: usize,
     place: usize,
     track: Arc<Track>,
+}
+
+struct Subscribed {
+    request: Request,
+    since: Instant,
+    subscription: RawSubscription,
 }
 
 impl Source {
@@ -47,15 +60,16 @@ impl Source {
         cache: usize,
         account: &Account,
     ) -> Result<Self, NodeError> {
-        let subscription = subscribe(name, &definition, request, 0, participants)?;
-        let name = subscription.topic().to_owned();
+        let first = subscribe(name, &definition, request, 0, participants)?;
+        let name = first.subscription.topic().to_owned();
         let (place, track) = account.add(&name);
         info!("recording {name}");
         Ok(Self {
             name,
             stamped: Stamped::of(&definition),
             definition,
-            subscriptions: vec![(request, subscription)],
+            subscriptions: VecDeque::from([first]),
+            count: 1,
             seen: Seen::default(),
             kept: Kept::default(),
             cache,
@@ -72,19 +86,36 @@ impl Source {
         &self.definition.type_name
     }
 
-    /// Subscribes in one more way, unless it has.
-    pub(crate) fn add(
+    /// Has a subscription that requests less take the place of the present one, unless that does already.
+    pub(crate) fn request(
         &mut self,
         request: Request,
         participants: &mut Participants,
     ) -> Result<(), NodeError> {
-        if self.subscriptions.iter().any(|(made, _)| *made == request) {
+        let latest = self.subscriptions.back();
+        if latest.is_some_and(|latest| latest.request >= request) {
             return Ok(());
         }
-        let count = self.subscriptions.len();
-        let subscription = subscribe(&self.name, &self.definition, request, count, participants)?;
-        self.subscriptions.push((request, subscription));
+        let next = subscribe(
+            &self.name,
+            &self.definition,
+            request,
+            self.count,
+            participants,
+        )?;
+        self.subscriptions.push_back(next);
+        self.count += 1;
         Ok(())
+    }
+
+    /// Ends the subscription whose place has been taken; what it has received has been taken.
+    fn hand_over(&mut self) {
+        if let (Some(old), Some(new)) = (self.subscriptions.front(), self.subscriptions.get(1))
+            && new.since.elapsed() >= HANDOVER
+            && new.subscription.matched_publishers() >= old.subscription.matched_publishers()
+        {
+            self.subscriptions.pop_front();
+        }
     }
 
     /// Takes what has arrived, and has the task woken when more does; whether that was anything.
@@ -96,7 +127,7 @@ impl Source {
         mut take: impl FnMut(&Track, Message, Option<i64>),
     ) -> bool {
         let mut found = false;
-        for (_, subscription) in &self.subscriptions {
+        for Subscribed { subscription, .. } in &self.subscriptions {
             // No more than has room to wait: others are not kept waiting by publishers that are faster than this.
             for _ in 0..DEPTH {
                 let sample = match pin!(subscription.recv()).poll(context) {
@@ -140,14 +171,17 @@ impl Source {
                 take(&self.track, Message { head, cdr }, stamp);
             }
         }
+        if !found {
+            self.hand_over();
+        }
         self.track.lost.store(self.lost(), Ordering::Relaxed);
         found
     }
 
     /// What one subscription has lost another may have received.
     fn lost(&self) -> u64 {
-        match &*self.subscriptions {
-            [(_, only)] => only.lost(),
+        match self.subscriptions.front() {
+            Some(only) if self.count == 1 => only.subscription.lost(),
             _ => self.seen.missing(),
         }
     }
@@ -159,11 +193,16 @@ fn subscribe(
     request: Request,
     count: usize,
     participants: &mut Participants,
-) -> Result<RawSubscription, NodeError> {
-    participants
+) -> Result<Subscribed, NodeError> {
+    let subscription = participants
         .get(count)?
         .raw_subscription(name, &definition.type_name, &request.qos())
-        .map_err(NodeError::runtime)
+        .map_err(NodeError::runtime)?;
+    Ok(Subscribed {
+        request,
+        since: Instant::now(),
+        subscription,
+    })
 }
 
 /// How a topic stands in the bag.

@@ -130,6 +130,7 @@ impl States {
             let stamp = header.stamp_nanoseconds;
             self.time.set(stamp);
             if self.paused.load(Ordering::Relaxed) {
+                source.track.left_out.fetch_add(1, Ordering::Relaxed);
                 continue;
             }
             let head = Head {

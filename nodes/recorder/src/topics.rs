@@ -94,8 +94,7 @@ impl Topics {
                     "parameter \"topics\" has \"{name}={type_name}\", expected a message type that is known: {why}"
                 ))
             })?;
-            // Before any publisher is known, so that nothing is missed of those that keep samples.
-            let request = Request::Latched;
+            let request = Request::at_first(&resolved);
             let source = Source::open(
                 name,
                 definition,
@@ -140,7 +139,9 @@ impl Topics {
                 &self.participants,
                 &self.account,
                 |track, message, stamp| {
-                    if !paused.load(Ordering::Relaxed) {
+                    if paused.load(Ordering::Relaxed) {
+                        track.left_out.fetch_add(1, Ordering::Relaxed);
+                    } else {
                         track.received.fetch_add(1, Ordering::Relaxed);
                         times.log(message, stamp, |message| put(outlet, message));
                     }
@@ -150,7 +151,7 @@ impl Topics {
         found
     }
 
-    /// Subscribes to topics that have come up since, and to publishers whose offers no subscription has matched yet.
+    /// Subscribes to topics that have come up since, and to publishers that offer less than has been requested.
     fn discover(&mut self) -> Result<(), NodeError> {
         if self.asked.is_some_and(|asked| asked.elapsed() < DISCOVERY) {
             return Ok(());
@@ -167,9 +168,7 @@ impl Topics {
             }
             match self.sources.get_mut(&topic.name) {
                 Some(source) if source.type_name() == topic.type_name => {
-                    for request in Request::all(&topic) {
-                        source.add(*request, &mut self.participants)?;
-                    }
+                    source.request(Request::of(&topic), &mut self.participants)?;
                 }
                 Some(source) => {
                     let second = (topic.name.clone(), topic.type_name.clone());
@@ -202,21 +201,14 @@ impl Topics {
                 return Ok(());
             }
         };
-        let (first, others) = match Request::all(topic) {
-            [first, others @ ..] => (*first, others),
-            [] => return Ok(()),
-        };
-        let mut source = Source::open(
+        let source = Source::open(
             &topic.name,
             definition,
-            first,
+            Request::of(topic),
             &mut self.participants,
             self.cache,
             &self.account,
         )?;
-        for request in others {
-            source.add(*request, &mut self.participants)?;
-        }
         self.sources.insert(topic.name.clone(), source);
         Ok(())
     }

@@ -7,7 +7,7 @@ use lgvi_bag::{Durability, Topic};
 use lgvi_msgs::msg::{BodyState, SystemState};
 use lgvi_msgs::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
 use lgvi_msgs::rcl_interfaces::{Parameter, ParameterValue};
-use lgvi_msgs::rosbag2_interfaces::srv::{Resume, ResumeRequest};
+use lgvi_msgs::rosbag2_interfaces::srv::{PlayNext, PlayNextRequest, Resume, ResumeRequest};
 use lgvi_msgs::std_msgs::Header;
 use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::Event;
@@ -91,7 +91,19 @@ fn nothing_is_lost_once_the_rate_is_0() {
     let bag = format!("bag:={}", world.path("bag").display());
     let parameters = [&bag, "start_paused:=true", "await_subscribers:=1"];
     let process = world.node("player", &parameters);
+    process.await_ready();
     let player = world.operator("lgvi_player");
+    let next = player.call::<PlayNext>("play_next", &PlayNextRequest::default());
+    assert!(next.success);
+    let await_states = |count: u64| {
+        recorder.await_event(&format!("{count} states"), |event| match event {
+            Event::Recording { messages, .. } => {
+                (messages.get(STATE) == Some(&count)).then_some(())
+            }
+            _ => None,
+        });
+    };
+    await_states(1);
     let rate = Parameter {
         name: "rate".into(),
         value: ParameterValue {
@@ -102,17 +114,12 @@ fn nothing_is_lost_once_the_rate_is_0() {
     let parameters = vec![rate];
     let set = player.call::<SetParameters>("set_parameters", &SetParametersRequest { parameters });
     assert!(set.results[0].successful, "{set:?}");
-    // The loop looks after the rate a hundred times a second.
-    thread::sleep(Duration::from_secs(1));
     recorder.suspend();
     player.call::<Resume>("resume", &ResumeRequest::default());
     thread::sleep(Duration::from_secs(2));
     recorder.signal(Signal::SIGCONT);
     process.finish().expect(0);
-    recorder.await_event("all states", |event| match event {
-        Event::Recording { messages, .. } => (messages.get(STATE) == Some(&COUNT)).then_some(()),
-        _ => None,
-    });
+    await_states(COUNT);
     recorder.stop().expect(0);
     let copy: Vec<SystemState> = Recording::read(&world.path("copy")).messages(STATE);
     assert!(copy.iter().map(|state| state.sequence).eq(0..COUNT));

@@ -127,12 +127,9 @@ pub(crate) fn start(
         shm_feedback: shm
             .feedback_subscriber(&control_topic)
             .map_err(NodeError::runtime)?,
-        ros_controls: [
-            ros.subscription(&control_topic, &Qos::latched(SEQUENCES))
-                .map_err(NodeError::runtime)?,
-            ros.subscription(&control_topic, &Qos::reliable(SEQUENCES))
-                .map_err(NodeError::runtime)?,
-        ],
+        ros_controls: ros
+            .subscription(&control_topic, &Qos::reliable(SEQUENCES))
+            .map_err(NodeError::runtime)?,
         filled: filled_out,
         empty: empty_in,
         controls: controls_in,

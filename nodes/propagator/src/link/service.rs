@@ -44,8 +44,7 @@ pub(super) struct Link {
     pub(super) monitor: Arc<Monitor>,
     pub(super) shm_controls: ControlSubscriber,
     pub(super) shm_feedback: FeedbackSubscriber,
-    /// One for publishers that keep their last sequence for late joiners, one for those that do not.
-    pub(super) ros_controls: [Subscription<ControlSequence>; 2],
+    pub(super) ros_controls: Subscription<ControlSequence>,
     pub(super) filled: Consumer<Snapshot>,
     pub(super) empty: Producer<Snapshot>,
     pub(super) controls: Producer<Arc<Controls>>,
@@ -227,16 +226,12 @@ impl Link {
                 Err(error) => warn!("{error}"),
             }
         }
-        for subscription in 0..self.ros_controls.len() {
-            let received = pin!(self.ros_controls[subscription].recv()).poll(context);
-            any |= received.is_ready();
-            match received {
-                Poll::Ready(Ok(sample)) => self.consider(sample.message),
-                Poll::Ready(Err(error)) => {
-                    self.refuse(ControlError::Undecodable(error.to_string()));
-                }
-                Poll::Pending => {}
-            }
+        let received = pin!(self.ros_controls.recv()).poll(context);
+        any |= received.is_ready();
+        match received {
+            Poll::Ready(Ok(sample)) => self.consider(sample.message),
+            Poll::Ready(Err(error)) => self.refuse(ControlError::Undecodable(error.to_string())),
+            Poll::Pending => {}
         }
         any
     }

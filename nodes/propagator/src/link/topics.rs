@@ -52,16 +52,17 @@ impl Topics {
             .then(|| Counted::new(ros, "/tf_static", &once, lossless))
             .transpose()?;
         Ok(Self {
-            state: Counted::new(ros, "~/state", &stream, lossless)?,
-            odometry: odometry.collect::<Result<_, _>>()?,
-            tf: Counted::new(ros, "/tf", &stream, lossless)?,
-            invariants: Counted::new(ros, "~/invariants", &stream, lossless)?,
+            // Announced in this order. Who knows those whose subscribers may be awaited knows those before them, too.
             scene: Counted::new(ros, "~/scene", &once, lossless)?,
             tf_static,
             markers: Counted::new(ros, "~/markers", &once, lossless)?,
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(16), lossless)?,
             intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
             clock: clock.then(|| FlightClock::new(ros)).transpose()?,
+            state: Counted::new(ros, "~/state", &stream, lossless)?,
+            odometry: odometry.collect::<Result<_, _>>()?,
+            tf: Counted::new(ros, "/tf", &stream, lossless)?,
+            invariants: Counted::new(ros, "~/invariants", &stream, lossless)?,
         })
     }
 

@@ -6,7 +6,6 @@ use lgvi_msgs::msg::{ControlSequence, Scene, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::Event;
 use lgvi_tests::{Process, Recording, World, edited, root, scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -119,10 +118,7 @@ fn ros_2_sees_the_propagator_commands_it_and_hears_every_bit_of_its_flight() {
     let commander = world.ros_python("ros2_peer.py", &command);
     commander.finish().expect(0);
 
-    let report = propagator.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.clone()),
-        _ => None,
-    });
+    let report = propagator.await_flown();
     assert_eq!(report.steps, 1000);
     assert!(report.miss.unwrap().norm <= 1e-12);
     let flown = printed::<Odometry>(odometry);

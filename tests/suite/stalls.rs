@@ -121,10 +121,7 @@ impl Flight {
     /// What the propagator reports in the end: it has not waited either.
     #[track_caller]
     fn reports(&self) -> FlightReport {
-        let report = self.propagator.await_event("flown", |event| match event {
-            Event::Flown(report) => Some(report.clone()),
-            _ => None,
-        });
+        let report = self.propagator.await_flown();
         let time = self.step.as_secs_f64() * self.steps as f64;
         note(&format!(
             "{} s for {time} s, {} overruns",

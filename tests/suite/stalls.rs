@@ -12,7 +12,7 @@ use lgvi_msgs::msg::Invariants;
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::srv::{Step, StepRequest};
 use lgvi_msgs::tf2_msgs::TFMessage;
-use lgvi_node::{Event, FlightReport};
+use lgvi_node::FlightReport;
 use lgvi_tests::{Operator, PATIENCE, Process, Signal, World, edited, note};
 
 const PROPAGATOR: &str = "lgvi_propagator";

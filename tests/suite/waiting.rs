@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::Qos;
-use lgvi_node::Event;
 use lgvi_tests::{World, coast, eventually, publish, scene};
 
 #[test]

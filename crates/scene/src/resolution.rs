@@ -103,7 +103,7 @@ impl Scene {
     /// What is to be said where a body turns so far in a step of `scheme` that the method is inaccurate.
     pub fn long_turn(&self, scheme: Scheme, rates: Rates) -> Option<String> {
         let turn = self.substep(scheme) * rates.turn;
-        let exact = rotor(scheme.method) == Some(Rotor::Exact);
+        let exact = scheme.method.rotor() == Some(Rotor::Exact);
         let far = self.far(scheme, exact)?;
         (turn > far).then(|| {
             format!(
@@ -187,15 +187,4 @@ impl Scene {
 fn kepler(gm: f64, from: &Vector3<f64>) -> f64 {
     let distance = from.norm();
     gm.abs() / (distance * distance * distance)
-}
-
-/// What turns the bodies of a splitting.
-fn rotor(method: Method) -> Option<Rotor> {
-    match method {
-        Method::Lgvi(rotor) | Method::LieEuler(rotor) | Method::Composition { rotor, .. } => {
-            Some(rotor)
-        }
-        Method::Nystrom { .. } | Method::ClosedForm => Some(Rotor::Exact),
-        _ => None,
-    }
 }

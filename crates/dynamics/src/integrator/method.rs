@@ -151,6 +151,18 @@ impl Method {
         }
     }
 
+    /// How it turns a body within a step; none where it has no rotor.
+    pub fn rotor(self) -> Option<Rotor> {
+        match self {
+            Self::Lgvi(rotor) | Self::LieEuler(rotor) | Self::Composition { rotor, .. } => {
+                Some(rotor)
+            }
+            Self::LagrangianLgvi => Some(Rotor::Discrete),
+            Self::Nystrom { .. } | Self::ClosedForm => Some(Rotor::Exact),
+            _ => None,
+        }
+    }
+
     /// Whether its steps consist of kicks and drifts.
     pub(crate) fn drifts(self) -> bool {
         matches!(

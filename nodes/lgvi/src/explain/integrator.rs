@@ -86,20 +86,9 @@ impl Integrator {
     }
 }
 
-fn rotor(method: Method) -> Option<Rotor> {
-    match method {
-        Method::Lgvi(rotor) | Method::LieEuler(rotor) | Method::Composition { rotor, .. } => {
-            Some(rotor)
-        }
-        Method::Nystrom { .. } => Some(Rotor::Exact),
-        Method::LagrangianLgvi => Some(Rotor::Discrete),
-        _ => None,
-    }
-}
-
 /// The implicit equation has a solution wherever `|J⁻¹ g| ≤ 1`.
 fn turn_limit(method: Method) -> Option<f64> {
-    match (rotor(method), method) {
+    match (method.rotor(), method) {
         (Some(Rotor::Discrete), _) => Some(1.0),
         (_, Method::Galerkin { .. } | Method::EulerPoincare { .. }) => Some(std::f64::consts::PI),
         _ => None,

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::{BodyState, Invariants, Method, Mobility, System};
+use lgvi_dynamics::{BodyState, Invariants, Mobility, System};
 use nalgebra::Vector3;
 
 use crate::{Integration, Scene, Scheme};

@@ -219,7 +219,9 @@ fn a_record_that_lost_states_is_compared_as_far_as_it_goes() {
         assert_eq!(verdict["missing"], lost, "{bag}");
         assert_eq!(verdict["difference"], Value::Null, "{bag}");
         let text = run(&world, &path, &["verify"], 0);
-        for part in ["the record is incomplete", "agree bit for bit"] {
+        let [states, missing] = ["states", "missing"].map(|key| verdict[key].as_u64().unwrap());
+        let recorded = format!("{states} of {} states are recorded", states + missing);
+        for part in ["the record is incomplete", &recorded, "agree bit for bit"] {
             assert!(text.stdout.contains(part), "{}", text.stdout);
         }
     }

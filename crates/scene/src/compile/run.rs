@@ -25,11 +25,12 @@ pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
         return Ok(J2000);
     };
     let text = datetime.to_string();
-    let expected = "a date and time with offset, such as 2000-01-01T12:00:00Z, from 1970 to 2038";
+    let expected = "a date and time with offset, such as 2000-01-01T12:00:00Z, from 1970 to 2038, not the very start of 1970";
     let refuse = || SceneError::value("run.epoch", &text, expected);
     let parsed = chrono::DateTime::parse_from_rfc3339(&text).map_err(|_| refuse())?;
     let nanoseconds = parsed.timestamp_nanos_opt().ok_or_else(refuse)?;
-    if (0..MAX_ROS_SECOND).contains(&parsed.timestamp()) {
+    // A stamp of 0 is one that nobody has set.
+    if nanoseconds > 0 && parsed.timestamp() < MAX_ROS_SECOND {
         Ok(nanoseconds)
     } else {
         Err(refuse())

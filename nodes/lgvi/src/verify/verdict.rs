@@ -125,7 +125,15 @@ impl Display for Verdict {
         }
         match &self.difference {
             None => {
-                write!(f, "all {states} recorded states agree bit for bit")?;
+                if *missing == 0 {
+                    write!(f, "all {states} recorded states agree bit for bit")?;
+                } else {
+                    let published = *states + *missing;
+                    write!(
+                        f,
+                        "{states} of {published} states are recorded, and agree bit for bit"
+                    )?;
+                }
                 if !complete {
                     write!(
                         f,

@@ -54,7 +54,7 @@ def detumbling():
     nothing = [Vector3(0.0, 0.0, 0.0)] * STEPS
     rest = BodyState(BODY, [0.0] * 3, [0.0] * 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [0.0] * 3)
     unbounded = ControlLimits([math.inf] * 3, [math.inf] * 3, math.inf, math.inf)
-    # A stamp of 0 is none: the recorder logs the sequence when it arrives.
+    # A stamp of 0 is none: the recorder logs the sequence at the last stamp of the flight, or waits for the first.
     return ControlSequence(
         Header(Time(0, 0), ""), BODY, 0, STEP_SIZE, nothing, nothing, [rest] * STEPS, gain * STEPS, unbounded
     )

@@ -246,8 +246,7 @@ fn scenes(corpus: &Path) -> Done {
         "{ name = \"auto\", tolerance = 1e-3 }",
         "{ name = \"lgvi\", rotor = \"exact\" }",
         "\"lgvi_lagrangian\"",
-        "{ name = \"lie_euler\", rotor = { preprocessed = 6 } }",
-        "{ name = \"processed_lie_euler\", rotor = \"discrete\" }",
+        "{ name = \"lie_euler\", rotor = \"discrete\" }",
         "{ name = \"composition\", order = 4 }",
         "{ name = \"nystrom\", order = 6 }",
         "{ name = \"galerkin\", degree = 2, quadrature = \"lobatto\", points = 3, origin = \"start\" }",
@@ -271,7 +270,7 @@ fn scenes(corpus: &Path) -> Done {
     let still = "position = [5.0, 0.0, 0.0]\nattitude = [[1,0,0],[0,1,0],[0,0,1]]\n";
     let inertia = "inertia = [1.0, 2.0, 2.5]\n";
     for (index, integrator) in integrators.iter().enumerate() {
-        let text = run(integrator, "chart = \"exponential\"") + inertia + state;
+        let text = run(integrator, "substeps = 2") + inertia + state;
         put(corpus, "scene", &format!("integrator_{index}"), text)?;
     }
     let bodies = [

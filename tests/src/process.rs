@@ -5,7 +5,7 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use lgvi_node::Event;
+use lgvi_node::{Event, FlightReport};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
@@ -136,6 +136,15 @@ impl Process {
     #[track_caller]
     pub fn await_ready(&self) {
         self.await_event("ready", |event| matches!(event, Event::Ready).then_some(()));
+    }
+
+    /// Waits until a propagator has made all steps.
+    #[track_caller]
+    pub fn await_flown(&self) -> FlightReport {
+        self.await_event("flown", |event| match event {
+            Event::Flown(report) => Some(report.clone()),
+            _ => None,
+        })
     }
 
     /// Whether it still runs.

@@ -3,7 +3,7 @@
 use lgvi_msgs::geometry_msgs::Vector3;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_node::Event;
-use lgvi_tests::{Recording, Summary, World, coast, publish, scene};
+use lgvi_tests::{Recording, Summary, World, coast, eventually, publish, scene};
 
 const STATE: &str = "/lgvi_propagator/state";
 
@@ -85,6 +85,29 @@ fn a_bad_sequence_in_mid_flight_ends_it_and_the_bag_verifies_up_to_there() {
 }
 
 #[test]
+fn a_name_of_a_megabyte_is_logged_in_less_than_a_kilobyte() {
+    const CHANGES: [fn(&mut ControlSequence); 3] = [
+        |sequence| sequence.body = "a".repeat(1 << 20),
+        |sequence| sequence.body = "ä".repeat(1 << 19),
+        |sequence| sequence.header.frame_id = "a".repeat(1 << 20),
+    ];
+    let world = World::new();
+    let scene = format!("scene:={}", scene("inclination_change").display());
+    let propagator = world.node("propagator", &[&scene]);
+    let stranger = world.ros_node("stranger");
+    let publishers = CHANGES.map(|change| publish(&stranger, &spoiled(change)));
+    let stderr = eventually("three refusals", || {
+        let stderr = propagator.stderr();
+        let refused = stderr.matches("control sequence refused").count();
+        (refused == publishers.len()).then_some(stderr)
+    });
+    for line in stderr.lines() {
+        assert!(line.len() < 1000, "{} bytes: {line}", line.len());
+    }
+    propagator.stop().expect(0);
+}
+
+#[test]
 fn a_propagator_of_its_own_refuses_bad_sequences_and_flies_a_good_one() {
     let world = World::new();
     let scene = format!("scene:={}", scene("inclination_change").display());
@@ -110,10 +133,7 @@ fn a_propagator_of_its_own_refuses_bad_sequences_and_flies_a_good_one() {
         _ => None,
     });
     assert_eq!(published["/lgvi_propagator/flown_control"], 1);
-    let steps = propagator.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.steps),
-        _ => None,
-    });
+    let steps = propagator.await_flown().steps;
     assert_eq!(steps, 1000);
     propagator.stop().expect(0);
 }

@@ -9,7 +9,6 @@ use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::stamp;
 use lgvi_msgs::std_srvs::srv::{SetBool, SetBoolRequest};
-use lgvi_node::Event;
 use lgvi_tests::{PATIENCE, Process, Recording, World, binary, edited, eventually, root};
 
 /// The epoch of scenes that name none (ns since the UNIX epoch).
@@ -153,10 +152,7 @@ fn a_replayed_flights_time_leads_another_flight_through_the_same_states() {
 
     let bag = parameter("bag", &origin);
     let player = world.node("player", &[&bag, "clock:=true", "rate:=0.5"]);
-    let report = follower.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.clone()),
-        _ => None,
-    });
+    let report = follower.await_flown();
     assert_eq!(report.steps, 1000);
     assert!(report.seconds > 1.0, "{} s of 1.8 s", report.seconds);
     player.finish().expect(0);
@@ -250,9 +246,7 @@ fn the_end_of_a_flight_is_the_last_that_is_told_of_its_time() {
         "real_time_factor:=40.0",
     ];
     let source = propagator(&world, "source", &arguments);
-    source.await_event("flown", |event| {
-        matches!(event, Event::Flown(_)).then_some(())
-    });
+    source.await_flown();
     source.stop().expect(0);
     let times: Vec<i64> = std::iter::from_fn(|| clock.take().unwrap())
         .map(|sample| stamp::from_message(&sample.message.clock).unwrap() - J2000)

@@ -188,9 +188,7 @@ fn a_propagator_in_flight_and_after_it() {
     });
     ends("propagator, after the end", PROPAGATOR, |world| {
         let propagator = propagator(world, &scene("free_body"), &["real_time_factor:=0.0"]);
-        propagator.await_event("flown", |event| {
-            matches!(event, Event::Flown(_)).then_some(())
-        });
+        propagator.await_flown();
         propagator
     });
 }

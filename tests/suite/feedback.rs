@@ -131,10 +131,7 @@ fn a_law_that_comes_by_two_ways_counts_once() {
 
 /// Steps flown.
 fn await_end(propagator: &Process) -> u64 {
-    propagator.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.steps),
-        _ => None,
-    })
+    propagator.await_flown().steps
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Readers of bags that share no code with ours, PyPI's `rosbags` and `mcap` with `mcap-ros2-support`, read every bag of the
 //! repository to its end, and agree with us value by value.
 
+use std::fs;
 use std::path::Path;
 
-use lgvi_bag::{BagOptions, Compression};
+use lgvi_bag::{BagOptions, BagReader, Compression};
 use lgvi_msgs::msg::{ControlSequence, Intervention, Invariants, PlanProgress, Scene, SystemState};
 use lgvi_msgs::nav_msgs::{Odometry, Path as PosePath};
 use lgvi_msgs::tf2_msgs::TFMessage;
@@ -137,5 +138,52 @@ fn they_read_bags_of_every_compression_as_we_do() {
         };
         recording.write_as(&bag, options);
         compare(&world, &bag);
+    }
+}
+
+/// A part of a file zeroed, moved, repeated or lost.
+fn mutant(bytes: &[u8], chance: &mut fastrand::Rng) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    let start = chance.usize(..bytes.len());
+    let end = bytes.len().min(start + chance.usize(1..2000));
+    match chance.u8(..5) {
+        0 => bytes[start..end].fill(0),
+        1 => bytes[start] ^= 1 << chance.u8(..8),
+        2 => bytes.truncate(start),
+        3 => drop(bytes.drain(start..end)),
+        _ => {
+            let copy = bytes[start..end].to_vec();
+            bytes.splice(start..start, copy);
+        }
+    }
+    bytes
+}
+
+#[test]
+fn what_a_check_calls_complete_they_read_to_the_same_messages() {
+    let world = World::new();
+    let original = reference_bag("interventions").join("interventions_0.mcap");
+    let bytes = fs::read(&original).unwrap();
+    let mut chance = fastrand::Rng::with_seed(15);
+    let mut files = vec![original];
+    for number in 0..60 {
+        let path = world.path(&format!("mutant_{number}.mcap"));
+        fs::write(&path, mutant(&bytes, &mut chance)).unwrap();
+        files.push(path);
+    }
+    let paths: Vec<_> = files.iter().map(|path| path.to_str().unwrap()).collect();
+    let read = world.python("read_mutants.py", &paths).finish().expect(0);
+    let read: Vec<_> = read.stdout.lines().collect();
+    assert_eq!(read.len(), files.len() - 1);
+    let lost = read.iter().filter(|found| **found != "same").count();
+    assert!(lost > 30, "{lost} of the mutants are damaged");
+    for (path, found) in files[1..].iter().zip(read) {
+        let is_complete = BagReader::open(path)
+            .is_ok_and(|bag| bag.missing().is_empty() && bag.check().is_empty());
+        assert!(
+            !is_complete || found == "same",
+            "{}: {found}",
+            path.display()
+        );
     }
 }

@@ -5,7 +5,6 @@ use lgvi_msgs::RosMessage;
 use lgvi_msgs::geometry_msgs::Transform;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
-use lgvi_node::Event;
 use lgvi_tests::{Process, Recording, World, eventually, scene};
 
 /// Starts the propagator of a scene and waits until it has flown.
@@ -13,9 +12,7 @@ fn flown(world: &World, name: &str) -> Process {
     let scene = format!("scene:={}", scene(name).display());
     let parameters = [&scene, "real_time_factor:=0.0", "await_control:=false"];
     let propagator = world.node("propagator", &parameters);
-    propagator.await_event("flown", |event| {
-        matches!(event, Event::Flown(_)).then_some(())
-    });
+    propagator.await_flown();
     propagator
 }
 

@@ -114,7 +114,7 @@ fn damage_within_a_bag_is_found_by_a_check() {
         (text, serde_json::from_str::<Value>(&json.stdout).unwrap())
     };
     let (said, found) = checked(&original, 0);
-    assert!(said.contains("every chunk has been read"), "{said}");
+    assert!(said.contains("all of it has been read"), "{said}");
     assert_eq!(
         (&found["complete"], &found["checked"]),
         (&true.into(), &true.into())

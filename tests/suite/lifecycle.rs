@@ -338,10 +338,7 @@ fn an_inactive_planner_keeps_no_flight_waiting() {
     // More states than have room to wait, and none may be lost.
     let parameters = [&*flying("free_body"), "real_time_factor:=0.0"];
     let propagator = world.node("propagator", &parameters);
-    let report = propagator.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.clone()),
-        _ => None,
-    });
+    let report = propagator.await_flown();
     assert_eq!((report.steps, report.refused), (10_000, 0));
     // Nobody is waited for as long as for who does not keep up, 5 s.
     assert!(report.seconds < 4.0, "{} s", report.seconds);

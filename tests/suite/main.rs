@@ -10,6 +10,7 @@ mod bad_scenes;
 mod clock;
 mod crash;
 mod crash_disk;
+mod crash_memory;
 mod crash_topics;
 mod determinism;
 mod determinism_scenes;

@@ -4,7 +4,6 @@ use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::Event;
 use lgvi_tests::{Process, Recording, World, scene};
 
 const CONTROL: &str = "/lgvi_propagator/control_sequence";
@@ -64,10 +63,7 @@ fn the_propagator_flies_a_strangers_controls_and_the_stranger_sees_every_bit_of_
     );
     commander.finish().expect(0);
 
-    let report = propagator.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.clone()),
-        _ => None,
-    });
+    let report = propagator.await_flown();
     assert_eq!(report.steps, 1000);
     assert!(report.miss.unwrap().norm <= 1e-12);
     assert_eq!(printed::<Odometry>(odometry), payloads(&flight, ODOMETRY));

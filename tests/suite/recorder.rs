@@ -94,9 +94,7 @@ fn lgvi_record_is_the_recorder_as_a_tool() {
     let scene = format!("scene:={}", scene("free_body").display());
     let arguments = [&scene, "real_time_factor:=0.0", "await_subscribers:=1"];
     let propagator = world.node("propagator", &arguments);
-    propagator.await_event("flown", |event| {
-        matches!(event, Event::Flown(_)).then_some(())
-    });
+    propagator.await_flown();
     propagator.stop().expect(0);
     recorder.stop().expect(0);
     let [scene, tf, invariants, odometry] = topics;

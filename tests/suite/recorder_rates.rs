@@ -171,9 +171,7 @@ fn a_recorder_that_cannot_write_fast_enough_is_waited_for_and_says_so() {
     let scene = format!("scene:={}", scene(&world, 1).display());
     let fast = ["real_time_factor:=0.0", "await_subscribers:=1"];
     let propagator = world.node("propagator", &[&scene, fast[0], fast[1]]);
-    propagator.await_event("flown", |event| {
-        matches!(event, Event::Flown(_)).then_some(())
-    });
+    propagator.await_flown();
     propagator.stop().expect(0);
     let finished = recorder.stop().expect(0);
     finished.says(&["writing does not keep up"]);

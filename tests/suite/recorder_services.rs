@@ -154,9 +154,7 @@ fn a_flight_in_several_files_is_a_flight() {
         recorder.await_ready();
         let fast = ["real_time_factor:=0.0", "await_subscribers:=1"];
         let propagator = world.node("propagator", &[&scene, fast[0], fast[1]]);
-        propagator.await_event("flown", |event| {
-            matches!(event, Event::Flown(_)).then_some(())
-        });
+        propagator.await_flown();
         propagator.stop().expect(0);
         recorder.stop().expect(0);
         world.verify_agrees(&bag, 2001);

@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use lgvi_middleware::ros::{Qos, Subscription};
 use lgvi_msgs::msg::{ControlSequence, PlanProgress, Scene};
-use lgvi_node::Event;
 use lgvi_tests::{PATIENCE, Process, Recording, World, binary, eventually, reference_bag};
 
 const STATE: &str = "/lgvi_propagator/state";
@@ -79,10 +78,7 @@ fn controls_give_the_states(name: &str, lockstep: bool) {
     propagator.await_ready();
 
     play(&world, &recorded, &[PLANNED], "rate:=0");
-    let report = propagator.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.clone()),
-        _ => None,
-    });
+    let report = propagator.await_flown();
     propagator.stop().expect(0);
     recorder.stop().expect(0);
     let flown = Recording::read(&repeated);

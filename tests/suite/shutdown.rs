@@ -96,7 +96,7 @@ fn kill_in_flight(world: &World, node: &str) -> Summary {
     };
     assert_eq!(
         *message,
-        format!("{node}: ended before the flight was over{hint}")
+        format!("{node}: ended before the flight was over: killed by SIGKILL{hint}")
     );
     assert_eq!(world.processes(), []);
     summary

@@ -12,7 +12,7 @@ use lgvi_msgs::msg::Invariants;
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::srv::{Step, StepRequest};
 use lgvi_msgs::tf2_msgs::TFMessage;
-use lgvi_node::{Event, FlightReport};
+use lgvi_node::FlightReport;
 use lgvi_tests::{Operator, PATIENCE, Process, Signal, World, edited, note};
 
 const PROPAGATOR: &str = "lgvi_propagator";
@@ -121,10 +121,7 @@ impl Flight {
     /// What the propagator reports in the end: it has not waited either.
     #[track_caller]
     fn reports(&self) -> FlightReport {
-        let report = self.propagator.await_event("flown", |event| match event {
-            Event::Flown(report) => Some(report.clone()),
-            _ => None,
-        });
+        let report = self.propagator.await_flown();
         let time = self.step.as_secs_f64() * self.steps as f64;
         note(&format!(
             "{} s for {time} s, {} overruns",

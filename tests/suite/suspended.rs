@@ -3,12 +3,13 @@
 //! Only of what it takes from shared memory does a recorder lose nothing: RustDDS ends its threads when a stopped process
 //! goes on.
 
+use std::ffi::OsStr;
 use std::thread;
 use std::time::Duration;
 
 use lgvi_middleware::shm::Delivery;
 use lgvi_node::Event;
-use lgvi_tests::{Sender, Signal, World, eventually, scene, state_numbers};
+use lgvi_tests::{Sender, Signal, World, coast, edited, eventually, publish, scene, state_numbers};
 use serde_json::{Value, json};
 
 /// How long the recorder is stopped.
@@ -16,6 +17,9 @@ const STOPPED: Duration = Duration::from_secs(3);
 
 /// Shared memory has room for a quarter of them.
 const STATES: u64 = 24_576;
+
+const SCENE: &str = "/lgvi_propagator/scene";
+const STATE: &str = "/lgvi_propagator/state";
 
 const TOPIC: &str = "/suspended/state";
 
@@ -98,4 +102,61 @@ fn a_subscription_of_ros_2_that_is_stopped_for_longer_than_its_lease_misses_noth
     let told: Value = serde_json::from_str(heard.lines().last().unwrap()).unwrap();
     assert_eq!(told["steps"], json!([1_000_000_000]), "{heard}");
     propagator.stop().expect(0);
+}
+
+/// Steps of a flight of 9 s in real time.
+const STEPS: usize = 100_000;
+
+/// What it has missed meanwhile may be controls, as is told where they have an effect.
+#[test]
+fn a_flight_whose_recorder_was_stopped_is_not_said_to_differ() {
+    let world = World::new();
+    let bag = world.path("bag");
+    let recorder = world.node("recorder", &[&format!("output:={}", bag.display())]);
+    recorder.await_ready();
+    let steps = format!("steps = {STEPS}");
+    let scene = edited(&world, "inclination_change", &[("steps = 1000", &steps)]);
+    let scene = format!("scene:={}", scene.display());
+    let propagator = world.node(
+        "propagator",
+        &[&scene, "await_control:=false", "real_time_factor:=0.1"],
+    );
+    let has_reached = |step: u64| {
+        propagator.await_event("a later step", |event| match event {
+            Event::Flying { step: now } => (*now > step).then_some(()),
+            _ => None,
+        });
+    };
+    recorder.await_event("scene and states", |event| match event {
+        Event::Recording { messages, .. } => [SCENE, STATE]
+            .iter()
+            .all(|topic| messages.contains_key(*topic))
+            .then_some(()),
+        _ => None,
+    });
+    recorder.suspend();
+    let mut sequence = coast();
+    sequence.first_step = STEPS as u64 / 2;
+    sequence.step_size *= 1000.0 / STEPS as f64;
+    sequence.force[0].x = 1.0;
+    let stranger = world.ros_node("stranger");
+    let _publisher = publish(&stranger, &sequence);
+    propagator.await_stderr("flying a control sequence");
+    // More than shared memory has room for.
+    has_reached(STEPS as u64 / 2 + 10_000);
+    recorder.signal(Signal::SIGCONT);
+    propagator.await_flown();
+    propagator.stop().expect(0);
+    recorder.stop();
+    let verify = [OsStr::new("verify"), bag.as_os_str(), OsStr::new("--json")];
+    let verified = world.lgvi(verify).finish();
+    let verdict: Value = verified.json();
+    assert!(verdict["missing"].as_u64() > Some(0), "{verdict}");
+    let outcome = if verdict["sequences"] == 0 {
+        "incomplete"
+    } else {
+        "agrees"
+    };
+    assert_eq!(verdict["outcome"], outcome, "{verdict}");
+    assert_eq!(verified.code, Some(i32::from(outcome == "incomplete")));
 }

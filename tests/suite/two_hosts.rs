@@ -87,10 +87,7 @@ impl Flight {
 
     /// Flies to the end; what was flown, and how many messages the recorder knows to be missing.
     fn end(self) -> (FlightReport, u64) {
-        let report = self.propagator.await_event("flown", |event| match event {
-            Event::Flown(report) => Some(report.clone()),
-            _ => None,
-        });
+        let report = self.propagator.await_flown();
         self.propagator.stop().expect(0);
         self.planner.stop().expect(0);
         (report, lost(&self.recorder.stop().expect(0)))

@@ -219,8 +219,37 @@ fn a_record_that_lost_states_is_compared_as_far_as_it_goes() {
         assert_eq!(verdict["missing"], lost, "{bag}");
         assert_eq!(verdict["difference"], Value::Null, "{bag}");
         let text = run(&world, &path, &["verify"], 0);
-        for part in ["the record is incomplete", "agree bit for bit"] {
+        let [states, missing] = ["states", "missing"].map(|key| verdict[key].as_u64().unwrap());
+        let recorded = format!("{states} of {} states are recorded", states + missing);
+        for part in ["the record is incomplete", &recorded, "agree bit for bit"] {
             assert!(text.stdout.contains(part), "{}", text.stdout);
         }
+    }
+}
+
+/// A recorder that was stopped for a while has lost states, and what was published meanwhile.
+#[test]
+fn a_record_that_lacks_controls_after_a_gap_is_incomplete() {
+    const FLOWN: &str = "/lgvi_propagator/flown_control";
+    let world = World::new();
+    let whole = Recording::read(&reference_bag("inclination_change")).without(FLOWN);
+    let mut stopped = whole.clone();
+    stopped.records.retain(|record| {
+        let step = |record: &Record| cdr::decode::<SystemState>(&record.data).unwrap().step;
+        record.topic != STATE || !(1..50).contains(&step(record))
+    });
+    let cases = [
+        (whole, "differs", "differs at step 1 (state 2)"),
+        (stopped, "incomplete", "incomplete: what is missing may"),
+    ];
+    for (recording, outcome, told) in cases {
+        let path = world.path(outcome);
+        recording.write(&path);
+        let verdict: Value = run(&world, &path, &["verify", "--json"], 1).json();
+        assert_eq!(verdict["outcome"], outcome);
+        let said = run(&world, &path, &["verify"], 1).stdout;
+        assert!(said.contains(told), "{said}");
+        let gap = said.contains("the record is incomplete: 49 states are missing");
+        assert_eq!(gap, outcome == "incomplete", "{said}");
     }
 }

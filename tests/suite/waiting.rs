@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::ros::Qos;
-use lgvi_node::Event;
 use lgvi_tests::{World, coast, eventually, publish, scene};
 
 #[test]
@@ -35,10 +34,7 @@ fn a_sequence_that_starts_later_releases_the_flight_too() {
     let mut later = coast();
     later.first_step = 5;
     let _publisher = publish(&stranger, &later);
-    let steps = propagator.await_event("flown", |event| match event {
-        Event::Flown(report) => Some(report.steps),
-        _ => None,
-    });
+    let steps = propagator.await_flown().steps;
     assert_eq!(steps, 1000);
     propagator.stop().expect(0);
 }

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::PreprocessedOrder;
 use lgvi_dynamics::{Load, Method};
 
 use crate::clock::Moment;
@@ -197,7 +196,6 @@ fn by_hand(run: &Run, truth: &Truth) -> Result<Vec<Vec<Try>>, BenchError> {
 
 /// What to try by hand: of each method that can integrate the bodies, finer and finer ways to fly it.
 fn tries(run: &Run) -> Result<Vec<Vec<(Method, u32)>>, BenchError> {
-    use PreprocessedOrder::{Eight, Four, Six};
     let mut substeps: Vec<_> = (0..50)
         .map(|i| 2_f64.powf(0.5 * f64::from(i)).round() as u32)
         .collect();
@@ -209,10 +207,7 @@ fn tries(run: &Run) -> Result<Vec<Vec<(Method, u32)>>, BenchError> {
     });
     let mut tries = vec![vec![(Method::ClosedForm, 1)], adaptive.collect()];
     let exact = Rotor::Exact;
-    for (order, preprocessed) in [(8, Eight), (6, Six), (4, Four)] {
-        let rotors = [exact, Rotor::Preprocessed(preprocessed)];
-        tries.extend(rotors.map(|rotor| finer(Method::Nystrom { order, rotor })));
-    }
+    tries.extend([8, 6, 4].map(|order| finer(Method::Nystrom { order })));
     let rotor = Rotor::default();
     tries.extend([10, 8, 6, 4].map(|order| finer(Method::Composition { order, rotor })));
     tries.extend([rotor, exact].map(|rotor| finer(Method::Lgvi(rotor))));

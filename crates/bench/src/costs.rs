@@ -1,7 +1,6 @@
 //! What the parts of a flight cost, in nanoseconds: the constants by which the automatic choice predicts.
 
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::PreprocessedOrder;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, System};
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,25 +15,7 @@ const KINDS: [(&str, [f64; 3]); 3] = [
     ("asymmetric", [1.0, 2.0, 3.0]),
 ];
 
-const ROTORS: [(&str, Rotor); 5] = [
-    (
-        "discrete",
-        Rotor::Discrete(lgvi_dynamics::rotation::Chart::Cayley),
-    ),
-    (
-        "preprocessed 4",
-        Rotor::Preprocessed(PreprocessedOrder::Four),
-    ),
-    (
-        "preprocessed 6",
-        Rotor::Preprocessed(PreprocessedOrder::Six),
-    ),
-    (
-        "preprocessed 8",
-        Rotor::Preprocessed(PreprocessedOrder::Eight),
-    ),
-    ("exact", Rotor::Exact),
-];
+const ROTORS: [(&str, Rotor); 2] = [("discrete", Rotor::Discrete), ("exact", Rotor::Exact)];
 
 /// Step of the bodies that turn by themselves.
 const H: f64 = 0.1;

@@ -13,10 +13,7 @@ use crate::picture::{Axis, Curve, Picture};
 use crate::spread::Spread;
 
 const METHODS: [(&str, Method); 4] = [
-    (
-        "LGVI",
-        Method::Lgvi(Rotor::Discrete(lgvi_dynamics::rotation::Chart::Cayley)),
-    ),
+    ("LGVI", Method::Lgvi(Rotor::Discrete)),
     ("RK (explicit midpoint)", Method::ExplicitMidpoint),
     ("SRK (implicit midpoint)", Method::ImplicitMidpoint),
     ("LGM (Crouch–Grossman)", Method::CrouchGrossman),

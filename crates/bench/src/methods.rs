@@ -2,7 +2,6 @@
 
 use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
-use lgvi_dynamics::rotation::PreprocessedOrder;
 
 /// How a method is tuned.
 pub(crate) enum Family {
@@ -36,17 +35,10 @@ pub(crate) fn families() -> Vec<(String, Family)> {
         }
     }
     for order in [4, 6, 8] {
-        let rotors = [
-            (Rotor::Exact, "exact"),
-            (Rotor::Preprocessed(PreprocessedOrder::Ten), "preprocessed"),
-        ];
-        for (rotor, name) in rotors {
-            let method = Method::Nystrom { order, rotor };
-            families.push((
-                format!("Nyström {order}, {name} rotor"),
-                Family::Stepped(method),
-            ));
-        }
+        families.push((
+            format!("Nyström {order}"),
+            Family::Stepped(Method::Nystrom { order }),
+        ));
     }
     for degree in [2, 4, 6] {
         let method = Method::Galerkin {

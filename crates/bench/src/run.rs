@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use lgvi_dynamics::auto::{self, Accuracy, Choice};
-use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Load, Method, Simulation, System};
 use lgvi_scene::Scene;
 use lgvi_truth::{Case, RUNS};
@@ -144,8 +143,7 @@ impl Run {
             return Ok(Truth::Known);
         }
         let accuracy = self.accuracy()?;
-        let rotor = Rotor::Exact;
-        let nystrom = Method::Nystrom { order: 8, rotor };
+        let nystrom = Method::Nystrom { order: 8 };
         let mut best: Option<(Vec<BodyState>, f64)> = None;
         let mut last: Option<Vec<BodyState>> = None;
         for doubling in 0..DOUBLINGS {

@@ -9,7 +9,7 @@
 //! `p = F_xᵀ λ² + M_xᵀ λ⁴`, `q = F_Rᵀ λ² + M_Rᵀ λ⁴`.
 
 use lgvi_dynamics::gravity::{Field, LoadGradient};
-use lgvi_dynamics::rotation::{Chart, Unsolvable};
+use lgvi_dynamics::rotation::{self, Unsolvable};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -74,7 +74,7 @@ impl<'t, F: Field> Stage<'t, F> {
     ) -> Result<Self, Unsolvable> {
         let body = &transfer.body;
         let g = transfer.h * state.angular_momentum;
-        let turn = Chart::Cayley.solve(body.inertia(), &g, None)?;
+        let turn = rotation::solve(body.inertia(), &g)?;
         let relative = turn.matrix();
         let next_position = state.position + (transfer.h / body.mass()) * state.linear_momentum;
         let next_attitude = compose(&state.attitude, &turn.cayley);

@@ -1,6 +1,7 @@
-use lgvi_lie::symmetric_eigen;
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
+
+use crate::rotation::{DiscreteRotation, PrincipalAxes};
 
 /// Inertia of a rigid body about its centre of mass, in body axes, with what the integrators derive from it.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,17 +9,8 @@ pub struct Inertia {
     pub(crate) matrix: Matrix3<f64>,
     pub(crate) inverse: Matrix3<f64>,
     pub(crate) nonstandard: Matrix3<f64>,
-    pub(crate) shape: Shape,
-    /// `J / tr J`
-    pub(crate) unit: Matrix3<f64>,
-}
-
-/// Coefficients of the characteristic polynomial of `J / tr J`, which no unit can over- or underflow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Shape {
-    pub(crate) trace: f64,
-    pub(crate) second: f64,
-    pub(crate) determinant: f64,
+    pub(crate) principal: PrincipalAxes,
+    pub(crate) rotation: DiscreteRotation<f64>,
 }
 
 /// Why a matrix is not the inertia of a rigid body.
@@ -89,7 +81,8 @@ impl Inertia {
             }
         }
         let matrix = 0.5 * (matrix + matrix.transpose());
-        let mut moments = principal_moments(&matrix);
+        let principal = PrincipalAxes::of(&matrix);
+        let mut moments: [f64; 3] = principal.moments.into();
         moments.sort_by(f64::total_cmp);
         let [least, middle, greatest] = moments;
         // Moments that are not numbers are none.
@@ -106,12 +99,8 @@ impl Inertia {
         Ok(Self {
             inverse: adjugate / (determinant * trace),
             nonstandard: Matrix3::from_diagonal_element(0.5 * trace) - matrix,
-            unit,
-            shape: Shape {
-                trace,
-                second: adjugate.trace(),
-                determinant,
-            },
+            rotation: DiscreteRotation::new(trace, &principal),
+            principal,
             matrix,
         })
     }
@@ -138,7 +127,7 @@ impl Inertia {
 
     /// The principal moments, in no order.
     pub fn principal_moments(&self) -> [f64; 3] {
-        principal_moments(&self.matrix)
+        self.principal.moments.into()
     }
 
     /// The standard inertia `J`.
@@ -158,20 +147,12 @@ impl Inertia {
 }
 
 /// `adj(m)`, the matrix with `adj(m) m = det(m) I`.
-pub(crate) fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {
+fn adjugate(m: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::from_rows(&[
         m.column(1).cross(&m.column(2)).transpose(),
         m.column(2).cross(&m.column(0)).transpose(),
         m.column(0).cross(&m.column(1)).transpose(),
     ])
-}
-
-fn principal_moments(matrix: &Matrix3<f64>) -> [f64; 3] {
-    let diagonal = matrix.diagonal();
-    if *matrix == Matrix3::from_diagonal(&diagonal) {
-        return diagonal.into();
-    }
-    symmetric_eigen(matrix).map_or([f64::NAN; 3], |eigen| eigen.eigenvalues.into())
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ pub mod gravity;
 mod inertia;
 pub mod integrator;
 mod invariants;
+mod lane;
 pub mod lanes;
 mod load;
 mod mobility;

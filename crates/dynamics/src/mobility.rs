@@ -1,4 +1,4 @@
-use lgvi_lie::{Quaternion, exp, hat};
+use lgvi_lie::{Quaternion, exp, left_jacobian};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{BodyState, RigidBody};
@@ -82,27 +82,11 @@ impl Drive {
     }
 }
 
-/// `∫₀¹ exp(S(τ v)) dτ`.
-fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
-    let squared = v.norm_squared();
-    let (first, second) = if squared < 1e-4 {
-        (
-            0.5 - squared / 24.0 * (1.0 - squared / 30.0),
-            1.0 / 6.0 - squared / 120.0 * (1.0 - squared / 42.0),
-        )
-    } else {
-        let angle = squared.sqrt();
-        let (sin, cos) = libm::sincos(angle);
-        ((1.0 - cos) / squared, (angle - sin) / (squared * angle))
-    };
-    let s = hat(v);
-    Matrix3::identity() + first * s + second * s * s
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Inertia;
+    use lgvi_lie::hat;
 
     /// The path's derivative is its velocity, and two flights in a row are one.
     #[test]

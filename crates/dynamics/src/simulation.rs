@@ -11,7 +11,6 @@ use crate::{
 pub struct Simulation {
     system: System,
     states: Vec<BodyState>,
-    method: Method,
     integrator: Box<dyn Integrator>,
     h: f64,
     substeps: u32,
@@ -20,8 +19,6 @@ pub struct Simulation {
     next: Vec<BodyState>,
     /// Where a step of several substeps began.
     begun: Vec<BodyState>,
-    /// Whether the integrator tells of the steps that it makes by itself.
-    cuts: bool,
 }
 
 /// Depth of the deepest subdivision: a step cut into `2³⁰` is as good as none.
@@ -31,27 +28,39 @@ impl Simulation {
     /// From `states` (one a body) at step 0, with step `h`, which is negative for a flight back in time.
     ///
     /// # Errors
-    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; numbers so great or small
-    /// that their products leave the range of double precision; what `method` cannot integrate.
+    /// As [`with_integrator`](Self::with_integrator); what `method` cannot integrate.
     pub fn new(
+        system: System,
+        states: Vec<BodyState>,
+        method: Method,
+        h: f64,
+    ) -> Result<Self, MethodError> {
+        check(&system, &states)?;
+        let integrator = method.integrator(&system)?;
+        Self::with_integrator(system, states, integrator, h)
+    }
+
+    /// The same by any integrator.
+    ///
+    /// # Errors
+    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; numbers so great or small
+    /// that their products leave the range of double precision.
+    pub fn with_integrator(
         mut system: System,
         mut states: Vec<BodyState>,
-        method: Method,
+        mut integrator: Box<dyn Integrator>,
         h: f64,
     ) -> Result<Self, MethodError> {
         check_step(h)?;
         check(&system, &states)?;
         system.constrain(&mut states);
-        let mut integrator = method.integrator(&system)?;
         integrator.start(&mut system, &states);
         Ok(Self {
             next: states.clone(),
             begun: states.clone(),
             system,
             states,
-            method,
             integrator,
-            cuts: method.has_error_control(),
             h,
             substeps: 1,
             step: 0,
@@ -76,14 +85,13 @@ impl Simulation {
             let expected = "30 at most";
             return Err(refuse("depth of the subdivision", depth.into(), expected));
         }
-        if self.method.has_error_control() {
+        if self.integrator.cuts_steps() {
             let expected = "0, for the method finds its own steps";
             return Err(refuse("depth of the subdivision", depth.into(), expected));
         }
         let bodies = self.states.len();
         Ok(Self {
             integrator: Box::new(Subdivision::new(self.integrator, depth, bodies)),
-            cuts: true,
             ..self
         })
     }
@@ -144,7 +152,7 @@ impl Simulation {
     fn watched(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
         let made = loop {
             let made = self.attempt(controls, h);
-            if made.is_ok() && !self.cuts {
+            if made.is_ok() && !self.integrator.cuts_steps() {
                 self.system.pass(&self.states, &self.next, h);
             }
             if !self.system.watch().is_some_and(Watch::take_breach) {

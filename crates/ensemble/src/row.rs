@@ -100,9 +100,7 @@ impl From<MethodError> for Failure {
 impl From<StepError> for Failure {
     fn from(error: StepError) -> Self {
         let kind = match error {
-            StepError::Unsolvable { .. }
-            | StepError::Preprocessed { .. }
-            | StepError::TurnsTooFar { .. } => FailureKind::Turn,
+            StepError::Unsolvable { .. } | StepError::TurnsTooFar { .. } => FailureKind::Turn,
             StepError::NotFinite { .. } => FailureKind::NotFinite,
             StepError::CloseApproach(_) => FailureKind::CloseApproach,
             _ => FailureKind::Integrator,

@@ -3,8 +3,9 @@
 mod levels;
 
 use std::{
+    borrow::Cow,
     fmt::{self, Write as _},
-    io::{self, IsTerminal},
+    io::{self, IsTerminal, Write},
     sync::{
         Arc, Mutex, PoisonError,
         mpsc::{self, Receiver, SyncSender},
@@ -43,6 +44,9 @@ const QUEUE: usize = 256;
 
 /// How many messages a late reader of `/rosout` gets, as in other nodes.
 const ROSOUT_DEPTH: usize = 1000;
+
+/// The longest message (byte): it may hold a text from outside.
+const LONGEST: usize = 900;
 
 /// How long the last messages may take when a node leaves.
 const FAREWELL: Duration = Duration::from_millis(100);
@@ -137,7 +141,7 @@ fn build(args: &NodeArgs) -> (impl Subscriber + Send + Sync + use<>, Logging) {
     let console = layer()
         .compact()
         .with_ansi(io::stderr().is_terminal())
-        .with_writer(io::stderr)
+        .with_writer(|| Console)
         .with_filter(console_level);
     let (rosout_level, rosout_handle) = reload::Layer::new(rosout_filter(settings));
     let rosout = ToRosout {
@@ -206,6 +210,33 @@ fn logger_name(args: &NodeArgs) -> String {
         .replace('/', ".")
 }
 
+/// A message as it is, or its beginning and how long it is.
+fn brief(message: &str) -> Cow<'_, str> {
+    if message.len() <= LONGEST {
+        return message.into();
+    }
+    let letters = message.char_indices().map(|(at, _)| at);
+    let cut = letters.take_while(|at| *at <= LONGEST).last();
+    let begin = &message[..cut.unwrap_or(0)];
+    let end = if message.ends_with('\n') { "\n" } else { "" };
+    format!("{begin}… ({} bytes){end}", message.len()).into()
+}
+
+/// Writes to stderr what comes as one message at a time.
+struct Console;
+
+impl Write for Console {
+    fn write(&mut self, message: &[u8]) -> io::Result<usize> {
+        let text = String::from_utf8_lossy(message);
+        io::stderr().write_all(brief(&text).as_bytes())?;
+        Ok(message.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
 /// Queues messages for `/rosout`.
 struct ToRosout {
     sender: SyncSender<Queued>,
@@ -221,7 +252,7 @@ impl<S: Subscriber> Layer<S> for ToRosout {
             stamp: stamp::to_message(wall::now()).unwrap_or_default(),
             level: ros_level(*metadata.level()),
             name: self.name.clone(),
-            msg: text.message + &text.fields,
+            msg: brief(&(text.message + &text.fields)).into_owned(),
             file: metadata.file().unwrap_or_default().into(),
             function: metadata.target().into(),
             line: metadata.line().unwrap_or_default(),
@@ -287,6 +318,20 @@ mod tests {
         assert_eq!(message.name, "chaser.lgvi_test");
         assert!(message.file.ends_with("log.rs") && message.line > 0);
         assert!(message.stamp.sec > 0);
+    }
+
+    #[test]
+    fn a_long_message_is_told_by_its_beginning() {
+        let name = "ä".repeat(1 << 19);
+        let messages = logged("", || warn!("{name} is unknown"));
+        let told = &messages[0].msg;
+        assert!(
+            told.len() < 1000 && told.ends_with("ä… (1048587 bytes)"),
+            "{told}"
+        );
+        let line = format!("WARN {name}\n");
+        assert!(brief(&line).ends_with("… (1048582 bytes)\n"));
+        assert_eq!(brief("WARN short\n"), "WARN short\n");
     }
 
     #[test]

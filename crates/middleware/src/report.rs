@@ -9,6 +9,7 @@ use std::{
     time::Duration,
 };
 
+use lgvi_msgs::excerpt;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Writes reports of one type, each flushed at once, from a thread of its own: who reports never waits for the reader.
@@ -40,7 +41,7 @@ pub enum ReportError {
     #[error("cannot read a report")]
     Read(#[from] io::Error),
     /// The line is not JSON of the expected form.
-    #[error("not a report: {line:?}")]
+    #[error("not a report: {:?}", excerpt(line))]
     Parse {
         /// The line.
         line: String,

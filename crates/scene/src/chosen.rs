@@ -8,7 +8,6 @@ use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, System};
 use serde::Deserialize;
 
-use crate::file::ChartFile;
 use crate::integrator::IntegratorFile;
 use crate::{Integration, Scene, SceneError};
 
@@ -43,7 +42,7 @@ impl Chosen {
         let Integration::Auto { .. } = integration else {
             return refuse("none: the integrator is not `auto`".into());
         };
-        let Integration::Method(method) = file.integrator.integration(ChartFile::Cayley) else {
+        let Integration::Method(method) = file.integrator.integration() else {
             return refuse("the method that was chosen, not `auto`".into());
         };
         if let Err(error) = method.integrator(system) {
@@ -86,11 +85,8 @@ impl fmt::Display for Chosen {
                     "{{ name = \"dormand_prince853\", tolerance = {tolerance:e} }}"
                 )?;
             }
-            Method::Nystrom {
-                order,
-                rotor: Rotor::Exact,
-            } => write!(f, "{{ name = \"nystrom\", order = {order} }}")?,
-            Method::Lgvi(Rotor::Discrete(_)) => write!(f, "\"lgvi\"")?,
+            Method::Nystrom { order } => write!(f, "{{ name = \"nystrom\", order = {order} }}")?,
+            Method::Lgvi(Rotor::Discrete) => write!(f, "\"lgvi\"")?,
             // Not among the candidates.
             other => write!(f, "\"{other}\"")?,
         }

@@ -75,20 +75,10 @@ pub(crate) struct RunFile {
     pub duration: f64,
     pub steps: u64,
     pub integrator: IntegratorFile,
-    #[serde(default)]
-    pub chart: ChartFile,
     pub substeps: Option<u32>,
     #[serde(default)]
     pub subdivide: u32,
     pub skip: Option<SkipFile>,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum ChartFile {
-    #[default]
-    Cayley,
-    Exponential,
 }
 
 #[derive(Deserialize)]

@@ -3,13 +3,10 @@
 use std::fmt;
 
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
-use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
 use lgvi_dynamics::{Method, Skip};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
-
-use crate::file::ChartFile;
 
 /// What a scene asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,22 +115,21 @@ enum Table {
         tolerance: f64,
     },
     Lgvi {
-        rotor: Option<RotorFile>,
+        #[serde(default)]
+        rotor: RotorFile,
     },
     LgviLagrangian {},
     LieEuler {
-        rotor: Option<RotorFile>,
-    },
-    ProcessedLieEuler {
-        rotor: Option<RotorFile>,
+        #[serde(default)]
+        rotor: RotorFile,
     },
     Composition {
         order: u32,
-        rotor: Option<RotorFile>,
+        #[serde(default)]
+        rotor: RotorFile,
     },
     Nystrom {
         order: u32,
-        rotor: Option<RotorFile>,
     },
     Galerkin {
         degree: u32,
@@ -168,31 +164,20 @@ fn auto_tolerance() -> f64 {
     1e-6
 }
 
-/// `"discrete"`, `"exact"`, or `{ preprocessed = 6 }`.
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum RotorFile {
+    #[default]
     Discrete,
-    Preprocessed(OrderFile),
     Exact,
 }
 
-#[derive(Clone, Copy, Deserialize)]
-#[serde(try_from = "u32")]
-struct OrderFile(PreprocessedOrder);
-
-impl TryFrom<u32> for OrderFile {
-    type Error = String;
-
-    fn try_from(number: u32) -> Result<Self, String> {
-        use PreprocessedOrder::{Eight, Four, Six, Ten};
-        let known = [Four, Six, Eight, Ten].into_iter();
-        known
-            .map(Self)
-            .find(|order| order.0.number() == number)
-            .ok_or_else(|| {
-                format!("a preprocessed rotor of order {number}, expected 4, 6, 8 or 10")
-            })
+impl From<RotorFile> for Rotor {
+    fn from(file: RotorFile) -> Self {
+        match file {
+            RotorFile::Discrete => Self::Discrete,
+            RotorFile::Exact => Self::Exact,
+        }
     }
 }
 
@@ -232,33 +217,18 @@ impl From<OriginFile> for ChartOrigin {
 }
 
 impl IntegratorFile {
-    /// What is asked for, the discrete rotor's equation to be solved in `chart`.
-    pub(crate) fn integration(&self, chart: ChartFile) -> Integration {
-        let chart = match chart {
-            ChartFile::Cayley => Chart::Cayley,
-            ChartFile::Exponential => Chart::Exponential,
-        };
-        let rotor = |file: Option<RotorFile>, default: Rotor| match file {
-            None => default,
-            Some(RotorFile::Discrete) => Rotor::Discrete(chart),
-            Some(RotorFile::Preprocessed(OrderFile(order))) => Rotor::Preprocessed(order),
-            Some(RotorFile::Exact) => Rotor::Exact,
-        };
-        let discrete = |file| rotor(file, Rotor::Discrete(chart));
+    /// The integration that is asked for.
+    pub(crate) fn integration(&self) -> Integration {
         Integration::Method(match self.0 {
             Table::Auto { tolerance } => return Integration::Auto { tolerance },
-            Table::Lgvi { rotor } => Method::Lgvi(discrete(rotor)),
-            Table::LgviLagrangian {} => Method::LagrangianLgvi(chart),
-            Table::LieEuler { rotor } => Method::LieEuler(discrete(rotor)),
-            Table::ProcessedLieEuler { rotor } => Method::ProcessedLieEuler(discrete(rotor)),
+            Table::Lgvi { rotor } => Method::Lgvi(rotor.into()),
+            Table::LgviLagrangian {} => Method::LagrangianLgvi,
+            Table::LieEuler { rotor } => Method::LieEuler(rotor.into()),
             Table::Composition { order, rotor } => Method::Composition {
                 order,
-                rotor: discrete(rotor),
+                rotor: rotor.into(),
             },
-            Table::Nystrom { order, rotor: file } => Method::Nystrom {
-                order,
-                rotor: rotor(file, Rotor::Exact),
-            },
+            Table::Nystrom { order } => Method::Nystrom { order },
             Table::Galerkin {
                 degree,
                 quadrature,

@@ -160,8 +160,8 @@ impl Scene {
         let maneuver = self.maneuver.as_ref()?;
         let planned = match (maneuver.dynamics, scheme.method) {
             _ if maneuver.processed => return None,
-            (Dynamics::LieEuler, Method::LieEuler(Rotor::Discrete(_)))
-            | (Dynamics::Lgvi, Method::Lgvi(Rotor::Discrete(_)))
+            (Dynamics::LieEuler, Method::LieEuler(Rotor::Discrete))
+            | (Dynamics::Lgvi, Method::Lgvi(Rotor::Discrete))
                 if scheme.substeps == 1 =>
             {
                 return None;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::{BodyState, Invariants, Method, Mobility, System};
+use lgvi_dynamics::{BodyState, Invariants, Mobility, System};
 use nalgebra::Vector3;
 
 use crate::{Integration, Scene, Scheme};
@@ -103,10 +103,7 @@ impl Scene {
     /// What is to be said where a body turns so far in a step of `scheme` that the method is inaccurate.
     pub fn long_turn(&self, scheme: Scheme, rates: Rates) -> Option<String> {
         let turn = self.substep(scheme) * rates.turn;
-        let exact = matches!(
-            rotor(scheme.method),
-            Some(Rotor::Exact | Rotor::Preprocessed(_))
-        );
+        let exact = scheme.method.rotor() == Some(Rotor::Exact);
         let far = self.far(scheme, exact)?;
         (turn > far).then(|| {
             format!(
@@ -190,17 +187,4 @@ impl Scene {
 fn kepler(gm: f64, from: &Vector3<f64>) -> f64 {
     let distance = from.norm();
     gm.abs() / (distance * distance * distance)
-}
-
-/// What turns the bodies of a splitting.
-fn rotor(method: Method) -> Option<Rotor> {
-    match method {
-        Method::Lgvi(rotor)
-        | Method::LieEuler(rotor)
-        | Method::ProcessedLieEuler(rotor)
-        | Method::Composition { rotor, .. }
-        | Method::Nystrom { rotor, .. } => Some(rotor),
-        Method::ClosedForm => Some(Rotor::Exact),
-        _ => None,
-    }
 }

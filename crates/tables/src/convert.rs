@@ -1,8 +1,8 @@
 //! From a bag to a directory of tables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lgvi_bag::{BagReader, Message, NewDirectory, ROS2MSG, Topic, WriteError};
 
@@ -22,8 +22,9 @@ const NO_DEFINITION: &str = "it has no definition";
 
 /// Makes a table of each topic in the directory `output`, which must not exist, or be empty.
 ///
-/// The bag is read once to learn the columns, and once for each 200 topics to write them. Memory is bounded by what the
-/// bag's reader needs and by the rows of one row group (64 MiB). The directory has its name only when all tables are
+/// The bag is read once to learn the columns, and to write them once for each 64 MiB of short topics, whose messages are
+/// held, and once for each 200 long ones. Memory is bounded by what the bag's reader needs and by these 64 MiB, which are
+/// those of one row group, too. The directory has its name only when all tables are
 /// complete.
 ///
 /// Topics whose definition or messages cannot be understood are left out as a whole and told in the result.
@@ -74,7 +75,8 @@ fn check_topics(bag: &BagReader, wanted: &[String]) -> Result<(), ConvertError> 
     let topics = bag.topics().iter().map(|topic| &*topic.name);
     let left_out = bag.left_out().iter().map(|topic| &*topic.name);
     let known: Vec<&str> = topics.chain(left_out).collect();
-    match wanted.iter().find(|name| !known.contains(&name.as_str())) {
+    let names: BTreeSet<_> = known.iter().copied().collect();
+    match wanted.iter().find(|name| !names.contains(name.as_str())) {
         None => Ok(()),
         Some(topic) => Err(ConvertError::UnknownTopic {
             topic: topic.clone(),
@@ -95,7 +97,8 @@ fn learn<'b>(
     bag: &'b BagReader,
     options: &Options,
 ) -> Result<(Vec<Learnt<'b>>, Vec<LeftOut>), ConvertError> {
-    let wanted = |name: &String| options.topics.is_empty() || options.topics.contains(name);
+    let chosen: BTreeSet<_> = options.topics.iter().collect();
+    let wanted = |name: &String| chosen.is_empty() || chosen.contains(name);
     let mut topics: BTreeMap<Key<'b>, Result<Learnt<'b>, String>> = BTreeMap::new();
     for topic in bag.topics().iter().filter(|topic| wanted(&topic.name)) {
         topics.insert(key(topic), begin(topic, options.max_elements));
@@ -107,6 +110,7 @@ fn learn<'b>(
         };
         if let Ok(learnt) = entry {
             learnt.rows += 1;
+            learnt.bytes += size_of::<Message<'_>>() + message.data.len();
             if let Err(error) = observe(learnt, &message, options.format) {
                 let at = message.log_time;
                 *entry = Err(if has_definition(message.topic) {
@@ -162,6 +166,7 @@ fn begin(topic: &Topic, max_elements: usize) -> Result<Learnt<'_>, String> {
         topic,
         layout,
         rows: 0,
+        bytes: 0,
     })
 }
 
@@ -190,12 +195,17 @@ fn write<'b>(
 ) -> Result<Vec<TableFile>, ConvertError> {
     let mut names = FileNames::default();
     let mut files = Vec::with_capacity(learnt.len());
-    let mut learnt = learnt.into_iter();
-    while learnt.len() > 0 {
+    let named = learnt.into_iter().map(|learnt| {
+        let name = format!("{}.{}", names.of(&learnt.topic.name), format.name());
+        (directory.join(name), learnt)
+    });
+    let (short, long): (Vec<_>, Vec<_>) =
+        named.partition(|(_, learnt)| learnt.bytes <= buffered / MAX_OPEN);
+    let mut long = long.into_iter();
+    while long.len() > 0 {
         let mut open = BTreeMap::new();
-        for learnt in learnt.by_ref().take(MAX_OPEN) {
-            let name = format!("{}.{}", names.of(&learnt.topic.name), format.name());
-            let table = Open::create(bag, directory.join(name), format, learnt)?;
+        for (path, learnt) in long.by_ref().take(MAX_OPEN) {
+            let table = Open::create(bag, path, format, learnt)?;
             open.insert(key(table.topic()), table);
         }
         write_open(bag, &mut open, buffered)?;
@@ -203,7 +213,49 @@ fn write<'b>(
             files.push(table.finish()?);
         }
     }
+    let mut short = short.into_iter().peekable();
+    while short.len() > 0 {
+        let mut left = buffered;
+        let mut fits = |(_, learnt): &Named<'_>| {
+            let rest = left.checked_sub(learnt.bytes);
+            left = rest.unwrap_or(left);
+            rest.is_some()
+        };
+        let held = std::iter::from_fn(|| short.next_if(&mut fits)).collect();
+        write_held(bag, held, format, &mut files)?;
+    }
+    files.sort_by(|a, b| (&a.topic, &a.type_name).cmp(&(&b.topic, &b.type_name)));
     Ok(files)
+}
+
+/// A table's file and what is to be in it.
+type Named<'b> = (PathBuf, Learnt<'b>);
+
+/// Makes tables one after another, of messages that are in memory together.
+fn write_held<'b>(
+    bag: &'b BagReader,
+    tables: Vec<Named<'b>>,
+    format: Format,
+    files: &mut Vec<TableFile>,
+) -> Result<(), ConvertError> {
+    let topics = tables.iter().map(|(_, learnt)| key(learnt.topic));
+    let mut held: BTreeMap<Key<'b>, Vec<Message<'b>>> =
+        topics.map(|topic| (topic, Vec::new())).collect();
+    for message in bag.messages() {
+        let message = message?;
+        if let Some(messages) = held.get_mut(&key(message.topic)) {
+            messages.push(message);
+        }
+    }
+    for (path, learnt) in tables {
+        let messages = held.remove(&key(learnt.topic)).unwrap_or_default();
+        let mut table = Open::create(bag, path, format, learnt)?;
+        for message in &messages {
+            table.row(message)?;
+        }
+        files.push(table.finish()?);
+    }
+    Ok(())
 }
 
 /// Writes the rows of tables that are open.

@@ -18,6 +18,8 @@ pub(crate) struct Learnt<'b> {
     pub(crate) topic: &'b Topic,
     pub(crate) layout: Layout,
     pub(crate) rows: u64,
+    /// Memory that its messages take together.
+    pub(crate) bytes: usize,
 }
 
 /// A table that is being written.

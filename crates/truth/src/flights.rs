@@ -11,7 +11,6 @@ use std::sync::Arc;
 
 use lgvi_dynamics::auto::{Accuracy, Run};
 use lgvi_dynamics::gravity::{Central, Gravity, Multipole, Mutual, Polyhedron, Uniform};
-use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{
     BodyState, Drive, Inertia, Load, Method, Mobility, PointMass, RigidBody, Simulation, System,
 };
@@ -316,8 +315,7 @@ impl Flight {
         }
         let tolerance = 1e-17;
         let found = self.fly(Method::Fehlberg78 { tolerance }, 1, 1)?;
-        let rotor = Rotor::Exact;
-        let nystrom = Method::Nystrom { order: 8, rotor };
+        let nystrom = Method::Nystrom { order: 8 };
         let mut doubt = f64::INFINITY;
         let mut steps = 256;
         // Flights that have come no nearer.

@@ -120,8 +120,13 @@ impl FlightBag {
             .map(|state| state.map(|state| (state.sequence, state.step)));
         let mut samples = samples.collect::<Result<Vec<_>, _>>()?;
         samples.sort_unstable();
-        Course::of(&samples, &self.sequences, &self.interventions)
-            .map_err(|error| self.refuse(&format!("{}: {error}", self.topics.intervention)))
+        Course::of(&samples, &self.sequences, &self.interventions).map_err(|error| {
+            let mut text = format!("{}: {error}", self.topics.intervention);
+            for (topic, count) in self.lost() {
+                text += &format!("; the recorder lost {count} messages of {topic}");
+            }
+            self.refuse(&text)
+        })
     }
 
     /// Topics of the flight of which the recorder says that messages were lost, and how many.
@@ -145,12 +150,10 @@ impl FlightBag {
     /// The full-rate states in the order in which they were recorded; where stamps tell the time, those of one course
     /// are among those of others.
     pub(crate) fn states(&self) -> impl Iterator<Item = Result<SystemState, NodeError>> {
-        self.reader.messages().filter_map(|message| match message {
-            Err(error) => Some(Err(NodeError::input(error))),
-            Ok(message) if message.topic.name == self.topics.state => {
-                Some(decode(&message).map_err(|error| self.refuse(&error)))
-            }
-            Ok(_) => None,
+        let wanted = |topic: &Topic| topic.name == self.topics.state;
+        self.reader.messages_of(0, wanted).map(|message| {
+            let message = message.map_err(NodeError::input)?;
+            decode(&message).map_err(|error| self.refuse(&error))
         })
     }
 
@@ -229,14 +232,15 @@ fn given(path: &Path, bag: &BagReader, topics: &Topics) -> Result<Given, NodeErr
     let refused = |error: String| refuse(path, &error);
     let mut scene = None;
     let (mut sequences, mut interventions) = (Vec::new(), Vec::new());
-    for message in bag.messages() {
+    let wanted = [&topics.scene, &topics.flown, &topics.intervention];
+    for message in bag.messages_of(0, |topic| wanted.contains(&&topic.name)) {
         let message = message.map_err(NodeError::input)?;
         let topic = &message.topic.name;
         if *topic == topics.scene {
             scene = Some(decode(&message).map_err(refused)?);
         } else if *topic == topics.flown {
             sequences.push((message.sequence, decode(&message).map_err(refused)?));
-        } else if *topic == topics.intervention {
+        } else {
             interventions.push((message.sequence, decode(&message).map_err(refused)?));
         }
     }

@@ -47,7 +47,7 @@ enum Command {
     Explain(explain::Options),
     /// Says what is in a bag: files, topics, times, losses.
     ///
-    /// Looks at what the files tell at their ends; with --check at every chunk. Exit code 0: the bag is complete, as far as
+    /// Looks at what the files tell at their ends; with --check at all they hold. Exit code 0: the bag is complete, as far as
     /// was looked. 1: only a part of it can be read, which is said. 2: it cannot be used.
     Info(info::Options),
     /// Repeats a recorded flight from its scene and controls, and compares every state bit for bit.

@@ -59,7 +59,11 @@ impl Latched {
     ) -> Result<Vec<Shown<'a>>, NodeError> {
         self.learn(bag, time, interrupted)?;
         let mut found = Vec::new();
-        for (time, mut topics) in self.last(time) {
+        for (time, topics) in self.last(time) {
+            let mut wanted = BTreeMap::<usize, usize>::new();
+            for topic in topics {
+                *wanted.entry(topic).or_default() += 1;
+            }
             let mut at_once = VecDeque::new();
             for message in reel::chosen(bag, time, &self.latched) {
                 let message = message.map_err(NodeError::input)?;
@@ -72,8 +76,8 @@ impl Latched {
             // Of several at one time the last ones are wanted.
             let mut kept = VecDeque::new();
             while let Some(shown) = at_once.pop_back() {
-                if let Some(index) = topics.iter().position(|&topic| topic == shown.topic) {
-                    topics.swap_remove(index);
+                if let Some(left) = wanted.get_mut(&shown.topic).filter(|left| **left > 0) {
+                    *left -= 1;
                     kept.push_front(shown);
                 }
             }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use lgvi_msgs::rosbag2_interfaces::srv::{Pause, PauseRequest, Resume, ResumeRequest};
 use lgvi_tests::World;
 
-use super::{COUNT, Listener, STEP, is_paused, numbers, stop};
+use super::{COUNT, Listener, START, STEP, is_paused, numbers, stop};
 
 #[test]
 fn the_rate_is_followed() {
@@ -72,4 +72,20 @@ fn a_range_is_played_again_with_what_late_joiners_would_have_got() {
     for round in rounds.by_ref().take(3) {
         assert!(round.is_sorted() && round[0] == 450, "{clock:?}");
     }
+}
+
+/// A message of an older clock stands at the head of many a bag.
+#[test]
+fn years_without_a_message_are_skipped_and_said() {
+    let mut bag = numbers(STEP);
+    for record in &mut bag.records {
+        if record.log_time == START {
+            record.log_time = 0;
+        }
+    }
+    let listener = Listener::new(World::new(), &bag, "/numbers");
+    let line = ["play", &listener.bag, "--await-subscribers", "1"];
+    let played = listener.world.lgvi(line).finish().expect(0);
+    played.says(&["no message is recorded for 1000000000 s"]);
+    assert_eq!(listener.numbers(), Vec::from_iter(0..COUNT));
 }

@@ -1,7 +1,7 @@
 //! Which files a bag has.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
 };
@@ -39,18 +39,20 @@ pub(super) fn find(bag: &Path) -> Result<Damaged, RecoverError> {
     }
     let original = Original::read(&bag.join(METADATA_FILE))?;
     let mut files = Vec::new();
+    let mut known = BTreeSet::new();
     if let Ok(original) = &original {
         for listed in &original.relative_file_paths {
             let within = within(listed, original.version);
-            files.extend(within.filter(|name| !files.contains(name)));
+            files.extend(within.filter(|name| known.insert(name.clone())));
         }
     }
     let mut found = present(bag)?;
     let mut told = BTreeMap::new();
     if files.is_empty() {
         let paths: Vec<_> = found.iter().map(|name| bag.join(name)).collect();
+        let mut present: BTreeSet<_> = found.iter().cloned().collect();
         for (name, messages) in siblings(&paths) {
-            if !found.contains(&name) {
+            if present.insert(name.clone()) {
                 found.push(name.clone());
             }
             told.extend(messages.map(|messages| (name, messages)));
@@ -61,7 +63,7 @@ pub(super) fn find(bag: &Path) -> Result<Damaged, RecoverError> {
         });
     }
     // Those that `metadata.yaml` does not list were begun after it was written.
-    found.retain(|name| !files.contains(name));
+    found.retain(|name| !known.contains(name));
     files.extend(found);
     if !files.iter().any(|name| bag.join(name).exists()) {
         return Err(RecoverError::NoBag {

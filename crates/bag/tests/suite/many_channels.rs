@@ -13,11 +13,20 @@ const CHANNELS: u16 = 65_000;
 
 #[test]
 fn a_bag_of_65000_channels_is_read_and_written() {
+    is_read_and_written(WriteOptions::new());
+}
+
+#[test]
+fn so_is_one_without_chunks() {
+    is_read_and_written(WriteOptions::new().use_chunks(false));
+}
+
+fn is_read_and_written(options: WriteOptions) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag");
     fs::create_dir(&path).unwrap();
     let file = path.join("bag_0.mcap");
-    let mut writer = WriteOptions::new()
+    let mut writer = options
         .profile("ros2")
         .compression(None)
         .create(fs::File::create(&file).unwrap())

@@ -2,14 +2,13 @@
 
 use lgvi_dynamics::gravity::Gravity;
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::Chart;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, StepError, System};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::TrialError;
 
 /// The method that most trials are about.
-pub(crate) const LGVI: Method = Method::Lgvi(Rotor::Discrete(Chart::Cayley));
+pub(crate) const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
 /// The unit of rounding: the distance of 1 from the next number.
 pub(crate) const ULP: f64 = f64::EPSILON;

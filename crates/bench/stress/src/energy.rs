@@ -117,7 +117,7 @@ fn high_order(length: Length) -> Result<Report, TrialError> {
     for (method, steps, kicks) in [
         (Method::Composition { order: 4, rotor }, 40, 5),
         (Method::Composition { order: 8, rotor }, 20, 21),
-        (Method::Nystrom { order: 8, rotor }, 20, 19),
+        (Method::Nystrom { order: 8 }, 20, 19),
     ] {
         let all = orbits * steps;
         let drift = drift(kepler(0.3, method, steps)?, all)?;

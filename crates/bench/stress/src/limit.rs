@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::{Chart, PreprocessedError, PreprocessedOrder, RelativeRotation};
+use lgvi_dynamics::rotation;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, StepError};
 use lgvi_lie::{hat, to_rotation_vector};
 use lgvi_truth::random::Random;
@@ -22,9 +22,8 @@ pub(crate) const TRIALS: [Trial; 6] = [
         run: principal_axes,
     },
     Trial {
-        name: "beyond, discrete rotors",
-        done: "the same axes, `h|Ω|` from 1 + 1e-9 to 1e300, by the discrete rotors of both charts and the preprocessed of orders \
-               4 to 10",
+        name: "beyond, discrete rotor",
+        done: "the same axes, `h|Ω|` from 1 + 1e-9 to 1e300, by the discrete rotor",
         right: "each step is refused with the turn in the error, to the rounding of `|hJ⁻¹Π|`, 8 × 2⁻⁵², infinite where its \
                 square is beyond the range of numbers; the state is that of before to the last bit",
         run: beyond,
@@ -39,11 +38,9 @@ pub(crate) const TRIALS: [Trial; 6] = [
     },
     Trial {
         name: "within the sufficient bound",
-        done: "random bodies (moments down to 1e-6 of the greatest), axes and momenta with `|h J⁻¹Π|` from 0 to 0.999, 1e6 of them, \
-               both charts",
+        done: "random bodies (moments down to 1e-6 of the greatest), axes and momenta with `|h J⁻¹Π|` from 0 to 0.999, 1e6 of them",
         right: "all are solved, with a residual of rounding: 64 × 2⁻⁵² of `|J| + |hΠ|`, half of it of F and its two products with J_d, half \
-                of what Newton's method leaves; the bound allows the double; the charts differ by the roundings of (2.6), 16 × 2⁻⁵² \
-                each of the sum of its terms, times the condition of its solution",
+                of what Newton's method leaves; the bound allows the double",
         run: sufficient,
     },
     Trial {
@@ -135,36 +132,17 @@ fn turn_by(
 }
 
 fn beyond(_: Length) -> Result<Report, TrialError> {
-    let discrete = [
-        Rotor::Discrete(Chart::Cayley),
-        Rotor::Discrete(Chart::Exponential),
-    ];
-    let preprocessed = [
-        PreprocessedOrder::Four,
-        PreprocessedOrder::Six,
-        PreprocessedOrder::Eight,
-        PreprocessedOrder::Ten,
-    ];
-    let rotors = discrete
-        .into_iter()
-        .chain(preprocessed.map(Rotor::Preprocessed));
     let (mut steps, mut made, mut traces) = (0, 0, 0);
-    for rotor in rotors {
-        for (moments, axis) in axes() {
-            for turn in BEYOND {
-                let (before, error, after) = turn_by(moments, axis * turn, rotor)?;
-                let refused = match error {
-                    Some(StepError::Unsolvable { source, .. }) => Some(source.turn),
-                    Some(StepError::Preprocessed {
-                        source: PreprocessedError::BeyondSeries { turn, .. },
-                        ..
-                    }) => Some(turn),
-                    _ => None,
-                };
-                steps += 1;
-                made += u32::from(!refused.is_some_and(|found| tells(found, turn)));
-                traces += u32::from(after != before);
-            }
+    for (moments, axis) in axes() {
+        for turn in BEYOND {
+            let (before, error, after) = turn_by(moments, axis * turn, Rotor::Discrete)?;
+            let refused = match error {
+                Some(StepError::Unsolvable { source, .. }) => Some(source.turn),
+                _ => None,
+            };
+            steps += 1;
+            made += u32::from(!refused.is_some_and(|found| tells(found, turn)));
+            traces += u32::from(after != before);
         }
     }
     let mut report = Report::default();
@@ -242,18 +220,6 @@ fn residual(inertia: &Inertia, g: &Vector3<f64>, f: &Matrix3<f64>) -> f64 {
     (f * j_d - j_d * f.transpose() - hat(g)).norm() / (inertia.matrix().norm() + g.norm())
 }
 
-/// By how much `J f` may err, relative to g, where the equation (2.6), `g + g × f + (gᵀf) f − 2J f = 0`, is solved to 2⁻⁵² of
-/// the sum of its terms.
-fn condition(inertia: &Inertia, g: &Vector3<f64>, found: &RelativeRotation) -> f64 {
-    let f = &found.cayley;
-    let terms = g.norm() * (1.0 + f.norm_squared()) + 2.0 * (inertia.matrix() * f).norm();
-    slope(inertia, g, f)
-        .try_inverse()
-        .map_or(f64::NAN, |inverse| {
-            (inertia.matrix() * inverse).norm() * terms / g.norm()
-        })
-}
-
 fn sufficient(length: Length) -> Result<Report, TrialError> {
     solved(length, |random| random.uniform(0.0, 0.999))
 }
@@ -262,38 +228,24 @@ fn up_to_the_bound(length: Length) -> Result<Report, TrialError> {
     solved(length, |random| 1.0 - random.log_uniform(1e-9, 1e-3))
 }
 
-/// Random bodies and momenta with turns so drawn, by both charts.
+/// Random bodies and momenta with turns so drawn.
 fn solved(length: Length, turn: fn(&mut Random) -> f64) -> Result<Report, TrialError> {
-    let (mut refused, mut worst, mut apart) = (0_u32, 0.0_f64, 0.0_f64);
+    let (mut refused, mut worst) = (0_u32, 0.0_f64);
     let mut random = Random::new(11, 0);
     let trials = length.of(5_000, 1_000_000);
     for _ in 0..trials {
         let inertia = random_inertia(&mut random, 1e-6)?;
         let turn = turn(&mut random);
         let g = inertia.matrix() * (turn * random.direction());
-        let [cayley, exponential] =
-            [Chart::Cayley, Chart::Exponential].map(|chart| chart.solve(&inertia, &g, None));
-        match (cayley, exponential) {
-            (Ok(one), Ok(other)) => {
-                for found in [&one, &other] {
-                    keep(&mut worst, residual(&inertia, &g, &found.matrix()));
-                }
-                let difference = inertia.matrix() * (one.cayley - other.cayley);
-                let rounding = ULP * condition(&inertia, &g, &one);
-                keep(&mut apart, difference.norm() / g.norm() / rounding);
-            }
-            _ => refused += 1,
+        match rotation::solve(&inertia, &g) {
+            Ok(found) => keep(&mut worst, residual(&inertia, &g, &found.matrix())),
+            Err(_) => refused += 1,
         }
     }
     let mut report = Report::default();
     report.shows("momenta", f64::from(trials));
     report.within("refused", f64::from(refused), [0.0; 2]);
     report.at_most("greatest residual", worst, 128.0 * ULP);
-    report.at_most(
-        "charts apart, in 2⁻⁵² of the terms times the condition",
-        apart,
-        32.0,
-    );
     Ok(report)
 }
 
@@ -336,10 +288,7 @@ fn branch(length: Length) -> Result<Report, TrialError> {
     for _ in 0..trials {
         let inertia = random_inertia(&mut random, 1e-2)?;
         let g = inertia.matrix() * (random.uniform(0.5, 3.0) * random.direction());
-        match (
-            Chart::Cayley.solve(&inertia, &g, None),
-            followed(&inertia, &g),
-        ) {
+        match (rotation::solve(&inertia, &g), followed(&inertia, &g)) {
             (Ok(found), Some(end)) => {
                 solved += 1;
                 other += u32::from((found.cayley - end).norm() > 1e-6 * end.norm());

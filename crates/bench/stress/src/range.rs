@@ -4,7 +4,6 @@ mod limits;
 mod units;
 
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
-use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
 use nalgebra::{Matrix3, Vector3};
 
@@ -34,25 +33,19 @@ pub(crate) const TRIALS: [Trial; 2] = [
 
 /// One of each kind.
 fn methods() -> Vec<Method> {
-    let cayley = Rotor::Discrete(Chart::Cayley);
+    let cayley = Rotor::Discrete;
     let (degree, origin) = (2, ChartOrigin::Middle);
     let quadrature = Quadrature::Gauss(degree);
     vec![
         Method::Lgvi(cayley),
-        Method::Lgvi(Rotor::Discrete(Chart::Exponential)),
-        Method::Lgvi(Rotor::Preprocessed(PreprocessedOrder::Eight)),
         Method::Lgvi(Rotor::Exact),
-        Method::LagrangianLgvi(Chart::Cayley),
+        Method::LagrangianLgvi,
         Method::LieEuler(cayley),
-        Method::ProcessedLieEuler(cayley),
         Method::Composition {
             order: 4,
             rotor: cayley,
         },
-        Method::Nystrom {
-            order: 4,
-            rotor: Rotor::Exact,
-        },
+        Method::Nystrom { order: 4 },
         Method::ImplicitMidpoint,
         Method::RungeKutta4,
         Method::CrouchGrossman,

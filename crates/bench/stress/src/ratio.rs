@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use lgvi_dynamics::gravity::Mutual;
-use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, Simulation};
 use nalgebra::Vector3;
 
@@ -60,10 +59,7 @@ fn simulation(method: Method, steps: f64) -> Result<Simulation, TrialError> {
 /// By which parts of their first distances from the barycentre both miss their first places after whole periods, and by which of
 /// the light one's mass times 1 the barycentre does.
 fn misses(steps: u64, periods: u64) -> Result<[f64; 3], TrialError> {
-    let method = Method::Nystrom {
-        order: 8,
-        rotor: Rotor::Exact,
-    };
+    let method = Method::Nystrom { order: 8 };
     let mut simulation = simulation(method, steps as f64)?;
     let start = simulation.states().to_vec();
     fly(&mut simulation, steps * periods)?;

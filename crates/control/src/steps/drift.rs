@@ -2,7 +2,7 @@
 //!
 //! A change `[p, m]` of pose and momentum becomes `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
-use lgvi_dynamics::rotation::{Chart, Unsolvable};
+use lgvi_dynamics::rotation::{self, Unsolvable};
 use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, Vector3};
@@ -135,7 +135,7 @@ pub(crate) struct Turn {
 impl Turn {
     #[inline]
     fn new(body: &RigidBody, h: f64, state: &mut BodyState) -> Result<Self, Unsolvable> {
-        let turn = Chart::Cayley.solve(body.inertia(), &(h * state.angular_momentum), None)?;
+        let turn = rotation::solve(body.inertia(), &(h * state.angular_momentum))?;
         state.attitude = compose(&state.attitude, &turn.cayley);
         state.angular_momentum = rotate_back(&turn.cayley, &state.angular_momentum);
         Ok(Self {

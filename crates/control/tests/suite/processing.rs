@@ -14,7 +14,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::case::Case;
 
 const EXACT: Method = Method::DormandPrince853 { tolerance: 1e-13 };
-const LGVI: Method = Method::Lgvi(Rotor::Discrete(lgvi_dynamics::rotation::Chart::Cayley));
+const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
 /// Norm of the miss where `controls` lead from the true initial state.
 fn miss_of(case: &Case, n: usize, controls: &[Load], method: Method) -> f64 {

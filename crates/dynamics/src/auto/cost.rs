@@ -70,8 +70,8 @@ impl Cost {
     pub(super) fn step(&self, splitting: &Splitting, rotor: Rotor) -> f64 {
         let (evaluations, drifts) = splitting.work();
         let drift = match rotor {
-            Rotor::Exact | Rotor::Preprocessed(_) => self.of(EXACT),
-            Rotor::Discrete(_) => DISCRETE * self.bodies() + PIVOTED * self.pivoted,
+            Rotor::Exact => self.of(EXACT),
+            Rotor::Discrete => DISCRETE * self.bodies() + PIVOTED * self.pivoted,
         };
         let own = STEP + BODY * self.bodies();
         own + f64::from(evaluations) * self.gravity + f64::from(drifts) * drift
@@ -116,9 +116,9 @@ fn different(inertia: &Inertia) -> usize {
 pub(super) fn splitting(method: Method) -> Option<(Splitting, Rotor)> {
     match method {
         Method::Lgvi(rotor) => Some((Splitting::lgvi(rotor, &[]), rotor)),
-        Method::Nystrom { order, rotor } => {
-            let splitting = Splitting::nystrom(order, rotor, &[]).ok()?;
-            Some((splitting, rotor))
+        Method::Nystrom { order } => {
+            let splitting = Splitting::nystrom(order, &[]).ok()?;
+            Some((splitting, Rotor::Exact))
         }
         _ => None,
     }
@@ -130,10 +130,14 @@ mod tests {
 
     #[test]
     fn evaluations_are_those_of_the_methods() {
-        let rotor = Rotor::Exact;
-        let nystrom = |order| Method::Nystrom { order, rotor };
-        let counted = [Method::Lgvi(rotor), nystrom(4), nystrom(6), nystrom(8)]
-            .map(|method| splitting(method).unwrap().0.work());
+        let nystrom = |order| Method::Nystrom { order };
+        let counted = [
+            Method::Lgvi(Rotor::Exact),
+            nystrom(4),
+            nystrom(6),
+            nystrom(8),
+        ]
+        .map(|method| splitting(method).unwrap().0.work());
         assert_eq!(counted, [(1, 1), (6, 6), (14, 15), (19, 20)]);
     }
 }

@@ -6,19 +6,10 @@ use crate::integrator::Rotor;
 
 /// Methods of equal steps.
 const EQUAL: [Method; 4] = [
-    Method::Lgvi(Rotor::Discrete(crate::rotation::Chart::Cayley)),
-    Method::Nystrom {
-        order: 4,
-        rotor: Rotor::Exact,
-    },
-    Method::Nystrom {
-        order: 6,
-        rotor: Rotor::Exact,
-    },
-    Method::Nystrom {
-        order: 8,
-        rotor: Rotor::Exact,
-    },
+    Method::Lgvi(Rotor::Discrete),
+    Method::Nystrom { order: 4 },
+    Method::Nystrom { order: 6 },
+    Method::Nystrom { order: 8 },
 ];
 
 /// Tolerances of Dormand and Prince's method: two a decade, from this one on.

@@ -2,63 +2,40 @@ mod coasting;
 
 pub(super) use coasting::Coasting;
 
-use super::rotor::Turn;
-use super::turn::{Known, Turns};
+use super::rotor::BodyRotation;
+use super::warm_start::{Solutions, WarmStart};
 use super::{Rotor, StepError};
-use crate::rotation::{
-    Chart, Direct, FreeRotation, General, PreprocessedDmv, PreprocessedError, Principal,
-};
+use crate::rotation::{DiscreteRotation, FreeRotation, Unsolvable};
 use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
 
 /// Kicks, and free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
 pub(super) struct Drift {
     movers: Movers,
-    turns: Turns,
+    warm_start: WarmStart<f64>,
 }
 
-/// The bodies as their drifts see them, by the kind of their turns. A new [`Rotor`] is a variant here, with what it derives
-/// from a body in an implementation of [`Turn`], and an arm in [`Movers::of`] and in [`Drift::apply`].
+/// The bodies as their drifts see them, by the kind of their rotations. A new [`Rotor`] is a variant here, with what it
+/// derives from a body in an implementation of [`BodyRotation`], and an arm in [`Movers::of`] and in [`Drift::apply`].
 enum Movers {
-    /// The implicit equation in the Cayley chart, body axes being principal axes.
-    Principal(Vec<Mover<Direct<Principal>>>),
-    /// The same for any body axes.
-    General(Vec<Mover<Direct<General>>>),
-    /// The implicit equation in another chart.
-    Chart(Vec<Mover<(Chart, Direct<General>)>>),
-    /// The implicit equation with preprocessed moments.
-    Preprocessed(Vec<Mover<PreprocessedDmv>>),
-    /// The exact solution.
+    Discrete(Vec<Mover<DiscreteRotation<f64>>>),
     Exact(Vec<Mover<FreeRotation>>),
 }
 
 impl Movers {
     fn of(rotor: Rotor, bodies: &[RigidBody]) -> Self {
-        let general = |inertia: &Inertia| Direct::general(inertia);
         match rotor {
-            Rotor::Discrete(Chart::Cayley) => {
-                let principal = bodies.iter().map(|body| Direct::principal(body.inertia()));
-                match principal.collect::<Option<Vec<_>>>() {
-                    Some(turns) => {
-                        Self::Principal(bodies.iter().zip(turns).map(Mover::of).collect())
-                    }
-                    None => Self::General(movers(bodies, general)),
-                }
-            }
-            Rotor::Discrete(chart) => {
-                Self::Chart(movers(bodies, |inertia| (chart, general(inertia))))
-            }
-            Rotor::Preprocessed(order) => Self::Preprocessed(movers(bodies, |inertia| {
-                PreprocessedDmv::new(inertia, order)
-            })),
+            Rotor::Discrete => Self::Discrete(movers(bodies, |inertia| inertia.rotation)),
             Rotor::Exact => Self::Exact(movers(bodies, FreeRotation::new)),
         }
     }
 }
 
-fn movers<T>(bodies: &[RigidBody], turn: impl Fn(&Inertia) -> T) -> Vec<Mover<T>> {
-    let each = bodies
-        .iter()
-        .map(|body| Mover::of((body, turn(body.inertia()))));
+fn movers<T>(bodies: &[RigidBody], rotation: impl Fn(&Inertia) -> T) -> Vec<Mover<T>> {
+    let each = bodies.iter().map(|body| Mover {
+        mobility: *body.mobility(),
+        per_mass: body.mass().recip(),
+        rotation: rotation(body.inertia()),
+    });
     each.collect()
 }
 
@@ -67,20 +44,10 @@ struct Mover<T> {
     mobility: Mobility,
     /// `1/m`
     per_mass: f64,
-    turn: T,
+    rotation: T,
 }
 
-impl<T> Mover<T> {
-    fn of((body, turn): (&RigidBody, T)) -> Self {
-        Self {
-            mobility: *body.mobility(),
-            per_mass: body.mass().recip(),
-            turn,
-        }
-    }
-}
-
-impl<T: Turn> Mover<T> {
+impl<T: BodyRotation> Mover<T> {
     /// Sets `next` to `state` kicked, then moved by `h`, if the body is free or pivoted and its turn is found at once.
     #[inline(always)]
     fn advance(
@@ -88,7 +55,7 @@ impl<T: Turn> Mover<T> {
         (state, next): (&BodyState, &mut BodyState),
         impulse: Impulse,
         h: f64,
-        known: &mut Known,
+        solutions: &mut Solutions<f64>,
     ) -> bool {
         let free = match self.mobility {
             Mobility::Free => true,
@@ -109,7 +76,8 @@ impl<T: Turn> Mover<T> {
         }
         next.position = position;
         next.linear_momentum = momentum;
-        self.turn.carry((&state.attitude, &p), h, known, next)
+        self.rotation
+            .carry((&state.attitude, &p), h, solutions, next)
     }
 
     /// Kicks any body and moves it by `h`; returns the Newton corrections it took.
@@ -121,8 +89,8 @@ impl<T: Turn> Mover<T> {
         state: &mut BodyState,
         impulse: Impulse,
         h: f64,
-        known: &mut Known,
-    ) -> Result<u32, PreprocessedError> {
+        solutions: &mut Solutions<f64>,
+    ) -> Result<u32, Unsolvable> {
         if let Some((load, dt)) = impulse {
             kick_body(body.mobility(), state, load, dt);
         }
@@ -136,9 +104,9 @@ impl<T: Turn> Mover<T> {
             }
         }
         let p = &state.angular_momentum;
-        let found = self.turn.solve(body.inertia(), h, p, known.guess())?;
-        known.note(found.s);
-        (state.attitude, state.angular_momentum) = found.turn.carry(&state.attitude, p);
+        let found = self.rotation.find(h, p, solutions.extrapolate())?;
+        solutions.note(found.correction);
+        (state.attitude, state.angular_momentum) = found.rotation.carry(&state.attitude, p);
         Ok(found.iterations)
     }
 }
@@ -160,24 +128,24 @@ fn on<'a>((loads, dt): Kick<'a>, body: usize) -> Impulse<'a> {
 /// store, and bodies overlap.
 #[inline(never)]
 fn advance<'a>(
-    movers: &[Mover<impl Turn>],
+    movers: &[Mover<impl BodyRotation>],
     bodies: &[RigidBody],
     (states, next): (&[BodyState], &mut [BodyState]),
     kick: Kick,
     h: f64,
-    known: impl Iterator<Item = Known<'a>>,
+    solutions: impl Iterator<Item = Solutions<'a, f64>>,
 ) -> Result<u32, StepError> {
     let mut most = 0;
-    let each = movers.iter().zip(states).zip(next).zip(known);
-    for (index, (((mover, state), next), mut known)) in each.enumerate() {
+    let each = movers.iter().zip(states).zip(next).zip(solutions);
+    for (index, (((mover, state), next), mut solutions)) in each.enumerate() {
         let impulse = on(kick, index);
-        let iterations = if mover.advance((state, next), impulse, h, &mut known) {
+        let iterations = if mover.advance((state, next), impulse, h, &mut solutions) {
             1
         } else {
             *next = *state;
             mover
-                .advance_any(&bodies[index], next, impulse, h, &mut known)
-                .map_err(|source| StepError::of_turn(index, source))?
+                .advance_any(&bodies[index], next, impulse, h, &mut solutions)
+                .map_err(|source| StepError::of_rotation(index, source))?
         };
         most = most.max(iterations);
     }
@@ -186,22 +154,22 @@ fn advance<'a>(
 
 impl Drift {
     /// Of `bodies`, which turn by `rotor`, several times in a step.
-    pub(super) fn new(rotor: Rotor, bodies: &[RigidBody], times: usize) -> Self {
+    pub(super) fn new(rotor: Rotor, bodies: &[RigidBody], stages: usize) -> Self {
         Self {
             movers: Movers::of(rotor, bodies),
-            turns: Turns::new(times, bodies.len()),
+            warm_start: WarmStart::new(0.0, stages, bodies.len()),
         }
     }
 
     /// Forgets the trajectory so far.
     pub(super) fn forget(&mut self) {
-        self.turns.forget();
+        self.warm_start.forget();
     }
 
     /// Takes the present step as made.
     #[inline(always)]
     pub(super) fn accept(&mut self) {
-        self.turns.accept();
+        self.warm_start.accept();
     }
 
     /// Sets `next` to `states` kicked, then moved by `h`, for the given time in a step; returns the most Newton
@@ -213,19 +181,16 @@ impl Drift {
         states: (&[BodyState], &mut [BodyState]),
         kick: Kick,
         h: f64,
-        time: usize,
+        stage: usize,
         coasting: Coasting,
     ) -> Result<u32, StepError> {
         if !coasting.bodies.is_empty() {
-            return self.coast(bodies, states, kick, h, time, coasting);
+            return self.coast(bodies, states, kick, h, stage, coasting);
         }
-        let known = self.turns.known(time);
+        let solutions = self.warm_start.of_stage(stage);
         match &self.movers {
-            Movers::Principal(movers) => advance(movers, bodies, states, kick, h, known),
-            Movers::General(movers) => advance(movers, bodies, states, kick, h, known),
-            Movers::Chart(movers) => advance(movers, bodies, states, kick, h, known),
-            Movers::Preprocessed(movers) => advance(movers, bodies, states, kick, h, known),
-            Movers::Exact(movers) => advance(movers, bodies, states, kick, h, known),
+            Movers::Discrete(movers) => advance(movers, bodies, states, kick, h, solutions),
+            Movers::Exact(movers) => advance(movers, bodies, states, kick, h, solutions),
         }
     }
 }

@@ -1,7 +1,7 @@
 use thiserror::Error;
 
 use crate::gravity::CloseApproach;
-use crate::rotation::{PreprocessedError, Unsolvable};
+use crate::rotation::Unsolvable;
 
 /// Why a step could not be made. Bodies count from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -21,14 +21,6 @@ pub enum StepError {
         body: usize,
         /// By how much.
         source: Unsolvable,
-    },
-    /// The body turns too far in one step for its preprocessed moments.
-    #[error("body {body}: {source}")]
-    Preprocessed {
-        /// Which body.
-        body: usize,
-        /// By how much.
-        source: PreprocessedError,
     },
     /// The step would end in NaN or infinity, as where two points of mass meet.
     #[error("body {body}: the state after the step is not finite")]
@@ -88,16 +80,11 @@ pub enum StepError {
 
 impl StepError {
     /// That a body cannot turn as it would; that its momentum is not a number where that is why.
-    pub(crate) fn of_turn(body: usize, source: PreprocessedError) -> Self {
-        match source {
-            PreprocessedError::Unsolvable(Unsolvable { turn, .. })
-            | PreprocessedError::BeyondSeries { turn, .. }
-                if turn.is_nan() =>
-            {
-                Self::NotFinite { body }
-            }
-            PreprocessedError::Unsolvable(source) => Self::Unsolvable { body, source },
-            source => Self::Preprocessed { body, source },
+    pub(crate) fn of_rotation(body: usize, source: Unsolvable) -> Self {
+        if source.turn.is_nan() {
+            Self::NotFinite { body }
+        } else {
+            Self::Unsolvable { body, source }
         }
     }
 
@@ -105,7 +92,6 @@ impl StepError {
     pub fn body(&self) -> Option<usize> {
         match self {
             Self::Unsolvable { body, .. }
-            | Self::Preprocessed { body, .. }
             | Self::TurnsTooFar { body, .. }
             | Self::NotFinite { body }
             | Self::CloseApproach(CloseApproach { body, .. })

@@ -1,8 +1,6 @@
-use lgvi_lie::{compose, rotate_back};
 use nalgebra::Vector3;
 
 use super::{Integrator, MethodError, StepError, StepReport, accept};
-use crate::rotation::Chart;
 use crate::{BodyState, Load, Mobility, System};
 
 /// The Lie group variational integrator in Lagrangian form, (3.18)–(3.21): it goes from two poses to the next, and knows
@@ -18,7 +16,6 @@ use crate::{BodyState, Load, Mobility, System};
 /// Free and pivoted bodies. A body may turn by less than about 90° a step, else [`StepError::Unsolvable`]. Another step
 /// length begins anew from the momenta. A control is constant over the step and acts in halves at both of its ends.
 pub struct LagrangianLgvi {
-    chart: Chart,
     /// Change of pose of the last step, before the impulse at its end.
     changes: Vec<Change>,
     next_changes: Vec<Change>,
@@ -29,17 +26,17 @@ pub struct LagrangianLgvi {
     h: Option<f64>,
 }
 
-/// `Δx` and `Fᵀ g` of a step, and the Cayley vector of its `F`.
+/// `Δx` and `Fᵀ g` of a step, and from where the next `F` is sought.
 #[derive(Clone, Copy, Debug, Default)]
 struct Change {
     position: Vector3<f64>,
     turn: Vector3<f64>,
-    cayley: Vector3<f64>,
+    correction: f64,
 }
 
 impl LagrangianLgvi {
-    /// For `system`, the implicit equation solved in `chart`.
-    pub fn new(chart: Chart, system: &System) -> Result<Self, MethodError> {
+    /// For `system`.
+    pub fn new(system: &System) -> Result<Self, MethodError> {
         let bodies = system.bodies();
         if let Some(body) = bodies.iter().position(|body| body.mobility().is_given()) {
             return Err(MethodError::Body {
@@ -50,7 +47,6 @@ impl LagrangianLgvi {
         }
         let count = bodies.len();
         Ok(Self {
-            chart,
             changes: vec![Change::default(); count],
             next_changes: vec![Change::default(); count],
             loads: vec![Load::default(); count],
@@ -87,16 +83,16 @@ impl Integrator for LagrangianLgvi {
             } else {
                 last.turn + h * (0.5 * h * load.moment + impulse)
             };
-            let guess = (!begins).then_some(&last.cayley);
-            let relative = self
-                .chart
-                .solve(body.inertia(), &g, guess)
-                .map_err(|source| StepError::of_turn(index, source.into()))?;
-            state.attitude = compose(&state.attitude, &relative.cayley);
+            let guess = if begins { 0.0 } else { last.correction };
+            let found = (body.inertia().rotation)
+                .find(1.0, &g, guess)
+                .map_err(|source| StepError::of_rotation(index, source))?;
+            let turn;
+            (state.attitude, turn) = found.rotation.carry(&state.attitude, &g);
             let mut change = Change {
                 position: Vector3::zeros(),
-                turn: rotate_back(&relative.cayley, &g),
-                cayley: relative.cayley,
+                turn,
+                correction: found.correction,
             };
             if *body.mobility() == Mobility::Free {
                 let impulse = 0.5 * h * (load + controls[index]).force;
@@ -109,7 +105,7 @@ impl Integrator for LagrangianLgvi {
                 state.position += change.position;
             }
             self.next_changes[index] = change;
-            report.iterations = report.iterations.max(relative.iterations);
+            report.iterations = report.iterations.max(found.iterations);
         }
 
         system.loads(&self.next, &mut self.next_loads);

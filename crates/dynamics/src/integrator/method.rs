@@ -2,18 +2,16 @@ use std::fmt;
 
 use super::{
     Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, EulerPoincare, Galerkin, ImplicitMidpoint,
-    Integrator, LagrangianLgvi, MethodError, ProcessedLieEuler, Quadrature, RungeKutta, Splitting,
+    Integrator, LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting,
 };
 use crate::System;
-use crate::rotation::{Chart, PreprocessedOrder};
 
 /// How the free rotation within a step is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rotor {
-    /// The discrete rigid body (3.24), (3.26): second order, the implicit equation solved in a chart.
-    Discrete(Chart),
-    /// The discrete rigid body with preprocessed moments of inertia, [`PreprocessedDmv`](crate::rotation::PreprocessedDmv).
-    Preprocessed(PreprocessedOrder),
+    /// The discrete rigid body (3.24), (3.26): second order.
+    #[default]
+    Discrete,
     /// The exact rotation in closed form, [`FreeRotation`](crate::rotation::FreeRotation).
     Exact,
 }
@@ -24,7 +22,7 @@ pub enum Method {
     /// The Lie group variational integrator in Hamiltonian form (3.22)–(3.26), [`Splitting::lgvi`].
     Lgvi(Rotor),
     /// The same in Lagrangian form (3.18)–(3.21), [`LagrangianLgvi`].
-    LagrangianLgvi(Chart),
+    LagrangianLgvi,
     /// [`Splitting::lie_euler`].
     LieEuler(Rotor),
     /// [`Splitting::composition`] of this order.
@@ -38,13 +36,9 @@ pub enum Method {
     Nystrom {
         /// 4, 6 or 8.
         order: u32,
-        /// How bodies turn in a drift.
-        rotor: Rotor,
     },
     /// [`ClosedForm`].
     ClosedForm,
-    /// [`ProcessedLieEuler`].
-    ProcessedLieEuler(Rotor),
     /// [`RungeKutta::explicit_midpoint`].
     ExplicitMidpoint,
     /// [`ImplicitMidpoint`].
@@ -83,30 +77,11 @@ pub enum Method {
     },
 }
 
-impl Rotor {
-    /// Order of the rotation in the drift's length; `u32::MAX` where it is exact.
-    pub fn order(self) -> u32 {
-        match self {
-            Self::Discrete(_) => 2,
-            Self::Preprocessed(order) => order.number(),
-            Self::Exact => u32::MAX,
-        }
-    }
-}
-
-impl Default for Rotor {
-    fn default() -> Self {
-        Self::Discrete(Chart::default())
-    }
-}
-
 impl fmt::Display for Rotor {
     /// What a method's name goes on with; nothing for the default.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Discrete(Chart::Cayley) => Ok(()),
-            Self::Discrete(Chart::Exponential) => write!(f, ", exponential chart"),
-            Self::Preprocessed(order) => write!(f, ", rotor of order {}", order.number()),
+            Self::Discrete => Ok(()),
             Self::Exact => write!(f, ", exact rotor"),
         }
     }
@@ -116,16 +91,13 @@ impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Lgvi(rotor) => write!(f, "LGVI{rotor}"),
-            Self::LagrangianLgvi(_) => write!(f, "LGVI in Lagrangian form"),
+            Self::LagrangianLgvi => write!(f, "LGVI in Lagrangian form"),
             Self::LieEuler(rotor) => write!(f, "Lie–Euler{rotor}"),
-            Self::ProcessedLieEuler(rotor) => write!(f, "processed Lie–Euler{rotor}"),
             Self::ClosedForm => write!(f, "closed form"),
             Self::Composition { order, rotor } => {
                 write!(f, "composition of order {order}{rotor}")
             }
-            Self::Nystrom { order, rotor } => {
-                write!(f, "Nyström splitting of order {order}{rotor}")
-            }
+            Self::Nystrom { order } => write!(f, "Nyström splitting of order {order}"),
             Self::Galerkin { degree, .. } => write!(f, "Galerkin of degree {degree}"),
             Self::EulerPoincare { degree, .. } => write!(f, "Euler–Poincaré of degree {degree}"),
             Self::ExplicitMidpoint => write!(f, "explicit midpoint"),
@@ -156,14 +128,13 @@ impl Method {
         match self {
             Self::LieEuler(_) => Some(1),
             Self::Lgvi(_)
-            | Self::LagrangianLgvi(_)
-            | Self::ProcessedLieEuler(_)
+            | Self::LagrangianLgvi
             | Self::ExplicitMidpoint
             | Self::ImplicitMidpoint
             | Self::CrouchGrossman => Some(2),
             Self::RungeKutta4 => Some(4),
             Self::Fehlberg78 { .. } | Self::DormandPrince853 { .. } => Some(8),
-            Self::Composition { order, .. } | Self::Nystrom { order, .. } => Some(order),
+            Self::Composition { order, .. } | Self::Nystrom { order } => Some(order),
             Self::Galerkin {
                 degree, quadrature, ..
             }
@@ -180,6 +151,18 @@ impl Method {
         }
     }
 
+    /// How it turns a body within a step; none where it has no rotor.
+    pub fn rotor(self) -> Option<Rotor> {
+        match self {
+            Self::Lgvi(rotor) | Self::LieEuler(rotor) | Self::Composition { rotor, .. } => {
+                Some(rotor)
+            }
+            Self::LagrangianLgvi => Some(Rotor::Discrete),
+            Self::Nystrom { .. } | Self::ClosedForm => Some(Rotor::Exact),
+            _ => None,
+        }
+    }
+
     /// Whether its steps consist of kicks and drifts.
     pub(crate) fn drifts(self) -> bool {
         matches!(
@@ -192,18 +175,13 @@ impl Method {
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),
-            Self::LagrangianLgvi(chart) => Box::new(LagrangianLgvi::new(chart, system)?),
+            Self::LagrangianLgvi => Box::new(LagrangianLgvi::new(system)?),
             Self::LieEuler(rotor) => Box::new(Splitting::lie_euler(rotor, system.bodies())),
             Self::ClosedForm => Box::new(ClosedForm::new(system)?),
             Self::Composition { order, rotor } => {
                 Box::new(Splitting::composition(order, rotor, system.bodies())?)
             }
-            Self::Nystrom { order, rotor } => {
-                Box::new(Splitting::nystrom(order, rotor, system.bodies())?)
-            }
-            Self::ProcessedLieEuler(rotor) => {
-                Box::new(ProcessedLieEuler::new(rotor, system.bodies()))
-            }
+            Self::Nystrom { order } => Box::new(Splitting::nystrom(order, system.bodies())?),
             Self::ExplicitMidpoint => Box::new(RungeKutta::explicit_midpoint(system.bodies())),
             Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(system.bodies())),
             Self::CrouchGrossman => Box::new(CrouchGrossman::new(system.bodies())),

@@ -1,46 +1,39 @@
 //! Integrators, one a file, behind the trait [`Integrator`]; [`Method`] names them.
 //!
 //! - Kicks and drifts: `splitting` (LGVI, Lie–Euler), `composition`, `nystrom`, with tables in `coefficients`; a drift turns
-//!   each body by a rotor (`drift`, `rotor`), from guesses that `turn` keeps.
-//! - Other variational methods: `lagrangian`, `processed`, `galerkin`, `closed_form`.
-//! - To compare with: `runge_kutta`, `implicit_midpoint`, `crouch_grossman` and, with error control, `adaptive`; they share
-//!   the vector field `flow`, `stages`, `tableau`, `scale` and `anderson`.
+//!   each body by a rotor (`drift`, `rotor`), from guesses that `warm_start` extrapolates.
+//! - Other variational methods: `lagrangian`, `galerkin`, `closed_form`.
+//! - With error control: `adaptive`. To compare with: `baselines`. Both share the vector field `flow`, `stages`, `tableau`
+//!   and `scale`.
 //! - Round any of them: `subdivision`.
 
 mod adaptive;
-mod anderson;
+mod baselines;
 mod closed_form;
 mod coefficients;
 mod composition;
-mod crouch_grossman;
 mod drift;
 mod error;
 mod flow;
 mod galerkin;
-mod implicit_midpoint;
 mod lagrangian;
 mod method;
 mod nystrom;
-mod processed;
 mod rotor;
-mod runge_kutta;
 mod scale;
 mod splitting;
 mod stages;
 mod subdivision;
 mod tableau;
-mod turn;
+pub(crate) mod warm_start;
 
 pub use adaptive::{Adaptive, Work};
+pub use baselines::{CrouchGrossman, ImplicitMidpoint, RungeKutta};
 pub use closed_form::ClosedForm;
-pub use crouch_grossman::CrouchGrossman;
 pub use error::{MethodError, StepError};
 pub use galerkin::{ChartOrigin, EulerPoincare, Galerkin, Quadrature};
-pub use implicit_midpoint::ImplicitMidpoint;
 pub use lagrangian::LagrangianLgvi;
 pub use method::{Method, Rotor};
-pub use processed::ProcessedLieEuler;
-pub use runge_kutta::RungeKutta;
 pub use splitting::Splitting;
 pub use subdivision::Subdivision;
 
@@ -76,6 +69,11 @@ pub trait Integrator: Send {
     ) -> Result<StepReport, StepError> {
         next.copy_from_slice(states);
         self.step(system, next, controls, h)
+    }
+
+    /// Whether it cuts steps by itself, as an error control does.
+    fn cuts_steps(&self) -> bool {
+        false
     }
 }
 

@@ -82,11 +82,6 @@ impl Splitting {
         let last = acts(self.last_kick);
         (kicks + last - first * last, self.stages.len() as u32)
     }
-
-    /// What gravity exerts where the last step ended; of a method that ends with a kick.
-    pub(super) fn loads(&self) -> &[Load] {
-        &self.loads.gravity
-    }
 }
 
 /// What acts on the bodies.

@@ -113,6 +113,10 @@ impl Subdivision {
 }
 
 impl Integrator for Subdivision {
+    fn cuts_steps(&self) -> bool {
+        true
+    }
+
     fn start(&mut self, system: &mut System, states: &[BodyState]) {
         self.inner.start(system, states);
     }

@@ -1,9 +1,8 @@
 use nalgebra::Vector3;
 
 use super::flight::Plan;
-use super::lane::Lane;
-use super::linear::{Matrix, Vector};
-use super::turn::Turn;
+use crate::lane::{Lane, Matrix, Vector};
+use crate::rotation::DiscreteRotation;
 use crate::{BodyState, Load, Mobility};
 
 /// One body's state in every lane.
@@ -151,7 +150,7 @@ pub(super) struct Body<T> {
     pub(super) motion: Motion,
     /// `1/m`
     pub(super) per_mass: T,
-    pub(super) turn: Turn<T>,
+    pub(super) rotation: DiscreteRotation<T>,
     pub(super) points: Vec<Point<T>>,
     /// Radius that nothing may enter.
     pub(super) radius: T,
@@ -165,11 +164,14 @@ impl<T: Lane> Body<T> {
             mass: zero,
             position: Vector::splat(token, &Vector3::zeros()),
         };
-        let equations: Vec<_> = plan.equations.iter().map(|all| all[index]).collect();
+        let members = plan.members.iter();
+        let rotations: Vec<_> = members
+            .map(|member| member.system.bodies()[index].inertia().rotation)
+            .collect();
         let mut body = Self {
             motion: plan.kind.motions[index],
             per_mass: zero,
-            turn: Turn::new(token, &equations),
+            rotation: DiscreteRotation::gather(token, &rotations),
             points: vec![point; plan.kind.points[index]],
             radius: zero,
         };

@@ -1,8 +1,8 @@
 use super::body::{Body, State};
 use super::flight::{Outcome, Plan};
 use super::gravity::Gravity;
-use super::lane::Lane;
 use crate::integrator::check_finite;
+use crate::lane::Lane;
 use crate::{BodyState, StepError};
 
 /// Which lanes fly, and how the flights of the others ended.

@@ -1,16 +1,14 @@
 use thiserror::Error;
 
 use super::body::Motion;
-use super::turn::Equation;
 use crate::gravity::Form;
 use crate::integrator::{Rotor, Splitting};
-use crate::rotation::Chart;
 use crate::{MassDistribution, Method, System};
 
 /// Why lanes cannot fly a system. Bodies count from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Unfit {
-    /// Not a method of kicks and drifts with the discrete rotor in the Cayley chart.
+    /// Not a method of kicks and drifts with the discrete rotor.
     #[error(
         "lanes cannot fly by {method}, expected LGVI, Lie–Euler or a composition with the discrete rotor"
     )]
@@ -61,8 +59,6 @@ pub(super) struct Kind {
     pub(super) extents: bool,
     /// Points of each body.
     pub(super) points: Vec<usize>,
-    /// Whether body axes are principal axes.
-    principal: bool,
 }
 
 /// Whether lanes can fly `system` by `method`.
@@ -94,7 +90,6 @@ impl Kind {
             extents: bodies.iter().any(|body| body.radius() > 0.0) || forms.iter().any(wide),
             forms,
             points: bodies.iter().map(|body| body.points().len()).collect(),
-            principal: matches!(Equation::of(bodies).first(), Some(Equation::Principal(_))),
         })
     }
 }
@@ -102,13 +97,13 @@ impl Kind {
 /// Coefficients of kicks and drifts.
 fn stages(system: &System, method: Method) -> Result<(Vec<(f64, f64)>, f64), Unfit> {
     let bodies = system.bodies();
-    let cayley = Rotor::Discrete(Chart::Cayley);
     let splitting = match method {
-        Method::Lgvi(rotor) if rotor == cayley => Some(Splitting::lgvi(rotor, bodies)),
-        Method::LieEuler(rotor) if rotor == cayley => Some(Splitting::lie_euler(rotor, bodies)),
-        Method::Composition { order, rotor } if rotor == cayley => {
-            Splitting::composition(order, rotor, bodies).ok()
-        }
+        Method::Lgvi(rotor @ Rotor::Discrete) => Some(Splitting::lgvi(rotor, bodies)),
+        Method::LieEuler(rotor @ Rotor::Discrete) => Some(Splitting::lie_euler(rotor, bodies)),
+        Method::Composition {
+            order,
+            rotor: rotor @ Rotor::Discrete,
+        } => Splitting::composition(order, rotor, bodies).ok(),
         _ => None,
     };
     splitting

@@ -2,7 +2,6 @@ use nalgebra::Vector3;
 
 use super::FlyError;
 use super::fit::{Kind, Unfit};
-use super::turn::Equation;
 use crate::range::check_step;
 use crate::simulation::check;
 use crate::{BodyState, Load, Method, StepError, System};
@@ -61,8 +60,6 @@ pub(super) struct Plan<'a> {
     pub(super) members: &'a [Member],
     /// One a member.
     pub(super) states: Vec<Vec<BodyState>>,
-    /// One a body of each member.
-    pub(super) equations: Vec<Vec<Equation>>,
 }
 
 impl<'a> Plan<'a> {
@@ -92,10 +89,6 @@ impl<'a> Plan<'a> {
             kind,
             members,
             states: all,
-            equations: members
-                .iter()
-                .map(|member| Equation::of(member.system.bodies()))
-                .collect(),
         })
     }
 }

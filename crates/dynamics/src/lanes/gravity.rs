@@ -1,8 +1,7 @@
 use super::body::{Body, Effect, Motion, Point, State};
-use super::lane::Lane;
-use super::linear::{Matrix, Vector};
 use super::mutual::Mutual;
 use crate::gravity::{Form, Shape};
+use crate::lane::{Lane, Matrix, Vector};
 
 /// Gravity on all bodies in every lane.
 pub(super) enum Gravity<T> {

@@ -2,10 +2,10 @@ use super::body::{Body, Effect, Motion, State};
 use super::end::{self, Ends};
 use super::flight::{Outcome, Plan, Thrust};
 use super::gravity::Gravity;
-use super::lane::Lane;
 use super::rescue::{Unsolved, rescue};
-use super::turns::Turns;
 use crate::Load;
+use crate::integrator::warm_start::WarmStart;
+use crate::lane::Lane;
 
 /// Flies as many members as there are lanes, or fewer.
 #[inline(always)]
@@ -32,7 +32,7 @@ struct Flock<'a, T> {
     total: Vec<Effect<T>>,
     /// What acts in each lane for a thrust of 1.
     factors: Effect<T>,
-    turns: Turns<T>,
+    warm_start: WarmStart<T>,
     ends: Ends,
 }
 
@@ -68,7 +68,7 @@ impl<'a, T: Lane> Flock<'a, T> {
             later: vec![none; count],
             total: vec![none; count],
             factors,
-            turns: Turns::new(token, kind.stages.len() * count),
+            warm_start: WarmStart::new(T::splat(token, 0.0), kind.stages.len(), count),
             ends: Ends::new(plan.members.len()),
         }
     }
@@ -103,7 +103,7 @@ impl<'a, T: Lane> Flock<'a, T> {
                         return;
                     }
                 }
-                self.turns.accept();
+                self.warm_start.accept();
                 std::mem::swap(&mut self.states, &mut self.next);
             }
         }
@@ -184,8 +184,8 @@ impl<'a, T: Lane> Flock<'a, T> {
             Some(_) => acting(&self.gravity, effects, &mut self.total, thrust),
             None => &[],
         };
-        let count = self.bodies.len();
-        for (number, body) in self.bodies.iter().enumerate() {
+        let each = self.bodies.iter().zip(self.warm_start.of_stage(index));
+        for (number, (body, mut solutions)) in each.enumerate() {
             let mut state = if index == 0 {
                 self.states[number]
             } else {
@@ -202,18 +202,20 @@ impl<'a, T: Lane> Flock<'a, T> {
                 let drift = state.linear_momentum * (body.per_mass * h);
                 state.position = state.position + drift;
             }
-            let turn = index * count + number;
-            let guess = self.turns.guess(turn);
+            let guess = solutions.extrapolate();
             let flying = self.ends.flying();
-            let solved = body.turn.solve(h, state.angular_momentum, guess, flying);
+            let solved = body
+                .rotation
+                .solve(h, state.angular_momentum, guess, flying);
             let next = &mut self.next[number];
             next.position = state.position;
             next.linear_momentum = state.linear_momentum;
-            let (attitude, angular_momentum) =
-                solved.turn.carry(&state.attitude, state.angular_momentum);
+            let (attitude, angular_momentum) = solved
+                .rotation
+                .carry(&state.attitude, state.angular_momentum);
             next.attitude = attitude;
             next.angular_momentum = angular_momentum;
-            self.turns.present[turn] = solved.correction;
+            let mut correction = solved.correction;
             let unsolved = flying & !solved.lanes;
             if unsolved != 0 {
                 let lanes = Unsolved {
@@ -222,9 +224,10 @@ impl<'a, T: Lane> Flock<'a, T> {
                     body: number,
                     h,
                 };
-                let correction = &mut self.turns.present[turn];
-                rescue(&lanes, (&state, &guess), (next, correction), &mut self.ends);
+                let ends = &mut self.ends;
+                rescue(&lanes, (&state, &guess), (next, &mut correction), ends);
             }
+            solutions.note(correction);
         }
     }
 }

@@ -6,22 +6,19 @@
 //! number whatever the width, the instructions and the neighbours, and that of [`Simulation`](crate::Simulation).
 //!
 //! # Assumptions and limitations
-//! Lanes know the methods of kicks and drifts with the discrete rotor in the Cayley chart (LGVI, Lie–Euler,
+//! Lanes know the methods of kicks and drifts with the discrete rotor (LGVI, Lie–Euler,
 //! compositions), points of mass, attractors with and without second moments, uniform fields, mutual attraction, and bodies
 //! that are free, pivoted or fixed; everything else is [`Unfit`] and for [`Simulation`](crate::Simulation).
 
 mod body;
+mod carry;
 mod end;
 mod fit;
 mod flight;
 mod gravity;
 mod kernel;
-mod lane;
-mod linear;
 mod mutual;
 mod rescue;
-mod turn;
-mod turns;
 
 pub use fit::{Unfit, fit};
 pub use flight::{Flight, Member, Outcome, Thrust};

@@ -1,6 +1,5 @@
 use super::body::{Body, Effect, Motion, Point, State};
-use super::lane::Lane;
-use super::linear::{Matrix, Vector};
+use crate::lane::{Lane, Matrix, Vector};
 
 /// Mutual attraction of points, pair by pair of bodies and of couples of points, in the order of
 /// [`Mutual`](crate::gravity::Mutual).

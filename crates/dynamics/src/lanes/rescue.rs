@@ -1,9 +1,8 @@
 use super::body::State;
 use super::end::Ends;
 use super::flight::Plan;
-use super::lane::Lane;
 use crate::StepError;
-use crate::rotation::PreprocessedError;
+use crate::lane::Lane;
 
 /// Lanes in which a body's turn is not found by repetition.
 pub(super) struct Unsolved<'a> {
@@ -26,20 +25,16 @@ pub(super) fn rescue<T: Lane>(
     ends: &mut Ends,
 ) {
     for k in (0..T::COUNT).filter(|k| unsolved.lanes & (1 << k) != 0) {
-        let equation = &unsolved.plan.equations[k][unsolved.body];
         let body = &unsolved.plan.members[k].system.bodies()[unsolved.body];
         let p = state.angular_momentum.lane(k);
-        match equation.solve(body, unsolved.h, &p, guess.lane(k)) {
-            Ok((turn, found)) => {
-                let (attitude, momentum) = turn.carry(&state.attitude.lane(k), &p);
+        match (body.inertia().rotation).find(unsolved.h, &p, guess.lane(k)) {
+            Ok(found) => {
+                let (attitude, momentum) = found.rotation.carry(&state.attitude.lane(k), &p);
                 next.attitude.set_lane(k, &attitude);
                 next.angular_momentum.set_lane(k, &momentum);
-                correction.set_lane(k, found);
+                correction.set_lane(k, found.correction);
             }
-            Err(error) => {
-                let error = PreprocessedError::from(error);
-                ends.fail(k, StepError::of_turn(unsolved.body, error));
-            }
+            Err(error) => ends.fail(k, StepError::of_rotation(unsolved.body, error)),
         }
     }
 }

@@ -1,13 +1,39 @@
-//! Principal axes of inertia.
-
 use nalgebra::{Matrix3, Vector3};
 
 /// Sweeps after which Jacobi's method has long converged.
 const MAX_SWEEPS: u32 = 30;
 
+/// Principal moments of inertia and their axes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PrincipalAxes {
+    /// In no order.
+    pub(crate) moments: Vector3<f64>,
+    /// A right-handed triad of axes, in columns; `None` where they are the body's.
+    pub(crate) axes: Option<Matrix3<f64>>,
+}
+
+impl PrincipalAxes {
+    /// Of a symmetric matrix.
+    pub(crate) fn of(matrix: &Matrix3<f64>) -> Self {
+        let moments = matrix.diagonal();
+        if *matrix == Matrix3::from_diagonal(&moments) {
+            return Self {
+                moments,
+                axes: None,
+            };
+        }
+        let greatest = matrix.amax();
+        let (moments, axes) = diagonalise(&(matrix / greatest));
+        Self {
+            moments: greatest * moments,
+            axes: Some(lgvi_lie::polish(&axes)),
+        }
+    }
+}
+
 /// The principal moments of a symmetric positive `matrix` and, as columns, the principal axes (right-handed), by Jacobi's
 /// rotations, which keep small moments' relative accuracy. A diagonal matrix has exactly the coordinate axes.
-pub(super) fn axes(matrix: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+fn diagonalise(matrix: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
     let mut a = *matrix;
     let mut axes = Matrix3::identity();
     for _ in 0..MAX_SWEEPS {
@@ -56,7 +82,7 @@ mod tests {
                 let moments = Vector3::new(smallest, 1.0, 1.0 + 0.5 * smallest);
                 let matrix = r * Matrix3::from_diagonal(&moments) * r.transpose();
                 let matrix = 0.5 * (matrix + matrix.transpose());
-                let (found, axes) = axes(&matrix);
+                let (found, axes) = diagonalise(&matrix);
                 let rebuilt = axes * Matrix3::from_diagonal(&found) * axes.transpose();
                 assert!((rebuilt - matrix).norm() < 3e-15);
                 assert!((axes.transpose() * axes - Matrix3::identity()).norm() < 3e-15);
@@ -67,6 +93,9 @@ mod tests {
             }
         }
         let diagonal = Matrix3::from_diagonal(&Vector3::new(2.0, 1.0, 2.0));
-        assert_eq!(axes(&diagonal), (diagonal.diagonal(), Matrix3::identity()));
+        assert_eq!(
+            diagonalise(&diagonal),
+            (diagonal.diagonal(), Matrix3::identity())
+        );
     }
 }

@@ -181,9 +181,6 @@ fn turns_once(method: Method) -> bool {
         Method::Composition {
             rotor: Rotor::Exact,
             ..
-        } | Method::Nystrom {
-            rotor: Rotor::Exact,
-            ..
-        }
+        } | Method::Nystrom { .. }
     )
 }

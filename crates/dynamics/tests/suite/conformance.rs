@@ -3,7 +3,6 @@
 
 use crate::case::Case;
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
-use lgvi_dynamics::rotation::{Chart, PreprocessedOrder};
 use lgvi_dynamics::{BodyState, Invariants, Load, Method, RigidBody, Simulation};
 use nalgebra::Vector3;
 
@@ -48,14 +47,14 @@ impl Promise {
     fn order_on(&self, case: &str) -> Option<u32> {
         let rotor = match self.method {
             Method::Lgvi(rotor) | Method::LieEuler(rotor) => rotor,
-            Method::Nystrom { rotor, .. } | Method::Composition { rotor, .. } => rotor,
+            Method::Composition { rotor, .. } => rotor,
+            Method::Nystrom { .. } => Rotor::Exact,
             _ => return Some(self.order),
         };
         match (rotor, self.method) {
             _ if !is_free(case) => Some(self.order),
             (Rotor::Exact, _) => None,
-            (Rotor::Discrete(_), Method::LieEuler(_)) => Some(2),
-            (Rotor::Preprocessed(order), _) => Some(order.number()),
+            (Rotor::Discrete, Method::LieEuler(_)) => Some(2),
             _ => Some(self.order),
         }
     }
@@ -66,16 +65,12 @@ fn is_free(case: &str) -> bool {
 }
 
 pub fn promises() -> Vec<Promise> {
-    let cayley = Rotor::Discrete(Chart::Cayley);
-    let exponential = Rotor::Discrete(Chart::Exponential);
+    let cayley = Rotor::Discrete;
     let geometric = Promise::geometric;
     let mut all = vec![
         geometric(Method::Lgvi(cayley), 2),
-        geometric(Method::Lgvi(exponential), 2),
         geometric(Method::Lgvi(Rotor::Exact), 2),
-        geometric(Method::LagrangianLgvi(Chart::Cayley), 2),
-        geometric(Method::LagrangianLgvi(Chart::Exponential), 2),
-        geometric(Method::ProcessedLieEuler(cayley), 2),
+        geometric(Method::LagrangianLgvi, 2),
         Promise {
             reversible: false,
             ..geometric(Method::LieEuler(cayley), 1)
@@ -94,9 +89,7 @@ pub fn promises() -> Vec<Promise> {
         }
     }
     for order in [4, 6, 8] {
-        for rotor in [Rotor::Preprocessed(PreprocessedOrder::Ten), Rotor::Exact] {
-            all.push(geometric(Method::Nystrom { order, rotor }, order));
-        }
+        all.push(geometric(Method::Nystrom { order }, order));
     }
     for degree in [1, 2, 3, 4] {
         for quadrature in [Quadrature::Gauss(degree), Quadrature::Lobatto(degree + 1)] {

@@ -2,7 +2,6 @@
 
 use lgvi_dynamics::gravity::{Central, CloseApproach, Fixed, Gravity, Multipole, Uniform};
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::Chart;
 use lgvi_dynamics::{
     BodyError, BodyState, Inertia, Invariants, Load, Method, RigidBody, Simulation, StepError,
     System,
@@ -11,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::case::Case;
 
-const LGVI: Method = Method::Lgvi(Rotor::Discrete(Chart::Cayley));
+const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
 /// The greatest deviation of `quantity` from its start in each half of a flight of `steps`.
 fn deviation(

@@ -8,7 +8,7 @@ use lgvi_dynamics::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-const LGVI: Method = Method::Lgvi(Rotor::Discrete(lgvi_dynamics::rotation::Chart::Cayley));
+const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
 fn sphere(mass: f64, radius: f64) -> RigidBody {
     let inertia = Inertia::principal([0.4 * mass; 3]).expect("inertia");

@@ -2,7 +2,6 @@
 //! of the trajectory itself.
 
 use crate::case::Case;
-use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Load, Method};
 
 /// Case, step, and the greatest errors of position and attitude (Frobenius) at any of its times; measured are a half to a
@@ -22,10 +21,7 @@ const FLOORS: [(&str, f64, f64, f64); 10] = [
 
 #[test]
 fn every_reference_is_met_down_to_the_stated_floor() {
-    let method = Method::Nystrom {
-        order: 8,
-        rotor: Rotor::Exact,
-    };
+    let method = Method::Nystrom { order: 8 };
     for (name, h, position, attitude) in FLOORS {
         let case = Case::load(name);
         let mut simulation = case.simulation(method, h);

@@ -401,10 +401,7 @@ fn what_lanes_cannot_fly_is_refused() {
     for method in [
         Method::Lgvi(exact),
         Method::ImplicitMidpoint,
-        Method::Nystrom {
-            order: 4,
-            rotor: exact,
-        },
+        Method::Nystrom { order: 4 },
     ] {
         assert!(
             matches!(unfit(&system, method), Unfit::Method { .. }),

@@ -21,7 +21,7 @@ mod models;
 mod mutual;
 mod polyhedra;
 mod potentials;
-mod preprocessed;
+mod rotation;
 mod skips;
 mod truncation;
 mod truth;

@@ -6,9 +6,7 @@ use lgvi_dynamics::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-const METHOD: Method = Method::Lgvi(lgvi_dynamics::integrator::Rotor::Discrete(
-    lgvi_dynamics::rotation::Chart::Cayley,
-));
+const METHOD: Method = Method::Lgvi(lgvi_dynamics::integrator::Rotor::Discrete);
 
 fn sphere(mass: f64) -> RigidBody {
     let inertia = Inertia::principal([0.4 * mass; 3]).expect("inertia");

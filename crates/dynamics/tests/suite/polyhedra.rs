@@ -4,7 +4,6 @@ use lgvi_dynamics::gravity::{
     Central, CloseApproach, Field, Fixed, Gravity, Moments, Multipole, Mutual, Polyhedron, Sources,
 };
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::Chart;
 use lgvi_dynamics::{
     BodyState, Inertia, Load, Method, Mobility, PointMass, RigidBody, Simulation, StepError, System,
 };
@@ -15,7 +14,7 @@ use crate::potentials::{Number, Triple, add, constant, dot, rotated, subtract, t
 
 const G: f64 = 1.3;
 const AXES: [[f64; 3]; 2] = [[1.0, 0.7, 0.4], [0.6, 0.5, 0.3]];
-const LGVI: Method = Method::Lgvi(Rotor::Discrete(Chart::Cayley));
+const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
 /// An irregular body of 20 faces and about this size.
 fn rock(rng: &mut fastrand::Rng, size: f64) -> Polyhedron {

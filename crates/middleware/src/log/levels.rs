@@ -5,6 +5,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
+use lgvi_msgs::excerpt;
 use lgvi_msgs::rcl_interfaces::{
     LoggerLevel, SetLoggerLevelsResult,
     srv::{
@@ -42,7 +43,7 @@ pub(super) type Apply = Box<dyn Fn(&LogSettings) -> Result<(), reload::Error> + 
 #[derive(Debug, thiserror::Error)]
 pub enum LevelError {
     /// Not the name of a level.
-    #[error("log level {0:?} is none of debug, info, warn, error, fatal")]
+    #[error("log level {:?} is none of debug, info, warn, error, fatal", excerpt(.0))]
     Name(String),
     /// Not the number of a level.
     #[error(

@@ -15,11 +15,13 @@ pub use specification::{Change, ParameterSpec};
 pub use store::Parameters;
 pub use value::{ParameterKind, ParameterType, ParameterValue};
 
+use lgvi_msgs::excerpt;
+
 /// A parameter that is not known, or whose value is not accepted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterError {
     /// The value is of another type than the parameter.
-    #[error("parameter {name:?} is {value}; expected {expected}")]
+    #[error("parameter {:?} is {}; expected {expected}", excerpt(name), excerpt(&value.to_string()))]
     Type {
         /// The parameter.
         name: String,
@@ -29,7 +31,7 @@ pub enum ParameterError {
         expected: &'static str,
     },
     /// The value is outside of the parameter's range.
-    #[error("parameter {name:?} is {value}; expected {expected}")]
+    #[error("parameter {:?} is {}; expected {expected}", excerpt(name), excerpt(&value.to_string()))]
     Range {
         /// The parameter.
         name: String,
@@ -39,7 +41,7 @@ pub enum ParameterError {
         expected: String,
     },
     /// The value is refused by the parameter's own check.
-    #[error("parameter {name:?} is {value}; {reason}")]
+    #[error("parameter {:?} is {}; {reason}", excerpt(name), excerpt(&value.to_string()))]
     Refused {
         /// The parameter.
         name: String,
@@ -49,7 +51,7 @@ pub enum ParameterError {
         reason: String,
     },
     /// A parameter was given that the node does not have.
-    #[error("unknown parameter {name:?}; this node has {}", known.join(", "))]
+    #[error("unknown parameter {:?}; this node has {}", excerpt(name), known.join(", "))]
     Unknown {
         /// The parameter.
         name: String,
@@ -57,7 +59,7 @@ pub enum ParameterError {
         known: Vec<String>,
     },
     /// A parameter is asked for or set that was not declared.
-    #[error("parameter {name:?} is not declared; this node has {}", known.join(", "))]
+    #[error("parameter {:?} is not declared; this node has {}", excerpt(name), known.join(", "))]
     NotDeclared {
         /// The parameter.
         name: String,
@@ -74,7 +76,8 @@ pub enum ParameterError {
     },
     /// The parameter cannot change after the start of the node.
     #[error(
-        "parameter {name:?} cannot be set to {value}; it is read-only after the start of the node"
+        "parameter {name:?} cannot be set to {}; it is read-only after the start of the node",
+        excerpt(&value.to_string())
     )]
     ReadOnly {
         /// The parameter.
@@ -84,7 +87,8 @@ pub enum ParameterError {
     },
     /// The parameter cannot change now.
     #[error(
-        "parameter {name:?} cannot be set to {value} now; it can while the node is unconfigured"
+        "parameter {name:?} cannot be set to {} now; it can while the node is unconfigured",
+        excerpt(&value.to_string())
     )]
     Configured {
         /// The parameter.

@@ -24,7 +24,8 @@
 //!
 //! A publisher has memory for full buffers of all subscribers, but no more than 256 MiB of it, or 2048 states. While
 //! all of that waits to be received, all subscribers are as one whose buffer is full. Memory is taken from the system
-//! when it is used for the first time, and used again before more is taken.
+//! when it is used for the first time, and used again before more is taken. Where the file system of shared memory is full,
+//! sending fails with [`ShmError::Full`].
 //!
 //! # Assumptions and limitations
 //! - A subscriber connects to a new publisher when it receives: poll at least every 10 ms.
@@ -35,6 +36,7 @@ mod delivery;
 mod node;
 mod options;
 mod publisher;
+mod room;
 mod root;
 mod subscriber;
 
@@ -123,6 +125,18 @@ pub enum ShmError {
         service: String,
         /// How many may be.
         limit: usize,
+    },
+    /// The file system of shared memory is full.
+    #[error("{path} is full: {service} needs {needed} bytes, {free} are free")]
+    Full {
+        /// The service.
+        service: String,
+        /// Where it is mounted.
+        path: String,
+        /// What is needed (byte).
+        needed: u64,
+        /// What is free (byte).
+        free: u64,
     },
     /// The port cannot be created.
     #[error("cannot create a port of {service}: {reason}")]

@@ -16,7 +16,7 @@ use super::{
     channel::{Channel, Control, Feedback, State},
     delivery::Delivery,
     publisher::ShmPublisher,
-    root,
+    room, root,
     subscriber::ShmSubscriber,
 };
 use crate::Shutdown;
@@ -123,6 +123,7 @@ impl ShmNode {
             service: name.clone(),
             reason,
         };
+        room::check(&name, 0)?;
         let service_name = name
             .as_str()
             .try_into()

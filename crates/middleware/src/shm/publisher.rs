@@ -13,7 +13,7 @@ use iceoryx2::{
         publisher::{Publisher, PublisherCreateError},
         update_connections::UpdateConnections,
     },
-    prelude::PortFactory as _,
+    prelude::{AllocationStrategy, PortFactory as _},
     sample_mut_uninit::SampleMutUninit,
 };
 
@@ -22,6 +22,7 @@ use super::{
     channel::Channel,
     delivery::{Backpressure, Delivered, Delivery},
     node::Open,
+    room::{self, Reserved},
 };
 
 /// The most memory a publisher may take, unless that is for less than its channel's fewest samples (byte).
@@ -48,6 +49,7 @@ type Loan<C> =
 pub struct ShmPublisher<C: Channel> {
     port: Publisher<Service, [C::Element], C::Header>,
     backpressure: Arc<Backpressure>,
+    reserved: Reserved,
     lost: u64,
     open: Open<C>,
     service: String,
@@ -91,13 +93,18 @@ impl<C: Channel> ShmPublisher<C> {
                     reason: error.to_string(),
                 },
             })?;
-        Ok(Self {
+        let mut publisher = Self {
             port,
             backpressure,
+            reserved: Reserved::default(),
             lost: 0,
             open,
             service,
-        })
+        };
+        if let Ok(sample) = publisher.port.loan_slice_uninit(elements) {
+            publisher.reserve(&sample)?;
+        }
+        Ok(publisher)
     }
 
     /// Delivers otherwise from the next sample on.
@@ -116,9 +123,13 @@ impl<C: Channel> ShmPublisher<C> {
         fill: impl FnMut(usize) -> C::Element,
     ) -> Result<Delivered, ShmError> {
         let subscribers = self.subscribers();
+        if C::GROWTH != AllocationStrategy::Static {
+            room::check(&self.service, elements * size_of::<C::Element>())?;
+        }
         self.backpressure.begin();
         let receivers = match self.loan(elements) {
             Ok(mut sample) => {
+                self.reserve(&sample)?;
                 *sample.user_header_mut() = header;
                 sample
                     .write_from_fn(fill)
@@ -143,6 +154,13 @@ impl<C: Channel> ShmPublisher<C> {
         };
         self.lost += refused as u64;
         Ok(Delivered { receivers, refused })
+    }
+
+    /// Has room in shared memory for a sample before it is written.
+    fn reserve(&mut self, sample: &Loan<C>) -> Result<(), ShmError> {
+        let begin = std::ptr::from_ref(sample.header()).addr();
+        let end = sample.payload().as_ptr_range().end.addr();
+        self.reserved.cover(&self.service, &(begin..end))
     }
 
     /// Memory for a sample. While there is none, subscribers that have taken it all are waited for as one is whose

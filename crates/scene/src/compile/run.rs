@@ -25,11 +25,12 @@ pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
         return Ok(J2000);
     };
     let text = datetime.to_string();
-    let expected = "a date and time with offset, such as 2000-01-01T12:00:00Z, from 1970 to 2038";
+    let expected = "a date and time with offset, such as 2000-01-01T12:00:00Z, from 1970 to 2038, not the very start of 1970";
     let refuse = || SceneError::value("run.epoch", &text, expected);
     let parsed = chrono::DateTime::parse_from_rfc3339(&text).map_err(|_| refuse())?;
     let nanoseconds = parsed.timestamp_nanos_opt().ok_or_else(refuse)?;
-    if (0..MAX_ROS_SECOND).contains(&parsed.timestamp()) {
+    // A stamp of 0 is one that nobody has set.
+    if nanoseconds > 0 && parsed.timestamp() < MAX_ROS_SECOND {
         Ok(nanoseconds)
     } else {
         Err(refuse())
@@ -41,7 +42,7 @@ pub(super) fn integration(
     run: &RunFile,
     planned: Option<&ManeuverFile>,
 ) -> Result<Integration, SceneError> {
-    match run.integrator.integration(run.chart) {
+    match run.integrator.integration() {
         Integration::Auto { tolerance } if !TOLERANCES.contains(&tolerance) => {
             let key = "run.integrator.tolerance";
             Err(SceneError::value(key, tolerance, "1e-14 to 0.1"))
@@ -55,7 +56,7 @@ pub(super) fn integration(
 
 /// What an automatic integrator is asked for where a manoeuvre says what flies it.
 pub(super) fn accuracy(run: &RunFile, planned: Option<&ManeuverFile>) -> Option<f64> {
-    match run.integrator.integration(run.chart) {
+    match run.integrator.integration() {
         Integration::Auto { tolerance } => planned.map(|_| tolerance),
         Integration::Method(_) => None,
     }
@@ -82,10 +83,7 @@ pub(super) fn skipping(run: &RunFile, integration: Integration) -> Result<Skippi
 }
 
 pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
-    let chosen = matches!(
-        run.integrator.integration(run.chart),
-        Integration::Auto { .. }
-    );
+    let chosen = matches!(run.integrator.integration(), Integration::Auto { .. });
     if let (true, Some(substeps)) = (chosen, run.substeps) {
         let expected = "none: the integrator `auto` chooses the number of substeps";
         return Err(SceneError::value("run.substeps", substeps, expected));
@@ -99,7 +97,7 @@ pub(super) fn substeps(run: &RunFile) -> Result<u32, SceneError> {
 
 pub(super) fn subdivide(run: &RunFile) -> Result<u32, SceneError> {
     if run.subdivide > 0
-        && let Integration::Method(method) = run.integrator.integration(run.chart)
+        && let Integration::Method(method) = run.integrator.integration()
         && method.has_error_control()
     {
         let expected = format!("0 beside {method}, which cuts its steps itself");

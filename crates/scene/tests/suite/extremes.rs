@@ -68,7 +68,7 @@ const OTHERS: [&str; 3] = [
     "#,
     r#"
     title = "A craft that forces and moments turn into another orbit"
-    run = { duration = 1.0, steps = 20, integrator = { name = "composition", order = 4, rotor = { preprocessed = 6 } } }
+    run = { duration = 1.0, steps = 20, integrator = { name = "composition", order = 4, rotor = "exact" } }
     gravity.central = { gm = 4.0, j2 = 1e-3, reference_radius = 0.9, pole = [0.1, 0.2, 1.0], position = [0.1, 0.2, 0.3], radius = 0.5 }
     [[bodies]]
     name = "craft"

@@ -1,5 +1,7 @@
 //! The text of a definition, line by line.
 
+use std::collections::BTreeSet;
+
 use super::{DefinitionError, Length, Number, Text};
 
 /// The text of one message.
@@ -45,6 +47,7 @@ pub(super) fn messages(type_name: &str, text: &str) -> Result<Vec<Source>, Defin
         fields: Vec::new(),
     }];
     let mut named = true;
+    let mut names = BTreeSet::new();
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;
         let line = line.trim();
@@ -57,6 +60,7 @@ pub(super) fn messages(type_name: &str, text: &str) -> Result<Vec<Source>, Defin
                 return Err(syntax(number, "MSG: and a message's name", line));
             };
             named = true;
+            names.clear();
             messages.push(Source {
                 name: base_name(name.trim()),
                 fields: Vec::new(),
@@ -70,7 +74,7 @@ pub(super) fn messages(type_name: &str, text: &str) -> Result<Vec<Source>, Defin
         let Some(field) = field(number, line, package)? else {
             continue;
         };
-        if message.fields.iter().any(|other| other.name == field.name) {
+        if !names.insert(field.name.clone()) {
             return Err(DefinitionError::Duplicate {
                 line: number,
                 name: field.name,

@@ -86,22 +86,10 @@ impl Integrator {
     }
 }
 
-fn rotor(method: Method) -> Option<Rotor> {
-    match method {
-        Method::Lgvi(rotor)
-        | Method::LieEuler(rotor)
-        | Method::ProcessedLieEuler(rotor)
-        | Method::Composition { rotor, .. }
-        | Method::Nystrom { rotor, .. } => Some(rotor),
-        Method::LagrangianLgvi(chart) => Some(Rotor::Discrete(chart)),
-        _ => None,
-    }
-}
-
-/// The implicit equation has a solution wherever `|J⁻¹ g| ≤ 1`; the series of a preprocessed rotor hold as far.
+/// The implicit equation has a solution wherever `|J⁻¹ g| ≤ 1`.
 fn turn_limit(method: Method) -> Option<f64> {
-    match (rotor(method), method) {
-        (Some(Rotor::Discrete(_) | Rotor::Preprocessed(_)), _) => Some(1.0),
+    match (method.rotor(), method) {
+        (Some(Rotor::Discrete), _) => Some(1.0),
         (_, Method::Galerkin { .. } | Method::EulerPoincare { .. }) => Some(std::f64::consts::PI),
         _ => None,
     }

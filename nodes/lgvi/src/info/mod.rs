@@ -2,7 +2,7 @@
 
 mod text;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -224,6 +224,7 @@ fn counts(bag: &BagReader, faults: &mut Vec<String>) -> Vec<u64> {
         return counts;
     }
     let mut counts = vec![0; bag.topics().len()];
+    let mut known: BTreeSet<_> = faults.iter().cloned().collect();
     for message in bag.messages() {
         match message {
             Ok(message) => {
@@ -231,7 +232,7 @@ fn counts(bag: &BagReader, faults: &mut Vec<String>) -> Vec<u64> {
             }
             Err(error) => {
                 let fault = error.to_string();
-                if !faults.contains(&fault) {
+                if known.insert(fault.clone()) {
                     faults.push(fault);
                 }
             }

@@ -12,8 +12,8 @@ impl Display for Info {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let complete = match (self.complete, self.checked) {
             (false, _) => " (not complete)",
-            (true, true) => " (complete: every chunk has been read)",
-            (true, false) => " (complete by its summaries; --check reads every chunk)",
+            (true, true) => " (complete: all of it has been read)",
+            (true, false) => " (complete by its summaries; --check reads all of it)",
         };
         let bag = shown(&self.bag);
         writeln!(f, "bag       {bag}{complete}")?;

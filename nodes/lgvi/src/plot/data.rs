@@ -77,9 +77,8 @@ impl FlightData {
             let step = state.step;
             let set = course
                 .set
-                .iter()
-                .any(|(sample, _)| *sample == state.sequence);
-            if let Some(before) = reached.filter(|before| *before >= step && !set) {
+                .binary_search_by_key(&state.sequence, |(sample, _)| *sample);
+            if let Some(before) = reached.filter(|before| *before >= step && set.is_err()) {
                 return Err(refuse(format!("step {step} follows step {before}")));
             }
             reached = Some(step);

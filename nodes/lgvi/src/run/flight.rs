@@ -12,7 +12,7 @@ use lgvi_scene::Scene;
 
 use super::Options;
 use super::flown::{Failure, Flown, Replanned};
-use super::process::{Heard, NodeProcess, Update};
+use super::process::{Heard, NodeProcess, Update, death};
 use super::progress::Progress;
 use super::recording::{recorder, topics};
 use crate::NodeKind;
@@ -241,8 +241,11 @@ impl Course {
     }
 
     /// Takes note of the first failure, with the exit code of the node that it befell.
-    fn fail(&mut self, kind: NodeKind, message: String) {
+    fn fail(&mut self, kind: NodeKind, mut message: String) {
         let status = self.nodes.remove(&kind).and_then(|mut node| node.stop());
+        if let Some(death) = status.and_then(death) {
+            message = format!("{message}: {death}");
+        }
         let code = status
             .as_ref()
             .and_then(ExitStatus::code)

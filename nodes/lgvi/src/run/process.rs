@@ -1,6 +1,7 @@
 //! A node of the flight: its process, and what it reports.
 
 use std::io::{BufReader, Read};
+use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
@@ -95,6 +96,19 @@ impl NodeProcess {
     }
 }
 
+/// How a process was killed, if it was.
+pub(crate) fn death(status: ExitStatus) -> Option<String> {
+    let number = status.signal()?;
+    let Ok(signal) = Signal::try_from(number) else {
+        return Some(format!("killed by signal {number}"));
+    };
+    let cause = match signal {
+        Signal::SIGBUS => ", probably because /dev/shm is full",
+        _ => "",
+    };
+    Some(format!("killed by {signal}{cause}"))
+}
+
 /// Passes on what a node says until its end, or until nobody wants to know.
 pub(crate) fn listen(kind: NodeKind, output: impl Read, updates: &Sender<Update>) {
     for report in read_reports(BufReader::new(output)) {
@@ -111,4 +125,19 @@ pub(crate) fn listen(kind: NodeKind, output: impl Read, updates: &Sender<Update>
         }
     }
     let _ = updates.send((kind, Heard::End));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_that_has_killed_a_node_is_named() {
+        let killed = |signal: Signal| death(ExitStatus::from_raw(signal as i32));
+        let bus = "killed by SIGBUS, probably because /dev/shm is full";
+        assert_eq!(killed(Signal::SIGBUS).as_deref(), Some(bus));
+        let kill = "killed by SIGKILL";
+        assert_eq!(killed(Signal::SIGKILL).as_deref(), Some(kill));
+        assert_eq!(death(ExitStatus::from_raw(0)), None);
+    }
 }

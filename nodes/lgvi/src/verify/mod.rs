@@ -13,11 +13,12 @@ use std::process::ExitCode;
 use lgvi_node::NodeError;
 
 use self::repetition::Repetition;
-use self::verdict::Verdict;
+use self::verdict::{Outcome, Verdict};
 use crate::flight_bag::FlightBag;
 use crate::output::say;
 
-/// Compares every recorded state with the repetition; exit code 0 where all agree, 1 at a difference.
+/// Compares every recorded state with the repetition; exit code 0 where all agree, 1 at a difference or where
+/// what is missing leaves that open.
 pub(crate) fn verify(path: &Path, flight: Option<&str>, json: bool) -> Result<ExitCode, NodeError> {
     let bag = FlightBag::open(path, flight)?;
     let verdict = repeat(&bag, path)?;
@@ -26,7 +27,7 @@ pub(crate) fn verify(path: &Path, flight: Option<&str>, json: bool) -> Result<Ex
     } else {
         say(&verdict)?;
     }
-    Ok(ExitCode::from(u8::from(verdict.difference.is_some())))
+    Ok(ExitCode::from(u8::from(verdict.outcome != Outcome::Agrees)))
 }
 
 /// Repeats the flight up to the first difference. Where stamps tell the time, states of several courses alternate: each
@@ -62,8 +63,8 @@ fn repeat(bag: &FlightBag, path: &Path) -> Result<Verdict, NodeError> {
             verdict.step = state.step;
             verdict.complete = state.step == verdict.steps;
         }
-        if difference.is_some() {
-            verdict.difference = difference;
+        if let Some(difference) = difference {
+            verdict.differ(difference);
             break;
         }
     }

@@ -9,9 +9,22 @@ use serde::Serialize;
 use super::difference::Difference;
 use crate::flight_bag::FlightBag;
 
+/// What a comparison comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Outcome {
+    /// All recorded states agree.
+    Agrees,
+    /// One differs, after messages that were lost: the controls of the flight may be among them.
+    Incomplete,
+    /// One differs, and nothing is missing before.
+    Differs,
+}
+
 /// What the comparison has found.
 #[derive(Debug, Serialize)]
 pub(super) struct Verdict {
+    pub(super) outcome: Outcome,
     bag: String,
     /// The propagator.
     flight: String,
@@ -34,7 +47,7 @@ pub(super) struct Verdict {
     /// Whether the states compared go to the scene's last step: those of an interrupted flight do not.
     pub(super) complete: bool,
     bodies: usize,
-    pub(super) difference: Option<Difference>,
+    difference: Option<Difference>,
 }
 
 impl Verdict {
@@ -42,6 +55,7 @@ impl Verdict {
     pub(super) fn new(bag: &FlightBag, path: &Path) -> Self {
         let scene = &bag.scene;
         Self {
+            outcome: Outcome::Agrees,
             bag: path.display().to_string(),
             flight: bag.name().to_owned(),
             scene: scene.name.clone(),
@@ -61,6 +75,16 @@ impl Verdict {
             bodies: scene.bodies.len(),
             difference: None,
         }
+    }
+
+    /// Takes note of the first difference.
+    pub(super) fn differ(&mut self, difference: Difference) {
+        self.outcome = if self.missing > 0 || !self.lost.is_empty() {
+            Outcome::Incomplete
+        } else {
+            Outcome::Differs
+        };
+        self.difference = Some(difference);
     }
 }
 
@@ -101,7 +125,15 @@ impl Display for Verdict {
         }
         match &self.difference {
             None => {
-                write!(f, "all {states} recorded states agree bit for bit")?;
+                if *missing == 0 {
+                    write!(f, "all {states} recorded states agree bit for bit")?;
+                } else {
+                    let published = *states + *missing;
+                    write!(
+                        f,
+                        "{states} of {published} states are recorded, and agree bit for bit"
+                    )?;
+                }
                 if !complete {
                     write!(
                         f,
@@ -112,11 +144,14 @@ impl Display for Verdict {
             }
             Some(difference) => {
                 let step = difference.step;
-                write!(f, "differs at step {step} (state {states}): {difference}")?;
-                if !lost.is_empty() {
-                    write!(f, "; what was lost may be the cause")?;
+                match self.outcome {
+                    Outcome::Incomplete => write!(
+                        f,
+                        "incomplete: what is missing may have changed the flight before step {step} (state {states}), \
+                         where {difference}"
+                    ),
+                    _ => write!(f, "differs at step {step} (state {states}): {difference}"),
                 }
-                Ok(())
             }
         }
     }

@@ -69,8 +69,17 @@ struct Whole {
     counted: Counted,
     /// Where the data section ends.
     data_end: Option<u64>,
-    /// Offset, end and operation code of each record behind it.
-    summary: Vec<(u64, u64, u8)>,
+    /// Records behind it by their operation codes.
+    summary: BTreeMap<u8, Group>,
+}
+
+/// The summary's records of one kind.
+#[derive(Clone, Copy)]
+struct Group {
+    start: u64,
+    end: u64,
+    /// Whether nothing lies between them.
+    is_contiguous: bool,
 }
 
 /// What the statistics have to say.
@@ -86,7 +95,14 @@ impl Whole {
     fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), Damage> {
         let end = self.offset + (RECORD_PREFIX + body.len()) as u64;
         if self.data_end.is_some() {
-            self.summary.push((self.offset, end, opcode));
+            let start = self.offset;
+            let group = self.summary.entry(opcode).or_insert(Group {
+                start,
+                end: start,
+                is_contiguous: true,
+            });
+            group.is_contiguous &= group.end == start;
+            group.end = end;
         }
         match mcap::parse_record(opcode, body).map_err(Damage::stream)? {
             Record::Chunk { header, data } => self.chunk(header, &data, end),
@@ -128,6 +144,14 @@ impl Whole {
                 self.named("metadata index", index.offset, told)
             }
             Record::Statistics(statistics) => self.statistics(&statistics),
+            // Some recorders list kinds of which there are no records.
+            Record::SummaryOffset(group) if group.group_length == 0 => {
+                let found = self
+                    .summary
+                    .get(&group.group_opcode)
+                    .map(|group| group.start);
+                agree("summary offset", "empty group", None, found)
+            }
             Record::SummaryOffset(group) => {
                 let found = self.group(group.group_opcode);
                 let told = (
@@ -355,19 +379,14 @@ impl Whole {
 
     /// Where the summary's records of a kind start and end, if they lie together.
     fn group(&self, opcode: u8) -> Option<(u64, u64)> {
-        let mut of_kind = self.summary.iter().filter(|record| record.2 == opcode);
-        let &(start, mut end, _) = of_kind.next()?;
-        for &(next, next_end, _) in of_kind {
-            if next != end {
-                return None;
-            }
-            end = next_end;
-        }
-        Some((start, end))
+        let group = self.summary.get(&opcode)?;
+        group.is_contiguous.then_some((group.start, group.end))
     }
 
     fn footer(&self, summary: u64, offsets: u64) -> Result<(), Damage> {
-        let behind = self.summary.first().map_or(0, |record| record.0);
+        // The footer itself is one of them.
+        let starts = self.summary.values().map(|group| group.start);
+        let behind = starts.min().unwrap_or(0);
         let has_summary = self.summary.len() > 1;
         if summary != 0 || has_summary {
             agree("footer", "start of the summary", summary, behind)?;

@@ -4,20 +4,16 @@ use std::hint::black_box;
 
 use gungraun::prelude::*;
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::rotation::Chart;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
 use lgvi_truth::Case;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::CALLS;
 
-const CAYLEY: Rotor = Rotor::Discrete(Chart::Cayley);
+const CAYLEY: Rotor = Rotor::Discrete;
 const LGVI: Method = Method::Lgvi(CAYLEY);
 const LIE_EULER: Method = Method::LieEuler(CAYLEY);
-const NYSTROM: Method = Method::Nystrom {
-    order: 8,
-    rotor: Rotor::Exact,
-};
+const NYSTROM: Method = Method::Nystrom { order: 8 };
 const COMPOSITION: Method = Method::Composition {
     order: 8,
     rotor: CAYLEY,

@@ -2,7 +2,6 @@
 
 mod direction;
 mod error;
-mod log_curvature;
 mod orbit;
 mod rotation;
 mod set;

@@ -1,9 +1,8 @@
 use lgvi_dynamics::BodyState;
-use lgvi_lie::{log, right_jacobian_inverse};
+use lgvi_lie::{log, log_curvature, right_jacobian_inverse};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::error::{finite, rotation, unit};
-use super::log_curvature::log_curvature;
 use super::{Direction, RotationTarget, TerminalError};
 use crate::newton::Ending;
 

@@ -215,6 +215,10 @@ impl Adaptive {
 }
 
 impl Integrator for Adaptive {
+    fn cuts_steps(&self) -> bool {
+        true
+    }
+
     fn start(&mut self, _system: &mut System, _states: &[BodyState]) {
         self.started = false;
         self.solution.forget_step_size();

@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 
 use super::super::StepError;
-use super::super::rotor::Turn;
-use super::super::turn::Known;
+use super::super::rotor::BodyRotation;
+use super::super::warm_start::Solutions;
 use super::{Drift, Impulse, Kick, Mover, Movers, kick_body, on};
-use crate::rotation::PreprocessedError;
+use crate::rotation::Unsolvable;
 use crate::{BodyState, Mobility, RigidBody};
 
 /// Bodies on which no moment acts.
@@ -18,7 +18,7 @@ pub(in super::super) struct Coasting<'a> {
     pub(in super::super) time: f64,
 }
 
-impl<T: Turn> Mover<T> {
+impl<T: BodyRotation> Mover<T> {
     /// Sets `next` to `state` kicked, moved by the first of the times and turned by the second.
     #[inline(always)]
     fn coast(
@@ -27,8 +27,8 @@ impl<T: Turn> Mover<T> {
         (state, next): (&BodyState, &mut BodyState),
         impulse: Impulse,
         [h, turning]: [f64; 2],
-        known: &mut Known,
-    ) -> Result<u32, PreprocessedError> {
+        solutions: &mut Solutions<f64>,
+    ) -> Result<u32, Unsolvable> {
         *next = *state;
         if let Some((load, dt)) = impulse {
             kick_body(body.mobility(), next, load, dt);
@@ -40,14 +40,12 @@ impl<T: Turn> Mover<T> {
         if turning == 0.0 || p == Vector3::zeros() {
             return Ok(0);
         }
-        if self.turn.carry((&r, &p), turning, known, next) {
+        if self.rotation.carry((&r, &p), turning, solutions, next) {
             return Ok(1);
         }
-        let found = self
-            .turn
-            .solve(body.inertia(), turning, &p, known.guess())?;
-        known.note(found.s);
-        (next.attitude, next.angular_momentum) = found.turn.carry(&r, &p);
+        let found = self.rotation.find(turning, &p, solutions.extrapolate())?;
+        solutions.note(found.correction);
+        (next.attitude, next.angular_momentum) = found.rotation.carry(&r, &p);
         Ok(found.iterations)
     }
 }
@@ -56,18 +54,18 @@ impl<T: Turn> Mover<T> {
 /// all when they are at rest.
 #[inline(never)]
 fn advance_coasting<'a>(
-    movers: &[Mover<impl Turn>],
+    movers: &[Mover<impl BodyRotation>],
     bodies: &[RigidBody],
     (states, next): (&[BodyState], &mut [BodyState]),
     kick: Kick,
     h: f64,
-    known: impl Iterator<Item = Known<'a>>,
+    solutions: impl Iterator<Item = Solutions<'a, f64>>,
     coasting: Coasting,
 ) -> Result<u32, StepError> {
     let mut most = 0;
-    let each = movers.iter().zip(states).zip(next).zip(known);
+    let each = movers.iter().zip(states).zip(next).zip(solutions);
     let each = each.zip(bodies.iter().zip(coasting.bodies));
-    for (index, ((((mover, state), next), mut known), (body, coasts))) in each.enumerate() {
+    for (index, ((((mover, state), next), mut solutions), (body, coasts))) in each.enumerate() {
         let impulse = on(kick, index);
         let iterations = if *coasts {
             mover.coast(
@@ -75,15 +73,15 @@ fn advance_coasting<'a>(
                 (state, &mut *next),
                 impulse,
                 [h, coasting.time],
-                &mut known,
+                &mut solutions,
             )
-        } else if mover.advance((state, &mut *next), impulse, h, &mut known) {
+        } else if mover.advance((state, &mut *next), impulse, h, &mut solutions) {
             Ok(1)
         } else {
             *next = *state;
-            mover.advance_any(body, next, impulse, h, &mut known)
+            mover.advance_any(body, next, impulse, h, &mut solutions)
         };
-        let iterations = iterations.map_err(|source| StepError::of_turn(index, source))?;
+        let iterations = iterations.map_err(|source| StepError::of_rotation(index, source))?;
         most = most.max(iterations);
     }
     Ok(most)
@@ -98,18 +96,15 @@ impl Drift {
         states: (&[BodyState], &mut [BodyState]),
         kick: Kick,
         h: f64,
-        time: usize,
+        stage: usize,
         with: Coasting,
     ) -> Result<u32, StepError> {
-        let known = self.turns.known(time);
+        let solutions = self.warm_start.of_stage(stage);
         match &self.movers {
-            Movers::Principal(all) => advance_coasting(all, bodies, states, kick, h, known, with),
-            Movers::General(all) => advance_coasting(all, bodies, states, kick, h, known, with),
-            Movers::Chart(all) => advance_coasting(all, bodies, states, kick, h, known, with),
-            Movers::Preprocessed(all) => {
-                advance_coasting(all, bodies, states, kick, h, known, with)
+            Movers::Discrete(all) => {
+                advance_coasting(all, bodies, states, kick, h, solutions, with)
             }
-            Movers::Exact(all) => advance_coasting(all, bodies, states, kick, h, known, with),
+            Movers::Exact(all) => advance_coasting(all, bodies, states, kick, h, solutions, with),
         }
     }
 }

@@ -10,7 +10,6 @@ mod iteration;
 mod legendre;
 mod motion;
 mod quadrature;
-mod tangent;
 mod turning;
 
 pub use euler_poincare::EulerPoincare;

@@ -1,13 +1,12 @@
 use std::f64::consts::PI;
 
-use lgvi_lie::{compose, hat, log, rotate_back, to_cayley};
+use lgvi_lie::{Tangent, compose, hat, log, rotate_back, to_cayley};
 use nalgebra::{Matrix3, Vector3};
 
 use super::ChartOrigin;
 use super::basis::Basis;
 use super::curve::{Curve, Guess, combine};
 use super::elimination::Elimination;
-use super::tangent::Tangent;
 use crate::Inertia;
 use crate::integrator::StepError;
 

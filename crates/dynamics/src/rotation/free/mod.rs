@@ -12,7 +12,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use self::asymmetric::Asymmetric;
 use self::axisymmetric::Axisymmetric;
-use super::principal;
 use crate::Inertia;
 
 /// The flow of the free rotation `Ṙ = R S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π` of one body.
@@ -117,13 +116,8 @@ impl FreeRotation {
 
 /// Principal moments, ascending, and a right-handed triad of their axes as columns.
 fn principal(inertia: &Inertia) -> ([f64; 3], Matrix3<f64>) {
-    let diagonal = inertia.matrix.diagonal();
-    let (moments, axes) = if inertia.matrix == Matrix3::from_diagonal(&diagonal) {
-        (diagonal, Matrix3::identity())
-    } else {
-        let (moments, axes) = principal::axes(&inertia.unit);
-        (moments * inertia.shape.trace, axes)
-    };
+    let moments = &inertia.principal.moments;
+    let axes = inertia.principal.axes.unwrap_or_else(Matrix3::identity);
     let mut order = [0, 1, 2];
     order.sort_by(|&i, &j| moments[i].total_cmp(&moments[j]));
     let mut axes = Matrix3::from_columns(&order.map(|i| axes.column(i).into_owned()));

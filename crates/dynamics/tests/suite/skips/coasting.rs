@@ -8,12 +8,9 @@ use nalgebra::Vector3;
 
 use super::{ball, dumbbell, fly, mutual, state};
 
-const LGVI: Method = Method::Lgvi(Rotor::Discrete(lgvi_dynamics::rotation::Chart::Cayley));
+const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
-const NYSTROM: Method = Method::Nystrom {
-    order: 6,
-    rotor: Rotor::Exact,
-};
+const NYSTROM: Method = Method::Nystrom { order: 6 };
 
 /// Balls, a dumbbell and bodies that are held, under a fixed source and each other.
 fn company() -> (Vec<RigidBody>, Vec<BodyState>) {

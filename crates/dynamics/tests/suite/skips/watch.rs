@@ -53,10 +53,7 @@ impl Gravity for Noting {
 
 const METHODS: [Method; 3] = [
     Method::Lgvi(Rotor::Exact),
-    Method::Nystrom {
-        order: 6,
-        rotor: Rotor::Exact,
-    },
+    Method::Nystrom { order: 6 },
     Method::DormandPrince853 { tolerance: 1e-11 },
 ];
 

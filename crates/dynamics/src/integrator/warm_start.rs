@@ -1,16 +1,20 @@
+use crate::lane::Lane;
+
 /// Solutions that a guess is extrapolated from.
 const KNOWN: usize = 6;
 
 /// Length of the strip that solutions are written to; the longer, the more rarely they are moved.
 const STRIP: usize = 32;
 
-/// What tells the last solutions of the bodies' implicit equations, a number each (the correction of `s` to its leading
-/// term), from which the next are extrapolated.
+/// Guesses for the bodies' discrete rotations: the last solutions, a number each (the correction of `s` to its leading
+/// term), from which the next is extrapolated.
 ///
-/// Each body has a strip for each of its turns in a step that is written to from end to front: what is in it never moves, but for every 26th step.
-pub(super) struct Turns {
-    /// Turn after turn, in each body after body.
-    strips: Vec<Strip>,
+/// Each body has a strip for each of its rotations in a step that is written to from end to front: what is in it never
+/// moves, but for every 26th step.
+pub(crate) struct WarmStart<T> {
+    /// Rotation after rotation, in each body after body.
+    strips: Vec<Strip<T>>,
+    zero: T,
     bodies: usize,
     /// Where in each strip the solution of the present step goes; before those of the last steps, newest first.
     present: usize,
@@ -19,36 +23,37 @@ pub(super) struct Turns {
 }
 
 /// One body's solutions.
-struct Strip([f64; STRIP]);
+struct Strip<T>([T; STRIP]);
 
-/// What is known of one body in the present step.
-pub(super) struct Known<'a> {
-    strip: &'a mut Strip,
+/// The solutions of one body's rotation in the present step.
+pub(crate) struct Solutions<'a, T> {
+    strip: &'a mut Strip<T>,
     present: usize,
 }
 
-impl Known<'_> {
+impl<T: Lane> Solutions<'_, T> {
     /// The quintic through the last solutions, one step on.
     #[inline(always)]
-    pub(super) fn guess(&self) -> f64 {
-        match &self.strip.0[self.present + 1..] {
-            [a, b, c, d, e, f, ..] => 6.0 * a + ((20.0 * c - 15.0 * b) + (6.0 * e - 15.0 * d) - f),
-            _ => 0.0,
+    pub(crate) fn extrapolate(&self) -> T {
+        match self.strip.0[self.present + 1..] {
+            [a, b, c, d, e, f, ..] => a * 6.0 + ((c * 20.0 - b * 15.0) + (e * 6.0 - d * 15.0) - f),
+            _ => self.strip.0[self.present],
         }
     }
 
     /// Notes the solution of the present step.
     #[inline(always)]
-    pub(super) fn note(&mut self, s: f64) {
+    pub(crate) fn note(&mut self, s: T) {
         self.strip.0[self.present] = s;
     }
 }
 
-impl Turns {
+impl<T: Lane> WarmStart<T> {
     /// Of nothing, for a number of bodies that turn so many times in a step.
-    pub(super) fn new(times: usize, bodies: usize) -> Self {
+    pub(crate) fn new(zero: T, times: usize, bodies: usize) -> Self {
         Self {
-            strips: (0..times * bodies).map(|_| Strip([0.0; STRIP])).collect(),
+            strips: (0..times * bodies).map(|_| Strip([zero; STRIP])).collect(),
+            zero,
             bodies,
             present: STRIP - 1 - KNOWN,
             fresh: true,
@@ -56,22 +61,23 @@ impl Turns {
     }
 
     /// Forgets the trajectory so far.
-    pub(super) fn forget(&mut self) {
-        self.strips.iter_mut().for_each(|strip| strip.0.fill(0.0));
+    pub(crate) fn forget(&mut self) {
+        let zero = self.zero;
+        self.strips.iter_mut().for_each(|strip| strip.0.fill(zero));
         self.fresh = true;
     }
 
-    /// What is known of each body for one of its turns in a step.
+    /// Those of each body for one of its rotations in a step.
     #[inline(always)]
-    pub(super) fn known(&mut self, time: usize) -> impl Iterator<Item = Known<'_>> {
+    pub(crate) fn of_stage(&mut self, stage: usize) -> impl Iterator<Item = Solutions<'_, T>> {
         let present = self.present;
-        let strips = self.strips[time * self.bodies..][..self.bodies].iter_mut();
-        strips.map(move |strip| Known { strip, present })
+        let strips = self.strips[stage * self.bodies..][..self.bodies].iter_mut();
+        strips.map(move |strip| Solutions { strip, present })
     }
 
     /// Takes the present step as made.
     #[inline(always)]
-    pub(super) fn accept(&mut self) {
+    pub(crate) fn accept(&mut self) {
         if self.fresh || self.present == 0 {
             self.wind();
         } else {

@@ -1,7 +1,7 @@
-use super::flow::{Components, pack, unpack};
-use super::stages::Stages;
-use super::tableau::{self, Tableau};
-use super::{Integrator, StepError, StepReport, accept};
+use crate::integrator::flow::{Components, pack, unpack};
+use crate::integrator::stages::Stages;
+use crate::integrator::tableau::{self, Tableau};
+use crate::integrator::{Integrator, StepError, StepReport, accept};
 use crate::{BodyState, Load, RigidBody, System};
 
 /// An explicit Runge–Kutta method with fixed step on x, γ, the nine numbers of R, and Π.

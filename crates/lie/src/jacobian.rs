@@ -1,5 +1,8 @@
-use lgvi_lie::{hat, right_jacobian_inverse};
+//! The Jacobians of SO(3), their inverses, and the second derivative of the logarithm.
+
 use nalgebra::{Matrix3, Vector3};
+
+use crate::{Tangent, hat};
 
 /// Below this squared angle the coefficients use their series, whose next term is below rounding.
 const SMALL_SQUARED: f64 = 0.04;
@@ -15,14 +18,37 @@ const BERNOULLI: [f64; 7] = [
     1.0 / 74_724_249_600.0,
 ];
 
+/// `J_r(v)`: `exp(v)` changes by `exp(v) S(J_r(v) δv)`.
+pub fn right_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
+    Tangent::at(*v).jacobian()
+}
+
+/// `J_l(v) = J_r(v)ᵀ = ∫₀¹ exp(τ v) dτ`: `exp(v)` changes by `S(J_l(v) δv) exp(v)`.
+pub fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
+    right_jacobian(v).transpose()
+}
+
+/// `J_r(e)⁻¹ = I + ½ S(e) + c S(e)²`, which takes a left-trivialised variation ζ of `R` (`δR = R S(ζ)`) to that of
+/// `e = log R`, `|e| < 2π`; `c = (1 − (θ/2) cot(θ/2)) / θ²`.
+pub fn right_jacobian_inverse(e: &Vector3<f64>) -> Matrix3<f64> {
+    let (c, _) = cotangent(e.norm_squared());
+    let s = hat(e);
+    Matrix3::identity() + 0.5 * s + c * s * s
+}
+
+/// `J_l(e)⁻¹ = J_r(e)⁻ᵀ`.
+pub fn left_jacobian_inverse(e: &Vector3<f64>) -> Matrix3<f64> {
+    right_jacobian_inverse(e).transpose()
+}
+
 /// The Hessian by ζ at 0 of `ν · log(exp(S(e)) exp(S(ζ)))`.
 ///
 /// Along a ray `ζ = t v` its derivative is `ν · J_r⁻¹(e) v` with `ė = J_r⁻¹(e) v` and `J_r⁻¹ = I + ½ S(e) + c S(e)²`.
 /// The second is that of `J_r⁻¹` along ė, which is the symmetric part of `K J_r⁻¹`,
 /// `K = ½ S(ν) + c [e νᵀ + (ν·e) I − 2 ν eᵀ] + 2c' [(ν·e) e − θ² ν] eᵀ`, where `c' = dc/dθ²`.
-pub(super) fn log_curvature(e: &Vector3<f64>, nu: &Vector3<f64>) -> Matrix3<f64> {
+pub fn log_curvature(e: &Vector3<f64>, nu: &Vector3<f64>) -> Matrix3<f64> {
     let squared = e.norm_squared();
-    let (c, slope) = coefficients(squared);
+    let (c, slope) = cotangent(squared);
     let along = nu.dot(e);
     let k = 0.5 * hat(nu)
         + c * (e * nu.transpose() + Matrix3::from_diagonal_element(along)
@@ -32,8 +58,8 @@ pub(super) fn log_curvature(e: &Vector3<f64>, nu: &Vector3<f64>) -> Matrix3<f64>
     0.5 * (product + product.transpose())
 }
 
-/// `c = (1 − (θ/2) cot(θ/2))/θ²` and `dc/dθ²`.
-fn coefficients(squared: f64) -> (f64, f64) {
+/// `c = (1 − (θ/2) cot(θ/2))/θ²` and `dc/dθ²` as functions of `θ²`.
+fn cotangent(squared: f64) -> (f64, f64) {
     if squared < SMALL_SQUARED {
         let (mut c, mut slope) = (0.0, 0.0);
         for coefficient in BERNOULLI.iter().rev() {
@@ -43,7 +69,7 @@ fn coefficients(squared: f64) -> (f64, f64) {
         return (c, slope);
     }
     let half = 0.5 * squared.sqrt();
-    let (sin, cos) = (libm::sin(half), libm::cos(half));
+    let (sin, cos) = libm::sincos(half);
     let c = (1.0 - half * cos / sin) / squared;
     let slope = ((half / (sin * sin) - cos / sin) / (8.0 * half) - c) / squared;
     (c, slope)

@@ -1,16 +1,12 @@
-//! The branch of solutions that starts at `F = I`, through a scalar equation.
+//! The quartic whose smallest root tells the solution that grows from `F = I`, and whether there is one.
 //!
 //! With `s = gᵀf` and `A = 2J − s I`, the Cayley form (2.6) becomes `A f = g + g × f`, hence
 //! `f = [adj(A) g + |g|² g − g × A g] / (det A + gᵀA g)`, and `s = gᵀf` is a quartic in s alone:
 //! `p(s) = s (det A + gᵀA g) − gᵀadj(A) g − |g|⁴ = 0`, with `p(0) < 0`. The wanted solution is its smallest root `s ≥ 0`.
 //! It lies before the first maximum of p, where p still rises; where that maximum is below zero, the branch has folded
-//! and no solution is left. All quantities, `g` too, are relative to `tr J` here.
+//! and no solution is left. All quantities, `g` too, are relative to `tr J` and about principal axes.
 
-use nalgebra::{Matrix3, Vector3};
-
-use super::{MAX_ITERATIONS, RelativeRotation, cayley};
-use crate::Inertia;
-use crate::inertia::adjugate;
+use nalgebra::Vector3;
 
 /// `p(s) = −s⁴ + 2 s³ − (4e + 2γ) s² + (8d + 2γ) s − c`, with e, d the second coefficient and determinant of
 /// `J / tr J` and `γ = |g|²`.
@@ -22,16 +18,18 @@ pub(super) struct Quartic {
 }
 
 impl Quartic {
-    fn of(inertia: &Inertia, g: &Vector3<f64>) -> Self {
-        let shape = &inertia.shape;
-        let gamma = g.norm_squared();
-        // gᵀ adj(J) g = det J gᵀ J⁻¹ g
-        let adjugate_form = shape.determinant * shape.trace * g.dot(&(inertia.inverse * g));
+    /// For the principal moments `j` of `J / tr J`.
+    #[inline]
+    pub(super) fn new(j: &Vector3<f64>, g: &Vector3<f64>) -> Self {
+        let squares = g.component_mul(g);
+        let minors = Vector3::new(j.y * j.z, j.z * j.x, j.x * j.y);
+        let gamma = squares.sum();
         Self {
-            e: shape.second,
-            d: shape.determinant,
+            e: minors.sum(),
+            d: j.x * minors.x,
             gamma,
-            c: 4.0 * adjugate_form + gamma * gamma,
+            // gᵀ adj(J) g is of the squares and the minors.
+            c: 4.0 * squares.dot(&minors) + gamma * gamma,
         }
     }
 
@@ -71,9 +69,6 @@ impl Quartic {
 
     /// Whether p rises all the way from 0 to `s`.
     pub(super) fn rises_to(&self, s: f64) -> bool {
-        if surely_rises_to(self.e, self.d, self.gamma, s) {
-            return true;
-        }
         if !(s >= 0.0 && self.slope(s) >= 0.0) {
             return false;
         }
@@ -107,38 +102,4 @@ fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
             high = middle;
         }
     }
-}
-
-/// Whether p rises all the way from 0 to `s`, by a bound: `p' ≥ 8d + 2γ − (8e + 4γ) s` up to `s = 3/2`, so where that is
-/// positive, p' is all the way.
-#[inline]
-fn surely_rises_to(e: f64, d: f64, gamma: f64, s: f64) -> bool {
-    (0.0..1.5).contains(&s) && (8.0 * e + 4.0 * gamma) * s < 8.0 * d + 2.0 * gamma
-}
-
-/// Whether a solution `f` of (2.6) for `g / tr J` lies on the branch: p rises all the way from 0 to `s = gᵀf`.
-pub(super) fn contains(inertia: &Inertia, g: &Vector3<f64>, f: &Vector3<f64>) -> bool {
-    let shape = &inertia.shape;
-    let s = g.dot(f);
-    surely_rises_to(shape.second, shape.determinant, g.norm_squared(), s)
-        || Quartic::of(inertia, g).rises_to(s)
-}
-
-/// The solution on the branch for `g / tr J`; where there is none, how far p's maximum stays below zero, relative to
-/// `|p(0)|`.
-pub(super) fn solve(inertia: &Inertia, g: &Vector3<f64>) -> Result<RelativeRotation, f64> {
-    let p = Quartic::of(inertia, g);
-    let s = p.root()?;
-    let a = 2.0 * inertia.unit - Matrix3::from_diagonal_element(s);
-    let a_g = a * g;
-    let adjugate = adjugate(&a);
-    let determinant = a.column(0).dot(&adjugate.row(0).transpose());
-    let f = (adjugate * g + p.gamma * g - g.cross(&a_g)) / (determinant + g.dot(&a_g));
-    // A solution on the branch is the one that belongs to the smallest root, however far it is from where cancellation has put f.
-    let polished =
-        cayley::newton(inertia, g, f).filter(|found| contains(inertia, g, &found.cayley));
-    Ok(polished.unwrap_or(RelativeRotation {
-        cayley: f,
-        iterations: MAX_ITERATIONS,
-    }))
 }

@@ -1,4 +1,4 @@
-use super::flow::Components;
+use crate::integrator::flow::Components;
 
 /// Differences kept.
 const DEPTH: usize = 8;

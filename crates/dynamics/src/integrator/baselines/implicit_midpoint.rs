@@ -1,8 +1,8 @@
 use super::anderson::Anderson;
-use super::flow::{Components, Flow, pack, place, unpack};
-use super::scale::Scale;
-use super::stages::advance;
-use super::{Integrator, StepError, StepReport, accept};
+use crate::integrator::flow::{Components, Flow, pack, place, unpack};
+use crate::integrator::scale::Scale;
+use crate::integrator::stages::advance;
+use crate::integrator::{Integrator, StepError, StepReport, accept};
 use crate::{BodyState, Load, RigidBody, System};
 
 /// Change of an iterate, relative to [`Scale`], that can be rounding: iteration ends once changes below do not halve.

@@ -1,6 +1,6 @@
 use lgvi_lie::exp;
 
-use super::{Integrator, StepError, StepReport, accept};
+use crate::integrator::{Integrator, StepError, StepReport, accept};
 use crate::{BodyState, Load, Mobility, RigidBody, System};
 
 /// The Crouch–Grossman method of second order with the coefficients of the explicit midpoint rule; the paper's "LGM"

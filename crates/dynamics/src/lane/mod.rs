@@ -1,3 +1,12 @@
+//! Numbers of several systems side by side, of which one number is the simplest: the arithmetic of what [`Simulation`]
+//! and [`lanes`](crate::lanes) both do is written once, over a [`Lane`].
+//!
+//! [`Simulation`]: crate::Simulation
+
+mod linear;
+
+pub(crate) use linear::{Matrix, Vector};
+
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use fearless_simd::prelude::*;
@@ -7,7 +16,7 @@ use fearless_simd::{f64x4, f64x8};
 ///
 /// Each operation rounds as on a single number and none is fused, so that what one lane comes to depends neither on their
 /// number nor on the instructions.
-pub(super) trait Lane:
+pub(crate) trait Lane:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>

@@ -4,27 +4,27 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::lane::Lane;
+use super::Lane;
 
-#[derive(Clone, Copy)]
-pub(super) struct Vector<T> {
-    pub(super) x: T,
-    pub(super) y: T,
-    pub(super) z: T,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Vector<T> {
+    pub(crate) x: T,
+    pub(crate) y: T,
+    pub(crate) z: T,
 }
 
 /// By columns.
-#[derive(Clone, Copy)]
-pub(super) struct Matrix<T>(pub(super) [Vector<T>; 3]);
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Matrix<T>(pub(crate) [Vector<T>; 3]);
 
 impl<T: Lane> Vector<T> {
     #[inline(always)]
-    pub(super) fn new(x: T, y: T, z: T) -> Self {
+    pub(crate) fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
     }
 
     #[inline(always)]
-    pub(super) fn splat(token: T::Token, v: &Vector3<f64>) -> Self {
+    pub(crate) fn splat(token: T::Token, v: &Vector3<f64>) -> Self {
         Self::new(
             T::splat(token, v.x),
             T::splat(token, v.y),
@@ -34,23 +34,23 @@ impl<T: Lane> Vector<T> {
 
     /// `v` in every lane.
     #[inline(always)]
-    pub(super) fn constant(self, v: &Vector3<f64>) -> Self {
+    pub(crate) fn constant(self, v: &Vector3<f64>) -> Self {
         let x = self.x;
         Self::new(x.constant(v.x), x.constant(v.y), x.constant(v.z))
     }
 
     #[inline(always)]
-    pub(super) fn dot(self, other: Self) -> T {
+    pub(crate) fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     #[inline(always)]
-    pub(super) fn norm_squared(self) -> T {
+    pub(crate) fn norm_squared(self) -> T {
         self.dot(self)
     }
 
     #[inline(always)]
-    pub(super) fn cross(self, other: Self) -> Self {
+    pub(crate) fn cross(self, other: Self) -> Self {
         Self::new(
             self.y * other.z - self.z * other.y,
             self.z * other.x - self.x * other.z,
@@ -59,18 +59,32 @@ impl<T: Lane> Vector<T> {
     }
 
     #[inline(always)]
-    pub(super) fn component_mul(self, other: Self) -> Self {
+    pub(crate) fn component_mul(self, other: Self) -> Self {
         Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
     }
 
-    pub(super) fn lane(&self, k: usize) -> Vector3<f64> {
+    pub(crate) fn lane(&self, k: usize) -> Vector3<f64> {
         Vector3::new(self.x.lane(k), self.y.lane(k), self.z.lane(k))
     }
 
-    pub(super) fn set_lane(&mut self, k: usize, v: &Vector3<f64>) {
+    pub(crate) fn set_lane(&mut self, k: usize, v: &Vector3<f64>) {
         self.x.set_lane(k, v.x);
         self.y.set_lane(k, v.y);
         self.z.set_lane(k, v.z);
+    }
+}
+
+impl From<&Vector3<f64>> for Vector<f64> {
+    #[inline(always)]
+    fn from(v: &Vector3<f64>) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
+impl From<Vector<f64>> for Vector3<f64> {
+    #[inline(always)]
+    fn from(v: Vector<f64>) -> Self {
+        Self::new(v.x, v.y, v.z)
     }
 }
 
@@ -121,7 +135,7 @@ impl<T: Lane> Div<T> for Vector<T> {
 
 impl<T: Lane> Matrix<T> {
     #[inline(always)]
-    pub(super) fn splat(token: T::Token, m: &Matrix3<f64>) -> Self {
+    pub(crate) fn splat(token: T::Token, m: &Matrix3<f64>) -> Self {
         let [a, b, c] = [0, 1, 2].map(|j| m.column(j).into_owned());
         Self([
             Vector::splat(token, &a),
@@ -131,16 +145,16 @@ impl<T: Lane> Matrix<T> {
     }
 
     #[inline(always)]
-    pub(super) fn tr_mul(&self, v: Vector<T>) -> Vector<T> {
+    pub(crate) fn tr_mul(&self, v: Vector<T>) -> Vector<T> {
         let [a, b, c] = self.0;
         Vector::new(a.dot(v), b.dot(v), c.dot(v))
     }
 
-    pub(super) fn lane(&self, k: usize) -> Matrix3<f64> {
+    pub(crate) fn lane(&self, k: usize) -> Matrix3<f64> {
         Matrix3::from_columns(&self.0.map(|column| column.lane(k)))
     }
 
-    pub(super) fn set_lane(&mut self, k: usize, m: &Matrix3<f64>) {
+    pub(crate) fn set_lane(&mut self, k: usize, m: &Matrix3<f64>) {
         for (j, column) in self.0.iter_mut().enumerate() {
             column.set_lane(k, &m.column(j).into_owned());
         }

@@ -1,0 +1,10 @@
+//! Methods to compare with; nothing else is built on them.
+
+mod anderson;
+mod crouch_grossman;
+mod implicit_midpoint;
+mod runge_kutta;
+
+pub use crouch_grossman::CrouchGrossman;
+pub use implicit_midpoint::ImplicitMidpoint;
+pub use runge_kutta::RungeKutta;

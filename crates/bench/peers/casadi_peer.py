@@ -5,16 +5,18 @@
 Each line of the input is a request in JSON, each line of the output its answer:
 
     {"build": PROBLEM, "solvers": [{"solver": "ipopt" | "fatrop", "unknowns": "controls" | "momenta" | "states",
-                                    "compiled": BOOL, "tolerance": NUMBER | null}, ...]}
+                                    "compiled": BOOL, "tolerance": NUMBER | null,
+                                    "seconds": NUMBER | null}, ...]}
         -> {"build_seconds": [NUMBER, ...]}
     {"solve": INDEX, "controls": BOOL}
         -> {"seconds": CPU, "wall": WALL, "iterations": I, "success": BOOL, "status": TEXT, "cost": J, "controls": [...]}
 
 PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], weights [force 3x3, moment 3x3], initial and target
-{x, gamma, R, Pi}, and the guess {states: [{x, gamma, R, Pi}, ...], controls: [[6], ...]}, which every solve starts from.
+{x, gamma, R, Pi}, constraints [{kind, ...}, ...] as INEQUALITIES reads them, and the guess {states: [{x, gamma, R, Pi}, ...],
+controls: [[6], ...]}, which every solve starts from. A solve ends after `seconds` on the processor where IPOPT is asked.
 
 The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu, both ends
-fixed. What was done to be fair to the peers:
+fixed, the inequalities in each step or at its end. What was done to be fair to the peers:
 
 - Attitudes are the Cayley vector of the deviation from the guess's attitude (3 unknowns, not 9), and so is F_k: Cayley
   vectors compose by one quotient, and (4.21) becomes an explicit function Pi(f).
@@ -26,8 +28,8 @@ fixed. What was done to be fair to the peers:
   compiled (gcc -O3 -march=native): all functions of the problem together take some percent of the solver's time, the rest
   is IPOPT with MUMPS or fatrop with BLASFEO. "compiled": false is what a CasADi user has without a compiler: the same
   problem expanded to scalar operations that CasADi differentiates and interprets.
-- Times are those of the solver's call alone, in a process that has solved the same problem before. Building, code
-  generation and compilation are reported apart.
+- Times are those of the solver's call alone. Building, code generation and compilation are reported apart; problems that
+  differ in numbers alone share what is compiled.
 - Solvers have their default options, but for the tolerance where one is given. Linear algebra runs in one thread, as
   lgvi does; the blocks are too small to gain by more.
 
@@ -39,6 +41,7 @@ import os
 os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
+import hashlib
 import json
 import shutil
 import subprocess
@@ -50,7 +53,6 @@ import casadi as ca
 import numpy as np
 
 STATES = 12
-PARAMETERS = 12
 COMPILER = ["gcc", "-O3", "-march=native", "-fPIC", "-shared"]
 
 
@@ -73,14 +75,64 @@ def vectors(*names):
     return [ca.SX.sym(name, 3) for name in names]
 
 
+def limited(vector, limit):
+    """Where a vector's norm is at most the limit."""
+    return (ca.dot(vector, vector) / limit**2 - 1) / 2
+
+
+def outside(center, radius, x):
+    return -limited(x - center, radius)
+
+
+def off_cone(axis, direction, half_angle, r):
+    return ca.dot(direction, r @ axis) - ca.cos(half_angle)
+
+
+def in_corridor(apex, axis, half_angle, x):
+    d = x - apex
+    return ca.cos(half_angle) * ca.norm_2(d) - ca.dot(axis, d)
+
+
+# By kind: the names of its numbers, and g <= 0 of them with the controls and the position and attitude at the step's end.
+INEQUALITIES = {
+    "force": (("limit",), lambda n, u, x, r: limited(u[:3], *n)),
+    "moment": (("limit",), lambda n, u, x, r: limited(u[3:], *n)),
+    "sphere": (("center", "radius"), lambda n, u, x, r: outside(*n, x)),
+    "cone": (("axis", "direction", "half_angle"), lambda n, u, x, r: off_cone(*n, r)),
+    "corridor": (("apex", "axis", "half_angle"), lambda n, u, x, r: in_corridor(*n, x)),
+}
+
+
 class Stage:
-    """What the choices of unknowns share: one step, symbolically."""
+    """What the choices of unknowns share: one step, symbolically.
+
+    The problem's numbers are parameters, where they are not 0. What is compiled depends on `layout` alone.
+    """
 
     def __init__(self, problem):
-        self.problem, self.h = problem, problem["h"]
-        self.inertia = ca.DM(problem["inertia"])
+        self.layout, symbols, values = [], [], []
+
+        def number(name, value):
+            value = ca.sparsify(ca.DM(value))
+            symbol = ca.SX.sym(name, value.sparsity())
+            self.layout.append([name, value.sparsity().get_triplet()])
+            symbols.extend(symbol.nonzeros())
+            values.extend(value.nonzeros())
+            return symbol
+
+        self.h, self.mass, self.gm = (number(name, problem[name]) for name in ("h", "mass", "gm"))
+        self.inertia = number("inertia", problem["inertia"])
+        self.weight = ca.diagcat(*(number("weight", weight) for weight in problem["weights"]))
+        points = problem["points"] if problem["gm"] != 0 else []
+        self.points = [(number("point", mass), number("place", place)) for mass, *place in points]
+        self.inequalities = []
+        for constraint in problem["constraints"]:
+            names, value = INEQUALITIES[constraint["kind"]]
+            self.layout.append(constraint["kind"])
+            self.inequalities.append((value, [number(name, constraint[name]) for name in names]))
+        self.numbers, self.values = ca.vertcat(*symbols), np.array(values)
         self.between, self.attitude = ca.SX.sym("between", 3), ca.SX.sym("attitude", 3, 3)
-        self.parameters = ca.vertcat(self.between, ca.vec(self.attitude))
+        self.parameters = ca.vertcat(self.between, ca.vec(self.attitude), self.numbers)
         self.state()
 
     def momentum(self, f):
@@ -90,15 +142,16 @@ class Stage:
 
     def drift(self, x, gamma, a, f):
         """(4.19), (4.22), and gravity after it: force (inertial) and moment (body)."""
-        next_x = x + self.h / self.problem["mass"] * gamma
+        next_x = x + self.h / self.mass * gamma
         next_a = composed(composed(self.between, a), f)
         r = self.attitude @ cayley(next_a)
         force, moment = ca.SX.zeros(3), ca.SX.zeros(3)
-        for mass, *place in self.problem["points"]:
-            d = next_x + r @ ca.DM(place)
-            pull = -self.problem["gm"] * mass * d / ca.dot(d, d) ** 1.5
+        for mass, place in self.points:
+            d = next_x + r @ place
+            pull = -self.gm * mass * d / ca.dot(d, d) ** 1.5
             force += pull
-            moment += ca.cross(ca.DM(place), r.T @ pull)
+            moment += ca.cross(place, r.T @ pull)
+        self.pose = next_x, r
         return next_x, next_a, force, moment
 
     def inverse(self, gamma, f, next_gamma, next_f, force, moment):
@@ -107,12 +160,14 @@ class Stage:
         return ca.vertcat((next_gamma - gamma) / self.h - force, (self.momentum(next_f) - kept) / self.h - moment)
 
     def define(self, unknowns, following, controls, constraints):
-        """With the unknowns of the stage and the states that follow."""
-        weight = ca.diagcat(*(ca.DM(weight) for weight in self.problem["weights"]))
-        self.width, self.rows = unknowns.numel(), constraints.numel()
+        """With the unknowns of the stage, the states that follow, and the equalities; inequalities come after them."""
+        least = [0.0] * constraints.numel() + [-np.inf] * len(self.inequalities)
+        values = [value(numbers, controls, *self.pose) for value, numbers in self.inequalities]
+        constraints = ca.vertcat(constraints, *values)
+        self.width, self.rows, self.least = unknowns.numel(), constraints.numel(), np.array(least)
         self.unknowns = ca.vertcat(unknowns, following)
         self.controls = ca.Function("controls", [self.unknowns, self.parameters], [controls])
-        self.cost, self.constraints = self.h / 2 * ca.bilin(weight, controls, controls), constraints
+        self.cost, self.constraints = self.h / 2 * ca.bilin(self.weight, controls, controls), constraints
 
     def function(self):
         return ca.Function("stage", [self.unknowns, self.parameters], [self.cost, self.constraints])
@@ -164,10 +219,10 @@ class Momenta(Stage):
     def spin(self, pi):
         """f with momentum(f) = pi."""
         f, given = vectors("f", "given")
-        residual = ca.Function("residual", [f, given], [self.momentum(f) - given])
+        others = ca.vertcat(given, self.numbers)
+        residual = ca.Function("residual", [f, others], [self.momentum(f) - given])
         root = ca.rootfinder("root", "newton", residual)
-        start = 0.5 * self.h * np.linalg.solve(self.problem["inertia"], pi)
-        return np.array(root(start, pi)).ravel()
+        return np.array(root(np.zeros(3), np.concatenate([pi, self.values]))).ravel()
 
     def commands(self, _control, _turn, following):
         return np.concatenate([following[3:6], following[9:]])
@@ -206,7 +261,11 @@ class Problem:
         pairs = [part for pair in zip(coordinates, commands) for part in pair]
         self.guess = np.concatenate([*pairs, coordinates[-1]])
         between = [np.concatenate([cayley_vector(s.T @ r), s.flatten(order="F")]) for r, s in steps]
-        self.parameters = np.concatenate(between)
+        self.parameters = np.concatenate([np.concatenate([own, self.stage.values]) for own in between])
+        self.kinds = len(self.parameters) // self.n
+        ends = np.zeros(STATES)
+        own = [self.stage.least] * self.n
+        self.least = np.concatenate([own[0], ends, *own[1:], ends])
         self.width = self.stage.width * self.n + STATES
         self.height = self.stage.rows * self.n + 2 * STATES
 
@@ -216,11 +275,11 @@ class Problem:
 
     def symbols(self):
         """Unknowns and parameters, whole and by stages; a stage's unknowns with the states that follow."""
-        unknowns, parameters = ca.MX.sym("x", self.width), ca.MX.sym("p", PARAMETERS * self.n)
+        unknowns, parameters = ca.MX.sym("x", self.width), ca.MX.sym("p", len(self.parameters))
         last = unknowns[-STATES:]
         stages = ca.reshape(unknowns[:-STATES], self.stage.width, self.n)
         following = ca.horzcat(stages[:STATES, 1:], last)
-        return [unknowns, parameters], [ca.vertcat(stages, following), ca.reshape(parameters, PARAMETERS, self.n)]
+        return [unknowns, parameters], [ca.vertcat(stages, following), ca.reshape(parameters, self.kinds, self.n)]
 
     def constraints(self, unknowns, values):
         ends = unknowns[:STATES] - self.start, unknowns[-STATES:] - self.end
@@ -292,7 +351,7 @@ class Problem:
         second = {"grad_gamma_x": dual_gradient, "hess_gamma_x_x": hessian}
         if triangular:
             second = {"triu_hess_gamma_x_x": hessian}
-        whole = [cost, constraints, dual_gradient, ca.MX.zeros(PARAMETERS * n)]
+        whole = [cost, constraints, dual_gradient, ca.MX.zeros(len(self.parameters))]
         return [
             ca.Function("nlp", inputs, [cost, constraints], names, ["f", "g"]),
             ca.Function("nlp_f", inputs, [cost], names, ["f"]),
@@ -304,7 +363,8 @@ class Problem:
         ]
 
     def compiled(self, solver, directory):
-        name = f"nlp_{solver}_{self.name}"
+        layout = hashlib.sha256(json.dumps([self.n, self.stage.layout]).encode()).hexdigest()[:16]
+        name = f"nlp_{solver}_{self.name}_{layout}"
         library = os.path.join(directory, f"{name}.so")
         if not os.path.exists(library):
             generator = ca.CodeGenerator(name)
@@ -314,12 +374,14 @@ class Problem:
             subprocess.run([*COMPILER, os.path.join(directory, f"{name}.c"), "-o", library], check=True)
         return library
 
-    def options(self, solver, tolerance):
+    def options(self, solver, tolerance, seconds):
         inner = {"print_level": 0}
         if solver == "ipopt":
             names = ("tol", "constr_viol_tol", "dual_inf_tol", "compl_inf_tol")
             structure = {}
             inner |= {"sb": "yes"}
+            if seconds is not None:
+                inner["max_cpu_time"] = seconds
         else:
             names = ("tolerance",)
             others = self.stage.rows - STATES
@@ -329,7 +391,7 @@ class Problem:
                 "nx": [STATES] * (self.n + 1),
                 "nu": [self.stage.width - STATES] * self.n + [0],
                 "ng": [others + STATES] + [others] * (self.n - 1) + [STATES],
-                "equality": [True] * self.height,
+                "equality": [bool(least == 0) for least in self.least],
             }
         if tolerance is not None:
             inner |= dict.fromkeys(names, tolerance)
@@ -337,14 +399,14 @@ class Problem:
 
     def solver(self, asked, directory):
         kind = asked["solver"]
-        options = self.options(kind, asked["tolerance"])
+        options = self.options(kind, asked["tolerance"], asked["seconds"])
         if not asked["compiled"]:
             return ca.nlpsol("solver", kind, self.nlp(), options | {"expand": True})
         return ca.nlpsol("solver", kind, self.compiled(kind, directory), options)
 
     def solve(self, solver, with_controls):
         before = time.perf_counter(), time.process_time()
-        found = solver(x0=self.guess, p=self.parameters, lbg=0, ubg=0)
+        found = solver(x0=self.guess, p=self.parameters, lbg=self.least, ubg=0)
         wall, seconds = time.perf_counter() - before[0], time.process_time() - before[1]
         stats = solver.stats()
         return {
@@ -360,7 +422,7 @@ class Problem:
     def controls(self, unknowns):
         stages = unknowns[:-STATES].reshape(self.n, -1)
         following = np.vstack([stages[1:, :STATES], unknowns[-STATES:]])
-        parameters = self.parameters.reshape(self.n, PARAMETERS)
+        parameters = self.parameters.reshape(self.n, self.kinds)
         controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, parameters.T)
         return np.array(controls).T.tolist()
 
@@ -368,19 +430,17 @@ class Problem:
 def main():
     directory = tempfile.mkdtemp(prefix="lgvi_casadi_")
     try:
-        for index, line in enumerate(sys.stdin):
+        for line in sys.stdin:
             request = json.loads(line)
             if "build" in request:
                 problems, solvers, times = {}, [], []
-                place = os.path.join(directory, str(index))
-                os.mkdir(place)
                 for asked in request["solvers"]:
                     before = time.perf_counter()
                     name = asked["unknowns"]
                     if name not in problems:
                         problems[name] = Problem(request["build"], name)
                     problem = problems[name]
-                    solvers.append((problem, problem.solver(asked, place)))
+                    solvers.append((problem, problem.solver(asked, directory)))
                     times.append(time.perf_counter() - before)
                 answer = {"build_seconds": times}
             else:

@@ -106,6 +106,18 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
+    /// The planner beside CasADi with IPOPT and fatrop on random manoeuvres of many kinds, with inequalities.
+    Varied {
+        /// How many, from the first on.
+        #[arg(long, default_value_t = 300)]
+        count: u64,
+        /// Of the generator.
+        #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
+        seed: u64,
+        /// Steps of a manoeuvre.
+        #[arg(long, default_value_t = 100)]
+        steps: usize,
+    },
     /// Trials that drive the dynamics to its limits, some minutes of them; fails where one does.
     Stress {
         /// A family of trials, such as `rounding`; all of them without one.
@@ -144,6 +156,7 @@ impl Command {
             Self::Precision(options) if !options.quick => &INTEGRATORS,
             Self::Free => &[HEYOKA],
             Self::Planner(options) if options.beside_peers() => &[CASADI],
+            Self::Varied { .. } => &[CASADI],
             Self::Bodies { quick: false } => &[REBOUND],
             _ => &[],
         }
@@ -203,6 +216,9 @@ fn dispatch(
         Command::Planner(options) => planner::run(&options, python, repeats, output),
         Command::Dumbbells => dumbbells::run(repeats, output),
         Command::Maneuvers { count, seed } => maneuvers::run(count, &[seed], output),
+        Command::Varied { count, seed, steps } => {
+            planner::varied(count, seed, steps, python, output)
+        }
         Command::Bodies { quick } => bodies::run(quick, python, repeats, output),
         Command::Transport(options) => transport::run(&options, output),
         Command::Bag => bag::run(repeats, output),

@@ -8,6 +8,7 @@ mod peers;
 mod replan;
 mod sample;
 mod scaling;
+mod varied;
 
 use std::path::Path;
 
@@ -17,6 +18,7 @@ use serde::Serialize;
 use crate::error::{BenchError, write_json};
 use crate::peer::Python;
 use case::Case;
+pub(crate) use varied::run as varied;
 
 /// The scenes with the two manoeuvres of §4.7.
 const SCENES: [&str; 2] = ["inclination_change", "orbital_capture"];

@@ -1,8 +1,10 @@
+use std::fmt;
+
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SMatrix, SVector};
 
 /// A solution of a transfer, with all that is needed to fly it, to correct it, to check it and to start the next from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Plan {
     /// The step `h`; where the final time is free, the step found.
     pub h: f64,
@@ -20,6 +22,18 @@ pub struct Plan {
     pub cost: f64,
     /// How far it is from optimal.
     pub certificate: Certificate,
+}
+
+/// Without what there is of every step.
+impl fmt::Debug for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Plan")
+            .field("h", &self.h)
+            .field("intervals", &self.commands.len())
+            .field("cost", &self.cost)
+            .field("certificate", &self.certificate)
+            .finish_non_exhaustive()
+    }
 }
 
 /// What can be checked of a plan without trusting the solver.

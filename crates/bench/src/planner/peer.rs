@@ -1,14 +1,14 @@
-//! CasADi's solvers, in a Python process that lives as long as a problem is compared.
+//! CasADi's solvers, in a Python process that lives as long as problems are compared.
 
 use std::time::Duration;
 
+use lgvi_control::Constraint;
 use lgvi_dynamics::gravity::Central;
-use lgvi_dynamics::{BodyState, Load};
+use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::case::Case;
 use super::guess;
 use crate::error::BenchError;
 use crate::peer::{CASADI, Process, Python};
@@ -22,6 +22,8 @@ pub(crate) struct Solver {
     unknowns: &'static str,
     compiled: bool,
     tolerance: Option<f64>,
+    /// CPU time that IPOPT may take.
+    seconds: Option<f64>,
 }
 
 /// Tolerance at which costs can be compared to nine digits.
@@ -43,6 +45,16 @@ pub(crate) const SOLVERS: [Solver; 6] = [
     Solver::new("fatrop, controls", "fatrop", "controls", true, None),
     Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
 ];
+
+/// What random manoeuvres are solved by: the usual choice of unknowns, and the fastest of each solver.
+pub(crate) const VARIED: [Solver; 3] = [
+    Solver::new("IPOPT, controls", "ipopt", "controls", true, None).within(PATIENCE),
+    Solver::new("IPOPT, states", "ipopt", "states", true, None).within(PATIENCE),
+    Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
+];
+
+/// CPU time (s) after which a random manoeuvre counts as not solved.
+const PATIENCE: f64 = 10.0;
 
 /// What a solve of a peer gave.
 #[derive(Debug, Deserialize)]
@@ -70,6 +82,14 @@ impl Solver {
             unknowns,
             compiled,
             tolerance,
+            seconds: None,
+        }
+    }
+
+    const fn within(self, seconds: f64) -> Self {
+        Self {
+            seconds: Some(seconds),
+            ..self
         }
     }
 }
@@ -86,7 +106,7 @@ impl Found {
 
 /// How long a problem may take to be built and compiled for all solvers, and then to be solved by one.
 const BUILDING: Duration = Duration::from_secs(900);
-const SOLVING: Duration = Duration::from_secs(180);
+const SOLVING: Duration = Duration::from_secs(600);
 
 /// The running process.
 pub(crate) struct Casadi(Process);
@@ -101,9 +121,13 @@ impl Casadi {
         Ok(Self(Process::start(python, CASADI)?))
     }
 
-    /// States the problem to all solvers; the seconds that each took to get ready.
-    pub(crate) fn build(&mut self, case: &Case) -> Result<Vec<f64>, BenchError> {
-        let request = json!({"build": problem(case)?, "solvers": SOLVERS});
+    /// States the problem to solvers; the seconds that each took to get ready.
+    pub(crate) fn build(
+        &mut self,
+        problem: &Stated<'_>,
+        solvers: &[Solver],
+    ) -> Result<Vec<f64>, BenchError> {
+        let request = json!({"build": problem.to_json(), "solvers": solvers});
         let built: Built = self.0.ask(&request, BUILDING)?;
         Ok(built.build_seconds)
     }
@@ -115,47 +139,92 @@ impl Casadi {
     }
 }
 
-/// The problem and the guess as the script reads them.
-fn problem(case: &Case) -> Result<Value, BenchError> {
-    let (named, maneuver, target) = (case.body()?, case.maneuver()?, case.target()?);
-    let (body, h) = (&named.body, case.scene.h());
-    let field = Central {
-        gm: case.attractor()?.gm,
-    };
-    let steps = case.scene.steps as usize;
-    let guess = guess::cold(body, &field, h, steps, &named.state, &target);
-    let weight = maneuver.actuation.weight();
-    let weights = [0, 3].map(|first| rows(&weight.fixed_view::<3, 3>(first, first).into_owned()));
-    let points = body.points().iter();
-    let points: Vec<_> = points
-        .map(|point| {
-            json!([
-                point.mass,
-                point.position.x,
-                point.position.y,
-                point.position.z
-            ])
+/// A problem to be stated to the peers.
+pub(crate) struct Stated<'p> {
+    pub body: &'p RigidBody,
+    pub gm: f64,
+    pub h: f64,
+    pub intervals: usize,
+    /// Of forces and moments.
+    pub weights: [Matrix3<f64>; 2],
+    pub initial: &'p BodyState,
+    pub target: &'p BodyState,
+    pub constraints: &'p [Constraint],
+}
+
+impl Stated<'_> {
+    /// The problem and the guess as the script reads them.
+    fn to_json(&self) -> Value {
+        let Self { body, gm, h, .. } = *self;
+        let field = Central { gm };
+        let guess = guess::cold(body, &field, h, self.intervals, self.initial, self.target);
+        let points = body.points().iter();
+        let mut points: Vec<_> = points
+            .map(|point| {
+                json!([
+                    point.mass,
+                    point.position.x,
+                    point.position.y,
+                    point.position.z
+                ])
+            })
+            .collect();
+        if points.is_empty() {
+            points.push(json!([body.mass(), 0.0, 0.0, 0.0]));
+        }
+        let control = |u: &Load| {
+            [
+                u.force.x, u.force.y, u.force.z, u.moment.x, u.moment.y, u.moment.z,
+            ]
+        };
+        json!({
+            "h": h,
+            "mass": body.mass(),
+            "gm": gm,
+            "inertia": rows(body.inertia().matrix()),
+            "points": points,
+            "weights": self.weights.map(|weight| rows(&weight)),
+            "initial": state(self.initial),
+            "target": state(self.target),
+            "constraints": self.constraints.iter().filter_map(inequality).collect::<Vec<_>>(),
+            "guess": {
+                "states": guess.states.iter().map(state).collect::<Vec<_>>(),
+                "controls": guess.controls.iter().map(control).collect::<Vec<_>>(),
+            },
         })
-        .collect();
-    let control = |u: &Load| {
-        [
-            u.force.x, u.force.y, u.force.z, u.moment.x, u.moment.y, u.moment.z,
-        ]
-    };
-    Ok(json!({
-        "h": h,
-        "mass": body.mass(),
-        "gm": field.gm,
-        "inertia": rows(body.inertia().matrix()),
-        "points": points,
-        "weights": weights,
-        "initial": state(&named.state),
-        "target": state(&target),
-        "guess": {
-            "states": guess.states.iter().map(state).collect::<Vec<_>>(),
-            "controls": guess.controls.iter().map(control).collect::<Vec<_>>(),
-        },
-    }))
+    }
+}
+
+/// One that the script knows.
+fn inequality(constraint: &Constraint) -> Option<Value> {
+    Some(match constraint {
+        Constraint::ForceNorm { limit } => json!({"kind": "force", "limit": limit}),
+        Constraint::MomentNorm { limit } => json!({"kind": "moment", "limit": limit}),
+        Constraint::KeepOutCone {
+            axis,
+            direction,
+            half_angle,
+        } => json!({
+            "kind": "cone",
+            "axis": axis.as_slice(),
+            "direction": direction.as_slice(),
+            "half_angle": half_angle,
+        }),
+        Constraint::KeepOutSphere { center, radius } => {
+            json!({"kind": "sphere", "center": center.as_slice(), "radius": radius})
+        }
+        Constraint::Corridor {
+            apex,
+            axis,
+            half_angle,
+        } => json!({
+            "kind": "corridor",
+            "apex": apex.as_slice(),
+            "axis": axis.as_slice(),
+            "half_angle": half_angle,
+        }),
+        _ => return None,
+    })
 }
 
 fn state(state: &BodyState) -> Value {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Options;
 use super::case::Case;
 use super::ours::{self, Iterations};
-use super::peer::{Casadi, SOLVERS};
+use super::peer::{Casadi, SOLVERS, Stated};
 use super::sample::Sample;
 use crate::error::BenchError;
 use crate::peer::{CASADI, Python};
@@ -82,7 +82,7 @@ fn compare(case: &Case, python: Option<&Python>, repeats: u32) -> Result<Compari
     match &mut casadi {
         None => rows.clear(),
         Some(casadi) => {
-            for (row, seconds) in rows.iter_mut().zip(casadi.build(case)?) {
+            for (row, seconds) in rows.iter_mut().zip(build(casadi, case)?) {
                 row.build_seconds = Some(seconds);
             }
         }
@@ -141,6 +141,23 @@ fn compare(case: &Case, python: Option<&Python>, repeats: u32) -> Result<Compari
         steps: case.scene.steps as usize,
         solvers,
     })
+}
+
+/// States a scene's problem to all solvers.
+fn build(casadi: &mut Casadi, case: &Case) -> Result<Vec<f64>, BenchError> {
+    let (named, maneuver, target) = (case.body()?, case.maneuver()?, case.target()?);
+    let weight = maneuver.actuation.weight();
+    let stated = Stated {
+        body: &named.body,
+        gm: case.attractor()?.gm,
+        h: case.scene.h(),
+        intervals: case.scene.steps as usize,
+        weights: [0, 3].map(|first| weight.fixed_view::<3, 3>(first, first).into_owned()),
+        initial: &named.state,
+        target: &target,
+        constraints: &[],
+    };
+    casadi.build(&stated, &SOLVERS)
 }
 
 /// Times in parts of the structured solver's at the largest number of steps, a column a scene.

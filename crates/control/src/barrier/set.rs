@@ -67,6 +67,8 @@ pub(crate) struct Violation {
     pub(crate) step: usize,
     /// `g`
     pub(crate) amount: f64,
+    /// The same in parts of the limit, or as [`StateInequality::excess`] has it.
+    pub(crate) excess: f64,
 }
 
 /// The slack that multipliers start from at least.
@@ -162,6 +164,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                         constraint,
                         step,
                         amount,
+                        excess: placed.inequality.excess(amount),
                     });
                 }
             }
@@ -172,7 +175,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     /// The largest violation of the present iterate, if it is one.
     pub(crate) fn violated(&self) -> Option<Violation> {
         let commands = self.command_rows.iter().map(|(row, _)| row.value);
-        let states = self.state_rows.iter().map(|state| state.row.value);
+        let states = self.state_rows.iter();
+        let states = states.map(|state| state.row.value / state.scale);
         self.largest(commands, states)
     }
 
@@ -198,15 +202,23 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         commands: impl Iterator<Item = f64>,
         states: impl Iterator<Item = f64>,
     ) -> Option<Violation> {
-        let of_commands = commands.enumerate().map(|(at, amount)| Violation {
-            constraint: self.commands[at % self.commands.len()].constraint,
-            step: at / self.commands.len(),
-            amount,
+        let of_commands = commands.enumerate().map(|(at, amount)| {
+            let inequality = &self.commands[at % self.commands.len()];
+            Violation {
+                constraint: inequality.constraint,
+                step: at / self.commands.len(),
+                amount,
+                excess: inequality.excess(amount),
+            }
         });
-        let of_states = states.enumerate().map(|(at, amount)| Violation {
-            constraint: self.states[at % self.states.len()].inequality.constraint,
-            step: at / self.states.len(),
-            amount,
+        let of_states = states.enumerate().map(|(at, amount)| {
+            let inequality = &self.states[at % self.states.len()].inequality;
+            Violation {
+                constraint: inequality.constraint,
+                step: at / self.states.len(),
+                amount,
+                excess: inequality.excess(amount),
+            }
         });
         let worst = of_commands
             .chain(of_states)

@@ -151,6 +151,7 @@ pub fn solve_final_time<F: Field + Clone>(
                 Err(
                     PlanError::NotConverged { .. }
                     | PlanError::Infeasible { .. }
+                    | PlanError::NotFound { .. }
                     | PlanError::Dynamics { .. },
                 ),
                 Some((good, _)),

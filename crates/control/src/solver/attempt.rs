@@ -20,23 +20,28 @@ pub(super) struct Solver<'s, F, C> {
     pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
 }
 
-/// Paths to start from, in the order of trial.
+/// Paths to start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Guess {
     /// A smooth path between both ends, the attitude by the shorter way round or with further turns.
     Smooth { turns: f64 },
     /// The plans of ever less stout bodies.
     Stout,
+    /// The plans to targets ever farther from where the free flight ends.
+    Drifted,
     /// The plans with actuators that are missing, ever dearer.
     Assisted,
 }
 
-const GUESSES: [Guess; 5] = [
-    Guess::Assisted,
-    Guess::Smooth { turns: 0.0 },
-    Guess::Stout,
-    Guess::Smooth { turns: -1.0 },
-    Guess::Smooth { turns: 1.0 },
+/// In the order of trial, in groups.
+const GUESSES: [&[Guess]; 2] = [
+    &[
+        Guess::Assisted,
+        Guess::Smooth { turns: 0.0 },
+        Guess::Stout,
+        Guess::Drifted,
+    ],
+    &[Guess::Smooth { turns: -1.0 }, Guess::Smooth { turns: 1.0 }],
 ];
 
 /// Newton steps at most over a few intervals.
@@ -127,7 +132,8 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
         }
     }
 
-    /// Guess after guess, until one leads to a plan.
+    /// Guess after guess, until one leads to a plan. What has not converged over a few intervals is refined only where no
+    /// other guess of its group leads to one.
     pub(super) fn cold<const X: usize, const U: usize>(
         &mut self,
     ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
@@ -136,39 +142,57 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     {
         let mut first = None;
         let mut unsolvable = None;
-        for guess in GUESSES {
-            let coarse = match guess {
-                Guess::Smooth { turns } => self.smooth(turns),
-                Guess::Assisted => match self.assisted() {
-                    Some(attempt) => attempt,
-                    None => continue,
-                },
-                Guess::Stout => match self.stout() {
-                    Some(attempt) => attempt,
-                    None => continue,
-                },
-            };
-            let found = match coarse {
-                Ok(Ok(newton)) => self.refine(newton)?,
-                Ok(Err((ended, newton))) if self.goes_on(ended, &newton) => self.refine(*newton)?,
-                Ok(failure) => failure,
-                Err(error @ PlanError::Dynamics { .. }) => {
-                    unsolvable = unsolvable.or(Some(error));
+        for group in GUESSES {
+            let mut capped = Vec::new();
+            for &guess in group {
+                let Some(coarse) = self.coarse(guess) else {
                     continue;
+                };
+                let found = match coarse {
+                    Ok(Ok(newton)) => self.refine(newton)?,
+                    Ok(Err((ended, newton))) if self.goes_on(ended, &newton) => {
+                        capped.push(*newton);
+                        continue;
+                    }
+                    Ok(failure) => failure,
+                    Err(error @ PlanError::Dynamics { .. }) => {
+                        unsolvable = unsolvable.or(Some(error));
+                        continue;
+                    }
+                    Err(error) => return Err(error),
+                };
+                match found {
+                    Err(failure) if failure.0 != Ended::Stopped => first = first.or(Some(failure)),
+                    done => return Ok(done),
                 }
-                Err(error) => return Err(error),
-            };
-            match found {
-                Err(failure) if failure.0 != Ended::Stopped => {
-                    first = first.or(Some(failure));
+            }
+            for newton in capped {
+                match self.refine(newton)? {
+                    Err(failure) if failure.0 != Ended::Stopped => first = first.or(Some(failure)),
+                    done => return Ok(done),
                 }
-                done => return Ok(done),
             }
         }
         match (first, unsolvable) {
             (Some(failure), _) => Ok(Err(failure)),
             (None, Some(error)) => Err(error),
             (None, None) => Err(PlanError::Stopped { best: None }),
+        }
+    }
+
+    /// At the first resolution from a guess, where that can be made.
+    fn coarse<const X: usize, const U: usize>(
+        &mut self,
+        guess: Guess,
+    ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
+    where
+        C: Class<X, U>,
+    {
+        match guess {
+            Guess::Smooth { turns } => Some(self.smooth(turns)),
+            Guess::Assisted => self.assisted(),
+            Guess::Stout => self.stout(),
+            Guess::Drifted => self.drifted(),
         }
     }
 

@@ -208,7 +208,8 @@ impl<F: Field, C> Solver<'_, F, C> {
             let Violation {
                 constraint,
                 step,
-                amount: violation,
+                excess: violation,
+                ..
             } = violation;
             return Err(PlanError::Infeasible {
                 constraint,
@@ -310,7 +311,7 @@ impl From<Violation> for PlanError {
         Self::NotFound {
             constraint: violation.constraint,
             step: violation.step,
-            violation: violation.amount,
+            violation: violation.excess,
         }
     }
 }

@@ -10,27 +10,28 @@ pub enum PlanError {
     /// Start or target violate an inequality themselves.
     #[error(
         "the transfer is infeasible: start or target decide step {step}, which violates constraint {constraint} by \
-         {violation:.3e}"
+         {violation:.3e} (in parts of a limit, a radius or a length, in radians of a cone)"
     )]
     Infeasible {
         /// Which constraint, from 0.
         constraint: usize,
         /// Where, from 0.
         step: usize,
-        /// By how much.
+        /// By what part of a sphere's radius or a corridor's length, or by how many radians of a cone.
         violation: f64,
     },
     /// No plan that meets the inequalities was found, though there may be one.
     #[error(
         "no feasible plan found: of those found the nearest violates constraint {constraint} by {violation:.3e} in \
-         step {step}"
+         step {step} (in parts of a limit, a radius or a length, in radians of a cone)"
     )]
     NotFound {
         /// Which constraint, from 0.
         constraint: usize,
         /// Where, from 0.
         step: usize,
-        /// The smallest violation found.
+        /// The smallest violation found, in parts of a limit, of a sphere's radius or of a corridor's length, or in radians
+        /// of a cone.
         violation: f64,
     },
     /// No guess led to a solution.
@@ -39,8 +40,8 @@ pub enum PlanError {
          expected at most {tolerance:.1e} or what rounding makes of it; stationarity {stationarity:.3e}"
     )]
     NotConverged {
-        /// The best iterate, as flown.
-        best: Box<Plan>,
+        /// The best iterate, as flown, where it can be flown.
+        best: Option<Box<Plan>>,
         /// Newton steps made.
         iterations: u32,
         /// Of the last iterate.

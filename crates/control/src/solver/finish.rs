@@ -81,7 +81,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         Q: Inequalities<X, U>,
     {
         let Some(mut plan) = self.flown(&newton.iterate)? else {
-            return Err(PlanError::Stopped { best: None });
+            return Err(self.unsolved(Ended::Stuck, &newton.iterate)?);
         };
         newton.iterate.states.clone_from(&plan.states);
         let steps = self.class.steps(self.transfer)?;
@@ -143,15 +143,16 @@ impl<F: Field, C> Solver<'_, F, C> {
     where
         C: Class<X, U>,
     {
-        Ok(match self.flown(iterate)?.map(Box::new) {
-            Some(best) if ended != Ended::Stopped => PlanError::NotConverged {
+        let best = self.flown(iterate)?.map(Box::new);
+        Ok(match ended {
+            Ended::Stopped => PlanError::Stopped { best },
+            _ => PlanError::NotConverged {
                 best,
                 iterations: self.standing.iteration,
                 violation: self.standing.violation,
                 stationarity: self.standing.stationarity,
                 tolerance: self.tolerances.violation,
             },
-            best => PlanError::Stopped { best },
         })
     }
 

@@ -6,6 +6,7 @@ mod attempt;
 mod class;
 mod constrained;
 mod coupling;
+mod drifted;
 mod error;
 mod finish;
 mod first;

@@ -29,7 +29,7 @@ impl Units {
                 stationarity,
                 tolerance,
             } => PlanError::NotConverged {
-                best: leave(best),
+                best: best.map(leave),
                 iterations,
                 violation,
                 stationarity,

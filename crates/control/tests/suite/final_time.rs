@@ -1,10 +1,12 @@
 //! Free final times against reference solutions, and the derivative by which they are found.
 
 use lgvi_control::{
-    Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, SearchSettings, Start,
-    TimeOptimality, TimedPlan, Transfer, search, solve, solve_final_time,
+    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings,
+    SearchSettings, Start, TimeOptimality, TimedPlan, Transfer, search, solve, solve_final_time,
 };
 use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::{BodyState, Inertia, RigidBody};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::case::Case;
 
@@ -143,6 +145,40 @@ fn time_that_costs_is_saved() {
     assert_eq!(dear.optimality, TimeOptimality::Stationary);
     assert!(dear.final_time < 0.9 * free_of_cost.final_time);
     assert!(dear.plan.cost + dear.final_time < free_of_cost.plan.cost + free_of_cost.final_time);
+}
+
+/// A unit of mass goes a unit of length under a unit of force: in less than 2 units of time there is no plan.
+#[test]
+fn durations_without_a_feasible_plan_are_left_for_longer_ones() {
+    let rest = |x: f64| BodyState {
+        position: Vector3::new(x, 0.0, 0.0),
+        linear_momentum: Vector3::zeros(),
+        attitude: Matrix3::identity(),
+        angular_momentum: Vector3::zeros(),
+    };
+    let inertia = Inertia::principal([1.0; 3]).expect("inertia");
+    let body = RigidBody::new(1.0, inertia, Vec::new()).expect("a body");
+    let identity = Matrix3::identity();
+    let actuation = Actuation::full(&identity, &identity).expect("weights");
+    let field = Central { gm: 0.0 };
+    let transfer = Transfer::new(body, field, 0.0575, 40, rest(1.0), rest(2.0), actuation)
+        .and_then(|transfer| transfer.with_constraints(vec![Constraint::ForceNorm { limit: 1.0 }]))
+        .expect("a transfer")
+        .with_motion(Motion::Translation);
+    let time = FinalTime {
+        weight: 3.0,
+        tolerance: 1e-6,
+        ..between(1.0, 4.0)
+    };
+    let settings = NewtonSettings::default();
+    let found = solve_final_time(&transfer, &time, Start::Cold, &settings, |_| true);
+    let found = found.expect("a plan");
+    assert_eq!(found.optimality, TimeOptimality::Stationary);
+    assert!(
+        (2.0..2.2).contains(&found.final_time),
+        "{}",
+        found.final_time
+    );
 }
 
 #[test]

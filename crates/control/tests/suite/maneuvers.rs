@@ -1,7 +1,7 @@
 //! Random manoeuvres from nothing.
 
 use lgvi_control::{NewtonSettings, Settings, Start, certified, shooting, solve};
-use lgvi_truth::maneuvers::{Class, SEED, maneuver};
+use lgvi_truth::maneuvers::{Class, SEED, Varied, maneuver, varied};
 use nalgebra::SVector;
 
 /// At least 99 % of 1000 are solved (`lgvi_bench maneuvers`); of the first 60 all but one at most, and far more than by
@@ -33,6 +33,34 @@ fn random_manoeuvres_are_solved_from_nothing() {
     }
     assert!(failed.len() <= 1, "{failed:?}");
     assert!(shot < 15, "shooting solves {shot} of 30 in orbit");
+}
+
+/// From a smooth path between both ends none of them is found.
+#[test]
+fn transfers_over_revolutions_are_solved_by_way_of_the_free_flight() {
+    for index in [325, 463, 512] {
+        let transfer = varied(SEED, index, 100).expect("a manoeuvre").transfer;
+        let plan = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true);
+        let found = plan.expect("a plan").certificate;
+        assert!(found.terminal <= 1e-11 && found.stationarity <= 1e-6);
+        assert!(found.sufficient, "{index}");
+    }
+}
+
+/// At once they lead to commands that cannot be flown, which was taken for a stop.
+#[test]
+fn inequalities_that_cannot_be_imposed_at_once_are_imposed_little_by_little() {
+    let Varied {
+        transfer,
+        constraints,
+        ..
+    } = varied(SEED, 448, 100).expect("a manoeuvre");
+    assert_eq!(constraints.len(), 1);
+    let plan = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true);
+    let plan = plan.expect("a plan");
+    assert!(plan.certificate.sufficient && plan.certificate.inequality <= 1e-9);
+    let shown = format!("{plan:?}");
+    assert!(shown.len() < 1000, "{shown}");
 }
 
 /// Shooting ends in a saddle here.

@@ -128,6 +128,7 @@ fn a_cap_ends_it_with_the_best_iterate() {
             best, iterations, ..
         }) => {
             assert!(iterations >= 2);
+            let best = best.expect("a flight");
             assert_eq!(best.states.len(), 101);
         }
         other => panic!("{other:?}"),

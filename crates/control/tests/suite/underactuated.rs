@@ -161,9 +161,9 @@ fn what_no_command_reaches_ends_soon_with_what_there_is() {
                 violation,
                 ..
             }) => {
-                assert!(iterations <= 60, "{k}: {iterations}");
+                assert!(iterations <= 150, "{k}: {iterations}");
                 assert!(violation > 0.99 * missed, "{k}: {violation}");
-                assert_eq!(best.commands.len(), 40);
+                assert_eq!(best.expect("a flight").commands.len(), 40);
             }
             other => panic!("{k}: {other:?}"),
         }

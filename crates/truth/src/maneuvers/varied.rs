@@ -2,12 +2,12 @@
 //!
 //! **Slews** are from rest to rest over a uniform attitude, by body axes of unequal inertia, alone or past a cone that is kept
 //! out of. **Transfers** are of a point mass or a dumbbell from one near-circular orbit to another, 0.3 to 3 revolutions.
-//! **Limited** ones are slews and transfers whose forces or moments are bounded at a part of the greatest that the plan
-//! without bounds has. **Spheres** lie on the way of a rest-to-rest motion or a transfer; **corridors** end at the target.
+//! **Limited** ones are slews and transfers whose forces or moments are bounded at 1.01 to 3 times the least at which a plan
+//! was found. **Spheres** lie on the way of a rest-to-rest motion or a transfer; **corridors** end at the target.
 
 use std::f64::consts::{PI, TAU};
 
-use lgvi_control::{Actuation, Constraint, NewtonSettings, Start, Transfer, solve};
+use lgvi_control::{Actuation, Constraint, NewtonSettings, PlanError, Start, Transfer, solve};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -71,6 +71,8 @@ pub struct Varied {
     pub transfer: Transfer<Central>,
     /// Under these inequalities.
     pub constraints: Vec<Constraint>,
+    /// Units of length, mass and time in which it would be stated.
+    pub units: [f64; 3],
 }
 
 /// Manoeuvre `index` of `seed` in so many steps; families take turns.
@@ -78,7 +80,7 @@ pub fn varied(seed: u64, index: u64, intervals: usize) -> Result<Varied, Maneuve
     let mut random = Random::new(seed, index);
     let family = Family::ALL[(index % Family::ALL.len() as u64) as usize];
     let random = &mut random;
-    match family {
+    let drawn = match family {
         Family::Slew => slew(random, family, intervals),
         Family::Transfer => orbits(random, family, intervals),
         Family::Limited => {
@@ -105,7 +107,11 @@ pub fn varied(seed: u64, index: u64, intervals: usize) -> Result<Varied, Maneuve
             let free = crossing(random, family, intervals)?;
             down_a_corridor(random, free)
         }
-    }
+    }?;
+    Ok(Varied {
+        units: [0; 3].map(|_| random.log_uniform(1e-3, 1e3)),
+        ..drawn
+    })
 }
 
 /// A slew from rest to rest, at rest in space.
@@ -230,6 +236,7 @@ fn finish(
         weights: [force, moment],
         gm,
         constraints: Vec::new(),
+        units: [1.0; 3],
     })
 }
 
@@ -241,36 +248,104 @@ impl Varied {
             ..self
         })
     }
+
+    /// The transfer in its own units; it costs the same number.
+    pub fn stated(&self) -> Result<Transfer<Central>, ManeuverError> {
+        let [l, m, t] = self.units;
+        let (force, moment) = (m * l / (t * t), m * l * l / (t * t));
+        let scaled = |state: &BodyState| BodyState {
+            position: l * state.position,
+            linear_momentum: (m * l / t) * state.linear_momentum,
+            attitude: state.attitude,
+            angular_momentum: (m * l * l / t) * state.angular_momentum,
+        };
+        let points = self.body.points().iter().map(|point| PointMass {
+            mass: m * point.mass,
+            position: l * point.position,
+        });
+        let inertia = Inertia::new(m * l * l * self.body.inertia().matrix())?;
+        let transfer = &self.transfer;
+        let target = transfer.target().state();
+        let [w_force, w_moment] = self.weights;
+        let constraints = self.constraints.iter().map(|constraint| match *constraint {
+            Constraint::ForceNorm { limit } => Constraint::ForceNorm {
+                limit: force * limit,
+            },
+            Constraint::MomentNorm { limit } => Constraint::MomentNorm {
+                limit: moment * limit,
+            },
+            Constraint::KeepOutSphere { center, radius } => Constraint::KeepOutSphere {
+                center: l * center,
+                radius: l * radius,
+            },
+            Constraint::Corridor {
+                apex,
+                axis,
+                half_angle,
+            } => Constraint::Corridor {
+                apex: l * apex,
+                axis,
+                half_angle,
+            },
+            other => other,
+        });
+        let stated = Transfer::new(
+            RigidBody::new(m * self.body.mass(), inertia, points.collect())?,
+            Central {
+                gm: self.gm * l * l * l / (t * t),
+            },
+            t * transfer.h(),
+            transfer.intervals(),
+            scaled(transfer.initial()),
+            scaled(&target.unwrap_or(*transfer.initial())),
+            Actuation::full(
+                &(w_force / (force * force * t)),
+                &(w_moment / (moment * moment * t)),
+            )?,
+        )?;
+        Ok(stated.with_constraints(constraints.collect())?)
+    }
 }
 
-/// Limits of the norms, in parts of the greatest that the plan without limits has.
+/// Limits of the norms, in multiples of the least found; both are in proportion to what the plan without limits exerts.
 fn limited(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
-    let part = random.uniform(0.7, 1.05);
-    let Ok(plan) = solve(
-        &free.transfer,
-        Start::Cold,
-        &NewtonSettings::default(),
-        |_| true,
-    ) else {
+    let multiple = random.uniform(1.01, 3.0);
+    let orbits = free.gm > 0.0;
+    let turns = !orbits || random.below(2) == 0;
+    let settings = NewtonSettings::default();
+    let Ok(plan) = solve(&free.transfer, Start::Cold, &settings, |_| true) else {
         return Ok(free);
     };
     let greatest = |norm: fn(&lgvi_dynamics::Load) -> f64| {
         let norms = plan.controls.iter().map(norm);
-        part * norms.fold(0.0, f64::max)
+        norms.fold(0.0, f64::max)
     };
-    let limits = [
+    let greatest = [
         greatest(|load| load.force.norm()),
         greatest(|load| load.moment.norm()),
     ];
-    let mut constraints = Vec::new();
-    if free.gm > 0.0 {
-        constraints.push(Constraint::ForceNorm { limit: limits[0] });
-    }
-    if free.gm == 0.0 || random.below(2) == 0 {
-        constraints.push(Constraint::MomentNorm { limit: limits[1] });
-    }
-    free.under(constraints)
+    let limits = move |part: f64| {
+        let [force, moment] = greatest.map(|most| part * most);
+        let mut constraints = Vec::new();
+        if orbits {
+            constraints.push(Constraint::ForceNorm { limit: force });
+        }
+        if turns {
+            constraints.push(Constraint::MomentNorm { limit: moment });
+        }
+        constraints
+    };
+    let hopeless = free.clone().under(limits(HOPELESS))?;
+    let least = match solve(&hopeless.transfer, Start::Cold, &settings, |_| true) {
+        Err(PlanError::NotFound { violation, .. }) => HOPELESS * (1.0 + violation),
+        Ok(_) => HOPELESS,
+        Err(_) => 1.0,
+    };
+    free.under(limits((multiple * least).min(1.0)))
 }
+
+/// A part of what the plan without limits exerts with which no plan is expected.
+const HOPELESS: f64 = 0.2;
 
 /// A cone that neither end is in, round a direction that the axis passes near on its shortest way.
 fn past_a_cone(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {

@@ -1,6 +1,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use lgvi_control::{Dynamics, Motion, RotationTarget, TranslationTarget};
+use lgvi_dynamics::{MassDistribution, RigidBody};
 use lgvi_scene::{Scene, SolverMethod};
 use serde::Serialize;
 
@@ -52,6 +53,18 @@ impl Maneuver {
             let (every, deadline) = (scene.seconds(replan.every), replan.deadline);
             options.push(format!("planned anew every {every} s within {deadline} s"));
         }
+        let other = match maneuver.motion {
+            Motion::Full => None,
+            Motion::Translation => Some("rotation"),
+            Motion::Rotation => Some("translation"),
+        };
+        if let Some(other) = other
+            && is_coupled(&scene.bodies[maneuver.body].body)
+        {
+            options.push(format!(
+                "with the {other} where gravity's coupling makes it miss"
+            ));
+        }
         Some(Self {
             body: scene.bodies[maneuver.body].name.clone(),
             target: target.join(", "),
@@ -72,6 +85,14 @@ impl Maneuver {
             constraints: maneuver.constraints.len(),
             options,
         })
+    }
+}
+
+/// Whether gravity may pull a body by how it is turned, or turn it by where it is.
+fn is_coupled(body: &RigidBody) -> bool {
+    match body.distribution() {
+        MassDistribution::Points(points) => points.iter().any(|point| point.position.norm() > 0.0),
+        MassDistribution::Multipole(_) | MassDistribution::Polyhedron(_) => true,
     }
 }
 

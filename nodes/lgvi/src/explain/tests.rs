@@ -160,6 +160,21 @@ fn a_plan_that_is_flown_otherwise_is_warned_of() {
     }
 }
 
+/// A top is a point to gravity unless it has points.
+#[test]
+fn half_a_motion_is_told_to_be_planned_whole_where_gravity_couples_it() {
+    let last = "angular_velocity = [0, 0, 5]";
+    let points = "points = [{ mass = 0.5, position = [0.5, 0, 0] }, { mass = 0.5, position = [-0.5, 0, 0] }]";
+    let maneuver =
+        "[maneuver]\nbody = \"top\"\nmotion = \"translation\"\ntarget.position = [3, 1, 0]";
+    for (points, told) in [("", false), (points, true)] {
+        let text = explained(last, &format!("{last}\n{points}\n{maneuver}")).to_string();
+        assert!(text.contains("translation, planned in"), "{text}");
+        let coupled = "with the rotation where gravity's coupling makes it miss";
+        assert_eq!(text.contains(coupled), told, "{text}");
+    }
+}
+
 #[test]
 fn what_is_left_out_is_told_with_its_reason() {
     let explanation = explained("", "");

@@ -4,14 +4,16 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use lgvi_msgs::msg::PlanProgress;
-use lgvi_node::{Event, NodeError};
+use lgvi_node::{Event, NodeError, Warning, WarningCode};
 use tracing::{info, warn};
 
 use super::{Current, Planner, Purpose};
 use crate::prediction::Forecast;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Guess, Initial, Iteration, Reason, Solved, Task, Unsolved};
+use crate::solver::{
+    End, Guess, Initial, Iteration, NOT_MINIMUM_IN_FLIGHT, Reason, Solved, Task, Unsolved,
+};
 
 /// Why a plan is not flown that was made for an earlier course of the flight.
 const ANEW: &str = "the flight has begun anew";
@@ -90,7 +92,11 @@ impl Planner {
         };
         match plan {
             Ok(plan) => {
+                let sufficient = plan.certificate.sufficient;
                 self.publish(first_step, plan)?;
+                if !sufficient {
+                    Warning::new(WarningCode::NotMinimum, NOT_MINIMUM_IN_FLIGHT).tell(&self.events);
+                }
                 let outcome = (PlanProgress::CONVERGED, String::new());
                 self.progress(first_step, &current.last, outcome);
                 if let Some(replanner) = &mut self.replanner {

@@ -25,6 +25,10 @@ const NO_MANEUVER: &str = "the scene has no manoeuvre";
 pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \
                                       near, and `maneuver.search` may find it";
 
+/// The same of plans that are made in flight.
+pub(crate) const NOT_MINIMUM_IN_FLIGHT: &str =
+    "a plan made in flight is stationary, but not known to be a local minimum";
+
 /// What is to be planned.
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
@@ -334,7 +338,7 @@ impl From<PlanError> for Unsolved {
         let message = error.to_string();
         let (reason, best) = match error {
             PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
-            PlanError::NotConverged { best, .. } => (Reason::NotConverged, Some(best)),
+            PlanError::NotConverged { best, .. } => (Reason::NotConverged, best),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
             PlanError::Half(_) | PlanError::Units(_) => (Reason::Refused, None),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),

@@ -63,6 +63,16 @@ impl<const U: usize> CommandInequality<U> {
         (0.5 * (self.hessian * command) + self.linear).dot(command) - self.bound
     }
 
+    /// By what part of the limit a command exceeds it where the inequality has the value `g`.
+    pub(crate) fn excess(&self, g: f64) -> f64 {
+        let reached = g + self.bound;
+        if self.hessian.amax() == 0.0 {
+            reached - 1.0
+        } else {
+            (2.0 * reached).max(0.0).sqrt() - 1.0
+        }
+    }
+
     /// `∂g/∂w`.
     pub(crate) fn gradient(&self, command: &SVector<f64, U>) -> SVector<f64, U> {
         self.hessian * command + self.linear

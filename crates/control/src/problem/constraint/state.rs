@@ -110,6 +110,19 @@ impl StateInequality {
         value - self.slack
     }
 
+    /// How far inside what is kept out of, or outside what is kept in, a state is where the inequality has the value `g`: in
+    /// radians of a cone, in parts of a sphere's radius or a corridor's length.
+    pub(crate) fn excess(&self, g: f64) -> f64 {
+        let value = g + self.slack;
+        match self.kind {
+            Kind::Cone { cosine, sine, .. } => {
+                libm::atan2(sine, cosine) - libm::acos((cosine + sine * value).clamp(-1.0, 1.0))
+            }
+            Kind::Sphere { .. } => 1.0 - (1.0 - 2.0 * value).max(0.0).sqrt(),
+            Kind::Corridor { .. } => value,
+        }
+    }
+
     /// Gradient and Hessian of `g` by [`StateInequality::place`], the Hessian symmetric and along `Steps::moved`.
     pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         match &self.kind {

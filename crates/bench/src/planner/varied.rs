@@ -1,0 +1,239 @@
+//! The planner beside CasADi's solvers on random manoeuvres of many kinds, with inequalities.
+//!
+//! Each is stated to lgvi in units of its own, to the peers in units of its size: they depend on them, lgvi does not.
+
+use std::path::Path;
+
+use lgvi_control::{NewtonSettings, Start, solve};
+use lgvi_truth::maneuvers::{Varied, varied};
+use serde::Serialize;
+
+use super::peer::{Casadi, Stated, VARIED};
+use crate::clock::Moment;
+use crate::error::{BenchError, write_json};
+use crate::maneuvers::quantile;
+use crate::peer::{CASADI, Python};
+use crate::spread::short;
+use crate::tables::Table;
+
+/// Costs that differ by less, relatively, are not told apart.
+const SAME: f64 = 0.01;
+
+/// What one solver made of one manoeuvre.
+#[derive(Clone, Debug, Serialize)]
+struct Attempt {
+    /// Nothing where it is not solved.
+    cost: Option<f64>,
+    /// CPU time (s).
+    seconds: f64,
+    /// Why it is not solved.
+    failure: Option<String>,
+}
+
+/// One manoeuvre.
+#[derive(Debug, Serialize)]
+struct Tried {
+    index: u64,
+    family: &'static str,
+    ours: Attempt,
+    /// In the order of [`VARIED`].
+    peers: Vec<Attempt>,
+}
+
+/// A peer beside lgvi.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Beside {
+    peer: &'static str,
+    /// How many it solves, and how many of these lgvi solves.
+    solved: usize,
+    both: usize,
+    /// Where lgvi's cost is more than a percent above the peer's, and below.
+    dearer: usize,
+    cheaper: usize,
+    /// The peer's time in parts of lgvi's where both solve: median, 5 % and least.
+    ratios: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Report {
+    seed: u64,
+    intervals: usize,
+    beside: Vec<Beside>,
+    tried: Vec<Tried>,
+}
+
+/// Tries the first `count` manoeuvres of `seed` in so many steps; keeps `varied_<steps>.json` and the table of that name.
+pub(crate) fn run(
+    count: u64,
+    seed: u64,
+    intervals: usize,
+    python: Option<&Python>,
+    directory: &Path,
+) -> Result<(), BenchError> {
+    let python = python.filter(|python| python.has(CASADI));
+    let mut casadi = python.map(Casadi::start).transpose()?;
+    let mut tried = Vec::new();
+    for index in 0..count {
+        let maneuver = varied(seed, index, intervals)?;
+        let ours = plan(&maneuver)?;
+        let peers = casadi
+            .as_mut()
+            .map(|casadi| solve_by_peers(casadi, &maneuver));
+        let one = Tried {
+            index,
+            family: maneuver.family.name(),
+            ours,
+            peers: peers.transpose()?.unwrap_or_default(),
+        };
+        one.print();
+        tried.push(one);
+    }
+    let peers = if casadi.is_some() { VARIED.len() } else { 0 };
+    let beside: Vec<_> = (0..peers).map(|peer| Beside::of(peer, &tried)).collect();
+    let name = format!("varied_{intervals}");
+    table(intervals, &tried, &beside).keep(directory, &name)?;
+    let report = Report {
+        seed,
+        intervals,
+        beside,
+        tried,
+    };
+    write_json(&directory.join(name).with_extension("json"), &report)
+}
+
+fn plan(maneuver: &Varied) -> Result<Attempt, BenchError> {
+    let transfer = maneuver.stated()?;
+    let begun = Moment::now();
+    let plan = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true);
+    Ok(Attempt {
+        seconds: begun.elapsed(),
+        failure: plan.as_ref().err().map(ToString::to_string),
+        cost: plan.ok().map(|plan| plan.cost),
+    })
+}
+
+fn solve_by_peers(casadi: &mut Casadi, maneuver: &Varied) -> Result<Vec<Attempt>, BenchError> {
+    let transfer = &maneuver.transfer;
+    let Some(target) = transfer.target().state() else {
+        return Err(BenchError::Body("a target that is no state".into()));
+    };
+    let stated = Stated {
+        body: &maneuver.body,
+        gm: maneuver.gm,
+        h: transfer.h(),
+        intervals: transfer.intervals(),
+        weights: maneuver.weights,
+        initial: transfer.initial(),
+        target: &target,
+        constraints: &maneuver.constraints,
+    };
+    casadi.build(&stated, &VARIED)?;
+    let solve = |solver| {
+        let found = casadi.solve(solver, false)?;
+        Ok(Attempt {
+            cost: found.success.then_some(found.cost),
+            seconds: found.seconds,
+            failure: (!found.success).then_some(found.status),
+        })
+    };
+    (0..VARIED.len()).map(solve).collect()
+}
+
+impl Beside {
+    fn of(peer: usize, tried: &[Tried]) -> Self {
+        let solved = tried.iter().filter(|one| one.peers[peer].cost.is_some());
+        let costs: Vec<_> = tried
+            .iter()
+            .filter_map(|one| Some((one, one.ours.cost?, one.peers[peer].cost?)))
+            .collect();
+        let times = costs
+            .iter()
+            .map(|(one, ..)| one.peers[peer].seconds / one.ours.seconds);
+        let mut times: Vec<_> = times.collect();
+        times.sort_by(f64::total_cmp);
+        let count = |holds: fn(f64, f64) -> bool| {
+            let of = costs
+                .iter()
+                .filter(|(_, ours, theirs)| holds(*ours, *theirs));
+            of.count()
+        };
+        Self {
+            peer: VARIED[peer].label,
+            solved: solved.count(),
+            both: costs.len(),
+            dearer: count(|ours, theirs| ours > theirs * (1.0 + SAME)),
+            cheaper: count(|ours, theirs| theirs > ours * (1.0 + SAME)),
+            ratios: [0.5, 0.05, 0.0].map(|part| quantile(&times, part)),
+        }
+    }
+}
+
+impl Tried {
+    fn print(&self) {
+        let told = |attempt: &Attempt| match (attempt.cost, &attempt.failure) {
+            (Some(cost), _) => format!("{cost:.6e} in {:.1} ms", 1e3 * attempt.seconds),
+            (None, failure) => format!(
+                "{} in {:.1} ms",
+                failure.as_deref().unwrap_or_default(),
+                1e3 * attempt.seconds
+            ),
+        };
+        let all = std::iter::once(&self.ours).chain(&self.peers).map(told);
+        let all: Vec<_> = all.collect();
+        println!("{}, {}: {}", self.index, self.family, all.join("; "));
+    }
+}
+
+/// A row a peer.
+fn table(intervals: usize, tried: &[Tried], beside: &[Beside]) -> Table {
+    let count = tried.len();
+    let ours = tried.iter().filter(|one| one.ours.cost.is_some()).count();
+    let mut table = Table::new([
+        format!("{count} manoeuvres, N = {intervals}; lgvi solves {ours}"),
+        "solved".into(),
+        "of these by lgvi".into(),
+        "lgvi > 1 % dearer, cheaper".into(),
+        "CPU time in parts of lgvi's: median, 5 %, least".into(),
+    ]);
+    for row in beside {
+        table.row([
+            row.peer.into(),
+            row.solved.to_string(),
+            row.both.to_string(),
+            format!("{}, {}", row.dearer, row.cheaper),
+            row.ratios.map(short).join(", "),
+        ]);
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Attempt, Beside, Tried};
+
+    #[test]
+    fn what_both_solve_is_compared() {
+        let attempt = |cost: Option<f64>, seconds| Attempt {
+            cost,
+            seconds,
+            failure: None,
+        };
+        let one = |ours, theirs| Tried {
+            index: 0,
+            family: "",
+            ours,
+            peers: vec![theirs],
+        };
+        let tried = [
+            one(attempt(Some(1.0), 1.0), attempt(Some(1.005), 8.0)),
+            one(attempt(Some(1.1), 1.0), attempt(Some(1.0), 4.0)),
+            one(attempt(Some(1.0), 1.0), attempt(Some(2.0), 10.0)),
+            one(attempt(None, 1.0), attempt(Some(2.0), 1.0)),
+            one(attempt(Some(1.0), 1.0), attempt(None, 1.0)),
+        ];
+        let found = Beside::of(0, &tried);
+        assert_eq!([found.solved, found.both], [4, 3]);
+        assert_eq!([found.dearer, found.cheaper], [1, 1]);
+        assert_eq!(found.ratios, [8.0, 4.0, 4.0]);
+    }
+}

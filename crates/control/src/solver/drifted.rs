@@ -1,0 +1,115 @@
+//! From the free flight to the target by targets on the way.
+
+use lgvi_dynamics::BodyState;
+use lgvi_dynamics::gravity::Field;
+use lgvi_lie::{exp, log};
+use nalgebra::{Matrix3, SVector, Vector3};
+
+use super::attempt::{Failure, Solver};
+use super::class::Class;
+use super::error::PlanError;
+use super::progress::Phase;
+use super::resolution::resolved;
+use crate::newton::{Ended, Iterate, Newton};
+use crate::problem::TerminalSet;
+use crate::steps::Steps;
+
+/// The first part of the way that is tried at once, and the least.
+const STRIDES: [f64; 2] = [0.25, 0.01];
+/// How much longer a part is tried after one that has a plan.
+const LONGER: f64 = 1.5;
+
+impl<F: Field, C> Solver<'_, F, C> {
+    /// At the first resolution, from the flight without commands to where it ends by plans to targets between that and the
+    /// transfer's own; `None` where that is not one state, or there is no such flight.
+    pub(super) fn drifted<const X: usize, const U: usize>(
+        &mut self,
+    ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
+    where
+        C: Class<X, U>,
+    {
+        let target = self.transfer.target.state()?;
+        let mut iterate = self.drift()?;
+        let drifted = *iterate.states.last()?;
+        let mut reached = 0.0;
+        let mut stride = STRIDES[0];
+        loop {
+            let part = f64::min(reached + stride, 1.0);
+            let mut view = resolved(self.transfer, iterate.commands.len());
+            if part < 1.0 {
+                view.target = between(&drifted, &target, part).into();
+                view.terminal = TerminalSet::new(&view.target, view.body.mass()).ok()?;
+            }
+            let steps = match self.class.steps(&view) {
+                Ok(steps) => steps,
+                Err(error) => return Some(Err(error.into())),
+            };
+            let problem = self.problem(&view, &steps);
+            match self.level(&problem, iterate.clone(), false, Phase::Coarse) {
+                Ok(newton) if part == 1.0 => return Some(Ok(Ok(newton))),
+                Ok(newton) => {
+                    iterate = newton.iterate;
+                    reached = part;
+                    stride *= LONGER;
+                }
+                failure @ Err((Ended::Stopped, _)) => return Some(Ok(failure)),
+                failure => {
+                    stride *= 0.5;
+                    if stride < STRIDES[1] {
+                        return Some(Ok(failure));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The flight without commands at the first resolution.
+    fn drift<const X: usize, const U: usize>(&self) -> Option<Iterate<X, U>>
+    where
+        C: Class<X, U>,
+    {
+        let view = resolved(self.transfer, self.first_intervals());
+        let steps = self.class.steps(&view).ok()?;
+        let none = SVector::zeros();
+        let mut states = vec![view.initial];
+        for k in 0..view.intervals {
+            let next = steps.next(k, &states[k], &none).ok()?;
+            states.push(next);
+        }
+        Some(Iterate {
+            states,
+            commands: vec![none; view.intervals],
+            nu: SVector::zeros(),
+        })
+    }
+}
+
+/// The state at this part of the way from one to another, round the origin where both are on orbits.
+fn between(from: &BodyState, to: &BodyState, part: f64) -> BodyState {
+    let turn = match (frame(from), frame(to)) {
+        (Some(first), Some(last)) => log(&(last * first.transpose())),
+        _ => Vector3::zeros(),
+    };
+    let (whole, moved) = (exp(&turn), exp(&(part * turn)));
+    let mix = |a: &Vector3<f64>, b: &Vector3<f64>| moved * a.lerp(&whole.tr_mul(b), part);
+    let own = from.attitude.tr_mul(&whole.tr_mul(&to.attitude));
+    BodyState {
+        position: mix(&from.position, &to.position),
+        linear_momentum: mix(&from.linear_momentum, &to.linear_momentum),
+        attitude: moved * from.attitude * exp(&(part * log(&own))),
+        angular_momentum: from.angular_momentum.lerp(&to.angular_momentum, part),
+    }
+}
+
+/// Outwards, along and across the plane of an orbit about the origin; `None` where there is no such plane.
+fn frame(state: &BodyState) -> Option<Matrix3<f64>> {
+    let normal = state.position.cross(&state.linear_momentum);
+    let least = 1e-3 * state.position.norm() * state.linear_momentum.norm();
+    let across = normal.try_normalize(least.max(f64::MIN_POSITIVE))?;
+    let outwards = state.position.normalize();
+    Some(Matrix3::from_columns(&[
+        outwards,
+        across.cross(&outwards),
+        across,
+    ]))
+}

@@ -1,5 +1,7 @@
 //! Gravity of your own: a harmonic potential that pulls bodies to the origin.
 
+#![allow(clippy::print_stdout)]
+
 use lgvi_dynamics::gravity::Gravity;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
 use nalgebra::{Matrix3, Vector3};

@@ -1,5 +1,7 @@
 //! An integrator of your own: the symplectic Euler method for point masses, beside the LGVI.
 
+#![allow(clippy::print_stdout)]
+
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{
     BodyState, Inertia, Integrator, Load, Method, RigidBody, Simulation, StepError, StepReport,

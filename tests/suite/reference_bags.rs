@@ -11,7 +11,7 @@ const FLOWN: &str = "/lgvi_propagator/flown_control";
 const PROGRESS: &str = "/lgvi_planner/progress";
 
 /// No bag is larger (bytes).
-const LIMIT: u64 = 400_000;
+const LIMIT: u64 = 450_000;
 
 fn recording(name: &str) -> Recording {
     Recording::read(&reference_bag(name))

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use parquet::column::reader::get_typed_column_reader;
@@ -53,7 +54,7 @@ impl Part {
         let damaged = |error: ParquetError| EnsembleError::damaged(path, error);
         let opened = File::open(path).map_err(EnsembleError::io(path))?;
         let length = opened.metadata().map_err(EnsembleError::io(path))?.len();
-        let reader = SerializedFileReader::new(opened).map_err(damaged)?;
+        let reader = caught(|| SerializedFileReader::new(opened)).map_err(damaged)?;
         let about = reader.metadata().file_metadata();
         let rows = file.range.end - file.range.start;
         if u64::try_from(about.num_rows()) != Ok(rows) {
@@ -218,13 +219,16 @@ impl Part {
                 format!("the type of `{name}`"),
             ));
         }
-        let group = self.reader.get_row_group(0).map_err(damaged)?;
-        let reader = group.get_column_reader(index).map_err(damaged)?;
-        let mut reader = get_typed_column_reader::<T>(reader);
         let rows = (self.file.range.end - self.file.range.start) as usize;
-        let mut values = Vec::with_capacity(rows);
-        let read = reader.read_records(rows, None, None, &mut values);
-        read.map_err(damaged)?;
+        let values = caught(|| {
+            let group = self.reader.get_row_group(0)?;
+            let reader = group.get_column_reader(index)?;
+            let mut reader = get_typed_column_reader::<T>(reader);
+            let mut values = Vec::with_capacity(rows);
+            reader.read_records(rows, None, None, &mut values)?;
+            Ok(values)
+        });
+        let values = values.map_err(damaged)?;
         if values.len() == rows {
             Ok(values)
         } else {
@@ -232,4 +236,10 @@ impl Part {
             Err(EnsembleError::damaged(path, reason))
         }
     }
+}
+
+/// The crate parquet asserts of some damaged pages what it should refuse.
+fn caught<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    catch_unwind(AssertUnwindSafe(read))
+        .unwrap_or_else(|_| Err(ParquetError::General("it cannot be decoded".into())))
 }

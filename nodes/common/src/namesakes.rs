@@ -11,11 +11,14 @@ use crate::NodeError;
 /// How often it is looked for them.
 const LOOK: Duration = Duration::from_millis(100);
 
+/// Looks for which a newcomer stays, so that the elder sees it, too.
+const STAYS: u32 = 3;
+
 /// Sees to it that only one node of a name goes on, wherever the others are; on one host the lock does so at once.
 pub(crate) struct Namesakes(Arc<OnceLock<String>>);
 
 impl Namesakes {
-    /// Raises `shutdown` when a node of the same name is discovered that has been there before; warns of others.
+    /// Raises `shutdown` soon after a node of the same name is discovered that has been there before; warns of others.
     pub(crate) fn watch(
         ros: &RosNode,
         executor: &mut Executor,
@@ -26,7 +29,14 @@ impl Namesakes {
         let (refusing, shutdown, ros) = (Arc::clone(&refused), shutdown.clone(), ros.clone());
         let domain_id = environment.domain_id;
         let mut known = BTreeSet::new();
+        let mut looks = 0;
         executor.every(LOOK, move || {
+            if refusing.get().is_some() {
+                looks += 1;
+                if looks == STAYS {
+                    shutdown.request();
+                }
+            }
             for namesake in ros.namesakes() {
                 if shutdown.requested() || !known.insert(namesake.participant.clone()) {
                     continue;
@@ -34,7 +44,6 @@ impl Namesakes {
                 let (name, other) = (ros.fully_qualified_name(), describe(&namesake));
                 if namesake.elder {
                     let _ = refusing.set(refusal(&name, domain_id, &other));
-                    shutdown.request();
                 } else {
                     warn!("another node named {name} has appeared ({other}): this one was there before and goes on");
                 }

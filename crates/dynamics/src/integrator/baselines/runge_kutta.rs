@@ -39,12 +39,12 @@ impl RungeKutta {
         Self::new(&tableau::CLASSICAL, bodies)
     }
 
-    /// The formula of eighth order of [`Adaptive::fehlberg78`](super::Adaptive::fehlberg78), with fixed step.
+    /// The formula of eighth order of [`Adaptive::fehlberg78`](crate::integrator::Adaptive::fehlberg78), with fixed step.
     pub fn fehlberg8(bodies: &[RigidBody]) -> Self {
         Self::new(&tableau::FEHLBERG.tableau, bodies)
     }
 
-    /// The formula of eighth order of [`Adaptive::dormand_prince853`](super::Adaptive::dormand_prince853), with fixed
+    /// The formula of eighth order of [`Adaptive::dormand_prince853`](crate::integrator::Adaptive::dormand_prince853), with fixed
     /// step.
     pub fn dormand_prince8(bodies: &[RigidBody]) -> Self {
         Self::new(&tableau::DORMAND_PRINCE.tableau, bodies)

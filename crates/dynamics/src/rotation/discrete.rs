@@ -68,7 +68,7 @@ pub(crate) struct Solved {
 }
 
 impl<T: Lane> DiscreteRotation<T> {
-    /// Of one body a lane; of the first where there are fewer than lanes.
+    /// Of one body a lane. Lanes without a body hold zeros.
     pub(crate) fn gather(token: T::Token, bodies: &[DiscreteRotation<f64>]) -> Self {
         let zero = T::splat(token, 0.0);
         let none = Vector::splat(token, &Vector3::zeros());
@@ -99,19 +99,25 @@ impl<T: Lane> DiscreteRotation<T> {
     /// From guesses of the correction; repeated until it is found in all of `lanes` or has been repeated often enough.
     #[inline(always)]
     pub(crate) fn solve(&self, h: f64, p: Vector<T>, guess: T, lanes: u32) -> Solution<T> {
-        let given = self.given(h, p);
-        let mut solution = self.pass(&given, guess);
+        let (solution, _) = self.passes(&self.given(h, p), guess, lanes);
+        self.in_body_axes(solution)
+    }
+
+    /// The same about principal axes, and the number of passes.
+    #[inline(always)]
+    fn passes(&self, given: &Given<T>, guess: T, lanes: u32) -> (Solution<T>, u32) {
+        let mut solution = self.pass(given, guess);
         let mut guess = solution.correction;
-        for _ in 0..MAX_PASSES {
+        for passes in 1..=MAX_PASSES {
             let open = lanes & !solution.lanes;
             if open == 0 {
-                break;
+                return (solution, passes);
             }
-            let next = self.pass(&given, guess);
+            let next = self.pass(given, guess);
             guess = next.correction;
             solution = next.or(solution, open);
         }
-        self.in_body_axes(solution)
+        (solution, MAX_PASSES + 1)
     }
 
     #[inline(always)]
@@ -220,12 +226,7 @@ impl DiscreteRotation<f64> {
     /// The solution whatever it takes.
     pub(crate) fn find(&self, h: f64, p: &Vector3<f64>, guess: f64) -> Result<Solved, Unsolvable> {
         let given = self.given(h, p.into());
-        let mut solution = self.pass(&given, guess);
-        let mut iterations = 1;
-        while solution.lanes == 0 && iterations <= MAX_PASSES {
-            solution = self.pass(&given, solution.correction);
-            iterations += 1;
-        }
+        let (mut solution, mut iterations) = self.passes(&given, guess, 1);
         if solution.lanes == 0 {
             let g = given.g.into();
             let moments = 0.5 * Vector3::from(self.moments);

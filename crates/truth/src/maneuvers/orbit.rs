@@ -57,7 +57,15 @@ pub(super) fn to_orbit(random: &mut Random, intervals: usize) -> Result<Maneuver
 fn dumbbell(random: &mut Random, mass: f64) -> Result<RigidBody, ManeuverError> {
     let length = random.log_uniform(0.05, 0.4);
     let radius = length * random.log_uniform(0.1, 0.5);
-    let axial = 0.4 * mass * radius * radius;
+    spheres_on_a_rod(mass, length, 0.4 * mass * radius * radius)
+}
+
+/// Two spheres on a massless rod along body x, with this moment about it.
+pub(super) fn spheres_on_a_rod(
+    mass: f64,
+    length: f64,
+    axial: f64,
+) -> Result<RigidBody, ManeuverError> {
     let transverse = axial + 0.25 * mass * length * length;
     let inertia = Inertia::principal([axial, transverse, transverse])?;
     let arm = Vector3::new(0.5 * length, 0.0, 0.0);

@@ -13,6 +13,7 @@ use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
 use super::ManeuverError;
+use super::orbit::spheres_on_a_rod;
 use crate::random::Random;
 
 /// What kind of manoeuvre.
@@ -199,14 +200,7 @@ fn dumbbell(random: &mut Random) -> Result<RigidBody, ManeuverError> {
     let mass = random.log_uniform(0.3, 3.0);
     let length = random.log_uniform(0.05, 0.3);
     let axial = 0.4 * mass * length * length * random.log_uniform(0.03, 0.2);
-    let transverse = axial + 0.25 * mass * length * length;
-    let inertia = Inertia::principal([axial, transverse, transverse])?;
-    let arm = Vector3::new(0.5 * length, 0.0, 0.0);
-    let points = [arm, -arm].map(|position| PointMass {
-        mass: 0.5 * mass,
-        position,
-    });
-    Ok(RigidBody::new(mass, inertia, points.to_vec())?)
+    spheres_on_a_rod(mass, length, axial)
 }
 
 fn finish(

@@ -69,3 +69,51 @@ fn a_sound_flight_is_not_warned_of() {
             .contains("warning")
     );
 }
+
+/// Half a turn of a ball may be about any axis across: the plans of least cost are a family, and none is a strict minimum.
+const HALF_A_TURN: &str = r#"
+title = "Half a turn"
+
+[run]
+duration = 10.0
+steps = 50
+integrator = "lgvi"
+
+[[bodies]]
+name = "ball"
+mass = 1.0
+inertia = [1.0, 1.0, 1.0]
+position = [0.0, 0.0, 0.0]
+velocity = [0.0, 0.0, 0.0]
+attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
+angular_velocity = [0.0, 0.0, 0.0]
+
+[maneuver]
+body = "ball"
+motion = "rotation"
+
+[maneuver.target]
+spin_axis = { axis = [1.0, 0.0, 0.0], direction = [-1.0, 0.0, 0.0] }
+angular_velocity = [0.0, 0.0, 0.0]
+"#;
+
+#[test]
+fn a_plan_that_is_not_known_to_be_a_minimum_is_warned_of() {
+    let world = World::new();
+    let path = world.path("half_a_turn.toml");
+    std::fs::write(&path, HALF_A_TURN).unwrap();
+    for (strict, code) in [(None, 0), (Some("--strict"), 3)] {
+        let bag = world.path(&format!("bag{code}"));
+        let line = [
+            "run",
+            "--json",
+            "--no-plot",
+            path.to_str().unwrap(),
+            "--bag",
+            bag.to_str().unwrap(),
+        ];
+        let flown = world.lgvi(line.into_iter().chain(strict));
+        let flown: Value = flown.finish().expect(code).json();
+        assert_eq!(codes(&flown), ["not_minimum"]);
+    }
+}

@@ -134,8 +134,18 @@ impl Casadi {
 
     /// Solves from the guess with the solver of this index.
     pub(crate) fn solve(&mut self, solver: usize, controls: bool) -> Result<Found, BenchError> {
+        self.solve_within(SOLVING, solver, controls)
+    }
+
+    /// Solves from the guess; the process is ended where it does not answer within `limit`.
+    pub(crate) fn solve_within(
+        &mut self,
+        limit: Duration,
+        solver: usize,
+        controls: bool,
+    ) -> Result<Found, BenchError> {
         let request = json!({"solve": solver, "controls": controls});
-        self.0.ask(&request, SOLVING)
+        self.0.ask(&request, limit)
     }
 }
 

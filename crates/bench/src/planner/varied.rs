@@ -3,6 +3,7 @@
 //! Each is stated to lgvi in units of its own, to the peers in units of its size: they depend on them, lgvi does not.
 
 use std::path::Path;
+use std::time::Duration;
 
 use lgvi_control::{NewtonSettings, Start, solve};
 use lgvi_truth::maneuvers::{Varied, varied};
@@ -15,6 +16,9 @@ use crate::maneuvers::quantile;
 use crate::peer::{CASADI, Python};
 use crate::spread::short;
 use crate::tables::Table;
+
+/// Time after which a peer counts as not answering; only IPOPT can be told to end by itself.
+const UNANSWERED: Duration = Duration::from_secs(30);
 
 /// Costs that differ by less, relatively, are not told apart.
 const SAME: f64 = 0.01;
@@ -71,25 +75,26 @@ pub(crate) fn run(
     directory: &Path,
 ) -> Result<(), BenchError> {
     let python = python.filter(|python| python.has(CASADI));
-    let mut casadi = python.map(Casadi::start).transpose()?;
+    let mut peers = python.map(Peers::start).transpose()?;
     let mut tried = Vec::new();
     for index in 0..count {
         let maneuver = varied(seed, index, intervals)?;
         let ours = plan(&maneuver)?;
-        let peers = casadi
+        let peers = peers
             .as_mut()
-            .map(|casadi| solve_by_peers(casadi, &maneuver));
+            .map(|peers| peers.solve(&maneuver))
+            .transpose()?;
         let one = Tried {
             index,
             family: maneuver.family.name(),
             ours,
-            peers: peers.transpose()?.unwrap_or_default(),
+            peers: peers.unwrap_or_default(),
         };
         one.print();
         tried.push(one);
     }
-    let peers = if casadi.is_some() { VARIED.len() } else { 0 };
-    let beside: Vec<_> = (0..peers).map(|peer| Beside::of(peer, &tried)).collect();
+    let count = if peers.is_some() { VARIED.len() } else { 0 };
+    let beside: Vec<_> = (0..count).map(|peer| Beside::of(peer, &tried)).collect();
     let name = format!("varied_{intervals}");
     table(intervals, &tried, &beside).keep(directory, &name)?;
     let report = Report {
@@ -112,31 +117,58 @@ fn plan(maneuver: &Varied) -> Result<Attempt, BenchError> {
     })
 }
 
-fn solve_by_peers(casadi: &mut Casadi, maneuver: &Varied) -> Result<Vec<Attempt>, BenchError> {
-    let transfer = &maneuver.transfer;
-    let Some(target) = transfer.target().state() else {
-        return Err(BenchError::Body("a target that is no state".into()));
-    };
-    let stated = Stated {
-        body: &maneuver.body,
-        gm: maneuver.gm,
-        h: transfer.h(),
-        intervals: transfer.intervals(),
-        weights: maneuver.weights,
-        initial: transfer.initial(),
-        target: &target,
-        constraints: &maneuver.constraints,
-    };
-    casadi.build(&stated, &VARIED)?;
-    let solve = |solver| {
-        let found = casadi.solve(solver, false)?;
-        Ok(Attempt {
-            cost: found.success.then_some(found.cost),
-            seconds: found.seconds,
-            failure: (!found.success).then_some(found.status),
-        })
-    };
-    (0..VARIED.len()).map(solve).collect()
+/// CasADi's solvers, in a process that is started again where a solver does not answer.
+struct Peers<'p> {
+    python: &'p Python,
+    casadi: Casadi,
+}
+
+impl<'p> Peers<'p> {
+    fn start(python: &'p Python) -> Result<Self, BenchError> {
+        let casadi = Casadi::start(python)?;
+        Ok(Self { python, casadi })
+    }
+
+    /// An attempt of each of [`VARIED`].
+    fn solve(&mut self, maneuver: &Varied) -> Result<Vec<Attempt>, BenchError> {
+        let transfer = &maneuver.transfer;
+        let Some(target) = transfer.target().state() else {
+            return Err(BenchError::Body("a target that is no state".into()));
+        };
+        let stated = Stated {
+            body: &maneuver.body,
+            gm: maneuver.gm,
+            h: transfer.h(),
+            intervals: transfer.intervals(),
+            weights: maneuver.weights,
+            initial: transfer.initial(),
+            target: &target,
+            constraints: &maneuver.constraints,
+        };
+        self.casadi.build(&stated, &VARIED)?;
+        let mut attempts = Vec::new();
+        for solver in 0..VARIED.len() {
+            let attempt = match self.casadi.solve_within(UNANSWERED, solver, false) {
+                Ok(found) => Attempt {
+                    cost: found.success.then_some(found.cost),
+                    seconds: found.seconds,
+                    failure: (!found.success).then_some(found.status),
+                },
+                Err(BenchError::Peer(failure)) => {
+                    self.casadi = Casadi::start(self.python)?;
+                    self.casadi.build(&stated, &VARIED)?;
+                    Attempt {
+                        cost: None,
+                        seconds: UNANSWERED.as_secs_f64(),
+                        failure: Some(failure),
+                    }
+                }
+                Err(error) => return Err(error),
+            };
+            attempts.push(attempt);
+        }
+        Ok(attempts)
+    }
 }
 
 impl Beside {

@@ -1,5 +1,30 @@
 //! Discrete optimal control of one rigid body on SE(3) (§4).
 //!
+//! ```
+//! use lgvi_control::nalgebra::{Matrix3, Vector3};
+//! use lgvi_control::{Actuation, NewtonSettings, Start, Transfer, solve};
+//! use lgvi_dynamics::gravity::Central;
+//! use lgvi_dynamics::{BodyState, Inertia, RigidBody};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // An eighth of a circular orbit in 50 steps, to rise by a tenth and turn by 90° on the way.
+//! let body = RigidBody::new(1.0, Inertia::principal([0.01, 0.02, 0.025])?, vec![])?;
+//! let (still, upright) = (Vector3::zeros(), Matrix3::identity());
+//! let initial = BodyState::from_velocities(&body, Vector3::x(), Vector3::y(), upright, still);
+//! let there = 1.1 * Vector3::new(0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0);
+//! let quarter = lgvi_lie::exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2));
+//! let target = BodyState::from_velocities(&body, there, still, quarter, still);
+//!
+//! let h = std::f64::consts::FRAC_PI_4 / 50.0;
+//! let field = Central { gm: 1.0 };
+//! let actuation = Actuation::full(&Matrix3::identity(), &Matrix3::identity())?;
+//! let transfer = Transfer::new(body, field, h, 50, initial, target, actuation)?;
+//! let plan = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true)?;
+//! assert!(plan.certificate.terminal < 1e-12 && plan.certificate.sufficient);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Pure mathematics: no I/O, no clock, no thread. A [`Transfer`] states the problem. [`extremal`] integrates the
 //! necessary conditions forward from initial multipliers, with their sensitivities on demand; [`shooting`] finds the
 //! multipliers that reach the target.
@@ -26,6 +51,8 @@ mod solver;
 mod stage;
 mod steps;
 mod units;
+
+pub use lgvi_lie::nalgebra;
 
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
 pub use minima::{Minimum, SearchSettings, Winding, search};

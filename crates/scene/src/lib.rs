@@ -1,5 +1,37 @@
 //! Scene files: what a user writes in TOML, validated and compiled to what is flown.
 //!
+//! ```
+//! use lgvi_dynamics::Load;
+//! use lgvi_scene::Scene;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let text = r#"
+//!     title = "Free body"
+//!     run = { duration = 10.0, steps = 1000, integrator = "lgvi" }
+//!
+//!     [[bodies]]
+//!     name = "satellite"
+//!     mass = 100.0
+//!     inertia = [10.0, 20.0, 25.0]
+//!     position = [0.0, 0.0, 0.0]
+//!     velocity = [0.0, 0.0, 0.0]
+//!     attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
+//!     angular_velocity = [0.0, 0.5, 0.01]
+//! "#;
+//! let scene = Scene::parse("free_body", text)?;
+//! let mut simulation = scene.simulation(scene.scheme()?)?;
+//! let before = simulation.invariants().angular_momentum;
+//! for _ in 0..1000 {
+//!     simulation.advance(&[Load::default()])?;
+//! }
+//! assert!((simulation.invariants().angular_momentum - before).norm() < 1e-12);
+//!
+//! let error = Scene::parse("free_body", &text.replace("mass = 100.0", "mass = -1.0")).unwrap_err();
+//! assert!(error.to_string().contains("mass"));
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! [`Scene::parse`] takes the text and either returns a [`Scene`] that can be flown or a [`SceneError`] that names the
 //! key, the value and what was expected. Numbers stay in the scene's own units; [`Units`] converts what leaves to SI and
 //! what comes back.

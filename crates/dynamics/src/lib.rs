@@ -44,6 +44,7 @@ mod lane;
 pub mod lanes;
 mod load;
 mod mobility;
+mod quadrature;
 mod range;
 pub mod rotation;
 mod simulation;

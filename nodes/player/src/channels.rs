@@ -1,9 +1,10 @@
 //! Where a bag's topics go.
 
+use std::mem;
 use std::time::Duration;
 
 use lgvi_bag::{BagReader, Durability, Topic};
-use lgvi_middleware::ros::Qos;
+use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_middleware::shm::{Delivery, ShmNode};
 use lgvi_node::{Node, NodeError};
 use tracing::warn;
@@ -23,6 +24,14 @@ pub(crate) struct Channels {
     /// In the order of the bag; none for those that are not played.
     channels: Vec<Option<Channel>>,
     depths: Vec<usize>,
+    ros: RosNode,
+}
+
+impl Drop for Channels {
+    fn drop(&mut self) {
+        let channels = mem::take(&mut self.channels);
+        self.ros.announce_together(|| drop(channels));
+    }
 }
 
 impl Channels {
@@ -94,6 +103,7 @@ impl Channels {
                 .ros
                 .announce_together(|| channels.collect::<Result<_, _>>())?,
             depths,
+            ros: node.ros.clone(),
         };
         if !is_empty && !channels.opened().contains(&true) {
             return Err(nothing("can be"));

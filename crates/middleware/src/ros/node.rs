@@ -233,12 +233,13 @@ impl RosNode {
         namesakes.collect()
     }
 
-    /// Makes many endpoints, and announces them to other nodes together: an announcement names all endpoints of the node.
-    pub fn announce_together<T>(&self, make: impl FnOnce() -> T) -> T {
+    /// Has `change` make or drop many endpoints, which other nodes are told of at once: an announcement names all
+    /// endpoints of the node.
+    pub fn announce_together<T>(&self, change: impl FnOnce() -> T) -> T {
         self.0.graph().hold(true);
-        let made = make();
+        let changed = change();
         self.0.graph().hold(false);
-        made
+        changed
     }
 
     /// Has the node take its leave quickly once `shutdown` is raised: from then on, all waits for subscriptions that do

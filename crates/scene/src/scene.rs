@@ -172,7 +172,12 @@ impl Scene {
 
     /// What of the scene a scheme computes, and what it leaves out.
     pub fn plan(&self, scheme: Scheme) -> Plan {
-        Plan::new(&self.system(), &self.states(), scheme.method, scheme.skip)
+        Plan::new(
+            &mut self.system(),
+            &self.states(),
+            scheme.method,
+            scheme.skip,
+        )
     }
 
     /// The bodies' states at the epoch, undisturbed.

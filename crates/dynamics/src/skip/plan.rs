@@ -1,4 +1,4 @@
-use super::{Skip, Watch};
+use super::{Levels, Skip};
 use crate::gravity::{Interaction, Level};
 use crate::integrator::Rotor;
 use crate::{BodyState, Method, Mobility, System};
@@ -70,9 +70,9 @@ pub struct InteractionPlan {
 
 impl Plan {
     /// Of `system` in `states` (one a body), flown by `method`.
-    pub fn new(system: &System, states: &[BodyState], method: Method, skip: Skip) -> Self {
-        let watch = Watch::new(system, states, skip);
-        let interactions = watch.iter().flat_map(|watch| watch.terms().iter());
+    pub fn new(system: &mut System, states: &[BodyState], method: Method, skip: Skip) -> Self {
+        let levels = Levels::new(system, states, skip);
+        let interactions = levels.iter().flat_map(|levels| levels.terms().iter());
         let interactions: Vec<_> = interactions
             .map(|term| {
                 let bound = match (skip, term.interaction.remainder) {
@@ -100,7 +100,7 @@ impl Plan {
             costs[Level::Full as usize] - costs[one.level as usize]
         });
         Self {
-            bodies: bodies(system, states, method, watch.as_ref()),
+            bodies: bodies(system, states, method, levels.as_ref()),
             costs: [full, (full - saved.sum::<f64>()).max(0.0)],
             interactions,
         }
@@ -124,10 +124,10 @@ fn bodies(
     system: &System,
     states: &[BodyState],
     method: Method,
-    watch: Option<&Watch>,
+    levels: Option<&Levels>,
 ) -> Vec<BodyPlan> {
     let all = system.bodies();
-    let selection = watch.map(|watch| watch.selection(all));
+    let selection = levels.map(|levels| levels.selection(all));
     let selection = selection.filter(|selection| selection.is_partial);
     let each = all.iter().zip(states).enumerate();
     each.map(|(index, (body, state))| {
@@ -156,8 +156,8 @@ fn bodies(
                     .angular_momentum
                     .iter()
                     .all(|component| *component == 0.0);
-                let watched = selection.is_some() && coasts;
-                let rotation = match (watched && method.drifts(), rests) {
+                let uncoupled = selection.is_some() && coasts;
+                let rotation = match (uncoupled && method.drifts(), rests) {
                     (true, true) => Rotation::AtRest,
                     (true, false) if turns_once(method) => Rotation::Once,
                     _ => Rotation::Staged,

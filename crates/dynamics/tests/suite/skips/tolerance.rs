@@ -6,7 +6,7 @@ use lgvi_dynamics::skip::{Allowance, Refusal};
 use lgvi_dynamics::{BodyState, Load, Method, Mobility, RigidBody, Simulation, Skip, System};
 use nalgebra::{Matrix3, Vector3};
 
-use super::watch::flyby;
+use super::levels::flyby;
 use super::{ball, fly, inertia, mutual};
 
 const METHOD: Method = Method::DormandPrince853 { tolerance: 1e-11 };

@@ -2,9 +2,8 @@ use thiserror::Error;
 
 use super::response::Response;
 use super::{Levels, Skip};
-use crate::auto::Accuracy;
 use crate::gravity::Neglect;
-use crate::{BodyState, StepError, System};
+use crate::{Accuracy, BodyState, StepError, System};
 
 /// Evaluations of gravity that flights may take to learn how errors grow, and what they may cost in multiples of a point in a
 /// central field.

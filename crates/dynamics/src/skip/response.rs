@@ -3,9 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{Levels, Refusal, Skip};
-use crate::auto::Accuracy;
 use crate::integrator::Adaptive;
-use crate::{BodyState, Integrator, Load, Mobility, RigidBody, StepError, System};
+use crate::{Accuracy, BodyState, Integrator, Load, Mobility, RigidBody, StepError, System};
 
 /// Equal intervals of the run at whose ends the flights are looked at.
 const SAMPLES: usize = 64;

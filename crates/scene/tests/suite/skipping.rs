@@ -1,6 +1,6 @@
 //! What scenes may leave out, and that they fly as without.
 
-use lgvi_dynamics::auto::Accuracy;
+use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::gravity::Level;
 use lgvi_dynamics::skip::{Rotation, Translation};
 use lgvi_dynamics::{Load, Method, Simulation, Skip};

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use lgvi_dynamics::auto::Accuracy;
+use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::gravity::{Central, Gravity, Interaction, Kept, Level, Mutual, Separable};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::skip::Allowance;

@@ -1,6 +1,6 @@
 //! That a tolerance is kept where errors grow fast, bodies spin fast, and steps are long.
 
-use lgvi_dynamics::auto::Accuracy;
+use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::skip::{Allowance, Refusal};
 use lgvi_dynamics::{BodyState, Load, Method, Mobility, RigidBody, Simulation, Skip, System};

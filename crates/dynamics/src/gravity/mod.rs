@@ -28,7 +28,7 @@ pub use attractor::{Attractor, Monopole};
 pub use central::Central;
 pub use field::{Field, Intrusion, LoadCurvature, LoadGradient};
 pub use fixed::Fixed;
-pub use form::{Form, Placement, Shape};
+pub use form::{Form, Placement, SourceShape};
 pub use interaction::{Falloff, Interaction, Kept, Level, Partner};
 pub use moments::Moments;
 pub use multipole::Multipole;

@@ -13,13 +13,13 @@
 
 mod allowance;
 mod levels;
-mod plan;
 mod response;
+mod summary;
 mod switching;
 mod term;
 
 pub use allowance::{Allowance, Refusal};
-pub use plan::{BodyPlan, InteractionPlan, Plan, Rotation, Translation};
+pub use summary::{BodySummary, InteractionSummary, Rotation, Summary, Translation};
 
 pub(crate) use levels::Levels;
 pub(crate) use switching::LevelSwitching;

@@ -5,18 +5,18 @@ use crate::{BodyState, Method, Mobility, System};
 
 /// What of a system is computed at the start of a run, and what is left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct Summary {
     /// Of each body.
-    pub bodies: Vec<BodyPlan>,
+    pub bodies: Vec<BodySummary>,
     /// Of each interaction, those of one gravity after those of another; none of what cannot be taken apart.
-    pub interactions: Vec<InteractionPlan>,
+    pub interactions: Vec<InteractionSummary>,
     /// What an evaluation of gravity costs in full and as it is, in multiples of a point in a central field, roughly.
     pub costs: [f64; 2],
 }
 
 /// What is computed of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BodyPlan {
+pub struct BodySummary {
     /// How it moves.
     pub translation: Translation,
     /// How it turns.
@@ -55,7 +55,7 @@ pub enum Rotation {
 
 /// What is computed of an interaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InteractionPlan {
+pub struct InteractionSummary {
     /// Which gravity it is part of.
     pub gravity: usize,
     /// The interaction.
@@ -68,7 +68,7 @@ pub struct InteractionPlan {
     pub bound: f64,
 }
 
-impl Plan {
+impl Summary {
     /// Of `system` in `states` (one a body), flown by `method`.
     pub fn new(system: &mut System, states: &[BodyState], method: Method, skip: Skip) -> Self {
         let levels = Levels::new(system, states, skip);
@@ -85,7 +85,7 @@ impl Plan {
                     }
                     _ => 0.0,
                 };
-                InteractionPlan {
+                InteractionSummary {
                     gravity: term.gravity,
                     interaction: term.interaction,
                     level: term.level,
@@ -125,7 +125,7 @@ fn bodies(
     states: &[BodyState],
     method: Method,
     levels: Option<&Levels>,
-) -> Vec<BodyPlan> {
+) -> Vec<BodySummary> {
     let all = system.bodies();
     let selection = levels.map(|levels| levels.selection(all));
     let selection = selection.filter(|selection| selection.is_partial);
@@ -165,7 +165,7 @@ fn bodies(
                 (translation, rotation)
             }
         };
-        BodyPlan {
+        BodySummary {
             translation,
             rotation,
             moment: forced && !coasts && !body.mobility().is_given(),

@@ -1,8 +1,8 @@
-//! From the free flight to the target by targets on the way.
+//! From the free flight to the target: by bending it, and by targets on the way.
 
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
-use lgvi_lie::{exp, log};
+use lgvi_lie::{exp, log, right_jacobian_inverse};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 use super::attempt::{Failure, Solver};
@@ -61,6 +61,49 @@ impl<F: Field, C> Solver<'_, F, C> {
                 }
             }
         }
+    }
+
+    /// Positions and attitudes of the free flight at the first resolution, bent to end as the goal does: round the origin
+    /// and to its distance where both are on orbits. `None` where there is no such flight.
+    pub(super) fn bent<const X: usize, const U: usize>(
+        &self,
+    ) -> Option<Vec<(Vector3<f64>, Matrix3<f64>)>>
+    where
+        C: Class<X, U>,
+    {
+        let body = &self.transfer.body;
+        let duration = self.transfer.h * self.transfer.intervals as f64;
+        let goal = self.goal();
+        let states = self.drift()?.states;
+        let last = states.last()?;
+        let (turn, ratio, shift) = match (frame(last), frame(&goal)) {
+            (Some(first), Some(second)) => (
+                log(&(second * first.transpose())),
+                goal.position.norm() / last.position.norm(),
+                Vector3::zeros(),
+            ),
+            _ => (Vector3::zeros(), 1.0, goal.position - last.position),
+        };
+        let whole = exp(&turn);
+        let own = log(&(whole * last.attitude).tr_mul(&goal.attitude));
+        let faster = goal.velocity(body) - ratio * (whole * last.velocity(body));
+        let spun = goal.angular_velocity(body) - exp(&own).tr_mul(&last.angular_velocity(body));
+        let (faster, spun) = (
+            duration * faster,
+            duration * (right_jacobian_inverse(&own) * spun),
+        );
+        let intervals = (states.len() - 1) as f64;
+        let path = states.iter().enumerate().map(|(k, state)| {
+            let t = k as f64 / intervals;
+            let (part, late) = (t * t * (3.0 - 2.0 * t), t * t * (1.0 - t));
+            let turned = exp(&(part * turn));
+            let position = (1.0 + part * (ratio - 1.0)) * (turned * state.position);
+            (
+                position + part * shift - late * faster,
+                turned * state.attitude * exp(&(part * own - late * spun)),
+            )
+        });
+        Some(path.collect())
     }
 
     /// The flight without commands at the first resolution.

@@ -1,60 +1,49 @@
-"""Executes a ROS 2 launch file against the stand-in for `launch`.
+"""Has `launch` compose the nodes of a launch file, and starts none of them.
 
-Prints a JSON object: `arguments`, each launch argument's name and description, and `commands`, the command lines of
-the processes that would be started, and `shutdowns`, the reasons for which the end of each would shut down a system that
-runs and one that is shutting down already; the latter two only where arguments are given.
+Prints a JSON object: `arguments`, each launch argument's name and description; where arguments are given also `commands`,
+the command lines of the processes that would be started, and `parameters`, what the parameter files of each of them say.
 Usage: compose_launch.py FILE [name:=value …]
 """
 
 import json
-import runpy
 import sys
-import tempfile
 from pathlib import Path
 
-import launch_stand_in as launch
+sys.path.insert(0, str(Path(__file__).resolve().parent / "vendor"))
+import yaml
+from launch import LaunchContext
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch_ros.actions import Node
 
 
-def processes(entities, given):
-    """The processes in the order of their start, and the context in which they run."""
-    arguments = dict(argument.split(":=", 1) for argument in given)
-    declared = {entity.name for entity in entities if isinstance(entity, launch.DeclareLaunchArgument)}
-    if unknown := arguments.keys() - declared:
-        sys.exit(f"no launch argument is called {', '.join(sorted(unknown))}")
-    context = launch.LaunchContext(arguments, Path(tempfile.mkdtemp(dir=".")).resolve())
-    composed = []
-    pending = list(entities)
-    while pending:
-        entity = pending.pop(0)
-        if isinstance(entity, launch.Node):
-            composed.append(entity)
+def composed(entities, context):
+    """The command lines of the nodes, in the order of their start."""
+    for entity in entities:
+        if isinstance(entity, Node):
+            Node.execute(entity, context)
+            yield entity.process_details["cmd"]
         else:
-            pending[:0] = entity.execute(context)
-    return composed, context
+            yield from composed(entity.visit(context) or [], context)
 
 
-def shutdowns(process, context):
-    """The reasons for which its end shuts down, while the system runs and when it is shutting down."""
-    reasons = []
-    for context.is_shutdown in (False, True):
-        reasons.append([action.reason for action in process.ended(context) if isinstance(action, launch.Shutdown)])
-    return reasons
+def parameters(command):
+    """What each parameter file of a command line says."""
+    files = [value for option, value in zip(command, command[1:]) if option == "--params-file"]
+    return [yaml.safe_load(Path(file).read_text()) for file in files]
 
 
 def main():
-    launch.install()
     file, *given = sys.argv[1:]
-    entities = runpy.run_path(file)["generate_launch_description"]().entities
-    arguments = {
-        entity.name: entity.description
-        for entity in entities
-        if isinstance(entity, launch.DeclareLaunchArgument)
-    }
-    composed, context = processes(entities, given) if given else ([], None)
+    context = LaunchContext()
+    context._set_is_shutdown(True)  # A node is made ready then and not started.
+    context.launch_configurations.update(argument.split(":=", 1) for argument in given)
+    description = PythonLaunchDescriptionSource(file).get_launch_description(context)
+    arguments = {argument.name: argument.description for argument in description.get_launch_arguments()}
+    commands = list(composed(description.entities, context)) if given else []
     launched = {
         "arguments": arguments,
-        "commands": [process.command(context) for process in composed],
-        "shutdowns": [shutdowns(process, context) for process in composed],
+        "commands": commands,
+        "parameters": [parameters(command) for command in commands],
     }
     json.dump(launched, sys.stdout)
 

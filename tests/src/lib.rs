@@ -44,9 +44,9 @@ pub use process::{Finished, Process};
 pub use python::{python, ros_python};
 pub use recording::{Record, Recording};
 pub use scenes::{edited, scene, shipped};
-pub use states::{Sender, state_numbers};
+pub use states::{Sender, await_stall, state_numbers};
 pub use truth::{Deviation, Trajectory, optimal_cost};
-pub use wait::{PATIENCE, eventually, within};
+pub use wait::{PATIENCE, eventually, settled, within};
 pub use world::World;
 
 /// The root of the repository.

@@ -46,8 +46,12 @@ impl World {
 
     /// Starts a script of `tests/python` on ROS 2 Jazzy with Fast DDS.
     pub fn ros_python(&self, script: &str, arguments: &[&str]) -> Process {
-        let command = self.ros_script(self.command(&ros_python()), script, arguments);
-        self.start(script, command)
+        self.start(script, self.ros_command(script, arguments))
+    }
+
+    /// A command that runs a script of `tests/python` on ROS 2 Jazzy with Fast DDS.
+    pub fn ros_command(&self, script: &str, arguments: &[&str]) -> Command {
+        self.ros_script(self.command(&ros_python()), script, arguments)
     }
 
     /// Has a command that ends with [`ros_python`] run a script of `tests/python`.
@@ -65,6 +69,7 @@ impl World {
         command
             .env("AMENT_PREFIX_PATH", environment)
             .env("ROS_LOG_DIR", self.path("ros_log"))
+            .env("TMPDIR", self.path(""))
             // Its shared memory would outlive a peer that is killed.
             .env("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
             .env("PYTHONDONTWRITEBYTECODE", "1")

@@ -9,7 +9,7 @@ use lgvi_msgs::cdr;
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::shm::{BodySample, Name, StateHeader};
 
-use crate::World;
+use crate::{World, settled};
 
 /// Sends the same states on several topics.
 pub struct Sender {
@@ -51,6 +51,20 @@ impl Sender {
     pub fn sent(&self) -> &[Instant] {
         &self.sent
     }
+}
+
+/// Waits until states come no more: their publisher waits for a subscriber that is suspended.
+#[track_caller]
+pub fn await_stall(world: &World, topic: &str) {
+    let node = world.shm_node("observer");
+    let mut states = node.state_subscriber(topic, 8192).expect("a subscriber");
+    let mut latest = None;
+    settled(|| {
+        while let Some(state) = states.receive().expect("a state") {
+            latest = Some(state.header().sequence);
+        }
+        latest
+    });
 }
 
 /// The numbers of a bag's states, each of which must be as it was sent.

@@ -32,3 +32,18 @@ pub fn within<T>(time: Duration, awaited: &str, mut look: impl FnMut() -> Option
         thread::sleep(CYCLE);
     }
 }
+
+/// What something is once it has not changed for a while: what was under way has arrived.
+#[track_caller]
+pub fn settled<T: PartialEq>(mut look: impl FnMut() -> T) -> T {
+    const QUIET: Duration = Duration::from_millis(500);
+    let (mut latest, mut since) = (look(), Instant::now());
+    eventually("an end of what is under way", || {
+        let now = look();
+        if now != latest {
+            (latest, since) = (now, Instant::now());
+        }
+        (since.elapsed() >= QUIET).then_some(())
+    });
+    latest
+}

@@ -7,7 +7,8 @@ use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal};
 use lgvi_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use lgvi_node::Event;
 use lgvi_tests::{
-    PATIENCE, Process, Recording, Signal, World, assert_gone, await_node, edited, scene,
+    PATIENCE, Process, Recording, Signal, World, assert_gone, await_node, await_stall, edited,
+    scene,
 };
 
 /// What is promised.
@@ -193,8 +194,8 @@ fn a_propagator_in_flight_and_after_it() {
     });
 }
 
-/// Both over DDS and over shared memory.
-fn with_a_suspended_subscriber(world: &World, factor: &str) -> Scenario {
+/// Both over DDS and over shared memory. As fast as possible the flight waits for the subscriber.
+fn with_a_suspended_subscriber(world: &World, factor: &str, waits: bool) -> Scenario {
     let recorder = recorder(world);
     let node = propagator(
         world,
@@ -203,8 +204,11 @@ fn with_a_suspended_subscriber(world: &World, factor: &str) -> Scenario {
     );
     flies(&node, 100);
     recorder.suspend();
-    // Until what it has room for is full.
-    std::thread::sleep(Duration::from_millis(500));
+    if waits {
+        await_stall(world, STATE);
+    } else {
+        flies(&node, 200);
+    }
     let others = vec![recorder];
     Scenario {
         node,
@@ -215,10 +219,13 @@ fn with_a_suspended_subscriber(world: &World, factor: &str) -> Scenario {
 
 #[test]
 fn a_propagator_whose_subscriber_is_suspended() {
-    for factor in ["real_time_factor:=0.0", "real_time_factor:=1.0"] {
+    for (factor, waits) in [
+        ("real_time_factor:=0.0", true),
+        ("real_time_factor:=1.0", false),
+    ] {
         let what = format!("propagator, {factor}, with a suspended subscriber");
         ends(&what, PROPAGATOR, |world| {
-            with_a_suspended_subscriber(world, factor)
+            with_a_suspended_subscriber(world, factor, waits)
         });
     }
 }
@@ -325,7 +332,7 @@ fn a_player_whose_subscriber_is_suspended() {
                 matches!(event, Event::Recording { .. }).then_some(())
             });
             recorder.suspend();
-            std::thread::sleep(Duration::from_millis(300));
+            await_stall(world, STATE);
             let others = vec![recorder];
             Scenario {
                 node,

@@ -2,7 +2,7 @@
 //! repository to its end, and agree with us value by value.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lgvi_bag::{BagOptions, BagReader, Compression};
 use lgvi_msgs::msg::{ControlSequence, Intervention, Invariants, PlanProgress, Scene, SystemState};
@@ -20,6 +20,13 @@ struct Line {
     topic: String,
     time: u64,
     message: serde_json::Value,
+}
+
+/// What `write_variants.py` has written, and how many messages are in it.
+#[derive(Deserialize)]
+struct Variant {
+    path: PathBuf,
+    messages: usize,
 }
 
 /// JSON as what can hold all numbers: those that it cannot are objects there.
@@ -185,5 +192,24 @@ fn what_a_check_calls_complete_they_read_to_the_same_messages() {
             "{}: {found}",
             path.display()
         );
+    }
+}
+
+#[test]
+fn no_way_of_another_writer_is_called_damaged() {
+    let world = World::new();
+    let directory = world.path("variants");
+    fs::create_dir(&directory).unwrap();
+    let arguments = [directory.to_str().unwrap()];
+    let written = world.python("write_variants.py", &arguments).finish();
+    let written: Vec<Variant> = written.expect(0).json();
+    assert!(written.len() > 3000, "{} variants", written.len());
+    for Variant { path, messages } in written {
+        let bag = BagReader::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert!(bag.missing().is_empty(), "{}", path.display());
+        let faults = bag.check();
+        assert!(faults.is_empty(), "{faults:?}");
+        let read = bag.messages().map(|message| message.unwrap());
+        assert_eq!(read.count(), messages, "{}", path.display());
     }
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path as FilePath;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path as FilePath, PathBuf};
 use std::time::Duration;
 
 use lgvi_middleware::ros::Qos;
@@ -10,8 +11,9 @@ use lgvi_msgs::msg::{Scene, SystemState};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
-use lgvi_tests::{Finished, Process, Recording, World, binary, python, root, scene, within};
+use lgvi_tests::{Process, Recording, World, binary, root, scene, within};
 use serde::Deserialize;
+use serde_json::{Value, json};
 
 const FILES: [&str; 3] = ["lgvi", "node", "replay"];
 
@@ -22,34 +24,36 @@ pub(crate) struct Launch {
     arguments: BTreeMap<String, String>,
     /// Command lines in the order of their start.
     pub(crate) commands: Vec<Vec<String>>,
-    /// For each of them, the reasons for which its end shuts down a system that runs, and one that shuts down already.
-    shutdowns: Vec<[Vec<String>; 2]>,
+    /// For each of them, what its parameter files say.
+    parameters: Vec<Vec<Value>>,
 }
 
-/// Executes a launch file in the place of `ros2 launch`, with what is installed in `prefixes`.
+/// What `launch` composes with a launch file, where `prefixes` are sourced.
 #[track_caller]
-pub(crate) fn launch(
+pub(crate) fn composed_in(
     world: &World,
     file: &FilePath,
     arguments: &[&str],
     prefixes: &FilePath,
-) -> Finished {
-    let mut command = world.command(&python());
+) -> Launch {
+    let mut command = world.ros_command("compose_launch.py", &[]);
     command
         .env("AMENT_PREFIX_PATH", prefixes)
-        .arg(root().join("tests/python/compose_launch.py"))
         .arg(file)
         .args(arguments);
-    world.start("compose_launch.py", command).finish()
+    let composing = world.start("compose_launch.py", command);
+    composing.finish().expect(0).json()
 }
 
-/// Composes with a launch file of the repository; nothing is installed.
+/// Composes with a launch file of the repository; it is not installed.
 #[track_caller]
 fn compose(world: &World, name: &str, arguments: &[&str]) -> Launch {
-    let file = root().join(format!("launch_scripts/{name}.launch.py"));
-    launch(world, &file, arguments, FilePath::new(""))
-        .expect(0)
-        .json()
+    composed_in(world, &file(name), arguments, FilePath::new("/"))
+}
+
+/// A launch file of the repository.
+pub(crate) fn file(name: &str) -> PathBuf {
+    root().join(format!("launch_scripts/{name}.launch.py"))
 }
 
 /// Starts what a launch file has composed, and waits until the flight of `inclination_change` has been flown.
@@ -89,15 +93,6 @@ pub(crate) fn end(nodes: Vec<Process>) {
     for node in nodes {
         node.stop().expect(0);
     }
-}
-
-/// The YAML or JSON files that a command line gives to its node.
-fn parameters(command: &[String]) -> Vec<String> {
-    command
-        .windows(2)
-        .filter(|pair| pair[0] == "--params-file")
-        .map(|pair| fs::read_to_string(&pair[1]).unwrap())
-        .collect()
 }
 
 #[test]
@@ -238,28 +233,6 @@ fn two_flights_side_by_side_have_frames_and_bags_of_their_own() {
 }
 
 #[test]
-fn the_end_of_a_node_shuts_the_others_down_once() {
-    let world = World::new();
-    let launched = compose(&world, "lgvi", &["scene:=s", "bag:=b"]);
-    let once = |name: &str| [vec![format!("{name} has ended")], Vec::new()];
-    let expected = ["lgvi_recorder", "lgvi_planner", "lgvi_propagator"].map(once);
-    assert_eq!(launched.shutdowns, expected);
-}
-
-#[test]
-fn a_bag_is_replayed_by_its_launch_file() {
-    let world = World::new();
-    let (_, bag) = world.fly(&scene("inclination_change"), "flight");
-    let bag = format!("bag:={}", bag.display());
-    let arguments = [bag.as_str(), "rate:=0", "await_subscribers:=0"];
-    let launched = compose(&world, "replay", &arguments);
-    let [player] = launched.commands.as_slice() else {
-        panic!("{:?}", launched.commands);
-    };
-    start(&world, player).finish().expect(0);
-}
-
-#[test]
 fn one_node_is_started_with_its_parameter_file_under_another_name() {
     let world = World::new();
     let params = world.path("params.yaml");
@@ -284,61 +257,47 @@ fn one_node_is_started_with_its_parameter_file_under_another_name() {
     node.stop().expect(0);
 }
 
+/// A parameter file for a node.
+fn parameters(node: &str, values: Value) -> Value {
+    json!({node: {"ros__parameters": values}})
+}
+
 #[test]
 fn arguments_become_parameters_of_their_types_and_those_left_out_do_not() {
     let world = World::new();
     let launched = compose(&world, "lgvi", &["scene:=1", "plan:=false"]);
-    let [propagator] = launched.commands.as_slice() else {
-        panic!("{:?}", launched.commands);
-    };
-    let expected = r#"{"/**": {"ros__parameters": {"scene": "1"}}}"#;
-    assert_eq!(parameters(propagator), [expected]);
+    assert_eq!(
+        launched.parameters,
+        [[parameters("/lgvi_propagator", json!({"scene": "1"}))]]
+    );
 
     let arguments = ["bag:=b", "rate:=0.5", "clock:=true", "autostart:=false"];
     let launched = compose(&world, "replay", &arguments);
-    let expected = r#"{"/**": {"ros__parameters": {"autostart": false, "bag": "b", "rate": 0.5, "clock": true}}}"#;
-    assert_eq!(parameters(&launched.commands[0]), [expected]);
+    let expected = json!({"autostart": false, "bag": "b", "rate": 0.5, "clock": true});
+    assert_eq!(
+        launched.parameters,
+        [[parameters("/lgvi_player", expected)]]
+    );
 }
 
 #[test]
 fn rviz_is_started_with_our_layout() {
     let world = World::new();
-    let index = world.path("prefix/share/ament_index/resource_index/packages");
+    let prefix = world.path("prefix");
+    let index = prefix.join("share/ament_index/resource_index/packages");
+    let program = prefix.join("lib/rviz2/rviz2");
     fs::create_dir_all(&index).unwrap();
     fs::write(index.join("rviz2"), "").unwrap();
-    let file = root().join("launch_scripts/replay.launch.py");
+    fs::create_dir_all(program.parent().unwrap()).unwrap();
+    fs::write(&program, "").unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
     let arguments = ["bag:=b", "rviz:=true"];
-    let launched = launch(&world, &file, &arguments, &world.path("prefix")).expect(0);
-    let launched: Launch = launched.json();
+    let launched = composed_in(&world, &file("replay"), &arguments, &prefix);
     let [rviz, _player] = launched.commands.as_slice() else {
         panic!("{:?}", launched.commands);
     };
-    assert!(
-        rviz[0].ends_with("lib/rviz2/rviz2") && rviz[1] == "-d",
-        "{rviz:?}"
-    );
+    assert_eq!(rviz[..2], [program.to_str().unwrap(), "-d"]);
     assert!(FilePath::new(&rviz[2]).is_file(), "{rviz:?}");
-}
-
-#[test]
-fn unusable_arguments_are_refused() {
-    let world = World::new();
-    for (name, arguments, expected) in [
-        ("lgvi", &["bag:=b"][..], "\"scene\" was not provided"),
-        ("lgvi", &["scene:=s", "plan:=maybe"], "maybe"),
-        (
-            "lgvi",
-            &["scene:=s", "params_file:=/nowhere.yaml"],
-            "/nowhere.yaml",
-        ),
-        ("node", &["node:=pilot"], "pilot"),
-        ("replay", &["bag:=b", "autostart:=perhaps"], "perhaps"),
-    ] {
-        let file = root().join(format!("launch_scripts/{name}.launch.py"));
-        launch(&world, &file, arguments, FilePath::new(""))
-            .expect(1)
-            .says(&[expected]);
-    }
 }
 
 #[test]

@@ -42,6 +42,7 @@ mod planning;
 mod player;
 mod plugging_in;
 mod real_cdr;
+mod real_launch;
 mod real_ros;
 mod recorder;
 mod recorder_rates;

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use lgvi_tests::{World, binary, root, ros_python};
 
-use crate::launch_file::{Launch, end, fly, launch};
+use crate::launch_file::{composed_in, end, fly};
 
 const PROGRAMS: [&str; 5] = [
     "lgvi",
@@ -161,9 +161,7 @@ print(get_packages_with_prefixes()['lgvi'], get_package_share_directory('lgvi'))
     ];
     let arguments: Vec<_> = arguments.iter().map(String::as_str).collect();
     let file = share.join("launch_scripts/lgvi.launch.py");
-    let launched: Launch = launch(&world, &file, &arguments, &prefixes)
-        .expect(0)
-        .json();
+    let launched = composed_in(&world, &file, &arguments, &prefixes);
     for command in &launched.commands {
         let program = Path::new(&command[0]);
         assert!(program.starts_with(&prefix), "{command:?}");

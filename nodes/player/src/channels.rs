@@ -90,7 +90,9 @@ impl Channels {
             }
         });
         let channels = Self {
-            channels: channels.collect::<Result<_, _>>()?,
+            channels: node
+                .ros
+                .announce_together(|| channels.collect::<Result<_, _>>())?,
             depths,
         };
         if !is_empty && !channels.opened().contains(&true) {

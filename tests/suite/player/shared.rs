@@ -1,8 +1,5 @@
 //! States go over shared memory, too.
 
-use std::thread;
-use std::time::Duration;
-
 use lgvi_bag::{Durability, Topic};
 use lgvi_msgs::msg::{BodyState, SystemState};
 use lgvi_msgs::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
@@ -11,7 +8,7 @@ use lgvi_msgs::rosbag2_interfaces::srv::{PlayNext, PlayNextRequest, Resume, Resu
 use lgvi_msgs::std_msgs::Header;
 use lgvi_msgs::{RosMessage, cdr};
 use lgvi_node::Event;
-use lgvi_tests::{Record, Recording, Signal, World};
+use lgvi_tests::{Record, Recording, Signal, World, await_stall};
 
 use super::{START, STEP, recorded_again, topic};
 
@@ -116,7 +113,7 @@ fn nothing_is_lost_once_the_rate_is_0() {
     assert!(set.results[0].successful, "{set:?}");
     recorder.suspend();
     player.call::<Resume>("resume", &ResumeRequest::default());
-    thread::sleep(Duration::from_secs(2));
+    await_stall(&world, STATE);
     recorder.signal(Signal::SIGCONT);
     process.finish().expect(0);
     await_states(COUNT);

@@ -3,14 +3,12 @@
 use std::collections::BTreeSet;
 
 use ros2_client::builtin_topics::ros_discovery;
-use ros2_client::{
-    Gid, NodeName,
-    entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo},
-};
+use ros2_client::{Gid, NodeName};
 use rustdds::{
     DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, Topic, TopicKind,
     no_key::DataWriterCdr,
 };
+use serde::Serialize;
 use tracing::warn;
 
 use super::fence::{Fence, MakeError};
@@ -18,14 +16,30 @@ use super::fence::{Fence, MakeError};
 /// Says on `ros_discovery_info` which endpoints belong to the node; takes it back when dropped.
 pub(super) struct Graph {
     participant: Gid,
-    node: NodeName,
-    readers: BTreeSet<Gid>,
-    writers: BTreeSet<Gid>,
+    node: NodeEntities,
     /// When the node was first announced, which is what all its announcements are stamped with: two nodes of one name
     /// see alike which of them is the older.
     born: Timestamp,
     gone: bool,
-    announcer: DataWriterCdr<ParticipantEntitiesInfo>,
+    /// Endpoints are being made that are announced together.
+    held: bool,
+    announcer: DataWriterCdr<ParticipantEntities>,
+}
+
+/// rmw_dds_common/msg/ParticipantEntitiesInfo. That of ros2-client looks for each endpoint among all others.
+#[derive(Serialize)]
+struct ParticipantEntities {
+    gid: Gid,
+    node_entities_info_seq: Vec<NodeEntities>,
+}
+
+/// rmw_dds_common/msg/NodeEntitiesInfo.
+#[derive(Clone, Serialize)]
+struct NodeEntities {
+    node_namespace: String,
+    node_name: String,
+    reader_gid_seq: BTreeSet<Gid>,
+    writer_gid_seq: BTreeSet<Gid>,
 }
 
 /// Which side of a topic an endpoint is on.
@@ -51,14 +65,18 @@ impl Graph {
         )?;
         let graph = Self {
             participant: participant.guid().into(),
-            node,
-            readers: BTreeSet::new(),
-            writers: BTreeSet::new(),
+            node: NodeEntities {
+                node_namespace: node.namespace().into(),
+                node_name: node.base_name().into(),
+                reader_gid_seq: BTreeSet::new(),
+                writer_gid_seq: BTreeSet::new(),
+            },
             born: Timestamp::now(),
             gone: false,
+            held: false,
             announcer: fence.make(|| publisher.create_datawriter_no_key(&topic, None))?,
         };
-        graph.announce(vec![graph.node_info()]);
+        graph.announce();
         Ok((graph, topic))
     }
 
@@ -70,41 +88,46 @@ impl Graph {
     /// Takes the node back, before its endpoints go one by one.
     pub(super) fn leave(&mut self) {
         if !self.gone {
-            self.announce(Vec::new());
+            self.write(Vec::new());
             self.gone = true;
         }
     }
 
     pub(super) fn add(&mut self, side: Side, endpoint: GUID) {
         self.side(side).insert(endpoint.into());
-        self.announce(vec![self.node_info()]);
+        self.announce();
     }
 
     pub(super) fn remove(&mut self, side: Side, endpoint: GUID) {
         self.side(side).remove(&endpoint.into());
-        self.announce(vec![self.node_info()]);
+        self.announce();
+    }
+
+    /// Announces nothing until it is called again, without `held`, which announces all at once.
+    pub(super) fn hold(&mut self, held: bool) {
+        self.held = held;
+        self.announce();
     }
 
     fn side(&mut self, side: Side) -> &mut BTreeSet<Gid> {
         match side {
-            Side::Publisher => &mut self.writers,
-            Side::Subscription => &mut self.readers,
+            Side::Publisher => &mut self.node.writer_gid_seq,
+            Side::Subscription => &mut self.node.reader_gid_seq,
         }
     }
 
-    fn node_info(&self) -> NodeEntitiesInfo {
-        let mut info = NodeEntitiesInfo::new(self.node.clone());
-        self.readers.iter().for_each(|gid| info.add_reader(*gid));
-        self.writers.iter().for_each(|gid| info.add_writer(*gid));
-        info
+    fn announce(&self) {
+        if !self.gone && !self.held {
+            self.write(vec![self.node.clone()]);
+        }
     }
 
-    fn announce(&self, nodes: Vec<NodeEntitiesInfo>) {
-        if self.gone {
-            return;
-        }
-        let info = ParticipantEntitiesInfo::new(self.participant, nodes);
-        if let Err(error) = self.announcer.write(info, Some(self.born)) {
+    fn write(&self, node_entities_info_seq: Vec<NodeEntities>) {
+        let entities = ParticipantEntities {
+            gid: self.participant,
+            node_entities_info_seq,
+        };
+        if let Err(error) = self.announcer.write(entities, Some(self.born)) {
             warn!(%error, "cannot announce the node in the ROS graph");
         }
     }

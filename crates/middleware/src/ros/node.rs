@@ -233,6 +233,14 @@ impl RosNode {
         namesakes.collect()
     }
 
+    /// Makes many endpoints, and announces them to other nodes together: an announcement names all endpoints of the node.
+    pub fn announce_together<T>(&self, make: impl FnOnce() -> T) -> T {
+        self.0.graph().hold(true);
+        let made = make();
+        self.0.graph().hold(false);
+        made
+    }
+
     /// Has the node take its leave quickly once `shutdown` is raised: from then on, all waits for subscriptions that do
     /// not keep up, those of a lossless publisher that are under way among them, take 0.3 s together, and the node's name
     /// is taken back with the first of its endpoints.

@@ -11,10 +11,11 @@ use lgvi_middleware::{
     Environment, ServiceMapping,
     ros::{
         ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalState, SendGoalError,
-        StopReason,
+        ServiceServer, StopReason,
     },
 };
 use lgvi_msgs::{
+    Action,
     action::{PlanManeuver, PlanManeuverFeedback, PlanManeuverGoal, PlanManeuverResult},
     action_msgs::srv::CancelGoalResponse,
     builtin_interfaces::Time,
@@ -67,6 +68,19 @@ fn goal(first_step: u64) -> PlanManeuverGoal {
 
 fn send(client: &Client, first_step: u64) -> GoalId {
     client.send_goal(goal(first_step), PATIENCE).unwrap()
+}
+
+/// Sends a goal that no server takes.
+fn refuse(client: &Client) {
+    let bad = PlanManeuverGoal {
+        deadline: -1.0,
+        ..goal(0)
+    };
+    let refusal = client.send_goal(bad, PATIENCE).unwrap_err();
+    assert!(
+        matches!(refusal, SendGoalError::Refused { .. }),
+        "{refusal}"
+    );
 }
 
 fn next(server: &Server) -> Goal {
@@ -257,15 +271,7 @@ fn a_goal_is_refused_or_takes_the_place_of_another() {
     let environment = environment(ServiceMapping::FastDds);
     let server = server(&environment, Decision::Preempt);
     let client = client(&environment);
-    let bad = PlanManeuverGoal {
-        deadline: -1.0,
-        ..goal(0)
-    };
-    let refusal = client.send_goal(bad, PATIENCE).unwrap_err();
-    assert!(
-        matches!(refusal, SendGoalError::Refused { .. }),
-        "{refusal}"
-    );
+    refuse(&client);
 
     let [worked_on, waiting] = [send(&client, 1), send(&client, 2)];
     let goal = next(&server);
@@ -285,6 +291,33 @@ fn a_goal_is_refused_or_takes_the_place_of_another() {
     assert_eq!(next(&server).goal().first_step, 3);
 }
 
+/// Hears what a server is asked for, and answers nothing.
+struct Witness(ServiceServer<<PlanManeuver as Action>::GetResult>);
+
+impl Witness {
+    /// Has `ask` ask the server until it hears that too.
+    fn new(environment: &Environment, ask: impl Fn()) -> Self {
+        let service = format!("{}/_action/get_result", own_name("/planner/plan_maneuver"));
+        let witness = node("witness", environment).service_server(&service);
+        let witness = Self(witness.unwrap());
+        let start = Instant::now();
+        while !witness.hears(Duration::from_millis(100)) {
+            assert!(start.elapsed() < PATIENCE, "the witness hears nothing");
+            ask();
+        }
+        while witness.hears(Duration::ZERO) {}
+        witness
+    }
+
+    fn hears(&self, timeout: Duration) -> bool {
+        self.0.recv_timeout(timeout).unwrap().is_some()
+    }
+
+    fn await_request(&self) {
+        assert!(self.hears(PATIENCE), "nothing was asked for");
+    }
+}
+
 #[test]
 fn goals_that_are_dropped_or_lose_their_server_are_aborted() {
     let environment = environment(ServiceMapping::FastDds);
@@ -299,10 +332,14 @@ fn goals_that_are_dropped_or_lose_their_server_are_aborted() {
 
     let [worked_on, waiting] = [send(&client, 2), send(&client, 3)];
     let goal = next(&server);
+    let witness = Witness::new(&environment, || {
+        client.result(id, PATIENCE).unwrap();
+    });
     thread::scope(|scope| {
         let result = scope.spawn(|| client.result(worked_on, PATIENCE).unwrap().state);
-        // The request is on its way before the server leaves.
-        thread::sleep(Duration::from_secs(1));
+        witness.await_request();
+        // What is answered later is taken together with it or after it.
+        refuse(&client);
         drop(server);
         assert_eq!(result.join().unwrap(), GoalState::Aborted);
     });

@@ -7,6 +7,7 @@ mod common;
 mod actions;
 mod cyclone;
 mod cyclone_action;
+mod graph;
 mod parameters;
 mod qos;
 mod ros;

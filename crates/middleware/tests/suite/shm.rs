@@ -4,6 +4,7 @@ use std::{
     env, fs,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
+    sync::atomic::{AtomicU64, Ordering},
     thread,
     time::{Duration, Instant},
 };
@@ -252,23 +253,32 @@ fn lossless_delivery_waits_for_memory() {
         .state_publisher("/dropping", BODIES, Delivery::DropNewest)
         .unwrap();
     let _idle = b.state_subscriber("/dropping", BUFFER).unwrap();
-    let refused: usize = (0..COUNT)
-        .map(|sequence| send(&mut dropping, sequence).refused)
+    let refused: u64 = (0..COUNT)
+        .map(|sequence| send(&mut dropping, sequence).refused as u64)
         .sum();
     assert!(
         (1..1000).contains(&refused),
         "{refused} of {COUNT}, which do not fill the buffer"
     );
+    let room = COUNT - refused;
 
     let delivery = Delivery::Lossless { patience: PATIENCE };
     let mut publisher = a.state_publisher(TOPIC, BODIES, delivery).unwrap();
     let mut subscriber = b.state_subscriber(TOPIC, BUFFER).unwrap();
+    let sent = &AtomicU64::new(0);
     thread::scope(|scope| {
         scope.spawn(move || {
-            (0..COUNT).for_each(|sequence| _ = send(&mut publisher, sequence));
+            for sequence in 0..COUNT {
+                send(&mut publisher, sequence);
+                sent.fetch_add(1, Ordering::Relaxed);
+            }
             assert_eq!(publisher.lost(), 0);
         });
-        thread::sleep(Duration::from_millis(100));
+        let start = Instant::now();
+        while sent.load(Ordering::Relaxed) < room {
+            assert!(start.elapsed() < PATIENCE, "{sent:?} of {room}");
+            thread::sleep(Duration::from_millis(1));
+        }
         for sequence in 0..COUNT {
             assert_eq!(receive_within(&mut subscriber, PATIENCE), Some(sequence));
         }
@@ -483,7 +493,9 @@ fn child() {
     {
         println!("ready");
     }
-    thread::sleep(Duration::from_secs(60));
+    loop {
+        thread::park();
+    }
 }
 
 /// A user who owns nothing.

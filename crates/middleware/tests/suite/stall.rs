@@ -220,7 +220,7 @@ fn a_subscription_that_is_stopped_for_longer_than_its_lease_goes_on() {
     publish(&publisher, 0..BEFORE, 100.0);
     peer.await_received(BEFORE);
     peer.signal(Signal::SIGSTOP);
-    // And than RustDDS takes to see that a lease has run out.
+    // How long it is stopped: longer than the lease, and than RustDDS takes to see that it has run out.
     thread::sleep(2 * LEASE + Duration::from_secs(2));
     peer.signal(Signal::SIGCONT);
     publish(&publisher, BEFORE..END, 100.0);

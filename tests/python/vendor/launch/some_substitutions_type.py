@@ -1,0 +1,34 @@
+# Copyright 2018 Open Source Robotics Foundation, Inc.
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Module for SomeSubstitutionsType type."""
+
+import collections.abc
+from typing import Iterable
+from typing import Text
+from typing import Union
+
+from .substitution import Substitution
+
+SomeSubstitutionsType = Union[
+    Text,
+    Substitution,
+    Iterable[Union[Text, Substitution]],
+]
+
+SomeSubstitutionsType_types_tuple = (
+    str,
+    Substitution,
+    collections.abc.Iterable,
+)

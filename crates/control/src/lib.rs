@@ -57,9 +57,10 @@ pub use lgvi_lie::nalgebra;
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
 pub use minima::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan};
+pub use problem::constraint;
 pub use problem::{
-    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, RotationTarget,
-    Terminal, TerminalError, Transfer, TransferError, TranslationTarget, miss,
+    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, Place,
+    RotationTarget, Terminal, TerminalError, Transfer, TransferError, TranslationTarget, miss,
 };
 pub use replan::TooLate;
 pub use shooting::{Iteration, Settings, ShootingError, Solution};

@@ -61,11 +61,15 @@ pub fn processed<F: Field>(transfer: Transfer<F>) -> Result<Transfer<F>, Process
         intervals,
         actuation,
         motion,
-        constraints,
+        inequalities,
         ..
     } = transfer;
     let early = Transfer::new(body, field, h, intervals, initial, target, actuation)?;
-    Ok(early.with_motion(motion).with_constraints(constraints)?)
+    Ok(Transfer {
+        motion,
+        inequalities,
+        ..early
+    })
 }
 
 /// What the `plan` of a [`processed`] transfer of `body` is in the transfer's own terms: its states half a drift later, from

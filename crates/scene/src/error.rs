@@ -30,7 +30,7 @@ pub enum SceneError {
 const MOST: usize = 300;
 
 /// All of a text, or its beginning and how long it is.
-fn excerpt(text: &str) -> String {
+pub(crate) fn excerpt(text: &str) -> String {
     match text.char_indices().nth(MOST) {
         None => text.to_owned(),
         Some((end, _)) => format!("{}… ({} bytes)", &text[..end], text.len()),

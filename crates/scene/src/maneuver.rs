@@ -146,11 +146,11 @@ impl Scene {
             maneuver.target,
             maneuver.actuation.clone(),
         );
-        Some(transfer.and_then(|transfer| {
+        Some(transfer.map(|transfer| {
             transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
-                .with_constraints(maneuver.constraints.clone())
+                .with_constraints(&maneuver.constraints)
         }))
     }
 

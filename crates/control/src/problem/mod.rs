@@ -3,15 +3,15 @@
 mod actuation;
 #[cfg(test)]
 mod automatic;
-mod constraint;
+pub mod constraint;
 mod dynamics;
 mod pointing;
 mod terminal;
 mod transfer;
 
 pub use actuation::{Actuation, ActuationError};
-pub(crate) use constraint::{CommandInequality, InequalitySet, Place, StateInequality};
-pub use constraint::{Constraint, ConstraintError};
+pub(crate) use constraint::{CommandInequality, InequalitySet, StateInequality};
+pub use constraint::{Constraint, ConstraintError, Place};
 pub use dynamics::{Dynamics, Motion};
 pub(crate) use terminal::{RotationSet, TerminalSet, TranslationSet};
 pub use terminal::{RotationTarget, Terminal, TerminalError, TranslationTarget};

@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
 
 use super::{
-    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, InequalitySet, Motion,
-    Terminal, TerminalError, TerminalSet,
+    Actuation, ActuationError, Constraint, Dynamics, InequalitySet, Motion, Terminal,
+    TerminalError, TerminalSet,
 };
 
 /// Components in the order `[x, γ, R, Π]`, three each.
@@ -28,7 +28,6 @@ pub struct Transfer<F> {
     pub(crate) actuation: Actuation,
     pub(crate) dynamics: Dynamics,
     pub(crate) motion: Motion,
-    pub(crate) constraints: Vec<Constraint>,
     pub(crate) terminal: TerminalSet,
     pub(crate) inequalities: InequalitySet,
     /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, where that is known.
@@ -61,9 +60,6 @@ pub enum TransferError {
     /// The target is none.
     #[error(transparent)]
     Terminal(#[from] TerminalError),
-    /// A constraint is none.
-    #[error(transparent)]
-    Constraint(#[from] ConstraintError),
 }
 
 impl<F: Field> Transfer<F> {
@@ -105,7 +101,6 @@ impl<F: Field> Transfer<F> {
             actuation,
             dynamics: Dynamics::default(),
             motion: Motion::default(),
-            constraints: Vec::new(),
             terminal,
             inequalities: InequalitySet::default(),
             rounding: Vector12::zeros(),
@@ -124,22 +119,21 @@ impl<F> Transfer<F> {
         Self { motion, ..self }
     }
 
-    /// The same under inequalities.
-    pub fn with_constraints(self, constraints: Vec<Constraint>) -> Result<Self, TransferError> {
+    /// The transfer under inequalities.
+    pub fn with_constraints(self, constraints: &[Constraint]) -> Self {
         let inequalities =
-            InequalitySet::new(&constraints, &self.actuation, &self.initial, &self.target)?;
-        Ok(Self {
-            constraints,
+            InequalitySet::new(constraints, &self.actuation, &self.initial, &self.target);
+        Self {
             inequalities,
             ..self
-        })
+        }
     }
 
     /// `W_f⁻¹` and `W_m⁻¹` of a problem whose necessary conditions are (4.19)–(4.26); `None` for all others.
     pub(crate) fn gains(&self) -> Option<&[Matrix3<f64>; 2]> {
         let plain = self.dynamics == Dynamics::LieEuler
             && self.motion == Motion::Full
-            && self.constraints.is_empty();
+            && self.inequalities.is_empty();
         self.actuation.gains().filter(|_| plain)
     }
 

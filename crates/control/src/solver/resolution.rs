@@ -50,7 +50,6 @@ pub(super) fn resolved<F>(transfer: &Transfer<F>, intervals: usize) -> Transfer<
         actuation: transfer.actuation.clone(),
         dynamics: transfer.dynamics,
         motion: transfer.motion,
-        constraints: Vec::new(),
         terminal: transfer.terminal.clone(),
         inequalities: transfer.inequalities.clone(),
         rounding: transfer.rounding,

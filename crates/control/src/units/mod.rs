@@ -99,6 +99,26 @@ impl Units {
         without_commands.with_commands(&transfer.actuation)
     }
 
+    /// Units of one, those of the transfer itself.
+    pub(crate) fn ones() -> Self {
+        Self {
+            time: 1.0,
+            length: 1.0,
+            linear_momentum: 1.0,
+            angular_momentum: 1.0,
+            commands: SVector::repeat(1.0),
+            cost: 1.0,
+        }
+    }
+
+    pub(crate) fn length(&self) -> f64 {
+        self.length
+    }
+
+    pub(crate) fn commands(&self) -> &SVector<f64, 6> {
+        &self.commands
+    }
+
     /// Those of commands, by which none exerts more than a unit, and of the cost, by which none weighs more.
     fn with_commands(mut self, actuation: &Actuation) -> Self {
         let count = actuation.commands();

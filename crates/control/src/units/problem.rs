@@ -2,11 +2,10 @@
 
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
-use nalgebra::SVector;
 
 use super::{Rescaled, Units};
-use crate::problem::{InequalitySet, TerminalSet};
-use crate::{Constraint, RotationTarget, Terminal, Transfer, TransferError, TranslationTarget};
+use crate::problem::TerminalSet;
+use crate::{RotationTarget, Terminal, Transfer, TransferError, TranslationTarget};
 
 impl Units {
     /// `transfer` in these units.
@@ -27,15 +26,10 @@ impl Units {
             transfer
                 .actuation
                 .in_units(&self.loads(), &self.commands, self.cost / self.time)?;
-        let constraints: Vec<_> = transfer
-            .constraints
-            .iter()
-            .map(|constraint| own.constraint(constraint))
-            .collect();
         let body = RigidBody::new(own.mass() * body.mass(), inertia, Vec::new())?;
         Ok(Transfer {
             terminal: TerminalSet::new(&target, body.mass())?,
-            inequalities: InequalitySet::new(&constraints, &actuation, &initial, &target)?,
+            inequalities: transfer.inequalities.in_units(self),
             body,
             field: Rescaled::new(&transfer.field, &transfer.body, self),
             h: own.time * transfer.h,
@@ -45,13 +39,12 @@ impl Units {
             actuation,
             dynamics: transfer.dynamics,
             motion: transfer.motion,
-            constraints,
             rounding: self.rounding(transfer),
         })
     }
 
     /// `state` times the units.
-    pub(super) fn state(&self, state: &BodyState) -> BodyState {
+    pub(crate) fn state(&self, state: &BodyState) -> BodyState {
         BodyState {
             position: self.length * state.position,
             linear_momentum: self.linear_momentum * state.linear_momentum,
@@ -94,28 +87,6 @@ impl Units {
                 angular_momentum, ..
             } => *angular_momentum *= self.angular_momentum,
             RotationTarget::Attitude { .. } | RotationTarget::Free => (),
-        }
-        scaled
-    }
-
-    /// `constraint` times the units.
-    fn constraint(&self, constraint: &Constraint) -> Constraint {
-        let mut scaled = *constraint;
-        match &mut scaled {
-            Constraint::Commands { limit } => {
-                let scaled = SVector::from(*limit).component_mul(&self.commands);
-                *limit = scaled.into();
-            }
-            Constraint::ForceComponents { limit } => *limit *= self.force(),
-            Constraint::MomentComponents { limit } => *limit *= self.moment(),
-            Constraint::ForceNorm { limit } => *limit *= self.force(),
-            Constraint::MomentNorm { limit } => *limit *= self.moment(),
-            Constraint::KeepOutCone { .. } => (),
-            Constraint::KeepOutSphere { center, radius } => {
-                *center *= self.length;
-                *radius *= self.length;
-            }
-            Constraint::Corridor { apex, .. } => *apex *= self.length,
         }
         scaled
     }

@@ -1,5 +1,6 @@
 //! Classes of transfers with known solutions: half motions, few actuators, bounds.
 
+use lgvi_control::constraint::{ComponentLimit, NormLimit, Place};
 use lgvi_control::{
     Actuation, Constraint, Motion, NewtonSettings, Plan, PlanError, RotationTarget, Start,
     Terminal, Transfer, TranslationTarget, solve,
@@ -105,10 +106,9 @@ fn a_bound_near_the_least_one_gives_bang_bang() {
     let bounded = |limit: f64| {
         transfer(target, full())
             .with_motion(Motion::Translation)
-            .with_constraints(vec![Constraint::ForceComponents {
-                limit: Vector3::from_element(limit),
-            }])
-            .expect("a limit")
+            .with_constraints(&[Constraint::commands(
+                ComponentLimit::new(Place::Position, Vector3::from_element(limit)).expect("limits"),
+            )])
     };
     let near = plan(&bounded(1.001 * least));
     for (k, load) in near.controls.iter().enumerate() {
@@ -136,8 +136,9 @@ fn bounded_energy_optimal_forces_are_clipped_lines() {
     let limit = 0.8 * free[0];
     let bounded = transfer(target, full())
         .with_motion(Motion::Translation)
-        .with_constraints(vec![Constraint::ForceNorm { limit }])
-        .expect("a limit");
+        .with_constraints(&[Constraint::commands(
+            NormLimit::new(Place::Position, limit).expect("a limit"),
+        )]);
     let plan = plan(&bounded);
     let force = |k: usize| plan.controls[k].force.x;
     let inner: Vec<usize> = (0..N)

@@ -2,9 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use lgvi_control::constraint::{
+    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
+};
 use lgvi_control::{
-    Actuation, Constraint, ConstraintError, RotationTarget, Terminal, TerminalError, Transfer,
-    TransferError, TranslationTarget,
+    Actuation, RotationTarget, Terminal, TerminalError, Transfer, TransferError, TranslationTarget,
 };
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -111,73 +113,59 @@ fn bad_targets_are_refused_by_name() {
 }
 
 #[test]
-fn bad_constraints_are_refused_by_number_and_name() {
-    let fine = Constraint::ForceNorm {
-        limit: f64::INFINITY,
-    };
-    let refused = |constraint| {
-        let transfer = to(Terminal::from(state())).expect("a transfer");
-        match transfer.with_constraints(vec![fine, constraint]).err() {
-            Some(TransferError::Constraint(error)) => error,
-            other => panic!("{other:?}"),
-        }
-    };
-    let cone = |axis, half_angle| Constraint::KeepOutCone {
-        axis,
-        direction: Vector3::z(),
-        half_angle,
-    };
-    let corridor = |half_angle| Constraint::Corridor {
-        apex: Vector3::zeros(),
-        axis: Vector3::x(),
-        half_angle,
-    };
-    let limit = |error: &ConstraintError, name: &str| matches!(error, ConstraintError::Limit { constraint: 1, which, .. } if *which == name);
-    assert!(limit(
-        &refused(Constraint::ForceNorm { limit: 0.0 }),
-        "limit"
-    ));
-    assert!(limit(
-        &refused(Constraint::MomentNorm { limit: f64::NAN }),
-        "limit"
-    ));
-    let one_negative = Vector3::new(1.0, 1.0, -1.0);
-    assert!(limit(
-        &refused(Constraint::ForceComponents {
-            limit: one_negative
-        }),
-        "limit"
-    ));
-    for radius in [-1.0, f64::INFINITY] {
-        let center = Vector3::zeros();
-        assert!(limit(
-            &refused(Constraint::KeepOutSphere { center, radius }),
-            "radius"
-        ));
-    }
-    for bad in [
-        cone(Vector3::x(), 0.0),
-        cone(Vector3::x(), 3.2),
-        corridor(FRAC_PI_2),
-        corridor(f64::NAN),
+fn bad_constraints_are_refused_by_name() {
+    let [zero, x, z] = [Vector3::zeros(), Vector3::x(), Vector3::z()];
+    let far = Vector3::new(f64::INFINITY, 0.0, 0.0);
+    let negative = Vector3::new(1.0, 1.0, -1.0);
+    assert!(NormLimit::new(Place::Position, f64::INFINITY).is_ok());
+    for (refused, name, value) in [
+        (NormLimit::new(Place::Position, 0.0).err(), "limit", "0.0"),
+        (
+            NormLimit::new(Place::Attitude, f64::NAN).err(),
+            "limit",
+            "NaN",
+        ),
+        (
+            ComponentLimit::new(Place::Position, negative).err(),
+            "limit",
+            "-1.0",
+        ),
+        (CommandLimit::new([-2.0; 6]).err(), "limit", "-2.0"),
+        (KeepOutSphere::new(zero, -1.0).err(), "radius", "-1.0"),
+        (
+            KeepOutSphere::new(zero, f64::INFINITY).err(),
+            "radius",
+            "inf",
+        ),
+        (
+            KeepOutSphere::new(far, 1.0).err(),
+            "centre",
+            "[inf, 0.0, 0.0]",
+        ),
+        (KeepOutCone::new(x, z, 0.0).err(), "half_angle", "0.0"),
+        (KeepOutCone::new(x, z, 3.2).err(), "half_angle", "3.2"),
+        (
+            KeepOutCone::new(zero, z, 0.3).err(),
+            "axis",
+            "[0.0, 0.0, 0.0]",
+        ),
+        (
+            KeepOutCone::new(x, far, 0.3).err(),
+            "direction",
+            "[inf, 0.0, 0.0]",
+        ),
+        (
+            Corridor::new(zero, x, FRAC_PI_2).err(),
+            "half_angle",
+            "1.57",
+        ),
+        (Corridor::new(zero, x, f64::NAN).err(), "half_angle", "NaN"),
+        (Corridor::new(far, x, 0.3).err(), "apex", "[inf, 0.0, 0.0]"),
     ] {
-        assert!(matches!(
-            refused(bad),
-            ConstraintError::Angle { constraint: 1, .. }
-        ));
+        let error = refused.expect(name);
+        assert!(
+            error.name == name && error.value.starts_with(value),
+            "{error}"
+        );
     }
-    let short = refused(cone(0.9 * Vector3::x(), 0.3));
-    assert!(
-        matches!(short, ConstraintError::Unit { which: "axis", .. }),
-        "{short}"
-    );
-    let lost = refused(Constraint::Corridor {
-        apex: Vector3::new(f64::INFINITY, 0.0, 0.0),
-        axis: Vector3::x(),
-        half_angle: 0.3,
-    });
-    assert!(
-        matches!(lost, ConstraintError::NotFinite { which: "apex", .. }),
-        "{lost}"
-    );
 }

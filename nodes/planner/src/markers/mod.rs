@@ -3,7 +3,8 @@
 mod curves;
 mod drawing;
 
-use lgvi_control::{Constraint, RotationTarget, TranslationTarget};
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
+use lgvi_control::{RotationTarget, TranslationTarget};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
@@ -148,37 +149,22 @@ impl Picture<'_> {
         let states = &self.sequence.plan.states;
         let Some(first) = states.first() else { return };
         for (id, constraint) in (0..).zip(&self.maneuver.constraints) {
-            match *constraint {
-                Constraint::KeepOutSphere { center, radius } => {
-                    drawing.sphere("keep_out", id, center, radius, colour::FORBIDDEN);
-                }
-                Constraint::KeepOutCone {
-                    axis,
-                    direction,
-                    half_angle,
-                } => {
-                    let (apex, reach) = (first.position, 0.5 * self.size);
-                    let cone = curves::cone(&apex, &direction, half_angle, reach);
-                    drawing.triangles("keep_out", id, cone, colour::FORBIDDEN);
-                    let trace = self.shown();
-                    let trace = trace.map(|state| apex + state.attitude * axis * reach);
-                    drawing.strip("kept_axis", id, trace, colour::PATH);
-                }
-                Constraint::Corridor {
-                    apex,
-                    axis,
-                    half_angle,
-                } => {
-                    let distance = |state: &BodyState| (state.position - apex).norm();
-                    let reach = states.iter().map(distance).fold(0.0, f64::max);
-                    let cone = curves::cone(&apex, &axis, half_angle, reach);
-                    drawing.triangles("corridor", id, cone, colour::ALLOWED);
-                }
-                Constraint::Commands { .. }
-                | Constraint::ForceComponents { .. }
-                | Constraint::MomentComponents { .. }
-                | Constraint::ForceNorm { .. }
-                | Constraint::MomentNorm { .. } => {}
+            if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+                let (centre, radius) = (sphere.centre(), sphere.radius());
+                drawing.sphere("keep_out", id, centre, radius, colour::FORBIDDEN);
+            } else if let Some(cone) = constraint.downcast_ref::<KeepOutCone>() {
+                let (apex, reach) = (first.position, 0.5 * self.size);
+                let sides = curves::cone(&apex, &cone.direction(), cone.half_angle(), reach);
+                drawing.triangles("keep_out", id, sides, colour::FORBIDDEN);
+                let trace = self.shown();
+                let trace = trace.map(|state| apex + state.attitude * cone.axis() * reach);
+                drawing.strip("kept_axis", id, trace, colour::PATH);
+            } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
+                let apex = corridor.apex();
+                let distance = |state: &BodyState| (state.position - apex).norm();
+                let reach = states.iter().map(distance).fold(0.0, f64::max);
+                let sides = curves::cone(&apex, &corridor.axis(), corridor.half_angle(), reach);
+                drawing.triangles("corridor", id, sides, colour::ALLOWED);
             }
         }
     }

@@ -1,132 +1,79 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::problem::terminal::UNIT;
-
-/// Why a constraint is none; constraints count from 0.
+/// A parameter of a constraint out of its range.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum ConstraintError {
-    /// A limit or radius is not positive.
-    #[error("constraint {constraint}: its {which} is {value}, expected > 0")]
-    Limit {
-        /// Which constraint.
-        constraint: usize,
-        /// Which quantity.
-        which: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// The half-angle of a cone is out of range.
-    #[error(
-        "constraint {constraint}: its half-angle is {value} rad, expected between 0 and {below}, both excluded"
-    )]
-    Angle {
-        /// Which constraint.
-        constraint: usize,
-        /// The angle (rad).
-        value: f64,
-        /// What it must be less than (rad).
-        below: f64,
-    },
-    /// A direction is not a unit vector.
-    #[error(
-        "constraint {constraint}: its {which} is {value:?} of length {norm}, expected length 1"
-    )]
-    Unit {
-        /// Which constraint.
-        constraint: usize,
-        /// Which vector.
-        which: &'static str,
-        /// Its components.
-        value: [f64; 3],
-        /// Its length.
-        norm: f64,
-    },
-    /// A point is not finite.
-    #[error("constraint {constraint}: its {which} is {value:?}, expected finite numbers")]
-    NotFinite {
-        /// Which constraint.
-        constraint: usize,
-        /// Which point.
-        which: &'static str,
-        /// Its components.
-        value: [f64; 3],
-    },
+#[error("the {name} of the constraint is {value}, expected {expected}")]
+pub struct ConstraintError {
+    /// The name of the parameter, as scenes spell it.
+    pub name: &'static str,
+    /// Its value.
+    pub value: String,
+    /// The range of its values.
+    pub expected: String,
 }
 
-/// The constraint that is being read.
-#[derive(Clone, Copy)]
-pub(super) struct Reader(pub(super) usize);
-
-impl Reader {
-    /// A positive limit; `None` of an infinite one.
-    pub(super) fn limit(
-        self,
-        which: &'static str,
-        value: f64,
-    ) -> Result<Option<f64>, ConstraintError> {
-        if value > 0.0 {
-            return Ok(value.is_finite().then_some(value));
+impl ConstraintError {
+    /// A parameter with a value out of the expected range.
+    pub fn new(
+        name: &'static str,
+        value: impl std::fmt::Debug,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self {
+            name,
+            value: format!("{value:?}"),
+            expected: expected.into(),
         }
-        Err(ConstraintError::Limit {
-            constraint: self.0,
-            which,
-            value,
-        })
     }
+}
 
-    /// A positive finite length.
-    pub(super) fn length(self, which: &'static str, value: f64) -> Result<f64, ConstraintError> {
-        self.limit(which, value)?.ok_or(ConstraintError::Limit {
-            constraint: self.0,
-            which,
-            value,
-        })
+/// A positive limit, infinity included.
+pub(super) fn limit(value: f64) -> Result<(), ConstraintError> {
+    if value > 0.0 {
+        return Ok(());
     }
+    Err(ConstraintError::new("limit", value, "a number > 0"))
+}
 
-    /// An angle in `(0, below)`.
-    pub(super) fn angle(self, value: f64, below: f64) -> Result<f64, ConstraintError> {
-        if value > 0.0 && value < below {
-            return Ok(value);
-        }
-        Err(ConstraintError::Angle {
-            constraint: self.0,
-            value,
-            below,
-        })
+/// A positive finite length.
+pub(super) fn length(name: &'static str, value: f64) -> Result<f64, ConstraintError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
     }
+    Err(ConstraintError::new(name, value, "a finite number > 0"))
+}
 
-    /// A vector of length 1, brought to it exactly.
-    pub(super) fn unit(
-        self,
-        which: &'static str,
-        value: &Vector3<f64>,
-    ) -> Result<Vector3<f64>, ConstraintError> {
-        let norm = value.norm();
-        if (norm - 1.0).abs() <= UNIT {
-            return Ok(value / norm);
-        }
-        Err(ConstraintError::Unit {
-            constraint: self.0,
-            which,
-            value: (*value).into(),
-            norm,
-        })
+/// A half-angle in `(0, below)`.
+pub(super) fn angle(value: f64, below: f64, text: &str) -> Result<f64, ConstraintError> {
+    if value > 0.0 && value < below {
+        return Ok(value);
     }
+    let expected = format!("an angle between 0 and {text} (rad)");
+    Err(ConstraintError::new("half_angle", value, expected))
+}
 
-    /// A finite point.
-    pub(super) fn point(
-        self,
-        which: &'static str,
-        value: &Vector3<f64>,
-    ) -> Result<Vector3<f64>, ConstraintError> {
-        if value.iter().all(|component| component.is_finite()) {
-            return Ok(*value);
-        }
-        Err(ConstraintError::NotFinite {
-            constraint: self.0,
-            which,
-            value: (*value).into(),
-        })
+/// The unit vector along one of any length.
+pub(super) fn direction(
+    name: &'static str,
+    value: Vector3<f64>,
+) -> Result<Vector3<f64>, ConstraintError> {
+    let largest = point(name, value)?.amax();
+    if largest > 0.0 {
+        return Ok((value / largest).normalize());
     }
+    let expected = "a vector that is not zero";
+    Err(ConstraintError::new(name, value.as_slice(), expected))
+}
+
+/// A finite point.
+pub(super) fn point(
+    name: &'static str,
+    value: Vector3<f64>,
+) -> Result<Vector3<f64>, ConstraintError> {
+    if value.iter().all(|component| component.is_finite()) {
+        return Ok(value);
+    }
+    let expected = "three finite numbers";
+    Err(ConstraintError::new(name, value.as_slice(), expected))
 }

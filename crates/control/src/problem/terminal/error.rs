@@ -51,7 +51,7 @@ pub enum TerminalError {
 const ORTHOGONALITY: f64 = 1e-9;
 
 /// How far from 1 the length of a unit vector may be: enough for three written digits.
-pub(in crate::problem) const UNIT: f64 = 1e-3;
+const UNIT: f64 = 1e-3;
 
 /// `value` if it is finite.
 pub(super) fn finite(

@@ -15,7 +15,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use direction::Direction;
 pub use error::TerminalError;
-pub(super) use error::UNIT;
 use orbit::KeplerOrbit;
 pub(crate) use rotation::RotationSet;
 pub(crate) use set::TerminalSet;

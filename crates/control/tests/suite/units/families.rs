@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
 use lgvi_control::{Constraint, Dynamics, Motion, RotationTarget, Terminal, TranslationTarget};
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;
@@ -194,7 +195,8 @@ fn limits(rng: &mut fastrand::Rng) -> Stated {
     let distance = 2.0 * (stated.initial.position - PLACE).norm();
     let least = 4.0 * stated.mass * distance / (stated.duration * stated.duration);
     let limit = least * between(rng, 1.1, 1.4);
-    stated.constraints = vec![Constraint::ForceNorm { limit }];
+    let limit = NormLimit::new(Place::Position, limit).expect("a limit");
+    stated.constraints = vec![Constraint::commands(limit)];
     stated
 }
 
@@ -202,7 +204,8 @@ fn sphere(rng: &mut fastrand::Rng) -> Stated {
     let mut stated = hop(rng);
     let center = PLACE + vector(rng, 0.1);
     let radius = between(rng, 0.2, 0.5);
-    stated.constraints = vec![Constraint::KeepOutSphere { center, radius }];
+    let sphere = KeepOutSphere::new(center, radius).expect("a sphere");
+    stated.constraints = vec![Constraint::state(sphere)];
     stated
 }
 
@@ -212,11 +215,8 @@ fn corridor(rng: &mut fastrand::Rng) -> Stated {
         position: PLACE + Vector3::new(0.02, 0.0, 0.0),
         linear_momentum: Vector3::zeros(),
     };
-    stated.constraints = vec![Constraint::Corridor {
-        apex: PLACE,
-        axis: Vector3::x(),
-        half_angle: between(rng, 0.3, 0.5),
-    }];
+    let corridor = Corridor::new(PLACE, Vector3::x(), between(rng, 0.3, 0.5));
+    stated.constraints = vec![Constraint::state(corridor.expect("a corridor"))];
     stated
 }
 
@@ -254,6 +254,7 @@ fn cone(rng: &mut fastrand::Rng) -> Stated {
         angular_momentum: Vector3::zeros(),
     };
     let translation = TranslationTarget::Free;
+    let cone = KeepOutCone::new(Vector3::x(), direction, half_angle).expect("a cone");
     Stated {
         mass: 4.0,
         moments: [0.007, 0.03, 0.033],
@@ -261,11 +262,7 @@ fn cone(rng: &mut fastrand::Rng) -> Stated {
             translation,
             rotation,
         },
-        constraints: vec![Constraint::KeepOutCone {
-            axis: Vector3::x(),
-            direction,
-            half_angle,
-        }],
+        constraints: vec![Constraint::state(cone)],
         ..slew(rng)
     }
 }

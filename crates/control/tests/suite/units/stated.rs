@@ -1,5 +1,6 @@
 //! Manoeuvres that can be stated in any units.
 
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
 use lgvi_control::{
     Actuation, Constraint, Dynamics, Motion, Plan, RotationTarget, Terminal, Transfer,
     TranslationTarget,
@@ -118,8 +119,7 @@ impl Stated {
         .expect("a transfer")
         .with_dynamics(self.dynamics)
         .with_motion(self.motion)
-        .with_constraints(self.constraints.clone())
-        .expect("constraints")
+        .with_constraints(&self.constraints)
     }
 
     /// The same manoeuvre in other units.
@@ -194,19 +194,24 @@ fn terminal(target: &Terminal, by: &Factors, speed: f64) -> Terminal {
 }
 
 fn constrain(constraint: &mut Constraint, by: &Factors) {
-    match constraint {
-        Constraint::ForceNorm { limit } => *limit *= by.force(),
-        Constraint::MomentNorm { limit } => *limit *= by.moment(),
-        Constraint::ForceComponents { limit } => *limit *= by.force(),
-        Constraint::MomentComponents { limit } => *limit *= by.moment(),
-        Constraint::KeepOutSphere { center, radius } => {
-            *center *= by.length;
-            *radius *= by.length;
-        }
-        Constraint::Corridor { apex, .. } => *apex *= by.length,
-        // Commands stay the numbers that they are.
-        Constraint::Commands { .. } | Constraint::KeepOutCone { .. } => (),
-    }
+    let load = match constraint.place() {
+        Some(Place::Position) => by.force(),
+        _ => by.moment(),
+    };
+    let scaled = if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
+        let place = constraint.place().expect("a place");
+        Constraint::commands(NormLimit::new(place, load * norm.limit()).expect("a limit"))
+    } else if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+        let (centre, radius) = (by.length * sphere.centre(), by.length * sphere.radius());
+        Constraint::state(KeepOutSphere::new(centre, radius).expect("a sphere"))
+    } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
+        let (apex, axis) = (by.length * corridor.apex(), corridor.axis());
+        Constraint::state(Corridor::new(apex, axis, corridor.half_angle()).expect("a corridor"))
+    } else {
+        assert!(constraint.downcast_ref::<KeepOutCone>().is_some());
+        return;
+    };
+    *constraint = scaled;
 }
 
 /// Whether a plan is another one in other units: to the bit, or to `tolerance` of the greatest control and

@@ -48,7 +48,7 @@ pub fn processed<F: Field>(transfer: Transfer<F>) -> Result<Transfer<F>, Process
     if transfer.dynamics != Dynamics::LieEuler {
         return Err(ProcessingError::Dynamics);
     }
-    let target = transfer.target.state().ok_or(ProcessingError::Terminal)?;
+    let target = transfer.terminal.state().ok_or(ProcessingError::Terminal)?;
     let early = |which, state: &BodyState| {
         drifted(&transfer.body, -0.5 * transfer.h, state, which).map(|(early, _)| early)
     };

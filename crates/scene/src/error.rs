@@ -1,3 +1,4 @@
+use lgvi_control::ParameterError;
 use lgvi_dynamics::MethodError;
 use lgvi_dynamics::auto::ChoiceError;
 use thiserror::Error;
@@ -30,7 +31,7 @@ pub enum SceneError {
 const MOST: usize = 300;
 
 /// All of a text, or its beginning and how long it is.
-pub(crate) fn excerpt(text: &str) -> String {
+fn excerpt(text: &str) -> String {
     match text.char_indices().nth(MOST) {
         None => text.to_owned(),
         Some((end, _)) => format!("{}… ({} bytes)", &text[..end], text.len()),
@@ -54,6 +55,15 @@ impl SceneError {
             key: key.into(),
             value: excerpt(&format!("{value:?}")),
             expected: expected.into(),
+        }
+    }
+
+    /// For a parameter of a constraint or a terminal condition that is written at `key`.
+    pub(crate) fn parameter(key: impl Into<String>, error: ParameterError) -> Self {
+        Self::Value {
+            key: key.into(),
+            value: excerpt(&error.value),
+            expected: error.expected,
         }
     }
 

@@ -143,7 +143,7 @@ impl Scene {
             self.h(),
             intervals,
             initial,
-            maneuver.target,
+            maneuver.target.clone(),
             maneuver.actuation.clone(),
         );
         Some(transfer.map(|transfer| {

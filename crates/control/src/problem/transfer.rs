@@ -2,11 +2,12 @@ use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyError, BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
+use std::convert::Infallible;
 use thiserror::Error;
 
 use super::{
-    Actuation, ActuationError, Constraint, Dynamics, InequalitySet, Motion, Terminal,
-    TerminalError, TerminalSet,
+    Actuation, ActuationError, Constraint, Dynamics, InequalitySet, Motion, ParameterError,
+    Terminal, TerminalSet,
 };
 
 /// Components in the order `[x, γ, R, Π]`, three each.
@@ -58,8 +59,14 @@ pub enum TransferError {
     #[error(transparent)]
     Actuation(#[from] ActuationError),
     /// The target is none.
-    #[error(transparent)]
-    Terminal(#[from] TerminalError),
+    #[error("the target's {0}")]
+    Terminal(#[from] ParameterError),
+}
+
+impl From<Infallible> for TransferError {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
 }
 
 impl<F: Field> Transfer<F> {
@@ -74,7 +81,7 @@ impl<F: Field> Transfer<F> {
         h: f64,
         intervals: usize,
         initial: BodyState,
-        target: impl Into<Terminal>,
+        target: impl TryInto<Terminal, Error: Into<TransferError>>,
         actuation: Actuation,
     ) -> Result<Self, TransferError> {
         if !(h.is_finite() && h > 0.0) {
@@ -89,8 +96,8 @@ impl<F: Field> Transfer<F> {
         if !initial.is_finite() {
             return Err(TransferError::Initial(Box::new(initial)));
         }
-        let target = target.into();
-        let terminal = TerminalSet::new(&target, body.mass())?;
+        let target = target.try_into().map_err(Into::into)?;
+        let terminal = TerminalSet::from(&target);
         Ok(Self {
             body,
             field,
@@ -122,7 +129,7 @@ impl<F> Transfer<F> {
     /// The transfer under inequalities.
     pub fn with_constraints(self, constraints: &[Constraint]) -> Self {
         let inequalities =
-            InequalitySet::new(constraints, &self.actuation, &self.initial, &self.target);
+            InequalitySet::new(constraints, &self.actuation, &self.initial, &self.terminal);
         Self {
             inequalities,
             ..self

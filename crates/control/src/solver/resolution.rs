@@ -46,7 +46,7 @@ pub(super) fn resolved<F>(transfer: &Transfer<F>, intervals: usize) -> Transfer<
         h: transfer.h * (transfer.intervals as f64 / intervals as f64),
         intervals,
         initial: transfer.initial,
-        target: transfer.target,
+        target: transfer.target.clone(),
         actuation: transfer.actuation.clone(),
         dynamics: transfer.dynamics,
         motion: transfer.motion,

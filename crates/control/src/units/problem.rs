@@ -5,7 +5,7 @@ use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 
 use super::{Rescaled, Units};
 use crate::problem::TerminalSet;
-use crate::{RotationTarget, Terminal, Transfer, TransferError, TranslationTarget};
+use crate::{Transfer, TransferError};
 
 impl Units {
     /// `transfer` in these units.
@@ -21,21 +21,20 @@ impl Units {
         let inertia = Inertia::new(own.inertia() * body.inertia().matrix())
             .map_err(|source| TransferError::Body(source.into()))?;
         let initial = own.state(&transfer.initial);
-        let target = own.terminal(&transfer.target);
         let actuation =
             transfer
                 .actuation
                 .in_units(&self.loads(), &self.commands, self.cost / self.time)?;
         let body = RigidBody::new(own.mass() * body.mass(), inertia, Vec::new())?;
         Ok(Transfer {
-            terminal: TerminalSet::new(&target, body.mass())?,
+            terminal: TerminalSet::new(&transfer.target, self),
             inequalities: transfer.inequalities.in_units(self),
             body,
             field: Rescaled::new(&transfer.field, &transfer.body, self),
             h: own.time * transfer.h,
             intervals: transfer.intervals,
             initial,
-            target,
+            target: transfer.target.clone(),
             actuation,
             dynamics: transfer.dynamics,
             motion: transfer.motion,
@@ -51,43 +50,5 @@ impl Units {
             attitude: state.attitude,
             angular_momentum: self.angular_momentum * state.angular_momentum,
         }
-    }
-
-    /// `terminal` times the units.
-    fn terminal(&self, terminal: &Terminal) -> Terminal {
-        let mut scaled = *terminal;
-        match &mut scaled.translation {
-            TranslationTarget::State {
-                position,
-                linear_momentum,
-            } => {
-                *position *= self.length;
-                *linear_momentum *= self.linear_momentum;
-            }
-            TranslationTarget::Position { position } => *position *= self.length,
-            TranslationTarget::Orbit {
-                gm,
-                center,
-                position,
-                linear_momentum,
-            } => {
-                let speed = self.length / self.time;
-                *gm *= speed * speed * self.length;
-                *center *= self.length;
-                *position *= self.length;
-                *linear_momentum *= self.linear_momentum;
-            }
-            TranslationTarget::Free => (),
-        }
-        match &mut scaled.rotation {
-            RotationTarget::State {
-                angular_momentum, ..
-            }
-            | RotationTarget::SpinAxis {
-                angular_momentum, ..
-            } => *angular_momentum *= self.angular_momentum,
-            RotationTarget::Attitude { .. } | RotationTarget::Free => (),
-        }
-        scaled
     }
 }

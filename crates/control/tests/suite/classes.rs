@@ -1,9 +1,10 @@
 //! Classes of transfers with known solutions: half motions, few actuators, bounds.
 
 use lgvi_control::constraint::{ComponentLimit, NormLimit, Place};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition};
 use lgvi_control::{
-    Actuation, Constraint, Motion, NewtonSettings, Plan, PlanError, RotationTarget, Start,
-    Terminal, Transfer, TranslationTarget, solve,
+    Actuation, Constraint, Motion, NewtonSettings, Plan, PlanError, Start, Terminal, Transfer,
+    TransferError, solve,
 };
 use lgvi_dynamics::gravity::Uniform;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -29,7 +30,10 @@ fn full() -> Actuation {
 }
 
 /// From rest at the origin without gravity.
-fn transfer(target: impl Into<Terminal>, actuation: Actuation) -> Transfer<Uniform> {
+fn transfer(
+    target: impl TryInto<Terminal, Error: Into<TransferError>>,
+    actuation: Actuation,
+) -> Transfer<Uniform> {
     let inertia = Inertia::principal(INERTIA).expect("inertia");
     let body = RigidBody::new(MASS, inertia, Vec::new()).expect("a body");
     let field = Uniform {
@@ -160,26 +164,17 @@ fn bounded_energy_optimal_forces_are_clipped_lines() {
 #[test]
 fn free_ends_are_cheaper_the_freer_they_are_and_end_with_costate_zero_where_free() {
     let goal = at_rest(Vector3::new(1.0, 0.5, 0.0), Vector3::new(0.3, 0.5, -0.2));
-    let state = Terminal::from(goal);
-    let position = Terminal {
-        translation: TranslationTarget::Position {
-            position: goal.position,
-        },
-        rotation: RotationTarget::Attitude {
-            attitude: goal.attitude,
-        },
-    };
-    let [first, second] = [state, position].map(|target| plan(&transfer(target, full())));
+    let free = |target: Terminal| plan(&transfer(target, full()));
+    let position = FinalPosition::new(goal.position, None).expect("a position");
+    let attitude = FinalAttitude::new(goal.attitude, None).expect("an attitude");
+    let first = plan(&transfer(goal, full()));
+    let second = free(Terminal::FREE.with(position).with(attitude));
     assert!(second.cost < 0.5 * first.cost);
     // Of least energy to a position with free momentum: a quarter, in continuous time.
     assert!((second.cost / first.cost - 0.25).abs() < 0.05);
     let last = second.multipliers[N - 1];
     assert!(last.fixed_rows::<3>(3).norm() + last.fixed_rows::<3>(9).norm() < 1e-12 * last.norm());
-    let free = Terminal {
-        translation: TranslationTarget::Free,
-        rotation: RotationTarget::Free,
-    };
-    assert!(plan(&transfer(free, full())).cost < 1e-20);
+    assert!(free(Terminal::FREE).cost < 1e-20);
 }
 
 #[test]

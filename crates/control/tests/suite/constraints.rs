@@ -4,9 +4,10 @@
 use lgvi_control::constraint::{
     CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
 };
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_control::{
-    Actuation, Constraint, Motion, NewtonSettings, Phase, Plan, PlanError, RotationTarget, Start,
-    Terminal, Transfer, TranslationTarget, solve,
+    Actuation, Constraint, Motion, NewtonSettings, Phase, Plan, PlanError, Start, Terminal,
+    Transfer, solve,
 };
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -68,36 +69,30 @@ fn sphere(centre: Vector3<f64>, radius: f64) -> Constraint {
 
 /// The terminal set of a case, by its names.
 fn terminal(kinds: &Value, state: &BodyState) -> Terminal {
-    let mut terminal = Terminal::from(*state);
+    let mut terminal = Terminal::try_from(*state).expect("a state");
     match kinds["translation"].as_str() {
         Some("position") => {
-            terminal.translation = TranslationTarget::Position {
-                position: state.position,
-            }
+            let position = FinalPosition::new(state.position, None);
+            terminal = terminal.with(position.expect("a position"));
         }
-        Some("orbit") => {
-            terminal.translation = TranslationTarget::Orbit {
-                gm: 1.0,
-                center: Vector3::zeros(),
-                position: state.position,
-                linear_momentum: state.linear_momentum,
-            }
-        }
+        Some("orbit") => terminal = terminal.with(orbit(state)),
         _ => (),
     }
     match kinds["rotation"].as_str() {
-        Some("spin_axis") => {
-            let axis = vector(&kinds["axis"]);
-            terminal.rotation = RotationTarget::SpinAxis {
-                axis,
-                direction: state.attitude * axis,
-                angular_momentum: state.angular_momentum,
-            }
-        }
-        Some("free") => terminal.rotation = RotationTarget::Free,
-        _ => (),
+        Some("spin_axis") => terminal.with(spin(state, vector(&kinds["axis"]))),
+        Some("free") => terminal.without(Place::Attitude),
+        _ => terminal,
     }
-    terminal
+}
+
+/// The orbit of a state of unit mass about the origin.
+fn orbit(state: &BodyState) -> KeplerOrbit {
+    let (position, velocity) = (state.position, state.linear_momentum);
+    KeplerOrbit::new(1.0, Vector3::zeros(), 1.0, position, velocity).expect("an orbit")
+}
+
+fn spin(state: &BodyState, axis: Vector3<f64>) -> SpinAxis {
+    SpinAxis::new(axis, state.attitude * axis, state.angular_momentum).expect("a spin axis")
 }
 
 /// Wheels of unit weight about the first and the second axis.
@@ -362,33 +357,24 @@ fn all_kinds_of_ends_are_reached_cold() {
         let case = Case::load(set);
         let plain = case.transfer(50);
         let state = plain.target().state().expect("a state");
-        let fixed = Terminal::from(state);
-        let position = TranslationTarget::Position {
-            position: state.position,
-        };
-        let orbit = TranslationTarget::Orbit {
-            gm: 1.0,
-            center: Vector3::zeros(),
-            position: state.position,
-            linear_momentum: state.linear_momentum,
-        };
-        let attitude = RotationTarget::Attitude {
-            attitude: state.attitude,
-        };
-        let spin = |axis: Vector3<f64>| RotationTarget::SpinAxis {
-            axis,
-            direction: state.attitude * axis,
-            angular_momentum: state.angular_momentum,
-        };
-        for translation in [fixed.translation, position, orbit, TranslationTarget::Free] {
+        let fixed = Terminal::try_from(state).expect("a state");
+        let position = FinalPosition::new(state.position, None).expect("a position");
+        let attitude = FinalAttitude::new(state.attitude, None).expect("an attitude");
+        for translation in [
+            fixed.clone(),
+            fixed.clone().with(position),
+            fixed.clone().with(orbit(&state)),
+            fixed.without(Place::Position),
+        ] {
             let rotations = [
-                fixed.rotation,
-                attitude,
-                RotationTarget::Free,
-                spin(Vector3::x()),
-                spin(Vector3::z()),
+                translation.clone(),
+                translation.clone().with(attitude),
+                translation.clone().without(Place::Attitude),
+                translation.clone().with(spin(&state, Vector3::x())),
+                translation.with(spin(&state, Vector3::z())),
             ];
-            let costs = rotations.map(|rotation| {
+            let costs = rotations.map(|terminal| {
+                let name = format!("{set}: {terminal:?}");
                 let identity = Matrix3::identity();
                 let transfer = Transfer::new(
                     case.body(),
@@ -396,14 +382,10 @@ fn all_kinds_of_ends_are_reached_cold() {
                     plain.h(),
                     50,
                     *plain.initial(),
-                    Terminal {
-                        translation,
-                        rotation,
-                    },
+                    terminal,
                     Actuation::full(&identity, &identity).expect("weights"),
                 );
                 let (plan, iterations) = planned(&transfer.expect("a transfer"), Start::Cold);
-                let name = format!("{set}: {translation:?}, {rotation:?}");
                 assert!(iterations <= 60, "{name}: {iterations}");
                 let found = &plan.certificate;
                 assert!(

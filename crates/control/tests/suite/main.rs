@@ -10,6 +10,7 @@ mod final_time;
 mod maneuvers;
 mod minima;
 mod newton;
+mod own;
 mod processing;
 mod replan;
 mod sensitivity;

@@ -5,7 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use lgvi_control::constraint::{
     CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
 };
-use lgvi_control::{Constraint, Dynamics, Motion, RotationTarget, Terminal, TranslationTarget};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
+use lgvi_control::{Constraint, Dynamics, Motion, Terminal};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Method};
 use lgvi_lie::exp;
@@ -40,48 +41,26 @@ fn what_the_target_leaves_out_is_free() {
     let attitude = Matrix3::identity();
     let z = Vector3::z();
     let identity = "attitude = { w = 1, x = 0, y = 0, z = 0 }";
-    for (target, translation, rotation) in [
+    let at = |momentum| FinalPosition::new(position, momentum).expect("a position");
+    let turned = |momentum| FinalAttitude::new(attitude, momentum).expect("an attitude");
+    let orbit = KeplerOrbit::new(4.0, Vector3::zeros(), 2.0, position, Vector3::y());
+    let spin = SpinAxis::new(z, z, 5.0 * z).expect("a spin axis");
+    let free = Terminal::FREE;
+    for (target, expected) in [
         (
             STATE,
-            TranslationTarget::State {
-                position,
-                linear_momentum: momentum,
-            },
-            RotationTarget::State {
-                attitude,
-                angular_momentum: Vector3::new(0.1, 0.0, 0.0),
-            },
+            free.clone()
+                .with(at(Some(momentum)))
+                .with(turned(Some(Vector3::new(0.1, 0.0, 0.0)))),
         ),
-        (
-            "position = [3, 1, 0]",
-            TranslationTarget::Position { position },
-            RotationTarget::Free,
-        ),
-        (
-            identity,
-            TranslationTarget::Free,
-            RotationTarget::Attitude { attitude },
-        ),
+        ("position = [3, 1, 0]", free.clone().with(at(None))),
+        (identity, free.clone().with(turned(None))),
         (
             "orbit = { position = [3, 1, 0], velocity = [0, 1, 0] }\n\
              spin_axis = { axis = [0, 0, 2], direction = [0, 0, 5] }\nangular_velocity = [0, 0, 2]",
-            TranslationTarget::Orbit {
-                gm: 4.0,
-                center: Vector3::zeros(),
-                position,
-                linear_momentum: momentum,
-            },
-            RotationTarget::SpinAxis {
-                axis: z,
-                direction: z,
-                angular_momentum: 5.0 * z,
-            },
+            free.with(orbit.expect("an orbit")).with(spin),
         ),
     ] {
-        let expected = Terminal {
-            translation,
-            rotation,
-        };
         assert_eq!(maneuver("", target).target, expected, "{target}");
     }
 }

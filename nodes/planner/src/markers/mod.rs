@@ -3,8 +3,9 @@
 mod curves;
 mod drawing;
 
+use lgvi_control::Place;
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
-use lgvi_control::{RotationTarget, TranslationTarget};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
@@ -110,38 +111,25 @@ impl Picture<'_> {
 
     fn target(&self, drawing: &mut Drawing) {
         let target = &self.maneuver.target;
-        let last = self.sequence.plan.states.last();
-        let origin = match target.translation {
-            TranslationTarget::State { position, .. }
-            | TranslationTarget::Position { position } => Some(position),
-            TranslationTarget::Orbit { .. } | TranslationTarget::Free => {
-                last.map(|state| state.position)
-            }
-        };
-        if let TranslationTarget::Orbit {
-            gm,
-            center,
-            position,
-            linear_momentum,
-        } = target.translation
-        {
-            let mass = self.scene.bodies[self.maneuver.body].body.mass();
-            let velocity = linear_momentum / mass;
-            let orbit = curves::orbit(gm, &(position - center), &velocity);
-            let orbit = orbit.map(|r| center + r);
-            drawing.strip("goal_orbit", 0, orbit, colour::TARGET);
+        let position = target.condition(Place::Position);
+        let attitude = target.condition(Place::Attitude);
+        if let Some(orbit) = position.and_then(|c| c.downcast_ref::<KeplerOrbit>()) {
+            let arm = orbit.position() - orbit.center();
+            let ellipse = curves::orbit(orbit.gm(), &arm, &orbit.velocity());
+            let ellipse = ellipse.map(|r| orbit.center() + r);
+            drawing.strip("goal_orbit", 0, ellipse, colour::TARGET);
         }
+        let origin = match position.and_then(|c| c.downcast_ref::<FinalPosition>()) {
+            Some(target) => Some(target.position()),
+            None => self.sequence.plan.states.last().map(|last| last.position),
+        };
         let Some(origin) = origin else { return };
         let length = (0.1 * self.size).max(1.5 * self.body);
-        match target.rotation {
-            RotationTarget::State { attitude, .. } | RotationTarget::Attitude { attitude } => {
-                drawing.axes("target", 0, origin, attitude * length);
-            }
-            RotationTarget::SpinAxis { direction, .. } => {
-                let tip = origin + direction * length;
-                drawing.arrow("target", 0, [origin, tip], colour::TARGET);
-            }
-            RotationTarget::Free => {}
+        if let Some(target) = attitude.and_then(|c| c.downcast_ref::<FinalAttitude>()) {
+            drawing.axes("target", 0, origin, target.attitude() * length);
+        } else if let Some(spin) = attitude.and_then(|c| c.downcast_ref::<SpinAxis>()) {
+            let tip = origin + spin.direction() * length;
+            drawing.arrow("target", 0, [origin, tip], colour::TARGET);
         }
     }
 

@@ -3,8 +3,9 @@ use std::f64::consts::PI;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::error::{angle, direction};
-use super::{ConstraintError, Place, StateConstraint};
+use super::{Place, StateConstraint};
+use crate::problem::ParameterError;
+use crate::problem::parameter::{angle, direction};
 use crate::problem::pointing::Pointing;
 
 /// A cone that a body axis stays out of: `g = (d · R a − cos α)/sin α`.
@@ -24,7 +25,7 @@ impl KeepOutCone {
         axis: Vector3<f64>,
         along: Vector3<f64>,
         half_angle: f64,
-    ) -> Result<Self, ConstraintError> {
+    ) -> Result<Self, ParameterError> {
         let half_angle = angle(half_angle, PI, "π")?;
         Ok(Self {
             axis: direction("axis", axis)?,

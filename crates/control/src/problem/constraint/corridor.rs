@@ -4,8 +4,9 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::error::{angle, direction, point};
-use super::{ConstraintError, Place, StateConstraint};
+use super::{Place, StateConstraint};
+use crate::problem::ParameterError;
+use crate::problem::parameter::{angle, direction, point};
 
 /// A cone that the centre of mass stays in: `g = (cos α (r − ε) − n · ρ)/L` with `ρ = x − apex`, `r = √(|ρ|² + ε²)`:
 /// convex, and smooth at the apex.
@@ -32,7 +33,7 @@ impl Corridor {
         apex: Vector3<f64>,
         axis: Vector3<f64>,
         half_angle: f64,
-    ) -> Result<Self, ConstraintError> {
+    ) -> Result<Self, ParameterError> {
         let half_angle = angle(half_angle, FRAC_PI_2, "π/2")?;
         Ok(Self {
             apex: point("apex", apex)?,

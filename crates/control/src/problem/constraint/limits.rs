@@ -1,8 +1,9 @@
 use nalgebra::{Matrix3x6, SVector, Vector3};
 
-use super::error::limit;
-use super::{CommandConstraint, CommandInequality, ConstraintError, Place};
+use super::{CommandConstraint, CommandInequality, Place};
 use crate::problem::Actuation;
+use crate::problem::ParameterError;
+use crate::problem::parameter::limit;
 
 /// A limit of each command: `|w_i| ≤ limit_i`. An infinite limit is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +27,7 @@ pub struct NormLimit {
 
 impl CommandLimit {
     /// One positive limit a command; those beyond the commands of the actuation are ignored.
-    pub fn new(limits: [f64; 6]) -> Result<Self, ConstraintError> {
+    pub fn new(limits: [f64; 6]) -> Result<Self, ParameterError> {
         limits.into_iter().try_for_each(limit)?;
         Ok(Self { limit: limits })
     }
@@ -52,7 +53,7 @@ impl CommandConstraint for CommandLimit {
 
 impl ComponentLimit {
     /// Positive limits of the components of the force that moves the position, or of the moment that turns the attitude.
-    pub fn new(place: Place, limits: Vector3<f64>) -> Result<Self, ConstraintError> {
+    pub fn new(place: Place, limits: Vector3<f64>) -> Result<Self, ParameterError> {
         limits.iter().copied().try_for_each(limit)?;
         Ok(Self {
             place,
@@ -93,7 +94,7 @@ impl CommandConstraint for ComponentLimit {
 
 impl NormLimit {
     /// A positive limit of the norm of the force that moves the position, or of the moment that turns the attitude.
-    pub fn new(place: Place, value: f64) -> Result<Self, ConstraintError> {
+    pub fn new(place: Place, value: f64) -> Result<Self, ParameterError> {
         limit(value)?;
         Ok(Self {
             place,

@@ -9,7 +9,6 @@
 mod command;
 mod cone;
 mod corridor;
-mod error;
 mod limits;
 mod set;
 mod sphere;
@@ -25,12 +24,11 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::problem::Actuation;
+use crate::problem::{Actuation, Comparable};
 
 pub use command::CommandInequality;
 pub use cone::KeepOutCone;
 pub use corridor::Corridor;
-pub use error::ConstraintError;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use sphere::KeepOutSphere;
@@ -113,18 +111,6 @@ pub trait CommandConstraint: Comparable + Debug + Send + Sync {
     /// The coordinate whose motion it limits; `None` where it limits both.
     fn place(&self) -> Option<Place> {
         None
-    }
-}
-
-/// Values that compare with those of any type. Every type that is `PartialEq` is one.
-pub trait Comparable: Any {
-    /// Whether `other` is of the same type and equal.
-    fn equals(&self, other: &dyn Any) -> bool;
-}
-
-impl<T: Any + PartialEq> Comparable for T {
-    fn equals(&self, other: &dyn Any) -> bool {
-        other.downcast_ref() == Some(self)
     }
 }
 

@@ -4,7 +4,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::{CommandInequality, Constraint, Place, StateConstraint};
-use crate::problem::{Actuation, Terminal, TranslationTarget};
+use crate::problem::{Actuation, TerminalSet};
 use crate::units::Units;
 
 /// All inequalities of a transfer.
@@ -34,13 +34,11 @@ impl InequalitySet {
         constraints: &[Constraint],
         actuation: &Actuation,
         initial: &BodyState,
-        target: &Terminal,
+        target: &TerminalSet,
     ) -> Self {
-        let end = match &target.translation {
-            TranslationTarget::State { position, .. }
-            | TranslationTarget::Position { position } => Some(position),
-            TranslationTarget::Orbit { .. } | TranslationTarget::Free => None,
-        };
+        let mut end = *initial;
+        target.aim(&mut end);
+        let end = target.translation.fixes_pose().then_some(&end.position);
         let mut all = Self::default();
         for (index, constraint) in constraints.iter().enumerate() {
             match constraint {

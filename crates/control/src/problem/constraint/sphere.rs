@@ -1,8 +1,9 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::error::{length, point};
-use super::{ConstraintError, Place, StateConstraint};
+use super::{Place, StateConstraint};
+use crate::problem::ParameterError;
+use crate::problem::parameter::{length, point};
 
 /// A sphere that the centre of mass stays out of: `g = ½ (1 − |x − c|²/r²)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +14,7 @@ pub struct KeepOutSphere {
 
 impl KeepOutSphere {
     /// The sphere of a positive `radius` round `centre` (inertial frame).
-    pub fn new(centre: Vector3<f64>, radius: f64) -> Result<Self, ConstraintError> {
+    pub fn new(centre: Vector3<f64>, radius: f64) -> Result<Self, ParameterError> {
         Ok(Self {
             centre: point("centre", centre)?,
             radius: length("radius", radius)?,

@@ -9,11 +9,16 @@ use super::*;
 use crate::problem::automatic::{
     Moved, Number, constant, derivatives, dot, minus, product, random_state,
 };
-use crate::problem::{Actuation, Terminal};
+use crate::problem::{Actuation, Terminal, TerminalSet};
 
 fn compile(constraint: Constraint, actuation: &Actuation) -> InequalitySet {
-    let target = Terminal::from(start());
-    InequalitySet::new(&[constraint], actuation, &start(), &target)
+    let target = Terminal::try_from(start()).expect("a state");
+    InequalitySet::new(
+        &[constraint],
+        actuation,
+        &start(),
+        &TerminalSet::from(&target),
+    )
 }
 
 fn start() -> BodyState {

@@ -1,15 +1,59 @@
 use lgvi_control::constraint::{
-    CommandLimit, ComponentLimit, ConstraintError, Corridor, KeepOutCone, KeepOutSphere, NormLimit,
+    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit,
 };
-use lgvi_control::{Actuation, Constraint, Motion, Place};
+use lgvi_control::{Actuation, Constraint, Motion, ParameterError, Place};
 use nalgebra::Vector3;
+use serde::Deserialize;
 
 use super::moves;
 use crate::SceneError;
-use crate::error::excerpt;
-use crate::file::{ConstraintFile, LimitFile};
 
-/// What holds on the way.
+/// A constraint as scenes write it: one variant and one arm of [`constraint`] a kind.
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum ConstraintFile {
+    Commands {
+        limit: LimitFile,
+    },
+    ForceComponents {
+        limit: LimitFile,
+    },
+    MomentComponents {
+        limit: LimitFile,
+    },
+    ForceNorm {
+        limit: f64,
+    },
+    MomentNorm {
+        limit: f64,
+    },
+    KeepOutCone {
+        axis: [f64; 3],
+        direction: [f64; 3],
+        half_angle: f64,
+    },
+    KeepOutSphere {
+        centre: [f64; 3],
+        radius: f64,
+    },
+    Corridor {
+        apex: [f64; 3],
+        axis: [f64; 3],
+        half_angle: f64,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or one for each axis or command"
+)]
+pub(crate) enum LimitFile {
+    All(f64),
+    Each(Vec<f64>),
+}
+
+/// The constraints of a manoeuvre.
 pub(super) fn constraints(
     files: &[ConstraintFile],
     motion: Motion,
@@ -20,11 +64,8 @@ pub(super) fn constraints(
         .enumerate()
         .map(|(index, file)| {
             let key = |name: &str| format!("maneuver.constraints[{index}].{name}");
-            let constraint = constraint(file, actuation).map_err(|error| SceneError::Value {
-                key: key(error.name),
-                value: excerpt(&error.value),
-                expected: error.expected,
-            })?;
+            let constraint = constraint(file, actuation)
+                .map_err(|error| SceneError::parameter(key(error.name), error))?;
             check_motion(&key("kind"), &constraint, motion)?;
             Ok(constraint)
         })
@@ -46,7 +87,7 @@ fn check_motion(key: &str, constraint: &Constraint, motion: Motion) -> Result<()
     Err(SceneError::value(key, constraint.name(), expected))
 }
 
-fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint, ConstraintError> {
+fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint, ParameterError> {
     use ConstraintFile as File;
     use Place::{Attitude, Position};
     Ok(match file {
@@ -79,31 +120,31 @@ fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint
     })
 }
 
-fn components(place: Place, file: &LimitFile) -> Result<Constraint, ConstraintError> {
+fn components(place: Place, file: &LimitFile) -> Result<Constraint, ParameterError> {
     let limits = Vector3::from_vec(limits(file, 3)?);
     Ok(Constraint::commands(ComponentLimit::new(place, limits)?))
 }
 
-fn norm(place: Place, limit: f64) -> Result<Constraint, ConstraintError> {
+fn norm(place: Place, limit: f64) -> Result<Constraint, ParameterError> {
     Ok(Constraint::commands(NormLimit::new(place, finite(limit)?)?))
 }
 
-fn limits(file: &LimitFile, count: usize) -> Result<Vec<f64>, ConstraintError> {
+fn limits(file: &LimitFile, count: usize) -> Result<Vec<f64>, ParameterError> {
     let limits = match file {
         LimitFile::All(limit) => vec![*limit; count],
         LimitFile::Each(limits) => limits.clone(),
     };
     if limits.len() != count {
         let expected = format!("one number > 0, or {count} of them");
-        return Err(ConstraintError::new("limit", limits, expected));
+        return Err(ParameterError::new("limit", limits, expected));
     }
     limits.into_iter().map(finite).collect()
 }
 
 /// Scenes leave out what is not limited.
-fn finite(limit: f64) -> Result<f64, ConstraintError> {
+fn finite(limit: f64) -> Result<f64, ParameterError> {
     if limit.is_finite() {
         return Ok(limit);
     }
-    Err(ConstraintError::new("limit", limit, "a finite number > 0"))
+    Err(ParameterError::new("limit", limit, "a finite number > 0"))
 }

@@ -1,8 +1,6 @@
 //! What is asked: dynamics, boundary conditions, actuation, cost and constraints.
 
 mod actuation;
-#[cfg(test)]
-mod automatic;
 mod comparable;
 pub mod constraint;
 mod dynamics;

@@ -13,8 +13,8 @@ use lgvi_control::{
 use lgvi_dynamics::gravity::{Central, Field, Uniform};
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use num_dual::HyperDual64;
 
+use crate::automatic::{Number, derivatives};
 use crate::case::Case;
 
 const N: usize = 40;
@@ -117,24 +117,6 @@ impl CommandConstraint for Thrust {
     }
 }
 
-/// Value, gradient and Hessian of a function of a position by automatic differentiation.
-fn derivatives(
-    x: &Vector3<f64>,
-    f: impl Fn([HyperDual64; 3]) -> HyperDual64,
-) -> (f64, Vector3<f64>, Matrix3<f64>) {
-    let at = |i: usize, j: usize| {
-        f(std::array::from_fn(|k| {
-            let part = |of: usize| if k == of { 1.0 } else { 0.0 };
-            HyperDual64::new(x[k], part(i), part(j), 0.0)
-        }))
-    };
-    (
-        at(0, 0).re,
-        Vector3::from_fn(|i, _| at(i, i).eps1),
-        Matrix3::from_fn(|i, j| at(i, j).eps1eps2),
-    )
-}
-
 fn at(position: Vector3<f64>, velocity: Vector3<f64>) -> BodyState {
     BodyState {
         position,
@@ -194,7 +176,8 @@ fn derivatives_of_own_conditions_are_those_of_automatic_differentiation() {
         shape,
         from: 0.0,
     };
-    let (value, gradient, hessian) = derivatives(&x, |x| {
+    let (value, gradient, hessian) = derivatives(&state, |s| {
+        let x = s.position;
         let arm = |j: usize| x[j] - centre[j];
         let row =
             |i: usize| arm(0) * shape[(i, 0)] + arm(1) * shape[(i, 1)] + arm(2) * shape[(i, 2)];
@@ -202,14 +185,18 @@ fn derivatives_of_own_conditions_are_those_of_automatic_differentiation() {
     });
     let (by_hand, twice) = ellipsoid.derivatives(&state);
     assert!((ellipsoid.value(&state) - value).abs() < 1e-13);
-    assert!((by_hand - gradient).amax() < 1e-13 && (twice - hessian).amax() < 1e-13);
+    assert!(
+        (by_hand - gradient.fixed_rows::<3>(0)).amax() < 1e-13
+            && (twice - hessian.fixed_view::<3, 3>(0, 0)).amax() < 1e-13
+    );
 
     let distance = Distance {
         point: centre,
         distance: 0.8,
     };
-    let (value, gradient, hessian) = derivatives(&x, |x| {
-        let arm: [HyperDual64; 3] = std::array::from_fn(|j| (x[j] - centre[j]) / 0.8);
+    let (value, gradient, hessian) = derivatives(&state, |s| {
+        let x = s.position;
+        let arm: [Number; 3] = std::array::from_fn(|j| (x[j] - centre[j]) / 0.8);
         (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2] - 1.0) * 0.5
     });
     let row = distance
@@ -218,8 +205,8 @@ fn derivatives_of_own_conditions_are_those_of_automatic_differentiation() {
         .transpose();
     let twice = distance.curvature(&state, &SVector::ith(0, 1.0));
     assert!((distance.residual(&state)[0] - value).abs() < 1e-13);
-    assert!((row - gradient).amax() < 1e-13);
-    assert!((twice.fixed_view::<3, 3>(0, 0) - hessian).amax() < 1e-13);
+    assert!((row - gradient.fixed_rows::<3>(0)).amax() < 1e-13);
+    assert!((twice.fixed_view::<3, 3>(0, 0) - hessian.fixed_view::<3, 3>(0, 0)).amax() < 1e-13);
 }
 
 #[test]

@@ -9,9 +9,6 @@ mod position;
 mod set;
 mod spin_axis;
 
-#[cfg(test)]
-mod tests;
-
 use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;

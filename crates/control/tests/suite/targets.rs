@@ -5,13 +5,50 @@ use lgvi_lie::exp;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::DualNum;
 
-use super::*;
-use crate::newton::Ending;
-use crate::problem::automatic::{
+use lgvi_control::terminal::{
+    FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis, TerminalCondition,
+};
+use lgvi_control::{Place, Terminal};
+
+use crate::automatic::{
     Moved, Number, Triple, constant, cross, derivatives, dot, minus, norm, product, random_state,
     rows,
 };
-use crate::problem::pointing::across;
+
+/// The two unit vectors that span the plane across `n`, by which conditions have their components.
+fn across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let sign = 1.0_f64.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    [
+        Vector3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        Vector3::new(b, sign + n.y * n.y * a, -n.y),
+    ]
+}
+
+/// Residual, Jacobian and curvature of both halves.
+fn both(
+    target: &Terminal,
+    state: &BodyState,
+    nu: &SVector<f64, 12>,
+) -> (SVector<f64, 12>, SMatrix<f64, 12, 12>, SMatrix<f64, 12, 12>) {
+    let mut residual = SVector::<f64, 12>::zeros();
+    let [mut jacobian, mut curvature] = [SMatrix::<f64, 12, 12>::zeros(); 2];
+    for (at, place) in [(0, Place::Position), (6, Place::Attitude)] {
+        if let Some(condition) = target.condition(place) {
+            let nu = nu.fixed_rows::<6>(at).into_owned();
+            let set = |all: &mut SMatrix<f64, 12, 12>, block: SMatrix<f64, 6, 6>| {
+                all.fixed_view_mut::<6, 6>(at, at).copy_from(&block);
+            };
+            set(&mut jacobian, condition.jacobian(state));
+            set(&mut curvature, condition.curvature(state, &nu));
+            residual
+                .fixed_rows_mut::<6>(at)
+                .copy_from(&condition.residual(state));
+        }
+    }
+    (residual, jacobian, curvature)
+}
 
 const MASS: f64 = 1.7;
 const GM: f64 = 0.8;
@@ -149,8 +186,8 @@ fn conditions_and_both_derivatives_are_those_of_automatic_differentiation() {
     for _ in 0..5 {
         let state = random_state(&mut rng);
         for target in targets(&mut rng, &state) {
-            let set = TerminalSet::from(&target);
-            let (c, jacobian) = (set.residual(&state), set.jacobian(&state));
+            let nu = SVector::from_fn(|_, _| 2.0 * rng.f64() - 1.0);
+            let (c, jacobian, found) = both(&target, &state, &nu);
             let (place, turn) = (translation(&target), rotation(&target));
             for row in 0..12 {
                 let nu = SVector::ith(row, 1.0);
@@ -163,9 +200,7 @@ fn conditions_and_both_derivatives_are_those_of_automatic_differentiation() {
                 let error = (jacobian.row(row).transpose() - gradient).amax();
                 assert!(error <= 1e-12 * scale, "{target:?}: row {row} by {error:e}");
             }
-            let nu = SVector::from_fn(|_, _| 2.0 * rng.f64() - 1.0);
             let (_, _, expected) = derivatives(&state, |s| place(s, &nu) + turn(s, &nu));
-            let found = set.curvature(&state, &nu);
             let error = (found - expected).amax();
             assert!(
                 error <= 1e-12 * expected.amax().max(1.0),

@@ -38,22 +38,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let initial = BodyState::from_velocities(&body, Vector3::x(), Vector3::y(), upright, still);
     let target = BodyState::from_velocities(&body, 1.1 * Vector3::y(), still, upright, still);
     let actuation = Actuation::full(&upright, &upright)?;
-    let transfer = Transfer::new(
-        body,
-        Central { gm: 1.0 },
-        0.02,
-        80,
-        initial,
-        target,
-        actuation,
-    )?;
+    let field = Central { gm: 1.0 };
+    let transfer = Transfer::new(body, field, 0.02, 80, initial, target, actuation)?;
     let free = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true)?;
     let obstacle = Constraint::state(Cylinder(free.states[40].position, 0.2));
     let transfer = transfer.with_constraints(&[obstacle]);
     let plan = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true)?;
-    println!(
-        "cost {:.6}, and {:.6} past the obstacle",
-        free.cost, plan.cost
-    );
+    println!("cost {:.6}, past it {:.6}", free.cost, plan.cost);
     Ok(())
 }

@@ -17,12 +17,14 @@ pub(crate) struct Vector<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Matrix<T>(pub(crate) [Vector<T>; 3]);
 
-impl<T: Lane> Vector<T> {
+impl<T> Vector<T> {
     #[inline(always)]
     pub(crate) fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
     }
+}
 
+impl<T: Lane> Vector<T> {
     #[inline(always)]
     pub(crate) fn splat(token: T::Token, v: &Vector3<f64>) -> Self {
         Self::new(
@@ -169,4 +171,12 @@ impl<T: Lane> Mul<Vector<T>> for Matrix<T> {
         let [a, b, c] = self.0;
         a * v.x + b * v.y + c * v.z
     }
+}
+
+/// `m d/r³`
+#[inline(always)]
+pub(crate) fn attraction<T: Lane>(d: Vector<T>, mass: T) -> Vector<T> {
+    let squared = d.norm_squared();
+    let inverse = squared.constant(1.0) / squared;
+    d * (mass * (inverse * inverse) * squared.sqrt())
 }

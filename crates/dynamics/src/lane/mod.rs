@@ -5,12 +5,12 @@
 
 mod linear;
 
-pub(crate) use linear::{Matrix, Vector};
+pub(crate) use linear::{Matrix, Vector, attraction};
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f64x4, f64x8};
+use fearless_simd::{f64x2, f64x4, f64x8};
 
 /// Numbers of as many systems, one each, and arithmetic on all of them at once.
 ///
@@ -152,5 +152,6 @@ macro_rules! vector_lane {
     };
 }
 
+vector_lane!(f64x2, 2);
 vector_lane!(f64x4, 4);
 vector_lane!(f64x8, 8);

@@ -1,5 +1,5 @@
 use super::body::{Body, Effect, Motion, Point, State};
-use crate::lane::{Lane, Matrix, Vector};
+use crate::lane::{Lane, Matrix, Vector, attraction};
 
 /// Mutual attraction of points, pair by pair of bodies and of couples of points, in the order of
 /// [`Mutual`](crate::gravity::Mutual).
@@ -128,12 +128,4 @@ fn between<T: Lane>(couples: [&[Couple<T>]; 2], states: [&State<T>; 2]) -> Excha
             there.attitude.tr_mul(other_torque[0] + other_torque[1]),
         ],
     }
-}
-
-/// `m d/r³`
-#[inline(always)]
-fn attraction<T: Lane>(d: Vector<T>, mass: T) -> Vector<T> {
-    let squared = d.norm_squared();
-    let inverse = squared.constant(1.0) / squared;
-    d * (mass * (inverse * inverse) * squared.sqrt())
 }

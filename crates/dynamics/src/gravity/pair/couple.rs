@@ -1,15 +1,23 @@
-use nalgebra::{Matrix3, Vector3};
-use wide::f64x2;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x2};
+use nalgebra::Matrix3;
 
 use crate::PointMass;
+use crate::lane::Vector;
 
-/// Two points of a body side by side, for arithmetic on both at once. Of an odd number of points the last stands beside
-/// a copy of itself without mass.
+/// Two points of a body side by side. Of an odd number of points the last stands beside a copy of itself without mass.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct Couple {
-    pub(super) masses: f64x2,
+    masses: [f64; 2],
     /// `R ρ` of each.
-    pub(super) arms: Vector3<f64x2>,
+    arms: Vector<[f64; 2]>,
+}
+
+/// A [`Couple`] in registers, for arithmetic on both points at once.
+#[derive(Clone, Copy)]
+pub(super) struct Loaded<S: Simd> {
+    pub(super) masses: f64x2<S>,
+    pub(super) arms: Vector<f64x2<S>>,
 }
 
 impl Couple {
@@ -21,14 +29,10 @@ impl Couple {
     ) -> Self {
         let mass = second.map_or(0.0, |second| second.mass);
         let second = second.unwrap_or(first);
-        let along = |axis: usize| f64x2::new([first.position[axis], second.position[axis]]);
-        let row = |row: usize| {
-            let by = |column: usize| f64x2::splat(attitude[(row, column)]);
-            by(0) * along(0) + by(1) * along(1) + by(2) * along(2)
-        };
+        let [a, b] = [first, second].map(|point| attitude * point.position);
         Self {
-            masses: f64x2::new([first.mass, mass]),
-            arms: Vector3::new(row(0), row(1), row(2)),
+            masses: [first.mass, mass],
+            arms: Vector::new([a.x, b.x], [a.y, b.y], [a.z, b.z]),
         }
     }
 
@@ -43,36 +47,28 @@ impl Couple {
             .map(|chunk| Self::new(&chunk[0], chunk.get(1), attitude))
     }
 
+    #[inline(always)]
+    pub(super) fn load<S: Simd>(&self, simd: S) -> Loaded<S> {
+        let Vector { x, y, z } = self.arms;
+        Loaded {
+            masses: self.masses.simd_into(simd),
+            arms: Vector::new(x.simd_into(simd), y.simd_into(simd), z.simd_into(simd)),
+        }
+    }
+}
+
+impl<S: Simd> Loaded<S> {
     /// The other way round.
     #[inline(always)]
-    pub(super) fn swapped(&self) -> Self {
+    pub(super) fn swapped(self) -> Self {
         Self {
-            masses: swap(self.masses),
-            arms: swapped(&self.arms),
+            masses: self.masses.reverse(),
+            arms: swapped(self.arms),
         }
     }
 }
 
 #[inline(always)]
-pub(super) fn swapped(vectors: &Vector3<f64x2>) -> Vector3<f64x2> {
-    vectors.map(swap)
-}
-
-#[inline(always)]
-fn swap(pair: f64x2) -> f64x2 {
-    let [a, b] = pair.to_array();
-    f64x2::new([b, a])
-}
-
-#[inline(always)]
-pub(super) fn sum(vectors: &Vector3<f64x2>) -> Vector3<f64> {
-    vectors.map(|pair| {
-        let [a, b] = pair.to_array();
-        a + b
-    })
-}
-
-#[inline(always)]
-pub(super) fn dot(a: &Vector3<f64x2>, b: &Vector3<f64x2>) -> f64x2 {
-    a.x * b.x + a.y * b.y + a.z * b.z
+pub(super) fn swapped<S: Simd>(v: Vector<f64x2<S>>) -> Vector<f64x2<S>> {
+    Vector::new(v.x.reverse(), v.y.reverse(), v.z.reverse())
 }

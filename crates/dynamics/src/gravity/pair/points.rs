@@ -1,9 +1,10 @@
+use fearless_simd::{Level, Simd, dispatch, f64x2};
 use nalgebra::Vector3;
-use wide::f64x2;
 
-use super::couple::{Couple, dot, sum, swapped};
+use super::couple::{Couple, swapped};
 use super::{Exchange, PointMass};
 use crate::BodyState;
+use crate::lane::{Vector, attraction};
 
 /// Point by point: `U = −Σ_{p,q} m_p m_q / |x_i + R_i ρ_p − x_j − R_j ρ_q|` (§3.4).
 #[inline]
@@ -19,52 +20,51 @@ pub(super) fn exchange(
     {
         let own = Couple::new(p, own.first(), r);
         let theirs = Couple::new(q, theirs.first(), s);
-        between([&[own], &[theirs]], states)
+        dispatch!(Level::baseline(), simd => between(simd, [&[own], &[theirs]], states))
     } else {
         couples.clear();
         couples.extend(Couple::of(points, r));
         couples.extend(Couple::of(others, s));
         let (own, theirs) = couples.split_at(points.len().div_ceil(2));
-        between([own, theirs], states)
+        dispatch!(Level::baseline(), simd => between(simd, [own, theirs], states))
     }
 }
 
 /// Two points of each body at a time: each with its partner, then with the other's.
 #[inline(always)]
-fn between(couples: [&[Couple]; 2], states: [&BodyState; 2]) -> Exchange {
+fn between<S: Simd>(simd: S, couples: [&[Couple]; 2], states: [&BodyState; 2]) -> Exchange {
     let [at, there] = states;
-    let separation = (there.position - at.position).map(f64x2::splat);
-    let zero = Vector3::repeat(f64x2::ZERO);
+    let separation = Vector::splat(simd, &(there.position - at.position));
+    let zero = Vector::splat(simd, &Vector3::zeros());
     let (mut pull, mut torque, mut other_torque) = (zero, zero, zero);
     for second in couples[1] {
+        let second = second.load(simd);
         let crossed = second.swapped();
-        let places = [second, &crossed].map(|couple| separation + couple.arms);
+        let places = [second, crossed].map(|couple| separation + couple.arms);
         let mut on_second = zero;
         for first in couples[0] {
+            let first = first.load(simd);
             let straight = attraction(places[0] - first.arms, first.masses * second.masses);
             let across = attraction(places[1] - first.arms, first.masses * crossed.masses);
             let on_first = straight + across;
-            pull += on_first;
-            torque += first.arms.cross(&on_first);
-            on_second += straight + swapped(&across);
+            pull = pull + on_first;
+            torque = torque + first.arms.cross(on_first);
+            on_second = on_second + (straight + swapped(across));
         }
-        other_torque += on_second.cross(&second.arms);
+        other_torque = other_torque + on_second.cross(second.arms);
     }
     Exchange {
-        force: sum(&pull),
+        force: sum(pull),
         moments: [
-            at.attitude.tr_mul(&sum(&torque)),
-            there.attitude.tr_mul(&sum(&other_torque)),
+            at.attitude.tr_mul(&sum(torque)),
+            there.attitude.tr_mul(&sum(other_torque)),
         ],
     }
 }
 
-/// `m d/r³`
 #[inline(always)]
-fn attraction(d: Vector3<f64x2>, masses: f64x2) -> Vector3<f64x2> {
-    let squared = dot(&d, &d);
-    let inverse = f64x2::ONE / squared;
-    d * (masses * (inverse * inverse) * squared.sqrt())
+fn sum<S: Simd>(v: Vector<f64x2<S>>) -> Vector3<f64> {
+    v.lane(0) + v.lane(1)
 }
 
 pub(super) fn potential(points: [&[PointMass]; 2], states: [&BodyState; 2]) -> f64 {

@@ -1,7 +1,6 @@
-use nalgebra::{DMatrix, SymmetricEigen};
-
 use super::{Polyhedron, PolyhedronError};
 use crate::PointMass;
+use crate::quadrature::gauss_jacobi;
 
 /// Degree up to which clouds take little memory and time.
 const MOST_DEGREE: usize = 10;
@@ -31,7 +30,13 @@ impl Polyhedron {
     /// The cloud of any degree.
     pub(super) fn gauss_points(&self, degree: usize) -> Vec<PointMass> {
         let count = degree / 2 + 1;
-        let [radial, across, along] = [2, 1, 0].map(|power| gauss(count, power));
+        // From the surface inwards: the sparse clouds made of them err less.
+        let rule = |power| {
+            let mut rule = gauss_jacobi(count as u32, 0, power);
+            rule.reverse();
+            rule
+        };
+        let [radial, across, along] = [2, 1, 0].map(rule);
         let mut points = Vec::with_capacity(self.faces.len() * count * count * count);
         for [a, b, c] in self.tetrahedra(&self.centre) {
             // ρ = t [a + u (b − a + v (c − b))] with dV = 6 V t² u dt du dv
@@ -52,36 +57,4 @@ impl Polyhedron {
         }
         points
     }
-}
-
-/// Nodes and weights of `∫₀¹ t^power f(t) dt`, exact for f of degree `2 count − 1`: eigenvalues of the Jacobi matrix and
-/// the squares of its eigenvectors' first components (G. H. Golub & J. H. Welsch, Math. Comp. 23, 1969).
-fn gauss(count: usize, power: u32) -> Vec<(f64, f64)> {
-    let alpha = f64::from(power);
-    let mut jacobi = DMatrix::zeros(count, count);
-    for k in 0..count {
-        let n = 2.0 * k as f64 + alpha;
-        jacobi[(k, k)] = if n == 0.0 {
-            0.5
-        } else {
-            0.5 + 0.5 * alpha * alpha / (n * (n + 2.0))
-        };
-        if k > 0 {
-            let k_plus = k as f64 * (k as f64 + alpha);
-            let off = k_plus / (n * (n * n - 1.0).sqrt());
-            jacobi[(k, k - 1)] = off;
-            jacobi[(k - 1, k)] = off;
-        }
-    }
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "known matrices of a few rows, for which the iteration ends"
-    )]
-    let eigen = SymmetricEigen::new(jacobi);
-    let weight = |column: usize| {
-        let first = eigen.eigenvectors[(0, column)];
-        first * first / (alpha + 1.0)
-    };
-    let nodes = eigen.eigenvalues.iter().enumerate();
-    nodes.map(|(k, &node)| (node, weight(k))).collect()
 }

@@ -1,4 +1,5 @@
 use crate::MethodError;
+use crate::quadrature::gauss_jacobi;
 
 /// A quadrature rule on `[0, 1]`, by its number of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,9 +12,6 @@ pub enum Quadrature {
 
 /// Most points of a rule.
 const MAX_POINTS: u32 = 24;
-
-/// Newton corrections after which a node is taken as it is; four reach rounding from the starting guesses.
-const MAX_ITERATIONS: u32 = 20;
 
 impl Quadrature {
     /// Number of points.
@@ -41,91 +39,28 @@ impl Quadrature {
         })
     }
 
-    /// Nodes in rising order, and weights.
+    /// Nodes in rising order, and weights; mirror images share their rounding errors.
     pub(super) fn rule(self) -> (Vec<f64>, Vec<f64>) {
-        let points = self.points();
-        let place = |index| match self {
-            Self::Gauss(_) => gauss(points, index),
-            Self::Lobatto(_) => lobatto(points, index),
+        let mut rule = match self {
+            Self::Gauss(points) => gauss_jacobi(points, 0, 0),
+            Self::Lobatto(points) => {
+                let end = 1.0 / (f64::from(points) * f64::from(points - 1));
+                let inner = gauss_jacobi(points - 2, 1, 1).into_iter();
+                let inner = inner.map(|(t, weight)| (t, weight / (t * (1.0 - t))));
+                let inner: Vec<_> = inner.collect();
+                [&[(0.0, end)], &inner[..], &[(1.0, end)]].concat()
+            }
         };
-        (0..points)
-            .map(|index| {
-                // Mirror images share their rounding errors.
-                let mirrored = points - 1 - index;
-                let (x, weight) = place(index.min(mirrored));
-                let node = if index <= mirrored {
-                    0.5 - 0.5 * x
-                } else {
-                    0.5 + 0.5 * x
-                };
-                (node, 0.5 * weight)
-            })
-            .unzip()
-    }
-}
-
-/// `P_n(x)` and `P'_n(x)`, `|x| < 1`, by the three-term recurrence.
-fn legendre(n: u32, x: f64) -> (f64, f64) {
-    let (mut before, mut value) = (0.0, 1.0);
-    for k in 0..n {
-        let k = f64::from(k);
-        let next = ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0);
-        before = value;
-        value = next;
-    }
-    (
-        value,
-        f64::from(n) * (before - x * value) / ((1.0 - x) * (1.0 + x)),
-    )
-}
-
-/// Node (from 1 downwards) and weight on `[−1, 1]`: a root of `P_n`, `w = 2/((1 − x²) P'_n²)`.
-fn gauss(n: u32, index: u32) -> (f64, f64) {
-    if 2 * index + 1 == n {
-        let slope = legendre(n, 0.0).1;
-        return (0.0, 2.0 / (slope * slope));
-    }
-    let guess = (f64::from(index) + 0.75) / (f64::from(n) + 0.5);
-    let x = newton(libm::cos(std::f64::consts::PI * guess), |x| {
-        let (value, slope) = legendre(n, x);
-        value / slope
-    });
-    let slope = legendre(n, x).1;
-    (x, 2.0 / ((1.0 - x) * (1.0 + x) * slope * slope))
-}
-
-/// Node (from 1 downwards) and weight on `[−1, 1]`: 1 or a root of `P'_{n−1}`, `w = 2/(n (n − 1) P_{n−1}²)`.
-fn lobatto(n: u32, index: u32) -> (f64, f64) {
-    let m = n - 1;
-    let scale = 2.0 / (f64::from(n) * f64::from(m));
-    if index == 0 {
-        return (1.0, scale);
-    }
-    let x = if 2 * index == m {
-        0.0
-    } else {
-        let guess = libm::cos(std::f64::consts::PI * f64::from(index) / f64::from(m));
-        // (1 − x²) P'' = 2 x P' − m (m + 1) P
-        newton(guess, |x| {
-            let (value, slope) = legendre(m, x);
-            let curvature = (2.0 * x * slope - f64::from(m) * f64::from(m + 1) * value)
-                / ((1.0 - x) * (1.0 + x));
-            slope / curvature
-        })
-    };
-    let value = legendre(m, x).0;
-    (x, scale / (value * value))
-}
-
-fn newton(mut x: f64, correction: impl Fn(f64) -> f64) -> f64 {
-    for _ in 0..MAX_ITERATIONS {
-        let step = correction(x);
-        x -= step;
-        if step.abs() <= f64::EPSILON {
-            break;
+        let last = rule.len() - 1;
+        for index in 0..=last / 2 {
+            let (node, weight) = rule[index];
+            rule[last - index] = (1.0 - node, weight);
         }
+        if last % 2 == 0 {
+            rule[last / 2].0 = 0.5;
+        }
+        rule.into_iter().unzip()
     }
-    x
 }
 
 #[cfg(test)]

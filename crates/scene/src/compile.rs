@@ -8,6 +8,8 @@ mod maneuver;
 mod polyhedron;
 mod run;
 
+pub(crate) use maneuver::ConstraintFile;
+
 use lgvi_dynamics::Invariants;
 
 use crate::file::{BodyFile, SceneFile};

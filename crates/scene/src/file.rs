@@ -15,8 +15,8 @@ pub(crate) use disturbance::DisturbanceFile;
 pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
 pub(crate) use maneuver::{
-    ActuatorFile, ConstraintFile, DynamicsFile, FinalTimeFile, LimitFile, ManeuverFile, MotionFile,
-    ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
+    ActuatorFile, DynamicsFile, FinalTimeFile, ManeuverFile, MotionFile, ReplanFile, SearchFile,
+    SolverFile, SolverMethodFile, TargetFile, WeightFile,
 };
 
 use crate::chosen::ChosenFile;

@@ -11,7 +11,7 @@ use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::resolved;
 use crate::newton::{Ended, Iterate, Newton};
-use crate::problem::TerminalSet;
+use crate::problem::{Terminal, TerminalSet};
 use crate::steps::Steps;
 
 /// The first part of the way that is tried at once, and the least.
@@ -28,7 +28,7 @@ impl<F: Field, C> Solver<'_, F, C> {
     where
         C: Class<X, U>,
     {
-        let target = self.transfer.target.state()?;
+        let target = self.transfer.terminal.state()?;
         let mut iterate = self.drift()?;
         let drifted = *iterate.states.last()?;
         let mut reached = 0.0;
@@ -37,8 +37,8 @@ impl<F: Field, C> Solver<'_, F, C> {
             let part = f64::min(reached + stride, 1.0);
             let mut view = resolved(self.transfer, iterate.commands.len());
             if part < 1.0 {
-                view.target = between(&drifted, &target, part).into();
-                view.terminal = TerminalSet::new(&view.target, view.body.mass()).ok()?;
+                let target = Terminal::try_from(between(&drifted, &target, part)).ok()?;
+                view.terminal = TerminalSet::from(&target);
             }
             let steps = match self.class.steps(&view) {
                 Ok(steps) => steps,

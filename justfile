@@ -7,7 +7,7 @@ default:
     @just --list
 
 # Everything that must hold before a change lands.
-ci: fmt lint docs test demo
+ci: fmt lint docs package test demo
 
 # The sources are formatted.
 fmt:
@@ -23,6 +23,10 @@ lint:
 docs:
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
     RUSTDOCFLAGS="-D warnings" cargo doc {{bench}} --workspace --no-deps --locked
+
+# The library crates can be published.
+package:
+    cargo package --no-verify --allow-dirty --locked -p lgvi_lie -p lgvi_dynamics -p lgvi_control -p lgvi_scene
 
 # All tests: the README's second command.
 test:

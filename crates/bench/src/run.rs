@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use lgvi_dynamics::auto::{self, Accuracy, Choice};
-use lgvi_dynamics::{BodyState, Load, Method, Simulation, System};
+use lgvi_dynamics::auto::{self, Choice};
+use lgvi_dynamics::{Accuracy, BodyState, Load, Method, Simulation, System};
 use lgvi_scene::Scene;
 use lgvi_truth::{Case, RUNS};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lgvi_dynamics::auto::Accuracy;
+use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::{Load, Simulation, Skip};
 use lgvi_scene::{Scene, Scheme, Skipping};
 use serde::Serialize;

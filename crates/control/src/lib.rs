@@ -58,9 +58,10 @@ pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve
 pub use minima::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan};
 pub use problem::{
-    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, Motion, RotationTarget,
-    Terminal, TerminalError, Transfer, TransferError, TranslationTarget, miss,
+    Actuation, ActuationError, Comparable, Constraint, Dynamics, Motion, ParameterError, Place,
+    Terminal, Transfer, TransferError, miss,
 };
+pub use problem::{constraint, terminal};
 pub use replan::TooLate;
 pub use shooting::{Iteration, Settings, ShootingError, Solution};
 pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, certified, solve};

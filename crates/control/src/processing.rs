@@ -48,7 +48,7 @@ pub fn processed<F: Field>(transfer: Transfer<F>) -> Result<Transfer<F>, Process
     if transfer.dynamics != Dynamics::LieEuler {
         return Err(ProcessingError::Dynamics);
     }
-    let target = transfer.target.state().ok_or(ProcessingError::Terminal)?;
+    let target = transfer.terminal.state().ok_or(ProcessingError::Terminal)?;
     let early = |which, state: &BodyState| {
         drifted(&transfer.body, -0.5 * transfer.h, state, which).map(|(early, _)| early)
     };
@@ -61,11 +61,15 @@ pub fn processed<F: Field>(transfer: Transfer<F>) -> Result<Transfer<F>, Process
         intervals,
         actuation,
         motion,
-        constraints,
+        inequalities,
         ..
     } = transfer;
     let early = Transfer::new(body, field, h, intervals, initial, target, actuation)?;
-    Ok(early.with_motion(motion).with_constraints(constraints)?)
+    Ok(Transfer {
+        motion,
+        inequalities,
+        ..early
+    })
 }
 
 /// What the `plan` of a [`processed`] transfer of `body` is in the transfer's own terms: its states half a drift later, from

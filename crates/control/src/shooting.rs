@@ -121,7 +121,10 @@ fn shoot<F: Field>(
     settings: &Settings,
     mut observe: impl FnMut(&Iteration) -> bool,
 ) -> Result<Solution, ShootingError> {
-    let target = transfer.target.state().ok_or(ExtremalError::Unsupported)?;
+    let target = transfer
+        .terminal
+        .state()
+        .ok_or(ExtremalError::Unsupported)?;
     let mut multipliers = start;
     let (mut extremal, mut sensitivity) = integrate_with_sensitivity(transfer, &multipliers)?;
     let tolerance = settings.tolerance.max(f64::EPSILON);

@@ -8,6 +8,7 @@ mod case;
 
 use allocation_counter::{AllocationInfo, measure};
 use case::Case;
+use lgvi_control::constraint::{KeepOutSphere, NormLimit, Place};
 use lgvi_control::{
     Constraint, NewtonSettings, Phase, PlanError, Progress, Start, Transfer, solve,
 };
@@ -41,15 +42,10 @@ fn taken(transfer: &Transfer<Central>, constrained: bool, iterations: u32) -> Al
 #[test]
 fn an_iteration_allocates_nothing() {
     let transfer = Case::load("C_ii").transfer(60);
-    let sphere = Constraint::KeepOutSphere {
-        center: Vector3::new(-1.8, -1.7, -0.5),
-        radius: 0.2,
-    };
-    let constraints = vec![sphere, Constraint::ForceNorm { limit: 7.0 }];
-    let bounded = transfer
-        .clone()
-        .with_constraints(constraints)
-        .expect("constraints");
+    let sphere = KeepOutSphere::new(Vector3::new(-1.8, -1.7, -0.5), 0.2).expect("a sphere");
+    let limit = NormLimit::new(Place::Position, 7.0).expect("a limit");
+    let constraints = [Constraint::state(sphere), Constraint::commands(limit)];
+    let bounded = transfer.clone().with_constraints(&constraints);
     for (transfer, constrained) in [(transfer, false), (bounded, true)] {
         let few = taken(&transfer, constrained, 1);
         assert!(few.count_total > 0, "constrained: {constrained}");

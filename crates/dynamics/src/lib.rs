@@ -34,6 +34,7 @@
 //! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational
 //! Integrators and Their Applications to Optimal Control*.
 
+mod accuracy;
 pub mod auto;
 mod body;
 pub mod gravity;
@@ -54,6 +55,7 @@ mod system;
 
 pub use lgvi_lie::nalgebra;
 
+pub use accuracy::Accuracy;
 pub use body::{BodyError, MassDistribution, PointMass, RigidBody};
 pub use inertia::{Inertia, InertiaError};
 pub use integrator::{Integrator, Method, MethodError, StepError, StepReport};

@@ -2,7 +2,7 @@ use lgvi_lie::orthogonality_error;
 
 use crate::integrator::Subdivision;
 use crate::range::{check_body, check_step};
-use crate::skip::{Skip, Watch};
+use crate::skip::{LevelSwitching, Skip};
 use crate::{
     BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
 };
@@ -96,19 +96,11 @@ impl Simulation {
         })
     }
 
-    /// The same, leaving out what `skip` says.
+    /// The same, leaving out what `skip` says; the last of these changes.
     pub fn with_skips(mut self, skip: Skip) -> Self {
-        let watch = Watch::new(&self.system, &self.states, skip);
-        self.system.set_watch(watch);
-        self.integrator.start(&mut self.system, &self.states);
+        self.integrator =
+            LevelSwitching::over(self.integrator, &mut self.system, &self.states, skip);
         self
-    }
-
-    /// Has what the watch says computed from the present states on.
-    #[cold]
-    fn select(&mut self) {
-        self.system.select();
-        self.integrator.start(&mut self.system, &self.states);
     }
 
     /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
@@ -131,49 +123,14 @@ impl Simulation {
     /// Makes one of the method's steps.
     #[inline]
     fn substep(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
-        if self.system.is_watched() {
-            return self.watched(controls, h);
-        }
-        let made = self.attempt(controls, h);
-        if made.is_ok() {
-            std::mem::swap(&mut self.states, &mut self.next);
-        }
-        made
-    }
-
-    #[inline]
-    fn attempt(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
         let (system, next) = (&mut self.system, &mut self.next);
-        self.integrator
-            .step_to(system, &self.states, next, controls, h)
-    }
-
-    /// Makes a step anew as long as it leads bodies nearer to each other than what is left out of it allows.
-    fn watched(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
-        let made = loop {
-            let made = self.attempt(controls, h);
-            if made.is_ok() && !self.integrator.cuts_steps() {
-                self.system.pass(&self.states, &self.next, h);
-            }
-            if !self.system.watch().is_some_and(Watch::take_breach) {
-                break made;
-            }
-            self.select();
-        };
+        let made = self
+            .integrator
+            .step_to(system, &self.states, next, controls, h);
         if made.is_ok() {
             std::mem::swap(&mut self.states, &mut self.next);
-            self.review();
         }
         made
-    }
-
-    /// Has computed what suits the present states.
-    fn review(&mut self) {
-        let states = &self.states;
-        let watch = self.system.watch();
-        if watch.is_some_and(|watch| watch.review(states)) {
-            self.select();
-        }
     }
 
     fn substeps(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
@@ -188,7 +145,6 @@ impl Simulation {
                     if substep > 0 {
                         self.states.copy_from_slice(&self.begun);
                         self.integrator.start(&mut self.system, &self.states);
-                        self.review();
                     }
                     return Err(error);
                 }
@@ -205,10 +161,7 @@ impl Simulation {
         check(&self.system, states)?;
         self.states.copy_from_slice(states);
         self.system.constrain(&mut self.states);
-        if let Some(watch) = self.system.watch() {
-            watch.begin(&self.states);
-        }
-        self.select();
+        self.integrator.start(&mut self.system, &self.states);
         Ok(())
     }
 

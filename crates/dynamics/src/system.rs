@@ -1,5 +1,5 @@
-use crate::gravity::{CloseApproach, Form, Gravity, Kept};
-use crate::skip::Watch;
+use crate::gravity::{CloseApproach, Form, Gravity, Interaction, Kept};
+use crate::skip::Levels;
 use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Bodies and the gravity that acts on them.
@@ -10,7 +10,7 @@ pub struct System {
     extents: bool,
     selection: Selection,
     /// Where what is left out depends on distances.
-    watch: Option<Watch>,
+    levels: Option<Levels>,
 }
 
 /// What is computed of a system.
@@ -27,13 +27,14 @@ pub(crate) struct Selection {
 impl System {
     /// Bodies under the sum of the given gravities; none means free bodies.
     pub fn new(bodies: Vec<RigidBody>, gravity: Vec<Box<dyn Gravity>>) -> Self {
-        let extents = gravity.iter().any(|gravity| gravity.has_extents(&bodies));
+        let mut clearances = gravity.iter().filter_map(|gravity| gravity.clearance());
+        let extents = clearances.any(|clearance| clearance.has_extents(&bodies));
         Self {
             bodies,
             gravity,
             extents,
             selection: Selection::default(),
-            watch: None,
+            levels: None,
         }
     }
 
@@ -47,8 +48,8 @@ impl System {
         for load in loads.iter_mut() {
             *load = Load::default();
         }
-        if let Some(watch) = &mut self.watch {
-            watch.look(states);
+        if let Some(levels) = &mut self.levels {
+            levels.check_states(states);
         }
         if !self.selection.is_partial {
             for gravity in &mut self.gravity {
@@ -57,58 +58,65 @@ impl System {
             return;
         }
         for (gravity, kept) in self.gravity.iter_mut().zip(&self.selection.kept) {
-            match kept {
-                Some(kept) => gravity.add_kept_loads(&self.bodies, states, loads, kept),
-                None => gravity.add_loads(&self.bodies, states, loads),
+            match (kept, gravity.separable()) {
+                (Some(kept), Some(separable)) => {
+                    separable.add_kept_loads(&self.bodies, states, loads, kept);
+                }
+                _ => gravity.add_loads(&self.bodies, states, loads),
             }
         }
     }
 
-    /// What acts, each by itself.
-    pub fn gravity(&self) -> &[Box<dyn Gravity>] {
-        &self.gravity
+    /// The interactions of each gravity; none of one that cannot be taken apart.
+    pub(crate) fn interactions(&mut self) -> Vec<Option<Vec<Interaction>>> {
+        let each = self.gravity.iter_mut().map(|gravity| {
+            let separable = gravity.separable()?;
+            Some(separable.interactions(&self.bodies))
+        });
+        each.collect()
     }
 
-    /// Computes from now on what a watch selects; everything where there is none.
-    pub(crate) fn set_watch(&mut self, watch: Option<Watch>) {
+    /// Computes interactions at these levels from now on; everything in full where there are none.
+    pub(crate) fn set_levels(&mut self, levels: Option<Levels>) {
         self.selection.is_partial = false;
-        self.watch = watch;
+        self.levels = levels;
         self.select();
-        self.watch = self.watch.take().filter(Watch::varies);
-        if self.watch.is_some() {
-            for gravity in &mut self.gravity {
-                gravity.prepare(&self.bodies);
+        self.levels = self.levels.take().filter(Levels::varies);
+        if self.levels.is_some() {
+            let each = self.gravity.iter_mut();
+            for separable in each.filter_map(|gravity| gravity.separable()) {
+                separable.prepare(&self.bodies);
             }
         }
     }
 
-    /// Computes what the watch has found.
+    /// Computes interactions at their present levels.
     pub(crate) fn select(&mut self) {
-        if let Some(watch) = &self.watch {
-            watch.select(&self.bodies, &mut self.selection);
+        if let Some(levels) = &self.levels {
+            levels.select(&self.bodies, &mut self.selection);
         }
     }
 
-    /// Who sees to it that no distance is too short for what is left out.
-    pub(crate) fn watch(&mut self) -> Option<&mut Watch> {
-        self.watch.as_mut()
+    /// The levels of interactions, where they change with distances.
+    pub(crate) fn levels(&mut self) -> Option<&mut Levels> {
+        self.levels.as_mut()
     }
 
     /// Changes of level so far.
     pub(crate) fn switches(&self) -> u64 {
-        self.watch.as_ref().map_or(0, Watch::switches)
+        self.levels.as_ref().map_or(0, Levels::switches)
     }
 
-    /// Whether what is left out depends on distances.
-    pub(crate) fn is_watched(&self) -> bool {
-        self.watch.is_some()
+    /// Whether levels change with distances.
+    pub(crate) fn switches_levels(&self) -> bool {
+        self.levels.is_some()
     }
 
-    /// Has the watch look at a step of length `h`, made as one.
+    /// Checks the levels along a step of length `h`, made as one.
     #[inline]
-    pub(crate) fn pass(&mut self, from: &[BodyState], to: &[BodyState], h: f64) {
-        if let Some(watch) = &mut self.watch {
-            watch.pass(&self.bodies, [from, to], h);
+    pub(crate) fn check_step(&mut self, from: &[BodyState], to: &[BodyState], h: f64) {
+        if let Some(levels) = &mut self.levels {
+            levels.check_step(&self.bodies, [from, to], h);
         }
     }
 
@@ -132,8 +140,12 @@ impl System {
     /// Whether the bodies are outside each other's radii.
     pub fn check_clearance(&self, states: &[BodyState]) -> Result<(), CloseApproach> {
         if self.extents {
-            for gravity in &self.gravity {
-                gravity.check_clearance(&self.bodies, states)?;
+            for clearance in self
+                .gravity
+                .iter()
+                .filter_map(|gravity| gravity.clearance())
+            {
+                clearance.check(&self.bodies, states)?;
             }
         }
         Ok(())

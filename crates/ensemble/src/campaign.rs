@@ -193,10 +193,11 @@ impl<'a> Campaign<'a> {
             skip,
         } = self.scheme;
         let simulation = Simulation::new(system, member.states.clone(), method, self.scene.h())?;
-        let mut simulation = simulation.with_substeps(substeps).with_skips(skip);
+        let mut simulation = simulation.with_substeps(substeps);
         if self.scene.subdivides(self.scheme) {
             simulation = simulation.with_subdivision(self.scene.subdivide)?;
         }
+        simulation = simulation.with_skips(skip);
         let actuators = ActuatorErrors {
             force: member.force,
             moment: member.moment,

@@ -25,16 +25,6 @@ pub(crate) fn vector(key: &str, value: [f64; 3]) -> Result<Vector3<f64>, SceneEr
     }
 }
 
-/// A unit vector along one of any length.
-pub(crate) fn direction(key: &str, value: [f64; 3]) -> Result<Vector3<f64>, SceneError> {
-    let largest = vector(key, value)?.amax();
-    if largest > 0.0 {
-        Ok((Vector3::from(value) / largest).normalize())
-    } else {
-        Err(SceneError::value(key, value, "a vector that is not zero"))
-    }
-}
-
 pub(crate) fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }

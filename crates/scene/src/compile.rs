@@ -4,16 +4,17 @@ mod body;
 mod disturbance;
 mod ensemble;
 mod frame;
-mod gravity;
 mod maneuver;
 mod polyhedron;
 mod run;
+
+pub(crate) use maneuver::ConstraintFile;
 
 use lgvi_dynamics::Invariants;
 
 use crate::file::{BodyFile, SceneFile};
 use crate::scene::{NamedBody, Publishing, Scene};
-use crate::{Chosen, LONGEST, SceneError, Units, check, numbers};
+use crate::{Chosen, LONGEST, SceneError, SceneGravity, Units, check, numbers};
 
 /// Bodies of the largest scene: each has a topic of its own.
 const MAX_BODIES: usize = 1024;
@@ -29,7 +30,7 @@ impl Scene {
         numbers::check(text)?;
         let units = Units::parse(&file.units.length, &file.units.mass, &file.units.time)?;
         check::name("frame", &file.frame)?;
-        let gravity = gravity::gravity(&file.gravity)?;
+        let gravity = SceneGravity::parse(&file.gravity)?;
         let bodies = bodies(&file.bodies)?;
         let integration = run::integration(&file.run, file.maneuver.as_ref())?;
         let mut scene = Self {

@@ -2,7 +2,7 @@
 
 use std::iter::repeat_n;
 
-use lgvi_dynamics::auto::Accuracy;
+use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::{BodyState, Load, Method, Simulation};
 
 use crate::{Scene, Scheme};

@@ -1,3 +1,4 @@
+use lgvi_control::ParameterError;
 use lgvi_dynamics::MethodError;
 use lgvi_dynamics::auto::ChoiceError;
 use thiserror::Error;
@@ -54,6 +55,15 @@ impl SceneError {
             key: key.into(),
             value: excerpt(&format!("{value:?}")),
             expected: expected.into(),
+        }
+    }
+
+    /// For a parameter of a constraint or a terminal condition that is written at `key`.
+    pub(crate) fn parameter(key: impl Into<String>, error: ParameterError) -> Self {
+        Self::Value {
+            key: key.into(),
+            value: excerpt(&error.value),
+            expected: error.expected,
         }
     }
 

@@ -4,7 +4,6 @@ mod body;
 mod disturbance;
 mod ensemble;
 mod frame;
-mod gravity;
 mod maneuver;
 
 use serde::Deserialize;
@@ -15,13 +14,13 @@ pub(crate) use body::{
 pub(crate) use disturbance::DisturbanceFile;
 pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
-pub(crate) use gravity::{CentralFile, GravityFile};
 pub(crate) use maneuver::{
-    ActuatorFile, ConstraintFile, DynamicsFile, FinalTimeFile, LimitFile, ManeuverFile, MotionFile,
-    ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
+    ActuatorFile, DynamicsFile, FinalTimeFile, ManeuverFile, MotionFile, ReplanFile, SearchFile,
+    SolverFile, SolverMethodFile, TargetFile, WeightFile,
 };
 
 use crate::chosen::ChosenFile;
+use crate::gravity::GravityFile;
 use crate::integrator::{IntegratorFile, SkipFile};
 
 #[derive(Deserialize)]

@@ -15,7 +15,7 @@ pub enum Integration {
     Method(Method),
     /// The method and the number of substeps that reach an accuracy at the least predicted cost.
     Auto {
-        /// Greatest error at the end of the run, as [`Accuracy`](lgvi_dynamics::auto::Accuracy) measures it: of positions
+        /// Greatest error at the end of the run, as [`Accuracy`](lgvi_dynamics::Accuracy) measures it: of positions
         /// relative to the size of the scene, of attitudes in rad.
         tolerance: f64,
     },
@@ -39,7 +39,7 @@ pub enum Skipping {
     Nothing,
     /// What makes no difference but rounding.
     Exact,
-    /// That, and what changes the end of the run by no more, as [`Accuracy`](lgvi_dynamics::auto::Accuracy) measures it.
+    /// That, and what changes the end of the run by no more, as [`Accuracy`](lgvi_dynamics::Accuracy) measures it.
     Within(f64),
 }
 

@@ -143,14 +143,14 @@ impl Scene {
             self.h(),
             intervals,
             initial,
-            maneuver.target,
+            maneuver.target.clone(),
             maneuver.actuation.clone(),
         );
-        Some(transfer.and_then(|transfer| {
+        Some(transfer.map(|transfer| {
             transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
-                .with_constraints(maneuver.constraints.clone())
+                .with_constraints(&maneuver.constraints)
         }))
     }
 

@@ -1,7 +1,5 @@
-use lgvi_control::{RotationTarget, TranslationTarget};
 use lgvi_dynamics::{BodyState, RigidBody};
-use lgvi_lie::log;
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 
 use crate::Scene;
 
@@ -20,69 +18,24 @@ impl Scene {
     /// velocities.
     pub fn miss_of(&self, body: &RigidBody, end: &BodyState) -> Option<SVector<f64, 12>> {
         let maneuver = self.maneuver.as_ref()?;
-        let none = Vector3::zeros();
         let nominal = &self.bodies[maneuver.body].body;
         let heavier = body.mass() / nominal.mass();
-        let linear = |momentum: &Vector3<f64>| momentum * heavier;
-        let angular = |momentum: &Vector3<f64>| match body.inertia() == nominal.inertia() {
-            true => *momentum,
-            false => body.inertia().matrix() * (nominal.inertia().inverse() * momentum),
-        };
-        let [x, gamma] = match &maneuver.target.translation {
-            TranslationTarget::State {
-                position,
-                linear_momentum,
-            } => [
-                end.position - position,
-                end.linear_momentum - linear(linear_momentum),
-            ],
-            TranslationTarget::Position { position } => [end.position - position, none],
-            TranslationTarget::Orbit {
-                gm,
-                center,
-                position,
-                linear_momentum,
-            } => {
-                let mass = body.mass();
-                let orbit = |x: &Vector3<f64>, gamma: &Vector3<f64>| {
-                    let x = x - center;
-                    let momentum = x.cross(gamma);
-                    let eccentricity = gamma.cross(&momentum) / (gm * mass * mass) - x.normalize();
-                    (eccentricity, momentum)
-                };
-                let found = orbit(&end.position, &end.linear_momentum);
-                let wanted = orbit(position, &linear(linear_momentum));
-                let distance = (position - center).norm();
-                [
-                    (found.0 - wanted.0) * distance,
-                    (found.1 - wanted.1) / distance,
-                ]
-            }
-            TranslationTarget::Free => [none, none],
-        };
-        let [rotation, pi] = match &maneuver.target.rotation {
-            RotationTarget::State {
-                attitude,
-                angular_momentum,
-            } => [
-                log(&attitude.tr_mul(&end.attitude)),
-                end.angular_momentum - angular(angular_momentum),
-            ],
-            RotationTarget::Attitude { attitude } => [log(&attitude.tr_mul(&end.attitude)), none],
-            RotationTarget::SpinAxis {
-                axis,
-                direction,
-                angular_momentum,
-            } => {
-                let wanted = end.attitude.tr_mul(direction);
-                let (sine, cosine) = (wanted.cross(axis), wanted.dot(axis));
-                let angle = libm::atan2(sine.norm(), cosine);
-                let turn = sine.try_normalize(0.0).unwrap_or_else(Vector3::x) * angle;
-                [turn, end.angular_momentum - angular(angular_momentum)]
-            }
-            RotationTarget::Free => [none, none],
-        };
-        let parts = [x, gamma, rotation, pi];
-        Some(SVector::from_fn(|row, _| parts[row / 3][row % 3]))
+        let other = body.inertia() != nominal.inertia();
+        let (own, inverse) = (body.inertia(), nominal.inertia().inverse());
+        let mut seen = *end;
+        seen.linear_momentum /= heavier;
+        if other {
+            seen.angular_momentum =
+                nominal.inertia().matrix() * (own.inverse() * end.angular_momentum);
+        }
+        let mut miss = maneuver.target.miss(&seen);
+        let mut linear = miss.fixed_rows_mut::<3>(3);
+        linear *= heavier;
+        if other {
+            let mut angular = miss.fixed_rows_mut::<3>(9);
+            let momentum = own.matrix() * (inverse * &angular);
+            angular.copy_from(&momentum);
+        }
+        Some(miss)
     }
 }

@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use lgvi_dynamics::gravity::Polyhedron;
-use lgvi_dynamics::skip::{Allowance, Plan, Refusal};
+use lgvi_dynamics::skip::{Allowance, Refusal, Summary};
 use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, Skip, System};
 
 use crate::{
@@ -171,8 +171,13 @@ impl Scene {
     }
 
     /// What of the scene a scheme computes, and what it leaves out.
-    pub fn plan(&self, scheme: Scheme) -> Plan {
-        Plan::new(&self.system(), &self.states(), scheme.method, scheme.skip)
+    pub fn summary(&self, scheme: Scheme) -> Summary {
+        Summary::new(
+            &mut self.system(),
+            &self.states(),
+            scheme.method,
+            scheme.skip,
+        )
     }
 
     /// The bodies' states at the epoch, undisturbed.

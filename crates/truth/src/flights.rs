@@ -9,10 +9,11 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use lgvi_dynamics::auto::{Accuracy, Run};
+use lgvi_dynamics::auto::Run;
 use lgvi_dynamics::gravity::{Central, Gravity, Multipole, Mutual, Polyhedron, Uniform};
 use lgvi_dynamics::{
-    BodyState, Drive, Inertia, Load, Method, Mobility, PointMass, RigidBody, Simulation, System,
+    Accuracy, BodyState, Drive, Inertia, Load, Method, Mobility, PointMass, RigidBody, Simulation,
+    System,
 };
 use nalgebra::{Matrix3, Vector3};
 

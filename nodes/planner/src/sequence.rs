@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
-use lgvi_control::{Constraint, Plan, miss};
+use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
+use lgvi_control::{Plan, miss};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError, Name};
@@ -137,20 +138,24 @@ fn limits(maneuver: &Maneuver) -> Limits {
     let tighter = |limit: &mut Vector3<f64>, other: &Vector3<f64>| *limit = limit.inf(other);
     let mut limits = Limits::NONE;
     for constraint in &maneuver.constraints {
-        match constraint {
-            Constraint::ForceComponents { limit } => tighter(&mut limits.force, limit),
-            Constraint::MomentComponents { limit } => tighter(&mut limits.moment, limit),
-            Constraint::ForceNorm { limit } => limits.force_norm = limits.force_norm.min(*limit),
-            Constraint::MomentNorm { limit } => limits.moment_norm = limits.moment_norm.min(*limit),
-            Constraint::Commands { limit } if direct => {
-                let [fx, fy, fz, mx, my, mz] = *limit;
-                tighter(&mut limits.force, &Vector3::new(fx, fy, fz));
-                tighter(&mut limits.moment, &Vector3::new(mx, my, mz));
-            }
-            Constraint::Commands { .. }
-            | Constraint::KeepOutCone { .. }
-            | Constraint::KeepOutSphere { .. }
-            | Constraint::Corridor { .. } => {}
+        let on_force = constraint.place() == Some(Place::Position);
+        if let Some(components) = constraint.downcast_ref::<ComponentLimit>() {
+            let Limits { force, moment, .. } = &mut limits;
+            tighter(if on_force { force } else { moment }, &components.limit());
+        } else if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
+            let Limits {
+                force_norm,
+                moment_norm,
+                ..
+            } = &mut limits;
+            let limit = if on_force { force_norm } else { moment_norm };
+            *limit = limit.min(norm.limit());
+        } else if let Some(commands) = constraint.downcast_ref::<CommandLimit>()
+            && direct
+        {
+            let [fx, fy, fz, mx, my, mz] = commands.limit();
+            tighter(&mut limits.force, &Vector3::new(fx, fy, fz));
+            tighter(&mut limits.moment, &Vector3::new(mx, my, mz));
         }
     }
     limits

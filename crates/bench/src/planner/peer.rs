@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use lgvi_control::Constraint;
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::Matrix3;
@@ -207,34 +208,32 @@ impl Stated<'_> {
 
 /// One that the script knows.
 fn inequality(constraint: &Constraint) -> Option<Value> {
-    Some(match constraint {
-        Constraint::ForceNorm { limit } => json!({"kind": "force", "limit": limit}),
-        Constraint::MomentNorm { limit } => json!({"kind": "moment", "limit": limit}),
-        Constraint::KeepOutCone {
-            axis,
-            direction,
-            half_angle,
-        } => json!({
+    if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
+        let kind = match norm.place() {
+            Place::Position => "force",
+            Place::Attitude => "moment",
+        };
+        return Some(json!({"kind": kind, "limit": norm.limit()}));
+    }
+    if let Some(cone) = constraint.downcast_ref::<KeepOutCone>() {
+        return Some(json!({
             "kind": "cone",
-            "axis": axis.as_slice(),
-            "direction": direction.as_slice(),
-            "half_angle": half_angle,
-        }),
-        Constraint::KeepOutSphere { center, radius } => {
-            json!({"kind": "sphere", "center": center.as_slice(), "radius": radius})
-        }
-        Constraint::Corridor {
-            apex,
-            axis,
-            half_angle,
-        } => json!({
-            "kind": "corridor",
-            "apex": apex.as_slice(),
-            "axis": axis.as_slice(),
-            "half_angle": half_angle,
-        }),
-        _ => return None,
-    })
+            "axis": cone.axis().as_slice(),
+            "direction": cone.direction().as_slice(),
+            "half_angle": cone.half_angle(),
+        }));
+    }
+    if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+        let (center, radius) = (sphere.centre(), sphere.radius());
+        return Some(json!({"kind": "sphere", "center": center.as_slice(), "radius": radius}));
+    }
+    let corridor: &Corridor = constraint.downcast_ref()?;
+    Some(json!({
+        "kind": "corridor",
+        "apex": corridor.apex().as_slice(),
+        "axis": corridor.axis().as_slice(),
+        "half_angle": corridor.half_angle(),
+    }))
 }
 
 fn state(state: &BodyState) -> Value {

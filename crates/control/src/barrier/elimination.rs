@@ -114,17 +114,11 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         }
     }
 
-    fn reach(&self) -> (f64, f64) {
-        (1.0, self.reach)
+    fn reach(&self) -> f64 {
+        self.reach
     }
 
-    fn merit(
-        &self,
-        interval: usize,
-        state: &BodyState,
-        command: &SVector<f64, U>,
-        _: f64,
-    ) -> (f64, f64) {
+    fn merit(&self, interval: usize, state: &BodyState, command: &SVector<f64, U>) -> f64 {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
         for inequality in &self.commands {
@@ -136,19 +130,19 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 sum += penalty.value(scale * placed.inequality.value(state));
             }
         }
-        (sum, 0.0)
+        sum
     }
 
     fn slope(&self) -> f64 {
         self.slope
     }
 
-    fn advance(&mut self, _: f64, dual: f64) {
+    fn advance(&mut self, step: f64) {
         for (row, _) in &mut self.command_rows {
-            row.multiplier += dual * row.change;
+            row.multiplier += step * row.change;
         }
         for StateRow { row, .. } in &mut self.state_rows {
-            row.multiplier += dual * row.change;
+            row.multiplier += step * row.change;
         }
     }
 

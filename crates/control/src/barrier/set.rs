@@ -27,13 +27,24 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
 pub(super) struct Placed {
     pub(super) inequality: StateInequality,
     pub(super) offset: usize,
+    /// Whether it applies at the end of each interval.
+    applies: Vec<bool>,
     /// Intervals at whose ends there is something to plan.
     planned: Range<usize>,
 }
 
 impl Placed {
     pub(super) fn plans(&self, interval: usize) -> bool {
-        self.planned.contains(&interval)
+        self.applies[interval] && self.planned.contains(&interval)
+    }
+
+    /// The value at the end of an interval; none exceeds one where it does not apply.
+    fn value(&self, interval: usize, state: &BodyState) -> f64 {
+        if self.applies[interval] {
+            self.inequality.value(state)
+        } else {
+            f64::NEG_INFINITY
+        }
     }
 }
 
@@ -97,12 +108,14 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             Placed {
                 inequality: inequality.clone(),
                 offset: offset.unwrap_or(0),
+                applies: inequality.applies(intervals),
                 planned: if offset.is_some() { planned } else { 0..0 },
             }
         };
         let commands: Vec<_> = set.command.iter().map(|row| row.of(selection)).collect();
         let states: Vec<_> = set.state.iter().map(placed).collect();
-        let planned: usize = states.iter().map(|placed| placed.planned.len()).sum();
+        let planned = |placed: &Placed| (0..intervals).filter(|&at| placed.plans(at)).count();
+        let planned: usize = states.iter().map(planned).sum();
         let rows = planned + intervals * commands.len();
         let row = StateRow {
             row: Row::default(),
@@ -156,10 +169,10 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let mut worst = None::<Violation>;
         for placed in &self.states {
             for (step, state) in states.iter().enumerate() {
-                let amount = placed.inequality.value(state);
+                let amount = placed.value(step, state);
                 let most = worst.map_or(self.schedule.tolerances.violation, |worst| worst.amount);
                 if !placed.plans(step) && amount > most {
-                    let constraint = placed.inequality.constraint;
+                    let constraint = placed.inequality.index;
                     worst = Some(Violation {
                         constraint,
                         step,
@@ -189,9 +202,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let of_commands = commands
             .iter()
             .flat_map(|command| self.commands.iter().map(|row| row.value(command)));
-        let of_states = states.iter().flat_map(|state| {
+        let of_states = states.iter().enumerate().flat_map(|(interval, state)| {
             let rows = self.states.iter();
-            rows.map(|placed| placed.inequality.value(state))
+            rows.map(move |placed| placed.value(interval, state))
         });
         self.largest(of_commands, of_states)
     }
@@ -205,7 +218,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let of_commands = commands.enumerate().map(|(at, amount)| {
             let inequality = &self.commands[at % self.commands.len()];
             Violation {
-                constraint: inequality.constraint,
+                constraint: inequality.index,
                 step: at / self.commands.len(),
                 amount,
                 excess: inequality.excess(amount),
@@ -214,7 +227,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let of_states = states.enumerate().map(|(at, amount)| {
             let inequality = &self.states[at % self.states.len()].inequality;
             Violation {
-                constraint: inequality.constraint,
+                constraint: inequality.index,
                 step: at / self.states.len(),
                 amount,
                 excess: inequality.excess(amount),

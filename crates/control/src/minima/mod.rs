@@ -12,7 +12,7 @@ use crate::solver::{
     NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve_in_own_units as solve,
 };
 use crate::units::Units;
-use crate::{Plan, RotationTarget, Transfer, TranslationTarget};
+use crate::{Plan, Transfer};
 use paths::Detours;
 pub use winding::Winding;
 
@@ -186,35 +186,6 @@ fn same(a: &Plan, b: &Plan) -> bool {
 /// An end for paths to lead to: what the terminal set leaves free is as at the start.
 fn end<F>(transfer: &Transfer<F>) -> BodyState {
     let mut end = transfer.initial;
-    match transfer.target.translation {
-        TranslationTarget::State {
-            position,
-            linear_momentum,
-        }
-        | TranslationTarget::Orbit {
-            position,
-            linear_momentum,
-            ..
-        } => {
-            end.position = position;
-            end.linear_momentum = linear_momentum;
-        }
-        TranslationTarget::Position { position } => end.position = position,
-        TranslationTarget::Free => (),
-    }
-    match transfer.target.rotation {
-        RotationTarget::State {
-            attitude,
-            angular_momentum,
-        } => {
-            end.attitude = attitude;
-            end.angular_momentum = angular_momentum;
-        }
-        RotationTarget::Attitude { attitude } => end.attitude = attitude,
-        RotationTarget::SpinAxis {
-            angular_momentum, ..
-        } => end.angular_momentum = angular_momentum,
-        RotationTarget::Free => (),
-    }
+    transfer.terminal.aim(&mut end);
     end
 }

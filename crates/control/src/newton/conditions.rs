@@ -51,27 +51,20 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// `Σ y ∂g/∂w`: the same by the interval's command, for the stationarity.
     fn command_force(&self, interval: usize, command: &SVector<f64, U>) -> SVector<f64, U>;
 
-    /// Takes the direction of the interval's state and command, from which those of its slacks and multipliers follow.
+    /// Takes the direction of the interval's state and command, from which that of its multipliers follows.
     fn direct(&mut self, interval: usize, z: &SVector<f64, X>, v: &SVector<f64, U>);
 
-    /// The longest steps, at most 1, that leave slacks and multipliers positive, for all intervals: primal and dual.
-    fn reach(&self) -> (f64, f64);
+    /// The longest step of the multipliers, at most 1, that leaves them positive, for all intervals.
+    fn reach(&self) -> f64;
 
-    /// What the interval adds to the merit of a trial at step length `primal`: `−β Σ ln s` and its violation
-    /// `Σ weight |g + s|` of the slack equations.
-    fn merit(
-        &self,
-        interval: usize,
-        state: &BodyState,
-        command: &SVector<f64, U>,
-        primal: f64,
-    ) -> (f64, f64);
+    /// The penalty that the interval adds to the merit of a trial.
+    fn merit(&self, interval: usize, state: &BodyState, command: &SVector<f64, U>) -> f64;
 
-    /// The derivative of `−β Σ ln s` along the direction, for all intervals.
+    /// The derivative of the penalties along the direction, for all intervals.
     fn slope(&self) -> f64;
 
-    /// Takes the step.
-    fn advance(&mut self, primal: f64, dual: f64);
+    /// Takes a step of the multipliers.
+    fn advance(&mut self, step: f64);
 
     /// Largest violation `max(g, 0)`, and largest product of slack and multiplier in parts of the cost, for all intervals.
     fn residuals(&self) -> (f64, f64);
@@ -131,19 +124,19 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Unconstrained {
 
     fn direct(&mut self, _: usize, _: &SVector<f64, X>, _: &SVector<f64, U>) {}
 
-    fn reach(&self) -> (f64, f64) {
-        (1.0, 1.0)
+    fn reach(&self) -> f64 {
+        1.0
     }
 
-    fn merit(&self, _: usize, _: &BodyState, _: &SVector<f64, U>, _: f64) -> (f64, f64) {
-        (0.0, 0.0)
+    fn merit(&self, _: usize, _: &BodyState, _: &SVector<f64, U>) -> f64 {
+        0.0
     }
 
     fn slope(&self) -> f64 {
         0.0
     }
 
-    fn advance(&mut self, _: f64, _: f64) {}
+    fn advance(&mut self, _: f64) {}
 
     fn residuals(&self) -> (f64, f64) {
         (0.0, 0.0)

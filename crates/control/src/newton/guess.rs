@@ -10,7 +10,8 @@ use crate::riccati::Policy;
 use crate::steps::{Linearisation, Steps};
 
 /// Position and attitude at `0 … N` between the two states: cubics by Hermite, the attitude's in the rotation vector
-/// from the first.
+/// that is left over a frame which turns at the mean of both angular velocities. Of motions between given rates over a
+/// given time the cheapest is near their mean, so that what is left, taken the shorter way, tells how often to turn.
 pub(crate) fn hermite(
     body: &RigidBody,
     duration: f64,
@@ -21,7 +22,8 @@ pub(crate) fn hermite(
 ) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let velocity = |state: &BodyState| duration * state.velocity(body);
     let spin = |state: &BodyState| duration * state.angular_velocity(body);
-    let mut rotation = log(&from.attitude.tr_mul(&to.attitude));
+    let mean = 0.5 * (spin(from) + spin(to));
+    let mut rotation = log(&(from.attitude * exp(&mean)).tr_mul(&to.attitude));
     if turns != 0.0 {
         let angle = rotation.norm();
         if angle > 0.0 {
@@ -33,7 +35,8 @@ pub(crate) fn hermite(
         (1.0 - s * (3.0 - 2.0 * t)) * ends[0] + s * (3.0 - 2.0 * t) * ends[1] + t * r * r * rates[0]
             - s * r * rates[1]
     };
-    let end_rate = right_jacobian_inverse(&rotation) * spin(to);
+    let start_rate = spin(from) - mean;
+    let end_rate = right_jacobian_inverse(&rotation) * (spin(to) - exp(&rotation).tr_mul(&mean));
     (0..=intervals)
         .map(|k| {
             let t = k as f64 / intervals as f64;
@@ -42,8 +45,8 @@ pub(crate) fn hermite(
                 [from.position, to.position],
                 [velocity(from), velocity(to)],
             );
-            let turned = cubic(t, [Vector3::zeros(), rotation], [spin(from), end_rate]);
-            (position, from.attitude * exp(&turned))
+            let left = cubic(t, [Vector3::zeros(), rotation], [start_rate, end_rate]);
+            (position, from.attitude * exp(&(t * mean)) * exp(&left))
         })
         .collect()
 }

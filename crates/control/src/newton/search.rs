@@ -43,25 +43,19 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             now.violation += self.weights.defects.dot(&defect.abs());
         }
         for k in 0..problem.intervals {
-            let (barrier, violation) = inequalities.merit(
-                k,
-                &self.iterate.states[k + 1],
-                &self.iterate.commands[k],
-                0.0,
-            );
-            now.objective += barrier;
-            now.violation += violation;
+            let (state, command) = (&self.iterate.states[k + 1], &self.iterate.commands[k]);
+            now.objective += inequalities.merit(k, state, command);
         }
         let predicted = slope - now.violation;
-        let (primal, dual) = inequalities.reach();
-        let mut length = primal;
+        let reach = inequalities.reach();
+        let mut length = 1.0;
         // Below this, differences of merits are rounding.
         let rounding = 1e-10 * (now.objective.abs() + now.violation);
-        while length >= SHORTEST * primal {
+        while length >= SHORTEST {
             let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
             if self.step(problem, inequalities, length, wanted, standing) {
                 std::mem::swap(&mut self.iterate, &mut self.spare);
-                inequalities.advance(length, dual);
+                inequalities.advance(reach);
                 standing.length = length;
                 return true;
             }

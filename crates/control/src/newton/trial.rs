@@ -29,7 +29,7 @@ pub(crate) struct Weights<const X: usize> {
 pub(crate) struct Merit<const X: usize> {
     /// `J`
     pub(crate) cost: f64,
-    /// `J`, barrier included.
+    /// `J`, penalties included.
     pub(crate) objective: f64,
     /// Weighted violation.
     pub(crate) violation: f64,
@@ -90,7 +90,7 @@ pub(crate) struct Trial<'t, 'p, S, E, Q, const X: usize, const U: usize> {
     pub(crate) inequalities: &'t Q,
     pub(crate) model: &'t Model<X, U>,
     pub(crate) weights: &'t Weights<X>,
-    /// Length of the step, for defects and slacks.
+    /// Length of the step, for defects.
     pub(crate) length: f64,
 }
 
@@ -157,10 +157,10 @@ where
                     (steps.moved(&next, &-defect), defect)
                 }
             };
-            let (barrier, violation) = self.inequalities.merit(k, &end, &command, self.length);
+            let penalty = self.inequalities.merit(k, &end, &command);
             merit.cost += 0.5 * command.dot(&(weight * command));
-            merit.objective += barrier;
-            merit.violation += violation + self.weights.defects.dot(&defect.abs());
+            merit.objective += penalty;
+            merit.violation += self.weights.defects.dot(&defect.abs());
             to.commands[k] = command;
             to.states[k + 1] = end;
         }

@@ -1,19 +1,21 @@
 //! What is asked: dynamics, boundary conditions, actuation, cost and constraints.
 
 mod actuation;
-#[cfg(test)]
-mod automatic;
-mod constraint;
+mod comparable;
+pub mod constraint;
 mod dynamics;
+mod parameter;
 mod pointing;
-mod terminal;
+pub mod terminal;
 mod transfer;
 
 pub use actuation::{Actuation, ActuationError};
-pub(crate) use constraint::{CommandInequality, InequalitySet, Place, StateInequality};
-pub use constraint::{Constraint, ConstraintError};
+pub use comparable::Comparable;
+pub(crate) use constraint::{CommandInequality, InequalitySet, StateInequality};
+pub use constraint::{Constraint, Place};
 pub use dynamics::{Dynamics, Motion};
-pub(crate) use terminal::{RotationSet, TerminalSet, TranslationSet};
-pub use terminal::{RotationTarget, Terminal, TerminalError, TranslationTarget};
+pub use parameter::ParameterError;
+pub use terminal::Terminal;
+pub(crate) use terminal::{HalfSet, TerminalSet};
 pub use transfer::{Transfer, TransferError, miss};
 pub(crate) use transfer::{Vector12, block};

@@ -2,11 +2,12 @@ use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyError, BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
+use std::convert::Infallible;
 use thiserror::Error;
 
 use super::{
-    Actuation, ActuationError, Constraint, ConstraintError, Dynamics, InequalitySet, Motion,
-    Terminal, TerminalError, TerminalSet,
+    Actuation, ActuationError, Constraint, Dynamics, InequalitySet, Motion, ParameterError,
+    Terminal, TerminalSet,
 };
 
 /// Components in the order `[x, γ, R, Π]`, three each.
@@ -28,7 +29,6 @@ pub struct Transfer<F> {
     pub(crate) actuation: Actuation,
     pub(crate) dynamics: Dynamics,
     pub(crate) motion: Motion,
-    pub(crate) constraints: Vec<Constraint>,
     pub(crate) terminal: TerminalSet,
     pub(crate) inequalities: InequalitySet,
     /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, where that is known.
@@ -59,11 +59,14 @@ pub enum TransferError {
     #[error(transparent)]
     Actuation(#[from] ActuationError),
     /// The target is none.
-    #[error(transparent)]
-    Terminal(#[from] TerminalError),
-    /// A constraint is none.
-    #[error(transparent)]
-    Constraint(#[from] ConstraintError),
+    #[error("the target's {0}")]
+    Terminal(#[from] ParameterError),
+}
+
+impl From<Infallible> for TransferError {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
 }
 
 impl<F: Field> Transfer<F> {
@@ -78,7 +81,7 @@ impl<F: Field> Transfer<F> {
         h: f64,
         intervals: usize,
         initial: BodyState,
-        target: impl Into<Terminal>,
+        target: impl TryInto<Terminal, Error: Into<TransferError>>,
         actuation: Actuation,
     ) -> Result<Self, TransferError> {
         if !(h.is_finite() && h > 0.0) {
@@ -93,8 +96,8 @@ impl<F: Field> Transfer<F> {
         if !initial.is_finite() {
             return Err(TransferError::Initial(Box::new(initial)));
         }
-        let target = target.into();
-        let terminal = TerminalSet::new(&target, body.mass())?;
+        let target = target.try_into().map_err(Into::into)?;
+        let terminal = TerminalSet::from(&target);
         Ok(Self {
             body,
             field,
@@ -105,7 +108,6 @@ impl<F: Field> Transfer<F> {
             actuation,
             dynamics: Dynamics::default(),
             motion: Motion::default(),
-            constraints: Vec::new(),
             terminal,
             inequalities: InequalitySet::default(),
             rounding: Vector12::zeros(),
@@ -124,22 +126,21 @@ impl<F> Transfer<F> {
         Self { motion, ..self }
     }
 
-    /// The same under inequalities.
-    pub fn with_constraints(self, constraints: Vec<Constraint>) -> Result<Self, TransferError> {
+    /// The transfer under inequalities.
+    pub fn with_constraints(self, constraints: &[Constraint]) -> Self {
         let inequalities =
-            InequalitySet::new(&constraints, &self.actuation, &self.initial, &self.target)?;
-        Ok(Self {
-            constraints,
+            InequalitySet::new(constraints, &self.actuation, &self.initial, &self.terminal);
+        Self {
             inequalities,
             ..self
-        })
+        }
     }
 
     /// `W_f⁻¹` and `W_m⁻¹` of a problem whose necessary conditions are (4.19)–(4.26); `None` for all others.
     pub(crate) fn gains(&self) -> Option<&[Matrix3<f64>; 2]> {
         let plain = self.dynamics == Dynamics::LieEuler
             && self.motion == Motion::Full
-            && self.constraints.is_empty();
+            && self.inequalities.is_empty();
         self.actuation.gains().filter(|_| plain)
     }
 

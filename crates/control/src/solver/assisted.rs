@@ -14,7 +14,7 @@ use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::{Shared, resolved};
 use crate::newton::{Iterate, Newton, Tolerances, guess};
-use crate::{Actuation, RotationTarget, Terminal, Transfer, TranslationTarget};
+use crate::{Actuation, Transfer};
 
 /// Weights of the missing actuators, in multiples of the cheapest of those there are.
 const WEIGHTS: [f64; 5] = [1.0, 10.0, 100.0, 1e3, 1e4];
@@ -42,14 +42,8 @@ impl<F: Field, C> Solver<'_, F, C> {
         C: Class<X, U>,
     {
         let own = self.own_columns();
-        let Terminal {
-            translation,
-            rotation,
-        } = &self.transfer.target;
-        let free = [
-            *translation == TranslationTarget::Free,
-            *rotation == RotationTarget::Free,
-        ];
+        let terminal = &self.transfer.terminal;
+        let free = [&terminal.translation, &terminal.rotation].map(|half| half.is_free());
         let wanted = [0, 1].map(|half| C::OFFSETS[half].is_some() && !free[half]);
         let missing = missing_directions(&own, wanted);
         if missing.is_empty() || own.len() + missing.len() > U {

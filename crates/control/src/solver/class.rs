@@ -4,7 +4,7 @@ use lgvi_dynamics::gravity::Field;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::newton::{Ending, Turning};
-use crate::problem::{RotationSet, TerminalSet, TranslationSet};
+use crate::problem::{HalfSet, TerminalSet};
 use crate::steps::{
     Full, HalfCommands, HalfError, KickDriftKick, RotationHalf, Steps, TranslationHalf,
 };
@@ -113,7 +113,7 @@ pub(super) struct Translation(pub(super) HalfCommands);
 
 impl Class<6, 3> for Translation {
     type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, TranslationHalf, 1, 3>;
-    type Ending = TranslationSet;
+    type Ending = HalfSet;
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), None];
 
@@ -128,7 +128,7 @@ impl Class<6, 3> for Translation {
         KickDriftKick::translation(transfer, &self.0)
     }
 
-    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t TranslationSet {
+    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t HalfSet {
         &transfer.terminal.translation
     }
 
@@ -155,7 +155,7 @@ pub(super) struct Rotation(pub(super) HalfCommands);
 
 impl Class<6, 3> for Rotation {
     type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, RotationHalf, 1, 3>;
-    type Ending = RotationSet;
+    type Ending = HalfSet;
     const FIRST: usize = 6;
     const OFFSETS: [Option<usize>; 2] = [None, Some(0)];
 
@@ -170,7 +170,7 @@ impl Class<6, 3> for Rotation {
         KickDriftKick::rotation(transfer, &self.0)
     }
 
-    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t RotationSet {
+    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t HalfSet {
         &transfer.terminal.rotation
     }
 

@@ -266,8 +266,8 @@ impl<F: Field, C> Solver<'_, F, C> {
         let transfer = self.transfer;
         let given = Given {
             first: transfer.dynamics == Dynamics::LieEuler,
-            last_position: transfer.terminal.translation.fixes_position(),
-            last_attitude: transfer.terminal.rotation.fixes_attitude(),
+            last_position: transfer.terminal.translation.fixes_pose(),
+            last_attitude: transfer.terminal.rotation.fixes_pose(),
         };
         let weight = problem.h * problem.weight;
         let commands = iterate.commands.iter();

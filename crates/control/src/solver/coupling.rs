@@ -12,9 +12,8 @@ use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
 use super::resolution::{Shared, resolved};
 use crate::newton::Ending;
-use crate::problem::{RotationSet, TranslationSet};
 use crate::steps::{KickDriftKick, Steps};
-use crate::{Motion, Plan, RotationTarget, Transfer, TranslationTarget};
+use crate::{Motion, Plan, Transfer};
 
 /// Solves the half of `transfer` that is the class's, as it is flown.
 pub(super) fn half<F, C, const X: usize, const U: usize>(
@@ -81,11 +80,9 @@ where
 {
     let mut whole = resolved(transfer, transfer.intervals);
     if transfer.motion == Motion::Translation {
-        whole.target.rotation = RotationTarget::Free;
-        whole.terminal.rotation = RotationSet::FREE;
+        whole.terminal.rotation.release();
     } else {
-        whole.target.translation = TranslationTarget::Free;
-        whole.terminal.translation = TranslationSet::Free;
+        whole.terminal.translation.release();
     }
     whole.motion = Motion::Full;
     whole.actuation = transfer.actuation.limited_to(&class.selection());

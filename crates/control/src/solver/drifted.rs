@@ -1,8 +1,8 @@
-//! From the free flight to the target by targets on the way.
+//! From the free flight to the target: by bending it, and by targets on the way.
 
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
-use lgvi_lie::{exp, log};
+use lgvi_lie::{exp, log, right_jacobian_inverse};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 use super::attempt::{Failure, Solver};
@@ -11,7 +11,7 @@ use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::resolved;
 use crate::newton::{Ended, Iterate, Newton};
-use crate::problem::TerminalSet;
+use crate::problem::{Terminal, TerminalSet};
 use crate::steps::Steps;
 
 /// The first part of the way that is tried at once, and the least.
@@ -28,7 +28,7 @@ impl<F: Field, C> Solver<'_, F, C> {
     where
         C: Class<X, U>,
     {
-        let target = self.transfer.target.state()?;
+        let target = self.transfer.terminal.state()?;
         let mut iterate = self.drift()?;
         let drifted = *iterate.states.last()?;
         let mut reached = 0.0;
@@ -37,8 +37,8 @@ impl<F: Field, C> Solver<'_, F, C> {
             let part = f64::min(reached + stride, 1.0);
             let mut view = resolved(self.transfer, iterate.commands.len());
             if part < 1.0 {
-                view.target = between(&drifted, &target, part).into();
-                view.terminal = TerminalSet::new(&view.target, view.body.mass()).ok()?;
+                let target = Terminal::try_from(between(&drifted, &target, part)).ok()?;
+                view.terminal = TerminalSet::from(&target);
             }
             let steps = match self.class.steps(&view) {
                 Ok(steps) => steps,
@@ -61,6 +61,49 @@ impl<F: Field, C> Solver<'_, F, C> {
                 }
             }
         }
+    }
+
+    /// Positions and attitudes of the free flight at the first resolution, bent to end as the goal does: round the origin
+    /// and to its distance where both are on orbits. `None` where there is no such flight.
+    pub(super) fn bent<const X: usize, const U: usize>(
+        &self,
+    ) -> Option<Vec<(Vector3<f64>, Matrix3<f64>)>>
+    where
+        C: Class<X, U>,
+    {
+        let body = &self.transfer.body;
+        let duration = self.transfer.h * self.transfer.intervals as f64;
+        let goal = self.goal();
+        let states = self.drift()?.states;
+        let last = states.last()?;
+        let (turn, ratio, shift) = match (frame(last), frame(&goal)) {
+            (Some(first), Some(second)) => (
+                log(&(second * first.transpose())),
+                goal.position.norm() / last.position.norm(),
+                Vector3::zeros(),
+            ),
+            _ => (Vector3::zeros(), 1.0, goal.position - last.position),
+        };
+        let whole = exp(&turn);
+        let own = log(&(whole * last.attitude).tr_mul(&goal.attitude));
+        let faster = goal.velocity(body) - ratio * (whole * last.velocity(body));
+        let spun = goal.angular_velocity(body) - exp(&own).tr_mul(&last.angular_velocity(body));
+        let (faster, spun) = (
+            duration * faster,
+            duration * (right_jacobian_inverse(&own) * spun),
+        );
+        let intervals = (states.len() - 1) as f64;
+        let path = states.iter().enumerate().map(|(k, state)| {
+            let t = k as f64 / intervals;
+            let (part, late) = (t * t * (3.0 - 2.0 * t), t * t * (1.0 - t));
+            let turned = exp(&(part * turn));
+            let position = (1.0 + part * (ratio - 1.0)) * (turned * state.position);
+            (
+                position + part * shift - late * faster,
+                turned * state.attitude * exp(&(part * own - late * spun)),
+            )
+        });
+        Some(path.collect())
     }
 
     /// The flight without commands at the first resolution.

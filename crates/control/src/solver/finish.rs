@@ -1,68 +1,32 @@
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::Field;
 use lgvi_lie::exp;
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{SMatrix, SVector};
 
 use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
 use crate::newton::{Ended, Ending, Inequalities, Iterate, Kind, Newton};
-use crate::problem::{RotationTarget, TranslationTarget};
 use crate::steps::Steps;
 use crate::{Certificate, Plan};
 
 impl<F: Field, C> Solver<'_, F, C> {
-    /// A state of the terminal set to draw paths to.
+    /// A state of the terminal set to draw paths to, and where the body drifts to where that is free.
     pub(super) fn goal(&self) -> BodyState {
         let transfer = self.transfer;
         let (body, initial) = (&transfer.body, &transfer.initial);
         let duration = transfer.h * transfer.intervals as f64;
         let mut goal = *initial;
         let spin = initial.angular_velocity(body);
-        let drifted = initial.attitude * exp(&(duration * spin));
-        match transfer.target.translation {
-            TranslationTarget::State {
-                position,
-                linear_momentum,
-            }
-            | TranslationTarget::Orbit {
-                position,
-                linear_momentum,
-                ..
-            } => {
-                goal.position = position;
-                goal.linear_momentum = linear_momentum;
-            }
-            TranslationTarget::Position { position } => {
-                goal.position = position;
-                goal.linear_momentum = (position - initial.position) * (body.mass() / duration);
-            }
-            TranslationTarget::Free => {
-                goal.position += (duration / body.mass()) * initial.linear_momentum;
-            }
+        goal.position += (duration / body.mass()) * initial.linear_momentum;
+        goal.attitude = initial.attitude * exp(&(duration * spin));
+        let [translation, rotation] = transfer.terminal.aim(&mut goal);
+        if translation == [true, false] {
+            goal.linear_momentum = (goal.position - initial.position) * (body.mass() / duration);
         }
-        match transfer.target.rotation {
-            RotationTarget::State {
-                attitude,
-                angular_momentum,
-            } => {
-                goal.attitude = attitude;
-                goal.angular_momentum = angular_momentum;
-            }
-            RotationTarget::Attitude { attitude } => {
-                let turn = lgvi_lie::log(&initial.attitude.tr_mul(&attitude));
-                goal.attitude = attitude;
-                goal.angular_momentum = body.inertia().matrix() * (turn / duration);
-            }
-            RotationTarget::SpinAxis {
-                axis,
-                direction,
-                angular_momentum,
-            } => {
-                goal.attitude = exp(&between(&(drifted * axis), &direction)) * drifted;
-                goal.angular_momentum = angular_momentum;
-            }
-            RotationTarget::Free => goal.attitude = drifted,
+        if rotation == [true, false] {
+            let turn = lgvi_lie::log(&initial.attitude.tr_mul(&goal.attitude));
+            goal.angular_momentum = body.inertia().matrix() * (turn / duration);
         }
         goal
     }
@@ -223,19 +187,4 @@ const fn exact(augmentation: f64) -> Kind {
         damping: 0.0,
         gains: true,
     }
-}
-
-/// The rotation vector of the shortest way from one direction to another.
-fn between(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
-    let cross = from.cross(to);
-    let (sine, cosine) = (cross.norm(), from.dot(to));
-    if sine > 0.0 {
-        return cross * (libm::atan2(sine, cosine) / sine);
-    }
-    if cosine > 0.0 {
-        return Vector3::zeros();
-    }
-    // Half a turn about any axis across.
-    let least = Vector3::ith(from.iamin(), 1.0);
-    from.cross(&least).normalize() * std::f64::consts::PI
 }

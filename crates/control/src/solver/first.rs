@@ -8,7 +8,7 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::{resolved, slenderness, stouter};
-use crate::newton::{Newton, guess};
+use crate::newton::{Iterate, Newton, Problem, guess};
 
 /// Slenderness of the first stout body, and how fast it falls.
 const STOUT: f64 = 0.3;
@@ -29,7 +29,7 @@ impl<F: Field, C> Solver<'_, F, C> {
         self.coarse.max(least as usize).min(transfer.intervals)
     }
 
-    /// At the first resolution, from a smooth path.
+    /// At the first resolution, from a smooth path or, if that is cheaper to follow, the free flight bent to the goal.
     pub(super) fn smooth<const X: usize, const U: usize>(
         &mut self,
         turns: f64,
@@ -49,8 +49,16 @@ impl<F: Field, C> Solver<'_, F, C> {
             &goal,
             turns,
         );
-        let iterate = guess::along(&problem, &view.body, &path, &goal)
-            .map_err(|(step, source)| PlanError::Dynamics { step, source })?;
+        let smooth = guess::along(&problem, &view.body, &path, &goal);
+        let bent = (turns == 0.0).then(|| self.bent()).flatten();
+        let bent = bent.and_then(|path| guess::along(&problem, &view.body, &path, &goal).ok());
+        let iterate = match (smooth, bent) {
+            (Ok(smooth), Some(bent)) if cost(&problem, &smooth) <= cost(&problem, &bent) => smooth,
+            (_, Some(bent)) => bent,
+            (smooth, None) => {
+                smooth.map_err(|(step, source)| PlanError::Dynamics { step, source })?
+            }
+        };
         Ok(self.level(&problem, iterate, true, Phase::Coarse))
     }
 
@@ -110,6 +118,18 @@ impl<F: Field, C> Solver<'_, F, C> {
             least = (least * THINNER).max(own);
         }
     }
+}
+
+/// What the commands of an iterate cost.
+fn cost<S, E, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    iterate: &Iterate<X, U>,
+) -> f64 {
+    let each = iterate
+        .commands
+        .iter()
+        .map(|w| w.dot(&(problem.weight * w)));
+    each.sum()
 }
 
 /// `state` of `body` as one of `other` with the same velocities.

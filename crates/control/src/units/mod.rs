@@ -18,7 +18,7 @@ use nalgebra::{SVector, Vector3};
 
 pub(crate) use field::Rescaled;
 
-use crate::{Actuation, RotationTarget, Transfer, TranslationTarget};
+use crate::{Actuation, Transfer};
 
 /// What a quantity misses by rounding at least, relative to its size.
 pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -45,36 +45,22 @@ impl Units {
             h,
             intervals,
             initial,
-            target,
             ..
         } = transfer;
         let (mass, inertia) = (body.mass(), body.inertia().matrix().trace());
         let duration = h * *intervals as f64;
-        let (position, momentum) = match target.translation {
-            TranslationTarget::State {
-                position,
-                linear_momentum,
-            }
-            | TranslationTarget::Orbit {
-                position,
-                linear_momentum,
-                ..
-            } => (position, linear_momentum),
-            TranslationTarget::Position { position } => (position, Vector3::zeros()),
-            TranslationTarget::Free => (Vector3::zeros(), Vector3::zeros()),
-        };
-        let spin = match target.rotation {
-            RotationTarget::State {
-                angular_momentum, ..
-            }
-            | RotationTarget::SpinAxis {
-                angular_momentum, ..
-            } => angular_momentum,
-            RotationTarget::Attitude { .. } | RotationTarget::Free => Vector3::zeros(),
-        };
-        let momentum = initial.linear_momentum.norm().max(momentum.norm());
-        let spin = initial.angular_momentum.norm().max(spin.norm());
-        let distance = initial.position.norm().max(position.norm());
+        let mut end = *initial;
+        let [[placed, moves], [_, spins]] = transfer.terminal.aim(&mut end);
+        let size = |given: bool, v: &Vector3<f64>| if given { v.norm() } else { 0.0 };
+        let momentum = initial
+            .linear_momentum
+            .norm()
+            .max(size(moves, &end.linear_momentum));
+        let spin = initial
+            .angular_momentum
+            .norm()
+            .max(size(spins, &end.angular_momentum));
+        let distance = initial.position.norm().max(size(placed, &end.position));
         let lengths = [
             distance.max(h * momentum / mass),
             // Nothing moves the centre of mass but what the body itself does.
@@ -99,6 +85,26 @@ impl Units {
         without_commands.with_commands(&transfer.actuation)
     }
 
+    /// Units of one, those of the transfer itself.
+    pub(crate) fn ones() -> Self {
+        Self {
+            time: 1.0,
+            length: 1.0,
+            linear_momentum: 1.0,
+            angular_momentum: 1.0,
+            commands: SVector::repeat(1.0),
+            cost: 1.0,
+        }
+    }
+
+    pub(crate) fn length(&self) -> f64 {
+        self.length
+    }
+
+    pub(crate) fn commands(&self) -> &SVector<f64, 6> {
+        &self.commands
+    }
+
     /// Those of commands, by which none exerts more than a unit, and of the cost, by which none weighs more.
     fn with_commands(mut self, actuation: &Actuation) -> Self {
         let count = actuation.commands();
@@ -115,7 +121,7 @@ impl Units {
     }
 
     /// Their reciprocals: what is stated in these units is stated in the transfer's by them.
-    fn inverse(&self) -> Self {
+    pub(crate) fn inverse(&self) -> Self {
         Self {
             time: self.time.recip(),
             length: self.length.recip(),
@@ -148,7 +154,7 @@ impl Units {
     }
 
     /// Of `[δx, δγ, ζ, δΠ]`.
-    fn variations(&self) -> SVector<f64, 12> {
+    pub(crate) fn variations(&self) -> SVector<f64, 12> {
         let units = [
             self.length,
             self.linear_momentum,

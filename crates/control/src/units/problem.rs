@@ -2,11 +2,10 @@
 
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
-use nalgebra::SVector;
 
 use super::{Rescaled, Units};
-use crate::problem::{InequalitySet, TerminalSet};
-use crate::{Constraint, RotationTarget, Terminal, Transfer, TransferError, TranslationTarget};
+use crate::problem::TerminalSet;
+use crate::{Transfer, TransferError};
 
 impl Units {
     /// `transfer` in these units.
@@ -22,101 +21,34 @@ impl Units {
         let inertia = Inertia::new(own.inertia() * body.inertia().matrix())
             .map_err(|source| TransferError::Body(source.into()))?;
         let initial = own.state(&transfer.initial);
-        let target = own.terminal(&transfer.target);
         let actuation =
             transfer
                 .actuation
                 .in_units(&self.loads(), &self.commands, self.cost / self.time)?;
-        let constraints: Vec<_> = transfer
-            .constraints
-            .iter()
-            .map(|constraint| own.constraint(constraint))
-            .collect();
         let body = RigidBody::new(own.mass() * body.mass(), inertia, Vec::new())?;
         Ok(Transfer {
-            terminal: TerminalSet::new(&target, body.mass())?,
-            inequalities: InequalitySet::new(&constraints, &actuation, &initial, &target)?,
+            terminal: TerminalSet::new(&transfer.target, self),
+            inequalities: transfer.inequalities.in_units(self),
             body,
             field: Rescaled::new(&transfer.field, &transfer.body, self),
             h: own.time * transfer.h,
             intervals: transfer.intervals,
             initial,
-            target,
+            target: transfer.target.clone(),
             actuation,
             dynamics: transfer.dynamics,
             motion: transfer.motion,
-            constraints,
             rounding: self.rounding(transfer),
         })
     }
 
     /// `state` times the units.
-    pub(super) fn state(&self, state: &BodyState) -> BodyState {
+    pub(crate) fn state(&self, state: &BodyState) -> BodyState {
         BodyState {
             position: self.length * state.position,
             linear_momentum: self.linear_momentum * state.linear_momentum,
             attitude: state.attitude,
             angular_momentum: self.angular_momentum * state.angular_momentum,
         }
-    }
-
-    /// `terminal` times the units.
-    fn terminal(&self, terminal: &Terminal) -> Terminal {
-        let mut scaled = *terminal;
-        match &mut scaled.translation {
-            TranslationTarget::State {
-                position,
-                linear_momentum,
-            } => {
-                *position *= self.length;
-                *linear_momentum *= self.linear_momentum;
-            }
-            TranslationTarget::Position { position } => *position *= self.length,
-            TranslationTarget::Orbit {
-                gm,
-                center,
-                position,
-                linear_momentum,
-            } => {
-                let speed = self.length / self.time;
-                *gm *= speed * speed * self.length;
-                *center *= self.length;
-                *position *= self.length;
-                *linear_momentum *= self.linear_momentum;
-            }
-            TranslationTarget::Free => (),
-        }
-        match &mut scaled.rotation {
-            RotationTarget::State {
-                angular_momentum, ..
-            }
-            | RotationTarget::SpinAxis {
-                angular_momentum, ..
-            } => *angular_momentum *= self.angular_momentum,
-            RotationTarget::Attitude { .. } | RotationTarget::Free => (),
-        }
-        scaled
-    }
-
-    /// `constraint` times the units.
-    fn constraint(&self, constraint: &Constraint) -> Constraint {
-        let mut scaled = *constraint;
-        match &mut scaled {
-            Constraint::Commands { limit } => {
-                let scaled = SVector::from(*limit).component_mul(&self.commands);
-                *limit = scaled.into();
-            }
-            Constraint::ForceComponents { limit } => *limit *= self.force(),
-            Constraint::MomentComponents { limit } => *limit *= self.moment(),
-            Constraint::ForceNorm { limit } => *limit *= self.force(),
-            Constraint::MomentNorm { limit } => *limit *= self.moment(),
-            Constraint::KeepOutCone { .. } => (),
-            Constraint::KeepOutSphere { center, radius } => {
-                *center *= self.length;
-                *radius *= self.length;
-            }
-            Constraint::Corridor { apex, .. } => *apex *= self.length,
-        }
-        scaled
     }
 }

@@ -2,8 +2,8 @@ use lgvi_dynamics::gravity::Field;
 use nalgebra::Vector3;
 
 use super::{ROUNDING, Units};
+use crate::Transfer;
 use crate::problem::Vector12;
-use crate::{Transfer, TranslationTarget};
 
 impl Units {
     /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, in these units.
@@ -17,17 +17,12 @@ impl Units {
             h,
             intervals,
             initial,
-            target,
             ..
         } = transfer;
-        let end = match target.translation {
-            TranslationTarget::State { position, .. }
-            | TranslationTarget::Position { position }
-            | TranslationTarget::Orbit { position, .. } => position,
-            TranslationTarget::Free => initial.position,
-        };
+        let mut end = *initial;
+        transfer.terminal.aim(&mut end);
         let pull = |x: &Vector3<f64>| field.load(body, x, &initial.attitude).force.norm();
-        let force = pull(&initial.position).max(pull(&end));
+        let force = pull(&initial.position).max(pull(&end.position));
         let arms = body.points().iter().map(|point| point.position.norm());
         let arm = arms.fold(0.0, f64::max);
         let duration = h * *intervals as f64;

@@ -1,8 +1,10 @@
 //! Classes of transfers with known solutions: half motions, few actuators, bounds.
 
+use lgvi_control::constraint::{ComponentLimit, NormLimit, Place};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition};
 use lgvi_control::{
-    Actuation, Constraint, Motion, NewtonSettings, Plan, PlanError, RotationTarget, Start,
-    Terminal, Transfer, TranslationTarget, solve,
+    Actuation, Constraint, Motion, NewtonSettings, Plan, PlanError, Start, Terminal, Transfer,
+    TransferError, solve,
 };
 use lgvi_dynamics::gravity::Uniform;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -28,7 +30,10 @@ fn full() -> Actuation {
 }
 
 /// From rest at the origin without gravity.
-fn transfer(target: impl Into<Terminal>, actuation: Actuation) -> Transfer<Uniform> {
+fn transfer(
+    target: impl TryInto<Terminal, Error: Into<TransferError>>,
+    actuation: Actuation,
+) -> Transfer<Uniform> {
     let inertia = Inertia::principal(INERTIA).expect("inertia");
     let body = RigidBody::new(MASS, inertia, Vec::new()).expect("a body");
     let field = Uniform {
@@ -105,10 +110,9 @@ fn a_bound_near_the_least_one_gives_bang_bang() {
     let bounded = |limit: f64| {
         transfer(target, full())
             .with_motion(Motion::Translation)
-            .with_constraints(vec![Constraint::ForceComponents {
-                limit: Vector3::from_element(limit),
-            }])
-            .expect("a limit")
+            .with_constraints(&[Constraint::commands(
+                ComponentLimit::new(Place::Position, Vector3::from_element(limit)).expect("limits"),
+            )])
     };
     let near = plan(&bounded(1.001 * least));
     for (k, load) in near.controls.iter().enumerate() {
@@ -136,8 +140,9 @@ fn bounded_energy_optimal_forces_are_clipped_lines() {
     let limit = 0.8 * free[0];
     let bounded = transfer(target, full())
         .with_motion(Motion::Translation)
-        .with_constraints(vec![Constraint::ForceNorm { limit }])
-        .expect("a limit");
+        .with_constraints(&[Constraint::commands(
+            NormLimit::new(Place::Position, limit).expect("a limit"),
+        )]);
     let plan = plan(&bounded);
     let force = |k: usize| plan.controls[k].force.x;
     let inner: Vec<usize> = (0..N)
@@ -159,26 +164,17 @@ fn bounded_energy_optimal_forces_are_clipped_lines() {
 #[test]
 fn free_ends_are_cheaper_the_freer_they_are_and_end_with_costate_zero_where_free() {
     let goal = at_rest(Vector3::new(1.0, 0.5, 0.0), Vector3::new(0.3, 0.5, -0.2));
-    let state = Terminal::from(goal);
-    let position = Terminal {
-        translation: TranslationTarget::Position {
-            position: goal.position,
-        },
-        rotation: RotationTarget::Attitude {
-            attitude: goal.attitude,
-        },
-    };
-    let [first, second] = [state, position].map(|target| plan(&transfer(target, full())));
+    let free = |target: Terminal| plan(&transfer(target, full()));
+    let position = FinalPosition::new(goal.position, None).expect("a position");
+    let attitude = FinalAttitude::new(goal.attitude, None).expect("an attitude");
+    let first = plan(&transfer(goal, full()));
+    let second = free(Terminal::FREE.with(position).with(attitude));
     assert!(second.cost < 0.5 * first.cost);
     // Of least energy to a position with free momentum: a quarter, in continuous time.
     assert!((second.cost / first.cost - 0.25).abs() < 0.05);
     let last = second.multipliers[N - 1];
     assert!(last.fixed_rows::<3>(3).norm() + last.fixed_rows::<3>(9).norm() < 1e-12 * last.norm());
-    let free = Terminal {
-        translation: TranslationTarget::Free,
-        rotation: RotationTarget::Free,
-    };
-    assert!(plan(&transfer(free, full())).cost < 1e-20);
+    assert!(free(Terminal::FREE).cost < 1e-20);
 }
 
 #[test]

@@ -1,9 +1,13 @@
 //! Plans under inequalities and into other terminal sets, against IPOPT on the same discrete problem
 //! (`tests/truth/constrained_control.json`).
 
+use lgvi_control::constraint::{
+    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
+};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_control::{
-    Actuation, Constraint, Motion, NewtonSettings, Phase, Plan, PlanError, RotationTarget, Start,
-    Terminal, Transfer, TranslationTarget, solve,
+    Actuation, Constraint, Motion, NewtonSettings, Phase, Plan, PlanError, Start, Terminal,
+    Transfer, solve,
 };
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -31,67 +35,64 @@ fn references() -> Value {
 
 fn constraint(c: &Value) -> Constraint {
     let limit = || number(&c["limit"]);
+    let components = |place| {
+        let limit = ComponentLimit::new(place, vector(&c["limit"]));
+        Constraint::commands(limit.expect("limits"))
+    };
     match c["kind"].as_str().expect("a kind") {
-        "commands" => Constraint::Commands {
-            limit: [limit(); 6],
-        },
-        "force_components" => Constraint::ForceComponents {
-            limit: vector(&c["limit"]),
-        },
-        "moment_components" => Constraint::MomentComponents {
-            limit: vector(&c["limit"]),
-        },
-        "force_norm" => Constraint::ForceNorm { limit: limit() },
-        "keep_out_sphere" => Constraint::KeepOutSphere {
-            center: vector(&c["center"]),
-            radius: number(&c["radius"]),
-        },
-        "keep_out_cone" => Constraint::KeepOutCone {
-            axis: vector(&c["axis"]),
-            direction: vector(&c["direction"]),
-            half_angle: number(&c["half_angle"]),
-        },
-        "corridor" => Constraint::Corridor {
-            apex: vector(&c["apex"]),
-            axis: vector(&c["axis"]),
-            half_angle: number(&c["half_angle"]),
-        },
+        "commands" => Constraint::commands(CommandLimit::new([limit(); 6]).expect("limits")),
+        "force_components" => components(Place::Position),
+        "moment_components" => components(Place::Attitude),
+        "force_norm" => force_norm(limit()),
+        "keep_out_sphere" => sphere(vector(&c["center"]), number(&c["radius"])),
+        "keep_out_cone" => {
+            let half_angle = number(&c["half_angle"]);
+            let cone = KeepOutCone::new(vector(&c["axis"]), vector(&c["direction"]), half_angle);
+            Constraint::state(cone.expect("a cone"))
+        }
+        "corridor" => {
+            let half_angle = number(&c["half_angle"]);
+            let corridor = Corridor::new(vector(&c["apex"]), vector(&c["axis"]), half_angle);
+            Constraint::state(corridor.expect("a corridor"))
+        }
         kind => panic!("{kind}"),
     }
 }
 
+fn force_norm(limit: f64) -> Constraint {
+    Constraint::commands(NormLimit::new(Place::Position, limit).expect("a limit"))
+}
+
+fn sphere(centre: Vector3<f64>, radius: f64) -> Constraint {
+    Constraint::state(KeepOutSphere::new(centre, radius).expect("a sphere"))
+}
+
 /// The terminal set of a case, by its names.
 fn terminal(kinds: &Value, state: &BodyState) -> Terminal {
-    let mut terminal = Terminal::from(*state);
+    let mut terminal = Terminal::try_from(*state).expect("a state");
     match kinds["translation"].as_str() {
         Some("position") => {
-            terminal.translation = TranslationTarget::Position {
-                position: state.position,
-            }
+            let position = FinalPosition::new(state.position, None);
+            terminal = terminal.with(position.expect("a position"));
         }
-        Some("orbit") => {
-            terminal.translation = TranslationTarget::Orbit {
-                gm: 1.0,
-                center: Vector3::zeros(),
-                position: state.position,
-                linear_momentum: state.linear_momentum,
-            }
-        }
+        Some("orbit") => terminal = terminal.with(orbit(state)),
         _ => (),
     }
     match kinds["rotation"].as_str() {
-        Some("spin_axis") => {
-            let axis = vector(&kinds["axis"]);
-            terminal.rotation = RotationTarget::SpinAxis {
-                axis,
-                direction: state.attitude * axis,
-                angular_momentum: state.angular_momentum,
-            }
-        }
-        Some("free") => terminal.rotation = RotationTarget::Free,
-        _ => (),
+        Some("spin_axis") => terminal.with(spin(state, vector(&kinds["axis"]))),
+        Some("free") => terminal.without(Place::Attitude),
+        _ => terminal,
     }
-    terminal
+}
+
+/// The orbit of a state of unit mass about the origin.
+fn orbit(state: &BodyState) -> KeplerOrbit {
+    let (position, velocity) = (state.position, state.linear_momentum);
+    KeplerOrbit::new(1.0, Vector3::zeros(), 1.0, position, velocity).expect("an orbit")
+}
+
+fn spin(state: &BodyState, axis: Vector3<f64>) -> SpinAxis {
+    SpinAxis::new(axis, state.attitude * axis, state.angular_momentum).expect("a spin axis")
 }
 
 /// Wheels of unit weight about the first and the second axis.
@@ -138,9 +139,8 @@ fn transfer(file: &Value, case: &Value) -> Transfer<Central> {
         .map(|transfer| transfer.with_motion(Motion::Rotation))
     };
     let constraints = case["constraints"].as_array().expect("constraints");
-    free.expect("a transfer")
-        .with_constraints(constraints.iter().map(constraint).collect())
-        .expect("constraints")
+    let constraints: Vec<_> = constraints.iter().map(constraint).collect();
+    free.expect("a transfer").with_constraints(&constraints)
 }
 
 fn planned(transfer: &Transfer<Central>, start: Start<'_>) -> (Plan, u32) {
@@ -152,43 +152,40 @@ fn planned(transfer: &Transfer<Central>, start: Start<'_>) -> (Plan, u32) {
     (plan.expect("a plan"), iterations)
 }
 
-/// Whether a constraint holds at every sample, by its own words.
+/// Checks that a constraint holds at every sample, by its own words.
 fn assert_holds(constraint: &Constraint, plan: &Plan) {
-    let within = |v: Vector3<f64>, limit: &Vector3<f64>| (0..3).all(|i| v[i].abs() <= limit[i]);
-    for load in &plan.controls {
-        assert!(match constraint {
-            Constraint::ForceComponents { limit } => within(load.force, limit),
-            Constraint::MomentComponents { limit } => within(load.moment, limit),
-            Constraint::ForceNorm { limit } => load.force.norm() <= *limit,
-            _ => true,
-        });
-    }
-    for command in &plan.commands {
-        assert!(match constraint {
-            Constraint::Commands { limit } => command.amax() <= limit[0],
-            _ => true,
-        });
-    }
-    for state in &plan.states {
-        assert!(match constraint {
-            Constraint::KeepOutSphere { center, radius } => {
-                (state.position - center).norm() >= radius * (1.0 - 1e-9)
-            }
-            Constraint::KeepOutCone {
-                axis,
-                direction,
-                half_angle,
-            } => (state.attitude * axis).angle(direction) >= half_angle - 1e-9,
-            Constraint::Corridor {
-                apex,
-                axis,
-                half_angle,
-            } => {
-                let arm = state.position - apex;
-                arm.dot(axis) >= arm.norm() * half_angle.cos() - 1e-9
-            }
-            _ => true,
-        });
+    if let Some(limits) = constraint.downcast_ref::<ComponentLimit>() {
+        for load in &plan.controls {
+            let v = match constraint.place() {
+                Some(Place::Position) => load.force,
+                _ => load.moment,
+            };
+            assert!((0..3).all(|i| v[i].abs() <= limits.limit()[i]));
+        }
+    } else if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
+        let loads = &mut plan.controls.iter();
+        assert!(loads.all(|load| load.force.norm() <= norm.limit()));
+    } else if let Some(limits) = constraint.downcast_ref::<CommandLimit>() {
+        let commands = &mut plan.commands.iter();
+        assert!(commands.all(|command| command.amax() <= limits.limit()[0]));
+    } else if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+        for state in &plan.states {
+            let distance = (state.position - sphere.centre()).norm();
+            assert!(distance >= sphere.radius() * (1.0 - 1e-9));
+        }
+    } else if let Some(cone) = constraint.downcast_ref::<KeepOutCone>() {
+        for state in &plan.states {
+            let angle = (state.attitude * cone.axis()).angle(&cone.direction());
+            assert!(angle >= cone.half_angle() - 1e-9);
+        }
+    } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
+        for state in &plan.states {
+            let arm = state.position - corridor.apex();
+            let least = arm.norm() * corridor.half_angle().cos() - 1e-9;
+            assert!(arm.dot(&corridor.axis()) >= least);
+        }
+    } else {
+        panic!("{constraint:?}");
     }
 }
 
@@ -249,8 +246,7 @@ fn bounded_forces_are_along_the_costate_and_at_the_bound_where_they_differ_from_
     let mut least = plan.cost;
     for part in [1.1, 0.95, 0.85, 0.75] {
         let limit = part * most;
-        let constraints = vec![Constraint::ForceNorm { limit }];
-        let bounded = free.clone().with_constraints(constraints).expect("a limit");
+        let bounded = free.clone().with_constraints(&[force_norm(limit)]);
         let (plan, _) = planned(&bounded, Start::Cold);
         let mut active = 0;
         for (load, lambda) in plan.controls.iter().zip(&plan.multipliers) {
@@ -290,8 +286,8 @@ fn limits_down_to_the_least_peak_have_plans_and_below_it_the_least_excess_is_tol
         let actuation = Actuation::full(&identity, &identity).expect("weights");
         let field = Central { gm: 0.0 };
         let transfer = Transfer::new(body, field, 0.02, 100, rest(1.0), rest(2.0), actuation)
-            .and_then(|transfer| transfer.with_constraints(vec![Constraint::ForceNorm { limit }]))
             .expect("a transfer")
+            .with_constraints(&[force_norm(limit)])
             .with_motion(Motion::Translation);
         solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true)
     };
@@ -321,9 +317,9 @@ fn only_what_is_proved_is_infeasible_and_the_rest_is_not_found_with_the_place() 
         other => panic!("{other:?}"),
     };
     let free = Case::load("C_i").transfer(100);
-    let far = Constraint::MomentNorm { limit: 100.0 };
-    let weak = vec![far, Constraint::ForceNorm { limit: 4.0 }];
-    match cold(&free.clone().with_constraints(weak).expect("limits")) {
+    let far = Constraint::commands(NormLimit::new(Place::Attitude, 100.0).expect("a limit"));
+    let weak = [far.clone(), force_norm(4.0)];
+    match cold(&free.clone().with_constraints(&weak)) {
         Err(PlanError::NotFound {
             constraint,
             violation,
@@ -333,17 +329,9 @@ fn only_what_is_proved_is_infeasible_and_the_rest_is_not_found_with_the_place() 
     }
 
     // The start decides the first step's end, the target the last's.
-    let blocked = |center: Vector3<f64>| {
-        let sphere = Constraint::KeepOutSphere {
-            center,
-            radius: 0.05,
-        };
-        infeasible(
-            &free
-                .clone()
-                .with_constraints(vec![far, sphere])
-                .expect("a sphere"),
-        )
+    let blocked = |centre: Vector3<f64>| {
+        let constraints = [far.clone(), sphere(centre, 0.05)];
+        infeasible(&free.clone().with_constraints(&constraints))
     };
     let (constraint, step, _) = blocked(free.initial().position);
     assert_eq!((constraint, step), (1, 0));
@@ -354,12 +342,8 @@ fn only_what_is_proved_is_infeasible_and_the_rest_is_not_found_with_the_place() 
 
 #[test]
 fn an_observer_stops_a_constrained_plan_with_what_there_is() {
-    let sphere = Constraint::KeepOutSphere {
-        center: Vector3::new(0.4, 0.44, 0.46),
-        radius: 0.12,
-    };
-    let free = Case::load("C_i").transfer(100);
-    let transfer = free.with_constraints(vec![sphere]).expect("a sphere");
+    let sphere = sphere(Vector3::new(0.4, 0.44, 0.46), 0.12);
+    let transfer = Case::load("C_i").transfer(100).with_constraints(&[sphere]);
     let stopped = solve(&transfer, Start::Cold, &NewtonSettings::default(), |now| {
         now.phase != Phase::Constrained
     });
@@ -373,33 +357,24 @@ fn all_kinds_of_ends_are_reached_cold() {
         let case = Case::load(set);
         let plain = case.transfer(50);
         let state = plain.target().state().expect("a state");
-        let fixed = Terminal::from(state);
-        let position = TranslationTarget::Position {
-            position: state.position,
-        };
-        let orbit = TranslationTarget::Orbit {
-            gm: 1.0,
-            center: Vector3::zeros(),
-            position: state.position,
-            linear_momentum: state.linear_momentum,
-        };
-        let attitude = RotationTarget::Attitude {
-            attitude: state.attitude,
-        };
-        let spin = |axis: Vector3<f64>| RotationTarget::SpinAxis {
-            axis,
-            direction: state.attitude * axis,
-            angular_momentum: state.angular_momentum,
-        };
-        for translation in [fixed.translation, position, orbit, TranslationTarget::Free] {
+        let fixed = Terminal::try_from(state).expect("a state");
+        let position = FinalPosition::new(state.position, None).expect("a position");
+        let attitude = FinalAttitude::new(state.attitude, None).expect("an attitude");
+        for translation in [
+            fixed.clone(),
+            fixed.clone().with(position),
+            fixed.clone().with(orbit(&state)),
+            fixed.without(Place::Position),
+        ] {
             let rotations = [
-                fixed.rotation,
-                attitude,
-                RotationTarget::Free,
-                spin(Vector3::x()),
-                spin(Vector3::z()),
+                translation.clone(),
+                translation.clone().with(attitude),
+                translation.clone().without(Place::Attitude),
+                translation.clone().with(spin(&state, Vector3::x())),
+                translation.with(spin(&state, Vector3::z())),
             ];
-            let costs = rotations.map(|rotation| {
+            let costs = rotations.map(|terminal| {
+                let name = format!("{set}: {terminal:?}");
                 let identity = Matrix3::identity();
                 let transfer = Transfer::new(
                     case.body(),
@@ -407,14 +382,10 @@ fn all_kinds_of_ends_are_reached_cold() {
                     plain.h(),
                     50,
                     *plain.initial(),
-                    Terminal {
-                        translation,
-                        rotation,
-                    },
+                    terminal,
                     Actuation::full(&identity, &identity).expect("weights"),
                 );
                 let (plan, iterations) = planned(&transfer.expect("a transfer"), Start::Cold);
-                let name = format!("{set}: {translation:?}, {rotation:?}");
                 assert!(iterations <= 60, "{name}: {iterations}");
                 let found = &plan.certificate;
                 assert!(

@@ -1,9 +1,6 @@
 //! Half a motion of bodies whose other half gravity does not leave alone.
 
-use lgvi_control::{
-    Actuation, Motion, NewtonSettings, Plan, Start, Terminal, Transfer, TranslationTarget, miss,
-    solve,
-};
+use lgvi_control::{Actuation, Motion, NewtonSettings, Place, Plan, Start, Transfer, miss, solve};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Method, Simulation, System};
@@ -16,12 +13,10 @@ const N: usize = 100;
 fn transfer(motion: Motion) -> Transfer<Central> {
     let case = Case::load("C_i");
     let plain = case.transfer(N);
-    let target = plain.target().state().expect("a state");
-    let mut terminal = Terminal::from(target);
-    match motion {
-        Motion::Translation => terminal.rotation = lgvi_control::RotationTarget::Free,
-        _ => terminal.translation = TranslationTarget::Free,
-    }
+    let terminal = plain.target().clone().without(match motion {
+        Motion::Translation => Place::Attitude,
+        _ => Place::Position,
+    });
     let weight = Matrix3::identity();
     Transfer::new(
         case.body(),

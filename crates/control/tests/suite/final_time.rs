@@ -1,5 +1,6 @@
 //! Free final times against reference solutions, and the derivative by which they are found.
 
+use lgvi_control::constraint::{NormLimit, Place};
 use lgvi_control::{
     Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings,
     SearchSettings, Start, TimeOptimality, TimedPlan, Transfer, search, solve, solve_final_time,
@@ -101,9 +102,8 @@ fn the_slope_is_the_derivative_of_the_cost_under_inequalities() {
     let forces = free.controls.iter().map(|control| control.force.norm());
     let limit = 0.8 * forces.fold(0.0, f64::max);
     let at = |duration: f64| {
-        let constraints = vec![Constraint::ForceNorm { limit }];
-        let transfer = transfer(60, duration).with_constraints(constraints);
-        transfer.expect("a transfer")
+        let limit = NormLimit::new(Place::Position, limit).expect("a limit");
+        transfer(60, duration).with_constraints(&[Constraint::commands(limit)])
     };
     let plan = |duration: f64| {
         let plan = solve(&at(duration), Start::Cold, &settings(), |_| true);
@@ -162,8 +162,10 @@ fn durations_without_a_feasible_plan_are_left_for_longer_ones() {
     let actuation = Actuation::full(&identity, &identity).expect("weights");
     let field = Central { gm: 0.0 };
     let transfer = Transfer::new(body, field, 0.0575, 40, rest(1.0), rest(2.0), actuation)
-        .and_then(|transfer| transfer.with_constraints(vec![Constraint::ForceNorm { limit: 1.0 }]))
         .expect("a transfer")
+        .with_constraints(&[Constraint::commands(
+            NormLimit::new(Place::Position, 1.0).expect("a limit"),
+        )])
         .with_motion(Motion::Translation);
     let time = FinalTime {
         weight: 3.0,

@@ -2,17 +2,21 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
+mod automatic;
 mod case;
 mod classes;
 mod constraints;
 mod coupling;
 mod final_time;
+mod inequalities;
 mod maneuvers;
 mod minima;
 mod newton;
+mod own;
 mod processing;
 mod replan;
 mod sensitivity;
+mod targets;
 mod terminal;
 mod truth;
 mod underactuated;

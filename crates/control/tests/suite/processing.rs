@@ -2,8 +2,7 @@
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
 use lgvi_control::{
-    Dynamics, NewtonSettings, Plan, Settings, Start, Terminal, Transfer, TranslationTarget, miss,
-    shooting, solve,
+    Dynamics, NewtonSettings, Place, Plan, Settings, Start, Transfer, miss, shooting, solve,
 };
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::integrator::Rotor;
@@ -161,10 +160,7 @@ fn what_cannot_be_processed_is_refused() {
     let second = case.transfer(50).with_dynamics(Dynamics::Lgvi);
     assert_eq!(processed(second).err(), Some(ProcessingError::Dynamics));
     let transfer = case.transfer(50);
-    let everywhere = Terminal {
-        translation: TranslationTarget::Free,
-        ..*transfer.target()
-    };
+    let everywhere = transfer.target().clone().without(Place::Position);
     let identity = nalgebra::Matrix3::identity();
     let actuation = lgvi_control::Actuation::full(&identity, &identity).expect("weights");
     let (field, initial) = (Central { gm: 1.0 }, *transfer.initial());

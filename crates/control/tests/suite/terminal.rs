@@ -2,182 +2,136 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use lgvi_control::{
-    Actuation, Constraint, ConstraintError, RotationTarget, Terminal, TerminalError, Transfer,
-    TransferError, TranslationTarget,
+use lgvi_control::constraint::{
+    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
 };
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
+use lgvi_control::{Actuation, ParameterError, Transfer};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
-fn state() -> BodyState {
-    BodyState {
+#[test]
+fn bad_targets_are_refused_by_name() {
+    let [zero, x, y] = [Vector3::zeros(), Vector3::x(), Vector3::y()];
+    let nowhere = Vector3::new(0.0, f64::NAN, 0.0);
+    let orbit = |gm, velocity| KeplerOrbit::new(gm, zero, 1.0, x, velocity).err();
+    let attitude = |attitude| FinalAttitude::new(attitude, None).err();
+    let [identity, x_mirrored] =
+        [[1.0; 3], [-1.0, 1.0, 1.0]].map(|d| Matrix3::from_diagonal(&d.into()));
+    let refusals: [(Option<ParameterError>, &str, &str); 13] = [
+        (
+            FinalPosition::new(nowhere, None).err(),
+            "position",
+            "finite",
+        ),
+        (
+            FinalPosition::new(x, Some(nowhere)).err(),
+            "linear_momentum",
+            "finite",
+        ),
+        (orbit(-1.0, y), "gm", "> 0"),
+        (KeplerOrbit::new(1.0, zero, 0.0, x, y).err(), "mass", "> 0"),
+        // A parabola, a hyperbola, a fall and a body at rest.
+        (orbit(1.0, 1.5 * y), "velocity", "escape"),
+        (orbit(1.0, 2.0 * y), "velocity", "escape"),
+        (orbit(1.0, 0.5 * x), "orbit", "through the attractor"),
+        (orbit(1.0, zero), "orbit", "through the attractor"),
+        (attitude(x_mirrored), "attitude", "a rotation"),
+        (attitude(1.001 * identity), "attitude", "a rotation"),
+        (attitude(f64::NAN * identity), "attitude", "a rotation"),
+        (
+            FinalAttitude::new(identity, Some(nowhere)).err(),
+            "angular_momentum",
+            "finite",
+        ),
+        (SpinAxis::new(zero, x, zero).err(), "axis", "not zero"),
+    ];
+    for (refused, name, expected) in refusals {
+        let error = refused.expect(name);
+        assert!(
+            error.name == name && error.expected.contains(expected),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_state_that_is_none_is_refused_by_the_transfer() {
+    let state = BodyState {
         position: Vector3::x(),
         linear_momentum: Vector3::y(),
         attitude: Matrix3::identity(),
         angular_momentum: Vector3::zeros(),
-    }
-}
-
-fn to(terminal: Terminal) -> Result<Transfer<Central>, TransferError> {
+    };
+    let target = BodyState {
+        attitude: 2.0 * state.attitude,
+        ..state
+    };
     let inertia = Inertia::principal([1.0, 1.0, 1.0]).expect("inertia");
     let body = RigidBody::new(1.0, inertia, Vec::new()).expect("a body");
     let identity = Matrix3::identity();
     let actuation = Actuation::full(&identity, &identity).expect("weights");
-    Transfer::new(
-        body,
-        Central { gm: 1.0 },
-        0.1,
-        10,
-        state(),
-        terminal,
-        actuation,
-    )
-}
-
-fn translation(translation: TranslationTarget) -> TransferError {
-    let rotation = RotationTarget::Free;
-    to(Terminal {
-        translation,
-        rotation,
-    })
-    .err()
-    .expect("an error")
-}
-
-fn rotation(rotation: RotationTarget) -> TransferError {
-    let translation = TranslationTarget::Free;
-    to(Terminal {
-        translation,
-        rotation,
-    })
-    .err()
-    .expect("an error")
+    let field = Central { gm: 1.0 };
+    let refused = Transfer::new(body, field, 0.1, 10, state, target, actuation).err();
+    let refused = refused.expect("an error").to_string();
+    assert!(refused.contains("the target's `attitude`"), "{refused}");
 }
 
 #[test]
-fn bad_targets_are_refused_by_name() {
-    let nowhere = translation(TranslationTarget::Position {
-        position: Vector3::new(0.0, f64::NAN, 0.0),
-    });
-    assert!(nowhere.to_string().contains("position"), "{nowhere}");
-
-    let orbit = |gm, linear_momentum| {
-        translation(TranslationTarget::Orbit {
-            gm,
-            center: Vector3::zeros(),
-            position: Vector3::x(),
-            linear_momentum,
-        })
-    };
-    let massless = orbit(-1.0, Vector3::y());
-    assert_eq!(massless, TransferError::Terminal(TerminalError::Gm(-1.0)));
-    // A parabola, a hyperbola, a fall and a body at rest.
-    for momentum in [
-        1.5 * Vector3::y(),
-        2.0 * Vector3::y(),
-        0.5 * Vector3::x(),
-        Vector3::zeros(),
+fn bad_constraints_are_refused_by_name() {
+    let [zero, x, z] = [Vector3::zeros(), Vector3::x(), Vector3::z()];
+    let far = Vector3::new(f64::INFINITY, 0.0, 0.0);
+    let negative = Vector3::new(1.0, 1.0, -1.0);
+    assert!(NormLimit::new(Place::Position, f64::INFINITY).is_ok());
+    for (refused, name, value) in [
+        (NormLimit::new(Place::Position, 0.0).err(), "limit", "0.0"),
+        (
+            NormLimit::new(Place::Attitude, f64::NAN).err(),
+            "limit",
+            "NaN",
+        ),
+        (
+            ComponentLimit::new(Place::Position, negative).err(),
+            "limit",
+            "-1.0",
+        ),
+        (CommandLimit::new([-2.0; 6]).err(), "limit", "-2.0"),
+        (KeepOutSphere::new(zero, -1.0).err(), "radius", "-1.0"),
+        (
+            KeepOutSphere::new(zero, f64::INFINITY).err(),
+            "radius",
+            "inf",
+        ),
+        (
+            KeepOutSphere::new(far, 1.0).err(),
+            "centre",
+            "[inf, 0.0, 0.0]",
+        ),
+        (KeepOutCone::new(x, z, 0.0).err(), "half_angle", "0.0"),
+        (KeepOutCone::new(x, z, 3.2).err(), "half_angle", "3.2"),
+        (
+            KeepOutCone::new(zero, z, 0.3).err(),
+            "axis",
+            "[0.0, 0.0, 0.0]",
+        ),
+        (
+            KeepOutCone::new(x, far, 0.3).err(),
+            "direction",
+            "[inf, 0.0, 0.0]",
+        ),
+        (
+            Corridor::new(zero, x, FRAC_PI_2).err(),
+            "half_angle",
+            "1.57",
+        ),
+        (Corridor::new(zero, x, f64::NAN).err(), "half_angle", "NaN"),
+        (Corridor::new(far, x, 0.3).err(), "apex", "[inf, 0.0, 0.0]"),
     ] {
-        let unbound = orbit(1.0, momentum);
-        let expected = matches!(
-            unbound,
-            TransferError::Terminal(TerminalError::Orbit { .. })
+        let error = refused.expect(name);
+        assert!(
+            error.name == name && error.value.starts_with(value),
+            "{error}"
         );
-        assert!(expected, "{unbound}");
     }
-
-    let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
-    let stretched = 1.001 * Matrix3::<f64>::identity();
-    for attitude in [mirror, stretched, Matrix3::from_element(f64::NAN)] {
-        let refused = rotation(RotationTarget::Attitude { attitude });
-        let expected = matches!(
-            refused,
-            TransferError::Terminal(TerminalError::Attitude { .. })
-        );
-        assert!(expected, "{refused}");
-    }
-
-    let long = rotation(RotationTarget::SpinAxis {
-        axis: Vector3::x(),
-        direction: Vector3::new(1.0, 1.0, 0.0),
-        angular_momentum: Vector3::zeros(),
-    });
-    let expected = matches!(
-        long,
-        TransferError::Terminal(TerminalError::Unit { which: "direction", norm, .. }) if norm > 1.4
-    );
-    assert!(expected, "{long}");
-}
-
-#[test]
-fn bad_constraints_are_refused_by_number_and_name() {
-    let fine = Constraint::ForceNorm {
-        limit: f64::INFINITY,
-    };
-    let refused = |constraint| {
-        let transfer = to(Terminal::from(state())).expect("a transfer");
-        match transfer.with_constraints(vec![fine, constraint]).err() {
-            Some(TransferError::Constraint(error)) => error,
-            other => panic!("{other:?}"),
-        }
-    };
-    let cone = |axis, half_angle| Constraint::KeepOutCone {
-        axis,
-        direction: Vector3::z(),
-        half_angle,
-    };
-    let corridor = |half_angle| Constraint::Corridor {
-        apex: Vector3::zeros(),
-        axis: Vector3::x(),
-        half_angle,
-    };
-    let limit = |error: &ConstraintError, name: &str| matches!(error, ConstraintError::Limit { constraint: 1, which, .. } if *which == name);
-    assert!(limit(
-        &refused(Constraint::ForceNorm { limit: 0.0 }),
-        "limit"
-    ));
-    assert!(limit(
-        &refused(Constraint::MomentNorm { limit: f64::NAN }),
-        "limit"
-    ));
-    let one_negative = Vector3::new(1.0, 1.0, -1.0);
-    assert!(limit(
-        &refused(Constraint::ForceComponents {
-            limit: one_negative
-        }),
-        "limit"
-    ));
-    for radius in [-1.0, f64::INFINITY] {
-        let center = Vector3::zeros();
-        assert!(limit(
-            &refused(Constraint::KeepOutSphere { center, radius }),
-            "radius"
-        ));
-    }
-    for bad in [
-        cone(Vector3::x(), 0.0),
-        cone(Vector3::x(), 3.2),
-        corridor(FRAC_PI_2),
-        corridor(f64::NAN),
-    ] {
-        assert!(matches!(
-            refused(bad),
-            ConstraintError::Angle { constraint: 1, .. }
-        ));
-    }
-    let short = refused(cone(0.9 * Vector3::x(), 0.3));
-    assert!(
-        matches!(short, ConstraintError::Unit { which: "axis", .. }),
-        "{short}"
-    );
-    let lost = refused(Constraint::Corridor {
-        apex: Vector3::new(f64::INFINITY, 0.0, 0.0),
-        axis: Vector3::x(),
-        half_angle: 0.3,
-    });
-    assert!(
-        matches!(lost, ConstraintError::NotFinite { which: "apex", .. }),
-        "{lost}"
-    );
 }

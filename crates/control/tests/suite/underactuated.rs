@@ -1,8 +1,9 @@
 //! Transfers with fewer commands than coordinates, from nothing.
 
+use lgvi_control::terminal::{FinalPosition, SpinAxis};
 use lgvi_control::{
-    Actuation, Motion, NewtonSettings, Plan, PlanError, RotationTarget, Start, Terminal, Transfer,
-    TranslationTarget, solve,
+    Actuation, Motion, NewtonSettings, Plan, PlanError, Start, Terminal, Transfer, TransferError,
+    solve,
 };
 use lgvi_dynamics::gravity::Uniform;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -30,7 +31,7 @@ fn along(axes: &[usize]) -> Actuation {
 /// From rest without gravity in 2 units of time.
 fn transfer(
     n: usize,
-    target: impl Into<Terminal>,
+    target: impl TryInto<Terminal, Error: Into<TransferError>>,
     actuation: Actuation,
     motion: Motion,
 ) -> Transfer<Uniform> {
@@ -111,19 +112,14 @@ fn conditions_that_follow_from_others_are_harmless() {
         ])
         .expect("actuators")
     };
-    let translation = TranslationTarget::State {
-        position: Vector3::new(0.4, 0.3, 0.0),
-        linear_momentum: Vector3::new(0.3, 0.4, 0.0),
-    };
+    let momentum = Some(Vector3::new(0.3, 0.4, 0.0));
+    let position = FinalPosition::new(Vector3::new(0.4, 0.3, 0.0), momentum);
+    let free = Terminal::FREE.with(position.expect("a position"));
     let [alone, bound, against] = [None, Some(0.7 * arm), Some(0.6 * arm)].map(|momentum| {
-        let rotation = momentum.map_or(RotationTarget::Free, |momentum| RotationTarget::SpinAxis {
-            axis: Vector3::z(),
-            direction: Vector3::z(),
-            angular_momentum: momentum * Vector3::z(),
-        });
-        let target = Terminal {
-            translation,
-            rotation,
+        let spin = |momentum| SpinAxis::new(Vector3::z(), Vector3::z(), momentum * Vector3::z());
+        let target = match momentum {
+            Some(momentum) => free.clone().with(spin(momentum).expect("a spin axis")),
+            None => free.clone(),
         };
         transfer(40, target, actuation(), Motion::Full)
     });
@@ -141,12 +137,8 @@ fn conditions_that_follow_from_others_are_harmless() {
 fn what_no_command_reaches_ends_soon_with_what_there_is() {
     let aside = at_rest(Vector3::new(1.0, 0.1, 0.0), Vector3::zeros());
     let turned = at_rest(Vector3::zeros(), 0.5 * Vector3::x());
-    let free = Terminal {
-        translation: TranslationTarget::Position {
-            position: Vector3::y(),
-        },
-        rotation: RotationTarget::Free,
-    };
+    let position = FinalPosition::new(Vector3::y(), None).expect("a position");
+    let free = Terminal::FREE.with(position);
     let cases = [
         (transfer(40, aside, along(&[0]), Motion::Translation), 0.1),
         (transfer(40, aside, along(&[0, 4]), Motion::Full), 0.1),

@@ -1,8 +1,8 @@
 use std::fmt;
 
 use super::cost::Cost;
-use super::{Accuracy, ChoiceError, Run};
-use crate::{BodyState, Method, System};
+use super::{ChoiceError, Run};
+use crate::{Accuracy, BodyState, Method, System};
 
 /// A method and its substeps, chosen for a run, and why.
 #[derive(Clone, Debug, PartialEq)]

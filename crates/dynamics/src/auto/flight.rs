@@ -1,9 +1,9 @@
 use std::ops::ControlFlow;
 
 use super::cost::{Cost, STAGES, splitting};
-use super::{Accuracy, ChoiceError, Run};
+use super::{ChoiceError, Run};
 use crate::integrator::Adaptive;
-use crate::{BodyState, Load, Method, StepError, System};
+use crate::{Accuracy, BodyState, Load, Method, StepError, System};
 
 /// What a rehearsal may cost, about nanoseconds.
 pub(super) const BUDGET: f64 = 6e9;

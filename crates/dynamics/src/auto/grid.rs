@@ -52,16 +52,16 @@ fn adaptive(
         if local < 2.0 * reference.tolerance {
             break;
         }
-        let mut watcher = reference.watch(flights, tolerance);
+        let mut comparison = reference.comparison(flights, tolerance);
         let course = flights.adaptive(local, 2.0 * reference.cost(), |instant, states| {
-            watcher.look(instant, states)
+            comparison.compare(instant, states)
         })?;
         let method = Method::DormandPrince853 { tolerance: local };
-        if watcher.error < best.error {
+        if comparison.error < best.error {
             best = Candidate {
                 method,
                 substeps: 1,
-                error: watcher.error,
+                error: comparison.error,
                 cost: flights.price(method, 1, course.steps / reference.part()),
             };
         }
@@ -88,11 +88,11 @@ fn equal(
         if cost >= most.min(allowed) {
             break;
         }
-        let mut watcher = reference.watch(flights, tolerance);
+        let mut comparison = reference.comparison(flights, tolerance);
         flights.equal(method, substeps, |instant, states| {
-            watcher.look(instant, states)
+            comparison.compare(instant, states)
         })?;
-        let error = watcher.error;
+        let error = comparison.error;
         if best.is_none_or(|best| error < best.error) {
             best = Some(Candidate {
                 method,

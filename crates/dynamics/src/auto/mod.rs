@@ -12,7 +12,6 @@
 //!
 //! Nothing depends on a clock: the same input gives the same choice on every machine.
 
-mod accuracy;
 mod choice;
 mod cost;
 mod error;
@@ -22,11 +21,10 @@ mod reference;
 
 use std::ops::ControlFlow;
 
-pub use accuracy::Accuracy;
 pub use choice::{Candidate, Choice, Outlook};
 pub use error::ChoiceError;
 
-use crate::{BodyState, System};
+use crate::{Accuracy, BodyState, System};
 use cost::Cost;
 use flight::Flights;
 use reference::Reference;

@@ -167,8 +167,8 @@ impl Reference {
     }
 
     /// Who compares a flight with it on its way.
-    pub(super) fn watch(&self, flights: &Flights<'_>, tolerance: f64) -> Watcher<'_> {
-        Watcher {
+    pub(super) fn comparison(&self, flights: &Flights<'_>, tolerance: f64) -> Comparison<'_> {
+        Comparison {
             reference: self,
             accuracy: flights.accuracy,
             hopeless: HOPELESS * tolerance / self.growth,
@@ -184,7 +184,7 @@ impl Reference {
 }
 
 /// Compares a flight with a reference on its way.
-pub(super) struct Watcher<'a> {
+pub(super) struct Comparison<'a> {
     reference: &'a Reference,
     accuracy: super::Accuracy,
     hopeless: f64,
@@ -193,9 +193,9 @@ pub(super) struct Watcher<'a> {
     pub(super) error: f64,
 }
 
-impl Watcher<'_> {
+impl Comparison<'_> {
     /// Looks at the states at an instant; whether the flight is to go on.
-    pub(super) fn look(&mut self, instant: usize, states: &[BodyState]) -> bool {
+    pub(super) fn compare(&mut self, instant: usize, states: &[BodyState]) -> bool {
         let Reference {
             course,
             floor,

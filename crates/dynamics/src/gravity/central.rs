@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, Falloff, Form, Monopole, Shape};
+use super::{Attractor, Falloff, Form, Monopole, SourceShape};
 
 /// A point attractor, or a sphere from outside, at the origin: `φ = −GM/|d|` (§4.7).
 ///
@@ -25,7 +25,7 @@ impl Central {
 impl Attractor for Central {
     fn form(&self) -> Option<Form> {
         Some(Form::Attractor {
-            shape: Shape::Point { gm: self.gm },
+            shape: SourceShape::Point { gm: self.gm },
             placement: None,
         })
     }

@@ -7,7 +7,10 @@ use std::ops::AddAssign;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Attractor, CloseApproach, Form, Gravity, Interaction, Kept, Level, Monopole};
+use super::{
+    Attractor, Clearance, CloseApproach, Form, Gravity, Interaction, Kept, Level, Monopole,
+    Separable,
+};
 use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Gravity of fixed sources on one body at `x` with attitude `R`.
@@ -193,12 +196,31 @@ impl<F: Field> Gravity for F {
         }
     }
 
-    fn interactions(&self, bodies: &[RigidBody]) -> Option<Vec<Interaction>> {
-        let source = self.attractor()?;
+    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
+        let each = |(body, state): (&RigidBody, &BodyState)| {
+            Field::potential(self, body, &state.position, &state.attitude)
+        };
+        bodies.iter().zip(states).map(each).sum()
+    }
+
+    fn separable(&mut self) -> Option<&mut dyn Separable> {
+        self.attractor().is_some().then_some(self as _)
+    }
+
+    fn clearance(&self) -> Option<&dyn Clearance> {
+        Some(self)
+    }
+}
+
+impl<F: Field> Separable for F {
+    fn interactions(&self, bodies: &[RigidBody]) -> Vec<Interaction> {
+        let Some(source) = self.attractor() else {
+            return Vec::new();
+        };
         let each = bodies.iter().enumerate().map(|(index, body)| {
             Interaction::of_source(index, body, source, Field::cost(self, body))
         });
-        Some(each.collect())
+        each.collect()
     }
 
     fn add_kept_loads(
@@ -218,19 +240,10 @@ impl<F: Field> Gravity for F {
             }
         }
     }
+}
 
-    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
-        let each = |(body, state): (&RigidBody, &BodyState)| {
-            Field::potential(self, body, &state.position, &state.attitude)
-        };
-        bodies.iter().zip(states).map(each).sum()
-    }
-
-    fn check_clearance(
-        &self,
-        bodies: &[RigidBody],
-        states: &[BodyState],
-    ) -> Result<(), CloseApproach> {
+impl<F: Field> Clearance for F {
+    fn check(&self, bodies: &[RigidBody], states: &[BodyState]) -> Result<(), CloseApproach> {
         for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
             if body.mobility().is_given() {
                 continue;

@@ -6,7 +6,7 @@ pub enum Form {
     /// An attractor that does not move.
     Attractor {
         /// What attracts.
-        shape: Shape,
+        shape: SourceShape,
         /// Where; none at the origin, with the inertial frame's axes.
         placement: Option<Placement>,
     },
@@ -24,7 +24,7 @@ pub enum Form {
 
 /// An attractor in its own frame.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum SourceShape {
     /// A point or a sphere.
     Point {
         /// Gravitational parameter `GM`.

@@ -28,7 +28,7 @@ pub use attractor::{Attractor, Monopole};
 pub use central::Central;
 pub use field::{Field, Intrusion, LoadCurvature, LoadGradient};
 pub use fixed::Fixed;
-pub use form::{Form, Placement, Shape};
+pub use form::{Form, Placement, SourceShape};
 pub use interaction::{Falloff, Interaction, Kept, Level, Partner};
 pub use moments::Moments;
 pub use multipole::Multipole;
@@ -48,51 +48,58 @@ pub trait Gravity: Send {
     /// The potential `U` in `states`.
     fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64;
 
-    /// What it consists of, in the order in which it is computed; none where it cannot be taken apart.
-    fn interactions(&self, _bodies: &[RigidBody]) -> Option<Vec<Interaction>> {
+    /// Its interactions, each of which can be simplified by itself; none where it cannot be taken apart.
+    fn separable(&mut self) -> Option<&mut dyn Separable> {
         None
     }
+
+    /// How far bodies must stay from each other and from the sources; none where they may be anywhere.
+    fn clearance(&self) -> Option<&dyn Clearance> {
+        None
+    }
+
+    /// It in numbers, from which [`lanes`](crate::lanes) compute it for many systems at once; none where it has no such form.
+    fn form(&self) -> Option<Form> {
+        None
+    }
+
+    /// Cost of an evaluation for `bodies`, in multiples of a point in a central field, roughly.
+    fn cost(&self, bodies: &[RigidBody]) -> f64 {
+        let points = bodies.iter().map(|body| body.points().len().max(1) as f64);
+        points.sum()
+    }
+}
+
+/// Gravity that is a sum of [`Interaction`]s, of which a [`Skip`](crate::Skip) may leave something out.
+pub trait Separable {
+    /// The interactions, in the order in which they are computed.
+    fn interactions(&self, bodies: &[RigidBody]) -> Vec<Interaction>;
 
     /// Makes whatever any level of an interaction needs, so that loads allocate nothing.
     fn prepare(&mut self, _bodies: &[RigidBody]) {}
 
-    /// Adds to `loads` what those of its interactions exert that are kept.
+    /// Adds to `loads` what the interactions that are kept exert.
     fn add_kept_loads(
         &mut self,
         bodies: &[RigidBody],
         states: &[BodyState],
         loads: &mut [Load],
-        _kept: &[Kept],
-    ) {
-        self.add_loads(bodies, states, loads);
-    }
+        kept: &[Kept],
+    );
+}
 
+/// Extents of bodies and sources that nothing may enter.
+pub trait Clearance {
     /// Whether any of `bodies` or of the sources has an extent that another could enter.
     fn has_extents(&self, _bodies: &[RigidBody]) -> bool {
         true
     }
 
-    /// What an evaluation for `bodies` costs, in multiples of a point in a central field, roughly.
-    fn cost(&self, bodies: &[RigidBody]) -> f64 {
-        bodies
-            .iter()
-            .map(|body| body.points().len().max(1) as f64)
-            .sum()
-    }
-
-    /// What it is in numbers; none where it has no such form.
-    fn form(&self) -> Option<Form> {
-        None
-    }
-
-    /// Whether all bodies are outside each other's radii and those of the sources.
-    fn check_clearance(
-        &self,
-        _bodies: &[RigidBody],
-        _states: &[BodyState],
-    ) -> Result<(), CloseApproach> {
-        Ok(())
-    }
+    /// Whether all bodies are outside each other's extents and those of the sources.
+    ///
+    /// # Errors
+    /// The first pair that is not.
+    fn check(&self, bodies: &[RigidBody], states: &[BodyState]) -> Result<(), CloseApproach>;
 }
 
 /// A body is where another body or a source is.

@@ -2,7 +2,7 @@ use lgvi_lie::symmetric_eigen;
 use nalgebra::{Matrix3, Vector3};
 
 use super::harmonic::{Fourth, Harmonic, Second, Third};
-use super::{Attractor, Central, Falloff, Form, Moments, Monopole, Shape};
+use super::{Attractor, Central, Falloff, Form, Moments, Monopole, SourceShape};
 use crate::Inertia;
 
 /// The gravity of a body expanded about its centre of mass in moments of its mass ("inertia integrals"), to second or
@@ -165,7 +165,7 @@ impl Asphericity {
 impl Attractor for Multipole {
     fn form(&self) -> Option<Form> {
         (self.order() == 2).then_some(Form::Attractor {
-            shape: Shape::Quadrupole {
+            shape: SourceShape::Quadrupole {
                 gm: self.central.gm,
                 second: self.asphericity.second.0,
             },

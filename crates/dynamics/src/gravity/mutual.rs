@@ -1,6 +1,8 @@
 use super::extent::Extent;
 use super::pair::{self, Couple};
-use super::{CloseApproach, Form, Gravity, Interaction, Kept, Level, Multipole};
+use super::{
+    Clearance, CloseApproach, Form, Gravity, Interaction, Kept, Level, Multipole, Separable,
+};
 use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
@@ -49,13 +51,6 @@ impl Gravity for Mutual {
         })
     }
 
-    fn has_extents(&self, bodies: &[RigidBody]) -> bool {
-        bodies.iter().any(|body| {
-            let solid = matches!(body.distribution(), MassDistribution::Polyhedron(_));
-            solid || body.radius() > 0.0
-        })
-    }
-
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         let mut sum = 0.0;
         for (index, first) in bodies.iter().enumerate() {
@@ -84,7 +79,29 @@ impl Gravity for Mutual {
         }
     }
 
-    fn interactions(&self, bodies: &[RigidBody]) -> Option<Vec<Interaction>> {
+    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..bodies.len() {
+            for j in i + 1..bodies.len() {
+                if matters([&bodies[i], &bodies[j]]) {
+                    sum += pair::potential([&bodies[i], &bodies[j]], [&states[i], &states[j]]);
+                }
+            }
+        }
+        self.constant * sum
+    }
+
+    fn separable(&mut self) -> Option<&mut dyn Separable> {
+        Some(self)
+    }
+
+    fn clearance(&self) -> Option<&dyn Clearance> {
+        Some(self)
+    }
+}
+
+impl Separable for Mutual {
+    fn interactions(&self, bodies: &[RigidBody]) -> Vec<Interaction> {
         let extents: Vec<_> = bodies.iter().map(Extent::of).collect();
         let mut all = Vec::new();
         for i in 0..bodies.len() {
@@ -100,7 +117,7 @@ impl Gravity for Mutual {
                 ));
             }
         }
-        Some(all)
+        all
     }
 
     fn prepare(&mut self, bodies: &[RigidBody]) {
@@ -155,24 +172,17 @@ impl Gravity for Mutual {
             }
         }
     }
+}
 
-    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
-        let mut sum = 0.0;
-        for i in 0..bodies.len() {
-            for j in i + 1..bodies.len() {
-                if matters([&bodies[i], &bodies[j]]) {
-                    sum += pair::potential([&bodies[i], &bodies[j]], [&states[i], &states[j]]);
-                }
-            }
-        }
-        self.constant * sum
+impl Clearance for Mutual {
+    fn has_extents(&self, bodies: &[RigidBody]) -> bool {
+        bodies.iter().any(|body| {
+            let solid = matches!(body.distribution(), MassDistribution::Polyhedron(_));
+            solid || body.radius() > 0.0
+        })
     }
 
-    fn check_clearance(
-        &self,
-        bodies: &[RigidBody],
-        states: &[BodyState],
-    ) -> Result<(), CloseApproach> {
+    fn check(&self, bodies: &[RigidBody], states: &[BodyState]) -> Result<(), CloseApproach> {
         for (body, (first, at)) in bodies.iter().zip(states).enumerate() {
             for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
                 if !matters([first, second]) {

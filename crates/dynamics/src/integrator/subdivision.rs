@@ -57,7 +57,7 @@ impl Subdivision {
             .and_then(|report| self.resolved(system, states, h, level).map(|()| report));
         let error = match whole {
             Ok(report) => {
-                system.pass(&self.begun[level], states, h);
+                system.check_step(&self.begun[level], states, h);
                 return Ok(report);
             }
             Err(error) => error,

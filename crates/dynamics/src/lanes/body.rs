@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use super::flight::Plan;
+use super::flight::Batch;
 use crate::lane::{Lane, Matrix, Vector};
 use crate::rotation::DiscreteRotation;
 use crate::{BodyState, Load, Mobility};
@@ -158,24 +158,24 @@ pub(super) struct Body<T> {
 
 impl<T: Lane> Body<T> {
     /// The body with this index of each member.
-    pub(super) fn new(token: T::Token, index: usize, plan: &Plan) -> Self {
+    pub(super) fn new(token: T::Token, index: usize, batch: &Batch) -> Self {
         let zero = T::splat(token, 0.0);
         let point = Point {
             mass: zero,
             position: Vector::splat(token, &Vector3::zeros()),
         };
-        let members = plan.members.iter();
+        let members = batch.members.iter();
         let rotations: Vec<_> = members
             .map(|member| member.system.bodies()[index].inertia().rotation)
             .collect();
         let mut body = Self {
-            motion: plan.kind.motions[index],
+            motion: batch.layout.motions[index],
             per_mass: zero,
             rotation: DiscreteRotation::gather(token, &rotations),
-            points: vec![point; plan.kind.points[index]],
+            points: vec![point; batch.layout.points[index]],
             radius: zero,
         };
-        for (k, member) in plan.members.iter().enumerate() {
+        for (k, member) in batch.members.iter().enumerate() {
             let from = &member.system.bodies()[index];
             body.per_mass.set_lane(k, from.mass().recip());
             body.radius.set_lane(k, from.radius());

@@ -1,5 +1,5 @@
 use super::body::{Body, State};
-use super::flight::{Outcome, Plan};
+use super::flight::{Batch, Outcome};
 use super::gravity::Gravity;
 use crate::integrator::check_finite;
 use crate::lane::Lane;
@@ -69,14 +69,14 @@ impl Ends {
     pub(super) fn land<T: Lane>(
         self,
         states: &[State<T>],
-        plan: &Plan,
+        batch: &Batch,
         outcomes: &mut Vec<Outcome>,
     ) {
         let each = self.outcomes.into_iter().enumerate();
         outcomes.extend(each.map(|(k, outcome)| {
             outcome.unwrap_or_else(|| Outcome {
                 states: lane(states, k),
-                steps: plan.flight.steps,
+                steps: batch.flight.steps,
                 failure: None,
             })
         }));
@@ -91,7 +91,7 @@ fn lane<T: Lane>(states: &[State<T>], k: usize) -> Vec<BodyState> {
 #[inline(always)]
 pub(super) fn check<T: Lane>(
     ends: &mut Ends,
-    plan: &Plan,
+    batch: &Batch,
     bodies: &[Body<T>],
     gravity: &[Gravity<T>],
     states: &[State<T>],
@@ -101,21 +101,21 @@ pub(super) fn check<T: Lane>(
         let zero = state.zero_if_finite();
         good &= zero.at_most(zero.constant(0.0));
     }
-    if plan.kind.extents {
+    if batch.layout.extents {
         for gravity in gravity {
             good &= gravity.clear(bodies, states);
         }
     }
     if ends.flying() & !good != 0 {
-        look(ends, ends.flying() & !good, plan, states);
+        end_failed(ends, ends.flying() & !good, batch, states);
     }
 }
 
 /// Looks at each of `lanes` by itself, for sums may overflow where terms do not.
 #[cold]
 #[inline(never)]
-fn look<T: Lane>(ends: &mut Ends, lanes: u32, plan: &Plan, states: &[State<T>]) {
-    for (k, member) in plan.members.iter().enumerate() {
+fn end_failed<T: Lane>(ends: &mut Ends, lanes: u32, batch: &Batch, states: &[State<T>]) {
+    for (k, member) in batch.members.iter().enumerate() {
         if lanes & (1 << k) == 0 {
             continue;
         }

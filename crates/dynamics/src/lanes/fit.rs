@@ -40,7 +40,7 @@ pub enum Unfit {
         /// Which body.
         body: usize,
     },
-    /// A system of another kind beside it.
+    /// A system of another layout beside it.
     #[error("system {member} differs from the first in more than numbers")]
     Unlike {
         /// Which system, from 0.
@@ -50,7 +50,7 @@ pub enum Unfit {
 
 /// What lanes fly a system by: how they do it, beside the numbers.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Kind {
+pub(super) struct Layout {
     pub(super) stages: Vec<(f64, f64)>,
     pub(super) last_kick: f64,
     pub(super) forms: Vec<Form>,
@@ -63,10 +63,10 @@ pub(super) struct Kind {
 
 /// Whether lanes can fly `system` by `method`.
 pub fn fit(system: &System, method: Method) -> Result<(), Unfit> {
-    Kind::of(system, method).map(|_| ())
+    Layout::of(system, method).map(|_| ())
 }
 
-impl Kind {
+impl Layout {
     pub(super) fn of(system: &System, method: Method) -> Result<Self, Unfit> {
         let (stages, last_kick) = stages(system, method)?;
         let bodies = system.bodies();

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::FlyError;
-use super::fit::{Kind, Unfit};
+use super::fit::{Layout, Unfit};
 use crate::range::check_step;
 use crate::simulation::check;
 use crate::{BodyState, Load, Method, StepError, System};
@@ -54,39 +54,39 @@ pub struct Outcome {
 }
 
 /// A flight of as many members as there are lanes, or fewer.
-pub(super) struct Plan<'a> {
+pub(super) struct Batch<'a> {
     pub(super) flight: &'a Flight<'a>,
-    pub(super) kind: Kind,
+    pub(super) layout: Layout,
     pub(super) members: &'a [Member],
     /// One a member.
     pub(super) states: Vec<Vec<BodyState>>,
 }
 
-impl<'a> Plan<'a> {
+impl<'a> Batch<'a> {
     pub(super) fn new(flight: &'a Flight, members: &'a [Member]) -> Result<Self, FlyError> {
         check_step(flight.h)?;
-        let mut kinds = Vec::with_capacity(members.len());
+        let mut layouts = Vec::with_capacity(members.len());
         let mut all = Vec::with_capacity(members.len());
         for (member, Member { system, states, .. }) in members.iter().enumerate() {
             check(system, states)?;
             let mut states = states.clone();
             system.constrain(&mut states);
             all.push(states);
-            let kind = Kind::of(system, flight.method)?;
-            if kinds.first().is_some_and(|first| *first != kind) {
+            let layout = Layout::of(system, flight.method)?;
+            if layouts.first().is_some_and(|first| *first != layout) {
                 return Err(Unfit::Unlike { member }.into());
             }
-            kinds.push(kind);
+            layouts.push(layout);
         }
-        let kind = kinds.into_iter().next().ok_or(Unfit::Nobody)?;
+        let layout = layouts.into_iter().next().ok_or(Unfit::Nobody)?;
         if let Some(Thrust { body, .. }) = flight.thrust
-            && body >= kind.motions.len()
+            && body >= layout.motions.len()
         {
             return Err(Unfit::Thrust { body }.into());
         }
         Ok(Self {
             flight,
-            kind,
+            layout,
             members,
             states: all,
         })

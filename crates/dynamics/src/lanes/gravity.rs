@@ -1,6 +1,6 @@
 use super::body::{Body, Effect, Motion, Point, State};
 use super::mutual::Mutual;
-use crate::gravity::{Form, Shape};
+use crate::gravity::{Form, SourceShape};
 use crate::lane::{Lane, Matrix, Vector};
 
 /// Gravity on all bodies in every lane.
@@ -26,8 +26,10 @@ impl<T: Lane> Gravity<T> {
         match form {
             Form::Attractor { shape, placement } => {
                 let (gm, second) = match shape {
-                    Shape::Point { gm } => (*gm, None),
-                    Shape::Quadrupole { gm, second } => (*gm, Some(Matrix::splat(token, second))),
+                    SourceShape::Point { gm } => (*gm, None),
+                    SourceShape::Quadrupole { gm, second } => {
+                        (*gm, Some(Matrix::splat(token, second)))
+                    }
                 };
                 let radius = placement.as_ref().map_or(0.0, |placement| placement.radius);
                 Self::Attractor(Attractor {

@@ -1,6 +1,6 @@
 use super::body::{Body, Effect, Motion, State};
 use super::end::{self, Ends};
-use super::flight::{Outcome, Plan, Thrust};
+use super::flight::{Batch, Outcome, Thrust};
 use super::gravity::Gravity;
 use super::rescue::{Unsolved, rescue};
 use crate::Load;
@@ -9,15 +9,15 @@ use crate::lane::Lane;
 
 /// Flies as many members as there are lanes, or fewer.
 #[inline(always)]
-pub(super) fn fly<T: Lane>(token: T::Token, plan: &Plan, outcomes: &mut Vec<Outcome>) {
-    let mut flock = Flock::<T>::new(token, plan);
+pub(super) fn fly<T: Lane>(token: T::Token, batch: &Batch, outcomes: &mut Vec<Outcome>) {
+    let mut flock = Flock::<T>::new(token, batch);
     flock.fly();
-    flock.ends.land(&flock.states, plan, outcomes);
+    flock.ends.land(&flock.states, batch, outcomes);
 }
 
 /// As many systems as there are lanes, on their way by the steps of [`Splitting`](crate::integrator::Splitting).
 struct Flock<'a, T> {
-    plan: &'a Plan<'a>,
+    batch: &'a Batch<'a>,
     bodies: Vec<Body<T>>,
     gravity: Vec<Gravity<T>>,
     /// Where the present step began; of several substeps, the first.
@@ -38,25 +38,25 @@ struct Flock<'a, T> {
 
 impl<'a, T: Lane> Flock<'a, T> {
     #[inline(never)]
-    fn new(token: T::Token, plan: &'a Plan<'a>) -> Self {
-        let kind = &plan.kind;
-        let count = kind.motions.len();
+    fn new(token: T::Token, batch: &'a Batch<'a>) -> Self {
+        let layout = &batch.layout;
+        let count = layout.motions.len();
         let bodies: Vec<_> = (0..count)
-            .map(|index| Body::new(token, index, plan))
+            .map(|index| Body::new(token, index, batch))
             .collect();
         let none = Effect::splat(token, &Load::default());
         let mut states = vec![State::zero(token); count];
         let mut factors = none;
-        for (k, (own, member)) in plan.states.iter().zip(plan.members).enumerate() {
+        for (k, (own, member)) in batch.states.iter().zip(batch.members).enumerate() {
             for (state, from) in states.iter_mut().zip(own) {
                 state.set_lane(k, from);
             }
             factors.force.set_lane(k, &member.force);
             factors.moment.set_lane(k, &member.moment);
         }
-        let forms = kind.forms.iter();
+        let forms = layout.forms.iter();
         Self {
-            plan,
+            batch,
             gravity: forms
                 .map(|form| Gravity::new(token, form, &bodies))
                 .collect(),
@@ -68,14 +68,14 @@ impl<'a, T: Lane> Flock<'a, T> {
             later: vec![none; count],
             total: vec![none; count],
             factors,
-            warm_start: WarmStart::new(T::splat(token, 0.0), kind.stages.len(), count),
-            ends: Ends::new(plan.members.len()),
+            warm_start: WarmStart::new(T::splat(token, 0.0), layout.stages.len(), count),
+            ends: Ends::new(batch.members.len()),
         }
     }
 
     #[inline(always)]
     fn fly(&mut self) {
-        let flight = self.plan.flight;
+        let flight = self.batch.flight;
         let substeps = flight.substeps.max(1);
         let h = match substeps {
             1 => flight.h,
@@ -112,7 +112,7 @@ impl<'a, T: Lane> Flock<'a, T> {
     /// What the thrust of a step is in each lane, and on which body.
     #[inline(always)]
     fn thrust(&self, step: u64) -> Option<(usize, Effect<T>)> {
-        let Thrust { body, loads } = self.plan.flight.thrust?;
+        let Thrust { body, loads } = self.batch.flight.thrust?;
         let load = loads.get(usize::try_from(step).ok()?)?;
         if !load.acts() {
             return None;
@@ -124,15 +124,15 @@ impl<'a, T: Lane> Flock<'a, T> {
     /// One step of the method, in `next`; returns whether `effects` are those there.
     #[inline(always)]
     fn substep(&mut self, thrust: Option<&(usize, Effect<T>)>, h: f64) -> bool {
-        let plan = self.plan;
-        for (index, &(b, a)) in plan.kind.stages.iter().enumerate() {
+        let batch = self.batch;
+        for (index, &(b, a)) in batch.layout.stages.iter().enumerate() {
             if index > 0 && b != 0.0 {
                 self.attract(When::Later);
             }
             let impulse = (b != 0.0).then_some(b * h);
             self.stage(index, thrust, impulse, a * h);
         }
-        let last = plan.kind.last_kick;
+        let last = batch.layout.last_kick;
         if last != 0.0 {
             self.attract(When::Later);
             let effects = acting(&self.gravity, &self.later, &mut self.total, thrust);
@@ -143,7 +143,7 @@ impl<'a, T: Lane> Flock<'a, T> {
         }
         end::check(
             &mut self.ends,
-            plan,
+            batch,
             &self.bodies,
             &self.gravity,
             &self.next,
@@ -219,7 +219,7 @@ impl<'a, T: Lane> Flock<'a, T> {
             let unsolved = flying & !solved.lanes;
             if unsolved != 0 {
                 let lanes = Unsolved {
-                    plan: self.plan,
+                    batch: self.batch,
                     lanes: unsolved,
                     body: number,
                     h,

@@ -1,4 +1,4 @@
-//! Many systems of one kind side by side, a lane of a vector register each: what an ensemble is flown by.
+//! Many systems of one layout side by side, a lane of a vector register each: what an ensemble is flown by.
 //!
 //! [`fly`] makes the steps that [`Simulation`](crate::Simulation) makes, by the same operations in the same order, for as
 //! many systems at once as a register has lanes. No operation of one lane depends on another, none is fused, an implicit
@@ -26,7 +26,7 @@ pub use flight::{Flight, Member, Outcome, Thrust};
 use fearless_simd::{Level, Simd, dispatch, f64x4, f64x8};
 
 use crate::MethodError;
-use flight::Plan;
+use flight::Batch;
 
 /// How many systems fly side by side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,25 +89,25 @@ pub fn fly(
 ) -> Result<Vec<Outcome>, FlyError> {
     let mut outcomes = Vec::with_capacity(members.len());
     for members in members.chunks(width.lanes()) {
-        let plan = Plan::new(flight, members)?;
+        let batch = Batch::new(flight, members)?;
         let level = instructions.level();
         match width {
-            Width::One => kernel::fly::<f64>((), &plan, &mut outcomes),
-            Width::Four => dispatch!(level, simd => four(simd, &plan, &mut outcomes)),
-            Width::Eight => dispatch!(level, simd => eight(simd, &plan, &mut outcomes)),
+            Width::One => kernel::fly::<f64>((), &batch, &mut outcomes),
+            Width::Four => dispatch!(level, simd => four(simd, &batch, &mut outcomes)),
+            Width::Eight => dispatch!(level, simd => eight(simd, &batch, &mut outcomes)),
         }
     }
     Ok(outcomes)
 }
 
 #[inline(always)]
-fn four<S: Simd>(simd: S, plan: &Plan, outcomes: &mut Vec<Outcome>) {
-    kernel::fly::<f64x4<S>>(simd, plan, outcomes);
+fn four<S: Simd>(simd: S, batch: &Batch, outcomes: &mut Vec<Outcome>) {
+    kernel::fly::<f64x4<S>>(simd, batch, outcomes);
 }
 
 #[inline(always)]
-fn eight<S: Simd>(simd: S, plan: &Plan, outcomes: &mut Vec<Outcome>) {
-    kernel::fly::<f64x8<S>>(simd, plan, outcomes);
+fn eight<S: Simd>(simd: S, batch: &Batch, outcomes: &mut Vec<Outcome>) {
+    kernel::fly::<f64x8<S>>(simd, batch, outcomes);
 }
 
 /// Why lanes do not fly.

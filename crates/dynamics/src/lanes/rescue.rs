@@ -1,12 +1,12 @@
 use super::body::State;
 use super::end::Ends;
-use super::flight::Plan;
+use super::flight::Batch;
 use crate::StepError;
 use crate::lane::Lane;
 
 /// Lanes in which a body's turn is not found by repetition.
 pub(super) struct Unsolved<'a> {
-    pub(super) plan: &'a Plan<'a>,
+    pub(super) batch: &'a Batch<'a>,
     /// Bit k: lane k.
     pub(super) lanes: u32,
     pub(super) body: usize,
@@ -25,7 +25,7 @@ pub(super) fn rescue<T: Lane>(
     ends: &mut Ends,
 ) {
     for k in (0..T::COUNT).filter(|k| unsolved.lanes & (1 << k) != 0) {
-        let body = &unsolved.plan.members[k].system.bodies()[unsolved.body];
+        let body = &unsolved.batch.members[k].system.bodies()[unsolved.body];
         let p = state.angular_momentum.lane(k);
         match (body.inertia().rotation).find(unsolved.h, &p, guess.lane(k)) {
             Ok(found) => {

@@ -1,10 +1,9 @@
 use thiserror::Error;
 
 use super::response::Response;
-use super::{Skip, Watch};
-use crate::auto::Accuracy;
+use super::{Levels, Skip};
 use crate::gravity::Neglect;
-use crate::{BodyState, StepError, System};
+use crate::{Accuracy, BodyState, StepError, System};
 
 /// Evaluations of gravity that flights may take to learn how errors grow, and what they may cost in multiples of a point in a
 /// central field.
@@ -88,18 +87,18 @@ impl Allowance {
             factor: 1.0,
             evaluations: 0,
         });
-        let watch = |allowance| Watch::new(system, states, Skip::Within(allowance));
-        if !watch(at_best).is_some_and(|watch| watch.may_leave_out()) {
+        let mut levels = |allowance| Levels::new(system, states, Skip::Within(allowance));
+        if !levels(at_best).is_some_and(|levels| levels.may_leave_out()) {
             return Err(Refusal::Nothing);
         }
         let evaluations = EVALUATIONS.min((COST / system.cost()) as u64);
         let (response, course) = Response::measure(system, states, duration, evaluations)?;
         let allowance = with(response);
-        let mut watch = Watch::new(system, states, Skip::Within(allowance));
+        let mut levels = Levels::new(system, states, Skip::Within(allowance));
         let mut leaves_out = |states: &Vec<BodyState>| {
-            watch.as_mut().is_some_and(|watch| {
-                watch.begin(states);
-                watch.may_leave_out()
+            levels.as_mut().is_some_and(|levels| {
+                levels.reset(states);
+                levels.may_leave_out()
             })
         };
         if course.iter().any(&mut leaves_out) {

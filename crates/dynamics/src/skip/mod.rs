@@ -12,15 +12,17 @@
 //! however many stages the step is made, and not at all while it is at rest.
 
 mod allowance;
-mod plan;
+mod levels;
 mod response;
+mod summary;
+mod switching;
 mod term;
-mod watch;
 
 pub use allowance::{Allowance, Refusal};
-pub use plan::{BodyPlan, InteractionPlan, Plan, Rotation, Translation};
+pub use summary::{BodySummary, InteractionSummary, Rotation, Summary, Translation};
 
-pub(crate) use watch::Watch;
+pub(crate) use levels::Levels;
+pub(crate) use switching::LevelSwitching;
 
 /// What may be left out of a simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,10 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{Refusal, Skip, Watch};
-use crate::auto::Accuracy;
+use super::{Levels, Refusal, Skip};
 use crate::integrator::Adaptive;
-use crate::{BodyState, Integrator, Load, Mobility, RigidBody, StepError, System};
+use crate::{Accuracy, BodyState, Integrator, Load, Mobility, RigidBody, StepError, System};
 
 /// Equal intervals of the run at whose ends the flights are looked at.
 const SAMPLES: usize = 64;
@@ -92,10 +91,10 @@ impl Response {
 }
 
 /// Whether a body's rotation depends on what is left out, or anything on its rotation: not where gravity has no moment on it.
-fn turns(system: &System, states: &[BodyState]) -> Vec<bool> {
+fn turns(system: &mut System, states: &[BodyState]) -> Vec<bool> {
+    let levels = Levels::new(system, states, Skip::Exact);
     let bodies = system.bodies();
-    let watch = Watch::new(system, states, Skip::Exact);
-    let coasting = watch.map(|watch| watch.selection(bodies).coasting);
+    let coasting = levels.map(|levels| levels.selection(bodies).coasting);
     coasting.map_or_else(
         || vec![true; bodies.len()],
         |coasting| coasting.into_iter().map(|coasts| !coasts).collect(),

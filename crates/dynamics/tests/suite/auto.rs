@@ -2,10 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use lgvi_dynamics::auto::{Accuracy, Choice, ChoiceError, Outlook, Run};
+use lgvi_dynamics::auto::{Choice, ChoiceError, Outlook, Run};
 
 use lgvi_dynamics::gravity::Mutual;
-use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, StepError, System};
+use lgvi_dynamics::{
+    Accuracy, BodyState, Inertia, Load, Method, RigidBody, Simulation, StepError, System,
+};
 use lgvi_truth::RUNS;
 use lgvi_truth::flights::Flight;
 use nalgebra::{Matrix3, Vector3};

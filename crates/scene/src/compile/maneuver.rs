@@ -3,6 +3,8 @@ mod constraints;
 mod options;
 mod target;
 
+pub(crate) use constraints::ConstraintFile;
+
 use lgvi_control::{Dynamics, Motion};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, Mobility};

@@ -1,6 +1,7 @@
 use serde::Deserialize;
 
 use super::AttitudeFile;
+use crate::compile::ConstraintFile;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -66,50 +67,6 @@ pub(crate) struct ActuatorFile {
 
 fn one() -> f64 {
     1.0
-}
-
-#[derive(Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum ConstraintFile {
-    Commands {
-        limit: LimitFile,
-    },
-    ForceComponents {
-        limit: LimitFile,
-    },
-    MomentComponents {
-        limit: LimitFile,
-    },
-    ForceNorm {
-        limit: f64,
-    },
-    MomentNorm {
-        limit: f64,
-    },
-    KeepOutCone {
-        axis: [f64; 3],
-        direction: [f64; 3],
-        half_angle: f64,
-    },
-    KeepOutSphere {
-        centre: [f64; 3],
-        radius: f64,
-    },
-    Corridor {
-        apex: [f64; 3],
-        axis: [f64; 3],
-        half_angle: f64,
-    },
-}
-
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected a number, or one for each axis or command"
-)]
-pub(crate) enum LimitFile {
-    All(f64),
-    Each(Vec<f64>),
 }
 
 #[derive(Deserialize)]

@@ -2,7 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use lgvi_control::{Constraint, Dynamics, Motion, RotationTarget, Terminal, TranslationTarget};
+use lgvi_control::constraint::{
+    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
+};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
+use lgvi_control::{Constraint, Dynamics, Motion, Terminal};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Method};
 use lgvi_lie::exp;
@@ -37,48 +41,26 @@ fn what_the_target_leaves_out_is_free() {
     let attitude = Matrix3::identity();
     let z = Vector3::z();
     let identity = "attitude = { w = 1, x = 0, y = 0, z = 0 }";
-    for (target, translation, rotation) in [
+    let at = |momentum| FinalPosition::new(position, momentum).expect("a position");
+    let turned = |momentum| FinalAttitude::new(attitude, momentum).expect("an attitude");
+    let orbit = KeplerOrbit::new(4.0, Vector3::zeros(), 2.0, position, Vector3::y());
+    let spin = SpinAxis::new(z, z, 5.0 * z).expect("a spin axis");
+    let free = Terminal::FREE;
+    for (target, expected) in [
         (
             STATE,
-            TranslationTarget::State {
-                position,
-                linear_momentum: momentum,
-            },
-            RotationTarget::State {
-                attitude,
-                angular_momentum: Vector3::new(0.1, 0.0, 0.0),
-            },
+            free.clone()
+                .with(at(Some(momentum)))
+                .with(turned(Some(Vector3::new(0.1, 0.0, 0.0)))),
         ),
-        (
-            "position = [3, 1, 0]",
-            TranslationTarget::Position { position },
-            RotationTarget::Free,
-        ),
-        (
-            identity,
-            TranslationTarget::Free,
-            RotationTarget::Attitude { attitude },
-        ),
+        ("position = [3, 1, 0]", free.clone().with(at(None))),
+        (identity, free.clone().with(turned(None))),
         (
             "orbit = { position = [3, 1, 0], velocity = [0, 1, 0] }\n\
              spin_axis = { axis = [0, 0, 2], direction = [0, 0, 5] }\nangular_velocity = [0, 0, 2]",
-            TranslationTarget::Orbit {
-                gm: 4.0,
-                center: Vector3::zeros(),
-                position,
-                linear_momentum: momentum,
-            },
-            RotationTarget::SpinAxis {
-                axis: z,
-                direction: z,
-                angular_momentum: 5.0 * z,
-            },
+            free.with(orbit.expect("an orbit")).with(spin),
         ),
     ] {
-        let expected = Terminal {
-            translation,
-            rotation,
-        };
         assert_eq!(maneuver("", target).target, expected, "{target}");
     }
 }
@@ -93,32 +75,22 @@ fn constraints_are_compiled_one_by_one() {
         { kind = \"corridor\", apex = [3, 1, 0], axis = [0, 0, 9], half_angle = 0.3 },\n\
         { kind = \"commands\", limit = 7 }]";
     let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let commands = [7.0; 6];
+    let [force, moment] = [Place::Position, Place::Attitude];
+    let components = |place, limit| ComponentLimit::new(place, limit).map(Constraint::commands);
+    let norm = |place, limit| NormLimit::new(place, limit).map(Constraint::commands);
+    let corner = Vector3::new(1.0, 2.0, 3.0);
+    let corridor = Corridor::new(Vector3::new(3.0, 1.0, 0.0), z, 0.3);
     let expected = [
-        Constraint::ForceComponents {
-            limit: Vector3::new(1.0, 2.0, 3.0),
-        },
-        Constraint::MomentComponents {
-            limit: Vector3::from_element(0.5),
-        },
-        Constraint::ForceNorm { limit: 4.0 },
-        Constraint::MomentNorm { limit: 5.0 },
-        Constraint::KeepOutCone {
-            axis: x,
-            direction: y,
-            half_angle: 0.25,
-        },
-        Constraint::KeepOutSphere {
-            center: Vector3::new(1.0, 2.0, 3.0),
-            radius: 0.5,
-        },
-        Constraint::Corridor {
-            apex: Vector3::new(3.0, 1.0, 0.0),
-            axis: z,
-            half_angle: 0.3,
-        },
-        Constraint::Commands { limit: commands },
-    ];
+        components(force, corner),
+        components(moment, Vector3::from_element(0.5)),
+        norm(force, 4.0),
+        norm(moment, 5.0),
+        KeepOutCone::new(x, y, 0.25).map(Constraint::state),
+        KeepOutSphere::new(corner, 0.5).map(Constraint::state),
+        corridor.map(Constraint::state),
+        CommandLimit::new([7.0; 6]).map(Constraint::commands),
+    ]
+    .map(|constraint| constraint.expect("a constraint"));
     assert_eq!(maneuver(keys, STATE).constraints, expected);
 }
 
@@ -133,10 +105,8 @@ fn actuators_take_the_place_of_force_and_moment() {
     assert_eq!(matrix.column(1).as_slice(), [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
     assert_eq!(maneuver.actuation.weight()[(0, 0)], 3.0);
     assert_eq!(maneuver.actuation.weight()[(1, 1)], 1.0);
-    let [Constraint::Commands { limit }] = maneuver.constraints[..] else {
-        panic!("{:?}", maneuver.constraints)
-    };
-    assert_eq!(limit[..2], [1.0, 2.0]);
+    let limit: &CommandLimit = maneuver.constraints[0].downcast_ref().expect("limits");
+    assert_eq!(limit.limit()[..2], [1.0, 2.0]);
 }
 
 #[test]

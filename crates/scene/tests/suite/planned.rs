@@ -1,6 +1,7 @@
 //! The shipped scenes of each class are planned, and flown as planned.
 
-use lgvi_control::{Constraint, NewtonSettings, Plan, Start, solve};
+use lgvi_control::constraint::{ComponentLimit, Corridor, KeepOutCone, NormLimit};
+use lgvi_control::{NewtonSettings, Plan, Start, solve};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
 
@@ -34,23 +35,16 @@ fn the_telescope_turns_past_the_sun_within_the_moment_of_its_wheels() {
     let miss = scene.miss(states.last().unwrap()).unwrap();
     assert!(miss.norm() < 1e-9, "{miss}");
     let constraints = &scene.maneuver.as_ref().unwrap().constraints;
-    let [
-        Constraint::KeepOutCone {
-            axis,
-            direction,
-            half_angle,
-        },
-        Constraint::MomentComponents { limit },
-    ] = constraints[..]
-    else {
-        panic!("{constraints:?}")
-    };
+    let cone: &KeepOutCone = constraints[0].downcast_ref().expect("a cone");
+    let [axis, direction] = [cone.axis(), cone.direction()];
+    let wheels: &ComponentLimit = constraints[1].downcast_ref().expect("limits");
+    let limit = wheels.limit();
     let angles = states
         .iter()
         .map(|state| direction.angle(&(state.attitude * axis)));
     let nearest = angles.fold(f64::INFINITY, f64::min);
     // The shortest way goes straight through the cone: what keeps out touches it.
-    assert!((nearest - half_angle).abs() < 1e-4, "{nearest}");
+    assert!((nearest - cone.half_angle()).abs() < 1e-4, "{nearest}");
     let largest = plan
         .controls
         .iter()
@@ -68,22 +62,15 @@ fn the_chaser_stays_in_the_corridor_within_the_force_of_its_thrusters() {
     let miss = scene.miss(states.last().unwrap()).unwrap();
     assert!(miss.norm() < 1e-9, "{miss}");
     let constraints = &scene.maneuver.as_ref().unwrap().constraints;
-    let [
-        Constraint::Corridor {
-            apex,
-            axis,
-            half_angle,
-        },
-        Constraint::ForceNorm { limit },
-    ] = constraints[..]
-    else {
-        panic!("{constraints:?}")
-    };
+    let corridor: &Corridor = constraints[0].downcast_ref().expect("a corridor");
+    let [apex, axis] = [corridor.apex(), corridor.axis()];
+    let thrusters: &NormLimit = constraints[1].downcast_ref().expect("a limit");
+    let limit = thrusters.limit();
     let angles = states
         .iter()
         .map(|state| axis.angle(&(state.position - apex)));
     let widest = angles.fold(0.0, f64::max);
-    assert!((widest - half_angle).abs() < 1e-4, "{widest}");
+    assert!((widest - corridor.half_angle()).abs() < 1e-4, "{widest}");
     let largest = plan
         .controls
         .iter()

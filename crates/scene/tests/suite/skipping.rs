@@ -1,6 +1,6 @@
 //! What scenes may leave out, and that they fly as without.
 
-use lgvi_dynamics::auto::Accuracy;
+use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::gravity::Level;
 use lgvi_dynamics::skip::{Rotation, Translation};
 use lgvi_dynamics::{Load, Method, Simulation, Skip};
@@ -64,7 +64,7 @@ fn rocks_round_an_asteroid_are_mostly_alone() {
     let Skip::Within(_) = scheme.skip else {
         panic!("{:?}", scheme.skip);
     };
-    let plan = scene.plan(scheme);
+    let plan = scene.summary(scheme);
     let dropped = plan
         .interactions
         .iter()
@@ -144,7 +144,7 @@ fn free_bodies_move_uniformly() {
     let scene = Scene::parse("test", &text).unwrap();
     let scheme = scene.scheme().unwrap();
     assert_eq!(scheme.skip, Skip::Exact);
-    let plan = scene.plan(scheme);
+    let plan = scene.summary(scheme);
     assert_eq!(plan.bodies[0].translation, Translation::Uniform);
     assert_eq!(plan.bodies[0].rotation, Rotation::Staged);
     assert!(plan.interactions.is_empty() && plan.costs == [0.0; 2]);

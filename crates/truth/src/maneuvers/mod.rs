@@ -31,7 +31,7 @@ mod orbit;
 mod rest;
 mod varied;
 
-use lgvi_control::{Actuation, ActuationError, ConstraintError, Transfer, TransferError};
+use lgvi_control::{Actuation, ActuationError, ParameterError, Transfer, TransferError};
 use lgvi_dynamics::gravity::{Field, Sources};
 use lgvi_dynamics::{BodyError, BodyState, InertiaError, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -95,7 +95,7 @@ pub enum ManeuverError {
     Transfer(#[from] TransferError),
     /// No inequalities.
     #[error(transparent)]
-    Constraint(#[from] ConstraintError),
+    Constraint(#[from] ParameterError),
 }
 
 /// Manoeuvre `index` of `seed`: even ones from rest to rest, odd ones from orbit to orbit.

@@ -7,6 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
 use lgvi_control::{Actuation, Constraint, NewtonSettings, PlanError, Start, Transfer, solve};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
@@ -235,12 +236,12 @@ fn finish(
 }
 
 impl Varied {
-    fn under(self, constraints: Vec<Constraint>) -> Result<Self, ManeuverError> {
-        Ok(Self {
-            transfer: self.transfer.with_constraints(constraints.clone())?,
+    fn under(self, constraints: Vec<Constraint>) -> Self {
+        Self {
+            transfer: self.transfer.with_constraints(&constraints),
             constraints,
             ..self
-        })
+        }
     }
 
     /// The transfer in its own units; it costs the same number.
@@ -261,28 +262,24 @@ impl Varied {
         let transfer = &self.transfer;
         let target = transfer.target().state();
         let [w_force, w_moment] = self.weights;
-        let constraints = self.constraints.iter().map(|constraint| match *constraint {
-            Constraint::ForceNorm { limit } => Constraint::ForceNorm {
-                limit: force * limit,
-            },
-            Constraint::MomentNorm { limit } => Constraint::MomentNorm {
-                limit: moment * limit,
-            },
-            Constraint::KeepOutSphere { center, radius } => Constraint::KeepOutSphere {
-                center: l * center,
-                radius: l * radius,
-            },
-            Constraint::Corridor {
-                apex,
-                axis,
-                half_angle,
-            } => Constraint::Corridor {
-                apex: l * apex,
-                axis,
-                half_angle,
-            },
-            other => other,
-        });
+        let rescaled = |constraint: &Constraint| -> Result<Constraint, ManeuverError> {
+            Ok(if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
+                let load = match norm.place() {
+                    Place::Position => force,
+                    Place::Attitude => moment,
+                };
+                Constraint::commands(NormLimit::new(norm.place(), load * norm.limit())?)
+            } else if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+                let (centre, radius) = (l * sphere.centre(), l * sphere.radius());
+                Constraint::state(KeepOutSphere::new(centre, radius)?)
+            } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
+                let (apex, axis) = (l * corridor.apex(), corridor.axis());
+                Constraint::state(Corridor::new(apex, axis, corridor.half_angle())?)
+            } else {
+                constraint.clone()
+            })
+        };
+        let constraints: Result<Vec<_>, _> = self.constraints.iter().map(rescaled).collect();
         let stated = Transfer::new(
             RigidBody::new(m * self.body.mass(), inertia, points.collect())?,
             Central {
@@ -297,7 +294,7 @@ impl Varied {
                 &(w_moment / (moment * moment * t)),
             )?,
         )?;
-        Ok(stated.with_constraints(constraints.collect())?)
+        Ok(stated.with_constraints(&constraints?))
     }
 }
 
@@ -318,24 +315,26 @@ fn limited(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
         greatest(|load| load.force.norm()),
         greatest(|load| load.moment.norm()),
     ];
-    let limits = move |part: f64| {
+    let limits = move |part: f64| -> Result<Vec<Constraint>, ManeuverError> {
         let [force, moment] = greatest.map(|most| part * most);
         let mut constraints = Vec::new();
         if orbits {
-            constraints.push(Constraint::ForceNorm { limit: force });
+            let limit = NormLimit::new(Place::Position, force)?;
+            constraints.push(Constraint::commands(limit));
         }
         if turns {
-            constraints.push(Constraint::MomentNorm { limit: moment });
+            let limit = NormLimit::new(Place::Attitude, moment)?;
+            constraints.push(Constraint::commands(limit));
         }
-        constraints
+        Ok(constraints)
     };
-    let hopeless = free.clone().under(limits(HOPELESS))?;
+    let hopeless = free.clone().under(limits(HOPELESS)?);
     let least = match solve(&hopeless.transfer, Start::Cold, &settings, |_| true) {
         Err(PlanError::NotFound { violation, .. }) => HOPELESS * (1.0 + violation),
         Ok(_) => HOPELESS,
         Err(_) => 1.0,
     };
-    free.under(limits((multiple * least).min(1.0)))
+    Ok(free.under(limits((multiple * least).min(1.0))?))
 }
 
 /// A part of what the plan without limits exerts with which no plan is expected.
@@ -355,12 +354,8 @@ fn past_a_cone(random: &mut Random, free: Varied) -> Result<Varied, ManeuverErro
         let off = |attitude: &Matrix3<f64>| (attitude * axis).dot(&direction);
         let clear = libm::cos(half_angle + 0.05);
         if off(&from) < clear && off(&to) < clear {
-            let cone = Constraint::KeepOutCone {
-                axis,
-                direction,
-                half_angle,
-            };
-            return free.under(vec![cone]);
+            let cone = KeepOutCone::new(axis, direction, half_angle)?;
+            return Ok(free.under(vec![Constraint::state(cone)]));
         }
     }
     Ok(free)
@@ -385,7 +380,8 @@ fn past_a_sphere(random: &mut Random, free: Varied) -> Result<Varied, ManeuverEr
     if ends.iter().any(|end| (end - center).norm() < 1.1 * radius) {
         return Ok(free);
     }
-    free.under(vec![Constraint::KeepOutSphere { center, radius }])
+    let sphere = KeepOutSphere::new(center, radius)?;
+    Ok(free.under(vec![Constraint::state(sphere)]))
 }
 
 /// A corridor to the target with the start inside.
@@ -399,9 +395,6 @@ fn down_a_corridor(random: &mut Random, free: Varied) -> Result<Varied, Maneuver
     let across = along.cross(&random.direction()).normalize();
     let axis = libm::cos(off) * along + libm::sin(off) * across;
     let apex = target - random.uniform(0.02, 0.1) * (initial - target).norm() * axis;
-    free.under(vec![Constraint::Corridor {
-        apex,
-        axis,
-        half_angle,
-    }])
+    let corridor = Corridor::new(apex, axis, half_angle)?;
+    Ok(free.under(vec![Constraint::state(corridor)]))
 }

@@ -1,6 +1,6 @@
 use std::fmt::{self, Display, Formatter};
 
-use lgvi_control::{Dynamics, Motion, RotationTarget, TranslationTarget};
+use lgvi_control::{Dynamics, Motion, Place};
 use lgvi_dynamics::{MassDistribution, RigidBody};
 use lgvi_scene::{Scene, SolverMethod};
 use serde::Serialize;
@@ -24,19 +24,10 @@ pub(super) struct Maneuver {
 impl Maneuver {
     pub(super) fn of(scene: &Scene) -> Option<Self> {
         let maneuver = scene.maneuver.as_ref()?;
-        let translation = match maneuver.target.translation {
-            TranslationTarget::State { .. } => Some("a position and velocity"),
-            TranslationTarget::Position { .. } => Some("a position"),
-            TranslationTarget::Orbit { .. } => Some("an orbit"),
-            TranslationTarget::Free => None,
-        };
-        let rotation = match maneuver.target.rotation {
-            RotationTarget::State { .. } => Some("an attitude and angular velocity"),
-            RotationTarget::Attitude { .. } => Some("an attitude"),
-            RotationTarget::SpinAxis { .. } => Some("a spin axis"),
-            RotationTarget::Free => None,
-        };
-        let target: Vec<_> = translation.into_iter().chain(rotation).collect();
+        let conditions = [Place::Position, Place::Attitude];
+        let conditions = conditions.map(|place| maneuver.target.condition(place));
+        let conditions = conditions.into_iter().flatten();
+        let target: Vec<_> = conditions.map(|condition| condition.name()).collect();
         let mut options = Vec::new();
         if let Some(range) = maneuver.final_time {
             let seconds = |steps| scene.seconds(steps);

@@ -1,6 +1,6 @@
 //! Where a manoeuvre comes from and goes to.
 
-use lgvi_control::TranslationTarget;
+use lgvi_control::Place;
 use nalgebra::Vector3;
 
 use super::data::FlightData;
@@ -34,18 +34,13 @@ impl Orbits {
             let velocity = linear_momentum * (units.length / units.time / named.body.mass());
             Orbit::osculating(&(position * units.length - centre), &velocity, gm)
         };
-        let target = match &maneuver.target.translation {
-            TranslationTarget::State {
-                position,
-                linear_momentum,
-            }
-            | TranslationTarget::Orbit {
-                position,
-                linear_momentum,
-                ..
-            } => orbit(position, linear_momentum),
-            TranslationTarget::Position { .. } | TranslationTarget::Free => None,
-        };
+        let mut end = named.state;
+        let target = maneuver
+            .target
+            .condition(Place::Position)
+            .is_some_and(|condition| condition.aim(&mut end) == [true; 2])
+            .then(|| orbit(&end.position, &end.linear_momentum))
+            .flatten();
         let positions = flight
             .samples
             .iter()

@@ -3,7 +3,9 @@
 mod curves;
 mod drawing;
 
-use lgvi_control::{Constraint, RotationTarget, TranslationTarget};
+use lgvi_control::Place;
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
@@ -109,38 +111,25 @@ impl Picture<'_> {
 
     fn target(&self, drawing: &mut Drawing) {
         let target = &self.maneuver.target;
-        let last = self.sequence.plan.states.last();
-        let origin = match target.translation {
-            TranslationTarget::State { position, .. }
-            | TranslationTarget::Position { position } => Some(position),
-            TranslationTarget::Orbit { .. } | TranslationTarget::Free => {
-                last.map(|state| state.position)
-            }
-        };
-        if let TranslationTarget::Orbit {
-            gm,
-            center,
-            position,
-            linear_momentum,
-        } = target.translation
-        {
-            let mass = self.scene.bodies[self.maneuver.body].body.mass();
-            let velocity = linear_momentum / mass;
-            let orbit = curves::orbit(gm, &(position - center), &velocity);
-            let orbit = orbit.map(|r| center + r);
-            drawing.strip("goal_orbit", 0, orbit, colour::TARGET);
+        let position = target.condition(Place::Position);
+        let attitude = target.condition(Place::Attitude);
+        if let Some(orbit) = position.and_then(|c| c.downcast_ref::<KeplerOrbit>()) {
+            let arm = orbit.position() - orbit.center();
+            let ellipse = curves::orbit(orbit.gm(), &arm, &orbit.velocity());
+            let ellipse = ellipse.map(|r| orbit.center() + r);
+            drawing.strip("goal_orbit", 0, ellipse, colour::TARGET);
         }
+        let origin = match position.and_then(|c| c.downcast_ref::<FinalPosition>()) {
+            Some(target) => Some(target.position()),
+            None => self.sequence.plan.states.last().map(|last| last.position),
+        };
         let Some(origin) = origin else { return };
         let length = (0.1 * self.size).max(1.5 * self.body);
-        match target.rotation {
-            RotationTarget::State { attitude, .. } | RotationTarget::Attitude { attitude } => {
-                drawing.axes("target", 0, origin, attitude * length);
-            }
-            RotationTarget::SpinAxis { direction, .. } => {
-                let tip = origin + direction * length;
-                drawing.arrow("target", 0, [origin, tip], colour::TARGET);
-            }
-            RotationTarget::Free => {}
+        if let Some(target) = attitude.and_then(|c| c.downcast_ref::<FinalAttitude>()) {
+            drawing.axes("target", 0, origin, target.attitude() * length);
+        } else if let Some(spin) = attitude.and_then(|c| c.downcast_ref::<SpinAxis>()) {
+            let tip = origin + spin.direction() * length;
+            drawing.arrow("target", 0, [origin, tip], colour::TARGET);
         }
     }
 
@@ -148,37 +137,22 @@ impl Picture<'_> {
         let states = &self.sequence.plan.states;
         let Some(first) = states.first() else { return };
         for (id, constraint) in (0..).zip(&self.maneuver.constraints) {
-            match *constraint {
-                Constraint::KeepOutSphere { center, radius } => {
-                    drawing.sphere("keep_out", id, center, radius, colour::FORBIDDEN);
-                }
-                Constraint::KeepOutCone {
-                    axis,
-                    direction,
-                    half_angle,
-                } => {
-                    let (apex, reach) = (first.position, 0.5 * self.size);
-                    let cone = curves::cone(&apex, &direction, half_angle, reach);
-                    drawing.triangles("keep_out", id, cone, colour::FORBIDDEN);
-                    let trace = self.shown();
-                    let trace = trace.map(|state| apex + state.attitude * axis * reach);
-                    drawing.strip("kept_axis", id, trace, colour::PATH);
-                }
-                Constraint::Corridor {
-                    apex,
-                    axis,
-                    half_angle,
-                } => {
-                    let distance = |state: &BodyState| (state.position - apex).norm();
-                    let reach = states.iter().map(distance).fold(0.0, f64::max);
-                    let cone = curves::cone(&apex, &axis, half_angle, reach);
-                    drawing.triangles("corridor", id, cone, colour::ALLOWED);
-                }
-                Constraint::Commands { .. }
-                | Constraint::ForceComponents { .. }
-                | Constraint::MomentComponents { .. }
-                | Constraint::ForceNorm { .. }
-                | Constraint::MomentNorm { .. } => {}
+            if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+                let (centre, radius) = (sphere.centre(), sphere.radius());
+                drawing.sphere("keep_out", id, centre, radius, colour::FORBIDDEN);
+            } else if let Some(cone) = constraint.downcast_ref::<KeepOutCone>() {
+                let (apex, reach) = (first.position, 0.5 * self.size);
+                let sides = curves::cone(&apex, &cone.direction(), cone.half_angle(), reach);
+                drawing.triangles("keep_out", id, sides, colour::FORBIDDEN);
+                let trace = self.shown();
+                let trace = trace.map(|state| apex + state.attitude * cone.axis() * reach);
+                drawing.strip("kept_axis", id, trace, colour::PATH);
+            } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
+                let apex = corridor.apex();
+                let distance = |state: &BodyState| (state.position - apex).norm();
+                let reach = states.iter().map(distance).fold(0.0, f64::max);
+                let sides = curves::cone(&apex, &corridor.axis(), corridor.half_angle(), reach);
+                drawing.triangles("corridor", id, sides, colour::ALLOWED);
             }
         }
     }

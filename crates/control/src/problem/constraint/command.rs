@@ -2,9 +2,9 @@ use nalgebra::{Matrix3x6, SMatrix, SVector};
 
 /// An inequality on the commands of an interval, quadratic or linear: `½ wᵀ Q w + a · w ≤ b`.
 #[derive(Clone, Debug)]
-pub(crate) struct CommandInequality<const U: usize = 6> {
-    /// Which constraint it belongs to, from 0.
-    pub(crate) constraint: usize,
+pub struct CommandInequality<const U: usize = 6> {
+    /// The index of its constraint.
+    pub(crate) index: usize,
     /// `Q`
     hessian: SMatrix<f64, U, U>,
     /// `a`
@@ -15,27 +15,26 @@ pub(crate) struct CommandInequality<const U: usize = 6> {
 
 impl CommandInequality {
     /// `a · w ≤ 1`.
-    pub(super) fn linear(constraint: usize, linear: SVector<f64, 6>) -> Self {
+    pub fn linear(linear: SVector<f64, 6>) -> Self {
         Self {
-            constraint,
+            index: 0,
             hessian: SMatrix::zeros(),
             linear,
             bound: 1.0,
         }
     }
 
-    /// `|M w| ≤ limit`, as `½ |M w|²/limit² ≤ ½`.
-    pub(super) fn norm(constraint: usize, matrix: &Matrix3x6<f64>, limit: f64) -> Self {
-        let scaled = matrix / limit;
+    /// `|M w| ≤ 1`, as `½ |M w|² ≤ ½`.
+    pub fn norm(matrix: &Matrix3x6<f64>) -> Self {
         Self {
-            constraint,
-            hessian: scaled.tr_mul(&scaled),
+            index: 0,
+            hessian: matrix.tr_mul(matrix),
             linear: SVector::zeros(),
             bound: 0.5,
         }
     }
 
-    /// The same with `slack` of room, `g ≤ slack`.
+    /// The inequality with `slack` of room, `g ≤ slack`.
     pub(super) fn relaxed(&self, slack: f64) -> Self {
         Self {
             bound: self.bound + slack,
@@ -43,13 +42,13 @@ impl CommandInequality {
         }
     }
 
-    /// The same of the commands that `selection` (6×U) makes of others, `w = E v`.
+    /// The inequality on the commands that `selection` (6×U) makes of others, `w = E v`.
     pub(crate) fn of<const V: usize>(
         &self,
         selection: &SMatrix<f64, 6, V>,
     ) -> CommandInequality<V> {
         CommandInequality {
-            constraint: self.constraint,
+            index: self.index,
             hessian: selection.tr_mul(&(self.hessian * selection)),
             linear: selection.tr_mul(&self.linear),
             bound: self.bound,
@@ -63,7 +62,7 @@ impl<const U: usize> CommandInequality<U> {
         (0.5 * (self.hessian * command) + self.linear).dot(command) - self.bound
     }
 
-    /// By what part of the limit a command exceeds it where the inequality has the value `g`.
+    /// The part of the limit by which a command exceeds it where the inequality has the value `g`.
     pub(crate) fn excess(&self, g: f64) -> f64 {
         let reached = g + self.bound;
         if self.hessian.amax() == 0.0 {

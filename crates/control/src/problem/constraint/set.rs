@@ -1,12 +1,11 @@
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 use lgvi_dynamics::BodyState;
-use nalgebra::{Matrix3x6, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::error::Reader;
-use super::state::Kind;
-use super::{CommandInequality, Constraint, ConstraintError, StateInequality};
-use crate::problem::{Actuation, Terminal, TranslationTarget};
+use super::{CommandInequality, Constraint, Place, StateConstraint};
+use crate::problem::{Actuation, TerminalSet};
+use crate::units::Units;
 
 /// All inequalities of a transfer.
 #[derive(Clone, Debug, Default)]
@@ -17,75 +16,49 @@ pub(crate) struct InequalitySet {
     pub(crate) state: Vec<StateInequality>,
 }
 
+/// A constraint on states of a transfer in units of its own.
+#[derive(Clone, Debug)]
+pub(crate) struct StateInequality {
+    /// The index of the constraint.
+    pub(crate) index: usize,
+    constraint: Arc<dyn StateConstraint>,
+    /// The units of the transfer's states in those of the constraint.
+    units: Units,
+    /// The violation that is allowed.
+    slack: f64,
+}
+
 impl InequalitySet {
-    /// Those that `constraints` state under an actuation, between a start and a target.
+    /// The inequalities that `constraints` state under an actuation, between a start and a target.
     pub(crate) fn new(
         constraints: &[Constraint],
         actuation: &Actuation,
         initial: &BodyState,
-        target: &Terminal,
-    ) -> Result<Self, ConstraintError> {
+        target: &TerminalSet,
+    ) -> Self {
+        let mut end = *initial;
+        target.aim(&mut end);
+        let end = target.translation.fixes_pose().then_some(&end.position);
         let mut all = Self::default();
         for (index, constraint) in constraints.iter().enumerate() {
-            let read = Reader(index);
-            let force = || actuation.matrix().fixed_rows::<3>(0).into_owned();
-            let moment = || actuation.matrix().fixed_rows::<3>(3).into_owned();
             match constraint {
-                Constraint::Commands { limit } => {
-                    for (command, &limit) in limit.iter().enumerate().take(actuation.commands()) {
-                        let row = SVector::ith(command, 1.0);
-                        all.component(read, row, limit)?;
+                Constraint::Commands(constraint) => {
+                    for mut row in constraint.inequalities(actuation) {
+                        row.index = index;
+                        all.command.push(row);
                     }
                 }
-                Constraint::ForceComponents { limit } => all.components(read, &force(), limit)?,
-                Constraint::MomentComponents { limit } => all.components(read, &moment(), limit)?,
-                Constraint::ForceNorm { limit } => all.norm(read, &force(), *limit)?,
-                Constraint::MomentNorm { limit } => all.norm(read, &moment(), *limit)?,
-                Constraint::KeepOutCone {
-                    axis,
-                    direction,
-                    half_angle,
-                } => {
-                    let angle = read.angle(*half_angle, PI)?;
-                    all.keep(
-                        read,
-                        Kind::Cone {
-                            axis: read.unit("axis", axis)?,
-                            direction: read.unit("direction", direction)?,
-                            cosine: libm::cos(angle),
-                            sine: libm::sin(angle),
-                        },
-                    );
-                }
-                Constraint::KeepOutSphere { center, radius } => {
-                    all.keep(
-                        read,
-                        Kind::Sphere {
-                            center: read.point("center", center)?,
-                            radius: read.length("radius", *radius)?,
-                        },
-                    );
-                }
-                Constraint::Corridor {
-                    apex,
-                    axis,
-                    half_angle,
-                } => {
-                    let apex = read.point("apex", apex)?;
-                    let angle = read.angle(*half_angle, FRAC_PI_2)?;
-                    all.keep(
-                        read,
-                        Kind::Corridor {
-                            apex,
-                            axis: read.unit("axis", axis)?,
-                            cosine: libm::cos(angle),
-                            length: corridor_length(&apex, initial, target),
-                        },
-                    );
-                }
+                Constraint::State(constraint) => all.state.push(StateInequality {
+                    index,
+                    constraint: constraint
+                        .between(&initial.position, end)
+                        .unwrap_or_else(|| constraint.clone()),
+                    units: Units::ones(),
+                    slack: 0.0,
+                }),
             }
         }
-        Ok(all)
+        all
     }
 
     /// Whether there are none.
@@ -93,75 +66,77 @@ impl InequalitySet {
         self.command.is_empty() && self.state.is_empty()
     }
 
-    fn keep(&mut self, read: Reader, kind: Kind) {
-        self.state.push(StateInequality {
-            constraint: read.0,
-            kind,
-            slack: 0.0,
-        });
+    /// The inequalities of the transfer in units of its own.
+    pub(crate) fn in_units(&self, units: &Units) -> Self {
+        let commands = SMatrix::from_diagonal(units.commands());
+        let state = |row: &StateInequality| StateInequality {
+            units: *units,
+            ..row.clone()
+        };
+        Self {
+            command: self.command.iter().map(|row| row.of(&commands)).collect(),
+            state: self.state.iter().map(state).collect(),
+        }
     }
 
-    /// The same with `slack` of room each, `g ≤ slack`.
+    /// The inequalities with `slack` of room each, `g ≤ slack`.
     pub(crate) fn relaxed(&self, slack: f64) -> Self {
+        let state = |row: &StateInequality| StateInequality {
+            slack: row.slack + slack,
+            ..row.clone()
+        };
         Self {
             command: self.command.iter().map(|row| row.relaxed(slack)).collect(),
-            state: self.state.iter().map(|row| row.relaxed(slack)).collect(),
+            state: self.state.iter().map(state).collect(),
         }
-    }
-
-    /// `|row · w| ≤ limit`, where commands reach the row at all.
-    fn component(
-        &mut self,
-        read: Reader,
-        row: SVector<f64, 6>,
-        limit: f64,
-    ) -> Result<(), ConstraintError> {
-        if let Some(limit) = read.limit("limit", limit)?
-            && row != SVector::<f64, 6>::zeros()
-        {
-            let row = row / limit;
-            self.command.push(CommandInequality::linear(read.0, row));
-            self.command.push(CommandInequality::linear(read.0, -row));
-        }
-        Ok(())
-    }
-
-    fn components(
-        &mut self,
-        read: Reader,
-        matrix: &Matrix3x6<f64>,
-        limit: &Vector3<f64>,
-    ) -> Result<(), ConstraintError> {
-        for axis in 0..3 {
-            self.component(read, matrix.row(axis).transpose(), limit[axis])?;
-        }
-        Ok(())
-    }
-
-    fn norm(
-        &mut self,
-        read: Reader,
-        matrix: &Matrix3x6<f64>,
-        limit: f64,
-    ) -> Result<(), ConstraintError> {
-        if let Some(limit) = read.limit("limit", limit)?
-            && *matrix != Matrix3x6::zeros()
-        {
-            self.command
-                .push(CommandInequality::norm(read.0, matrix, limit));
-        }
-        Ok(())
     }
 }
 
-/// The distance of start or target from the apex, whichever is farther; 1 where both are there.
-fn corridor_length(apex: &Vector3<f64>, initial: &BodyState, target: &Terminal) -> f64 {
-    let from_start = (initial.position - apex).norm();
-    let length = match &target.translation {
-        TranslationTarget::State { position, .. } | TranslationTarget::Position { position } => {
-            from_start.max((position - apex).norm())
+impl StateInequality {
+    /// The coordinate that it depends on.
+    pub(crate) fn place(&self) -> Place {
+        self.constraint.place()
+    }
+
+    /// Those of so many intervals at whose ends it applies.
+    pub(crate) fn applies(&self, intervals: usize) -> Vec<bool> {
+        let range = self.constraint.applies();
+        let ends = (1..=intervals).map(|end| end as f64 / intervals as f64);
+        ends.map(|part| range.contains(&part)).collect()
+    }
+
+    /// The unit of the coordinate.
+    fn unit(&self) -> f64 {
+        match self.place() {
+            Place::Position => self.units.length(),
+            Place::Attitude => 1.0,
         }
-        TranslationTarget::Orbit { .. } | TranslationTarget::Free => from_start,
-    };
-    if length > 0.0 { length } else { 1.0 }
+    }
+
+    /// A factor of `g` near `state` that keeps its meaning there.
+    pub(crate) fn scale(&self, state: &BodyState) -> f64 {
+        self.constraint.scale(&self.units.state(state))
+    }
+
+    /// The displacement (rad of the attitude) that changes `g` by 1, to first order at the boundary.
+    pub(crate) fn size(&self) -> f64 {
+        self.constraint.size() / self.unit()
+    }
+
+    /// `g(s)`, less the slack.
+    pub(crate) fn value(&self, state: &BodyState) -> f64 {
+        self.constraint.value(&self.units.state(state)) - self.slack
+    }
+
+    /// The violation that is reported where the inequality has the value `g`.
+    pub(crate) fn excess(&self, g: f64) -> f64 {
+        self.constraint.excess(g + self.slack)
+    }
+
+    /// Gradient and Hessian of `g` by [`StateInequality::place`], the Hessian symmetric and along `Steps::moved`.
+    pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
+        let (gradient, hessian) = self.constraint.derivatives(&self.units.state(state));
+        let unit = self.unit();
+        (unit * gradient, (unit * unit) * hessian)
+    }
 }

@@ -5,10 +5,10 @@ use crate::problem::pointing::{Pointing, across};
 /// Two conditions that point a body axis `a` along a direction `d`: the components across `d` of the rotation that turns
 /// `d` into `R a` by the shortest way, but for a quarter turn: `φ(d·Ra) (p·Ra)` and `φ(d·Ra) (q·Ra)` with `d`, `p`, `q`
 /// a triad and `φ = θ/sin θ`. Their norm is the angle θ between the two, up to a half turn.
-#[derive(Clone, Debug)]
-pub(crate) struct Direction {
-    axis: Vector3<f64>,
-    direction: Vector3<f64>,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Direction {
+    pub(super) axis: Vector3<f64>,
+    pub(super) direction: Vector3<f64>,
     plane: [Vector3<f64>; 2],
 }
 

@@ -2,18 +2,24 @@ use lgvi_dynamics::BodyState;
 use lgvi_lie::hat;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use super::TerminalError;
+use super::{Row, TerminalCondition};
+use crate::problem::parameter::{length, point};
 use crate::problem::pointing::across;
+use crate::problem::{ParameterError, Place};
 
-/// A Kepler ellipse as five conditions on position and momentum, all without dimension: with `r = x − center`,
+/// Any phase of a Kepler ellipse, as five conditions on position and momentum, all without dimension: with `r = x − center`,
 /// `H = r × γ/m` and the eccentricity vector `e = (γ × (r × γ))/(m² GM) − r/|r|`,
 /// `(H − H_d)/|H_d|` and the two components of `e − e_d` in the plane of the orbit.
 ///
 /// The third component of `e` follows from `H · e = 0`. The conditions are independent on every ellipse, the circle
 /// included, and vanish together on the orbit only.
-#[derive(Clone, Debug)]
-pub(crate) struct KeplerOrbit {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeplerOrbit {
+    gm: f64,
     center: Vector3<f64>,
+    mass: f64,
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
     /// `1/(m² GM)`
     inverse: f64,
     /// `1/(m |H_d|)`
@@ -30,31 +36,46 @@ pub(crate) struct KeplerOrbit {
 const RADIAL: f64 = 1e-9;
 
 impl KeplerOrbit {
-    /// The orbit through `arm` from `center` with `velocity`, of a body of `mass`.
-    pub(super) fn new(
+    /// The elliptic orbit, round an attractor of gravitational parameter `gm` at `center`, of a body of `mass` through a
+    /// position with a velocity (inertial frame).
+    pub fn new(
         gm: f64,
         center: Vector3<f64>,
         mass: f64,
-        arm: &Vector3<f64>,
-        velocity: &Vector3<f64>,
-    ) -> Result<Self, TerminalError> {
-        if !(gm.is_finite() && gm > 0.0) {
-            return Err(TerminalError::Gm(gm));
-        }
-        let angular = arm.cross(velocity);
+        position: Vector3<f64>,
+        velocity: Vector3<f64>,
+    ) -> Result<Self, ParameterError> {
+        length("gm", gm)?;
+        length("mass", mass)?;
+        point("velocity", velocity)?;
+        let arm = point("position", position)? - point("center", center)?;
+        let angular = arm.cross(&velocity);
         let norm = angular.norm();
-        let eccentricity = velocity.cross(&angular) / gm - arm / arm.norm();
         let turns = norm > RADIAL * arm.norm() * velocity.norm();
-        if !(turns && eccentricity.norm() < 1.0) {
-            return Err(TerminalError::Orbit {
-                eccentricity: eccentricity.norm(),
-                angular_momentum: angular.into(),
-            });
+        if !turns {
+            let value = [position.as_slice(), velocity.as_slice()];
+            let expected = "a state that does not move through the attractor";
+            return Err(ParameterError::new("orbit", value, expected));
+        }
+        let eccentricity = velocity.cross(&angular) / gm - arm / arm.norm();
+        let bound = eccentricity.norm() < 1.0;
+        if !bound {
+            let escape = (2.0 * gm / arm.norm()).sqrt();
+            let expected = format!("a speed below {escape}, that of escape");
+            return Err(ParameterError::new(
+                "velocity",
+                velocity.as_slice(),
+                expected,
+            ));
         }
         let normal = angular / norm;
         let plane = across(&normal);
         Ok(Self {
+            gm,
             center,
+            mass,
+            position,
+            velocity,
             inverse: 1.0 / (mass * mass * gm),
             scale: 1.0 / (mass * norm),
             normal,
@@ -63,19 +84,62 @@ impl KeplerOrbit {
         })
     }
 
-    pub(super) fn residual(&self, state: &BodyState) -> SVector<f64, 5> {
-        let (r, gamma) = (state.position - self.center, state.linear_momentum);
-        let angular = r.cross(&gamma);
-        let eccentricity = self.inverse * gamma.cross(&angular) - r / r.norm();
+    /// The gravitational parameter.
+    pub fn gm(&self) -> f64 {
+        self.gm
+    }
+
+    /// The position of the attractor.
+    pub fn center(&self) -> Vector3<f64> {
+        self.center
+    }
+
+    /// A position on the orbit.
+    pub fn position(&self) -> Vector3<f64> {
+        self.position
+    }
+
+    /// The velocity there.
+    pub fn velocity(&self) -> Vector3<f64> {
+        self.velocity
+    }
+
+    /// The eccentricity vector and `r × γ` of a state.
+    fn elements(&self, x: &Vector3<f64>, gamma: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        let r = x - self.center;
+        let momentum = r.cross(gamma);
+        [
+            self.inverse * gamma.cross(&momentum) - r / r.norm(),
+            momentum,
+        ]
+    }
+}
+
+impl TerminalCondition for KeplerOrbit {
+    fn name(&self) -> &'static str {
+        "an orbit"
+    }
+
+    fn place(&self) -> Place {
+        Place::Position
+    }
+
+    fn rows(&self) -> [Row; 6] {
+        use Row::{None, Number};
+        [Number, Number, Number, Number, Number, None]
+    }
+
+    fn residual(&self, state: &BodyState) -> SVector<f64, 6> {
+        let [eccentricity, angular] = self.elements(&state.position, &state.linear_momentum);
         let h = self.scale * angular - self.normal;
         let [p, q] =
             std::array::from_fn(|i| self.plane[i].dot(&eccentricity) - self.eccentricity[i]);
-        SVector::from([h.x, h.y, h.z, p, q])
+        SVector::from([h.x, h.y, h.z, p, q, 0.0])
     }
 
-    pub(super) fn jacobian(&self, state: &BodyState) -> SMatrix<f64, 5, 6> {
+    fn jacobian(&self, state: &BodyState) -> SMatrix<f64, 6, 6> {
         let (r, gamma) = (state.position - self.center, state.linear_momentum);
-        let mut rows = SMatrix::<f64, 5, 6>::zeros();
+        let mut rows = SMatrix::<f64, 6, 6>::zeros();
         rows.fixed_view_mut::<3, 3>(0, 0)
             .copy_from(&(-self.scale * hat(&gamma)));
         rows.fixed_view_mut::<3, 3>(0, 3)
@@ -95,7 +159,7 @@ impl KeplerOrbit {
         rows
     }
 
-    pub(super) fn curvature(&self, state: &BodyState, nu: &SVector<f64, 5>) -> SMatrix<f64, 6, 6> {
+    fn curvature(&self, state: &BodyState, nu: &SVector<f64, 6>) -> SMatrix<f64, 6, 6> {
         let (r, gamma) = (state.position - self.center, state.linear_momentum);
         let w = self.scale * nu.fixed_rows::<3>(0);
         let q = nu[3] * self.plane[0] + nu[4] * self.plane[1];
@@ -120,5 +184,23 @@ impl KeplerOrbit {
             .copy_from(&cross.transpose());
         curvature.fixed_view_mut::<3, 3>(3, 3).copy_from(&momentum);
         curvature
+    }
+
+    fn aim(&self, state: &mut BodyState) -> [bool; 2] {
+        state.position = self.position;
+        state.linear_momentum = self.mass * self.velocity;
+        [true; 2]
+    }
+
+    /// The difference of the eccentricity vectors times the distance, and that of the angular momenta over the distance.
+    fn miss(&self, end: &BodyState) -> SVector<f64, 6> {
+        let found = self.elements(&end.position, &end.linear_momentum);
+        let wanted = self.elements(&self.position, &(self.mass * self.velocity));
+        let distance = (self.position - self.center).norm();
+        let parts = [
+            (found[0] - wanted[0]) * distance,
+            (found[1] - wanted[1]) / distance,
+        ];
+        SVector::from_fn(|row, _| parts[row / 3][row % 3])
     }
 }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use lgvi_control::{Constraint, Dynamics, Motion, RotationTarget, Terminal, TranslationTarget};
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
+use lgvi_control::{Constraint, Dynamics, Motion, Terminal};
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3};
@@ -89,7 +91,7 @@ fn orbits(rng: &mut fastrand::Rng, radius: f64, [mass, size]: [f64; 2], gm: f64)
         duration,
         intervals: 40,
         initial,
-        target: target.into(),
+        target: target.try_into().expect("a state"),
         commands: Commands::Loads(1.0, 1.0),
         constraints: Vec::new(),
         motion: Motion::Full,
@@ -124,34 +126,28 @@ fn geostationary(rng: &mut fastrand::Rng) -> Stated {
 
 fn terminal_sets(rng: &mut fastrand::Rng) -> Stated {
     let mut stated = transfer(rng);
-    let state = |target: Terminal| match target.translation {
-        TranslationTarget::State {
-            position,
-            linear_momentum,
-        } => (position, linear_momentum),
-        _ => (Vector3::x(), Vector3::y()),
-    };
-    let (position, linear_momentum) = state(stated.target);
-    stated.target.translation = match rng.u8(0..3) {
-        0 => TranslationTarget::Position { position },
-        1 => TranslationTarget::Orbit {
-            gm: stated.gm,
-            center: Vector3::zeros(),
-            position,
-            linear_momentum,
-        },
-        _ => TranslationTarget::Free,
+    let end = stated.target.state().expect("a state");
+    let (position, velocity) = (end.position, end.linear_momentum / stated.mass);
+    let translation = rng.u8(0..3);
+    let target = match translation {
+        0 => Terminal::FREE.with(FinalPosition::new(position, None).expect("a position")),
+        1 => {
+            let orbit =
+                KeplerOrbit::new(stated.gm, Vector3::zeros(), stated.mass, position, velocity);
+            Terminal::FREE.with(orbit.expect("an orbit"))
+        }
+        _ => Terminal::FREE,
     };
     let turned = exp(&vector(rng, 0.5));
-    let free = stated.target.translation == TranslationTarget::Free;
-    stated.target.rotation = match rng.u8(0..if free { 2 } else { 3 }) {
-        0 => RotationTarget::Attitude { attitude: turned },
-        1 => RotationTarget::SpinAxis {
-            axis: Vector3::x(),
-            direction: turned.column(0).into_owned(),
-            angular_momentum: Vector3::zeros(),
-        },
-        _ => RotationTarget::Free,
+    let free = translation == 2;
+    stated.target = match rng.u8(0..if free { 2 } else { 3 }) {
+        0 => target.with(FinalAttitude::new(turned, None).expect("an attitude")),
+        1 => {
+            let direction = turned.column(0).into_owned();
+            let spin = SpinAxis::new(Vector3::x(), direction, Vector3::zeros());
+            target.with(spin.expect("a spin axis"))
+        }
+        _ => target,
     };
     stated
 }
@@ -180,7 +176,7 @@ fn hop(rng: &mut fastrand::Rng) -> Stated {
         duration,
         intervals: 40,
         initial: rest(PLACE + aside),
-        target: rest(PLACE - aside).into(),
+        target: Terminal::try_from(rest(PLACE - aside)).expect("a state"),
         commands: Commands::Loads(1.0, 1.0),
         constraints: Vec::new(),
         motion: Motion::Translation,
@@ -194,7 +190,8 @@ fn limits(rng: &mut fastrand::Rng) -> Stated {
     let distance = 2.0 * (stated.initial.position - PLACE).norm();
     let least = 4.0 * stated.mass * distance / (stated.duration * stated.duration);
     let limit = least * between(rng, 1.1, 1.4);
-    stated.constraints = vec![Constraint::ForceNorm { limit }];
+    let limit = NormLimit::new(Place::Position, limit).expect("a limit");
+    stated.constraints = vec![Constraint::commands(limit)];
     stated
 }
 
@@ -202,21 +199,18 @@ fn sphere(rng: &mut fastrand::Rng) -> Stated {
     let mut stated = hop(rng);
     let center = PLACE + vector(rng, 0.1);
     let radius = between(rng, 0.2, 0.5);
-    stated.constraints = vec![Constraint::KeepOutSphere { center, radius }];
+    let sphere = KeepOutSphere::new(center, radius).expect("a sphere");
+    stated.constraints = vec![Constraint::state(sphere)];
     stated
 }
 
 fn corridor(rng: &mut fastrand::Rng) -> Stated {
     let mut stated = hop(rng);
-    stated.target.translation = TranslationTarget::State {
-        position: PLACE + Vector3::new(0.02, 0.0, 0.0),
-        linear_momentum: Vector3::zeros(),
-    };
-    stated.constraints = vec![Constraint::Corridor {
-        apex: PLACE,
-        axis: Vector3::x(),
-        half_angle: between(rng, 0.3, 0.5),
-    }];
+    let end = PLACE + Vector3::new(0.02, 0.0, 0.0);
+    let end = FinalPosition::new(end, Some(Vector3::zeros())).expect("a position");
+    stated.target = stated.target.with(end);
+    let corridor = Corridor::new(PLACE, Vector3::x(), between(rng, 0.3, 0.5));
+    stated.constraints = vec![Constraint::state(corridor.expect("a corridor"))];
     stated
 }
 
@@ -229,16 +223,15 @@ fn slew(rng: &mut fastrand::Rng) -> Stated {
         moments: [0.5, 0.9, 1.0].map(|part| part * mass * size * size),
         mass,
         duration: between(rng, 50.0, 500.0),
-        target: Terminal {
-            translation: TranslationTarget::Free,
-            rotation: RotationTarget::State {
-                attitude: turned,
-                angular_momentum: Vector3::zeros(),
-            },
-        },
+        target: at_rest(turned),
         motion: Motion::Rotation,
         ..hop(rng)
     }
+}
+
+fn at_rest(attitude: Matrix3<f64>) -> Terminal {
+    let attitude = FinalAttitude::new(attitude, Some(Vector3::zeros()));
+    Terminal::FREE.with(attitude.expect("an attitude"))
 }
 
 fn cone(rng: &mut fastrand::Rng) -> Stated {
@@ -249,23 +242,13 @@ fn cone(rng: &mut fastrand::Rng) -> Stated {
     let aside = between(rng, 0.02, 0.5) * half_angle;
     let direction =
         exp(&Vector3::new(0.0, 0.0, middle)) * Vector3::new(aside.cos(), 0.0, aside.sin());
-    let rotation = RotationTarget::State {
-        attitude: exp(&Vector3::new(0.0, 0.0, angle)),
-        angular_momentum: Vector3::zeros(),
-    };
-    let translation = TranslationTarget::Free;
+    let turned = exp(&Vector3::new(0.0, 0.0, angle));
+    let cone = KeepOutCone::new(Vector3::x(), direction, half_angle).expect("a cone");
     Stated {
         mass: 4.0,
         moments: [0.007, 0.03, 0.033],
-        target: Terminal {
-            translation,
-            rotation,
-        },
-        constraints: vec![Constraint::KeepOutCone {
-            axis: Vector3::x(),
-            direction,
-            half_angle,
-        }],
+        target: at_rest(turned),
+        constraints: vec![Constraint::state(cone)],
         ..slew(rng)
     }
 }

@@ -1,9 +1,8 @@
 //! Manoeuvres that can be stated in any units.
 
-use lgvi_control::{
-    Actuation, Constraint, Dynamics, Motion, Plan, RotationTarget, Terminal, Transfer,
-    TranslationTarget,
-};
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
+use lgvi_control::{Actuation, Constraint, Dynamics, Motion, Plan, Terminal, Transfer};
 use lgvi_dynamics::gravity::Multipole;
 use lgvi_dynamics::{BodyState, Inertia, Load, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -112,14 +111,13 @@ impl Stated {
             self.duration / self.intervals as f64,
             self.intervals,
             self.initial,
-            self.target,
+            self.target.clone(),
             actuation,
         )
         .expect("a transfer")
         .with_dynamics(self.dynamics)
         .with_motion(self.motion)
-        .with_constraints(self.constraints.clone())
-        .expect("constraints")
+        .with_constraints(&self.constraints)
     }
 
     /// The same manoeuvre in other units.
@@ -127,6 +125,7 @@ impl Stated {
         let speed = by.length / by.time;
         let weight = |load: f64| by.cost / (by.time * load * load);
         let mut other = self.clone();
+        other.target = terminal(self, by);
         other.mass *= by.mass;
         other.moments = other.moments.map(|j| j * by.mass * by.length * by.length);
         other.arm *= by.length;
@@ -134,7 +133,6 @@ impl Stated {
         other.radius *= by.length;
         other.duration *= by.time;
         other.initial = by.state(&other.initial);
-        other.target = terminal(&other.target, by, speed);
         match &mut other.commands {
             Commands::Loads(force, moment) => {
                 *force *= weight(by.force());
@@ -157,56 +155,56 @@ impl Stated {
     }
 }
 
-fn terminal(target: &Terminal, by: &Factors, speed: f64) -> Terminal {
-    let mut target = *target;
-    match &mut target.translation {
-        TranslationTarget::State {
-            position,
-            linear_momentum,
-        } => {
-            *position *= by.length;
-            *linear_momentum *= by.momentum();
-        }
-        TranslationTarget::Position { position } => *position *= by.length,
-        TranslationTarget::Orbit {
-            gm,
-            center,
-            position,
-            linear_momentum,
-        } => {
-            *gm *= speed * speed * by.length;
-            *center *= by.length;
-            *position *= by.length;
-            *linear_momentum *= by.momentum();
-        }
-        TranslationTarget::Free => (),
+fn terminal(stated: &Stated, by: &Factors) -> Terminal {
+    let mut target = Terminal::FREE;
+    let position = stated.target.condition(Place::Position);
+    if let Some(place) = position.and_then(|c| c.downcast_ref::<FinalPosition>()) {
+        let momentum = place.linear_momentum().map(|gamma| by.momentum() * gamma);
+        let place = FinalPosition::new(by.length * place.position(), momentum);
+        target = target.with(place.expect("a position"));
+    } else if let Some(orbit) = position.and_then(|c| c.downcast_ref::<KeplerOrbit>()) {
+        let speed = by.length / by.time;
+        let orbit = KeplerOrbit::new(
+            speed * speed * by.length * orbit.gm(),
+            by.length * orbit.center(),
+            by.mass * stated.mass,
+            by.length * orbit.position(),
+            speed * orbit.velocity(),
+        );
+        target = target.with(orbit.expect("an orbit"));
     }
-    match &mut target.rotation {
-        RotationTarget::State {
-            angular_momentum, ..
-        }
-        | RotationTarget::SpinAxis {
-            angular_momentum, ..
-        } => *angular_momentum *= by.angular_momentum(),
-        RotationTarget::Attitude { .. } | RotationTarget::Free => (),
+    let attitude = stated.target.condition(Place::Attitude);
+    if let Some(turn) = attitude.and_then(|c| c.downcast_ref::<FinalAttitude>()) {
+        let momentum = turn.angular_momentum().map(|pi| by.angular_momentum() * pi);
+        let turn = FinalAttitude::new(turn.attitude(), momentum);
+        target = target.with(turn.expect("an attitude"));
+    } else if let Some(spin) = attitude.and_then(|c| c.downcast_ref::<SpinAxis>()) {
+        let momentum = by.angular_momentum() * spin.angular_momentum();
+        let spin = SpinAxis::new(spin.axis(), spin.direction(), momentum);
+        target = target.with(spin.expect("a spin axis"));
     }
     target
 }
 
 fn constrain(constraint: &mut Constraint, by: &Factors) {
-    match constraint {
-        Constraint::ForceNorm { limit } => *limit *= by.force(),
-        Constraint::MomentNorm { limit } => *limit *= by.moment(),
-        Constraint::ForceComponents { limit } => *limit *= by.force(),
-        Constraint::MomentComponents { limit } => *limit *= by.moment(),
-        Constraint::KeepOutSphere { center, radius } => {
-            *center *= by.length;
-            *radius *= by.length;
-        }
-        Constraint::Corridor { apex, .. } => *apex *= by.length,
-        // Commands stay the numbers that they are.
-        Constraint::Commands { .. } | Constraint::KeepOutCone { .. } => (),
-    }
+    let load = match constraint.place() {
+        Some(Place::Position) => by.force(),
+        _ => by.moment(),
+    };
+    let scaled = if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
+        let place = constraint.place().expect("a place");
+        Constraint::commands(NormLimit::new(place, load * norm.limit()).expect("a limit"))
+    } else if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+        let (centre, radius) = (by.length * sphere.centre(), by.length * sphere.radius());
+        Constraint::state(KeepOutSphere::new(centre, radius).expect("a sphere"))
+    } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
+        let (apex, axis) = (by.length * corridor.apex(), corridor.axis());
+        Constraint::state(Corridor::new(apex, axis, corridor.half_angle()).expect("a corridor"))
+    } else {
+        assert!(constraint.downcast_ref::<KeepOutCone>().is_some());
+        return;
+    };
+    *constraint = scaled;
 }
 
 /// Whether a plan is another one in other units: to the bit, or to `tolerance` of the greatest control and

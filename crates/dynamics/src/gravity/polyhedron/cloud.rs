@@ -30,7 +30,13 @@ impl Polyhedron {
     /// The cloud of any degree.
     pub(super) fn gauss_points(&self, degree: usize) -> Vec<PointMass> {
         let count = degree / 2 + 1;
-        let [radial, across, along] = [2, 1, 0].map(|power| gauss_jacobi(count as u32, 0, power));
+        // From the surface inwards: the sparse clouds made of them err less.
+        let rule = |power| {
+            let mut rule = gauss_jacobi(count as u32, 0, power);
+            rule.reverse();
+            rule
+        };
+        let [radial, across, along] = [2, 1, 0].map(rule);
         let mut points = Vec::with_capacity(self.faces.len() * count * count * count);
         for [a, b, c] in self.tetrahedra(&self.centre) {
             // ρ = t [a + u (b − a + v (c − b))] with dV = 6 V t² u dt du dv

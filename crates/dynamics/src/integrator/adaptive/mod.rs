@@ -164,14 +164,14 @@ impl Adaptive {
         let mut attempts = 0;
         while self.solution.until().abs() < target.abs() {
             let begin = self.solution.until();
-            if system.is_watched() {
+            if system.switches_levels() {
                 self.solution.end(&mut self.begun);
             }
             attempts += self.solution.advance(system, target)?;
             let until = self.solution.until();
-            if system.is_watched() {
+            if system.switches_levels() {
                 self.solution.end(&mut self.next);
-                system.pass(&self.begun, &self.next, until - begin);
+                system.check_step(&self.begun, &self.next, until - begin);
             }
             if until.abs() <= target.abs() {
                 self.solution.end(&mut self.next);

@@ -17,8 +17,8 @@ use crate::Inertia;
 /// The flow of the free rotation `Ṙ = R S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π` of one body.
 ///
 /// Which formulas serve depends on the principal moments: one rotation for three equal ones, two for two equal ones, and
-/// Jacobi's elliptic functions with an elliptic integral of the third kind for three different ones. Moments count as
-/// equal when they differ by less than rounding, 4 × 2⁻⁵² of the greatest; the last kind is as accurate just above that.
+/// Jacobi's elliptic functions with an elliptic integral of the third symmetry for three different ones. Moments count as
+/// equal when they differ by less than rounding, 4 × 2⁻⁵² of the greatest; the last symmetry is as accurate just above that.
 ///
 /// # Assumptions and limitations
 ///
@@ -29,11 +29,11 @@ use crate::Inertia;
 ///   its great ones, so the spin about it is no more accurate either.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeRotation {
-    kind: Kind,
+    symmetry: Symmetry,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Kind {
+enum Symmetry {
     Spherical { moment: f64 },
     Axisymmetric(Axisymmetric),
     Asymmetric(Asymmetric),
@@ -48,34 +48,34 @@ impl FreeRotation {
         let (moments, axes) = principal(inertia);
         let [least, middle, greatest] = moments;
         let equal = |a: f64, b: f64| b - a <= EQUAL * greatest;
-        let kind = if equal(least, greatest) {
-            Kind::Spherical { moment: middle }
+        let symmetry = if equal(least, greatest) {
+            Symmetry::Spherical { moment: middle }
         } else if equal(least, middle) {
             let transverse = least + 0.5 * (middle - least);
-            Kind::Axisymmetric(Axisymmetric::new(
+            Symmetry::Axisymmetric(Axisymmetric::new(
                 axes.column(2).into(),
                 greatest,
                 transverse,
             ))
         } else if equal(middle, greatest) {
             let transverse = middle + 0.5 * (greatest - middle);
-            Kind::Axisymmetric(Axisymmetric::new(axes.column(0).into(), least, transverse))
+            Symmetry::Axisymmetric(Axisymmetric::new(axes.column(0).into(), least, transverse))
         } else {
-            Kind::Asymmetric(Asymmetric::new(moments, axes))
+            Symmetry::Asymmetric(Asymmetric::new(moments, axes))
         };
-        Self { kind }
+        Self { symmetry }
     }
 
     /// The relative rotation `F(t)`, `R(t) = R(0) F(t)`, and the momentum `Π(t) = F(t)ᵀ Π(0)` in the body frame after a
     /// time t of either sign, from the momentum `pi` at time 0.
     #[inline]
     pub fn flow(&self, pi: &Vector3<f64>, t: f64) -> (Quaternion, Vector3<f64>) {
-        match &self.kind {
-            Kind::Spherical { moment } => {
+        match &self.symmetry {
+            Symmetry::Spherical { moment } => {
                 (Quaternion::from_rotation_vector(&(pi * (t / moment))), *pi)
             }
-            Kind::Axisymmetric(body) => body.flow(pi, t),
-            Kind::Asymmetric(body) => body.flow(pi, t),
+            Symmetry::Axisymmetric(body) => body.flow(pi, t),
+            Symmetry::Asymmetric(body) => body.flow(pi, t),
         }
     }
 
@@ -88,7 +88,7 @@ impl FreeRotation {
         t: f64,
         end: (&mut Matrix3<f64>, &mut Vector3<f64>),
     ) {
-        if let Kind::Axisymmetric(body) = &self.kind
+        if let Symmetry::Axisymmetric(body) = &self.symmetry
             && let Some(axis) = body.coordinate()
         {
             let (turn, pi) = body.flow_about(axis, pi, t);

@@ -2,7 +2,7 @@
 
 use lgvi_dynamics::gravity::{
     Central, Falloff, Fixed, Gravity, Interaction, Kept, Level, Multipole, Mutual, Polyhedron,
-    Uniform,
+    Separable, Uniform,
 };
 use lgvi_dynamics::{BodyState, Load, MassDistribution, Mobility, PointMass, RigidBody};
 use lgvi_truth::random::Random;
@@ -68,6 +68,10 @@ fn at(position: Vector3<f64>, random: &mut Random) -> BodyState {
     }
 }
 
+fn separable(gravity: &mut dyn Gravity) -> &mut dyn Separable {
+    gravity.separable().expect("interactions")
+}
+
 /// What each body loses by a level, of acceleration and angular acceleration, in parts of the bounds.
 fn parts(
     gravity: &mut dyn Gravity,
@@ -76,7 +80,7 @@ fn parts(
     level: Level,
     distance: f64,
 ) -> Vec<[f64; 2]> {
-    let interactions = gravity.interactions(bodies).expect("interactions");
+    let interactions = separable(gravity).interactions(bodies);
     let [Interaction { remainder, .. }] = interactions[..] else {
         panic!("one interaction, not {}", interactions.len());
     };
@@ -89,7 +93,7 @@ fn parts(
         level,
         masses: bodies.iter().map(RigidBody::mass).product(),
     });
-    gravity.add_kept_loads(bodies, states, &mut loads[1], kept.as_slice());
+    separable(gravity).add_kept_loads(bodies, states, &mut loads[1], kept.as_slice());
     let [full, kept] = &loads;
     let each = bodies.iter().enumerate().zip(bounds);
     each.map(|((index, body), bound)| {
@@ -196,8 +200,8 @@ fn exact_levels_are_those_that_leave_nothing_out() {
         ball(1.0).with_mobility(Mobility::Fixed),
         quadrupole(&mut random).with_mobility(Mobility::Fixed),
     ];
-    let level = |gravity: &dyn Gravity| -> Vec<_> {
-        let interactions = gravity.interactions(&bodies).expect("interactions");
+    let level = |gravity: &dyn Separable| -> Vec<_> {
+        let interactions = gravity.interactions(&bodies);
         interactions
             .iter()
             .map(|interaction| interaction.exact)
@@ -233,9 +237,7 @@ fn what_has_no_bound_is_not_simplified() {
     let series = RigidBody::with_multipole(rock.inertia().expect("an inertia"), series);
     for body in [pivoted, series.expect("a body")] {
         let bodies = [body, dumbbell(1.0, 1.0)];
-        let interactions = Mutual::new(1.0)
-            .interactions(&bodies)
-            .expect("interactions");
+        let interactions = Mutual::new(1.0).interactions(&bodies);
         assert_eq!(interactions[0].exact, Level::Full);
         assert_eq!(interactions[0].remainder, None);
     }

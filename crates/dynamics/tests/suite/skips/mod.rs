@@ -2,8 +2,8 @@
 
 mod bounds;
 mod coasting;
+mod levels;
 mod tolerance;
-mod watch;
 
 use lgvi_dynamics::gravity::{Gravity, Mutual};
 use lgvi_dynamics::{

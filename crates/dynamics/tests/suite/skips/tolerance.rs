@@ -1,12 +1,12 @@
 //! That a tolerance is kept where errors grow fast, bodies spin fast, and steps are long.
 
-use lgvi_dynamics::auto::Accuracy;
+use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::skip::{Allowance, Refusal};
 use lgvi_dynamics::{BodyState, Load, Method, Mobility, RigidBody, Simulation, Skip, System};
 use nalgebra::{Matrix3, Vector3};
 
-use super::watch::flyby;
+use super::levels::flyby;
 use super::{ball, fly, inertia, mutual};
 
 const METHOD: Method = Method::DormandPrince853 { tolerance: 1e-11 };

@@ -1,13 +1,59 @@
-use std::f64::consts::{FRAC_PI_2, PI};
-
-use lgvi_control::{Actuation, Constraint, Motion};
+use lgvi_control::constraint::{
+    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit,
+};
+use lgvi_control::{Actuation, Constraint, Motion, ParameterError, Place};
 use nalgebra::Vector3;
+use serde::Deserialize;
 
 use super::moves;
-use crate::file::{ConstraintFile, LimitFile};
-use crate::{SceneError, check};
+use crate::SceneError;
 
-/// What holds on the way.
+/// A constraint as scenes write it: one variant and one arm of [`constraint`] a kind.
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum ConstraintFile {
+    Commands {
+        limit: LimitFile,
+    },
+    ForceComponents {
+        limit: LimitFile,
+    },
+    MomentComponents {
+        limit: LimitFile,
+    },
+    ForceNorm {
+        limit: f64,
+    },
+    MomentNorm {
+        limit: f64,
+    },
+    KeepOutCone {
+        axis: [f64; 3],
+        direction: [f64; 3],
+        half_angle: f64,
+    },
+    KeepOutSphere {
+        centre: [f64; 3],
+        radius: f64,
+    },
+    Corridor {
+        apex: [f64; 3],
+        axis: [f64; 3],
+        half_angle: f64,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or one for each axis or command"
+)]
+pub(crate) enum LimitFile {
+    All(f64),
+    Each(Vec<f64>),
+}
+
+/// The constraints of a manoeuvre.
 pub(super) fn constraints(
     files: &[ConstraintFile],
     motion: Motion,
@@ -17,113 +63,88 @@ pub(super) fn constraints(
         .iter()
         .enumerate()
         .map(|(index, file)| {
-            let key = format!("maneuver.constraints[{index}]");
-            check_motion(&key, file, motion)?;
-            constraint(&key, file, actuation)
+            let key = |name: &str| format!("maneuver.constraints[{index}].{name}");
+            let constraint = constraint(file, actuation)
+                .map_err(|error| SceneError::parameter(key(error.name), error))?;
+            check_motion(&key("kind"), &constraint, motion)?;
+            Ok(constraint)
         })
         .collect()
 }
 
 /// What does not move has no constraints.
-fn check_motion(key: &str, file: &ConstraintFile, motion: Motion) -> Result<(), SceneError> {
+fn check_motion(key: &str, constraint: &Constraint, motion: Motion) -> Result<(), SceneError> {
     let (translates, rotates) = moves(motion);
-    let (kind, planned) = match file {
-        ConstraintFile::Commands { .. } => ("commands", true),
-        ConstraintFile::ForceComponents { .. } => ("force_components", translates),
-        ConstraintFile::ForceNorm { .. } => ("force_norm", translates),
-        ConstraintFile::KeepOutSphere { .. } => ("keep_out_sphere", translates),
-        ConstraintFile::Corridor { .. } => ("corridor", translates),
-        ConstraintFile::MomentComponents { .. } => ("moment_components", rotates),
-        ConstraintFile::MomentNorm { .. } => ("moment_norm", rotates),
-        ConstraintFile::KeepOutCone { .. } => ("keep_out_cone", rotates),
+    let planned = match constraint.place() {
+        None => true,
+        Some(Place::Position) => translates,
+        Some(Place::Attitude) => rotates,
     };
     if planned {
-        Ok(())
-    } else {
-        let expected = "a kind that belongs to the motion that is planned";
-        Err(SceneError::value(format!("{key}.kind"), kind, expected))
+        return Ok(());
     }
+    let expected = "a kind that belongs to the motion that is planned";
+    Err(SceneError::value(key, constraint.name(), expected))
 }
 
-fn constraint(
-    key: &str,
-    file: &ConstraintFile,
-    actuation: &Actuation,
-) -> Result<Constraint, SceneError> {
-    let key = |name: &str| format!("{key}.{name}");
+fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint, ParameterError> {
+    use ConstraintFile as File;
+    use Place::{Attitude, Position};
     Ok(match file {
-        ConstraintFile::Commands { limit } => Constraint::Commands {
-            limit: commands(&key("limit"), limit, actuation.commands())?,
-        },
-        ConstraintFile::ForceComponents { limit } => Constraint::ForceComponents {
-            limit: axes(&key("limit"), limit)?,
-        },
-        ConstraintFile::MomentComponents { limit } => Constraint::MomentComponents {
-            limit: axes(&key("limit"), limit)?,
-        },
-        ConstraintFile::ForceNorm { limit } => Constraint::ForceNorm {
-            limit: check::positive(&key("limit"), *limit)?,
-        },
-        ConstraintFile::MomentNorm { limit } => Constraint::MomentNorm {
-            limit: check::positive(&key("limit"), *limit)?,
-        },
-        ConstraintFile::KeepOutCone {
+        File::Commands { limit } => {
+            let limits = limits(limit, actuation.commands())?;
+            let limit = |command| limits.get(command).copied().unwrap_or(f64::INFINITY);
+            Constraint::commands(CommandLimit::new(std::array::from_fn(limit))?)
+        }
+        File::ForceComponents { limit } => components(Position, limit)?,
+        File::MomentComponents { limit } => components(Attitude, limit)?,
+        File::ForceNorm { limit } => norm(Position, *limit)?,
+        File::MomentNorm { limit } => norm(Attitude, *limit)?,
+        File::KeepOutCone {
             axis,
             direction,
             half_angle,
-        } => Constraint::KeepOutCone {
-            axis: check::direction(&key("axis"), *axis)?,
-            direction: check::direction(&key("direction"), *direction)?,
-            half_angle: angle(&key("half_angle"), *half_angle, PI, "π")?,
-        },
-        ConstraintFile::KeepOutSphere { centre, radius } => Constraint::KeepOutSphere {
-            center: check::vector(&key("centre"), *centre)?,
-            radius: check::positive(&key("radius"), *radius)?,
-        },
-        ConstraintFile::Corridor {
+        } => Constraint::state(KeepOutCone::new(
+            (*axis).into(),
+            (*direction).into(),
+            *half_angle,
+        )?),
+        File::KeepOutSphere { centre, radius } => {
+            Constraint::state(KeepOutSphere::new((*centre).into(), *radius)?)
+        }
+        File::Corridor {
             apex,
             axis,
             half_angle,
-        } => Constraint::Corridor {
-            apex: check::vector(&key("apex"), *apex)?,
-            axis: check::direction(&key("axis"), *axis)?,
-            half_angle: angle(&key("half_angle"), *half_angle, FRAC_PI_2, "π/2")?,
-        },
+        } => Constraint::state(Corridor::new((*apex).into(), (*axis).into(), *half_angle)?),
     })
 }
 
-fn angle(key: &str, value: f64, limit: f64, name: &str) -> Result<f64, SceneError> {
-    if value > 0.0 && value < limit {
-        Ok(value)
-    } else {
-        let expected = format!("an angle between 0 and {name} (rad)");
-        Err(SceneError::value(key, value, expected))
-    }
+fn components(place: Place, file: &LimitFile) -> Result<Constraint, ParameterError> {
+    let limits = Vector3::from_vec(limits(file, 3)?);
+    Ok(Constraint::commands(ComponentLimit::new(place, limits)?))
 }
 
-fn axes(key: &str, file: &LimitFile) -> Result<Vector3<f64>, SceneError> {
-    Ok(Vector3::from_vec(limits(key, file, 3)?))
+fn norm(place: Place, limit: f64) -> Result<Constraint, ParameterError> {
+    Ok(Constraint::commands(NormLimit::new(place, finite(limit)?)?))
 }
 
-/// One limit a command; those beyond the last are never met.
-fn commands(key: &str, file: &LimitFile, commands: usize) -> Result<[f64; 6], SceneError> {
-    let limits = limits(key, file, commands)?;
-    Ok(std::array::from_fn(|command| {
-        limits.get(command).copied().unwrap_or(f64::MAX)
-    }))
-}
-
-fn limits(key: &str, file: &LimitFile, count: usize) -> Result<Vec<f64>, SceneError> {
+fn limits(file: &LimitFile, count: usize) -> Result<Vec<f64>, ParameterError> {
     let limits = match file {
         LimitFile::All(limit) => vec![*limit; count],
         LimitFile::Each(limits) => limits.clone(),
     };
     if limits.len() != count {
         let expected = format!("one number > 0, or {count} of them");
-        return Err(SceneError::value(key, limits, expected));
+        return Err(ParameterError::new("limit", limits, expected));
     }
-    for limit in &limits {
-        check::positive(key, *limit)?;
+    limits.into_iter().map(finite).collect()
+}
+
+/// Scenes leave out what is not limited.
+fn finite(limit: f64) -> Result<f64, ParameterError> {
+    if limit.is_finite() {
+        return Ok(limit);
     }
-    Ok(limits)
+    Err(ParameterError::new("limit", limit, "a finite number > 0"))
 }

@@ -1,12 +1,11 @@
-use lgvi_control::{Motion, RotationTarget, Terminal, TranslationTarget};
-use lgvi_dynamics::BodyState;
-use nalgebra::{Matrix3, Vector3};
+use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
+use lgvi_control::{Motion, Terminal};
 
 use super::moves;
 use crate::file::TargetFile;
 use crate::{Scene, SceneError, check};
 
-/// Where the manoeuvre may end: what the file leaves out is free.
+/// The set in which the manoeuvre may end: what the file leaves out is free.
 pub(super) fn target(
     scene: &Scene,
     body: usize,
@@ -14,15 +13,9 @@ pub(super) fn target(
     motion: Motion,
 ) -> Result<Terminal, SceneError> {
     check_motion(file, motion)?;
-    let target = Terminal {
-        translation: translation(scene, body, file)?,
-        rotation: rotation(scene, body, file)?,
-    };
-    let free = Terminal {
-        translation: TranslationTarget::Free,
-        rotation: RotationTarget::Free,
-    };
-    if target == free {
+    let target = translation(scene, body, file, Terminal::FREE)?;
+    let target = rotation(scene, body, file, target)?;
+    if target == Terminal::FREE {
         let expected = "one of position, orbit, attitude and spin_axis at least";
         return Err(SceneError::missing("maneuver.target", expected));
     }
@@ -53,119 +46,82 @@ fn translation(
     scene: &Scene,
     body: usize,
     file: &TargetFile,
-) -> Result<TranslationTarget, SceneError> {
-    let momentum =
-        |key: &str, velocity| Ok(check::vector(key, velocity)? * scene.bodies[body].body.mass());
+    target: Terminal,
+) -> Result<Terminal, SceneError> {
+    let mass = scene.bodies[body].body.mass();
     match (&file.orbit, file.position, file.velocity) {
-        (Some(_), None, None) | (None, _, _) => {}
+        (Some(orbit), None, None) => {
+            let Some(central) = &scene.gravity.central else {
+                let expected = "none without `gravity.central`";
+                return Err(SceneError::value(key("orbit"), "given", expected));
+            };
+            let (position, velocity) = (orbit.position.into(), orbit.velocity.into());
+            KeplerOrbit::new(central.gm, central.position, mass, position, velocity)
+                .map(|orbit| target.with(orbit))
+                .map_err(|error| match error.name {
+                    "orbit" => SceneError::parameter(key("orbit"), error),
+                    name => SceneError::parameter(key(&format!("orbit.{name}")), error),
+                })
+        }
         (Some(_), ..) => {
             let expected = "none beside `position` or `velocity`";
-            return Err(SceneError::value(key("orbit"), "given", expected));
+            Err(SceneError::value(key("orbit"), "given", expected))
         }
-    }
-    if let Some(orbit) = &file.orbit {
-        let Some(central) = &scene.gravity.central else {
-            let expected = "none without `gravity.central`";
-            return Err(SceneError::value(key("orbit"), "given", expected));
-        };
-        return kepler(
-            central.gm,
-            central.position,
-            check::vector(&key("orbit.position"), orbit.position)?,
-            check::vector(&key("orbit.velocity"), orbit.velocity)?,
-            scene.bodies[body].body.mass(),
-        );
-    }
-    Ok(match (file.position, file.velocity) {
-        (Some(position), Some(velocity)) => TranslationTarget::State {
-            position: check::vector(&key("position"), position)?,
-            linear_momentum: momentum(&key("velocity"), velocity)?,
-        },
-        (Some(position), None) => TranslationTarget::Position {
-            position: check::vector(&key("position"), position)?,
-        },
-        (None, Some(velocity)) => {
+        (None, Some(position), velocity) => {
+            let momentum = |velocity| Ok(check::vector(&key("velocity"), velocity)? * mass);
+            let momentum = velocity.map(momentum).transpose()?;
+            FinalPosition::new(position.into(), momentum)
+                .map(|position| target.with(position))
+                .map_err(|error| SceneError::parameter(key(error.name), error))
+        }
+        (None, None, Some(velocity)) => {
             let expected = "none without `position`";
-            return Err(SceneError::value(key("velocity"), velocity, expected));
+            Err(SceneError::value(key("velocity"), velocity, expected))
         }
-        (None, None) => TranslationTarget::Free,
-    })
+        (None, None, None) => Ok(target),
+    }
 }
 
-/// The orbit of a state, which must be an ellipse.
-fn kepler(
-    gm: f64,
-    center: Vector3<f64>,
-    position: Vector3<f64>,
-    velocity: Vector3<f64>,
-    mass: f64,
-) -> Result<TranslationTarget, SceneError> {
-    let from_center = position - center;
-    let distance = from_center.norm();
-    if distance == 0.0 || from_center.cross(&velocity).norm() == 0.0 {
-        let expected = "a state that does not move through the attractor";
-        let value = [position.as_slice(), velocity.as_slice()];
-        return Err(SceneError::value(key("orbit"), value, expected));
-    }
-    let energy = 0.5 * velocity.norm_squared() - gm / distance;
-    if energy.is_nan() || energy >= 0.0 {
-        let escape = (2.0 * gm / distance).sqrt();
-        let expected = format!("a speed below {escape}, that of escape");
-        let value = velocity.as_slice();
-        return Err(SceneError::value(key("orbit.velocity"), value, expected));
-    }
-    Ok(TranslationTarget::Orbit {
-        gm,
-        center,
-        position,
-        linear_momentum: velocity * mass,
-    })
-}
-
-fn rotation(scene: &Scene, body: usize, file: &TargetFile) -> Result<RotationTarget, SceneError> {
-    let momentum = |attitude: Matrix3<f64>, angular_velocity| {
-        let angular_velocity = check::vector(&key("angular_velocity"), angular_velocity)?;
-        let zero = Vector3::zeros();
-        let body = &scene.bodies[body].body;
-        let state = BodyState::from_velocities(body, zero, zero, attitude, angular_velocity);
-        Ok(state.angular_momentum)
+fn rotation(
+    scene: &Scene,
+    body: usize,
+    file: &TargetFile,
+    target: Terminal,
+) -> Result<Terminal, SceneError> {
+    let inertia = scene.bodies[body].body.inertia().matrix();
+    let momentum = |angular_velocity| {
+        check::vector(&key("angular_velocity"), angular_velocity).map(|omega| inertia * omega)
     };
-    Ok(
-        match (&file.attitude, &file.spin_axis, file.angular_velocity) {
-            (Some(_), Some(_), _) => {
-                let expected = "none beside `attitude`";
-                return Err(SceneError::value(key("spin_axis"), "given", expected));
-            }
-            (Some(attitude), None, Some(angular_velocity)) => {
-                let attitude = check::rotation(&key("attitude"), attitude)?;
-                RotationTarget::State {
-                    attitude,
-                    angular_momentum: momentum(attitude, angular_velocity)?,
-                }
-            }
-            (Some(attitude), None, None) => RotationTarget::Attitude {
-                attitude: check::rotation(&key("attitude"), attitude)?,
-            },
-            (None, Some(spin), Some(angular_velocity)) => RotationTarget::SpinAxis {
-                axis: check::direction(&key("spin_axis.axis"), spin.axis)?,
-                direction: check::direction(&key("spin_axis.direction"), spin.direction)?,
-                angular_momentum: momentum(Matrix3::identity(), angular_velocity)?,
-            },
-            (None, Some(_), None) => {
-                let expected = "three numbers beside `spin_axis`";
-                return Err(SceneError::missing(key("angular_velocity"), expected));
-            }
-            (None, None, Some(angular_velocity)) => {
-                let expected = "none without `attitude` or `spin_axis`";
-                return Err(SceneError::value(
-                    key("angular_velocity"),
-                    angular_velocity,
-                    expected,
-                ));
-            }
-            (None, None, None) => RotationTarget::Free,
-        },
-    )
+    match (&file.attitude, &file.spin_axis, file.angular_velocity) {
+        (Some(_), Some(_), _) => {
+            let expected = "none beside `attitude`";
+            Err(SceneError::value(key("spin_axis"), "given", expected))
+        }
+        (Some(attitude), None, angular_velocity) => {
+            let attitude = check::rotation(&key("attitude"), attitude)?;
+            FinalAttitude::new(attitude, angular_velocity.map(momentum).transpose()?)
+                .map(|attitude| target.with(attitude))
+                .map_err(|error| SceneError::parameter(key(error.name), error))
+        }
+        (None, Some(spin), Some(angular_velocity)) => {
+            let (axis, direction) = (spin.axis.into(), spin.direction.into());
+            SpinAxis::new(axis, direction, momentum(angular_velocity)?)
+                .map(|spin| target.with(spin))
+                .map_err(|error| {
+                    SceneError::parameter(key(&format!("spin_axis.{}", error.name)), error)
+                })
+        }
+        (None, Some(_), None) => {
+            let expected = "three numbers beside `spin_axis`";
+            Err(SceneError::missing(key("angular_velocity"), expected))
+        }
+        (None, None, Some(angular_velocity)) => {
+            let expected = "none without `attitude` or `spin_axis`";
+            let key = key("angular_velocity");
+            Err(SceneError::value(key, angular_velocity, expected))
+        }
+        (None, None, None) => Ok(target),
+    }
 }
 
 fn key(name: &str) -> String {

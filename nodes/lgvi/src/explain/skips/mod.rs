@@ -5,7 +5,7 @@ mod text;
 
 use lgvi_control::Motion;
 use lgvi_dynamics::gravity::{Level, Partner};
-use lgvi_dynamics::skip::{InteractionPlan, Plan, Rotation, Translation};
+use lgvi_dynamics::skip::{InteractionSummary, Rotation, Summary, Translation};
 use lgvi_dynamics::{Mobility, Skip};
 use lgvi_scene::{Scene, Scheme};
 use serde::Serialize;
@@ -76,7 +76,7 @@ const ON_DEMAND: [&str; 3] = [
 
 impl Skips {
     pub(super) fn of(scene: &Scene, scheme: Scheme) -> Self {
-        let plan = scene.plan(scheme);
+        let summary = scene.summary(scheme);
         let (allowed, allowance) = match scheme.skip {
             Skip::Nothing => ("nothing", None),
             Skip::Exact => ("exact", None),
@@ -87,12 +87,12 @@ impl Skips {
             Skip::Nothing | Skip::Within(_) => None,
         };
         let maneuver = scene.maneuver.as_ref();
-        let named = scene.bodies.iter().zip(&plan.bodies).enumerate();
+        let named = scene.bodies.iter().zip(&summary.bodies).enumerate();
         let bodies = named.map(|(index, (named, one))| {
             let controlled = maneuver.is_some_and(|maneuver| maneuver.body == index);
             Body {
                 name: named.name.clone(),
-                translation: translation(one.translation, controlled, neglects(&plan, index)),
+                translation: translation(one.translation, controlled, neglects(&summary, index)),
                 rotation: rotation(one.rotation, controlled),
                 moment: one.moment,
             }
@@ -105,10 +105,10 @@ impl Skips {
                 evaluations: allowance.evaluations,
             }),
             refused: refused.clone(),
-            bound: plan.bound(),
-            gravity_cost: plan.costs,
+            bound: summary.bound(),
+            gravity_cost: summary.costs,
             bodies: bodies.collect(),
-            interactions: interactions(scene, &plan, rest(scheme.skip, refused.is_some())),
+            interactions: interactions(scene, &summary, rest(scheme.skip, refused.is_some())),
             not_planned: scene
                 .maneuver
                 .as_ref()
@@ -123,8 +123,8 @@ impl Skips {
 }
 
 /// Whether something of what acts on a body is left out by a tolerance.
-fn neglects(plan: &Plan, body: usize) -> bool {
-    plan.interactions.iter().any(|one| {
+fn neglects(summary: &Summary, body: usize) -> bool {
+    summary.interactions.iter().any(|one| {
         let takes_part = one.interaction.body == body || one.interaction.other() == Some(body);
         takes_part && one.level < one.interaction.exact
     })
@@ -163,8 +163,8 @@ fn rest(skip: Skip, refused: bool) -> &'static str {
     }
 }
 
-fn interactions(scene: &Scene, plan: &Plan, rest: &'static str) -> Vec<Interaction> {
-    let each = plan.interactions.iter().map(|one| {
+fn interactions(scene: &Scene, summary: &Summary, rest: &'static str) -> Vec<Interaction> {
+    let each = summary.interactions.iter().map(|one| {
         let [dropped, monopole, second_order] = one
             .limits
             .map(|limit| (limit > 0.0 && limit.is_finite()).then_some(limit * scene.units.length));
@@ -197,11 +197,11 @@ fn interactions(scene: &Scene, plan: &Plan, rest: &'static str) -> Vec<Interacti
     each.collect()
 }
 
-fn why(scene: &Scene, plan: &InteractionPlan, rest: &'static str) -> &'static str {
-    let InteractionPlan {
+fn why(scene: &Scene, summary: &InteractionSummary, rest: &'static str) -> &'static str {
+    let InteractionSummary {
         interaction, level, ..
-    } = plan;
-    let bounded = plan.limits.iter().any(|limit| limit.is_finite());
+    } = summary;
+    let bounded = summary.limits.iter().any(|limit| limit.is_finite());
     match (interaction.exact, level) {
         (Level::Dropped, Level::Dropped) => "it moves neither",
         (Level::Monopole, Level::Monopole) => match interaction.partner {

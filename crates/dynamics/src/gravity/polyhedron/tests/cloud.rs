@@ -55,9 +55,9 @@ fn mutual_potential_converges_with_the_degree() {
 #[test]
 fn mutual_potential_of_a_sparse_cloud_converges_with_the_degree() {
     let bounds = [
-        (1.2, [3.5e-3, 4e-6, 3e-6, 6e-8]),
-        (2.0, [7e-4, 1.8e-6, 4.5e-8, 1e-10]),
-        (4.0, [8e-5, 9e-8, 3.2e-10, 3e-13]),
+        (1.2, [1.1e-3, 3e-5, 5e-6, 7e-8]),
+        (2.0, [4e-4, 3e-6, 1.3e-7, 1.5e-9]),
+        (4.0, [6e-5, 1.1e-7, 1e-9, 3.4e-12]),
     ];
     assert_within(bounds, |body, degree| body.sparse_cloud(degree).unwrap());
 }

@@ -1,20 +1,22 @@
-//! What acts on the bodies of a scene: on all of them as they fly, and on one of them as the planner sees it.
-
 use lgvi_dynamics::BodyError;
-use lgvi_dynamics::gravity::{Central, Field, Fixed, Gravity, Multipole, Mutual, Sources, Uniform};
+use lgvi_dynamics::gravity::{Central, Fixed, Multipole};
 use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
 
-use crate::NamedBody;
+use super::Collection;
+use crate::{SceneError, check};
 
-/// Gravity of a scene, in its units; each kind is there or not.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SceneGravity {
-    /// An attractor that does not move.
-    pub central: Option<CentralAttractor>,
-    /// Acceleration of a field that is the same everywhere, inertial frame.
-    pub uniform: Option<Vector3<f64>>,
-    /// Gravitational constant of the bodies' attraction on each other.
-    pub mutual: Option<f64>,
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CentralFile {
+    gm: f64,
+    j2: Option<f64>,
+    reference_radius: Option<f64>,
+    pole: Option<[f64; 3]>,
+    #[serde(default)]
+    position: [f64; 3],
+    #[serde(default)]
+    radius: f64,
 }
 
 /// An attractor that does not move.
@@ -50,66 +52,19 @@ pub struct Oblateness {
     pub pole: Vector3<f64>,
 }
 
-/// Takes sources of whatever type.
-trait Collection {
-    fn add(&mut self, source: impl Field + 'static);
-}
-
-impl Collection for Vec<Box<dyn Gravity>> {
-    fn add(&mut self, source: impl Field + 'static) {
-        self.push(Box::new(source));
-    }
-}
-
-impl Collection for Vec<Box<dyn Field>> {
-    fn add(&mut self, source: impl Field + 'static) {
-        self.push(Box::new(source));
-    }
-}
-
-impl SceneGravity {
-    /// Whether nothing acts.
-    pub fn is_none(&self) -> bool {
-        *self == Self::default()
-    }
-
-    /// What acts on all bodies.
-    pub fn of_system(&self) -> Vec<Box<dyn Gravity>> {
-        let mut all: Vec<Box<dyn Gravity>> = Vec::new();
-        self.add_fixed(&mut all);
-        if let Some(constant) = self.mutual {
-            all.push(Box::new(Mutual::new(constant)));
-        }
-        all
-    }
-
-    /// What acts on the body with this index among `bodies`, the others being held.
-    pub(crate) fn on_body(&self, index: usize, bodies: &[NamedBody]) -> Sources {
-        let mut all: Vec<Box<dyn Field>> = Vec::new();
-        self.add_fixed(&mut all);
-        if let Some(constant) = self.mutual {
-            let others = bodies.iter().enumerate().filter(|(i, _)| *i != index);
-            let (others, states): (Vec<_>, Vec<_>) = others
-                .map(|(_, other)| (other.body.clone(), other.state))
-                .unzip();
-            all.add(Sources::of_bodies(constant, &others, &states));
-        }
-        Sources::new(all)
-    }
-
-    fn add_fixed(&self, all: &mut impl Collection) {
-        if let Some(central) = &self.central {
-            central.add_to(all);
-        }
-        if let Some(acceleration) = self.uniform {
-            all.add(Uniform { acceleration });
-        }
-    }
-}
-
 impl CentralAttractor {
+    /// As the scene's file has it.
+    pub(super) fn parse(file: &CentralFile) -> Result<Self, SceneError> {
+        let gm = check::positive("gravity.central.gm", file.gm)?;
+        let position = check::vector("gravity.central.position", file.position)?;
+        let oblateness = oblateness(file)?;
+        Self::new(gm, position, file.radius, oblateness).map_err(|_| {
+            SceneError::value("gravity.central.radius", file.radius, "a finite number ≥ 0")
+        })
+    }
+
     /// An attractor at `position`; an error where the radius is none.
-    pub(crate) fn new(
+    fn new(
         gm: f64,
         position: Vector3<f64>,
         radius: f64,
@@ -141,13 +96,53 @@ impl CentralAttractor {
         })
     }
 
-    fn add_to(&self, all: &mut impl Collection) {
+    pub(super) fn add_to(&self, all: &mut impl Collection) {
         match &self.source {
             Source::Point(source) => all.add(*source),
             Source::Placed(source) => all.add(*source),
             Source::Oblate(source) => all.add(source.clone()),
         }
     }
+}
+
+fn oblateness(file: &CentralFile) -> Result<Option<Oblateness>, SceneError> {
+    let Some(j2) = file.j2 else {
+        let unused = [
+            ("reference_radius", file.reference_radius.is_some()),
+            ("pole", file.pole.is_some()),
+        ];
+        return match unused.into_iter().find(|(_, given)| *given) {
+            Some((key, _)) => Err(SceneError::missing(
+                "gravity.central.j2",
+                format!("a number, as there is a `{key}`"),
+            )),
+            None => Ok(None),
+        };
+    };
+    let radius = file.reference_radius.ok_or_else(|| {
+        SceneError::missing(
+            "gravity.central.reference_radius",
+            "the radius that belongs to `j2`",
+        )
+    })?;
+    let pole = file.pole.unwrap_or([0.0, 0.0, 1.0]);
+    let length = check::vector("gravity.central.pole", pole)?.norm();
+    if !length.is_normal() {
+        let expected = "the direction of the pole, of any length > 0";
+        return Err(SceneError::value("gravity.central.pole", pole, expected));
+    }
+    if !j2.is_finite() {
+        return Err(SceneError::value(
+            "gravity.central.j2",
+            j2,
+            "a finite number",
+        ));
+    }
+    Ok(Some(Oblateness {
+        j2,
+        reference_radius: check::positive("gravity.central.reference_radius", radius)?,
+        pole: Vector3::from(pole) / length,
+    }))
 }
 
 /// The least rotation that turns the third axis to the line through `pole`, whose two directions are the same to an

@@ -1,45 +1,45 @@
-//! Automatic differentiation along `Steps::moved`, against which functions of a state are tested.
+//! Automatic differentiation by `[δx, δγ, ζ, δΠ]`, against which functions of a state are tested.
 
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::{DualNum, HyperDual64};
 
-pub(crate) type Number = HyperDual64;
-pub(crate) type Triple = [Number; 3];
+pub type Number = HyperDual64;
+pub type Triple = [Number; 3];
 
 /// A state in the arithmetic that differentiates; the attitude by rows.
-pub(crate) struct Moved {
-    pub(crate) position: Triple,
-    pub(crate) linear_momentum: Triple,
-    pub(crate) attitude: [Triple; 3],
-    pub(crate) angular_momentum: Triple,
+pub struct Moved {
+    pub position: Triple,
+    pub linear_momentum: Triple,
+    pub attitude: [Triple; 3],
+    pub angular_momentum: Triple,
 }
 
-pub(crate) fn dot(a: Triple, b: Triple) -> Number {
+pub fn dot(a: Triple, b: Triple) -> Number {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn cross(a: Triple, b: Triple) -> Triple {
+pub fn cross(a: Triple, b: Triple) -> Triple {
     std::array::from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         a[j] * b[k] - a[k] * b[j]
     })
 }
 
-pub(crate) fn constant(v: &Vector3<f64>) -> Triple {
+pub fn constant(v: &Vector3<f64>) -> Triple {
     std::array::from_fn(|i| Number::from(v[i]))
 }
 
-pub(crate) fn minus(a: Triple, b: Triple) -> Triple {
+pub fn minus(a: Triple, b: Triple) -> Triple {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-pub(crate) fn norm(a: Triple) -> Number {
+pub fn norm(a: Triple) -> Number {
     dot(a, a).sqrt()
 }
 
 /// `m a` of matrix by rows.
-pub(crate) fn product(m: &[Triple; 3], a: Triple) -> Triple {
+pub fn product(m: &[Triple; 3], a: Triple) -> Triple {
     m.map(|row| dot(row, a))
 }
 
@@ -61,8 +61,8 @@ fn moved(state: &BodyState, z: &[Number; 12]) -> Moved {
     }
 }
 
-/// Value, gradient and Hessian of `f` along `Steps::moved`.
-pub(crate) fn derivatives(
+/// Value, gradient and Hessian of `f` by `[δx, δγ, ζ, δΠ]`.
+pub fn derivatives(
     state: &BodyState,
     f: impl Fn(&Moved) -> Number,
 ) -> (f64, SVector<f64, 12>, SMatrix<f64, 12, 12>) {
@@ -80,7 +80,7 @@ pub(crate) fn derivatives(
 }
 
 /// A random state of order one.
-pub(crate) fn random_state(rng: &mut fastrand::Rng) -> BodyState {
+pub fn random_state(rng: &mut fastrand::Rng) -> BodyState {
     let mut vector = |scale: f64| Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0));
     BodyState {
         position: vector(1.0),
@@ -91,6 +91,6 @@ pub(crate) fn random_state(rng: &mut fastrand::Rng) -> BodyState {
 }
 
 /// Rows of a matrix in the arithmetic that differentiates.
-pub(crate) fn rows(m: &Matrix3<f64>) -> [Triple; 3] {
+pub fn rows(m: &Matrix3<f64>) -> [Triple; 3] {
     std::array::from_fn(|i| constant(&m.row(i).transpose()))
 }

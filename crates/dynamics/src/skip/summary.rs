@@ -1,22 +1,22 @@
-use super::{Skip, Watch};
+use super::{Levels, Skip};
 use crate::gravity::{Interaction, Level};
 use crate::integrator::Rotor;
 use crate::{BodyState, Method, Mobility, System};
 
 /// What of a system is computed at the start of a run, and what is left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct Summary {
     /// Of each body.
-    pub bodies: Vec<BodyPlan>,
+    pub bodies: Vec<BodySummary>,
     /// Of each interaction, those of one gravity after those of another; none of what cannot be taken apart.
-    pub interactions: Vec<InteractionPlan>,
+    pub interactions: Vec<InteractionSummary>,
     /// What an evaluation of gravity costs in full and as it is, in multiples of a point in a central field, roughly.
     pub costs: [f64; 2],
 }
 
 /// What is computed of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BodyPlan {
+pub struct BodySummary {
     /// How it moves.
     pub translation: Translation,
     /// How it turns.
@@ -55,7 +55,7 @@ pub enum Rotation {
 
 /// What is computed of an interaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InteractionPlan {
+pub struct InteractionSummary {
     /// Which gravity it is part of.
     pub gravity: usize,
     /// The interaction.
@@ -68,11 +68,11 @@ pub struct InteractionPlan {
     pub bound: f64,
 }
 
-impl Plan {
+impl Summary {
     /// Of `system` in `states` (one a body), flown by `method`.
-    pub fn new(system: &System, states: &[BodyState], method: Method, skip: Skip) -> Self {
-        let watch = Watch::new(system, states, skip);
-        let interactions = watch.iter().flat_map(|watch| watch.terms().iter());
+    pub fn new(system: &mut System, states: &[BodyState], method: Method, skip: Skip) -> Self {
+        let levels = Levels::new(system, states, skip);
+        let interactions = levels.iter().flat_map(|levels| levels.terms().iter());
         let interactions: Vec<_> = interactions
             .map(|term| {
                 let bound = match (skip, term.interaction.remainder) {
@@ -85,7 +85,7 @@ impl Plan {
                     }
                     _ => 0.0,
                 };
-                InteractionPlan {
+                InteractionSummary {
                     gravity: term.gravity,
                     interaction: term.interaction,
                     level: term.level,
@@ -100,7 +100,7 @@ impl Plan {
             costs[Level::Full as usize] - costs[one.level as usize]
         });
         Self {
-            bodies: bodies(system, states, method, watch.as_ref()),
+            bodies: bodies(system, states, method, levels.as_ref()),
             costs: [full, (full - saved.sum::<f64>()).max(0.0)],
             interactions,
         }
@@ -124,10 +124,10 @@ fn bodies(
     system: &System,
     states: &[BodyState],
     method: Method,
-    watch: Option<&Watch>,
-) -> Vec<BodyPlan> {
+    levels: Option<&Levels>,
+) -> Vec<BodySummary> {
     let all = system.bodies();
-    let selection = watch.map(|watch| watch.selection(all));
+    let selection = levels.map(|levels| levels.selection(all));
     let selection = selection.filter(|selection| selection.is_partial);
     let each = all.iter().zip(states).enumerate();
     each.map(|(index, (body, state))| {
@@ -156,8 +156,8 @@ fn bodies(
                     .angular_momentum
                     .iter()
                     .all(|component| *component == 0.0);
-                let watched = selection.is_some() && coasts;
-                let rotation = match (watched && method.drifts(), rests) {
+                let uncoupled = selection.is_some() && coasts;
+                let rotation = match (uncoupled && method.drifts(), rests) {
                     (true, true) => Rotation::AtRest,
                     (true, false) if turns_once(method) => Rotation::Once,
                     _ => Rotation::Staged,
@@ -165,7 +165,7 @@ fn bodies(
                 (translation, rotation)
             }
         };
-        BodyPlan {
+        BodySummary {
             translation,
             rotation,
             moment: forced && !coasts && !body.mobility().is_given(),

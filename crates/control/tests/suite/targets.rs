@@ -5,13 +5,50 @@ use lgvi_lie::exp;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::DualNum;
 
-use super::*;
-use crate::newton::Ending;
-use crate::problem::automatic::{
+use lgvi_control::terminal::{
+    FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis, TerminalCondition,
+};
+use lgvi_control::{Place, Terminal};
+
+use crate::automatic::{
     Moved, Number, Triple, constant, cross, derivatives, dot, minus, norm, product, random_state,
     rows,
 };
-use crate::problem::pointing::across;
+
+/// The two unit vectors that span the plane across `n`, by which conditions have their components.
+fn across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let sign = 1.0_f64.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    [
+        Vector3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        Vector3::new(b, sign + n.y * n.y * a, -n.y),
+    ]
+}
+
+/// Residual, Jacobian and curvature of both halves.
+fn both(
+    target: &Terminal,
+    state: &BodyState,
+    nu: &SVector<f64, 12>,
+) -> (SVector<f64, 12>, SMatrix<f64, 12, 12>, SMatrix<f64, 12, 12>) {
+    let mut residual = SVector::<f64, 12>::zeros();
+    let [mut jacobian, mut curvature] = [SMatrix::<f64, 12, 12>::zeros(); 2];
+    for (at, place) in [(0, Place::Position), (6, Place::Attitude)] {
+        if let Some(condition) = target.condition(place) {
+            let nu = nu.fixed_rows::<6>(at).into_owned();
+            let set = |all: &mut SMatrix<f64, 12, 12>, block: SMatrix<f64, 6, 6>| {
+                all.fixed_view_mut::<6, 6>(at, at).copy_from(&block);
+            };
+            set(&mut jacobian, condition.jacobian(state));
+            set(&mut curvature, condition.curvature(state, &nu));
+            residual
+                .fixed_rows_mut::<6>(at)
+                .copy_from(&condition.residual(state));
+        }
+    }
+    (residual, jacobian, curvature)
+}
 
 const MASS: f64 = 1.7;
 const GM: f64 = 0.8;
@@ -52,78 +89,63 @@ fn logarithm(target: &Matrix3<f64>, attitude: &[Triple; 3]) -> Triple {
     skew.map(|component| component * factor)
 }
 
-fn translation(target: TranslationTarget) -> Weighted {
-    match target {
-        TranslationTarget::State {
-            position,
-            linear_momentum,
-        } => Box::new(move |s, nu| {
-            weigh(nu, 0, minus(s.position, constant(&position)))
-                + weigh(nu, 3, minus(s.linear_momentum, constant(&linear_momentum)))
-        }),
-        TranslationTarget::Position { position } => {
-            Box::new(move |s, nu| weigh(nu, 0, minus(s.position, constant(&position))))
-        }
-        TranslationTarget::Orbit {
-            center,
-            position,
-            linear_momentum,
-            ..
-        } => Box::new(move |s, nu| {
-            let elements = |r: Triple, gamma: Triple| {
-                let v = gamma.map(|component| component / MASS);
+fn translation(target: &Terminal) -> Weighted {
+    let Some(condition) = target.condition(Place::Position) else {
+        return Box::new(|_, _| Number::from(0.0));
+    };
+    if let Some(orbit) = condition.downcast_ref::<KeplerOrbit>() {
+        let (center, position, velocity) = (orbit.center(), orbit.position(), orbit.velocity());
+        return Box::new(move |s, nu| {
+            let elements = |r: Triple, v: Triple| {
                 let h = cross(r, v);
                 let distance = norm(r);
                 let lift = cross(v, h);
                 (h, std::array::from_fn(|i| lift[i] / GM - r[i] / distance))
             };
-            let (h, e): (Triple, Triple) =
-                elements(minus(s.position, constant(&center)), s.linear_momentum);
+            let v = s.linear_momentum.map(|component| component / MASS);
+            let (h, e): (Triple, Triple) = elements(minus(s.position, constant(&center)), v);
             let (h_d, e_d): (Triple, Triple) =
-                elements(constant(&(position - center)), constant(&linear_momentum));
+                elements(constant(&(position - center)), constant(&velocity));
             let size = norm(h_d).re;
             let normal = Vector3::from(h_d.map(|component| component.re)) / size;
             let [p, q] = across(&normal).map(|axis| dot(constant(&axis), minus(e, e_d)));
             weigh(nu, 0, minus(h, h_d).map(|component| component / size)) + p * nu[3] + q * nu[4]
-        }),
-        TranslationTarget::Free => Box::new(|_, _| Number::from(0.0)),
+        });
     }
+    let target: FinalPosition = *condition.downcast_ref().expect("a position");
+    Box::new(move |s, nu| {
+        let place = weigh(nu, 0, minus(s.position, constant(&target.position())));
+        let Some(momentum) = target.linear_momentum() else {
+            return place;
+        };
+        place + weigh(nu, 3, minus(s.linear_momentum, constant(&momentum)))
+    })
 }
 
-fn rotation(target: RotationTarget) -> Weighted {
-    match target {
-        RotationTarget::State {
-            attitude,
-            angular_momentum,
-        } => Box::new(move |s, nu| {
-            weigh(nu, 6, logarithm(&attitude, &s.attitude))
-                + weigh(
-                    nu,
-                    9,
-                    minus(s.angular_momentum, constant(&angular_momentum)),
-                )
-        }),
-        RotationTarget::Attitude { attitude } => {
-            Box::new(move |s, nu| weigh(nu, 6, logarithm(&attitude, &s.attitude)))
-        }
-        RotationTarget::SpinAxis {
-            axis,
-            direction,
-            angular_momentum,
-        } => Box::new(move |s, nu| {
+fn rotation(target: &Terminal) -> Weighted {
+    let Some(condition) = target.condition(Place::Attitude) else {
+        return Box::new(|_, _| Number::from(0.0));
+    };
+    if let Some(spin) = condition.downcast_ref::<SpinAxis>() {
+        let (axis, direction) = (spin.axis(), spin.direction());
+        let momentum = spin.angular_momentum();
+        return Box::new(move |s, nu| {
             let pointing = product(&s.attitude, constant(&axis));
             let cosine = dot(pointing, constant(&direction));
             let [p, q] = across(&direction).map(|axis| dot(constant(&axis), pointing));
             let factor = angle_over_sine(p * p + q * q, cosine);
             (p * nu[6] + q * nu[7]) * factor
-                + weigh(
-                    nu,
-                    9,
-                    minus(s.angular_momentum, constant(&angular_momentum)),
-                )
-        }),
-        RotationTarget::Free => Box::new(|_, _| Number::from(0.0)),
+                + weigh(nu, 9, minus(s.angular_momentum, constant(&momentum)))
+        });
     }
+    let target: FinalAttitude = *condition.downcast_ref().expect("an attitude");
+    Box::new(move |s, nu| {
+        let turn = weigh(nu, 6, logarithm(&target.attitude(), &s.attitude));
+        let Some(momentum) = target.angular_momentum() else {
+            return turn;
+        };
+        turn + weigh(nu, 9, minus(s.angular_momentum, constant(&momentum)))
+    })
 }
 
 /// Every kind of target, near to and far from `state`.
@@ -135,45 +157,25 @@ fn targets(rng: &mut fastrand::Rng, state: &BodyState) -> Vec<Terminal> {
         let attitude = state.attitude * exp(&turn);
         let axis = Vector3::from_fn(|_, _| rng.f64() - 0.5).normalize();
         let circular = goal.position.cross(&Vector3::x()).normalize();
-        let rotations = [
-            RotationTarget::State {
-                attitude,
-                angular_momentum: goal.angular_momentum,
-            },
-            RotationTarget::Attitude { attitude },
-            RotationTarget::SpinAxis {
-                axis,
-                direction: attitude * axis,
-                angular_momentum: goal.angular_momentum,
-            },
-            RotationTarget::Free,
-        ];
+        let spin = SpinAxis::new(axis, attitude * axis, goal.angular_momentum);
+        let attitude = |momentum| FinalAttitude::new(attitude, momentum).expect("an attitude");
         let center = Vector3::new(0.2, -0.1, 3.0);
         let arm = goal.position;
-        let speed = MASS * (GM / arm.norm()).sqrt();
-        let orbit = |linear_momentum| TranslationTarget::Orbit {
-            gm: GM,
-            center,
-            position: center + arm,
-            linear_momentum,
+        let speed = (GM / arm.norm()).sqrt();
+        let orbit = |velocity| {
+            KeplerOrbit::new(GM, center, MASS, center + arm, velocity).expect("an orbit")
         };
-        let translations = [
-            TranslationTarget::State {
-                position: goal.position,
-                linear_momentum: goal.linear_momentum,
-            },
-            TranslationTarget::Position {
-                position: goal.position,
-            },
-            orbit(circular * speed),
-            orbit((circular + 0.3 * arm.normalize()) * speed),
-        ];
-        for (translation, rotation) in translations.into_iter().zip(rotations) {
-            all.push(Terminal {
-                translation,
-                rotation,
-            });
-        }
+        let position = |momentum| FinalPosition::new(arm, momentum).expect("a position");
+        all.extend([
+            Terminal::FREE
+                .with(position(Some(goal.linear_momentum)))
+                .with(attitude(Some(goal.angular_momentum))),
+            Terminal::FREE.with(position(None)).with(attitude(None)),
+            Terminal::FREE
+                .with(orbit(circular * speed))
+                .with(spin.expect("a spin axis")),
+            Terminal::FREE.with(orbit((circular + 0.3 * arm.normalize()) * speed)),
+        ]);
     }
     all
 }
@@ -184,9 +186,9 @@ fn conditions_and_both_derivatives_are_those_of_automatic_differentiation() {
     for _ in 0..5 {
         let state = random_state(&mut rng);
         for target in targets(&mut rng, &state) {
-            let set = TerminalSet::new(&target, MASS).expect("a target");
-            let (c, jacobian) = (set.residual(&state), set.jacobian(&state));
-            let (place, turn) = (translation(target.translation), rotation(target.rotation));
+            let nu = SVector::from_fn(|_, _| 2.0 * rng.f64() - 1.0);
+            let (c, jacobian, found) = both(&target, &state, &nu);
+            let (place, turn) = (translation(&target), rotation(&target));
             for row in 0..12 {
                 let nu = SVector::ith(row, 1.0);
                 let (value, gradient, _) = derivatives(&state, |s| place(s, &nu) + turn(s, &nu));
@@ -198,9 +200,7 @@ fn conditions_and_both_derivatives_are_those_of_automatic_differentiation() {
                 let error = (jacobian.row(row).transpose() - gradient).amax();
                 assert!(error <= 1e-12 * scale, "{target:?}: row {row} by {error:e}");
             }
-            let nu = SVector::from_fn(|_, _| 2.0 * rng.f64() - 1.0);
             let (_, _, expected) = derivatives(&state, |s| place(s, &nu) + turn(s, &nu));
-            let found = set.curvature(&state, &nu);
             let error = (found - expected).amax();
             assert!(
                 error <= 1e-12 * expected.amax().max(1.0),
@@ -247,13 +247,7 @@ fn an_orbit_is_met_at_every_phase_and_nowhere_else_and_its_conditions_are_indepe
     let circular = f64::sqrt(GM / arm.norm());
     for factor in [1.0, 1.2, 0.5] {
         let velocity = factor * circular * across;
-        let target = TranslationTarget::Orbit {
-            gm: GM,
-            center,
-            position: center + arm,
-            linear_momentum: MASS * velocity,
-        };
-        let set = TranslationSet::new(&target, MASS).expect("an orbit");
+        let set = KeplerOrbit::new(GM, center, MASS, center + arm, velocity).expect("an orbit");
         for phase in 0..12 {
             let state = later(center, arm, velocity, 0.5 * f64::from(phase));
             assert!(set.residual(&state).norm() < 1e-14);
@@ -270,12 +264,7 @@ fn an_orbit_is_met_at_every_phase_and_nowhere_else_and_its_conditions_are_indepe
 fn a_spin_axis_is_met_at_every_turn_about_it_and_nowhere_else_the_way_back_included() {
     let axis = Vector3::new(0.6, 0.0, 0.8);
     let direction = Vector3::new(0.0, 0.28, -0.96);
-    let target = RotationTarget::SpinAxis {
-        axis,
-        direction,
-        angular_momentum: Vector3::zeros(),
-    };
-    let set = RotationSet::new(&target).expect("a target");
+    let set = SpinAxis::new(axis, direction, Vector3::zeros()).expect("a spin axis");
     let shortest = axis.cross(&direction);
     let angle = shortest.norm().atan2(axis.dot(&direction));
     let aligned = exp(&(shortest.normalize() * angle));

@@ -11,7 +11,7 @@ use crate::{BodyState, RigidBody, System};
 /// Distances are looked at only when the bodies have moved far enough for one of them to matter: no distance changes by
 /// more than twice the greatest displacement of a body or source, measured against their common motion.
 #[derive(Clone, Debug)]
-pub(crate) struct Watch {
+pub(crate) struct Levels {
     terms: Vec<Term>,
     /// Which gravities can be taken apart.
     apart: Vec<bool>,
@@ -31,15 +31,14 @@ pub(crate) struct Watch {
     switches: u64,
 }
 
-impl Watch {
+impl Levels {
     /// Of `system` in `states`; none where nothing is to be left out.
-    pub(crate) fn new(system: &System, states: &[BodyState], skip: Skip) -> Option<Self> {
+    pub(crate) fn new(system: &mut System, states: &[BodyState], skip: Skip) -> Option<Self> {
         if skip == Skip::Nothing {
             return None;
         }
+        let interactions = system.interactions();
         let bodies = system.bodies();
-        let each = system.gravity().iter();
-        let interactions: Vec<_> = each.map(|gravity| gravity.interactions(bodies)).collect();
         let apart = interactions.iter().map(Option::is_some).collect();
         let all = interactions.into_iter().enumerate();
         let all: Vec<_> = all
@@ -61,7 +60,7 @@ impl Watch {
         let sources = terms
             .iter()
             .any(|term| term.varies() && matches!(term.interaction.partner, Partner::Source(_)));
-        let mut watch = Self {
+        let mut levels = Self {
             terms,
             apart,
             seen: Vec::new(),
@@ -73,33 +72,33 @@ impl Watch {
             breached: false,
             switches: 0,
         };
-        watch.begin(states);
-        Some(watch)
+        levels.reset(states);
+        Some(levels)
     }
 
     /// Begins anew from `states`.
-    pub(crate) fn begin(&mut self, states: &[BodyState]) {
+    pub(crate) fn reset(&mut self, states: &[BodyState]) {
         for term in &mut self.terms {
             term.level = term.first(term.distance(states));
         }
-        self.see(states);
+        self.remember(states);
     }
 
     /// Looks at what a step is computed from.
     #[inline]
-    pub(crate) fn look(&mut self, states: &[BodyState]) {
-        let moved = self.moved(states);
+    pub(crate) fn check_states(&mut self, states: &[BodyState]) {
+        let moved = self.displacement(states);
         if 2.0 * moved >= self.margin {
-            self.mend(2.0 * moved, |term| term.distance(states));
+            self.raise(2.0 * moved, |term| term.distance(states));
         }
     }
 
     /// Looks at a step from states to others, made as one.
-    pub(crate) fn pass(&mut self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) {
-        let (moved, way) = self.passed(bodies, ends, h.abs());
+    pub(crate) fn check_step(&mut self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) {
+        let (moved, way) = self.path(bodies, ends, h.abs());
         self.stride = self.stride.max(2.0 * way);
         if 2.0 * moved >= self.margin {
-            self.mend(2.0 * moved, |term| term.nearest(bodies, ends, h));
+            self.raise(2.0 * moved, |term| term.nearest(bodies, ends, h));
         }
     }
 
@@ -110,8 +109,8 @@ impl Watch {
 
     /// Gives all interactions the level that suits them in `states`, where a step ended; whether any changes.
     #[inline]
-    pub(crate) fn review(&mut self, states: &[BodyState]) -> bool {
-        2.0 * self.moved(states) >= self.slack && self.suit(states)
+    pub(crate) fn update(&mut self, states: &[BodyState]) -> bool {
+        2.0 * self.displacement(states) >= self.slack && self.choose(states)
     }
 
     /// Whether any level depends on a distance.
@@ -136,7 +135,7 @@ impl Watch {
     }
 
     /// The greatest displacement since all distances were looked at; infinite where it is not a number.
-    fn moved(&self, states: &[BodyState]) -> f64 {
+    fn displacement(&self, states: &[BodyState]) -> f64 {
         let per_body = 1.0 / states.len() as f64;
         let moved = |(state, seen): (&BodyState, &Vector3<f64>)| state.position - seen;
         let each = || states.iter().zip(&self.seen).map(moved);
@@ -159,7 +158,7 @@ impl Watch {
     /// The same at any time within a step of the given ends and duration, and the length of the longest way, if nothing is
     /// faster, against the common motion, than at one of them: a way of length L from `p` to `q` leads no further away than
     /// `½ (|p| + |q| + L)`.
-    fn passed(&self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) -> (f64, f64) {
+    fn path(&self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) -> (f64, f64) {
         let per_body = 1.0 / bodies.len() as f64;
         let at = |index: usize| {
             ends.map(|states| {
@@ -198,7 +197,7 @@ impl Watch {
     /// Gives interactions the level that they need at these distances, if those can have become too short by a change of
     /// `moved`.
     #[cold]
-    fn mend(&mut self, moved: f64, distance: impl Fn(&Term) -> f64) {
+    fn raise(&mut self, moved: f64, distance: impl Fn(&Term) -> f64) {
         let near = self.terms.iter_mut().zip(&self.margins);
         for (term, _) in near.filter(|(_, margin)| **margin <= moved) {
             let distance = distance(term);
@@ -211,18 +210,18 @@ impl Watch {
     }
 
     #[cold]
-    fn suit(&mut self, states: &[BodyState]) -> bool {
+    fn choose(&mut self, states: &[BodyState]) -> bool {
         let before = self.switches;
         for term in &mut self.terms {
             let suited = term.suited(term.distance(states), self.stride);
             self.switches += u64::from(suited != term.level);
             term.level = suited;
         }
-        self.see(states);
+        self.remember(states);
         self.switches > before
     }
 
-    fn see(&mut self, states: &[BodyState]) {
+    fn remember(&mut self, states: &[BodyState]) {
         self.seen.clear();
         self.seen.extend(states.iter().map(|state| state.position));
         self.margins.clear();

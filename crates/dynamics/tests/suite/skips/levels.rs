@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use lgvi_dynamics::auto::Accuracy;
-use lgvi_dynamics::gravity::{Central, Gravity, Interaction, Kept, Level, Mutual};
+use lgvi_dynamics::Accuracy;
+use lgvi_dynamics::gravity::{Central, Gravity, Interaction, Kept, Level, Mutual, Separable};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::skip::Allowance;
 use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Skip, System};
@@ -31,7 +31,17 @@ impl Gravity for Noting {
         self.gravity.add_loads(bodies, states, loads);
     }
 
-    fn interactions(&self, bodies: &[RigidBody]) -> Option<Vec<Interaction>> {
+    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
+        self.gravity.potential(bodies, states)
+    }
+
+    fn separable(&mut self) -> Option<&mut dyn Separable> {
+        Some(self)
+    }
+}
+
+impl Separable for Noting {
+    fn interactions(&self, bodies: &[RigidBody]) -> Vec<Interaction> {
         self.gravity.interactions(bodies)
     }
 
@@ -44,10 +54,6 @@ impl Gravity for Noting {
     ) {
         self.kept.lock().expect("the notes").push(kept.to_vec());
         self.gravity.add_kept_loads(bodies, states, loads, kept);
-    }
-
-    fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64 {
-        self.gravity.potential(bodies, states)
     }
 }
 

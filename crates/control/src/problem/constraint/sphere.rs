@@ -1,0 +1,64 @@
+use lgvi_dynamics::BodyState;
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Place, StateConstraint};
+use crate::problem::ParameterError;
+use crate::problem::parameter::{length, point};
+
+/// A sphere that the centre of mass stays out of: `g = ½ (1 − |x − c|²/r²)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeepOutSphere {
+    centre: Vector3<f64>,
+    radius: f64,
+}
+
+impl KeepOutSphere {
+    /// The sphere of a positive `radius` round `centre` (inertial frame).
+    pub fn new(centre: Vector3<f64>, radius: f64) -> Result<Self, ParameterError> {
+        Ok(Self {
+            centre: point("centre", centre)?,
+            radius: length("radius", radius)?,
+        })
+    }
+
+    /// The centre, in the inertial frame.
+    pub fn centre(&self) -> Vector3<f64> {
+        self.centre
+    }
+
+    /// The radius.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+}
+
+impl StateConstraint for KeepOutSphere {
+    fn name(&self) -> &'static str {
+        "keep_out_sphere"
+    }
+
+    fn place(&self) -> Place {
+        Place::Position
+    }
+
+    fn value(&self, state: &BodyState) -> f64 {
+        0.5 * (1.0 - ((state.position - self.centre) / self.radius).norm_squared())
+    }
+
+    fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
+        let scale = -1.0 / (self.radius * self.radius);
+        (
+            scale * (state.position - self.centre),
+            Matrix3::from_diagonal_element(scale),
+        )
+    }
+
+    fn size(&self) -> f64 {
+        self.radius
+    }
+
+    /// The depth inside the sphere, in parts of the radius.
+    fn excess(&self, g: f64) -> f64 {
+        1.0 - (1.0 - 2.0 * g).max(0.0).sqrt()
+    }
+}

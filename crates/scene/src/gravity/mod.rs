@@ -1,0 +1,116 @@
+//! What acts on the bodies of a scene: on all of them as they fly, and on one of them as the planner sees it.
+
+mod central;
+
+pub use central::{CentralAttractor, Oblateness};
+
+use lgvi_dynamics::gravity::{Field, Gravity, Mutual, Sources, Uniform};
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use crate::{NamedBody, SceneError, check};
+use central::CentralFile;
+
+/// Gravity of a scene, in its units; each kind is there or not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneGravity {
+    /// An attractor that does not move.
+    pub central: Option<CentralAttractor>,
+    /// Acceleration of a field that is the same everywhere, inertial frame.
+    pub uniform: Option<Vector3<f64>>,
+    /// Gravitational constant of the bodies' attraction on each other.
+    pub mutual: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct GravityFile {
+    central: Option<CentralFile>,
+    uniform: Option<UniformFile>,
+    mutual: Option<MutualFile>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UniformFile {
+    acceleration: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MutualFile {
+    constant: f64,
+}
+
+/// Takes sources of whatever type.
+trait Collection {
+    fn add(&mut self, source: impl Field + 'static);
+}
+
+impl Collection for Vec<Box<dyn Gravity>> {
+    fn add(&mut self, source: impl Field + 'static) {
+        self.push(Box::new(source));
+    }
+}
+
+impl Collection for Vec<Box<dyn Field>> {
+    fn add(&mut self, source: impl Field + 'static) {
+        self.push(Box::new(source));
+    }
+}
+
+impl SceneGravity {
+    /// As the scene's file has it.
+    pub(crate) fn parse(file: &GravityFile) -> Result<Self, SceneError> {
+        let (central, uniform, mutual) = (&file.central, &file.uniform, &file.mutual);
+        Ok(Self {
+            central: central.as_ref().map(CentralAttractor::parse).transpose()?,
+            uniform: uniform
+                .as_ref()
+                .map(|file| check::vector("gravity.uniform.acceleration", file.acceleration))
+                .transpose()?,
+            mutual: mutual
+                .as_ref()
+                .map(|file| check::positive("gravity.mutual.constant", file.constant))
+                .transpose()?,
+        })
+    }
+
+    /// Whether nothing acts.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// What acts on all bodies.
+    pub fn of_system(&self) -> Vec<Box<dyn Gravity>> {
+        let mut all: Vec<Box<dyn Gravity>> = Vec::new();
+        self.add_fixed(&mut all);
+        if let Some(constant) = self.mutual {
+            all.push(Box::new(Mutual::new(constant)));
+        }
+        all
+    }
+
+    /// What acts on the body with this index among `bodies`, the others being held.
+    pub(crate) fn on_body(&self, index: usize, bodies: &[NamedBody]) -> Sources {
+        let mut all: Vec<Box<dyn Field>> = Vec::new();
+        self.add_fixed(&mut all);
+        if let Some(constant) = self.mutual {
+            let others = bodies.iter().enumerate().filter(|(i, _)| *i != index);
+            let (others, states): (Vec<_>, Vec<_>) = others
+                .map(|(_, other)| (other.body.clone(), other.state))
+                .unzip();
+            all.add(Sources::of_bodies(constant, &others, &states));
+        }
+        Sources::new(all)
+    }
+
+    fn add_fixed(&self, all: &mut impl Collection) {
+        if let Some(central) = &self.central {
+            central.add_to(all);
+        }
+        if let Some(acceleration) = self.uniform {
+            all.add(Uniform { acceleration });
+        }
+    }
+}

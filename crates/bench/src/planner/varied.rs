@@ -5,7 +5,10 @@
 use std::path::Path;
 use std::time::Duration;
 
-use lgvi_control::{NewtonSettings, Start, solve};
+use lgvi_control::{NewtonSettings, Start, miss, solve};
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{Load, Method, Simulation, System};
 use lgvi_truth::maneuvers::{Varied, varied};
 use serde::Serialize;
 
@@ -19,6 +22,9 @@ use crate::tables::Table;
 
 /// Time after which a peer counts as not answering; only IPOPT can be told to end by itself.
 const UNANSWERED: Duration = Duration::from_secs(30);
+
+/// By how much a flight may miss the target, in units of the manoeuvre's size.
+const MISS: f64 = 1e-3;
 
 /// Costs that differ by less, relatively, are not told apart.
 const SAME: f64 = 0.01;
@@ -148,12 +154,18 @@ impl<'p> Peers<'p> {
         self.casadi.build(&stated, &VARIED)?;
         let mut attempts = Vec::new();
         for solver in 0..VARIED.len() {
-            let attempt = match self.casadi.solve_within(UNANSWERED, solver, false) {
-                Ok(found) => Attempt {
-                    cost: found.success.then_some(found.cost),
-                    seconds: found.seconds,
-                    failure: (!found.success).then_some(found.status),
-                },
+            let attempt = match self.casadi.solve_within(UNANSWERED, solver, true) {
+                Ok(found) => {
+                    let failure = match found.success {
+                        true => unflown(maneuver, &found.controls()),
+                        false => Some(found.status.clone()),
+                    };
+                    Attempt {
+                        cost: failure.is_none().then_some(found.cost),
+                        seconds: found.seconds,
+                        failure,
+                    }
+                }
                 Err(BenchError::Peer(failure)) => {
                     self.casadi = Casadi::start(self.python)?;
                     self.casadi.build(&stated, &VARIED)?;
@@ -169,6 +181,28 @@ impl<'p> Peers<'p> {
         }
         Ok(attempts)
     }
+}
+
+/// Why a flight with these controls does not reach the target; nothing where it does. The equations of a step have more
+/// solutions than the rotation: such as half a turn about a principal axis, which takes no moment.
+fn unflown(maneuver: &Varied, controls: &[Load]) -> Option<String> {
+    let transfer = &maneuver.transfer;
+    let gravity = Central { gm: maneuver.gm };
+    let system = System::new(vec![maneuver.body.clone()], vec![Box::new(gravity)]);
+    let initial = vec![*transfer.initial()];
+    let method = Method::LieEuler(Rotor::Discrete);
+    let mut simulation = match Simulation::new(system, initial, method, transfer.h()) {
+        Ok(simulation) => simulation,
+        Err(error) => return Some(error.to_string()),
+    };
+    for control in controls {
+        if let Err(error) = simulation.advance(&[*control]) {
+            return Some(format!("cannot be flown: {error}"));
+        }
+    }
+    let target = transfer.target().state()?;
+    let missed = miss(&target, &simulation.states()[0]).norm();
+    (missed > MISS).then(|| format!("misses the target by {missed:.1e} as flown"))
 }
 
 impl Beside {

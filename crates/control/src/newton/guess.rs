@@ -9,6 +9,9 @@ use super::problem::{Iterate, Problem};
 use crate::riccati::Policy;
 use crate::steps::{Linearisation, Steps};
 
+/// Angle (rad) below which the mean spin of both ends says nothing of how often to turn.
+const HALF_TURN: f64 = std::f64::consts::PI;
+
 /// Position and attitude at `0 … N` between the two states: cubics by Hermite, the attitude's in the rotation vector
 /// that is left over a frame which turns at the mean of both angular velocities. Of motions between given rates over a
 /// given time the cheapest is near their mean, so that what is left, taken the shorter way, tells how often to turn.
@@ -23,6 +26,11 @@ pub(crate) fn hermite(
     let velocity = |state: &BodyState| duration * state.velocity(body);
     let spin = |state: &BodyState| duration * state.angular_velocity(body);
     let mean = 0.5 * (spin(from) + spin(to));
+    let mean = if mean.norm() < HALF_TURN {
+        Vector3::zeros()
+    } else {
+        mean
+    };
     let mut rotation = log(&(from.attitude * exp(&mean)).tr_mul(&to.attitude));
     if turns != 0.0 {
         let angle = rotation.norm();

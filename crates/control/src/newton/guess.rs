@@ -93,18 +93,23 @@ where
         b: SMatrix::zeros(),
     };
     let idle = SVector::zeros();
+    // What commands do hardly differs from step to step.
+    problem
+        .steps
+        .linearise(0, &states[0], &idle, &mut linear)
+        .map_err(|source| (0, source))?;
+    let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
+    // So little of the cost that commands are bounded where they have no effect.
+    let normal = weighted.tr_mul(&linear.b) + (1e-9 * h) * problem.weight;
+    let factor = normal.cholesky();
     let mut commands = Vec::with_capacity(problem.intervals);
     for k in 0..problem.intervals {
         let next = problem
             .steps
-            .linearise(k, &states[k], &idle, &mut linear)
+            .next(k, &states[k], &idle)
             .map_err(|source| (k, source))?;
         let missing = problem.steps.difference(&next, &states[k + 1]);
-        let weighted =
-            SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
-        // So little of the cost that commands are bounded where they have no effect.
-        let normal = weighted.tr_mul(&linear.b) + (1e-9 * h) * problem.weight;
-        let command = normal.cholesky().map_or_else(SVector::zeros, |factor| {
+        let command = factor.as_ref().map_or_else(SVector::zeros, |factor| {
             factor.solve(&weighted.tr_mul(&missing))
         });
         commands.push(command);

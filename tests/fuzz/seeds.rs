@@ -297,7 +297,7 @@ fn scenes(corpus: &Path) -> Done {
     let mobilities = [
         "mobility = \"pivoted\"\nangular_velocity = [0.1, 0.2, 0.3]\n",
         "mobility = { uniform = { velocity = [1,0,0], spin = [0,0,1] } }\n",
-        "mobility = { circle = { centre = [0,0,0], rate = [0,0,1], spin = [0,1,0] } }\n",
+        "mobility = { circle = { center = [0,0,0], rate = [0,0,1], spin = [0,1,0] } }\n",
     ];
     for (index, mobility) in mobilities.iter().enumerate() {
         let frames = "[[frames]]\nname = \"f\"\nparent = \"a\"\nposition = [1,2,3]\n";
@@ -310,7 +310,7 @@ fn scenes(corpus: &Path) -> Done {
     ];
     let constraints = "constraints = [{ kind = \"commands\", limit = 1.0 }, { kind = \"force_components\", limit = [1,2,3] }, \
         { kind = \"moment_norm\", limit = 2.0 }, { kind = \"keep_out_cone\", axis = [1,0,0], direction = [0,1,0], half_angle = 0.3 }, \
-        { kind = \"keep_out_sphere\", centre = [9,9,9], radius = 1.0 }, { kind = \"corridor\", apex = [0,0,0], axis = [1,0,0], half_angle = 1.0 }]\n";
+        { kind = \"keep_out_sphere\", center = [9,9,9], radius = 1.0 }, { kind = \"corridor\", apex = [0,0,0], axis = [1,0,0], half_angle = 1.0 }]\n";
     for (index, target) in targets.iter().enumerate() {
         let maneuver = format!(
             "[maneuver]\nbody = \"a\"\ndynamics = \"lgvi\"\nforce_weight = 2.0\nmoment_weight = [1,2,3]\n{constraints}\

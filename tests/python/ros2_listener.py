@@ -1,6 +1,6 @@
 """A ROS 2 node that listens to odometry, on whatever host it is.
 
-Prints, as JSON, how many nanoseconds lie between the stamps of neighbouring messages (each once, in order), and the nodes
+Prints, as JSON, how many nanoseconds lie between the stamps of neighboring messages (each once, in order), and the nodes
 that it has seen, when it has received as many messages as it is told to.
 """
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints samples of message types as ROS 2 serialises them, a JSON line each: type, plain value, and CDR in hexadecimal.
+"""Prints samples of message types as ROS 2 serializes them, a JSON line each: type, plain value, and CDR in hexadecimal.
 
     ros2_samples.py --count 3 geometry_msgs/msg/Pose lgvi_msgs/action/PlanManeuver_Goal
 

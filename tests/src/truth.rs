@@ -35,7 +35,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
 }
 
-/// The cost of an optimal manoeuvre in `steps` steps.
+/// The cost of an optimal maneuver in `steps` steps.
 pub fn optimal_cost(problem: &str, steps: u64) -> f64 {
     let runs = &load("optimal_control")[problem]["runs"];
     let run = runs

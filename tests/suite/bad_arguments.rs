@@ -105,7 +105,7 @@ fn a_domain_that_is_none_is_refused() {
 }
 
 #[test]
-fn variables_of_discovery_that_cannot_be_honoured_are_refused() {
+fn variables_of_discovery_that_cannot_be_honored_are_refused() {
     let world = World::new();
     for (variable, value, fragments) in [
         (
@@ -137,7 +137,7 @@ fn variables_of_discovery_that_cannot_be_honoured_are_refused() {
 }
 
 #[test]
-fn ros_arguments_that_cannot_be_honoured_are_refused() {
+fn ros_arguments_that_cannot_be_honored_are_refused() {
     let world = World::new();
     let file = world.path("parameters.yaml");
     let text = "/**:\n  ros__parameters:\n    frame: inertial\n    topics: [a, 1]\n";

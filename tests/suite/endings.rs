@@ -97,7 +97,7 @@ fn recorder(world: &World) -> Process {
     recorder
 }
 
-/// A flight without a manoeuvre, of so many steps that it does not end by itself, each published.
+/// A flight without a maneuver, of so many steps that it does not end by itself, each published.
 fn endless_flight(world: &World) -> PathBuf {
     let changes = [
         ("duration = 100.0", "duration = 1e6"),
@@ -107,7 +107,7 @@ fn endless_flight(world: &World) -> PathBuf {
     edited(world, "free_body", &changes)
 }
 
-/// A manoeuvre so long that its plan takes many seconds.
+/// A maneuver so long that its plan takes many seconds.
 fn endless_plan(world: &World) -> PathBuf {
     let steps = ("steps = 1000", "steps = 1000000");
     edited(world, "inclination_change", &[steps])

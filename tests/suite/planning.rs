@@ -157,7 +157,7 @@ fn a_goal_is_planned_with_feedback_and_its_plan_published() {
     planner.stop().expect(0);
 }
 
-/// A manoeuvre so long that its plan takes many seconds.
+/// A maneuver so long that its plan takes many seconds.
 fn endless(world: &World) -> std::path::PathBuf {
     edited(
         world,

@@ -18,7 +18,7 @@ const PADDING: u8 = 0;
 struct Sample {
     r#type: String,
     value: Value,
-    /// With room to spare at its end: `rclpy` serialises into as much as a message may take, and sends less.
+    /// With room to spare at its end: `rclpy` serializes into as much as a message may take, and sends less.
     cdr: String,
 }
 

@@ -45,7 +45,7 @@ fn deviates_by_the_square_of_the_step(
     let (_, coarse) = world.fly(&edited(&world, name, &[(&from, &to)]), "coarse");
     let coarse = deviation(&coarse);
     for (coarse, fine) in coarse.parts().into_iter().zip(fine.parts()) {
-        // A free body's centre of mass does not move, in no number of steps.
+        // A free body's center of mass does not move, in no number of steps.
         let ratio = if coarse == 0.0 { 4.0 } else { coarse / fine };
         assert!(
             (3.9..4.1).contains(&ratio),
@@ -69,7 +69,7 @@ fn two_dumbbells_follow_the_reference_for_30_seconds() {
 
 #[test]
 fn free_body_tumbles_as_the_reference_for_100_seconds() {
-    // Measured: attitude 5.35e-3, angular velocity 3.44e-3. The centre of mass rests.
+    // Measured: attitude 5.35e-3, angular velocity 3.44e-3. The center of mass rests.
     let bound = Deviation {
         attitude: 5.9e-3,
         angular_velocity: 3.8e-3,

@@ -22,7 +22,7 @@ const PLAN: &str = "/lgvi_planner/plan_maneuver";
 /// for each message that a stopped subscriber has no room for would exceed it fifty messages later.
 const BEHIND: Duration = Duration::from_secs(5);
 
-/// How soon a service answers: in the end the propagator waits up to 5 s for acknowledgements.
+/// How soon a service answers: in the end the propagator waits up to 5 s for acknowledgments.
 const ANSWER: Duration = Duration::from_secs(10);
 
 /// Seconds since the epoch of Unix.

@@ -140,7 +140,7 @@ class Transfer:
             if kind in ("force_norm", "moment_norm"):
                 part = u[:3, :] if kind == "force_norm" else u[3:, :]
                 found.append(ca.vec(ca.sum1(part**2)) - c["limit"] ** 2)
-            # What start and target decide is not for the optimiser.
+            # What start and target decide is not for the optimizer.
             for k in range(2, self.n):
                 if kind == "keep_out_sphere":
                     found.append(c["radius"] ** 2 - ca.sumsqr(x[:, k] - c["center"]))

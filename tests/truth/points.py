@@ -3,7 +3,7 @@
 
 f: Sun and five planets, by heyoka's Taylor method in binary128 at two tolerances, whose difference is in `verification`.
 The data are those of E. Hairer, C. Lubich and G. Wanner, Geometric Numerical Integration, table I.2.2.
-g: one body about a fixed centre, by Kepler's equation to 50 digits; heyoka in binary128 beside it.
+g: one body about a fixed center, by Kepler's equation to 50 digits; heyoka in binary128 beside it.
 """
 
 import json
@@ -41,7 +41,7 @@ def exact(number):
     return hy.expression(hy.real128(number))
 
 
-def equations(masses, constant, centre):
+def equations(masses, constant, center):
     variables = [
         (hy.make_vars(*(f"{c}{i}" for c in "xyz")), hy.make_vars(*(f"v{c}{i}" for c in "xyz")))
         for i in range(len(masses))
@@ -49,8 +49,8 @@ def equations(masses, constant, centre):
     rows = []
     for i, (x, v) in enumerate(variables):
         pulls = [[] for _ in range(3)]
-        if centre is not None:
-            scale = -exact(centre) * norm_squared(x) ** exact(-1.5)
+        if center is not None:
+            scale = -exact(center) * norm_squared(x) ** exact(-1.5)
             pulls = [[scale * c] for c in x]
         for j, mass in enumerate(masses):
             if j == i or constant is None:
@@ -155,7 +155,7 @@ def orbit():
     written(
         "g_kepler",
         "g",
-        "normalised: GM=1",
+        "normalized: GM=1",
         [("body", 1.0, x, v)],
         times,
         states,

@@ -1,4 +1,4 @@
-"""Basilisk: a spacecraft's rigid hub, free or about a centre, by its default integrator and those with error control. Needs `pip install bsk`."""
+"""Basilisk: a spacecraft's rigid hub, free or about a center, by its default integrator and those with error control. Needs `pip install bsk`."""
 
 import importlib.metadata
 
@@ -32,8 +32,8 @@ class Mission:
         hub.omega_BN_BInit = column(body["Omega"])
         if case["potential"] == "central":
             self.factory = simIncludeGravBody.gravBodyFactory()
-            centre = self.factory.createCustomGravObject("centre", case["parameters"]["GM"])
-            centre.isCentralBody = True
+            center = self.factory.createCustomGravObject("center", case["parameters"]["GM"])
+            center.isCentralBody = True
             self.factory.addBodiesTo(self.craft)
         self.integrator = integrator(self.craft)
         self.craft.setIntegrator(self.integrator)

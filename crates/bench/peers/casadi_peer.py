@@ -23,7 +23,7 @@ fixed, the inequalities in each step or at its end. What was done to be fair to 
 - Three choices of unknowns. "controls", the usual multiple shooting: states x, gamma, attitude, Pi; commands u and f,
   with (4.21) as equalities. "momenta": states x, gamma, attitude, f; commands the next gamma and f, from which the
   controls follow, so that steps are explicit (as fatrop asks) and there are no other equalities. "states": the same
-  without commands, 12 unknowns and 6 equalities a stage, the cost coupling neighbours: the least that IPOPT can have.
+  without commands, 12 unknowns and 6 equalities a stage, the cost coupling neighbors: the least that IPOPT can have.
 - Exact first and second derivatives by CasADi, of one stage, mapped over all stages and put into sparse matrices, then
   compiled (gcc -O3 -march=native): all functions of the problem together take some percent of the solver's time, the rest
   is IPOPT with MUMPS or fatrop with BLASFEO. "compiled": false is what a CasADi user has without a compiler: the same

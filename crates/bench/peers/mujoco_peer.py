@@ -18,7 +18,7 @@ MODEL = """
   <worldbody>
     <body>
       <joint type="{joint}"/>
-      <inertial mass="{mass!r}" pos="{centre}" fullinertia="{inertia}"/>
+      <inertial mass="{mass!r}" pos="{center}" fullinertia="{inertia}"/>
     </body>
   </worldbody>
 </mujoco>
@@ -31,19 +31,19 @@ def numbers(values):
 
 def model(case, integrator, h):
     (body,) = case["bodies"]
-    inertia, centre = np.diag(body["J"]), np.zeros(3)
+    inertia, center = np.diag(body["J"]), np.zeros(3)
     pivoted = case["potential"] == "uniform"
     if pivoted:
-        # about the centre of mass, not the pivot
-        centre = np.array(body["rho_c"])
-        inertia = inertia - body["mass"] * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+        # about the center of mass, not the pivot
+        center = np.array(body["rho_c"])
+        inertia = inertia - body["mass"] * (center @ center * np.eye(3) - np.outer(center, center))
     text = MODEL.format(
         integrator=integrator,
         h=h,
         g=float(case["parameters"].get("g", 0.0)),
         joint="ball" if pivoted else "free",
         mass=float(body["mass"]),
-        centre=numbers(centre),
+        center=numbers(center),
         inertia=numbers([*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]),
     )
     return mujoco.MjModel.from_xml_string(text)

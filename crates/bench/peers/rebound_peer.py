@@ -5,7 +5,7 @@ from protocol import Stopwatch, are_points, ends, point_state, serve
 
 
 def simulation(case):
-    """A centre that attracts is a particle, which the bodies do not move."""
+    """A center that attracts is a particle, which the bodies do not move."""
     sim = rebound.Simulation()
     central = case["potential"] == "central"
     sim.G = 1.0 if central else case["parameters"]["G"]

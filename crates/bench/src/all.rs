@@ -52,7 +52,7 @@ enum Part {
     Stress,
 }
 
-/// Random manoeuvres, and the seeds of which the documentation speaks.
+/// Random maneuvers, and the seeds of which the documentation speaks.
 const MANEUVERS: u64 = 1000;
 const SEEDS: [u64; 2] = [1, 2];
 

@@ -32,7 +32,7 @@ pub(crate) struct Noise {
     pub rotation: f64,
 }
 
-/// What is flown: a scene's manoeuvre in as many steps as asked for, and its plan.
+/// What is flown: a scene's maneuver in as many steps as asked for, and its plan.
 pub(crate) struct Task {
     scene: Scene,
     body: RigidBody,
@@ -62,11 +62,11 @@ struct Disturbance {
 }
 
 impl Task {
-    /// The manoeuvre of the scene called `name`.
+    /// The maneuver of the scene called `name`.
     pub(crate) fn load(name: &str, intervals: usize) -> Result<Self, BenchError> {
         let mut scene = crate::run::scene(name)?;
         scene.steps = intervals as u64;
-        let refuse = || BenchError::Plan(format!("scene {name} has no manoeuvre to a state"));
+        let refuse = || BenchError::Plan(format!("scene {name} has no maneuver to a state"));
         let transfer = scene.transfer().ok_or_else(refuse)?.map_err(plan_error)?;
         let index = scene.maneuver.as_ref().ok_or_else(refuse)?.body;
         let (plan, [_, milliseconds]) = timed(&transfer, Start::Cold)?;

@@ -97,7 +97,7 @@ enum Command {
     Dumbbells,
     /// Throughput of ensembles: lanes beside the simulation, threads, size.
     Ensemble(ensemble::Options),
-    /// How many random manoeuvres the planner solves from nothing, beside plain shooting.
+    /// How many random maneuvers the planner solves from nothing, beside plain shooting.
     Maneuvers {
         /// How many, from the first on.
         #[arg(long, default_value_t = 1000)]
@@ -106,7 +106,7 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
-    /// The planner beside CasADi with IPOPT and fatrop on random manoeuvres of many kinds, with inequalities.
+    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers of many kinds, with inequalities.
     Varied {
         /// How many, from the first on.
         #[arg(long, default_value_t = 300)]
@@ -114,7 +114,7 @@ enum Command {
         /// Of the generator.
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
-        /// Steps of a manoeuvre.
+        /// Steps of a maneuver.
         #[arg(long, default_value_t = 100)]
         steps: usize,
     },

@@ -1,4 +1,4 @@
-//! How many random manoeuvres the planner solves from nothing, beside plain shooting.
+//! How many random maneuvers the planner solves from nothing, beside plain shooting.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::clock::Moment;
 use crate::error::BenchError;
 use crate::tables::Table;
 
-/// Terminal miss at which a manoeuvre counts as solved.
+/// Terminal miss at which a maneuver counts as solved.
 const SOLVED: f64 = 1e-11;
 
 /// Costs that differ by less, relatively, are those of the same minimum.
@@ -30,7 +30,7 @@ struct Attempt {
     failure: Option<String>,
 }
 
-/// A method on one class of manoeuvres.
+/// A method on one class of maneuvers.
 #[derive(Serialize)]
 struct Rate {
     method: &'static str,
@@ -49,13 +49,13 @@ struct Report {
     seed: u64,
     count: u64,
     rates: Vec<Rate>,
-    /// Manoeuvres that both solve, and those where either finds the lower minimum.
+    /// Maneuvers that both solve, and those where either finds the lower minimum.
     both: usize,
     newton_lower: usize,
     shooting_lower: usize,
 }
 
-/// Tries the first `count` manoeuvres of each seed; prints rates and failures, keeps `maneuvers.json` and the table
+/// Tries the first `count` maneuvers of each seed; prints rates and failures, keeps `maneuvers.json` and the table
 /// `maneuvers`.
 pub(crate) fn run(count: u64, seeds: &[u64], directory: &Path) -> Result<(), BenchError> {
     let reports = seeds.iter().map(|seed| report(count, *seed));
@@ -203,7 +203,7 @@ pub(crate) fn quantile(sorted: &[f64], part: f64) -> f64 {
 impl Report {
     fn print(&self) {
         println!(
-            "manoeuvres 0 … {} of seed {}",
+            "maneuvers 0 … {} of seed {}",
             self.count.saturating_sub(1),
             self.seed
         );

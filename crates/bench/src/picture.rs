@@ -94,7 +94,7 @@ const LINE: i32 = 24;
 const DASH: u32 = 9;
 const GAP: u32 = 6;
 
-/// Colours that stay apart for most eyes, and in grey.
+/// Colors that stay apart for most eyes, and in gray.
 const COLORS: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

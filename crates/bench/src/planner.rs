@@ -20,7 +20,7 @@ use crate::peer::Python;
 use case::Case;
 pub(crate) use varied::run as varied;
 
-/// The scenes with the two manoeuvres of §4.7.
+/// The scenes with the two maneuvers of §4.7.
 const SCENES: [&str; 2] = ["inclination_change", "orbital_capture"];
 
 /// What to measure; everything without an option.

@@ -54,7 +54,7 @@ pub(crate) enum Truth {
 }
 
 impl Run {
-    /// All scenes without a manoeuvre and all cases.
+    /// All scenes without a maneuver and all cases.
     pub(crate) fn all() -> Result<Vec<Self>, BenchError> {
         let mut runs = Vec::new();
         for name in scenes()? {

@@ -10,7 +10,7 @@ pub(crate) struct Spread {
 }
 
 impl Spread {
-    /// Quantiles are interpolated between neighbours. None without measurements.
+    /// Quantiles are interpolated between neighbors. None without measurements.
     pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<_> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -57,7 +57,7 @@ mod tests {
     use super::{Spread, short};
 
     #[test]
-    fn quartiles_lie_between_neighbours_and_ratios_are_taken_pair_by_pair() {
+    fn quartiles_lie_between_neighbors_and_ratios_are_taken_pair_by_pair() {
         let spread = Spread::of([4.0, 1.0, 3.0, 2.0]);
         let expected = Spread {
             median: 2.5,

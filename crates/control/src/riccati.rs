@@ -10,7 +10,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::steps::{Curvature, Linearisation};
+use crate::steps::{Curvature, Linearization};
 
 /// A quadratic model of a stage: `½ zᵀ H_zz z + zᵀ H_zv v + ½ vᵀ H_vv v + g_z · z + g_v · v`.
 #[derive(Clone, Debug)]
@@ -87,7 +87,7 @@ impl<const X: usize> CostToGo<X> {
     pub(crate) fn sweep<const U: usize>(
         &mut self,
         stage: &StageModel<X, U>,
-        dynamics: &Linearisation<X, U>,
+        dynamics: &Linearization<X, U>,
         policy: &mut Policy<X, U>,
     ) -> Result<(), NotConvex> {
         let (a, b) = (&dynamics.a.data.0, &dynamics.b.data.0);
@@ -125,7 +125,7 @@ impl<const X: usize> CostToGo<X> {
             .data
             .0;
 
-        if let Err(row) = factorise(&mut factor) {
+        if let Err(row) = factorize(&mut factor) {
             *policy = Policy::zeros();
             policy.constant = not_convex(&factor, row);
             return Err(NotConvex);
@@ -204,7 +204,7 @@ impl<const X: usize> CostToGo<X> {
             .map_or(f64::INFINITY, |map| norm(&inverse) * norm(&map))
     }
 
-    /// The gain `−K − N (E − M)⁻¹ Gᵀ` of the policy under which ν follows the state: that of the neighbouring extremals.
+    /// The gain `−K − N (E − M)⁻¹ Gᵀ` of the policy under which ν follows the state: that of the neighboring extremals.
     ///
     /// With `E = 0` it is the gain of the fixed end, which grows without bound as the end draws near and fewer stages are
     /// left than conditions. A positive diagonal `E` imposes the conditions with weight `E⁻¹` instead: the same gain as
@@ -252,7 +252,7 @@ impl<const X: usize> CostToGo<X> {
         for (i, column) in factor.iter_mut().enumerate() {
             column[i] = 1.0;
         }
-        factorise(&mut factor).ok()?;
+        factorize(&mut factor).ok()?;
         Some((factor, scale))
     }
 }
@@ -273,7 +273,7 @@ impl<const X: usize, const U: usize> Policy<X, U> {
     pub(crate) fn follow(
         &mut self,
         command_gradient: &SVector<f64, U>,
-        dynamics: &Linearisation<X, U>,
+        dynamics: &Linearization<X, U>,
         gradient: &mut SVector<f64, X>,
         offset: &mut SVector<f64, X>,
     ) {
@@ -300,7 +300,7 @@ type Square<const D: usize> = [[f64; D]; D];
 /// The factors of `L D Lᵀ = m`, symmetric: L, whose diagonal is 1, in the lower triangle, `D⁻¹` on the diagonal; or the row
 /// whose pivot is not positive.
 #[inline(always)]
-fn factorise<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
+fn factorize<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
     let diagonal: [f64; D] = std::array::from_fn(|i| m[i][i]);
     for j in 0..D {
         let pivot = m[j][j];
@@ -322,7 +322,7 @@ fn factorise<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
     Ok(())
 }
 
-/// The vector `v` with `Lᵀ v = e_row`, whose `vᵀ m v` is the pivot at which the factorisation of `m` ended.
+/// The vector `v` with `Lᵀ v = e_row`, whose `vᵀ m v` is the pivot at which the factorization of `m` ended.
 fn not_convex<const D: usize>(factor: &Square<D>, row: usize) -> SVector<f64, D> {
     let mut v = SVector::zeros();
     v[row] = 1.0;

@@ -1,9 +1,9 @@
-//! One Lie–Euler step as the necessary conditions see it: its kinematics, linearisation and adjoint, by 3×3 blocks.
+//! One Lie–Euler step as the necessary conditions see it: its kinematics, linearization and adjoint, by 3×3 blocks.
 //!
 //! With `B = tr[F J_d] I − F J_d` the step's variations are (`ζ⁺` and the like at the end of the step)
 //! `δx⁺ = δx + (h/m) δγ`, `ζ⁺ = Fᵀ ζ + Ξ`, `Ξ = h Fᵀ B⁻¹ δΠ`,
 //! `δγ⁺ = δγ + h (F_x δx⁺ + F_R ζ⁺) + h δuᶠ`, `δΠ⁺ = Fᵀ δΠ + S(Fᵀ Π) Ξ + h (M_x δx⁺ + M_R ζ⁺) + h δuᵐ`:
-//! the matrix `A` of the linearised equations, never formed. The multiplier equation `μ = Aᵀ λ` (4.26) is solved for λ by
+//! the matrix `A` of the linearized equations, never formed. The multiplier equation `μ = Aᵀ λ` (4.26) is solved for λ by
 //! undoing it block by block, which takes one 3×3 solve: with `y = F λ⁴`,
 //! `λ² = μ² − (h/m) μ¹`, `(Bᵀ − h S(Π)) y = Bᵀ μ⁴ − h μ³`, `λ¹ = μ¹ − h p`, `λ³ = Fᵀ μ³ − h q`,
 //! `p = F_xᵀ λ² + M_xᵀ λ⁴`, `q = F_Rᵀ λ² + M_Rᵀ λ⁴`.

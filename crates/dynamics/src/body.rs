@@ -11,14 +11,14 @@ use crate::{Inertia, InertiaError, Mobility};
 pub struct PointMass {
     /// Mass, > 0.
     pub mass: f64,
-    /// Position `ρ` from the centre of mass, body frame.
+    /// Position `ρ` from the center of mass, body frame.
     pub position: Vector3<f64>,
 }
 
 /// What a body attracts with and is attracted by.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MassDistribution {
-    /// Points of mass, one at least; a single one at the centre of mass is a sphere.
+    /// Points of mass, one at least; a single one at the center of mass is a sphere.
     Points(Vec<PointMass>),
     /// The series of its potential, whose strength is the mass.
     Multipole(Multipole),
@@ -69,9 +69,9 @@ pub enum BodyError {
         /// The body's mass.
         mass: f64,
     },
-    /// The points' centre of mass is not the body's.
-    #[error("the points' centre of mass is {0:?}, expected the origin of the body frame")]
-    CentreOfMass([f64; 3]),
+    /// The points' center of mass is not the body's.
+    #[error("the points' center of mass is {0:?}, expected the origin of the body frame")]
+    CenterOfMass([f64; 3]),
     /// A moment of the mass is NaN or infinite.
     #[error("the moments of the mass are not all finite")]
     Moments,
@@ -93,8 +93,8 @@ pub enum BodyError {
 const ROUNDING: f64 = 1e-9;
 
 impl RigidBody {
-    /// A body on which gravity acts at the given points. Their masses must sum to `mass` and their centre of mass must
-    /// be the origin of the body frame. Without points, gravity acts at the centre of mass and has no moment.
+    /// A body on which gravity acts at the given points. Their masses must sum to `mass` and their center of mass must
+    /// be the origin of the body frame. Without points, gravity acts at the center of mass and has no moment.
     ///
     /// `inertia` is independent of the points, which need not reproduce it: a dumbbell of two spheres attracts as two
     /// points but has the spheres' own inertia too.
@@ -107,7 +107,7 @@ impl RigidBody {
             reach = reach.max(point.position.norm());
         }
         if first_moment.norm() > ROUNDING * mass * reach {
-            return Err(BodyError::CentreOfMass((first_moment / mass).into()));
+            return Err(BodyError::CenterOfMass((first_moment / mass).into()));
         }
         Ok(Self {
             mobility: Mobility::Free,
@@ -129,11 +129,11 @@ impl RigidBody {
             return Err(BodyError::Mass(mass));
         }
         if points.is_empty() {
-            let centre = PointMass {
+            let center = PointMass {
                 mass,
                 position: Vector3::zeros(),
             };
-            return Ok(with(vec![centre]));
+            return Ok(with(vec![center]));
         }
         let mut sum = 0.0;
         for (index, point) in (1..).zip(&points) {
@@ -170,7 +170,7 @@ impl RigidBody {
         })
     }
 
-    /// A body that is a homogeneous polyhedron about the origin of its frame ([`Polyhedron::recentred`]), with its mass.
+    /// A body that is a homogeneous polyhedron about the origin of its frame ([`Polyhedron::recentered`]), with its mass.
     ///
     /// It attracts by its closed-form field. Other fields act on it through a sparse cloud of this `degree`, 2 to 10: 4
     /// has 35 points, 8 has 165 (figures at [`Polyhedron::sparse_cloud`]). `inertia` is independent of the shape; without
@@ -180,9 +180,9 @@ impl RigidBody {
         polyhedron: &Polyhedron,
         degree: usize,
     ) -> Result<Self, BodyError> {
-        let centre = polyhedron.centre();
-        if centre.norm() > ROUNDING * polyhedron.bounding_radius() {
-            return Err(BodyError::CentreOfMass(centre.into()));
+        let center = polyhedron.center();
+        if center.norm() > ROUNDING * polyhedron.bounding_radius() {
+            return Err(BodyError::CenterOfMass(center.into()));
         }
         if degree < 2 {
             return Err(BodyError::CloudDegree(degree));
@@ -279,7 +279,7 @@ impl RigidBody {
         Multipole::of_second_moments(self.attracted_mass(), &second)
     }
 
-    /// Inertia `J` about the centre of mass.
+    /// Inertia `J` about the center of mass.
     pub fn inertia(&self) -> &Inertia {
         &self.inertia
     }
@@ -327,7 +327,7 @@ mod tests {
         );
         assert!(matches!(
             dumbbell([0.5, 0.5], [0.1, -0.2]),
-            Err(BodyError::CentreOfMass(_))
+            Err(BodyError::CenterOfMass(_))
         ));
         assert_eq!(
             dumbbell([1.5, -0.5], [0.1, -0.1]),
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn a_polyhedron_must_be_about_its_centre_of_mass() {
+    fn a_polyhedron_must_be_about_its_center_of_mass() {
         let rock = Polyhedron::ellipsoid([1.0, 0.8, 0.6], 1, 2.0).unwrap();
         let body = RigidBody::with_polyhedron(None, &rock, 4).unwrap();
         assert_eq!(body.mass(), rock.mass());
@@ -371,9 +371,9 @@ mod tests {
         let shifted = Polyhedron::new(vertices, rock.faces().to_vec(), 2.0).unwrap();
         assert!(matches!(
             RigidBody::with_polyhedron(None, &shifted, 4),
-            Err(BodyError::CentreOfMass([x, _, _])) if (x - 1e-3).abs() < 1e-12
+            Err(BodyError::CenterOfMass([x, _, _])) if (x - 1e-3).abs() < 1e-12
         ));
-        assert!(RigidBody::with_polyhedron(None, &shifted.recentred(), 4).is_ok());
+        assert!(RigidBody::with_polyhedron(None, &shifted.recentered(), 4).is_ok());
         let of_degree = |degree| RigidBody::with_polyhedron(None, &rock, degree);
         assert_eq!(of_degree(1), Err(BodyError::CloudDegree(1)));
         let refusal = PolyhedronError::Degree {

@@ -3,7 +3,7 @@ use thiserror::Error;
 
 use crate::rotation::{DiscreteRotation, PrincipalAxes};
 
-/// Inertia of a rigid body about its centre of mass, in body axes, with what the integrators derive from it.
+/// Inertia of a rigid body about its center of mass, in body axes, with what the integrators derive from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inertia {
     pub(crate) matrix: Matrix3<f64>,

@@ -2,12 +2,12 @@ use std::ops::{Add, AddAssign};
 
 use nalgebra::Vector3;
 
-/// What acts on a body: a force at its centre of mass and a moment about it.
+/// What acts on a body: a force at its center of mass and a moment about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// Force, inertial frame.
     pub force: Vector3<f64>,
-    /// Moment about the centre of mass, body frame.
+    /// Moment about the center of mass, body frame.
     pub moment: Vector3<f64>,
 }
 

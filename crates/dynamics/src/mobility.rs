@@ -49,11 +49,11 @@ impl Drive {
         }
     }
 
-    /// A circle about `centre` with angular velocity `ω` (inertial frame), the body turning along with it and by `s`
+    /// A circle about `center` with angular velocity `ω` (inertial frame), the body turning along with it and by `s`
     /// (body frame) besides.
-    pub fn circle(centre: Vector3<f64>, rate: Vector3<f64>, spin: Vector3<f64>) -> Self {
+    pub fn circle(center: Vector3<f64>, rate: Vector3<f64>, spin: Vector3<f64>) -> Self {
         Self {
-            velocity: centre.cross(&rate),
+            velocity: center.cross(&rate),
             rate,
             spin,
         }
@@ -120,19 +120,19 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_keeps_its_distance_from_its_centre() {
+    fn a_circle_keeps_its_distance_from_its_center() {
         let inertia = Inertia::principal([1.0; 3]).unwrap();
         let body = RigidBody::new(1.0, inertia, vec![]).unwrap();
-        let centre = Vector3::new(5.0, -1.0, 2.0);
+        let center = Vector3::new(5.0, -1.0, 2.0);
         let rate = Vector3::new(0.0, 0.0, 0.5);
-        let drive = Drive::circle(centre, rate, Vector3::zeros());
+        let drive = Drive::circle(center, rate, Vector3::zeros());
         let start = drive.state(
             &body,
-            centre + Vector3::new(2.0, 0.0, 0.0),
+            center + Vector3::new(2.0, 0.0, 0.0),
             Matrix3::identity(),
         );
         let quarter = drive.advance(&body, &start, std::f64::consts::PI);
-        assert!((quarter.position - centre - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-14);
+        assert!((quarter.position - center - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-14);
         assert!((quarter.velocity(&body) - Vector3::new(-1.0, 0.0, 0.0)).norm() < 1e-14);
     }
 }

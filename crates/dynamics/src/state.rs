@@ -5,13 +5,13 @@ use crate::RigidBody;
 /// State of one rigid body in T*SE(3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyState {
-    /// `x`: centre of mass, inertial frame.
+    /// `x`: center of mass, inertial frame.
     pub position: Vector3<f64>,
     /// `γ = m ẋ`: linear momentum, inertial frame.
     pub linear_momentum: Vector3<f64>,
     /// `R`: rotation matrix, body to inertial.
     pub attitude: Matrix3<f64>,
-    /// `Π = J Ω`: angular momentum about the centre of mass, body frame.
+    /// `Π = J Ω`: angular momentum about the center of mass, body frame.
     pub angular_momentum: Vector3<f64>,
 }
 

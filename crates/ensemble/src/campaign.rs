@@ -45,10 +45,10 @@ pub enum FlownBy {
 const MOST_SAMPLES: u64 = 10_000_000;
 
 impl<'a> Campaign<'a> {
-    /// Of a scene that has an ensemble, its manoeuvre flown by `guidance`.
+    /// Of a scene that has an ensemble, its maneuver flown by `guidance`.
     ///
     /// # Errors
-    /// A scene without an `ensemble` table; a number of samples out of range; a manoeuvre without commands, and the other way
+    /// A scene without an `ensemble` table; a number of samples out of range; a maneuver without commands, and the other way
     /// round; no integrator; a scene that no simulation flies.
     pub fn new(
         scene: &'a Scene,

@@ -22,8 +22,8 @@ pub enum EnsembleError {
         /// Samples of the ensemble.
         samples: u64,
     },
-    /// A manoeuvre without a plan, or a plan without a manoeuvre.
-    #[error("commands for a scene without a manoeuvre, or none for one with")]
+    /// A maneuver without a plan, or a plan without a maneuver.
+    #[error("commands for a scene without a maneuver, or none for one with")]
     Commands,
     /// The scene has no integrator.
     #[error(transparent)]

@@ -1,8 +1,8 @@
 use lgvi_dynamics::{BodyState, Load};
 
-/// What acts on the manoeuvred body, for its nominal actuators.
+/// What acts on the maneuverd body, for its nominal actuators.
 pub enum Guidance {
-    /// Nothing: the scene has no manoeuvre.
+    /// Nothing: the scene has no maneuver.
     None,
     /// A plan, whatever comes of it: one load a step from step 0 on.
     OpenLoop(Vec<Load>),

@@ -12,7 +12,7 @@ use crate::row::{Failure, Row};
 pub(crate) struct Columns {
     names: Vec<String>,
     spreads: Vec<Spread>,
-    /// Whether force and moment of the manoeuvre err.
+    /// Whether force and moment of the maneuver err.
     errors: [bool; 2],
     units: Units,
 }

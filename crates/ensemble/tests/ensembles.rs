@@ -468,7 +468,7 @@ impl Commands for Push {
 }
 
 #[test]
-fn manoeuvres_are_flown_with_errors_of_their_actuators() {
+fn maneuvers_are_flown_with_errors_of_their_actuators() {
     let table = "\n[ensemble]\nsamples = 40\nseed = 3\nforce_error = 0.1\n\n[[ensemble.bodies]]\nbody = \"spacecraft\"\nvelocity = 0.05\n";
     let scene = Scene::parse("capture", &format!("{CAPTURE}{table}")).unwrap();
     let of = |guidance| Campaign::new(&scene, Settings::default(), guidance);

@@ -28,7 +28,7 @@ pub fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     right_jacobian(v).transpose()
 }
 
-/// `J_r(e)⁻¹ = I + ½ S(e) + c S(e)²`, which takes a left-trivialised variation ζ of `R` (`δR = R S(ζ)`) to that of
+/// `J_r(e)⁻¹ = I + ½ S(e) + c S(e)²`, which takes a left-trivialized variation ζ of `R` (`δR = R S(ζ)`) to that of
 /// `e = log R`, `|e| < 2π`; `c = (1 − (θ/2) cot(θ/2)) / θ²`.
 pub fn right_jacobian_inverse(e: &Vector3<f64>) -> Matrix3<f64> {
     let (c, _) = cotangent(e.norm_squared());

@@ -15,13 +15,13 @@
 //! let turned = r * exp(&(right_jacobian(&v) * change));
 //! assert!((turned - exp(&(v + change))).norm() < 1e-11);
 //!
-//! // A screw motion: one metre along the axis that it turns about.
+//! // A screw motion: one meter along the axis that it turns about.
 //! let screw = Pose::exp(&Vector6::new(0.0, 0.0, 1.0, 0.0, 0.0, 1.0));
 //! assert!((screw.translation - Vector3::z()).norm() < 1e-15);
 //! ```
 //!
 //! Notation: `S(x) y = x × y`; a rotation matrix `R` maps body coordinates to inertial ones; variations are
-//! left-trivialised, `δR = R S(ζ)`. Angles in rad. Transcendental functions come from `libm`, so that results are the
+//! left-trivialized, `δR = R S(ζ)`. Angles in rad. Transcendental functions come from `libm`, so that results are the
 //! same bits wherever the same instructions run.
 
 mod cayley;

@@ -5,7 +5,7 @@ use crate::hat;
 /// The exponential map of SO(3) and its derivatives at a rotation vector `ξ`: with `S = S(ξ)`, `θ = |ξ|`,
 /// `exp S = I + (1 − b θ²) S + a S²` and `J_r = I − a S + b S²`, `a = (1 − cos θ)/θ²`, `b = (θ − sin θ)/θ³`.
 ///
-/// `J_r` is the right Jacobian, in left trivialisation: `R = exp S(ξ)` has `Ω = J_r(ξ) ξ̇`, and a variation `δξ` is
+/// `J_r` is the right Jacobian, in left trivialization: `R = exp S(ξ)` has `Ω = J_r(ξ) ξ̇`, and a variation `δξ` is
 /// `δR = R S(ζ)` with `ζ = J_r(ξ) δξ`. Its transpose is the left Jacobian, `J_l(ξ) = J_r(−ξ) = exp S(ξ) J_r(ξ)`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tangent {

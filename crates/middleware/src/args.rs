@@ -45,7 +45,7 @@ pub enum ArgsError {
     /// Not `level` or `logger:=level`.
     #[error("log level {0:?} is none of debug, info, warn, error, fatal, unset, or logger:=level")]
     LogLevel(String),
-    /// An argument of ROS 2 that this node cannot honour.
+    /// An argument of ROS 2 that this node cannot honor.
     #[error("{argument} {value:?} is not supported: {reason}")]
     Unsupported {
         /// The argument.

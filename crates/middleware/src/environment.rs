@@ -52,7 +52,7 @@ pub struct Environment {
     pub overridden: Vec<&'static str>,
 }
 
-/// An environment variable with a value that cannot be honoured.
+/// An environment variable with a value that cannot be honored.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EnvironmentError {
     /// Not a number, or out of range.

@@ -72,7 +72,7 @@ impl Scene {
                 return Err(SceneError::value(
                     "maneuver",
                     error.to_string(),
-                    "a manoeuvre",
+                    "a maneuver",
                 ));
             }
         }

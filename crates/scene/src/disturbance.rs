@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::Scene;
 
-/// What sets a flight apart from its plan: standard deviations, in the scene's units, of the manoeuvred body's initial state
+/// What sets a flight apart from its plan: standard deviations, in the scene's units, of the maneuverd body's initial state
 /// and of its actuators' errors. The seed decides what they come to, the same on every machine.
 ///
 /// # Assumptions and limitations

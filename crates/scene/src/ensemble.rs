@@ -22,9 +22,9 @@ pub struct Ensemble {
     pub samples: u64,
     /// What decides.
     pub seed: u64,
-    /// Of the factor of each component of the manoeuvre's force.
+    /// Of the factor of each component of the maneuver's force.
     pub force_error: f64,
-    /// Of the factor of each component of the manoeuvre's moment.
+    /// Of the factor of each component of the maneuver's moment.
     pub moment_error: f64,
     /// Of the bodies, one each.
     pub spreads: Vec<Spread>,
@@ -69,7 +69,7 @@ pub struct Deviation {
 pub struct Sample {
     /// What it deviates by, one a body.
     pub deviations: Vec<Deviation>,
-    /// How the manoeuvre's controls act.
+    /// How the maneuver's controls act.
     pub actuators: ActuatorErrors,
 }
 

@@ -39,7 +39,7 @@
 mod check;
 mod chosen;
 mod compile;
-mod discretisation;
+mod discretization;
 mod disturbance;
 mod ensemble;
 mod error;

@@ -39,7 +39,7 @@ pub struct Maneuver {
 /// A duration that is found with the plan, as a whole number of the run's steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinalTime {
-    /// Steps of the shortest manoeuvre.
+    /// Steps of the shortest maneuver.
     pub min_steps: u64,
     /// Steps of the longest.
     pub max_steps: u64,
@@ -47,7 +47,7 @@ pub struct FinalTime {
     pub weight: f64,
 }
 
-/// How a manoeuvre is solved.
+/// How a maneuver is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Solver {
     /// The method.
@@ -70,7 +70,7 @@ impl Solver {
     }
 }
 
-/// The methods that solve manoeuvres.
+/// The methods that solve maneuvers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolverMethod {
     /// Structured Newton iteration on all steps.
@@ -119,7 +119,7 @@ impl Maneuver {
 }
 
 impl Scene {
-    /// The optimal control problem of the scene's manoeuvre over the longest time it may take; `None` without one.
+    /// The optimal control problem of the scene's maneuver over the longest time it may take; `None` without one.
     pub fn transfer(&self) -> Option<Result<Transfer<Sources>, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
         let steps = match maneuver.final_time {
@@ -130,7 +130,7 @@ impl Scene {
         self.transfer_from(initial, steps as usize)
     }
 
-    /// That of the rest of a manoeuvre: from `initial` in `intervals` steps of the run; `None` without one.
+    /// That of the rest of a maneuver: from `initial` in `intervals` steps of the run; `None` without one.
     pub fn transfer_from(
         &self,
         initial: BodyState,
@@ -154,7 +154,7 @@ impl Scene {
         }))
     }
 
-    /// What is to be said where the manoeuvre is flown in other steps than it is planned in, and misses its target by what
+    /// What is to be said where the maneuver is flown in other steps than it is planned in, and misses its target by what
     /// the two differ in. A processed plan is meant for other steps.
     pub fn flown_otherwise(&self, scheme: Scheme) -> Option<String> {
         let maneuver = self.maneuver.as_ref()?;
@@ -173,7 +173,7 @@ impl Scene {
             method, substeps, ..
         } = scheme;
         Some(format!(
-            "the manoeuvre is planned in {planned} steps and flown by {method} with {substeps} substeps: \
+            "the maneuver is planned in {planned} steps and flown by {method} with {substeps} substeps: \
              it will miss its target"
         ))
     }

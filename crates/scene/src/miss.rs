@@ -5,7 +5,7 @@ use crate::Scene;
 
 impl Scene {
     /// By how much the planned body's state `end` misses the target, in the order `[x, γ, R, Π]`, where what is free is
-    /// not missed; `None` without a manoeuvre.
+    /// not missed; `None` without a maneuver.
     ///
     /// Of an orbit it is the difference of the eccentricity vectors times the distance, and that of the angular momenta
     /// over the distance; of a spin axis the least rotation that points it.

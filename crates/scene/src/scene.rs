@@ -27,7 +27,7 @@ pub struct Scene {
     pub epoch: i64,
     /// The integrator that is asked for.
     pub integration: Integration,
-    /// What `auto` was asked for where a manoeuvre says what flies it.
+    /// What `auto` was asked for where a maneuver says what flies it.
     pub accuracy: Option<f64>,
     /// What an automatic integrator has chosen, once it has.
     pub chosen: Option<Chosen>,
@@ -51,7 +51,7 @@ pub struct Scene {
     pub gravity: SceneGravity,
     /// What is to be planned and flown.
     pub maneuver: Option<Maneuver>,
-    /// What sets the flight of the manoeuvre apart from its plan.
+    /// What sets the flight of the maneuver apart from its plan.
     pub disturbance: Option<Disturbance>,
     /// What an ensemble of the scene's flights differs in.
     pub ensemble: Option<Ensemble>,

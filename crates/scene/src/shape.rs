@@ -21,14 +21,14 @@ pub enum Shape<'a> {
     /// Equal spheres at the body's points of mass, so large that they have the inertia that the points alone lack.
     Spheres {
         /// Where they are.
-        centres: Vec<Vector3<f64>>,
+        centers: Vec<Vector3<f64>>,
         /// Their radius.
         radius: f64,
     },
     /// The homogeneous ellipsoid of the body's mass and inertia.
     Ellipsoid {
-        /// Its centre, which is the centre of mass.
-        centre: Vector3<f64>,
+        /// Its center, which is the center of mass.
+        center: Vector3<f64>,
         /// Its axes, the columns of a rotation matrix.
         axes: Matrix3<f64>,
         /// Half of its length along each.
@@ -54,25 +54,25 @@ impl Shape<'_> {
     pub fn extent(&self) -> f64 {
         match self {
             Self::Mesh(mesh) => mesh.bounding_radius(),
-            Self::Spheres { centres, radius } => reach(centres) + radius,
+            Self::Spheres { centers, radius } => reach(centers) + radius,
             Self::Ellipsoid {
-                centre, semi_axes, ..
-            } => centre.norm() + semi_axes.max(),
+                center, semi_axes, ..
+            } => center.norm() + semi_axes.max(),
         }
     }
 }
 
 /// A sphere of mass m has the trace 6/5 m r² of its inertia, a point m at ρ has 2 m ρ².
 fn spheres(body: &RigidBody, points: &[PointMass]) -> Shape<'static> {
-    let centres: Vec<_> = points.iter().map(|point| point.position).collect();
+    let centers: Vec<_> = points.iter().map(|point| point.position).collect();
     let of_points = points
         .iter()
         .map(|point| 2.0 * point.mass * point.position.norm_squared());
     let own = body.inertia().matrix().trace() - of_points.sum::<f64>();
     let radius = (5.0 / 6.0 * own.max(0.0) / body.mass()).sqrt();
     Shape::Spheres {
-        radius: radius.max(LEAST * reach(&centres)),
-        centres,
+        radius: radius.max(LEAST * reach(&centers)),
+        centers,
     }
 }
 
@@ -84,11 +84,11 @@ fn ellipsoid(body: &RigidBody) -> Shape<'static> {
         .points()
         .iter()
         .map(|point| point.mass * point.position);
-    let centre = moments.sum::<Vector3<f64>>() / mass;
-    let about_centre = body.inertia().nonstandard() - mass * centre * centre.transpose();
-    let Some(eigen) = symmetric_eigen(&about_centre) else {
+    let center = moments.sum::<Vector3<f64>>() / mass;
+    let about_center = body.inertia().nonstandard() - mass * center * center.transpose();
+    let Some(eigen) = symmetric_eigen(&about_center) else {
         return Shape::Spheres {
-            centres: vec![centre],
+            centers: vec![center],
             radius: 0.0,
         };
     };
@@ -99,14 +99,14 @@ fn ellipsoid(body: &RigidBody) -> Shape<'static> {
     let semi_axes = eigen
         .eigenvalues
         .map(|second| (5.0 * second.max(0.0) / mass).sqrt());
-    let least = LEAST * semi_axes.max().max(centre.norm());
+    let least = LEAST * semi_axes.max().max(center.norm());
     Shape::Ellipsoid {
-        centre,
+        center,
         axes,
         semi_axes: semi_axes.map(|semi_axis| semi_axis.max(least)),
     }
 }
 
-fn reach(centres: &[Vector3<f64>]) -> f64 {
-    centres.iter().map(Vector3::norm).fold(0.0, f64::max)
+fn reach(centers: &[Vector3<f64>]) -> f64 {
+    centers.iter().map(Vector3::norm).fold(0.0, f64::max)
 }

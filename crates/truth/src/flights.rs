@@ -2,7 +2,7 @@
 //!
 //! Units are such that `GM`, the semi-major axis and the mass of what is heaviest are of the order of 1. Every model of gravity
 //! and every mobility has its [`Class`]. Eccentricities are uniform up to 0.97 (of three in four extended bodies about a
-//! centre up to 0.05, for librations are chaotic beyond; of bodies that attract each other up to 0.3), starts anywhere on the
+//! center up to 0.05, for librations are chaotic beyond; of bodies that attract each other up to 0.3), starts anywhere on the
 //! orbit, periods log-uniform in 1 … 1000 (up to 100 and 10 where gravity is dear or the motion may become chaotic), tolerances
 //! log-uniform in 1e-13 … 1e-3.
 
@@ -23,11 +23,11 @@ use crate::random::Random;
 /// What kind of flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// A sphere about a centre.
+    /// A sphere about a center.
     Kepler,
-    /// A body of points about a centre, librating.
+    /// A body of points about a center, librating.
     Points,
-    /// A cuboid by its multipole about a centre, librating.
+    /// A cuboid by its multipole about a center, librating.
     Cuboid,
     /// A sphere about an oblate planet.
     Oblate,
@@ -102,7 +102,7 @@ impl Flight {
         Self::drawn(class, &mut random)
     }
 
-    /// A sphere of no spin about a centre, which starts at periapsis or apoapsis.
+    /// A sphere of no spin about a center, which starts at periapsis or apoapsis.
     ///
     /// # Panics
     /// Never.
@@ -188,14 +188,14 @@ impl Flight {
             }
             Class::Pendulum => {
                 let inertia = cuboid(random, 1.0, 1.0);
-                let centre = PointMass {
+                let center = PointMass {
                     mass: 1.0,
                     position: Vector3::new(0.0, 0.0, 1.0),
                 };
                 let whole = inertia.matrix() + Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
                 let body = made(
                     Inertia::new(whole)
-                        .map(|inertia| made(RigidBody::pivoted(1.0, inertia, vec![centre]))),
+                        .map(|inertia| made(RigidBody::pivoted(1.0, inertia, vec![center]))),
                 );
                 let off = random.uniform(0.05, 1.0) * Vector3::new(1.0, 0.3, 0.0).normalize();
                 let down = lgvi_lie::exp(&off);

@@ -63,7 +63,7 @@ struct Body {
     #[serde(default)]
     points: Vec<[f64; 4]>,
     #[serde(rename = "rho_c")]
-    centre: Option<[f64; 3]>,
+    center: Option<[f64; 3]>,
     x: [f64; 3],
     v: [f64; 3],
     #[serde(rename = "R")]
@@ -235,9 +235,9 @@ impl Body {
             position: position.into(),
         };
         let points = self.points.iter().map(|&[m, x, y, z]| point(m, [x, y, z]));
-        let body = match (self.centre, potential) {
-            (Some(centre), _) => {
-                RigidBody::pivoted(self.mass, inertia, vec![point(self.mass, centre)])
+        let body = match (self.center, potential) {
+            (Some(center), _) => {
+                RigidBody::pivoted(self.mass, inertia, vec![point(self.mass, center)])
             }
             (None, "macc2") => {
                 let multipole = Multipole::of_inertia(self.mass, &inertia);

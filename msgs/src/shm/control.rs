@@ -30,7 +30,7 @@ pub struct ControlHeader {
 pub struct ControlInterval {
     /// uᶠ: force, inertial frame (N).
     pub force: [f64; 3],
-    /// uᵐ: moment about the centre of mass, body frame (N m).
+    /// uᵐ: moment about the center of mass, body frame (N m).
     pub moment: [f64; 3],
 }
 

@@ -32,13 +32,13 @@ pub struct StateHeader {
 pub struct BodySample {
     /// The body's name in the scene.
     pub name: Name,
-    /// x: centre of mass, inertial frame (m).
+    /// x: center of mass, inertial frame (m).
     pub position: [f64; 3],
     /// γ: linear momentum, inertial frame (kg m/s).
     pub linear_momentum: [f64; 3],
     /// R: body to inertial, row-major.
     pub attitude: [f64; 9],
-    /// Π: angular momentum about the centre of mass, body frame (kg m²/s).
+    /// Π: angular momentum about the center of mass, body frame (kg m²/s).
     pub angular_momentum: [f64; 3],
 }
 
@@ -153,7 +153,7 @@ mod tests {
     /// Numbers that a careless conversion changes.
     const AWKWARD: [u64; 9] = [
         0x7ff8_0000_dead_beef, // quiet NaN with payload
-        0x7ff0_0000_0000_0001, // signalling NaN
+        0x7ff0_0000_0000_0001, // signaling NaN
         0xfff8_0000_0000_0000, // negative NaN
         0x8000_0000_0000_0000, // -0
         0x0000_0000_0000_0001, // smallest denormal

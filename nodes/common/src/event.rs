@@ -120,9 +120,9 @@ pub struct FlightReport {
     pub step_size: f64,
     /// Wall-clock time of the loop, waiting for slower subscribers included (s).
     pub seconds: f64,
-    /// How far from the manoeuvre's target the flight ended; none without a manoeuvre.
+    /// How far from the maneuver's target the flight ended; none without a maneuver.
     pub miss: Option<Miss>,
-    /// Cost of the controls as flown, in the scene's units; none without a manoeuvre.
+    /// Cost of the controls as flown, in the scene's units; none without a maneuver.
     pub cost: Option<f64>,
     /// Energy at the start (J).
     pub energy_start: f64,

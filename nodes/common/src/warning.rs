@@ -27,13 +27,13 @@ pub enum WarningCode {
     LongStep,
     /// The energy of a flight without controls has changed by more than sound steps let it.
     ChangedEnergy,
-    /// The manoeuvre's steps lead farther from the continuous motion than `auto` was asked for.
+    /// The maneuver's steps lead farther from the continuous motion than `auto` was asked for.
     CoarseSteps,
     /// A step of the trial cannot be made.
     TrialStep,
     /// An automatic integrator's tolerance may not be met, or its end is not known.
     Accuracy,
-    /// The manoeuvre is flown by other steps than it is planned in.
+    /// The maneuver is flown by other steps than it is planned in.
     FlownOtherwise,
     /// A plan is not known to be a local minimum.
     NotMinimum,

@@ -1,4 +1,4 @@
-//! The planner node: solves a scene's manoeuvre and publishes the control sequence.
+//! The planner node: solves a scene's maneuver and publishes the control sequence.
 //!
 //! It publishes each iteration of the solver while it works, and the plan when it has one, over shared memory and over
 //! DDS, both for late joiners too. Then it stays until it is told to stop: it follows the flight and plans it anew where

@@ -4,21 +4,18 @@ use lgvi_scene::Scene;
 use crate::sequence::Sequence;
 use crate::solver::{End, Initial, Solved, Task, solve};
 
-/// The plan of a scene's manoeuvre from its nominal state, as it is flown.
+/// The plan of a scene's maneuver from its nominal state, as it is flown.
 #[derive(Clone, Debug)]
 pub struct NominalPlan {
     sequence: Sequence,
 }
 
-/// Plans the manoeuvre of `scene` as the node does; `go_on` is asked before each iteration.
+/// Plans the maneuver of `scene` as the node does; `go_on` is asked before each iteration.
 ///
 /// # Errors
 /// Why there is no plan, in words.
 pub fn plan(scene: &Scene, go_on: &dyn Fn() -> bool) -> Result<NominalPlan, String> {
-    let maneuver = scene
-        .maneuver
-        .as_ref()
-        .ok_or("the scene has no manoeuvre")?;
+    let maneuver = scene.maneuver.as_ref().ok_or("the scene has no maneuver")?;
     let task = Task {
         first_step: 0,
         initial: Initial::State(scene.bodies[maneuver.body].state),

@@ -122,7 +122,7 @@ impl Outlet {
         {}
     }
 
-    /// Waits for the acknowledgements, each up to `patience`; the messages sent, by topic.
+    /// Waits for the acknowledgments, each up to `patience`; the messages sent, by topic.
     pub(crate) fn settle(&self, patience: Duration) -> BTreeMap<String, u64> {
         let settled = [
             self.controls.flush(patience),

@@ -27,7 +27,7 @@ use crate::worker::{Stop, Update, Worker};
 /// How long the worker is listened to before states, goals and the shutdown are looked after.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How long acknowledgements are waited for, by topic, when the node ends.
+/// How long acknowledgments are waited for, by topic, when the node ends.
 const FAREWELL: Duration = Duration::from_millis(200);
 
 /// Sequences that may still act, or on which later ones build.
@@ -83,7 +83,7 @@ enum Purpose {
 }
 
 impl Planner {
-    /// Plans the manoeuvre from the scene's start, where `own` says so and there is no plan yet, and serves until the
+    /// Plans the maneuver from the scene's start, where `own` says so and there is no plan yet, and serves until the
     /// node is to stop.
     pub(crate) fn work(&mut self, node: &Node, own: bool) -> Result<(), NodeError> {
         if own && self.sequences.is_empty() {
@@ -147,7 +147,7 @@ impl Planner {
         self.account(FAREWELL);
     }
 
-    /// The task of the whole manoeuvre, from the last plan of it or from nothing.
+    /// The task of the whole maneuver, from the last plan of it or from nothing.
     fn whole(&self, warm: bool) -> Task {
         Task {
             first_step: 0,
@@ -267,7 +267,7 @@ impl Planner {
         self.report(Event::Published { messages });
     }
 
-    /// The plan of the whole manoeuvre, without which the node has nothing to do.
+    /// The plan of the whole maneuver, without which the node has nothing to do.
     fn own(
         &mut self,
         node: &Node,

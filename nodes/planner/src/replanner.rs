@@ -8,7 +8,7 @@ use crate::follower::Observed;
 /// What a sequence needs from the planner to the propagator's loop, and states on their way here.
 const TRANSPORT: Duration = Duration::from_millis(10);
 
-/// Decides when the manoeuvre is planned anew in flight, and from which step on.
+/// Decides when the maneuver is planned anew in flight, and from which step on.
 pub(crate) struct Replanner {
     options: Replan,
     /// The step size (s) of a flight that waits for the plans made on its way; `None` where it does not.

@@ -31,12 +31,12 @@ impl Managed for Planner {
             ParameterSpec::new(
                 "scene",
                 String::new(),
-                "path of the scene file, which must have a manoeuvre (required)",
+                "path of the scene file, which must have a maneuver (required)",
             ),
             ParameterSpec::new(
                 "plan_at_start",
                 true,
-                "whether to plan the manoeuvre when the node becomes active; false: wait for goals",
+                "whether to plan the maneuver when the node becomes active; false: wait for goals",
             ),
             ParameterSpec::new(
                 "lockstep",

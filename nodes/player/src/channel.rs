@@ -122,7 +122,7 @@ impl Channel {
         Ok(())
     }
 
-    /// Waits for the acknowledgements.
+    /// Waits for the acknowledgments.
     pub(crate) fn settle(&self) {
         if let Err(error) = self.dds.flush(PATIENCE) {
             warn!("{error}");

@@ -146,7 +146,7 @@ impl Channels {
         }
     }
 
-    /// Waits for the acknowledgements.
+    /// Waits for the acknowledgments.
     pub(crate) fn settle(&self) {
         self.channels.iter().flatten().for_each(Channel::settle);
     }

@@ -8,7 +8,7 @@ use lgvi_scene::Scene;
 /// The node's parameters, as they are when it is configured.
 pub(crate) struct Config {
     pub(crate) scene: Scene,
-    /// Whether to hold at step 0 until the manoeuvre's control sequence is there.
+    /// Whether to hold at step 0 until the maneuver's control sequence is there.
     pub(crate) await_control: bool,
     /// How many subscribers each state port must have before the flight begins.
     pub(crate) await_subscribers: usize,
@@ -62,8 +62,8 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         .change(ParameterChange::Anytime),
         ParameterSpec::optional::<bool>(
             "await_control",
-            "whether to hold at step 0 until a control sequence for the manoeuvre's body has been accepted; \
-             not set: where the scene has a manoeuvre",
+            "whether to hold at step 0 until a control sequence for the maneuver's body has been accepted; \
+             not set: where the scene has a maneuver",
         ),
         ParameterSpec::new(
             "await_subscribers",
@@ -111,7 +111,7 @@ impl Config {
             .unwrap_or(scene.maneuver.is_some());
         if await_control && scene.maneuver.is_none() {
             return Err(NodeError::Input(
-                "parameter \"await_control\" is true, expected false: the scene has no manoeuvre"
+                "parameter \"await_control\" is true, expected false: the scene has no maneuver"
                     .into(),
             ));
         }

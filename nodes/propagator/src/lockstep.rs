@@ -27,7 +27,7 @@ struct Wait {
 }
 
 impl Lockstep {
-    /// That of the scene's manoeuvre; `None` where it is not planned anew.
+    /// That of the scene's maneuver; `None` where it is not planned anew.
     pub(crate) fn new(scene: &Scene) -> Option<Self> {
         let maneuver = scene.maneuver.as_ref()?;
         Some(Self {

@@ -55,7 +55,7 @@ pub(crate) struct Propagator {
     pub(crate) state_topic: String,
     /// Full-rate states sent.
     pub(crate) samples: u64,
-    /// Cost of the manoeuvre's controls so far.
+    /// Cost of the maneuver's controls so far.
     cost: f64,
     /// The planned body's state where its last control sequence has ended, if that is before the end of the run.
     arrival: Option<BodyState>,
@@ -254,7 +254,7 @@ impl Propagator {
         Ok(())
     }
 
-    /// Begins the flight when the manoeuvre's body has a control sequence, where that was asked for.
+    /// Begins the flight when the maneuver's body has a control sequence, where that was asked for.
     fn await_command(&mut self, node: &Node) -> Result<(), NodeError> {
         let maneuver = self.scene.maneuver.as_ref();
         let awaited = maneuver
@@ -454,7 +454,7 @@ impl Propagator {
         }
     }
 
-    /// How far the flight has arrived from the manoeuvre's target.
+    /// How far the flight has arrived from the maneuver's target.
     fn miss(&self) -> Option<Miss> {
         let body = self.scene.maneuver.as_ref()?.body;
         let end = self.arrival.unwrap_or(self.flight.states()[body]);

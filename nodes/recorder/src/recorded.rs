@@ -38,7 +38,7 @@ impl Recorded {
         };
         let [log_time, publish_time] =
             [head.log_time, head.publish_time].map(|time| time.max(0).cast_unsigned());
-        // The bag's field is narrower; what counts is that neighbours differ.
+        // The bag's field is narrower; what counts is that neighbors differ.
         let sequence = head.sequence as u32;
         let Head { publisher, .. } = head;
         writer.write_of(publisher, id, log_time, publish_time, sequence, cdr)?;

@@ -10,12 +10,12 @@ use super::{
     source::Source,
 };
 
-/// Longest name of a topic or type, and of an encoding, by which definitions are recognised.
+/// Longest name of a topic or type, and of an encoding, by which definitions are recognized.
 const NAME: usize = 512;
 const ENCODING: usize = 32;
 
 /// A schema or a channel, even if its operation code or its length is wrong: its fields tell where it ends.
-pub(super) fn recognise_definition(
+pub(super) fn recognize_definition(
     source: &Source,
     start: u64,
     opcode: u8,

@@ -7,9 +7,9 @@ use mcap::{MAGIC, records::op};
 use super::{
     LIMIT, RecoverError,
     chunk::ChunkHeader,
-    definition_shape::{is_definition, recognise_definition},
+    definition_shape::{is_definition, recognize_definition},
     shape::{
-        has_form, is_magic, is_message_index, marks_repeated, plausible, prefix, recognise_chunk,
+        has_form, is_magic, is_message_index, marks_repeated, plausible, prefix, recognize_chunk,
     },
     source::Source,
 };
@@ -93,7 +93,7 @@ impl Scanner {
             self.ended = true;
             return Ok(None);
         }
-        let piece = match self.recognise(source, start)? {
+        let piece = match self.recognize(source, start)? {
             Some(piece) => piece,
             None => self.damage(source, start)?,
         };
@@ -135,14 +135,14 @@ impl Scanner {
     }
 
     /// What starts at `start`, if that can be said.
-    fn recognise(&self, source: &mut Source, start: u64) -> Result<Option<Piece>, RecoverError> {
+    fn recognize(&self, source: &mut Source, start: u64) -> Result<Option<Piece>, RecoverError> {
         let Some((opcode, length)) = prefix(source, start)? else {
             return Ok(None);
         };
-        if let Some(piece) = recognise_chunk(source, start, opcode, length)? {
+        if let Some(piece) = recognize_chunk(source, start, opcode, length)? {
             return Ok(Some(piece));
         }
-        if let Some(piece) = recognise_definition(source, start, opcode, length)? {
+        if let Some(piece) = recognize_definition(source, start, opcode, length)? {
             return Ok(Some(piece));
         }
         let body = start + PREFIX;
@@ -236,7 +236,7 @@ impl Scanner {
             length,
         };
         Ok(match opcode {
-            op::CHUNK => match recognise_chunk(source, start, opcode, length)? {
+            op::CHUNK => match recognize_chunk(source, start, opcode, length)? {
                 Some(Piece::Chunk {
                     header,
                     cut,

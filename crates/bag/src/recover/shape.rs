@@ -14,7 +14,7 @@ use crate::REPEATED;
 const LONGEST_MARKS: u64 = 16 << 10;
 
 /// A chunk, whatever its operation code says, and even if one of the two lengths that it has is wrong.
-pub(super) fn recognise_chunk(
+pub(super) fn recognize_chunk(
     source: &Source,
     start: u64,
     opcode: u8,

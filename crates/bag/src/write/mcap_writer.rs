@@ -16,7 +16,7 @@ use mcap::{MAGIC, records::op};
 
 use super::{
     Compression,
-    catalogue::Catalogue,
+    catalog::Catalog,
     chunk::{Chunk, ChunkIndex, Sealer},
     encode::{self, MessageHeader},
     summary::{MetadataIndex, Summary},
@@ -33,10 +33,10 @@ pub(crate) struct McapWriter {
     end: u64,
     /// Checksum of the file up to there; unknown after something was cut off.
     checksum: Option<Hasher>,
-    catalogue: Catalogue,
+    catalog: Catalog,
     chunk_size: usize,
     chunk: Chunk,
-    /// Bytes of the catalogue's schemas and channels that are in a chunk too.
+    /// Bytes of the catalog's schemas and channels that are in a chunk too.
     in_chunks: (usize, usize),
     sealer: Sealer,
     chunks: Vec<ChunkIndex>,
@@ -51,7 +51,7 @@ impl McapWriter {
         path: PathBuf,
         compression: Compression,
         chunk_size: usize,
-        catalogue: Catalogue,
+        catalog: Catalog,
     ) -> io::Result<Self> {
         let sealer = Sealer::new(compression)?;
         let file = File::create_new(&path)?;
@@ -63,7 +63,7 @@ impl McapWriter {
             path,
             end: 0,
             checksum: Some(Hasher::new()),
-            catalogue: Catalogue::default(),
+            catalog: Catalog::default(),
             chunk_size,
             chunk: Chunk::default(),
             in_chunks: (0, 0),
@@ -77,8 +77,8 @@ impl McapWriter {
             encode::bytes(out, PROFILE.as_bytes());
             encode::bytes(out, concat!("lgvi ", env!("CARGO_PKG_VERSION")).as_bytes());
         });
-        let written = writer.append(&[&head, catalogue.schemas(), catalogue.channels()]);
-        writer.catalogue = catalogue;
+        let written = writer.append(&[&head, catalog.schemas(), catalog.channels()]);
+        writer.catalog = catalog;
         if written.is_err() {
             let _ = writer.remove();
         }
@@ -90,18 +90,18 @@ impl McapWriter {
     }
 
     /// Its topics, for the next file.
-    pub fn into_catalogue(self) -> Catalogue {
-        self.catalogue
+    pub fn into_catalog(self) -> Catalog {
+        self.catalog
     }
 
     /// Adds a topic and gives the id of its channel; none if there are too many.
     pub fn add_topic(&mut self, topic: &Topic, qos: String) -> io::Result<Option<u16>> {
-        let known = self.catalogue.schemas().len();
-        let described = self.catalogue.channels().len();
-        let channel = self.catalogue.add(topic, qos);
+        let known = self.catalog.schemas().len();
+        let described = self.catalog.channels().len();
+        let channel = self.catalog.add(topic, qos);
         let new = [
-            &self.catalogue.schemas()[known..],
-            &self.catalogue.channels()[described..],
+            &self.catalog.schemas()[known..],
+            &self.catalog.channels()[described..],
         ];
         append(&self.file, &mut self.end, &mut self.checksum, &new)?;
         Ok(channel)
@@ -121,7 +121,7 @@ impl McapWriter {
     /// Puts definitions into the chunk that are in none yet, where a checksum covers them: those at the head of the file
     /// have none before its end is written.
     fn define(&mut self) {
-        let (schemas, channels) = (self.catalogue.schemas(), self.catalogue.channels());
+        let (schemas, channels) = (self.catalog.schemas(), self.catalog.channels());
         let known = (schemas.len(), channels.len());
         if self.in_chunks != known {
             self.chunk.define(&schemas[self.in_chunks.0..]);
@@ -168,7 +168,7 @@ impl McapWriter {
         });
         encode::record(&mut tail, op::DATA_END, |out| encode::u32(out, checksum));
         Summary {
-            catalogue: &self.catalogue,
+            catalog: &self.catalog,
             compression: self.sealer.name,
             chunks: &self.chunks,
             metadata: self.metadata.iter().chain([&last]),
@@ -198,7 +198,7 @@ impl McapWriter {
 
     /// Number of messages of each channel, which are counted from 1, in the chunks written.
     pub fn counts(&self) -> Vec<u64> {
-        let mut counts = vec![0; usize::from(self.catalogue.channel_count())];
+        let mut counts = vec![0; usize::from(self.catalog.channel_count())];
         for &(channel, count) in self.chunks.iter().flat_map(|chunk| &chunk.counts) {
             counts[usize::from(channel) - 1] += u64::from(count);
         }

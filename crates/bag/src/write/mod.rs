@@ -1,6 +1,6 @@
 //! Writing: a bag's files one after the other, each of chunks and an end.
 
-mod catalogue;
+mod catalog;
 mod chunk;
 mod closing;
 mod encode;

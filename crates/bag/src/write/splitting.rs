@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, io, time::Duration};
 
 use super::{
     BagOptions, BagWriter,
-    catalogue::Catalogue,
+    catalog::Catalog,
     closing::Fault,
     encode::MessageHeader,
     mcap_writer::{CHUNK, McapWriter},
@@ -24,7 +24,7 @@ impl BagWriter {
         }
         let opened = self.close_file().and_then(|file| {
             self.begin = None;
-            self.open_file(file.map(McapWriter::into_catalogue).unwrap_or_default())
+            self.open_file(file.map(McapWriter::into_catalog).unwrap_or_default())
         });
         opened.map_err(|fault| self.fail(fault))
     }
@@ -91,7 +91,7 @@ impl BagWriter {
     }
 
     /// Makes the next file, with the topics that are known.
-    pub(crate) fn open_file(&mut self, catalogue: Catalogue) -> Result<(), Fault> {
+    pub(crate) fn open_file(&mut self, catalog: Catalog) -> Result<(), Fault> {
         let path = self.path();
         let BagOptions {
             compression,
@@ -99,7 +99,7 @@ impl BagWriter {
             ..
         } = self.options;
         let chunk = max_bytes.map_or(CHUNK, |most| CHUNK.min(most.get() / 8).max(1 << 10));
-        let file = McapWriter::create(path.clone(), compression, chunk as usize, catalogue);
+        let file = McapWriter::create(path.clone(), compression, chunk as usize, catalog);
         self.file = Some(file.map_err(|source| Fault { path, source })?);
         self.repeated.fill(0);
         self.flushed.clear();

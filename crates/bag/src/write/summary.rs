@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mcap::{MAGIC, records::op};
 
-use super::{catalogue::Catalogue, chunk::ChunkIndex, encode};
+use super::{catalog::Catalog, chunk::ChunkIndex, encode};
 
 /// Where a metadata record is.
 pub(crate) struct MetadataIndex {
@@ -36,7 +36,7 @@ impl MetadataIndex {
 
 /// What the summary tells.
 pub(crate) struct Summary<'a, M> {
-    pub catalogue: &'a Catalogue,
+    pub catalog: &'a Catalog,
     pub compression: &'static str,
     pub chunks: &'a [ChunkIndex],
     pub metadata: M,
@@ -52,10 +52,10 @@ impl<'a, M: Iterator<Item = &'a MetadataIndex> + Clone> Summary<'a, M> {
         let summary = out.len();
         let mut groups = Groups::default();
         groups.add(out, op::SCHEMA, |out| {
-            out.extend_from_slice(self.catalogue.schemas());
+            out.extend_from_slice(self.catalog.schemas());
         });
         groups.add(out, op::CHANNEL, |out| {
-            out.extend_from_slice(self.catalogue.channels());
+            out.extend_from_slice(self.catalog.channels());
         });
         groups.add(out, op::STATISTICS, |out| self.encode_statistics(out));
         groups.add(out, op::CHUNK_INDEX, |out| {
@@ -91,8 +91,8 @@ impl<'a, M: Iterator<Item = &'a MetadataIndex> + Clone> Summary<'a, M> {
         let (first, last) = self.times.unwrap_or_default();
         encode::record(out, op::STATISTICS, |out| {
             encode::u64(out, self.counts.iter().sum());
-            encode::u16(out, self.catalogue.schema_count());
-            encode::u32(out, u32::from(self.catalogue.channel_count()));
+            encode::u16(out, self.catalog.schema_count());
+            encode::u32(out, u32::from(self.catalog.channel_count()));
             encode::u32(out, 0);
             encode::u32(out, self.metadata.clone().count() as u32);
             encode::u32(out, self.chunks.len() as u32);

@@ -6,7 +6,7 @@ use std::{
 
 use super::{
     BagOptions, BagSummary,
-    catalogue::Catalogue,
+    catalog::Catalog,
     closing::{Closed, Fault, LastWords},
     encode::MessageHeader,
     latched::{Kept, Latched},
@@ -118,7 +118,7 @@ impl BagWriter {
             times: None,
             last_words: None,
         };
-        let opened = writer.open_file(Catalogue::default());
+        let opened = writer.open_file(Catalog::default());
         opened.map_err(|Fault { path, source }| {
             if made {
                 let _ = fs::remove_dir(directory);

@@ -1,4 +1,4 @@
-//! A scene's manoeuvre in any number of steps, and where commands lead when the propagator flies them.
+//! A scene's maneuver in any number of steps, and where commands lead when the propagator flies them.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use lgvi_scene::{CentralAttractor, Maneuver, NamedBody, Scene};
 use crate::error::BenchError;
 use crate::run::SCENES;
 
-/// A manoeuvre.
+/// A maneuver.
 pub(crate) struct Case {
     pub(crate) scene: Scene,
 }
@@ -53,7 +53,7 @@ impl Case {
         self.scene
             .maneuver
             .as_ref()
-            .ok_or_else(|| self.without("a manoeuvre"))
+            .ok_or_else(|| self.without("a maneuver"))
     }
 
     /// The attractor, which the peers take to be at the origin.
@@ -79,7 +79,7 @@ impl Case {
 
     pub(crate) fn transfer(&self) -> Result<Transfer<Sources>, BenchError> {
         let transfer = self.scene.transfer();
-        let transfer = transfer.ok_or_else(|| self.without("a manoeuvre"))?;
+        let transfer = transfer.ok_or_else(|| self.without("a maneuver"))?;
         transfer.map_err(|error| BenchError::Body(format!("{}: {error}", self.name())))
     }
 

@@ -47,14 +47,14 @@ pub(crate) const SOLVERS: [Solver; 6] = [
     Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
 ];
 
-/// What random manoeuvres are solved by: the usual choice of unknowns, and the fastest of each solver.
+/// What random maneuvers are solved by: the usual choice of unknowns, and the fastest of each solver.
 pub(crate) const VARIED: [Solver; 3] = [
     Solver::new("IPOPT, controls", "ipopt", "controls", true, None).within(PATIENCE),
     Solver::new("IPOPT, states", "ipopt", "states", true, None).within(PATIENCE),
     Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
 ];
 
-/// CPU time (s) after which a random manoeuvre counts as not solved.
+/// CPU time (s) after which a random maneuver counts as not solved.
 const PATIENCE: f64 = 10.0;
 
 /// What a solve of a peer gave.
@@ -224,7 +224,7 @@ fn inequality(constraint: &Constraint) -> Option<Value> {
         }));
     }
     if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
-        let (center, radius) = (sphere.centre(), sphere.radius());
+        let (center, radius) = (sphere.center(), sphere.radius());
         return Some(json!({"kind": "sphere", "center": center.as_slice(), "radius": radius}));
     }
     let corridor: &Corridor = constraint.downcast_ref()?;

@@ -16,7 +16,7 @@ use lgvi_control::Start;
 const STEPS: [usize; 3] = [100, 500, 1000];
 const QUICK: [usize; 1] = [100];
 
-/// One manoeuvre in one number of steps.
+/// One maneuver in one number of steps.
 #[derive(Serialize)]
 pub(crate) struct Comparison {
     scene: String,

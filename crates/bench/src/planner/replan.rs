@@ -29,7 +29,7 @@ const APART: f64 = 0.01;
 const FLOWN: f64 = 0.1;
 const MISSED: f64 = 0.001;
 
-/// Warm against cold plans of one manoeuvre, over the starts.
+/// Warm against cold plans of one maneuver, over the starts.
 #[derive(Serialize)]
 pub(crate) struct Replan {
     scene: String,

@@ -21,7 +21,7 @@ const ASYMPTOTIC: usize = 1_000;
 /// Seconds after which a time is not taken again.
 const PATIENCE: f64 = 5.0;
 
-/// One manoeuvre in growing numbers of steps.
+/// One maneuver in growing numbers of steps.
 #[derive(Serialize)]
 pub(crate) struct Scaling {
     scene: String,
@@ -46,7 +46,7 @@ struct Point {
     shooting: Option<(f64, u32)>,
 }
 
-/// Measures, prints and draws all manoeuvres.
+/// Measures, prints and draws all maneuvers.
 pub(crate) fn run(
     cases: &[Case],
     options: &Options,

@@ -1,4 +1,4 @@
-//! The planner beside CasADi's solvers on random manoeuvres of many kinds, with inequalities.
+//! The planner beside CasADi's solvers on random maneuvers of many kinds, with inequalities.
 //!
 //! Each is stated to lgvi in units of its own, to the peers in units of its size: they depend on them, lgvi does not.
 
@@ -23,13 +23,13 @@ use crate::tables::Table;
 /// Time after which a peer counts as not answering; only IPOPT can be told to end by itself.
 const UNANSWERED: Duration = Duration::from_secs(30);
 
-/// By how much a flight may miss the target, in units of the manoeuvre's size.
+/// By how much a flight may miss the target, in units of the maneuver's size.
 const MISS: f64 = 1e-3;
 
 /// Costs that differ by less, relatively, are not told apart.
 const SAME: f64 = 0.01;
 
-/// What one solver made of one manoeuvre.
+/// What one solver made of one maneuver.
 #[derive(Clone, Debug, Serialize)]
 struct Attempt {
     /// Nothing where it is not solved.
@@ -40,7 +40,7 @@ struct Attempt {
     failure: Option<String>,
 }
 
-/// One manoeuvre.
+/// One maneuver.
 #[derive(Debug, Serialize)]
 struct Tried {
     index: u64,
@@ -72,7 +72,7 @@ struct Report {
     tried: Vec<Tried>,
 }
 
-/// Tries the first `count` manoeuvres of `seed` in so many steps; keeps `varied_<steps>.json` and the table of that name.
+/// Tries the first `count` maneuvers of `seed` in so many steps; keeps `varied_<steps>.json` and the table of that name.
 pub(crate) fn run(
     count: u64,
     seed: u64,
@@ -255,7 +255,7 @@ fn table(intervals: usize, tried: &[Tried], beside: &[Beside]) -> Table {
     let count = tried.len();
     let ours = tried.iter().filter(|one| one.ours.cost.is_some()).count();
     let mut table = Table::new([
-        format!("{count} manoeuvres, N = {intervals}; lgvi solves {ours}"),
+        format!("{count} maneuvers, N = {intervals}; lgvi solves {ours}"),
         "solved".into(),
         "of these by lgvi".into(),
         "lgvi > 1 % dearer, cheaper".into(),

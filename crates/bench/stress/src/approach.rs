@@ -12,7 +12,7 @@ use crate::{Length, Report, Trial, TrialError};
 pub(crate) const TRIALS: [Trial; 4] = [
     Trial {
         name: "a close passage",
-        done: "the bodies of a1, turning a tenth as fast, on an orbit of apocentre 6 and pericentre 1 (their arms reach over 0.375 of it), \
+        done: "the bodies of a1, turning a tenth as fast, on an orbit of apocenter 6 and pericenter 1 (their arms reach over 0.375 of it), \
                `lgvi` with the exact rotor, one revolution: h = 0.2; and with `subdivide` 12, h = 0.2 and 0.05",
         right: "the passage is cut, the rest is not; momenta are kept to `6 × 2⁻⁵²√n` all the same: three standard deviations of 12 \
                 roundings a piece, with terms of twice the sum; cuts, which at least halve a step of second order, lower the greatest energy \
@@ -22,14 +22,14 @@ pub(crate) const TRIALS: [Trial; 4] = [
     },
     Trial {
         name: "twenty passages",
-        done: "the same with pericentre 1.3, h = 0.1, `subdivide` 12, 20 revolutions",
+        done: "the same with pericenter 1.3, h = 0.1, `subdivide` 12, 20 revolutions",
         right: "momenta as above; the energy error need not stay bounded, for the length of the steps varies: it is that of the \
                 passages, one after the other, at most as many times that of the first",
         run: passages,
     },
     Trial {
         name: "too close for the cuts allowed",
-        done: "the passage at pericentre 1 with h = 0.4 and `subdivide` 1",
+        done: "the passage at pericenter 1 with h = 0.4 and `subdivide` 1",
         right: "a typed error, `unresolved`, and the state of before the step to the last bit",
         run: unresolved,
     },
@@ -47,20 +47,20 @@ const CONTROLS: [Load; 2] = [Load {
     moment: Vector3::new(0.0, 0.0, 0.0),
 }; 2];
 
-/// The bodies of a1, turning a tenth as fast, at the apocentre of another orbit; its period.
-fn passing(pericentre: f64, h: f64) -> Result<(Simulation, f64), TrialError> {
+/// The bodies of a1, turning a tenth as fast, at the apocenter of another orbit; its period.
+fn passing(pericenter: f64, h: f64) -> Result<(Simulation, f64), TrialError> {
     let (system, mut states) = Case::load("a1_two_dumbbells_regular")?.system()?;
-    let apocentre = 6.0;
+    let apocenter = 6.0;
     let masses = [system.bodies()[0].mass(), system.bodies()[1].mass()];
     let total = masses[0] + masses[1];
-    let axis = 0.5 * (apocentre + pericentre);
-    let speed = (total * (2.0 / apocentre - 1.0 / axis)).sqrt();
+    let axis = 0.5 * (apocenter + pericenter);
+    let speed = (total * (2.0 / apocenter - 1.0 / axis)).sqrt();
     let period = std::f64::consts::TAU * (axis * axis * axis / total).sqrt();
     let direction = Vector3::new(0.0, 0.9, 0.3).normalize();
     let momentum = direction * (speed * masses[0] * masses[1] / total);
     let shares = [masses[1] / total, -masses[0] / total];
     for ((state, share), sign) in states.iter_mut().zip(shares).zip([1.0, -1.0]) {
-        state.position = Vector3::new(share * apocentre, 0.0, 0.0);
+        state.position = Vector3::new(share * apocenter, 0.0, 0.0);
         state.linear_momentum = sign * momentum;
         state.angular_momentum *= 0.1;
     }

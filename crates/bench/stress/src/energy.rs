@@ -44,7 +44,7 @@ pub(crate) const TRIALS: [Trial; 5] = [
         name: "not symplectic",
         done: "the orbit of eccentricity 0.3 by Runge–Kutta 4, 100 steps an orbit, 5000 orbits",
         right: "the error grows as time, the drift is most of it, and it is a thousand times the bound above: a bounded one is not an \
-                artefact of how it is measured",
+                artifact of how it is measured",
         run: not_symplectic,
     },
     Trial {
@@ -56,7 +56,7 @@ pub(crate) const TRIALS: [Trial; 5] = [
     },
 ];
 
-/// A sphere in the field of a mass 1, from the pericentre of an orbit with a = 1.
+/// A sphere in the field of a mass 1, from the pericenter of an orbit with a = 1.
 ///
 /// An orbit has 0.618… steps more than the whole number given: samples and overtones fall into no step with each other.
 fn kepler(eccentricity: f64, method: Method, steps: u64) -> Result<Simulation, TrialError> {

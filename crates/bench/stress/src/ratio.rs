@@ -12,11 +12,11 @@ use crate::{Length, Report, Trial, TrialError};
 pub(crate) const TRIALS: [Trial; 2] = [
     Trial {
         name: "mass ratio 1e-12, orbit",
-        done: "two spheres of mass 1 and 1e-12, free, eccentricity 0.5, about their barycentre; Nyström of order 8, 50 and \
+        done: "two spheres of mass 1 and 1e-12, free, eccentricity 0.5, about their barycenter; Nyström of order 8, 50 and \
                100 steps a period, to 100 periods",
         right: "after whole periods of `2π√(a³/G(M + m))` both are where they began, the heavy one to the same part of its own \
                 way, 1e-12 of the light one's: to `2⁻⁷` of the miss with 50 steps (order 8 makes 2⁻⁸ of it) and to what a walk of \
-                `8 × 2⁻⁵²√n` of the energy, n the number of kicks, makes of the phase; the barycentre rests to the rounding of its \
+                `8 × 2⁻⁵²√n` of the energy, n the number of kicks, makes of the phase; the barycenter rests to the rounding of its \
                 first momentum, `2⁻⁵² t`, and of positions, `4 × 2⁻⁵²√n`",
         run: orbit,
     },
@@ -37,7 +37,7 @@ const ECCENTRICITY: f64 = 0.5;
 fn simulation(method: Method, steps: f64) -> Result<Simulation, TrialError> {
     let bodies = vec![sphere(1.0)?, sphere(LIGHT)?];
     let total = 1.0 + LIGHT;
-    // At the apocentre of a relative orbit with a = 1.
+    // At the apocenter of a relative orbit with a = 1.
     let away = Vector3::new(1.0 + ECCENTRICITY, 0.0, 0.0);
     let speed = Vector3::new(
         0.0,
@@ -56,8 +56,8 @@ fn simulation(method: Method, steps: f64) -> Result<Simulation, TrialError> {
     under(Mutual::new(1.0), bodies, states, method, h)
 }
 
-/// By which parts of their first distances from the barycentre both miss their first places after whole periods, and by which of
-/// the light one's mass times 1 the barycentre does.
+/// By which parts of their first distances from the barycenter both miss their first places after whole periods, and by which of
+/// the light one's mass times 1 the barycenter does.
 fn misses(steps: u64, periods: u64) -> Result<[f64; 3], TrialError> {
     let method = Method::Nystrom { order: 8 };
     let mut simulation = simulation(method, steps as f64)?;
@@ -67,18 +67,18 @@ fn misses(steps: u64, periods: u64) -> Result<[f64; 3], TrialError> {
     let missed = |body: usize| {
         (end[body].position - start[body].position).norm() / start[body].position.norm()
     };
-    let barycentre = (end[0].position + LIGHT * end[1].position).norm() / LIGHT;
-    Ok([missed(0), missed(1), barycentre])
+    let barycenter = (end[0].position + LIGHT * end[1].position).norm() / LIGHT;
+    Ok([missed(0), missed(1), barycenter])
 }
 
 fn orbit(length: Length) -> Result<Report, TrialError> {
     let periods = length.of(20, 100);
     let [_, coarse, _] = misses(50, periods)?;
-    let [heavy, light, barycentre] = misses(100, periods)?;
+    let [heavy, light, barycenter] = misses(100, periods)?;
     let kicks = (19 * 100 * periods) as f64;
     let walk = ULP * kicks.sqrt();
     let time = TAU * periods as f64;
-    // The phase errs by 3/2 of the energy's relative error times the angle, that of a walk by 1/√3 of its last; the apocentre is
+    // The phase errs by 3/2 of the energy's relative error times the angle, that of a walk by 1/√3 of its last; the apocenter is
     // passed at a part of the mean rate.
     let rate = ((1.0 - ECCENTRICITY) / (1.0 + ECCENTRICITY)).sqrt() / (1.0 + ECCENTRICITY);
     let phase = rate * 1.5 * time * 8.0 * walk / 3.0_f64.sqrt();
@@ -88,8 +88,8 @@ fn orbit(length: Length) -> Result<Report, TrialError> {
     report.at_most("with 100", light, bound);
     report.at_most("heavy one, of its own way", heavy, bound);
     report.at_most(
-        "barycentre, of the same",
-        barycentre,
+        "barycenter, of the same",
+        barycenter,
         ULP * time + 4.0 * walk,
     );
     Ok(report)

@@ -2,7 +2,7 @@ use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
 use crate::newton::{Iterate, Problem};
-use crate::steps::{Linearisation, Steps};
+use crate::steps::{Linearization, Steps};
 
 /// What inequalities add to the gradient of the Lagrangian at an interval.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub(crate) fn forces<S, E, const X: usize, const U: usize>(
 where
     S: Steps<X, U>,
 {
-    let mut dynamics = Linearisation {
+    let mut dynamics = Linearization {
         a: SMatrix::zeros(),
         b: SMatrix::zeros(),
     };
@@ -38,7 +38,7 @@ where
         let command = &iterate.commands[k];
         problem
             .steps
-            .linearise(k, &iterate.states[k], command, &mut dynamics)?;
+            .linearize(k, &iterate.states[k], command, &mut dynamics)?;
         forces[k].command = -(weight * command + dynamics.b.tr_mul(costate));
         if k > 0 {
             forces[k - 1].state = costates[k - 1] - dynamics.a.tr_mul(costate);

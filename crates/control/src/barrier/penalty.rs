@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slacks_minimise_and_the_multiplier_is_the_derivative() {
+    fn slacks_minimize_and_the_multiplier_is_the_derivative() {
         for beta in [1e-12, 1e-3, 10.0] {
             for rho in [1e-2, 3.0, 1e5] {
                 let penalty = Penalty { beta, rho };

@@ -18,7 +18,7 @@ pub struct FinalTime {
     pub shortest: f64,
     /// `T` at most.
     pub longest: f64,
-    /// Cost of a unit of time: `J + weight·T` is minimised.
+    /// Cost of a unit of time: `J + weight·T` is minimized.
     pub weight: f64,
     /// Relative tolerance of `T`.
     pub tolerance: f64,
@@ -115,7 +115,7 @@ const MOST: u32 = 100;
 /// How often a step to another final time is halved where there is no plan.
 const HALVINGS: u32 = 12;
 
-/// Minimises `J + weight·T`: finds the local minimum downhill from the transfer's own final time, or from the end of the
+/// Minimizes `J + weight·T`: finds the local minimum downhill from the transfer's own final time, or from the end of the
 /// range that is nearest to it. Each transfer starts from the path of the plan before, so that the attitude winds the same way.
 ///
 /// # Assumptions and limitations

@@ -3,7 +3,7 @@ use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SMatrix, SVector};
 
 use crate::problem::{Vector12, block};
-use crate::steps::{HalfCommands, HalfError, KickDriftKick, Linearisation, Steps};
+use crate::steps::{HalfCommands, HalfError, KickDriftKick, Linearization, Steps};
 use crate::{Dynamics, Motion, Plan, Transfer};
 
 /// `dJ/dh` of a transfer's solution, exact: by the envelope theorem the derivative of the Lagrangian by the step at fixed
@@ -72,7 +72,7 @@ fn lagrangian<F: Field, S: Steps<X, U>, const X: usize, const U: usize>(
     free: &[Vector12],
 ) -> Result<f64, HalfError> {
     let own = |all: &Vector12| all.fixed_rows::<X>(first).into_owned();
-    let mut linear = Linearisation {
+    let mut linear = Linearization {
         a: SMatrix::zeros(),
         b: SMatrix::zeros(),
     };
@@ -80,7 +80,7 @@ fn lagrangian<F: Field, S: Steps<X, U>, const X: usize, const U: usize>(
     let intervals = plan.commands.iter().zip(&plan.multipliers);
     for (k, ((command, lambda), ends)) in intervals.zip(plan.states.windows(2)).enumerate() {
         steps
-            .linearise(k, &ends[0], &narrowed(command), &mut linear)
+            .linearize(k, &ends[0], &narrowed(command), &mut linear)
             .map_err(|source| HalfError::Unsolvable { step: k, source })?;
         let control = transfer.actuation.load(command);
         let [begin, end] = changes(transfer, ends, &control, free.get(k..k + 2));
@@ -134,7 +134,7 @@ fn changes<F: Field>(
 /// others zero.
 fn free_flight<F: Field>(transfer: &Transfer<F>, first: usize) -> Result<Vec<Vector12>, HalfError> {
     let steps = KickDriftKick::full(transfer);
-    let mut linear = Linearisation {
+    let mut linear = Linearization {
         a: SMatrix::zeros(),
         b: SMatrix::zeros(),
     };
@@ -149,7 +149,7 @@ fn free_flight<F: Field>(transfer: &Transfer<F>, first: usize) -> Result<Vec<Vec
     let mut all = vec![half(&change)];
     for step in 0..transfer.intervals {
         let next = steps
-            .linearise(step, &state, &SVector::zeros(), &mut linear)
+            .linearize(step, &state, &SVector::zeros(), &mut linear)
             .map_err(|source| HalfError::Unsolvable { step, source })?;
         let [begin, end] = changes(transfer, &[state, next], &Load::default(), None);
         change = linear.a * (change + begin) + end;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::problem::{Iterate, Problem};
 use crate::riccati::Policy;
-use crate::steps::{Linearisation, Steps};
+use crate::steps::{Linearization, Steps};
 
 /// Angle (rad) below which the mean spin of both ends says nothing of how often to turn.
 const HALF_TURN: f64 = std::f64::consts::PI;
@@ -88,7 +88,7 @@ where
     states.push(*to);
     states[0] = problem.initial;
 
-    let mut linear = Linearisation {
+    let mut linear = Linearization {
         a: SMatrix::zeros(),
         b: SMatrix::zeros(),
     };
@@ -96,7 +96,7 @@ where
     // What commands do hardly differs from step to step.
     problem
         .steps
-        .linearise(0, &states[0], &idle, &mut linear)
+        .linearize(0, &states[0], &idle, &mut linear)
         .map_err(|source| (0, source))?;
     let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
     // So little of the cost that commands are bounded where they have no effect.
@@ -189,7 +189,7 @@ where
     Some(iterate)
 }
 
-/// The path of `states` with other intervals over the same time: cubics between them, with slopes from the neighbours.
+/// The path of `states` with other intervals over the same time: cubics between them, with slopes from the neighbors.
 pub(crate) fn refined(states: &[BodyState], intervals: usize) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let last = states.len() - 1;
     let turn = |from: usize, to: usize| log(&states[from].attitude.tr_mul(&states[to].attitude));

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use super::conditions::{Ending, Inequalities};
 use super::problem::{Iterate, Problem};
 use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
-use crate::steps::{Curvature, Linearisation, Steps};
+use crate::steps::{Curvature, Linearization, Steps};
 
 /// What a model takes in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub(crate) struct Kind {
 /// The linear-quadratic model of all stages round an iterate, and its solution.
 pub(crate) struct Model<const X: usize, const U: usize> {
     /// `A_k`, `B_k`
-    pub(crate) dynamics: Vec<Linearisation<X, U>>,
+    pub(crate) dynamics: Vec<Linearization<X, U>>,
     /// `d_k`: by how much the step from `s_k` misses `s_{k+1}`.
     pub(crate) defects: Vec<SVector<f64, X>>,
     /// `λ_k`, of the iterate's ν: the multiplier equation (4.26), solved backwards.
@@ -36,7 +36,7 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) strictness: SVector<f64, X>,
     /// `ρ`, the weights of the terminal conditions' augmentation; zero for rows without one.
     pub(crate) augmentation: SVector<f64, X>,
-    /// Gains of the neighbouring extremals (see [`CostToGo::gain`]), where they are wanted.
+    /// Gains of the neighboring extremals (see [`CostToGo::gain`]), where they are wanted.
     pub(crate) gains: Vec<SMatrix<f64, U, X>>,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
@@ -61,12 +61,12 @@ pub(crate) enum ModelError {
 
 impl<const X: usize, const U: usize> Model<X, U> {
     pub(crate) fn new(intervals: usize) -> Self {
-        let linearisation = Linearisation {
+        let linearization = Linearization {
             a: SMatrix::zeros(),
             b: SMatrix::zeros(),
         };
         Self {
-            dynamics: vec![linearisation; intervals],
+            dynamics: vec![linearization; intervals],
             defects: vec![SVector::zeros(); intervals],
             costates: vec![SVector::zeros(); intervals],
             policies: vec![Policy::zeros(); intervals],
@@ -138,7 +138,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 stage.hessian.state.fill(0.0);
                 stage.hessian.mixed.fill(0.0);
                 stage.hessian.command.fill(0.0);
-                steps.linearise(k, state, command, dynamics)
+                steps.linearize(k, state, command, dynamics)
             }
             .map_err(|source| ModelError::Step { step: k, source })?;
             stage.defect = steps.difference(&iterate.states[k + 1], &next);
@@ -233,7 +233,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
             let dynamics = &mut self.dynamics[k];
             let next = steps
-                .linearise(k, state, command, dynamics)
+                .linearize(k, state, command, dynamics)
                 .map_err(|source| ModelError::Step { step: k, source })?;
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;

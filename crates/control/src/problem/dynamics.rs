@@ -14,7 +14,7 @@ pub enum Motion {
     /// Position and attitude: twelve coordinates, force and moment.
     #[default]
     Full,
-    /// The centre of mass alone: six coordinates, the force. The attitude is that of the free flight.
+    /// The center of mass alone: six coordinates, the force. The attitude is that of the free flight.
     Translation,
     /// The attitude alone: six coordinates, the moment. The position is that of the free flight.
     Rotation,

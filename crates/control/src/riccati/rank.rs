@@ -25,7 +25,7 @@ impl<const X: usize> CostToGo<X> {
     /// Takes conditions out of the Gram matrix M until those left are independent, to first order: the others hold with
     /// them or not at all.
     ///
-    /// Cholesky's factorisation of −M, its diagonal scaled to 1, with the greatest pivot next.
+    /// Cholesky's factorization of −M, its diagonal scaled to 1, with the greatest pivot next.
     fn drop_dependent(&mut self) {
         let scale = self.gram.diagonal().map(|diagonal| {
             if diagonal < 0.0 {

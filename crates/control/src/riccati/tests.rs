@@ -10,7 +10,7 @@ fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f
 }
 
 /// A stage's model and dynamics.
-type Stage<const X: usize, const U: usize> = (StageModel<X, U>, Linearisation<X, U>);
+type Stage<const X: usize, const U: usize> = (StageModel<X, U>, Linearization<X, U>);
 
 /// A random problem with `conditions` of its X conditions, convex by `convexity`.
 fn problem<const X: usize, const U: usize>(
@@ -33,7 +33,7 @@ fn problem<const X: usize, const U: usize>(
                 command_gradient: random(rng, 1.0),
                 defect: random(rng, 1.0),
             };
-            let dynamics = Linearisation {
+            let dynamics = Linearization {
                 a: SMatrix::identity() + random::<X, X>(rng, 0.3),
                 b: random(rng, 1.0),
             };
@@ -191,7 +191,7 @@ fn long_arcs_lose_nothing() {
             command_gradient: SVector::zeros(),
             defect: SVector::zeros(),
         };
-        let dynamics = Linearisation {
+        let dynamics = Linearization {
             a: SMatrix::<f64, 2, 2>::new(1.0, h, 0.0, 1.0),
             b: SMatrix::<f64, 2, 1>::new(0.0, h),
         };
@@ -220,7 +220,7 @@ fn long_arcs_lose_nothing() {
 
 /// Under the gain, commands follow a change of state as the optimum does, while many stages are left.
 #[test]
-fn gains_are_those_of_neighbouring_optima() {
+fn gains_are_those_of_neighboring_optima() {
     let mut rng = Rng::with_seed(11);
     let (stages, end) = problem::<6, 3>(&mut rng, 20, 6, 0.5);
     let mut cost = CostToGo::end(&end);

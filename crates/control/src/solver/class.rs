@@ -107,7 +107,7 @@ impl Class<12, 6> for Both {
     }
 }
 
-/// The centre of mass alone.
+/// The center of mass alone.
 #[derive(Clone)]
 pub(super) struct Translation(pub(super) HalfCommands);
 

@@ -1,4 +1,4 @@
-//! Free motion over a step, of the centre of mass and of the attitude, and what small changes make of it.
+//! Free motion over a step, of the center of mass and of the attitude, and what small changes make of it.
 //!
 //! A change `[p, m]` of pose and momentum becomes `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
@@ -38,7 +38,7 @@ pub(crate) struct DriftCurvature {
 }
 
 impl Drift {
-    /// Moves the centre of mass.
+    /// Moves the center of mass.
     #[inline]
     pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) -> Self {
         let by_momentum = h / body.mass();

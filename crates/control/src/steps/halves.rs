@@ -40,7 +40,7 @@ pub enum HalfError {
     Commands(#[from] CommandsError),
 }
 
-/// The centre of mass; attitude and angular momentum are those of the free flight.
+/// The center of mass; attitude and angular momentum are those of the free flight.
 pub(crate) struct Translation {
     history: Vec<BodyState>,
 }
@@ -69,7 +69,7 @@ fn free_flight<F: Field>(transfer: &Transfer<F>) -> Result<Vec<BodyState>, HalfE
 }
 
 impl<'t, F: Field> KickDriftKick<'t, F, Translation, 1, 3> {
-    /// Those of the centre of mass under the actuation's forces.
+    /// Those of the center of mass under the actuation's forces.
     pub(crate) fn translation(
         transfer: &'t Transfer<F>,
         commands: &HalfCommands,

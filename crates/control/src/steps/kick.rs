@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, SMatrix};
 
 use super::coordinates::Blocks;
-use super::{Curvature, Linearisation};
+use super::{Curvature, Linearization};
 
 /// First derivatives of a kick, `m⁺ = m + τ (G p + B v)`.
 pub(crate) struct Kick<'c, const N: usize, const U: usize> {
@@ -45,7 +45,7 @@ impl<const N: usize, const U: usize> Kick<'_, N, U> {
 
     /// Puts the kick before the map that has the first derivatives `a`, `b`.
     #[inline]
-    pub(crate) fn precede<const X: usize>(&self, Linearisation { a, b }: &mut Linearisation<X, U>) {
+    pub(crate) fn precede<const X: usize>(&self, Linearization { a, b }: &mut Linearization<X, U>) {
         for (at, by_pose, by_command) in self.rows() {
             let by_momentum = a.fixed_columns::<3>(at).into_owned();
             for (block, kick) in by_pose.iter().enumerate() {

@@ -15,7 +15,7 @@ use super::coordinates::{Blocks, Coordinates, Full, Variations};
 use super::drift::Drift;
 use super::kick::Kick;
 use super::passage::Passage;
-use super::{Curvature, Linearisation, Steps};
+use super::{Curvature, Linearization, Steps};
 use crate::Transfer;
 use crate::problem::Dynamics;
 
@@ -140,12 +140,12 @@ where
         Ok(state)
     }
 
-    fn linearise(
+    fn linearize(
         &self,
         k: usize,
         state: &BodyState,
         command: &SVector<f64, U>,
-        into: &mut Linearisation<X, U>,
+        into: &mut Linearization<X, U>,
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
         let passage = Passage::new(self, k, state, &controls)?;
@@ -173,7 +173,7 @@ where
         state: &BodyState,
         command: &SVector<f64, U>,
         lambda: &SVector<f64, X>,
-        first: &mut Linearisation<X, U>,
+        first: &mut Linearization<X, U>,
         second: &mut Curvature<X, U>,
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);

@@ -36,16 +36,16 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
     ) -> Result<BodyState, Unsolvable>;
 
     /// The state after step `k` and the first derivatives of the step.
-    fn linearise(
+    fn linearize(
         &self,
         k: usize,
         state: &BodyState,
         command: &SVector<f64, U>,
-        into: &mut Linearisation<X, U>,
+        into: &mut Linearization<X, U>,
     ) -> Result<BodyState, Unsolvable>;
 
     /// Second derivatives of `λ · Φ` (symmetric, in the exponential coordinates of [`Steps::moved`]) at fixed λ, where
-    /// [`Steps::linearise`] is possible.
+    /// [`Steps::linearize`] is possible.
     fn curvature(
         &self,
         k: usize,
@@ -55,18 +55,18 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         into: &mut Curvature<X, U>,
     ) -> Result<(), Unsolvable>;
 
-    /// [`Steps::linearise`] and [`Steps::curvature`] at once, at less than the cost of one after the other.
+    /// [`Steps::linearize`] and [`Steps::curvature`] at once, at less than the cost of one after the other.
     fn expand(
         &self,
         k: usize,
         state: &BodyState,
         command: &SVector<f64, U>,
         lambda: &SVector<f64, X>,
-        first: &mut Linearisation<X, U>,
+        first: &mut Linearization<X, U>,
         second: &mut Curvature<X, U>,
     ) -> Result<BodyState, Unsolvable> {
         self.curvature(k, state, command, lambda, second)?;
-        self.linearise(k, state, command, first)
+        self.linearize(k, state, command, first)
     }
 
     /// `z` with `moved(from, z) = to`.
@@ -78,7 +78,7 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
 
 /// First derivatives of a step: `z⁺ = A z + B v`.
 #[derive(Clone, Debug)]
-pub(crate) struct Linearisation<const X: usize, const U: usize> {
+pub(crate) struct Linearization<const X: usize, const U: usize> {
     /// `A`
     pub(crate) a: SMatrix<f64, X, X>,
     /// `B`

@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use super::coordinates::{Blocks, Coordinates};
 use super::drift::{Drift, DriftGradient};
 use super::kick::{Kick, momentum, pose};
-use super::{Curvature, KickDriftKick, Linearisation};
+use super::{Curvature, KickDriftKick, Linearization};
 
 /// A step on its way to its last kick, with its first derivatives.
 pub(super) struct Passage<'s, F, C, const N: usize, const U: usize> {
@@ -67,8 +67,8 @@ impl<'s, F: Field, C: Coordinates<N>, const N: usize, const U: usize> Passage<'s
 
     /// First derivatives of a step.
     #[inline(always)]
-    pub(super) fn first<const X: usize>(&self, into: &mut Linearisation<X, U>) {
-        let Linearisation { a, b } = into;
+    pub(super) fn first<const X: usize>(&self, into: &mut Linearization<X, U>) {
+        let Linearization { a, b } = into;
         a.fill(0.0);
         b.fill(0.0);
         let mut set = |row: usize, column: usize, block: &Matrix3<f64>| {

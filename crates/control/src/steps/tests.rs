@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
 use self::model::{Scene, State, scenes, scheme};
-use super::{Curvature, HalfCommands, HalfError, KickDriftKick, Linearisation, Steps};
+use super::{Curvature, HalfCommands, HalfError, KickDriftKick, Linearization, Steps};
 use crate::problem::Dynamics;
 
 fn random<const N: usize>(rng: &mut fastrand::Rng, scale: f64) -> SVector<f64, N> {
@@ -33,8 +33,8 @@ fn assert_close<const R: usize, const C: usize>(
 fn differentiated<const X: usize, const U: usize>(
     lambda: &SVector<f64, X>,
     step: impl Fn([HyperDual64; X], [HyperDual64; U]) -> [HyperDual64; X],
-) -> (Linearisation<X, U>, Curvature<X, U>) {
-    let mut first = Linearisation::<X, U> {
+) -> (Linearization<X, U>, Curvature<X, U>) {
+    let mut first = Linearization::<X, U> {
         a: SMatrix::zeros(),
         b: SMatrix::zeros(),
     };
@@ -82,9 +82,9 @@ fn found<const X: usize, const U: usize>(
     state: &BodyState,
     command: &SVector<f64, U>,
     lambda: &SVector<f64, X>,
-) -> (BodyState, Linearisation<X, U>, Curvature<X, U>) {
+) -> (BodyState, Linearization<X, U>, Curvature<X, U>) {
     let unset = f64::NAN;
-    let mut first = Linearisation::<X, U> {
+    let mut first = Linearization::<X, U> {
         a: SMatrix::repeat(unset),
         b: SMatrix::repeat(unset),
     };
@@ -94,7 +94,7 @@ fn found<const X: usize, const U: usize>(
         command: SMatrix::repeat(unset),
     };
     let next = steps.next(k, state, command).unwrap();
-    let end = steps.linearise(k, state, command, &mut first).unwrap();
+    let end = steps.linearize(k, state, command, &mut first).unwrap();
     assert_eq!(next, end);
     steps
         .curvature(k, state, command, lambda, &mut second)
@@ -112,8 +112,8 @@ fn found<const X: usize, const U: usize>(
 }
 
 fn assert_same<const X: usize, const U: usize>(
-    found: &(Linearisation<X, U>, Curvature<X, U>),
-    expected: &(Linearisation<X, U>, Curvature<X, U>),
+    found: &(Linearization<X, U>, Curvature<X, U>),
+    expected: &(Linearization<X, U>, Curvature<X, U>),
     what: &str,
 ) {
     assert_close(&found.0.a, &expected.0.a, &format!("{what}, A"));

@@ -63,7 +63,7 @@ impl Units {
         let distance = initial.position.norm().max(size(placed, &end.position));
         let lengths = [
             distance.max(h * momentum / mass),
-            // Nothing moves the centre of mass but what the body itself does.
+            // Nothing moves the center of mass but what the body itself does.
             (inertia / mass).sqrt(),
         ];
         let length = lengths.into_iter().find(|length| *length > 0.0);

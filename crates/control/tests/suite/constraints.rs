@@ -63,8 +63,8 @@ fn force_norm(limit: f64) -> Constraint {
     Constraint::commands(NormLimit::new(Place::Position, limit).expect("a limit"))
 }
 
-fn sphere(centre: Vector3<f64>, radius: f64) -> Constraint {
-    Constraint::state(KeepOutSphere::new(centre, radius).expect("a sphere"))
+fn sphere(center: Vector3<f64>, radius: f64) -> Constraint {
+    Constraint::state(KeepOutSphere::new(center, radius).expect("a sphere"))
 }
 
 /// The terminal set of a case, by its names.
@@ -170,7 +170,7 @@ fn assert_holds(constraint: &Constraint, plan: &Plan) {
         assert!(commands.all(|command| command.amax() <= limits.limit()[0]));
     } else if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
         for state in &plan.states {
-            let distance = (state.position - sphere.centre()).norm();
+            let distance = (state.position - sphere.center()).norm();
             assert!(distance >= sphere.radius() * (1.0 - 1e-9));
         }
     } else if let Some(cone) = constraint.downcast_ref::<KeepOutCone>() {
@@ -329,8 +329,8 @@ fn only_what_is_proved_is_infeasible_and_the_rest_is_not_found_with_the_place() 
     }
 
     // The start decides the first step's end, the target the last's.
-    let blocked = |centre: Vector3<f64>| {
-        let constraints = [far.clone(), sphere(centre, 0.05)];
+    let blocked = |center: Vector3<f64>| {
+        let constraints = [far.clone(), sphere(center, 0.05)];
         infeasible(&free.clone().with_constraints(&constraints))
     };
     let (constraint, step, _) = blocked(free.initial().position);

@@ -1,4 +1,4 @@
-//! Random manoeuvres from nothing.
+//! Random maneuvers from nothing.
 
 use lgvi_control::{NewtonSettings, Settings, Start, certified, shooting, solve};
 use lgvi_truth::maneuvers::{Class, SEED, Varied, maneuver, varied};
@@ -7,12 +7,12 @@ use nalgebra::SVector;
 /// At least 99 % of 1000 are solved (`lgvi_bench maneuvers`); of the first 60 all but one at most, and far more than by
 /// plain shooting.
 #[test]
-fn random_manoeuvres_are_solved_from_nothing() {
+fn random_maneuvers_are_solved_from_nothing() {
     const COUNT: u64 = 60;
     let mut failed = Vec::new();
     let mut shot = 0;
     for index in 0..COUNT {
-        let maneuver = maneuver(SEED, index).expect("a manoeuvre");
+        let maneuver = maneuver(SEED, index).expect("a maneuver");
         let settings = NewtonSettings::default();
         match solve(&maneuver.transfer, Start::Cold, &settings, |_| true) {
             Ok(plan) => {
@@ -39,7 +39,7 @@ fn random_manoeuvres_are_solved_from_nothing() {
 #[test]
 fn transfers_over_revolutions_are_solved_by_way_of_the_free_flight() {
     for index in [325, 463, 512] {
-        let transfer = varied(SEED, index, 100).expect("a manoeuvre").transfer;
+        let transfer = varied(SEED, index, 100).expect("a maneuver").transfer;
         let plan = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true);
         let found = plan.expect("a plan").certificate;
         assert!(found.terminal <= 1e-11 && found.stationarity <= 1e-6);
@@ -54,7 +54,7 @@ fn inequalities_that_cannot_be_imposed_at_once_are_imposed_little_by_little() {
         transfer,
         constraints,
         ..
-    } = varied(SEED, 448, 100).expect("a manoeuvre");
+    } = varied(SEED, 448, 100).expect("a maneuver");
     assert_eq!(constraints.len(), 1);
     let plan = solve(&transfer, Start::Cold, &NewtonSettings::default(), |_| true);
     let plan = plan.expect("a plan");
@@ -66,7 +66,7 @@ fn inequalities_that_cannot_be_imposed_at_once_are_imposed_little_by_little() {
 /// Shooting ends in a saddle here.
 #[test]
 fn an_extremal_that_is_no_minimum_is_left_for_a_cheaper_one() {
-    let transfer = maneuver(SEED, 38).expect("a manoeuvre").transfer;
+    let transfer = maneuver(SEED, 38).expect("a maneuver").transfer;
     let zero = SVector::zeros();
     let shot = shooting::solve(&transfer, zero, &Settings::default(), |_| true).expect("a saddle");
     let saddle = certified(&transfer, &shot.extremal).expect("a plan");

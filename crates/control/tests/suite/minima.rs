@@ -131,7 +131,7 @@ fn iterations_of_all_solutions_are_counted_through() {
 #[test]
 fn a_search_is_never_dearer_than_the_plan_without_one() {
     for index in [133, 254, 277] {
-        let transfer = varied(SEED, index, 100).expect("a manoeuvre").transfer;
+        let transfer = varied(SEED, index, 100).expect("a maneuver").transfer;
         let newton = NewtonSettings::default();
         let plan = solve(&transfer, Start::Cold, &newton, |_| true).expect("a plan");
         let settings = SearchSettings {

@@ -23,7 +23,7 @@ const H: f64 = 0.05;
 /// Stays out of `|A (x − c)| < 1` in a part of the time: `g = ½ (1 − |A (x − c)|²)`.
 #[derive(Clone, Debug, PartialEq)]
 struct Ellipsoid {
-    centre: Vector3<f64>,
+    center: Vector3<f64>,
     /// `A`
     shape: Matrix3<f64>,
     from: f64,
@@ -43,12 +43,12 @@ impl StateConstraint for Ellipsoid {
     }
 
     fn value(&self, state: &BodyState) -> f64 {
-        0.5 * (1.0 - (self.shape * (state.position - self.centre)).norm_squared())
+        0.5 * (1.0 - (self.shape * (state.position - self.center)).norm_squared())
     }
 
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let hessian = -self.shape.tr_mul(&self.shape);
-        (hessian * (state.position - self.centre), hessian)
+        (hessian * (state.position - self.center), hessian)
     }
 
     fn size(&self) -> f64 {
@@ -126,7 +126,7 @@ fn at(position: Vector3<f64>, velocity: Vector3<f64>) -> BodyState {
     }
 }
 
-/// Of a unit mass without gravity, the centre of mass alone.
+/// Of a unit mass without gravity, the center of mass alone.
 fn free<T>(initial: BodyState, target: T, weight: &Matrix3<f64>) -> Transfer<Uniform>
 where
     T: TryInto<Terminal, Error: Into<TransferError>>,
@@ -159,7 +159,7 @@ fn apart(a: &Plan, b: &Plan) -> f64 {
     apart.fold((a.cost / b.cost - 1.0).abs(), f64::max)
 }
 
-const CENTRE: Vector3<f64> = Vector3::new(1.0, 0.06, -0.04);
+const CENTER: Vector3<f64> = Vector3::new(1.0, 0.06, -0.04);
 
 fn across() -> [BodyState; 2] {
     [0.0, 2.0].map(|x| at(Vector3::new(x, 0.0, 0.0), Vector3::zeros()))
@@ -169,16 +169,16 @@ fn across() -> [BodyState; 2] {
 fn derivatives_of_own_conditions_are_those_of_automatic_differentiation() {
     let x = Vector3::new(0.3, -0.7, 1.1);
     let state = at(x, Vector3::zeros());
-    let centre = CENTRE;
+    let center = CENTER;
     let shape = Matrix3::new(2.0, 0.3, 0.0, -0.4, 1.5, 0.2, 0.1, 0.0, 3.0);
     let ellipsoid = Ellipsoid {
-        centre,
+        center,
         shape,
         from: 0.0,
     };
     let (value, gradient, hessian) = derivatives(&state, |s| {
         let x = s.position;
-        let arm = |j: usize| x[j] - centre[j];
+        let arm = |j: usize| x[j] - center[j];
         let row =
             |i: usize| arm(0) * shape[(i, 0)] + arm(1) * shape[(i, 1)] + arm(2) * shape[(i, 2)];
         (-(row(0) * row(0)) - row(1) * row(1) - row(2) * row(2) + 1.0) * 0.5
@@ -191,12 +191,12 @@ fn derivatives_of_own_conditions_are_those_of_automatic_differentiation() {
     );
 
     let distance = Distance {
-        point: centre,
+        point: center,
         distance: 0.8,
     };
     let (value, gradient, hessian) = derivatives(&state, |s| {
         let x = s.position;
-        let arm: [Number; 3] = std::array::from_fn(|j| (x[j] - centre[j]) / 0.8);
+        let arm: [Number; 3] = std::array::from_fn(|j| (x[j] - center[j]) / 0.8);
         (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2] - 1.0) * 0.5
     });
     let row = distance
@@ -214,11 +214,11 @@ fn an_own_ellipsoid_that_is_a_sphere_gives_the_plan_of_the_sphere() {
     let [initial, target] = across();
     let transfer = free(initial, target, &Matrix3::identity());
     let ellipsoid = Ellipsoid {
-        centre: CENTRE,
+        center: CENTER,
         shape: Matrix3::from_diagonal_element(1.0 / 0.4),
         from: 0.0,
     };
-    let sphere = KeepOutSphere::new(CENTRE, 0.4).expect("a sphere");
+    let sphere = KeepOutSphere::new(CENTER, 0.4).expect("a sphere");
     let own = plan(
         &transfer
             .clone()
@@ -242,7 +242,7 @@ fn an_own_ellipsoid_gives_the_plan_past_a_sphere_in_stretched_coordinates() {
     let [initial, target] = across();
     let shape = Matrix3::from_diagonal(&Vector3::new(1.0 / 0.5, 1.0 / 0.3, 1.0 / 0.35));
     let ellipsoid = Constraint::state(Ellipsoid {
-        centre: CENTRE,
+        center: CENTER,
         shape,
         from: 0.0,
     });
@@ -250,7 +250,7 @@ fn an_own_ellipsoid_gives_the_plan_past_a_sphere_in_stretched_coordinates() {
     let [initial, target] =
         [initial, target].map(|state| at(shape * state.position, Vector3::zeros()));
     let weight = Matrix3::from_diagonal(&shape.diagonal().map(|a| 1.0 / (a * a)));
-    let sphere = KeepOutSphere::new(shape * CENTRE, 1.0).expect("a sphere");
+    let sphere = KeepOutSphere::new(shape * CENTER, 1.0).expect("a sphere");
     let sphere = [Constraint::state(sphere)];
     let stretched = plan(&free(initial, target, &weight).with_constraints(&sphere));
     assert!((own.cost / stretched.cost - 1.0).abs() < 1e-8);
@@ -266,7 +266,7 @@ fn an_own_constraint_holds_where_it_applies_and_only_there() {
     let transfer = free(initial, target, &Matrix3::identity());
     let leave = |from| {
         Constraint::state(Ellipsoid {
-            centre: initial.position,
+            center: initial.position,
             shape: Matrix3::from_diagonal_element(2.0),
             from,
         })

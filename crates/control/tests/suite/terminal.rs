@@ -105,7 +105,7 @@ fn bad_constraints_are_refused_by_name() {
         ),
         (
             KeepOutSphere::new(far, 1.0).err(),
-            "centre",
+            "center",
             "[inf, 0.0, 0.0]",
         ),
         (KeepOutCone::new(x, z, 0.0).err(), "half_angle", "0.0"),

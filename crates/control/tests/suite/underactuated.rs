@@ -83,7 +83,7 @@ fn two_wheels_turn_a_body_to_any_attitude() {
     }
 }
 
-/// The centre of mass does not care for wheels, nor the cost for the number of steps.
+/// The center of mass does not care for wheels, nor the cost for the number of steps.
 #[test]
 fn two_wheels_cost_the_same_in_the_full_motion_and_in_many_steps() {
     let target = at_rest(Vector3::zeros(), Vector3::new(0.3, -0.2, 0.7));

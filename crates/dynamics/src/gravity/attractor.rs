@@ -43,7 +43,7 @@ pub trait Attractor: Send + Sync {
 pub struct Monopole {
     /// Gravitational parameter `GM`.
     pub gm: f64,
-    /// Centre of mass.
+    /// Center of mass.
     pub position: Vector3<f64>,
     /// Radius of the sphere about it that no body's may enter; 0 when it has none.
     pub radius: f64,

@@ -16,13 +16,13 @@ pub(super) struct Extent {
     harmonic: f64,
     /// `Σ m |J⁻¹ S(ρ)| |ρ|` or more, by what gradient of acceleration it is turned.
     leverage: f64,
-    /// Distance of its centre of mass from the origin, which is rounding, and that times `m |J⁻¹|`.
+    /// Distance of its center of mass from the origin, which is rounding, and that times `m |J⁻¹|`.
     offset: f64,
     arm: f64,
     /// Whether it is a point of mass at the origin.
     pub(super) is_point: bool,
-    /// Whether its centre of mass is its origin, so that it can be taken for a point there.
-    pub(super) is_centred: bool,
+    /// Whether its center of mass is its origin, so that it can be taken for a point there.
+    pub(super) is_centered: bool,
     is_given: bool,
 }
 
@@ -38,7 +38,7 @@ impl Extent {
             offset: 0.0,
             arm: 0.0,
             is_point: false,
-            is_centred: *body.mobility() != Mobility::Pivoted,
+            is_centered: *body.mobility() != Mobility::Pivoted,
             is_given: body.mobility().is_given(),
         };
         match body.distribution() {

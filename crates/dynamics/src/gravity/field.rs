@@ -19,7 +19,7 @@ use crate::{BodyState, Load, MassDistribution, RigidBody};
 ///
 /// Every [`Attractor`] whose frame is the inertial one is a field. On points of mass it acts exactly, on a
 /// polyhedron through its cloud of points. On a body given by
-/// its multipole, the source's monopole meets the body's multipole, and all else of the source acts at the centre of mass.
+/// its multipole, the source's monopole meets the body's multipole, and all else of the source acts at the center of mass.
 ///
 /// # Assumptions and limitations
 /// What is left out of the second, such as the moment by which a planet's oblateness turns the body, is smaller than the

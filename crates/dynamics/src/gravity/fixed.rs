@@ -26,7 +26,7 @@ impl<A: Attractor> Fixed<A> {
         }
     }
 
-    /// The same with a radius about its centre of mass that no body's may enter.
+    /// The same with a radius about its center of mass that no body's may enter.
     pub fn with_radius(self, radius: f64) -> Result<Self, BodyError> {
         if radius.is_finite() && radius >= 0.0 {
             Ok(self.within(radius))

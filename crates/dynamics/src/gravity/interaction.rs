@@ -9,7 +9,7 @@ use crate::RigidBody;
 pub enum Level {
     /// Nothing.
     Dropped,
-    /// The force on the bodies as points of mass at their centres; no moment.
+    /// The force on the bodies as points of mass at their centers; no moment.
     Monopole,
     /// Force and moments to second order: each one's second moments of mass meet the other's monopole.
     Quadrupole,
@@ -86,7 +86,7 @@ impl Interaction {
         let given = bodies.iter().all(|body| body.mobility().is_given());
         let moments = extents.map(|extent| extent.is_none_or(|extent| !extent.is_point));
         let remainder = match extents {
-            [Some(a), Some(b)] if a.is_centred && b.is_centred => Some(Remainder {
+            [Some(a), Some(b)] if a.is_centered && b.is_centered => Some(Remainder {
                 reach: a.reach + b.reach,
                 sides: [a.side(b, g), b.side(a, g)],
             }),
@@ -113,7 +113,7 @@ impl Interaction {
         let extent = Extent::of(body);
         let is_point = extent.is_some_and(|extent| extent.is_point);
         let falls = source.falloff();
-        let remainder = extent.zip(falls).filter(|(extent, _)| extent.is_centred);
+        let remainder = extent.zip(falls).filter(|(extent, _)| extent.is_centered);
         let remainder = remainder.map(|(extent, falloff)| Remainder {
             reach: extent.reach,
             sides: [

@@ -5,7 +5,7 @@ use crate::PointMass;
 /// Full symmetric moments of a body's mass about the origin of its frame, as its potential's expansion needs them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// `second[(i, j)] = ∫ ρ_i ρ_j dm`; `J_d` where the origin is the centre of mass.
+    /// `second[(i, j)] = ∫ ρ_i ρ_j dm`; `J_d` where the origin is the center of mass.
     pub second: Matrix3<f64>,
     /// `third[i][(j, k)] = ∫ ρ_i ρ_j ρ_k dm`.
     pub third: [Matrix3<f64>; 3],

@@ -5,7 +5,7 @@ use super::harmonic::{Fourth, Harmonic, Second, Third};
 use super::{Attractor, Central, Falloff, Form, Moments, Monopole, SourceShape};
 use crate::Inertia;
 
-/// The gravity of a body expanded about its centre of mass in moments of its mass ("inertia integrals"), to second or
+/// The gravity of a body expanded about its center of mass in moments of its mass ("inertia integrals"), to second or
 /// fourth order in size over distance: `φ = −Σ_n P_n(d)/r^{2n+1}` with harmonic polynomials, `P_0 = m`,
 /// `P_2 = ½ (tr[J] r² − 3 d·Jd)` (D. J. Scheeres, *Orbital Motion in Strongly Perturbed Environments*, 2012, ch. 2).
 ///
@@ -13,7 +13,7 @@ use crate::Inertia;
 /// gravitational parameter `GM` where it attracts by itself.
 ///
 /// # Assumptions and limitations
-/// The origin is the centre of mass. The series is cut after its order: beside what is kept, the error is of the order
+/// The origin is the center of mass. The series is cut after its order: beside what is kept, the error is of the order
 /// `(ρ/r)³` resp. `(ρ/r)⁵`, ρ the body's size. Inside the smallest sphere round the body it need not converge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multipole {
@@ -38,7 +38,7 @@ impl Multipole {
         }
     }
 
-    /// To fourth order, from mass and moments about the centre of mass.
+    /// To fourth order, from mass and moments about the center of mass.
     pub fn of_moments(mass: f64, moments: &Moments) -> Self {
         Self {
             central: Central { gm: mass },

@@ -17,7 +17,7 @@ use crate::{BodyState, Load, MassDistribution, RigidBody};
 /// Two points at one place have no finite load. The cost grows with the square of the number of bodies and, for bodies of
 /// points, with the product of their numbers of points, or of one's faces and the other's points. The truncation is that of
 /// [`Multipole`](super::Multipole) and of [`PolyhedronMass`](super::PolyhedronMass). That a point of mass, or a
-/// multipole's centre, is inside a polyhedron is a close approach; that their surfaces meet is not told.
+/// multipole's center, is inside a polyhedron is a close approach; that their surfaces meet is not told.
 #[derive(Clone, Debug)]
 pub struct Mutual {
     /// Gravitational constant `G`.

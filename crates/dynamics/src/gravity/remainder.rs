@@ -25,7 +25,7 @@ pub(super) struct Side {
     pub(super) other: f64,
     /// `ℓ = Σ m |J⁻¹ S(ρ)| |ρ|`, or `‖H‖ |J⁻¹|` of a series.
     pub(super) leverage: f64,
-    /// `δ`, the sum of the distances of both centres of mass from the origins, and `m |J⁻¹|` times its own.
+    /// `δ`, the sum of the distances of both centers of mass from the origins, and `m |J⁻¹|` times its own.
     pub(super) offset: f64,
     pub(super) arm: f64,
 }
@@ -59,7 +59,7 @@ impl Remainder {
     /// | all but the monopole | `3 GM' (k² + k'²)/d⁴ + 20 GΛ' k²/d⁶` | `ℓ (2 GM'/d³ + 8 GΛ'/d⁵)` |
     /// | what is beyond second order | `4 GM' s (k² + k'²)/d⁵ + 20 (GΛ' k² + GM' (Λ/m) k'²)/d⁶` | `ℓ (6 GM' s/d⁴ + (8 GΛ' + 42 GM' k'²)/d⁵)`, the last where Λ is not 0 |
     ///
-    /// Where the centres of mass are off the origins by rounding, `δ` in sum, `δ₁` its own, both rows below the first have
+    /// Where the centers of mass are off the origins by rounding, `δ` in sum, `δ₁` its own, both rows below the first have
     /// `(2 GM' + 8 GΛ'/d²) δ/d³` and `m |J⁻¹| δ₁ (GM' + 2 GΛ'/d²)/d²` more.
     pub fn neglect(&self, level: Level, distance: f64) -> [Neglect; 2] {
         let d = distance - self.reach;
@@ -70,10 +70,10 @@ impl Remainder {
                 angular_acceleration: f64::INFINITY,
             },
             (Some(side), Level::Quadrupole) => {
-                side.beyond_second_order(self.reach, d) + side.off_centre(d)
+                side.beyond_second_order(self.reach, d) + side.off_center(d)
             }
             (Some(side), level) => {
-                side.beyond_monopole(level == Level::Dropped, d) + side.off_centre(d)
+                side.beyond_monopole(level == Level::Dropped, d) + side.off_center(d)
             }
         })
     }
@@ -103,7 +103,7 @@ impl Side {
         }
     }
 
-    fn off_centre(&self, d: f64) -> Neglect {
+    fn off_center(&self, d: f64) -> Neglect {
         let by_d2 = 1.0 / (d * d);
         let gradient = 2.0 * self.strength + 8.0 * self.harmonic * by_d2;
         let force = self.strength + 2.0 * self.harmonic * by_d2;

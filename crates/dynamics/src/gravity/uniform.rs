@@ -6,7 +6,7 @@ use super::{Attractor, Falloff, Form, Monopole};
 ///
 /// # Assumptions and limitations
 /// The field is the same everywhere: the ground is flat and the motion small beside its distance from the attractor's
-/// centre.
+/// center.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uniform {
     /// Acceleration `g` of anything that falls.

@@ -63,7 +63,7 @@ pub enum Method {
         degree: u32,
         /// Quadrature of the action.
         quadrature: Quadrature,
-        /// Centre of the chart.
+        /// Center of the chart.
         origin: ChartOrigin,
     },
     /// [`EulerPoincare`].
@@ -72,7 +72,7 @@ pub enum Method {
         degree: u32,
         /// Quadrature of the action.
         quadrature: Quadrature,
-        /// Centre of the chart.
+        /// Center of the chart.
         origin: ChartOrigin,
     },
 }

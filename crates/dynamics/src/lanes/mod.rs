@@ -3,7 +3,7 @@
 //! [`fly`] makes the steps that [`Simulation`](crate::Simulation) makes, by the same operations in the same order, for as
 //! many systems at once as a register has lanes. No operation of one lane depends on another, none is fused, an implicit
 //! equation is repeated in the lanes that need it, and where that does not solve it a lane is solved by itself: so the end of a flight is the same number for
-//! number whatever the width, the instructions and the neighbours, and that of [`Simulation`](crate::Simulation).
+//! number whatever the width, the instructions and the neighbors, and that of [`Simulation`](crate::Simulation).
 //!
 //! # Assumptions and limitations
 //! Lanes know the methods of kicks and drifts with the discrete rotor (LGVI, Lie–Euler,

@@ -23,7 +23,7 @@ impl PrincipalAxes {
             };
         }
         let greatest = matrix.amax();
-        let (moments, axes) = diagonalise(&(matrix / greatest));
+        let (moments, axes) = diagonalize(&(matrix / greatest));
         Self {
             moments: greatest * moments,
             axes: Some(lgvi_lie::polish(&axes)),
@@ -33,7 +33,7 @@ impl PrincipalAxes {
 
 /// The principal moments of a symmetric positive `matrix` and, as columns, the principal axes (right-handed), by Jacobi's
 /// rotations, which keep small moments' relative accuracy. A diagonal matrix has exactly the coordinate axes.
-fn diagonalise(matrix: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+fn diagonalize(matrix: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
     let mut a = *matrix;
     let mut axes = Matrix3::identity();
     for _ in 0..MAX_SWEEPS {
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_axes_are_right_handed_and_diagonalise() {
+    fn the_axes_are_right_handed_and_diagonalize() {
         let mut rng = fastrand::Rng::with_seed(5);
         for smallest in [1.0, 0.3, 1e-3, 1e-9] {
             for _ in 0..50 {
@@ -82,7 +82,7 @@ mod tests {
                 let moments = Vector3::new(smallest, 1.0, 1.0 + 0.5 * smallest);
                 let matrix = r * Matrix3::from_diagonal(&moments) * r.transpose();
                 let matrix = 0.5 * (matrix + matrix.transpose());
-                let (found, axes) = diagonalise(&matrix);
+                let (found, axes) = diagonalize(&matrix);
                 let rebuilt = axes * Matrix3::from_diagonal(&found) * axes.transpose();
                 assert!((rebuilt - matrix).norm() < 3e-15);
                 assert!((axes.transpose() * axes - Matrix3::identity()).norm() < 3e-15);
@@ -94,7 +94,7 @@ mod tests {
         }
         let diagonal = Matrix3::from_diagonal(&Vector3::new(2.0, 1.0, 2.0));
         assert_eq!(
-            diagonalise(&diagonal),
+            diagonalize(&diagonal),
             (diagonal.diagonal(), Matrix3::identity())
         );
     }

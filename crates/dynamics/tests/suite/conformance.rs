@@ -287,7 +287,7 @@ fn reversed_momenta_lead_back_where_promised() {
 }
 
 /// How far the momenta are from those at the start that a case keeps: round its pivot a pendulum keeps that about the
-/// vertical, round a fixed centre a body keeps the angular one.
+/// vertical, round a fixed center a body keeps the angular one.
 fn momentum_error(case: &str, scale: &Scale, now: &Invariants, start: &Invariants) -> f64 {
     let angular = now.angular_momentum - start.angular_momentum;
     let linear = (now.linear_momentum - start.linear_momentum).norm() / scale.linear_momentum;

@@ -93,18 +93,18 @@ fn a_body_round_an_oblate_planet_keeps_its_angular_momentum_about_the_pole() {
     let multipole = Multipole::of_inertia(1.0, &inertia);
     let body = RigidBody::with_multipole(inertia, multipole).expect("body");
     let attitude = lgvi_lie::exp(&Vector3::new(0.4, -0.8, 0.3));
-    let centre = Vector3::new(3.0, -2.0, 1.0);
-    let planet = Fixed::new(Multipole::oblate(1.0, 0.1, 0.5), centre, attitude);
+    let center = Vector3::new(3.0, -2.0, 1.0);
+    let planet = Fixed::new(Multipole::oblate(1.0, 0.1, 0.5), center, attitude);
     let state = BodyState::from_velocities(
         &body,
-        centre + Vector3::new(5.0, 0.0, 0.0),
+        center + Vector3::new(5.0, 0.0, 0.0),
         Vector3::new(0.0, 0.3, 0.35),
         Matrix3::identity(),
         Vector3::new(0.05, 0.1, -0.02),
     );
     let pole = attitude.column(2).into_owned();
     let about_pole = |state: &BodyState| {
-        let orbital = (state.position - centre).cross(&state.linear_momentum);
+        let orbital = (state.position - center).cross(&state.linear_momentum);
         pole.dot(&(orbital + state.attitude * state.angular_momentum))
     };
     let system = System::new(vec![body], vec![Box::new(planet)]);
@@ -114,8 +114,8 @@ fn a_body_round_an_oblate_planet_keeps_its_angular_momentum_about_the_pole() {
         simulation.advance(&[Load::default()]).expect("a step");
         let change = about_pole(&simulation.states()[0]) - about_pole(&state);
         assert!(change.abs() < 1e-12, "{change:e}");
-        let turned = simulation.states()[0].position - centre;
-        let plane = state.position - centre;
+        let turned = simulation.states()[0].position - center;
+        let plane = state.position - center;
         across = across.max(turned.dot(&plane.cross(&state.linear_momentum)).abs());
     }
     assert!(
@@ -129,14 +129,14 @@ fn a_body_in_a_sources_radius_is_refused() {
     let inertia = Inertia::principal([1.0; 3]).expect("inertia");
     let body = RigidBody::new(1.0, inertia, vec![]).expect("body");
     let body = body.with_radius(0.25).expect("a radius");
-    let centre = Vector3::new(1.0, 2.0, 3.0);
+    let center = Vector3::new(1.0, 2.0, 3.0);
     let source =
-        |radius| Fixed::new(Central { gm: 1.0 }, centre, Matrix3::identity()).with_radius(radius);
+        |radius| Fixed::new(Central { gm: 1.0 }, center, Matrix3::identity()).with_radius(radius);
     assert_eq!(source(-0.5), Err(BodyError::Radius(-0.5)));
     let fly = |distance: f64| {
         let offset = Vector3::new(distance, 0.0, 0.0);
         let zero = Vector3::zeros();
-        let (x, r) = (centre + offset, Matrix3::identity());
+        let (x, r) = (center + offset, Matrix3::identity());
         let state = BodyState::from_velocities(&body, x, zero, r, zero);
         let uniform = Uniform { acceleration: zero };
         let gravity: Vec<Box<dyn Gravity>> =

@@ -32,16 +32,16 @@ fn attracting(bodies: Vec<RigidBody>, states: Vec<BodyState>, h: f64) -> Simulat
     Simulation::new(System::new(bodies, gravity), states, LGVI, h).expect("a method")
 }
 
-/// A light body on an eccentric orbit about a heavy one that is held: pericentre 0.02, apocentre 2.
+/// A light body on an eccentric orbit about a heavy one that is held: pericenter 0.02, apocenter 2.
 fn eccentric(h: f64) -> Simulation {
     let heavy = sphere(1.0, 0.0).with_mobility(Mobility::Fixed);
     let light = sphere(1e-3, 0.0);
-    let (apocentre, pericentre): (f64, f64) = (2.0, 0.02);
-    let axis = 0.5 * (apocentre + pericentre);
-    let speed = (2.0 / apocentre - 1.0 / axis).sqrt();
+    let (apocenter, pericenter): (f64, f64) = (2.0, 0.02);
+    let axis = 0.5 * (apocenter + pericenter);
+    let speed = (2.0 / apocenter - 1.0 / axis).sqrt();
     let states = vec![
         at(&heavy, [0.0; 3], [0.0; 3]),
-        at(&light, [apocentre, 0.0, 0.0], [0.0, speed, 0.0]),
+        at(&light, [apocenter, 0.0, 0.0], [0.0, speed, 0.0]),
     ];
     attracting(vec![heavy, light], states, h)
 }

@@ -132,7 +132,7 @@ fn a_weak_quadrature_limits_the_order() {
     }
 }
 
-/// Both are second-order variational methods of one action, in different discretisations. Where the axial moment is a
+/// Both are second-order variational methods of one action, in different discretizations. Where the axial moment is a
 /// sixtieth of the others, as in the dumbbells, the geodesics of degree 1 turn worse than the LGVI and move as well.
 #[test]
 fn degree_one_is_about_as_accurate_as_the_lgvi() {

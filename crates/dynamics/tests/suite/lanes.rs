@@ -280,7 +280,7 @@ fn every_method_and_system_ends_where_the_simulation_does() {
     }
 }
 
-/// From steps that are solved at once to those that take Newton's method, in neighbours of each other.
+/// From steps that are solved at once to those that take Newton's method, in neighbors of each other.
 #[test]
 fn longer_steps_are_repeated_as_the_simulation_does() {
     let faster = |sample: usize| {
@@ -351,7 +351,7 @@ fn thrust_acts_with_the_errors_of_each_member() {
 }
 
 /// One of them turns too far, one falls into another, one meets a point: each ends with its error where the simulation does,
-/// and their neighbours do not notice.
+/// and their neighbors do not notice.
 #[test]
 fn a_lane_that_fails_is_left_alone() {
     let method = Method::Lgvi(Rotor::default());

@@ -151,11 +151,11 @@ fn every_number_of_points_attracts_as_the_sum_of_its_pairs() {
     let inertia = Inertia::principal([1.0; 3]).expect("inertia");
     let mut random = |count: usize| {
         let positions: Vec<_> = (0..count).map(|_| vector(&mut rng, 0.4)).collect();
-        let centre = positions.iter().sum::<Vector3<f64>>() / count as f64;
+        let center = positions.iter().sum::<Vector3<f64>>() / count as f64;
         let mass = 1.0 / count as f64;
         let points = positions.iter().map(|position| PointMass {
             mass,
-            position: position - centre,
+            position: position - center,
         });
         RigidBody::new(1.0, inertia.clone(), points.collect()).expect("body")
     };

@@ -22,7 +22,7 @@ fn rock(rng: &mut fastrand::Rng, size: f64) -> Polyhedron {
     let vertices = smooth.vertices().iter();
     let vertices = vertices.map(|v| v + vector(rng, 0.15 * size)).collect();
     let rough = Polyhedron::new(vertices, smooth.faces().to_vec(), 1.0).expect("a shape");
-    rough.recentred()
+    rough.recentered()
 }
 
 fn solid(polyhedron: &Polyhedron, degree: usize) -> RigidBody {
@@ -342,7 +342,7 @@ fn a_held_polyhedron_is_a_field() {
     }
 }
 
-/// An orbit, 3 from the centre of a rock that reaches to 1: total momenta, relative to those of the small body, and the
+/// An orbit, 3 from the center of a rock that reaches to 1: total momenta, relative to those of the small body, and the
 /// greatest energy errors of each half of the flight, relative to the small body's kinetic energy.
 fn flight(h: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
     let rock = rock(&mut fastrand::Rng::with_seed(10), 1.0);

@@ -88,7 +88,7 @@ pub fn vector(rng: &mut fastrand::Rng, scale: f64) -> Vector3<f64> {
 }
 
 impl Cloud {
-    /// Four points within `size` of their centre of mass, of total mass 1; a sphere is one point.
+    /// Four points within `size` of their center of mass, of total mass 1; a sphere is one point.
     pub fn random(kind: Kind, rng: &mut fastrand::Rng, size: f64) -> Self {
         let mut points: Vec<_> = [0.2, 0.3, 0.1, 0.4]
             .map(|mass| PointMass {
@@ -96,8 +96,8 @@ impl Cloud {
                 position: vector(rng, size),
             })
             .to_vec();
-        let centre: Vector3<f64> = points.iter().map(|p| p.mass * p.position).sum();
-        points.iter_mut().for_each(|p| p.position -= centre);
+        let center: Vector3<f64> = points.iter().map(|p| p.mass * p.position).sum();
+        points.iter_mut().for_each(|p| p.position -= center);
         if kind == Kind::Sphere {
             points = vec![PointMass {
                 mass: 1.0,

@@ -41,7 +41,7 @@ fn the_error_of_the_series_falls_with_the_distance() {
     }
 }
 
-/// A planet's oblateness acts on a multipole at its centre alone; the moment that is left out is of the order
+/// A planet's oblateness acts on a multipole at its center alone; the moment that is left out is of the order
 /// `J₂ (a/r)²` of the moment there is.
 #[test]
 fn the_moment_that_oblateness_adds_is_small_as_stated() {

@@ -39,7 +39,7 @@ pub(super) struct Laggards {
     socket: UdpSocket,
     /// Where the participant itself listens.
     own: SocketAddr,
-    /// Of acknowledgements, as RTPS wants to tell them apart.
+    /// Of acknowledgments, as RTPS wants to tell them apart.
     count: AtomicI32,
     suspects: Mutex<BTreeSet<Participant>>,
     gaps: Mutex<Gaps>,
@@ -75,7 +75,7 @@ impl Laggards {
     /// Has a writer forget what it keeps for a reader before a sample, and tells the reader.
     pub(super) fn overwrite(&self, writer: GUID, reader: &RemoteReader, before: i64) {
         let count = self.count.fetch_add(1, Ordering::Relaxed);
-        let message = rtps::acknowledgement(writer, reader.guid, before, count);
+        let message = rtps::acknowledgment(writer, reader.guid, before, count);
         // What is lost is sent again with the next sample that finds no room.
         self.send_home(&message);
         let mut gaps = lock(&self.gaps);

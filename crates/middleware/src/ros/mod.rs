@@ -2,7 +2,7 @@
 //!
 //! A [`RosNode`] is one DDS participant with one ROS node in it. Its endpoints are made on RustDDS directly and
 //! announced in the ROS graph (`ros_discovery_info`) by the node itself: `ros2-client`'s own publishers cannot wait for
-//! acknowledgements nor carry ready CDR bytes, and its `Spinner` disturbs `/clock` (see the crate's design notes).
+//! acknowledgments nor carry ready CDR bytes, and its `Spinner` disturbs `/clock` (see the crate's design notes).
 //!
 //! # Assumptions and limitations
 //! - A publisher and a subscription of the *same* [`RosNode`] do not reliably match: use two nodes.

@@ -89,10 +89,10 @@ const FAREWELL: Duration = Duration::from_millis(100);
 ///
 /// Cyclone DDS gives to a volatile reader only what follows the first heartbeat that the reader sees. RustDDS announces
 /// in a heartbeat all that has been written, so that what is not yet on its way by then would never be delivered.
-/// Hence the first message after a match comes after that heartbeat, and the others after its acknowledgement.
+/// Hence the first message after a match comes after that heartbeat, and the others after its acknowledgment.
 const INTRODUCTION: Duration = Duration::from_millis(2);
 
-/// How long that acknowledgement is waited for at most; some subscriptions never send one.
+/// How long that acknowledgment is waited for at most; some subscriptions never send one.
 const ACQUAINTANCE: Duration = Duration::from_secs(1);
 
 /// The most bytes that RustDDS sends unfragmented to any peer: 1452 less a heartbeat and the head of the submessage.
@@ -116,7 +116,7 @@ pub struct Publisher<M> {
 
 /// Publishes ready CDR bytes.
 ///
-/// Dropping it waits for acknowledgements up to 0.1 s, and until 0.1 s after the last message, unless nobody listens:
+/// Dropping it waits for acknowledgments up to 0.1 s, and until 0.1 s after the last message, unless nobody listens:
 /// [`flush`](Self::flush) before, if more time may be needed. Once the process is to end, all waits of a node's
 /// publishers share 0.3 s; see [`RosNode::leave_on`](super::RosNode::leave_on).
 pub struct RawPublisher {
@@ -155,7 +155,7 @@ impl<M: RosMessage> Publisher<M> {
 }
 
 impl<M> Publisher<M> {
-    /// Waits for acknowledgements; see [`RawPublisher::flush`].
+    /// Waits for acknowledgments; see [`RawPublisher::flush`].
     pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
         self.raw.flush(patience)
     }
@@ -229,7 +229,7 @@ impl RawPublisher {
     /// subscriptions that do not keep up have not yet received is overwritten, but for the later half of the window; that
     /// takes up to 20 ms for each that is tried. A participant that has not kept up once is waited for only 20 ms from
     /// then on, once in half a window, by all publishers of the node, until it does keep up. The first message after a
-    /// match waits for its acknowledgement too, up to the same limit and at most a second.
+    /// match waits for its acknowledgment too, up to the same limit and at most a second.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
         self.write(cdr, self.limit, None).map(drop)
     }
@@ -395,7 +395,7 @@ impl RawPublisher {
         matches!(self.acknowledged(wait), Ok(true))
     }
 
-    /// How long [`flush`](Self::flush) waits at most for the acknowledgements: hardly, if they are not to be expected from
+    /// How long [`flush`](Self::flush) waits at most for the acknowledgments: hardly, if they are not to be expected from
     /// all.
     pub fn patience(&self, patience: Duration) -> Duration {
         let matched = self.node.matches.of(self.writer.guid());

@@ -18,7 +18,7 @@ const KEY: u8 = 0b1000;
 const PARTICIPANT_DATA: [u8; 12] = [0, 0, 16, 0, 0, 1, 0, 0xc7, 0, 1, 0, 0xc2];
 
 /// To the participant of `writer` from itself, in the name of `reader`: all samples before `before` are received.
-pub(super) fn acknowledgement(writer: GUID, reader: GUID, before: i64, count: i32) -> Vec<u8> {
+pub(super) fn acknowledgment(writer: GUID, reader: GUID, before: i64, count: i32) -> Vec<u8> {
     let (writer_prefix, writer_id) = parts(writer);
     let (reader_prefix, reader_id) = parts(reader);
     let mut message = in_the_name_of(writer_prefix, reader_prefix);
@@ -161,8 +161,8 @@ mod tests {
 
     /// RTPS 2.5, 9.4.5.3 (ACKNACK), 9.4.5.10 (INFO_SRC), with all numbers little-endian.
     #[test]
-    fn an_acknowledgement_is_the_reader_s_and_misses_nothing() {
-        let message = acknowledgement(guid(1, 2), guid(3, 4), 0x0000_0005_0000_0006, 7);
+    fn an_acknowledgment_is_the_reader_s_and_misses_nothing() {
+        let message = acknowledgment(guid(1, 2), guid(3, 4), 0x0000_0005_0000_0006, 7);
         let expected: &[&[u8]] = &[
             b"RTPS\x02\x04\x01\x12",
             &[1; 12],

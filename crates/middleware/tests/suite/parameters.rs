@@ -94,7 +94,7 @@ fn a_stranger_sees_and_sets_parameters_and_log_levels() {
         service_mapping: ServiceMapping::Cyclone,
         ..isolated()
     };
-    let name = own_name("parametrised");
+    let name = own_name("parametrized");
     let line = "--ros-args -p rate:=5 -p scene:=a.toml".split_whitespace();
     let (args, _) = NodeArgs::parse(&name, line.map(Into::into)).unwrap();
     let logging = log::init(&args).unwrap();

@@ -39,8 +39,8 @@ fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {
             vector("uniform.velocity", velocity)?,
             vector("uniform.spin", spin)?,
         )),
-        MobilityFile::Circle { centre, rate, spin } => Mobility::Driven(Drive::circle(
-            vector("circle.centre", centre)?,
+        MobilityFile::Circle { center, rate, spin } => Mobility::Driven(Drive::circle(
+            vector("circle.center", center)?,
             vector("circle.rate", rate)?,
             vector("circle.spin", spin)?,
         )),

@@ -13,10 +13,10 @@ use crate::file::{DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile};
 use crate::scene::{NamedBody, Scene};
 use crate::{Integration, Maneuver, SceneError};
 
-/// Steps of the longest manoeuvre: what the planner keeps in memory, and a sequence in one message.
+/// Steps of the longest maneuver: what the planner keeps in memory, and a sequence in one message.
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
 
-/// The manoeuvre in the scene, which has none yet.
+/// The maneuver in the scene, which has none yet.
 pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, SceneError> {
     let body = scene.body_index(&file.body).ok_or_else(|| {
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
@@ -28,7 +28,7 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     })?;
     check_field(scene, body)?;
     if !(2..=MAX_MANEUVER_STEPS).contains(&scene.steps) {
-        let expected = format!("2 to {MAX_MANEUVER_STEPS} steps for a manoeuvre");
+        let expected = format!("2 to {MAX_MANEUVER_STEPS} steps for a maneuver");
         return Err(SceneError::value("run.steps", scene.steps, expected));
     }
     let motion = match file.motion {
@@ -60,7 +60,7 @@ fn moves(motion: Motion) -> (bool, bool) {
     (motion != Motion::Rotation, motion != Motion::Translation)
 }
 
-/// What a manoeuvre asks for, or what flies it, or what comes nearest to that.
+/// What a maneuver asks for, or what flies it, or what comes nearest to that.
 fn dynamics(scene: &Scene, file: &ManeuverFile) -> Dynamics {
     match (file.dynamics, scene.integration) {
         (Some(DynamicsFile::LieEuler), _) => Dynamics::LieEuler,
@@ -71,7 +71,7 @@ fn dynamics(scene: &Scene, file: &ManeuverFile) -> Dynamics {
     }
 }
 
-/// What flies a manoeuvre whose scene leaves the choice: the steps that it is planned in, or for a processed plan those
+/// What flies a maneuver whose scene leaves the choice: the steps that it is planned in, or for a processed plan those
 /// that it is conjugate to. By default those of second order, unless the solver knows the others only.
 pub(super) fn method(file: &ManeuverFile) -> Method {
     let shot = matches!(file.solver.method, SolverMethodFile::Shooting);
@@ -106,7 +106,7 @@ fn check_field(scene: &Scene, body: usize) -> Result<(), SceneError> {
         None => Ok(()),
         Some((_, NamedBody { name, .. })) => {
             let expected = format!(
-                "no mutual gravity beside a manoeuvre unless all other bodies are fixed: \
+                "no mutual gravity beside a maneuver unless all other bodies are fixed: \
                  the field of {name} would move, and the planner knows none that does"
             );
             Err(SceneError::value(

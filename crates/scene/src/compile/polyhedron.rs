@@ -24,7 +24,7 @@ pub(super) fn work(shape: &Polyhedron, degree: usize) -> u64 {
     shape.faces().len() as u64 * points * moments
 }
 
-/// The polyhedron with this mass about its centre of mass; `key` is that of the polyhedron.
+/// The polyhedron with this mass about its center of mass; `key` is that of the polyhedron.
 pub(super) fn polyhedron(
     key: &str,
     file: &PolyhedronFile,
@@ -96,7 +96,7 @@ pub(super) fn polyhedron(
     }?;
     let shape = shape.with_mass(mass);
     let shape = shape.map_err(|error| refuse(key, "mass", mass.to_string(), error))?;
-    Ok(shape.recentred())
+    Ok(shape.recentered())
 }
 
 fn refuse(key: &str, name: &str, value: String, error: impl Display) -> SceneError {

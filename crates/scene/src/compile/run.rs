@@ -37,7 +37,7 @@ pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
     }
 }
 
-/// What is to fly the scene. What suits a manoeuvre best are the steps that it is planned in.
+/// What is to fly the scene. What suits a maneuver best are the steps that it is planned in.
 pub(super) fn integration(
     run: &RunFile,
     planned: Option<&ManeuverFile>,
@@ -54,7 +54,7 @@ pub(super) fn integration(
     }
 }
 
-/// What an automatic integrator is asked for where a manoeuvre says what flies it.
+/// What an automatic integrator is asked for where a maneuver says what flies it.
 pub(super) fn accuracy(run: &RunFile, planned: Option<&ManeuverFile>) -> Option<f64> {
     match run.integrator.integration() {
         Integration::Auto { tolerance } => planned.map(|_| tolerance),

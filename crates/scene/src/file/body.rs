@@ -70,8 +70,8 @@ pub(crate) enum MobilityFile {
         spin: [f64; 3],
     },
     Circle {
-        #[serde(default)]
-        centre: [f64; 3],
+        #[serde(default, alias = "centre")]
+        center: [f64; 3],
         rate: [f64; 3],
         #[serde(default)]
         spin: [f64; 3],

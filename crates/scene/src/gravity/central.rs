@@ -24,7 +24,7 @@ pub(crate) struct CentralFile {
 pub struct CentralAttractor {
     /// Gravitational parameter `GM`.
     pub gm: f64,
-    /// Its centre, inertial frame.
+    /// Its center, inertial frame.
     pub position: Vector3<f64>,
     /// Radius that no body may enter, 0 for none.
     pub radius: f64,

@@ -58,7 +58,7 @@ fn multipoles_come_from_inertia_ellipsoid_or_points() {
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-/// A tetrahedron whose centre of mass is at the quarter of its axes.
+/// A tetrahedron whose center of mass is at the quarter of its axes.
 const CORNER: &str = "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], \
     faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]";
 
@@ -83,7 +83,7 @@ fn polyhedra_come_from_shapes_meshes_and_obj_texts() {
     let third = Vector3::from_element(4.0 / 3.0);
     assert!((cube.inertia().matrix().diagonal() - third).norm() < 1e-14);
     assert_eq!(cube.points().len(), 165);
-    // about its centre of mass, ∫x² is m (1/10 − 1/16) along each axis
+    // about its center of mass, ∫x² is m (1/10 − 1/16) along each axis
     let corner = body(&solid(CORNER)).body;
     let moment = corner.inertia().matrix()[(0, 0)];
     assert!(

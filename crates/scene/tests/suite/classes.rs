@@ -17,7 +17,7 @@ use crate::{BODY, RUN, assert_refused, with};
 
 const STATE: &str = "position = [3, 1, 0]\nvelocity = [0, 1, 0]\nattitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0.1, 0, 0]";
 
-/// A scene whose manoeuvre has these keys and this target.
+/// A scene whose maneuver has these keys and this target.
 fn text(keys: &str, target: &str) -> String {
     format!(
         "{RUN}\n[gravity.central]\ngm = 4.0\n[[bodies]]\nname = \"craft\"{BODY}\n\
@@ -71,7 +71,7 @@ fn constraints_are_compiled_one_by_one() {
         { kind = \"force_components\", limit = [1, 2, 3] }, { kind = \"moment_components\", limit = 0.5 },\n\
         { kind = \"force_norm\", limit = 4 }, { kind = \"moment_norm\", limit = 5 },\n\
         { kind = \"keep_out_cone\", axis = [3, 0, 0], direction = [0, 4, 0], half_angle = 0.25 },\n\
-        { kind = \"keep_out_sphere\", centre = [1, 2, 3], radius = 0.5 },\n\
+        { kind = \"keep_out_sphere\", center = [1, 2, 3], radius = 0.5 },\n\
         { kind = \"corridor\", apex = [3, 1, 0], axis = [0, 0, 9], half_angle = 0.3 },\n\
         { kind = \"commands\", limit = 7 }]";
     let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -92,6 +92,17 @@ fn constraints_are_compiled_one_by_one() {
     ]
     .map(|constraint| constraint.expect("a constraint"));
     assert_eq!(maneuver(keys, STATE).constraints, expected);
+}
+
+#[test]
+fn the_spelling_of_earlier_versions_is_read() {
+    let sphere = |key: &str| {
+        let keys = format!(
+            "constraints = [{{ kind = \"keep_out_sphere\", {key} = [1, 2, 3], radius = 0.5 }}]"
+        );
+        maneuver(&keys, STATE).constraints
+    };
+    assert_eq!(sphere("centre"), sphere("center"));
 }
 
 #[test]
@@ -251,7 +262,7 @@ fn a_plan_obeys_the_dynamics_that_fly_it() {
 }
 
 #[test]
-fn wrong_manoeuvres_are_named() {
+fn wrong_maneuvers_are_named() {
     let rotation = "attitude = { w = 1, x = 0, y = 0, z = 0 }";
     for (keys, target, parts) in [
         ("", "", ["`maneuver.target` is missing", "position"]),

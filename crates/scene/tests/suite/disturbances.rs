@@ -19,7 +19,7 @@ fn disturbed(disturbance: &str) -> String {
 }
 
 #[test]
-fn only_the_manoeuvred_body_starts_elsewhere_and_the_plan_from_the_nominal_state() {
+fn only_the_maneuverd_body_starts_elsewhere_and_the_plan_from_the_nominal_state() {
     let nominal = Scene::parse("test", &disturbed("")).unwrap();
     let scene = Scene::parse("test", &disturbed(DISTURBANCE)).unwrap();
     assert_eq!(scene.bodies, nominal.bodies);

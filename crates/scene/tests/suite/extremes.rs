@@ -28,7 +28,7 @@ const OTHERS: [&str; 3] = [
     mass = 3.0
     radius = 0.1
     multipole = { order = 4, ellipsoid = [0.5, 0.4, 0.3] }
-    mobility = { circle = { centre = [5.0, 1.0, 2.0], rate = [0.1, 0.2, 0.3], spin = [0.3, 0.2, 0.1] } }
+    mobility = { circle = { center = [5.0, 1.0, 2.0], rate = [0.1, 0.2, 0.3], spin = [0.3, 0.2, 0.1] } }
     position = [8.0, 2.0, 3.0]
     attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
     [[bodies]]
@@ -44,7 +44,7 @@ const OTHERS: [&str; 3] = [
     constraints = [
         { kind = "commands", limit = [1.0, 2.0] },
         { kind = "keep_out_cone", axis = [0.0, 0.0, 1.0], direction = [1.0, 0.0, 0.0], half_angle = 0.3 },
-        { kind = "keep_out_sphere", centre = [20.0, 0.0, 1.0], radius = 0.3 },
+        { kind = "keep_out_sphere", center = [20.0, 0.0, 1.0], radius = 0.3 },
         { kind = "corridor", apex = [9.0, 9.0, 9.0], axis = [-1.0, -1.0, -1.0], half_angle = 1.3 },
     ]
     final_time = { min = 0.4, max = 0.9, weight = 0.1 }

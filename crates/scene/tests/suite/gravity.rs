@@ -82,9 +82,9 @@ fn mistakes_in_gravity_are_named() {
             &["`gravity.mutual.constant` is 0.0", "> 0"],
         ),
         (
-            "[gravity.centre]\ngm = 1.0\n",
+            "[gravity.center]\ngm = 1.0\n",
             &[
-                "unknown field `centre`",
+                "unknown field `center`",
                 "`central`",
                 "`uniform`",
                 "`mutual`",

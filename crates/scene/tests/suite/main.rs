@@ -5,7 +5,7 @@
 mod bodies;
 mod chosen;
 mod classes;
-mod discretisation;
+mod discretization;
 mod disturbances;
 mod ensembles;
 mod extremes;

@@ -62,7 +62,7 @@ fn the_planner_knows_every_fixed_field() {
 }
 
 #[test]
-fn an_automatic_integrator_of_a_manoeuvre_is_that_of_the_plan() {
+fn an_automatic_integrator_of_a_maneuver_is_that_of_the_plan() {
     let text = with(&text("", ""), "\"lie_euler\"", "\"auto\"");
     let scene = Scene::parse("test", &text).unwrap();
     let expected = Method::Lgvi(Rotor::default());

@@ -15,11 +15,11 @@ fn body(text: &str) -> NamedBody {
 fn a_dumbbells_spheres_make_up_its_inertia() {
     let scene = shipped("inclination_change");
     let shape = scene.bodies[0].shape();
-    let Shape::Spheres { centres, radius } = &shape else {
+    let Shape::Spheres { centers, radius } = &shape else {
         panic!("{shape:?}")
     };
     let end = Vector3::new(0.15, 0.0, 0.0);
-    assert_eq!(*centres, [end, -end]);
+    assert_eq!(*centers, [end, -end]);
     assert!((radius - 0.15).abs() < 1e-15, "{radius}");
     assert!((shape.extent() - 0.3).abs() < 1e-15);
 }
@@ -31,14 +31,14 @@ fn an_ellipsoid_has_the_bodys_mass_and_inertia() {
     let body = body(&with(BODY, "inertia = [1.0, 2.0, 2.5]", turned));
     let shape = body.shape();
     let Shape::Ellipsoid {
-        centre,
+        center,
         axes,
         semi_axes,
     } = &shape
     else {
         panic!("{shape:?}")
     };
-    assert_eq!(*centre, Vector3::zeros());
+    assert_eq!(*center, Vector3::zeros());
     assert!((axes.determinant() - 1.0).abs() < 1e-14);
     let second = Moments::of_ellipsoid(2.0, (*semi_axes).into()).second;
     let second = axes * second * axes.transpose();
@@ -52,13 +52,13 @@ fn a_pendulum_hangs_below_its_pivot() {
     let scene = shipped("pendulum");
     let shape = scene.bodies[0].shape();
     let Shape::Ellipsoid {
-        centre, semi_axes, ..
+        center, semi_axes, ..
     } = &shape
     else {
         panic!("{shape:?}")
     };
-    assert_eq!(*centre, Vector3::new(0.0, 0.0, 0.3));
-    // About the centre of mass J = diag(0.04, 0.19, 0.17): J_d = diag(0.16, 0.01, 0.03), a = √(5 J_d/m).
+    assert_eq!(*center, Vector3::new(0.0, 0.0, 0.3));
+    // About the center of mass J = diag(0.04, 0.19, 0.17): J_d = diag(0.16, 0.01, 0.03), a = √(5 J_d/m).
     let mut squared: Vec<_> = semi_axes.iter().map(|a| a * a).collect();
     squared.sort_by(f64::total_cmp);
     for (found, expected) in squared.into_iter().zip([0.05, 0.15, 0.8]) {

@@ -63,7 +63,7 @@ fn scenes_of_the_references_follow_them() {
     for (name, case, until, bound) in [
         // h = 5 ms, second order: (h × 8 rad/s)²/24 a radian, over 8 rad
         ("pendulum", "c3_3d_pendulum_regular_small", 1.0, 1e-3),
-        // metres; beyond rounding nothing is left at order 8
+        // meters; beyond rounding nothing is left at order 8
         ("binary_asteroid", "e_kw4_like", 86_400.0, 1e-5),
     ] {
         let scene = shipped(name);

@@ -1,11 +1,11 @@
-//! Random manoeuvres: the same transfer for the same seed and index on every machine.
+//! Random maneuvers: the same transfer for the same seed and index on every machine.
 //!
 //! Units are such that lengths, times, masses and, in orbit, `GM` are of the order of 1.
 //!
 //! **Bodies.** Mass log-uniform in 0.5 … 2. At rest: a radius of gyration log-uniform in 0.1 … 0.5 and second moments of the
 //! mass in ratios to the greatest log-uniform in 0.008 … 1, of one third in 0.008 … 0.03, so that inertias obey the triangle
 //! inequality and many are as slender as 1 : 30; for one half the body frame is not the principal one; gravity acts at the
-//! centre of mass or, where it has a gradient, on six points. In orbit: dumbbells of length 0.05 … 0.4 and spheres of radius 0.1 …
+//! center of mass or, where it has a gradient, on six points. In orbit: dumbbells of length 0.05 … 0.4 and spheres of radius 0.1 …
 //! 0.5 of it (axial to transverse inertia 0.016 … 0.29), or three pairs of points on axes of unequal length.
 //!
 //! **Weights.** Diagonal: of forces log-uniform in 0.3 … 3; of moments log-uniform in 0.03 … 3 divided by the square of the
@@ -43,7 +43,7 @@ pub use varied::{Family, Varied, varied};
 /// The seed of the published success rates.
 pub const SEED: u64 = 1;
 
-/// What kind of manoeuvre.
+/// What kind of maneuver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// From rest to rest.
@@ -65,7 +65,7 @@ impl Class {
     }
 }
 
-/// A random manoeuvre.
+/// A random maneuver.
 #[derive(Clone)]
 pub struct Maneuver {
     /// What kind.
@@ -78,7 +78,7 @@ pub struct Maneuver {
     pub transfer: Transfer<Sources>,
 }
 
-/// Why there is no such manoeuvre; all numbers drawn make one.
+/// Why there is no such maneuver; all numbers drawn make one.
 #[derive(Debug, Error)]
 pub enum ManeuverError {
     /// No inertia.
@@ -98,7 +98,7 @@ pub enum ManeuverError {
     Constraint(#[from] ParameterError),
 }
 
-/// Manoeuvre `index` of `seed`: even ones from rest to rest, odd ones from orbit to orbit.
+/// Maneuver `index` of `seed`: even ones from rest to rest, odd ones from orbit to orbit.
 pub fn maneuver(seed: u64, index: u64) -> Result<Maneuver, ManeuverError> {
     let mut random = Random::new(seed, index);
     let intervals = 50 + random.below(151);
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_manoeuvre_is_a_function_of_seed_and_index() {
+    fn a_maneuver_is_a_function_of_seed_and_index() {
         for index in 0..20 {
             let [once, again] = [0, 1].map(|_| maneuver(SEED, index).unwrap());
             assert_eq!(once.transfer.initial(), again.transfer.initial());
@@ -168,9 +168,9 @@ mod tests {
         }
     }
 
-    /// Published rates name manoeuvres by their index: their bits must stay.
+    /// Published rates name maneuvers by their index: their bits must stay.
     #[test]
-    fn the_first_manoeuvres_are_those_of_the_published_rates() {
+    fn the_first_maneuvers_are_those_of_the_published_rates() {
         let h = [0, 1].map(|index| maneuver(SEED, index).unwrap().transfer.h().to_bits());
         assert_eq!(h, [4590078863218111707, 4588552789827826655]);
     }

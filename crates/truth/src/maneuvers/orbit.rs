@@ -8,7 +8,7 @@ use super::{Class, Maneuver, ManeuverError, finish, pairs};
 use crate::kepler::Orbit;
 use crate::random::Random;
 
-/// A manoeuvre from one orbit to another.
+/// A maneuver from one orbit to another.
 pub(super) fn to_orbit(random: &mut Random, intervals: usize) -> Result<Maneuver, ManeuverError> {
     let mass = random.log_uniform(0.5, 2.0);
     let body = if random.below(2) == 0 {

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Class, Maneuver, ManeuverError, finish, pairs};
 use crate::random::Random;
 
-/// A manoeuvre from rest to rest.
+/// A maneuver from rest to rest.
 pub(super) fn to_rest(random: &mut Random, intervals: usize) -> Result<Maneuver, ManeuverError> {
     let duration = random.log_uniform(1.0, 10.0);
     let mass = random.log_uniform(0.5, 2.0);

@@ -1,4 +1,4 @@
-//! Manoeuvres of many kinds, with and without inequalities, in the units in which they would be stated.
+//! Maneuvers of many kinds, with and without inequalities, in the units in which they would be stated.
 //!
 //! **Slews** are from rest to rest over a uniform attitude, by body axes of unequal inertia, alone or past a cone that is kept
 //! out of. **Transfers** are of a point mass or a dumbbell from one near-circular orbit to another, 0.3 to 3 revolutions.
@@ -17,7 +17,7 @@ use super::ManeuverError;
 use super::orbit::spheres_on_a_rod;
 use crate::random::Random;
 
-/// What kind of manoeuvre.
+/// What kind of maneuver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// From rest to rest by attitude alone.
@@ -58,7 +58,7 @@ impl Family {
     }
 }
 
-/// A manoeuvre of a family.
+/// A maneuver of a family.
 #[derive(Clone)]
 pub struct Varied {
     /// What kind.
@@ -77,7 +77,7 @@ pub struct Varied {
     pub units: [f64; 3],
 }
 
-/// Manoeuvre `index` of `seed` in so many steps; families take turns.
+/// Maneuver `index` of `seed` in so many steps; families take turns.
 pub fn varied(seed: u64, index: u64, intervals: usize) -> Result<Varied, ManeuverError> {
     let mut random = Random::new(seed, index);
     let family = Family::ALL[(index % Family::ALL.len() as u64) as usize];
@@ -186,7 +186,7 @@ fn orbits(random: &mut Random, family: Family, intervals: usize) -> Result<Varie
     finish(random, family, body, 1.0, duration, intervals, ends)
 }
 
-/// A body of three unequal axes whose field is that of its centre.
+/// A body of three unequal axes whose field is that of its center.
 fn brick(random: &mut Random) -> Result<RigidBody, ManeuverError> {
     let mass = random.log_uniform(0.3, 3.0);
     let axes = Vector3::from_fn(|_, _| random.log_uniform(0.05, 0.3));
@@ -270,8 +270,8 @@ impl Varied {
                 };
                 Constraint::commands(NormLimit::new(norm.place(), load * norm.limit())?)
             } else if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
-                let (centre, radius) = (l * sphere.centre(), l * sphere.radius());
-                Constraint::state(KeepOutSphere::new(centre, radius)?)
+                let (center, radius) = (l * sphere.center(), l * sphere.radius());
+                Constraint::state(KeepOutSphere::new(center, radius)?)
             } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
                 let (apex, axis) = (l * corridor.apex(), corridor.axis());
                 Constraint::state(Corridor::new(apex, axis, corridor.half_angle())?)

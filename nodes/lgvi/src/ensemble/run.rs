@@ -186,14 +186,14 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     )))
 }
 
-/// What flies the scene's manoeuvre: its plan, made here once for the nominal scene.
+/// What flies the scene's maneuver: its plan, made here once for the nominal scene.
 fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
     if scene.maneuver.is_none() {
         return Ok(Guidance::None);
     }
     let plan = lgvi_planner::plan(scene, &|| !shutdown.requested());
     let plan = plan.map_err(|error| {
-        let why = format!("no plan for the manoeuvre: {error}");
+        let why = format!("no plan for the maneuver: {error}");
         if shutdown.requested() {
             NodeError::Runtime(why)
         } else {

@@ -52,7 +52,7 @@ struct Explanation {
     bodies: Vec<Body>,
     gravity: Gravity,
     maneuver: Option<Maneuver>,
-    /// Seed of the manoeuvre's disturbance.
+    /// Seed of the maneuver's disturbance.
     disturbance: Option<u64>,
     integrator: Integrator,
     skips: Skips,

@@ -146,7 +146,7 @@ fn a_plan_that_is_flown_otherwise_is_warned_of() {
     assert!(
         otherwise
             .to_string()
-            .contains("\n  warning     the manoeuvre is planned in LGVI steps")
+            .contains("\n  warning     the maneuver is planned in LGVI steps")
     );
     assert!(otherwise.warnings[0].message.contains("miss its target"));
     for (integrator, steps) in [("\"lgvi\"", "LGVI"), ("\"lie_euler\"", "Lie–Euler")] {

@@ -22,7 +22,7 @@ impl Display for Explanation {
         }
         write!(f, "\n  gravity     {}", self.gravity)?;
         if let Some(maneuver) = &self.maneuver {
-            write!(f, "\n  manoeuvre   {maneuver}")?;
+            write!(f, "\n  maneuver   {maneuver}")?;
         }
         if let Some(seed) = self.disturbance {
             write!(

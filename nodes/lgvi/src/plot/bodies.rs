@@ -7,7 +7,7 @@ use super::data::Pose;
 
 /// What is drawn of a body, body frame (m).
 pub(super) struct Shape {
-    /// Points of mass, with their share of the mass; none where gravity acts at the centre alone.
+    /// Points of mass, with their share of the mass; none where gravity acts at the center alone.
     points: Vec<(Vector3<f64>, f64)>,
 }
 
@@ -31,7 +31,7 @@ impl Shape {
         !self.points.is_empty()
     }
 
-    /// Farthest point from the centre of mass (m).
+    /// Farthest point from the center of mass (m).
     pub(super) fn reach(&self) -> f64 {
         self.points
             .iter()

@@ -152,9 +152,9 @@ impl Cage {
             }
             // Away from the box, across the edge.
             let mut away = [-along[1] / length, along[0] / length];
-            let centre = [0, 1].map(|i| 0.5 * (ends[0][i] + ends[1][i]));
+            let center = [0, 1].map(|i| 0.5 * (ends[0][i] + ends[1][i]));
             if (0..2)
-                .map(|i| away[i] * (centre[i] - middle[i]))
+                .map(|i| away[i] * (center[i] - middle[i]))
                 .sum::<f64>()
                 < 0.0
             {
@@ -206,9 +206,9 @@ impl Cage {
                 font.anchor = Anchor::Middle;
                 [ends[1][0], ends[1][1] - 15.0]
             } else if anchor == Anchor::Middle {
-                [0, 1].map(|i| centre[i] + 36.0 * away[i])
+                [0, 1].map(|i| center[i] + 36.0 * away[i])
             } else {
-                [0, 1].map(|i| centre[i] + beyond / away[0].abs() * away[i])
+                [0, 1].map(|i| center[i] + beyond / away[0].abs() * away[i])
             };
             canvas.text(&format!("{} [{unit}]", ["x", "y", "z"][axis]), name, font);
         }
@@ -222,7 +222,7 @@ impl Cage {
         } else {
             (1e3, "km")
         };
-        // Five digits are still short: an orbit of the Earth is best in kilometres.
+        // Five digits are still short: an orbit of the Earth is best in kilometers.
         let power = match greatest / size {
             1e4..1e5 => 0,
             greatest => exponent(greatest),

@@ -20,7 +20,7 @@ const FINE: f64 = 10.0;
 /// A place in the picture (px), from the upper left.
 pub(super) type Place = [f64; 2];
 
-/// Colour, opacity and width (px) of a line.
+/// Color, opacity and width (px) of a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stroke {
     pub(super) color: RGBAColor,
@@ -49,7 +49,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// Size (px), colour and anchor of a text, which is centred vertically.
+/// Size (px), color and anchor of a text, which is centered vertically.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Font {
     pub(super) size: f64,
@@ -156,19 +156,19 @@ impl Canvas<'_> {
         self.note(outcome);
     }
 
-    pub(super) fn disc(&mut self, centre: Place, radius: f64, color: RGBColor) {
+    pub(super) fn disc(&mut self, center: Place, radius: f64, color: RGBColor) {
         let radius = (radius * FINE).round() as u32;
-        let outcome = self.backend.draw_circle(fine(centre), radius, &color, true);
+        let outcome = self.backend.draw_circle(fine(center), radius, &color, true);
         self.note(outcome);
     }
 
     /// A disc with an edge.
-    pub(super) fn ringed(&mut self, centre: Place, radius: f64, fill: RGBColor, edge: Stroke) {
-        self.disc(centre, radius, fill);
+    pub(super) fn ringed(&mut self, center: Place, radius: f64, fill: RGBColor, edge: Stroke) {
+        self.disc(center, radius, fill);
         let radius = (radius * FINE).round() as u32;
         let outcome = self
             .backend
-            .draw_circle(fine(centre), radius, &edge.style(), false);
+            .draw_circle(fine(center), radius, &edge.style(), false);
         self.note(outcome);
     }
 

@@ -49,8 +49,8 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, panels: &[Panel]) 
         color: style::INK,
         anchor: Anchor::Middle,
     };
-    let centre = (from[0] + LEFT + to[0]) / 2.0;
-    canvas.text(&format!("Time [{time_unit}]"), [centre, to[1] - 9.0], font);
+    let center = (from[0] + LEFT + to[0]) / 2.0;
+    canvas.text(&format!("Time [{time_unit}]"), [center, to[1] - 9.0], font);
 }
 
 /// Seconds in the unit that gives short labels, and its symbol.

@@ -42,7 +42,7 @@ pub(super) struct Pose {
     pub(super) position: Vector3<f64>,
     /// Body to inertial.
     pub(super) attitude: Matrix3<f64>,
-    /// About the centre of mass, body frame (kg m²/s).
+    /// About the center of mass, body frame (kg m²/s).
     pub(super) spin: Vector3<f64>,
 }
 
@@ -114,7 +114,7 @@ impl FlightData {
             .collect()
     }
 
-    /// The cost of what was flown, in the scene's units; `None` without a manoeuvre or before its end.
+    /// The cost of what was flown, in the scene's units; `None` without a maneuver or before its end.
     pub(super) fn cost(&self) -> Option<f64> {
         let maneuver = self.scene.maneuver.as_ref()?;
         let track = &self.tracks[maneuver.body];

@@ -1,4 +1,4 @@
-//! Where a manoeuvre comes from and goes to.
+//! Where a maneuver comes from and goes to.
 
 use lgvi_control::Place;
 use nalgebra::Vector3;
@@ -10,13 +10,13 @@ use super::orbit::Orbit;
 const CLOSED: f64 = 2.5;
 const OPEN: f64 = 1.0;
 
-/// The orbits before and after a manoeuvre.
+/// The orbits before and after a maneuver.
 pub(super) struct Orbits {
     pub(super) initial: Orbit,
     /// None where the target is no orbit.
     pub(super) target: Option<Orbit>,
     /// The attractor, inertial frame (m).
-    centre: Vector3<f64>,
+    center: Vector3<f64>,
     /// Farthest that the flight gets from the attractor (m).
     farthest: f64,
 }
@@ -27,12 +27,12 @@ impl Orbits {
         let units = &scene.units;
         let central = scene.gravity.central.as_ref()?;
         let gm = central.gm * units.length.powi(3) / (units.time * units.time);
-        let centre = central.position * units.length;
+        let center = central.position * units.length;
         let maneuver = scene.maneuver.as_ref()?;
         let named = &scene.bodies[maneuver.body];
         let orbit = |position: &Vector3<f64>, linear_momentum: &Vector3<f64>| {
             let velocity = linear_momentum * (units.length / units.time / named.body.mass());
-            Orbit::osculating(&(position * units.length - centre), &velocity, gm)
+            Orbit::osculating(&(position * units.length - center), &velocity, gm)
         };
         let mut end = named.state;
         let target = maneuver
@@ -44,11 +44,11 @@ impl Orbits {
         let positions = flight
             .samples
             .iter()
-            .map(|sample| sample.bodies[maneuver.body].position - centre);
+            .map(|sample| sample.bodies[maneuver.body].position - center);
         Some(Self {
             initial: orbit(&named.state.position, &named.state.linear_momentum)?,
             target,
-            centre,
+            center,
             farthest: positions
                 .map(|position| position.norm())
                 .fold(0.0, f64::max),
@@ -58,7 +58,7 @@ impl Orbits {
     pub(super) fn points(&self, orbit: &Orbit) -> Vec<Vector3<f64>> {
         let reach = self.farthest * if self.close(orbit) { CLOSED } else { OPEN };
         let points = orbit.points(reach).into_iter();
-        points.map(|point| point + self.centre).collect()
+        points.map(|point| point + self.center).collect()
     }
 
     /// Whether an orbit is drawn whole.

@@ -46,7 +46,7 @@ pub(super) fn draw(flight: &FlightData) -> Result<String, NodeError> {
     })
 }
 
-/// Integrator, steps, duration; and the cost of a manoeuvre.
+/// Integrator, steps, duration; and the cost of a maneuver.
 fn subtitle(flight: &FlightData) -> String {
     let scene = &flight.scene;
     let integrator = &scene.integration;

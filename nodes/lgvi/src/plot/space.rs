@@ -70,12 +70,12 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
             held.extend(shape.at(pose, 1.0).into_iter().map(|(point, _)| point));
         }
     }
-    let centre = scene
+    let center = scene
         .gravity
         .central
         .as_ref()
         .map(|central| central.position * scene.units.length);
-    held.extend(centre);
+    held.extend(center);
 
     let mut picture = Picture {
         flight,
@@ -103,8 +103,8 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
         picture.add_trajectory(trajectory, picture.color(body));
     }
     picture.add_instants(&instants, space);
-    if let Some(centre) = centre {
-        picture.add(&centre, |cage| Item::Attractor(cage.place(&centre)));
+    if let Some(center) = center {
+        picture.add(&center, |cage| Item::Attractor(cage.place(&center)));
     }
     picture.draw_items(canvas);
     picture.cage.draw_numbers(canvas);
@@ -166,7 +166,7 @@ impl Picture<'_> {
         self.items.push((self.cage.nearness(at), item));
     }
 
-    /// Planes and outlines of the orbits of a manoeuvre.
+    /// Planes and outlines of the orbits of a maneuver.
     fn draw_orbits(&self, canvas: &mut Canvas<'_>, orbits: &Orbits) {
         let Orbits {
             initial, target, ..

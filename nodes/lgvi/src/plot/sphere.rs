@@ -39,7 +39,7 @@ pub(super) fn is_free_body(flight: &FlightData) -> bool {
 /// Where the unit sphere is in the picture.
 struct Globe {
     camera: Camera,
-    centre: Place,
+    center: Place,
     radius: f64,
 }
 
@@ -72,7 +72,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
     ];
     let globe = Globe {
         camera: camera(&path, &polhodes.axes()),
-        centre: [space.from[0] + half[0], top + half[1]],
+        center: [space.from[0] + half[0], top + half[1]],
         radius: half[0].min(half[1]) / (AXIS + 0.05),
     };
     globe.draw_axes(canvas, &polhodes.axes(), false);
@@ -128,7 +128,7 @@ fn parting() -> Stroke {
 impl Globe {
     fn place(&self, point: &Vector3<f64>) -> Place {
         let seen = self.radius * self.camera.project(point);
-        [self.centre[0] + seen.x, self.centre[1] - seen.y]
+        [self.center[0] + seen.x, self.center[1] - seen.y]
     }
 
     /// The sphere itself, lighter towards its upper left.
@@ -136,18 +136,18 @@ impl Globe {
         let shades = 24;
         for k in 0..shades {
             let part = f64::from(k) / f64::from(shades);
-            let level = |edge: f64, centre: f64| (edge + (centre - edge) * part) as u8;
+            let level = |edge: f64, center: f64| (edge + (center - edge) * part) as u8;
             let color = RGBColor(
                 level(232.0, 253.0),
                 level(236.0, 253.0),
                 level(241.0, 254.0),
             );
             let shift = 0.3 * part * self.radius;
-            let centre = [self.centre[0] - shift, self.centre[1] - shift];
-            canvas.disc(centre, self.radius * (1.0 - part), color);
+            let center = [self.center[0] - shift, self.center[1] - shift];
+            canvas.disc(center, self.radius * (1.0 - part), color);
             if k == 0 {
                 let edge = Stroke::new(style::FRAME, 1.2);
-                canvas.ringed(self.centre, self.radius, color, edge);
+                canvas.ringed(self.center, self.radius, color, edge);
             }
         }
     }
@@ -192,7 +192,7 @@ impl Globe {
                 if near {
                     canvas.disc(self.place(&end), 3.0, style::INK);
                     let tip = self.place(&(AXIS * end));
-                    let [across, down] = [0, 1].map(|i| (tip[i] - self.centre[i]) / self.radius);
+                    let [across, down] = [0, 1].map(|i| (tip[i] - self.center[i]) / self.radius);
                     font.anchor = if across < 0.0 {
                         Anchor::End
                     } else {

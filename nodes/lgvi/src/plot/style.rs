@@ -1,4 +1,4 @@
-//! Colours and sizes, the same in all figures. The palette is Okabe and Ito's, which colour-blind readers can tell apart.
+//! Colors and sizes, the same in all figures. The palette is Okabe and Ito's, which color-blind readers can tell apart.
 
 use plotters::style::RGBColor;
 
@@ -27,7 +27,7 @@ pub(super) const TITLE: f64 = 25.0;
 pub(super) const HEADING: f64 = 15.0;
 pub(super) const LABEL: f64 = 13.5;
 
-/// A colour mixed with paper; 1 is paper.
+/// A color mixed with paper; 1 is paper.
 pub(super) fn faded(color: RGBColor, part: f64) -> RGBColor {
     let mix = |ink: u8, paper: u8| {
         (f64::from(ink) + (f64::from(paper) - f64::from(ink)) * part).round() as u8

@@ -80,11 +80,11 @@ impl Camera {
     /// Log of the area that a curve covers, relative to its extent: least where it is seen from its edge.
     fn openness(&self, curve: &[Vector3<f64>]) -> f64 {
         let count = curve.len().max(1) as f64;
-        let centre = curve.iter().sum::<Vector3<f64>>() / count;
+        let center = curve.iter().sum::<Vector3<f64>>() / count;
         let mut spread = Matrix2::zeros();
         let mut extent = 0.0;
         for point in curve {
-            let arm = point - centre;
+            let arm = point - center;
             let seen = self.project(&arm);
             spread += seen * seen.transpose();
             extent += arm.norm_squared();
@@ -97,8 +97,8 @@ impl Camera {
 
     /// Log of how far a curve spreads across the line of sight, relative to its extent.
     fn breadth(&self, curve: &[Vector3<f64>]) -> f64 {
-        let centre = curve.iter().sum::<Vector3<f64>>() / curve.len().max(1) as f64;
-        let arms = || curve.iter().map(|point| point - centre);
+        let center = curve.iter().sum::<Vector3<f64>>() / curve.len().max(1) as f64;
+        let arms = || curve.iter().map(|point| point - center);
         let extent: f64 = arms().map(|arm| arm.norm_squared()).sum();
         if extent == 0.0 {
             return 0.0;

@@ -39,7 +39,7 @@ pub(crate) struct Options {
     real_time_factor: Option<f64>,
     #[command(flatten)]
     files: Files,
-    /// Do not start the planner: the control sequence of the scene's manoeuvre comes from elsewhere.
+    /// Do not start the planner: the control sequence of the scene's maneuver comes from elsewhere.
     #[arg(long)]
     no_planner: bool,
     /// Do not draw the flight into the bag's directory at the end.

@@ -3,8 +3,8 @@ use lgvi_msgs::std_msgs::{ColorRGBA, Header};
 use lgvi_msgs::visualization_msgs::{Marker, MarkerArray};
 use nalgebra::{Matrix3, Vector3};
 
-/// What is drawn in which colour: red, green, blue, opacity.
-pub(super) mod colour {
+/// What is drawn in which color: red, green, blue, opacity.
+pub(super) mod color {
     pub(crate) const PATH: [f32; 4] = [0.34, 0.71, 0.91, 1.0];
     pub(crate) const THRUST: [f32; 4] = [0.90, 0.62, 0.00, 1.0];
     pub(crate) const TARGET: [f32; 4] = [0.94, 0.89, 0.26, 1.0];
@@ -55,39 +55,39 @@ impl Drawing {
         ns: &str,
         id: i32,
         points: impl IntoIterator<Item = Vector3<f64>>,
-        colour: [f32; 4],
+        color: [f32; 4],
     ) {
         self.markers.push(Marker {
             r#type: Marker::LINE_STRIP,
             scale: scale([self.line, 0.0, 0.0]),
             points: points.into_iter().map(|p| self.point(p)).collect(),
-            ..self.marker(ns, id, colour)
+            ..self.marker(ns, id, color)
         });
     }
 
     /// An arrow, thicker than a line.
-    pub(super) fn arrow(&mut self, ns: &str, id: i32, ends: [Vector3<f64>; 2], colour: [f32; 4]) {
+    pub(super) fn arrow(&mut self, ns: &str, id: i32, ends: [Vector3<f64>; 2], color: [f32; 4]) {
         self.markers.push(Marker {
             r#type: Marker::ARROW,
             // Diameters of shaft and head; the head's length follows from them.
             scale: scale([2.0 * self.line, 4.0 * self.line, 0.0]),
             points: ends.map(|p| self.point(p)).into(),
-            ..self.marker(ns, id, colour)
+            ..self.marker(ns, id, color)
         });
     }
 
-    /// Three axes, the columns of a matrix, in the colours of x, y and z.
+    /// Three axes, the columns of a matrix, in the colors of x, y and z.
     pub(super) fn axes(&mut self, ns: &str, id: i32, origin: Vector3<f64>, axes: Matrix3<f64>) {
         let ends = axes.column_iter().flat_map(|axis| [origin, origin + axis]);
-        let colours = colour::AXES
+        let colors = color::AXES
             .iter()
-            .flat_map(|colour| [rgba(*colour), rgba(*colour)]);
+            .flat_map(|color| [rgba(*color), rgba(*color)]);
         self.markers.push(Marker {
             r#type: Marker::LINE_LIST,
             scale: scale([2.0 * self.line, 0.0, 0.0]),
             points: ends.map(|p| self.point(p)).collect(),
-            colors: colours.collect(),
-            ..self.marker(ns, id, colour::AXES[0])
+            colors: colors.collect(),
+            ..self.marker(ns, id, color::AXES[0])
         });
     }
 
@@ -95,16 +95,16 @@ impl Drawing {
         &mut self,
         ns: &str,
         id: i32,
-        centre: Vector3<f64>,
+        center: Vector3<f64>,
         radius: f64,
-        colour: [f32; 4],
+        color: [f32; 4],
     ) {
         let mut marker = Marker {
             r#type: Marker::SPHERE,
             scale: scale([2.0 * radius * self.length; 3]),
-            ..self.marker(ns, id, colour)
+            ..self.marker(ns, id, color)
         };
-        marker.pose.position = self.point(centre);
+        marker.pose.position = self.point(center);
         self.markers.push(marker);
     }
 
@@ -114,22 +114,22 @@ impl Drawing {
         ns: &str,
         id: i32,
         corners: Vec<Vector3<f64>>,
-        colour: [f32; 4],
+        color: [f32; 4],
     ) {
         self.markers.push(Marker {
             r#type: Marker::TRIANGLE_LIST,
             scale: scale([1.0; 3]),
             points: corners.into_iter().map(|p| self.point(p)).collect(),
-            ..self.marker(ns, id, colour)
+            ..self.marker(ns, id, color)
         });
     }
 
-    fn marker(&self, ns: &str, id: i32, colour: [f32; 4]) -> Marker {
+    fn marker(&self, ns: &str, id: i32, color: [f32; 4]) -> Marker {
         Marker {
             header: self.header.clone(),
             ns: ns.into(),
             id,
-            color: rgba(colour),
+            color: rgba(color),
             ..Marker::default()
         }
     }

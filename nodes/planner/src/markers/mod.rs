@@ -13,7 +13,7 @@ use lgvi_node::header;
 use lgvi_scene::{Maneuver, Scene};
 
 use crate::sequence::Sequence;
-use drawing::{Drawing, colour};
+use drawing::{Drawing, color};
 
 /// The most arrows of thrust.
 const ARROWS: usize = 40;
@@ -27,7 +27,7 @@ const LEAST: f64 = 0.01;
 /// Width of lines, of the drawing's size.
 const LINE: f64 = 0.003;
 
-/// The plan and its manoeuvre, in the inertial frame. What was drawn before is deleted first.
+/// The plan and its maneuver, in the inertial frame. What was drawn before is deleted first.
 pub(crate) fn markers(scene: &Scene, sequence: &Sequence) -> Result<MarkerArray, StampError> {
     let Some(maneuver) = &scene.maneuver else {
         return Ok(MarkerArray::default());
@@ -86,7 +86,7 @@ impl Picture<'_> {
     fn path(&self, drawing: &mut Drawing) {
         if span(&self.sequence.plan.states) > 0.0 {
             let positions = self.shown().map(|state| state.position);
-            drawing.strip("path", 0, positions, colour::PATH);
+            drawing.strip("path", 0, positions, color::PATH);
         }
     }
 
@@ -104,7 +104,7 @@ impl Picture<'_> {
             if norm(control) >= LEAST * largest {
                 let arrow = control.force * (LONGEST * self.size / largest);
                 let tip = state.position + arrow;
-                drawing.arrow("thrust", id, [state.position, tip], colour::THRUST);
+                drawing.arrow("thrust", id, [state.position, tip], color::THRUST);
             }
         }
     }
@@ -117,7 +117,7 @@ impl Picture<'_> {
             let arm = orbit.position() - orbit.center();
             let ellipse = curves::orbit(orbit.gm(), &arm, &orbit.velocity());
             let ellipse = ellipse.map(|r| orbit.center() + r);
-            drawing.strip("goal_orbit", 0, ellipse, colour::TARGET);
+            drawing.strip("goal_orbit", 0, ellipse, color::TARGET);
         }
         let origin = match position.and_then(|c| c.downcast_ref::<FinalPosition>()) {
             Some(target) => Some(target.position()),
@@ -129,7 +129,7 @@ impl Picture<'_> {
             drawing.axes("target", 0, origin, target.attitude() * length);
         } else if let Some(spin) = attitude.and_then(|c| c.downcast_ref::<SpinAxis>()) {
             let tip = origin + spin.direction() * length;
-            drawing.arrow("target", 0, [origin, tip], colour::TARGET);
+            drawing.arrow("target", 0, [origin, tip], color::TARGET);
         }
     }
 
@@ -138,21 +138,21 @@ impl Picture<'_> {
         let Some(first) = states.first() else { return };
         for (id, constraint) in (0..).zip(&self.maneuver.constraints) {
             if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
-                let (centre, radius) = (sphere.centre(), sphere.radius());
-                drawing.sphere("keep_out", id, centre, radius, colour::FORBIDDEN);
+                let (center, radius) = (sphere.center(), sphere.radius());
+                drawing.sphere("keep_out", id, center, radius, color::FORBIDDEN);
             } else if let Some(cone) = constraint.downcast_ref::<KeepOutCone>() {
                 let (apex, reach) = (first.position, 0.5 * self.size);
                 let sides = curves::cone(&apex, &cone.direction(), cone.half_angle(), reach);
-                drawing.triangles("keep_out", id, sides, colour::FORBIDDEN);
+                drawing.triangles("keep_out", id, sides, color::FORBIDDEN);
                 let trace = self.shown();
                 let trace = trace.map(|state| apex + state.attitude * cone.axis() * reach);
-                drawing.strip("kept_axis", id, trace, colour::PATH);
+                drawing.strip("kept_axis", id, trace, color::PATH);
             } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
                 let apex = corridor.apex();
                 let distance = |state: &BodyState| (state.position - apex).norm();
                 let reach = states.iter().map(distance).fold(0.0, f64::max);
                 let sides = curves::cone(&apex, &corridor.axis(), corridor.half_angle(), reach);
-                drawing.triangles("corridor", id, sides, colour::ALLOWED);
+                drawing.triangles("corridor", id, sides, color::ALLOWED);
             }
         }
     }

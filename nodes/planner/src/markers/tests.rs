@@ -124,7 +124,7 @@ fn the_path_is_in_si_with_the_arrival_and_arrows_push_along_the_force() {
     assert_eq!((x.r, y.g, z.b), (1.0, 1.0, 1.0));
 }
 
-/// `r = 1`, `v = 1.2` across at the pericentre: `a = 1/(2 − v²)`, and from each point of an ellipse the ways to its two foci
+/// `r = 1`, `v = 1.2` across at the pericenter: `a = 1/(2 − v²)`, and from each point of an ellipse the ways to its two foci
 /// add up to `2a`.
 #[test]
 fn a_goal_orbit_is_the_ellipse_about_the_attractor() {
@@ -148,7 +148,7 @@ fn a_goal_orbit_is_the_ellipse_about_the_attractor() {
 #[test]
 fn constraints_are_drawn_where_they_hold() {
     let constraints = "constraints = [\
-        { kind = \"keep_out_sphere\", centre = [1, 2, 3], radius = 0.5 }, \
+        { kind = \"keep_out_sphere\", center = [1, 2, 3], radius = 0.5 }, \
         { kind = \"corridor\", apex = [1, 5, 0], axis = [0, -1, 0], half_angle = 0.5 }, \
         { kind = \"keep_out_cone\", axis = [1, 0, 0], direction = [0, 0, -2], half_angle = 2.0 }, \
         { kind = \"force_norm\", limit = 9.0 }]\n";

@@ -19,7 +19,7 @@ use crate::solver::{
 const ANEW: &str = "the flight has begun anew";
 
 impl Planner {
-    /// The task of the rest of the manoeuvre from a later step on, to arrive when the last plan does.
+    /// The task of the rest of the maneuver from a later step on, to arrive when the last plan does.
     pub(super) fn rest(&self, first_step: u64, warm: bool) -> Result<Task, String> {
         let latest = self
             .follower

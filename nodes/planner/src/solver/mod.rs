@@ -19,7 +19,7 @@ use tracing::info;
 
 use crate::prediction::Forecast;
 
-const NO_MANEUVER: &str = "the scene has no manoeuvre";
+const NO_MANEUVER: &str = "the scene has no maneuver";
 
 /// What is said of a plan whose certificate is not sufficient.
 pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \
@@ -152,7 +152,7 @@ impl Unsolved {
 /// Sees each iteration, and may end the task.
 type Observe<'o> = &'o mut dyn FnMut(&Iteration) -> bool;
 
-/// Solves a task of the scene's manoeuvre.
+/// Solves a task of the scene's maneuver.
 pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<Solved, Unsolved> {
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));

@@ -14,7 +14,7 @@ use tracing::warn;
 use super::settling::Outgoing;
 use crate::config::PATIENCE;
 
-/// How long is waited for acknowledgements when their time has passed: another topic may have had all of it.
+/// How long is waited for acknowledgments when their time has passed: another topic may have had all of it.
 const LAST_LOOK: Duration = Duration::from_millis(1);
 
 /// A publisher with what it has sent.

@@ -9,8 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::states::vector;
 
-/// Colours of the bodies, in turn.
-const COLOURS: [[f32; 3]; 6] = [
+/// Colors of the bodies, in turn.
+const COLORS: [[f32; 3]; 6] = [
     [0.90, 0.62, 0.00],
     [0.34, 0.71, 0.91],
     [0.00, 0.62, 0.45],
@@ -19,7 +19,7 @@ const COLOURS: [[f32; 3]; 6] = [
     [0.84, 0.37, 0.00],
 ];
 
-/// Colour of the attractor.
+/// Color of the attractor.
 const ATTRACTOR: [f32; 3] = [0.55, 0.60, 0.70];
 
 /// What the scene shows: each body's shape in its own frame, and the attractor.
@@ -27,8 +27,8 @@ pub(crate) fn markers(scene: &Scene) -> Result<MarkerArray, StampError> {
     let header = header(scene, 0)?;
     let mut markers: Vec<_> = (0_i32..)
         .zip(&scene.bodies)
-        .zip(COLOURS.iter().cycle())
-        .map(|((id, named), colour)| Marker {
+        .zip(COLORS.iter().cycle())
+        .map(|((id, named), color)| Marker {
             header: Header {
                 frame_id: named.frame.clone(),
                 ..header.clone()
@@ -36,18 +36,18 @@ pub(crate) fn markers(scene: &Scene) -> Result<MarkerArray, StampError> {
             ns: "bodies".into(),
             id,
             frame_locked: true,
-            color: opaque(*colour),
+            color: opaque(*color),
             ..solid(&named.shape(), scene.units.length)
         })
         .collect();
     let central = scene.gravity.central.as_ref();
-    if let Some((centre, radius)) = central.and_then(sphere) {
+    if let Some((center, radius)) = central.and_then(sphere) {
         markers.push(Marker {
             header,
             ns: "attractor".into(),
             color: opaque(ATTRACTOR),
             ..ellipsoid(
-                centre * scene.units.length,
+                center * scene.units.length,
                 &Matrix3::identity(),
                 Vector3::repeat(radius * scene.units.length),
             )
@@ -70,29 +70,29 @@ fn solid(shape: &Shape<'_>, length: f64) -> Marker {
                 .collect(),
             ..Marker::default()
         },
-        Shape::Spheres { centres, radius } => Marker {
+        Shape::Spheres { centers, radius } => Marker {
             r#type: Marker::SPHERE_LIST,
             scale: vector([2.0 * radius * length; 3]),
-            points: centres
+            points: centers
                 .iter()
-                .map(|centre| point(centre * length))
+                .map(|center| point(center * length))
                 .collect(),
             ..Marker::default()
         },
         Shape::Ellipsoid {
-            centre,
+            center,
             axes,
             semi_axes,
-        } => ellipsoid(centre * length, axes, semi_axes * length),
+        } => ellipsoid(center * length, axes, semi_axes * length),
     }
 }
 
-fn ellipsoid(centre: Vector3<f64>, axes: &Matrix3<f64>, semi_axes: Vector3<f64>) -> Marker {
+fn ellipsoid(center: Vector3<f64>, axes: &Matrix3<f64>, semi_axes: Vector3<f64>) -> Marker {
     let (w, u) = to_quaternion(axes);
     Marker {
         r#type: Marker::SPHERE,
         pose: Pose {
-            position: point(centre),
+            position: point(center),
             orientation: Quaternion {
                 x: u.x,
                 y: u.y,
@@ -105,7 +105,7 @@ fn ellipsoid(centre: Vector3<f64>, axes: &Matrix3<f64>, semi_axes: Vector3<f64>)
     }
 }
 
-/// Centre and radius of an attractor that has an extent.
+/// Center and radius of an attractor that has an extent.
 fn sphere(central: &CentralAttractor) -> Option<(Vector3<f64>, f64)> {
     let of_shape = |oblateness: &Oblateness| oblateness.reference_radius;
     let radius = if central.radius > 0.0 {

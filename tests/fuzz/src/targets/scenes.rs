@@ -31,7 +31,7 @@ pub fn scene(data: &[u8]) {
     let states = scene.initial_states();
     assert_eq!(states.len(), scene.bodies.len());
     if let Some(Err(error)) = scene.transfer() {
-        panic!("a scene whose manoeuvre is refused: {error}");
+        panic!("a scene whose maneuver is refused: {error}");
     }
     let _ = (scene.actuator_errors(), scene.miss(&states[0]));
     let Integration::Method(method) = scene.integration else {

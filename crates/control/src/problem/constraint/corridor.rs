@@ -8,7 +8,7 @@ use super::{Place, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, point};
 
-/// A cone that the centre of mass stays in: `g = (cos α (r − ε) − n · ρ)/L` with `ρ = x − apex`, `r = √(|ρ|² + ε²)`:
+/// A cone that the center of mass stays in: `g = (cos α (r − ε) − n · ρ)/L` with `ρ = x − apex`, `r = √(|ρ|² + ε²)`:
 /// convex, and smooth at the apex.
 ///
 /// `L` is the distance of start or target from the apex, whichever is farther, and 1 where both are there. The apex is

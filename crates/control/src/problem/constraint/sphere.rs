@@ -5,25 +5,25 @@ use super::{Place, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{length, point};
 
-/// A sphere that the centre of mass stays out of: `g = ½ (1 − |x − c|²/r²)`.
+/// A sphere that the center of mass stays out of: `g = ½ (1 − |x − c|²/r²)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeepOutSphere {
-    centre: Vector3<f64>,
+    center: Vector3<f64>,
     radius: f64,
 }
 
 impl KeepOutSphere {
-    /// The sphere of a positive `radius` round `centre` (inertial frame).
-    pub fn new(centre: Vector3<f64>, radius: f64) -> Result<Self, ParameterError> {
+    /// The sphere of a positive `radius` round `center` (inertial frame).
+    pub fn new(center: Vector3<f64>, radius: f64) -> Result<Self, ParameterError> {
         Ok(Self {
-            centre: point("centre", centre)?,
+            center: point("center", center)?,
             radius: length("radius", radius)?,
         })
     }
 
-    /// The centre, in the inertial frame.
-    pub fn centre(&self) -> Vector3<f64> {
-        self.centre
+    /// The center, in the inertial frame.
+    pub fn center(&self) -> Vector3<f64> {
+        self.center
     }
 
     /// The radius.
@@ -42,13 +42,13 @@ impl StateConstraint for KeepOutSphere {
     }
 
     fn value(&self, state: &BodyState) -> f64 {
-        0.5 * (1.0 - ((state.position - self.centre) / self.radius).norm_squared())
+        0.5 * (1.0 - ((state.position - self.center) / self.radius).norm_squared())
     }
 
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let scale = -1.0 / (self.radius * self.radius);
         (
-            scale * (state.position - self.centre),
+            scale * (state.position - self.center),
             Matrix3::from_diagonal_element(scale),
         )
     }

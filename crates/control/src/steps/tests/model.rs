@@ -339,7 +339,7 @@ fn heavy(kind: Kind, rng: &mut fastrand::Rng, size: f64) -> Cloud {
 fn rock() -> RigidBody {
     let shape = Polyhedron::ellipsoid([0.3, 0.2, 0.15], 0, 1.0).unwrap();
     let shape = shape.with_mass(MASS).unwrap();
-    RigidBody::with_polyhedron(None, &shape.recentred(), 2).unwrap()
+    RigidBody::with_polyhedron(None, &shape.recentered(), 2).unwrap()
 }
 
 /// Every kind of source with every kind of body.

@@ -1,4 +1,4 @@
-//! Random manoeuvres of every family.
+//! Random maneuvers of every family.
 
 use std::f64::consts::TAU;
 
@@ -15,14 +15,14 @@ const EARTH: f64 = 3.986_004_418e14;
 const RADIUS: f64 = 6.378_137e6;
 const J2: f64 = 1.082_63e-3;
 
-/// What a family is called, and one of its manoeuvres.
+/// What a family is called, and one of its maneuvers.
 pub type Family = (&'static str, fn(&mut fastrand::Rng) -> Stated);
 
 pub const FAMILIES: [Family; 10] = [
     ("transfer", transfer),
     ("terminal sets", terminal_sets),
-    ("low orbit in metres", low_orbit),
-    ("geostationary orbit in metres", geostationary),
+    ("low orbit in meters", low_orbit),
+    ("geostationary orbit in meters", geostationary),
     ("limits", limits),
     ("sphere", sphere),
     ("corridor", corridor),
@@ -155,7 +155,7 @@ fn terminal_sets(rng: &mut fastrand::Rng) -> Stated {
 /// Away from the origin, where a field without strength has no value either.
 const PLACE: Vector3<f64> = Vector3::new(4.0, 3.0, 1.0);
 
-/// By a metre or so, from rest to rest, without gravity.
+/// By a meter or so, from rest to rest, without gravity.
 fn hop(rng: &mut fastrand::Rng) -> Stated {
     let duration = between(rng, 5.0, 50.0);
     let mass = between(rng, 1.0, 10.0);

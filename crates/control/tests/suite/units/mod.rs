@@ -1,4 +1,4 @@
-//! No plan depends on the units in which its manoeuvre is stated, nor on the scale of its weights.
+//! No plan depends on the units in which its maneuver is stated, nor on the scale of its weights.
 
 mod families;
 mod stated;
@@ -27,10 +27,10 @@ fn power(rng: &mut fastrand::Rng, most: i32) -> f64 {
 #[test]
 fn powers_of_two_of_the_units_and_of_the_weights_change_no_bit() {
     let mut rng = fastrand::Rng::with_seed(4);
-    for (family, manoeuvre) in FAMILIES {
+    for (family, maneuver) in FAMILIES {
         let mut solved = 0;
         for index in 0..12 {
-            let stated = manoeuvre(&mut rng);
+            let stated = maneuver(&mut rng);
             let (plan, iterations) = planned(&stated);
             let name = format!("{family} {index}");
             for _ in 0..2 {
@@ -54,20 +54,20 @@ fn powers_of_two_of_the_units_and_of_the_weights_change_no_bit() {
     }
 }
 
-/// In kilometres, hours and tons, and in units of its own size.
+/// In kilometers, hours and tons, and in units of its own size.
 #[test]
 fn plans_are_the_same_in_any_units() {
     let mut rng = fastrand::Rng::with_seed(5);
-    for (family, manoeuvre) in FAMILIES {
+    for (family, maneuver) in FAMILIES {
         for index in 0..6 {
-            let stated = manoeuvre(&mut rng);
+            let stated = maneuver(&mut rng);
             let (plan, iterations) = planned(&stated);
             let name = format!("{family} {index}");
             let Ok(plan) = plan else {
                 panic!("{name}: {plan:?}");
             };
             let length = stated.initial.position.norm();
-            let kilometres = Factors {
+            let kilometers = Factors {
                 length: 1e-3,
                 ..Factors::NONE
             };
@@ -87,7 +87,7 @@ fn plans_are_the_same_in_any_units() {
                 mass: 1.0 / stated.mass,
                 cost: 1.0,
             };
-            for by in [kilometres, tons, cheap, own] {
+            for by in [kilometers, tons, cheap, own] {
                 let (other, others) = planned(&stated.times(&by));
                 let Ok(other) = other else {
                     panic!("{name}, {by:?}: {other:?}");
@@ -102,7 +102,7 @@ fn plans_are_the_same_in_any_units() {
     }
 }
 
-/// Shooting accepts in metres what Newton's method has found.
+/// Shooting accepts in meters what Newton's method has found.
 #[test]
 fn shooting_reaches_a_low_orbit_in_metres() {
     let mut rng = fastrand::Rng::with_seed(6);

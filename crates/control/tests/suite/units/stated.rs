@@ -1,4 +1,4 @@
-//! Manoeuvres that can be stated in any units.
+//! Maneuvers that can be stated in any units.
 
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
@@ -66,7 +66,7 @@ pub enum Commands {
     Actuators(Vec<([f64; 6], f64)>),
 }
 
-/// A manoeuvre in numbers.
+/// A maneuver in numbers.
 #[derive(Clone, Debug)]
 pub struct Stated {
     pub mass: f64,
@@ -120,7 +120,7 @@ impl Stated {
         .with_constraints(&self.constraints)
     }
 
-    /// The same manoeuvre in other units.
+    /// The same maneuver in other units.
     pub fn times(&self, by: &Factors) -> Self {
         let speed = by.length / by.time;
         let weight = |load: f64| by.cost / (by.time * load * load);
@@ -195,8 +195,8 @@ fn constrain(constraint: &mut Constraint, by: &Factors) {
         let place = constraint.place().expect("a place");
         Constraint::commands(NormLimit::new(place, load * norm.limit()).expect("a limit"))
     } else if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
-        let (centre, radius) = (by.length * sphere.centre(), by.length * sphere.radius());
-        Constraint::state(KeepOutSphere::new(centre, radius).expect("a sphere"))
+        let (center, radius) = (by.length * sphere.center(), by.length * sphere.radius());
+        Constraint::state(KeepOutSphere::new(center, radius).expect("a sphere"))
     } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
         let (apex, axis) = (by.length * corridor.apex(), corridor.axis());
         Constraint::state(Corridor::new(apex, axis, corridor.half_angle()).expect("a corridor"))

@@ -6,7 +6,7 @@ use crate::Load;
 use crate::gravity::{Attractor, Monopole, Multipole};
 
 /// Where the body's frame sees the source's monopole: `e = Rᵀ(x_s − x)`, with `δe = −Rᵀδx + S(e) ζ`. The body recoils
-/// from what it does there, and is a point at its centre of mass for all else.
+/// from what it does there, and is a point at its center of mass for all else.
 fn sight<A: Attractor>(
     source: &A,
     x: &Vector3<f64>,

@@ -5,18 +5,18 @@ use crate::quadrature::gauss_jacobi;
 /// Degree up to which clouds take little memory and time.
 const MOST_DEGREE: usize = 10;
 
-/// Share of the body's mass that is rounding: of a face whose plane holds the centre, of either sign.
+/// Share of the body's mass that is rounding: of a face whose plane holds the center, of either sign.
 const LEAST_SHARE: f64 = 1e-16;
 
 impl Polyhedron {
-    /// Points of mass, from the centre of mass, with all moments of the body up to this degree (at most 10): Gauss points
-    /// of the tetrahedra between centre and faces, `⌈(degree + 1)/2⌉³` each.
+    /// Points of mass, from the center of mass, with all moments of the body up to this degree (at most 10): Gauss points
+    /// of the tetrahedra between center and faces, `⌈(degree + 1)/2⌉³` each.
     ///
     /// The potential of another attractor on this body is the sum over the points, with an error that falls as the
     /// power `degree + 1` of the tetrahedra's size over the distance.
     ///
     /// # Assumptions and limitations
-    /// Where the centre sees a face from behind (a body that is not star-shaped), its points have negative mass.
+    /// Where the center sees a face from behind (a body that is not star-shaped), its points have negative mass.
     pub fn cloud(&self, degree: usize) -> Result<Vec<PointMass>, PolyhedronError> {
         if degree > MOST_DEGREE {
             return Err(PolyhedronError::Degree {
@@ -38,7 +38,7 @@ impl Polyhedron {
         };
         let [radial, across, along] = [2, 1, 0].map(rule);
         let mut points = Vec::with_capacity(self.faces.len() * count * count * count);
-        for [a, b, c] in self.tetrahedra(&self.centre) {
+        for [a, b, c] in self.tetrahedra(&self.center) {
             // ρ = t [a + u (b − a + v (c − b))] with dV = 6 V t² u dt du dv
             let scale = self.density * a.dot(&b.cross(&c));
             if scale.abs() <= LEAST_SHARE * self.mass() {

@@ -44,7 +44,7 @@ impl PolyhedronField {
             radius: polyhedron.bounding_radius(),
             monopole: Monopole {
                 gm: constant * polyhedron.mass(),
-                position: polyhedron.centre(),
+                position: polyhedron.center(),
                 radius: 0.0,
             },
         }

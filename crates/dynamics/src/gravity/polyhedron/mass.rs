@@ -15,19 +15,19 @@ impl Polyhedron {
         self.density * self.volume
     }
 
-    /// The centre of mass.
-    pub fn centre(&self) -> Vector3<f64> {
-        self.centre
+    /// The center of mass.
+    pub fn center(&self) -> Vector3<f64> {
+        self.center
     }
 
-    /// The inertia about the centre of mass, in the body's axes.
+    /// The inertia about the center of mass, in the body's axes.
     ///
     /// # Errors
     /// That of a surface which cuts itself need not be a rigid body's.
     pub fn inertia(&self) -> Result<Inertia, InertiaError> {
         // ∫ ρ ρᵀ over a tetrahedron with corners 0, a, b, c and volume V: V/20 [a aᵀ + b bᵀ + c cᵀ + s sᵀ], s = a + b + c
         let mut second = Matrix3::zeros();
-        for [a, b, c] in self.tetrahedra(&self.centre) {
+        for [a, b, c] in self.tetrahedra(&self.center) {
             let sum = a + b + c;
             let outer = [a, b, c, sum].map(|v| v * v.transpose());
             second += a.dot(&b.cross(&c)) / 120.0 * outer.iter().sum::<Matrix3<f64>>();

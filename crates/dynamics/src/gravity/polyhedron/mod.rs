@@ -33,7 +33,7 @@ pub struct Polyhedron {
     edges: Vec<Edge>,
     density: f64,
     volume: f64,
-    centre: Vector3<f64>,
+    center: Vector3<f64>,
 }
 
 /// Volume below which, in units of the greatest extent cubed, it is rounding.
@@ -57,7 +57,7 @@ impl Polyhedron {
             edges,
             density,
             volume: 0.0,
-            centre: Vector3::zeros(),
+            center: Vector3::zeros(),
         };
         let first_corner = polyhedron.corners().next();
         let Some(apex) = first_corner else {
@@ -72,7 +72,7 @@ impl Polyhedron {
             return Err(PolyhedronError::Volume(volume));
         }
         polyhedron.volume = volume;
-        polyhedron.centre = apex + first / volume;
+        polyhedron.center = apex + first / volume;
         let mass = polyhedron.mass();
         if !(mass.is_finite() && mass > 0.0) {
             return Err(PolyhedronError::Mass(mass));
@@ -90,12 +90,12 @@ impl Polyhedron {
         }
     }
 
-    /// The same body in the parallel frame whose origin is its centre of mass.
-    pub fn recentred(mut self) -> Self {
+    /// The same body in the parallel frame whose origin is its center of mass.
+    pub fn recentered(mut self) -> Self {
         for vertex in &mut self.vertices {
-            *vertex -= self.centre;
+            *vertex -= self.center;
         }
-        self.centre = Vector3::zeros();
+        self.center = Vector3::zeros();
         self
     }
 

@@ -4,7 +4,7 @@ use super::{Polyhedron, PolyhedronError};
 use crate::PointMass;
 
 impl Polyhedron {
-    /// At most `(degree + 1)(degree + 2)(degree + 3)/6` points of mass, from the centre of mass, with all moments of the
+    /// At most `(degree + 1)(degree + 2)(degree + 3)/6` points of mass, from the center of mass, with all moments of the
     /// body up to this degree: points of [`Polyhedron::cloud`] with other masses of the same sign.
     ///
     /// Of a fine mesh these are far fewer; the potential's error still falls as the power `degree + 1`, but of the body's

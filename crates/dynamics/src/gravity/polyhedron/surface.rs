@@ -61,7 +61,7 @@ fn check_face(
     }
 }
 
-/// Joins each face's sides with those of its neighbours.
+/// Joins each face's sides with those of its neighbors.
 fn join(faces: &[[usize; 3]]) -> Result<Vec<Edge>, PolyhedronError> {
     let mut sides: Vec<([usize; 2], usize)> = (0..)
         .zip(faces)

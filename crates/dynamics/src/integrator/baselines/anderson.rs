@@ -8,7 +8,7 @@ const DEPTH: usize = 8;
 /// `g(z) − z`, were g linear, would be least. It solves a linear problem of n unknowns in n + 1 iterations, contraction or not.
 pub(super) struct Anderson {
     bodies: usize,
-    /// Differences of residuals, orthonormalised in turn, and of the values of g that belong to them; a ring.
+    /// Differences of residuals, orthonormalized in turn, and of the values of g that belong to them; a ring.
     residuals: Vec<Components>,
     values: Vec<Components>,
     last_residual: Vec<Components>,
@@ -130,8 +130,8 @@ mod tests {
         let g = |z: &Components| {
             let mut value = [0.0; 18];
             for i in 0..4 {
-                let neighbour = if i > 0 { z[i - 1] } else { 0.0 };
-                value[i] = (i as f64 - 2.5) * 1.5 * z[i] + 0.5 * neighbour + 1.0;
+                let neighbor = if i > 0 { z[i - 1] } else { 0.0 };
+                value[i] = (i as f64 - 2.5) * 1.5 * z[i] + 0.5 * neighbor + 1.0;
             }
             value
         };

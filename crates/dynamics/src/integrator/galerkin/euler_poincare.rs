@@ -11,7 +11,7 @@ use crate::{BodyState, Load, Mobility, System};
 ///
 /// The Lagrangian `l(η) = ½ ηᵀJη` does not depend on the attitude, nor does
 /// `l_d(F) = ext h Σ b_i l(J_r(ξ) ξ̇)` at `F = R_0ᵀR_1`. In momenta, a step solves `Π_0 = −D_1`, an equation for F alone, and
-/// goes on with `Π_1 = Ad*_F Π_0 = FᵀΠ_0` and the reconstruction `R_1 = R_0 F`. The centre of mass moves uniformly.
+/// goes on with `Π_1 = Ad*_F Π_0 = FᵀΠ_0` and the reconstruction `R_1 = R_0 F`. The center of mass moves uniformly.
 ///
 /// Controls are constant over a step, force in the inertial and moment in the body frame, and need no attitude either: the
 /// force acts exactly, the moment by the discrete Lagrange–d'Alembert principle in the same quadrature, of the same order.
@@ -93,7 +93,7 @@ impl Integrator for EulerPoincare {
             let turn = h * state.angular_velocity(body);
             turning.guess(basis, &turn, Guess::after(self.h, h));
             let mut iterations = 0;
-            iterate(MAX_ITERATIONS, &mut iterations, |linearise| {
+            iterate(MAX_ITERATIONS, &mut iterations, |linearize| {
                 turning.sample(basis, body.inertia());
                 turning.correct(
                     basis,
@@ -101,7 +101,7 @@ impl Integrator for EulerPoincare {
                     momentum,
                     h,
                     |_| control.moment,
-                    linearise,
+                    linearize,
                 );
                 turning.curve.advance()
             })

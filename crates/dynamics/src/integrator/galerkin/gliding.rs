@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 use super::basis::Basis;
 use super::curve::{Curve, Guess, combine};
 
-/// One body's centre of mass within a step: the displacements `x^κ − x_0` of its control points, which stationarity of
+/// One body's center of mass within a step: the displacements `x^κ − x_0` of its control points, which stationarity of
 /// the action gives explicitly in the forces, see [`Basis::response`].
 pub(super) struct Gliding {
     /// `x^κ − x_0`

@@ -83,10 +83,10 @@ pub(super) fn iterate(
 ) -> Result<(), f64> {
     let mut before = f64::NAN;
     let mut residual = f64::NAN;
-    let mut linearise = true;
+    let mut linearize = true;
     let mut failures = 0;
     for _ in 0..limit {
-        let Progress { relative, absolute } = pass(linearise);
+        let Progress { relative, absolute } = pass(linearize);
         *iterations += 1;
         residual = absolute;
         let rate = relative / before;
@@ -99,7 +99,7 @@ pub(super) fn iterate(
         if failures >= PATIENCE || !relative.is_finite() {
             break;
         }
-        linearise = relative > STALE;
+        linearize = relative > STALE;
         before = relative;
     }
     Err(residual)

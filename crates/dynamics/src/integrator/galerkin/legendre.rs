@@ -79,7 +79,7 @@ impl Path {
             for (index, body) in system.bodies().iter().enumerate() {
                 let [start, end] = self.attitudes[index];
                 let turn = log(&(start.transpose() * end));
-                let (centre, first, last) = match self.origin {
+                let (center, first, last) = match self.origin {
                     ChartOrigin::Start => (start, Vector3::zeros(), turn),
                     ChartOrigin::Middle => (start * exp(&(0.5 * turn)), -0.5 * turn, 0.5 * turn),
                 };
@@ -92,7 +92,7 @@ impl Path {
                 let velocity = slope(&x) / h;
                 action += weight * h * 0.5 * body.mass() * velocity.norm_squared();
                 action += weight * h * 0.5 * omega.dot(&(body.inertia().matrix() * omega));
-                let attitude = centre * relative;
+                let attitude = center * relative;
                 let zero = Vector3::zeros();
                 poses.push(BodyState::from_velocities(
                     body,

@@ -21,7 +21,7 @@ use self::motion::{Motion, Step};
 use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::{BodyState, Load, Mobility, System};
 
-/// Where the natural chart of a step, in which its rotation vectors are interpolated, has its centre.
+/// Where the natural chart of a step, in which its rotation vectors are interpolated, has its center.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChartOrigin {
     /// At the attitude that the step starts from, `R(τ) = R_0 exp S(ξ(τ))`, as in the paper.
@@ -37,10 +37,10 @@ const MAX_DEGREE: u32 = 10;
 /// A Galerkin Lie group variational integrator (§2.2): order `2s` with polynomials of degree s and s points of Gauss'
 /// or `s + 1` points of Lobatto's rule.
 ///
-/// Over a step the centre of mass is a polynomial of degree s, the attitude the exponential of one in the natural chart,
+/// Over a step the center of mass is a polynomial of degree s, the attitude the exponential of one in the natural chart,
 /// `R(τ) = C exp S(ξ(τ))`; the discrete Lagrangian is the extremum over inner control points of the action
 /// `h Σ b_i [½ m |ẋ|² + ½ ΩᵀJΩ − U]` at the quadrature nodes, with `Ω = J_r(ξ) ξ̇`. A step solves `(γ_0, Π_0) = −D_1 L_d`
-/// and goes on from `(γ_1, Π_1) = D_2 L_d`, momenta left-trivialised; controls enter by the discrete
+/// and goes on from `(γ_1, Π_1) = D_2 L_d`, momenta left-trivialized; controls enter by the discrete
 /// Lagrange–d'Alembert principle in the same quadrature. Interpolation is equivariant under Euclidean motions (Lemmas 2.1,
 /// 2.2), so total momenta are kept as by the exact flow; the method is symplectic.
 ///

@@ -138,20 +138,20 @@ impl Motion {
         iterations: &mut u32,
     ) -> Result<(), f64> {
         self.begin(system.bodies(), step, guess);
-        let simple = iterate(MAX_SIMPLE, iterations, |linearise| {
-            self.correct(system, step, linearise);
+        let simple = iterate(MAX_SIMPLE, iterations, |linearize| {
+            self.correct(system, step, linearize);
             self.apply()
         });
         simple.or_else(|_| {
             self.begin(system.bodies(), step, guess);
-            iterate(MAX_NEWTON, iterations, |linearise| {
-                self.newton(system, step, linearise)
+            iterate(MAX_NEWTON, iterations, |linearize| {
+                self.newton(system, step, linearize)
             })
         })
     }
 
     /// Sets all bodies' corrections.
-    fn correct(&mut self, system: &mut System, step: Step<'_>, linearise: bool) {
+    fn correct(&mut self, system: &mut System, step: Step<'_>, linearize: bool) {
         let Step {
             states,
             controls,
@@ -163,9 +163,9 @@ impl Motion {
             let poses = self.poses[index..].iter_mut().step_by(count);
             if let Some(turning) = &mut self.turning[index] {
                 turning.sample(basis, body.inertia());
-                let centre = state.attitude * turning.centre(basis);
+                let center = state.attitude * turning.center(basis);
                 for (point, pose) in poses.enumerate() {
-                    pose.attitude = centre * turning.relative(point);
+                    pose.attitude = center * turning.relative(point);
                     if let Some(gliding) = &self.gliding[index] {
                         pose.position = state.position + gliding.at(basis, point);
                     }
@@ -188,7 +188,7 @@ impl Motion {
                     &state.angular_momentum,
                     h,
                     |point| load(point).moment,
-                    linearise,
+                    linearize,
                 );
             }
             if let Some(gliding) = &mut self.gliding[index] {
@@ -219,17 +219,17 @@ impl Motion {
     }
 
     /// A Newton correction of the equations `c(z) = 0`, c being what [`Motion::correct`] would subtract from the unknowns z;
-    /// `linearise` renews `∂c/∂z`, by differences.
-    fn newton(&mut self, system: &mut System, step: Step<'_>, linearise: bool) -> Progress {
+    /// `linearize` renews `∂c/∂z`, by differences.
+    fn newton(&mut self, system: &mut System, step: Step<'_>, linearize: bool) -> Progress {
         let size = self.flat.len();
-        self.correct(system, step, linearise);
+        self.correct(system, step, linearize);
         let all = curves(&mut self.turning, &mut self.gliding);
         let corrections = all.flat_map(|curve| curve.correction.iter().flatten().copied());
         self.flat
             .iter_mut()
             .zip(corrections)
             .for_each(|(to, c)| *to = c);
-        if linearise {
+        if linearize {
             for column in 0..size {
                 let (undisturbed, difference) = self.disturb(column);
                 self.correct(system, step, false);
@@ -318,8 +318,8 @@ mod tests {
             let passes = simple.solve(&mut system, step, Guess::Uniform).ok();
             newton.begin(system.bodies(), step, Guess::Uniform);
             let mut newton_passes = 0;
-            let made = iterate(MAX_NEWTON, &mut newton_passes, |linearise| {
-                newton.newton(&mut system, step, linearise)
+            let made = iterate(MAX_NEWTON, &mut newton_passes, |linearize| {
+                newton.newton(&mut system, step, linearize)
             });
             assert!(made.is_ok());
             assert!(passes.is_some_and(|passes| newton_passes < passes && passes < MAX_SIMPLE));

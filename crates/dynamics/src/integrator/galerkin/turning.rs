@@ -13,13 +13,13 @@ use crate::integrator::StepError;
 /// One turning body within a step: the rotation vectors `ξ^1 … ξ^s` of its control points and the discrete
 /// Euler–Lagrange equations for them.
 ///
-/// With the chart's centre `C` (`R_0`, or `R_0 exp S(ξ^s)` half-way), `R(τ) = C exp S(ξ(τ))`. In a unit of time h, which
+/// With the chart's center `C` (`R_0`, or `R_0 exp S(ξ^s)` half-way), `R(τ) = C exp S(ξ(τ))`. In a unit of time h, which
 /// multiplies momenta by h and moments by h², `Ω = J_r(ξ) ξ'` and the action is `Σ b_i (½ ΩᵀJΩ − U)`. Its derivative by
 /// `ξ^κ` at fixed C, with `D(ξ, y) = ∂(J_r(ξ) y)/∂ξ`, is
 /// `T_κ = Σ_i b_i [l̇_κ J_rᵀΠ_i + l_κ (D(ξ_i, ξ_i')ᵀΠ_i + J_rᵀM_i)]`; it vanishes for inner points.
 ///
 /// Turning C and all that hangs on it alters U only. With `E = exp S(ξ^s)` and `I = Σ b_i exp S(ξ_i) M_i`, this gives
-/// `E Π_1 − Π_0 = I` for a centre at the start and `E Π_1 − Eᵀ Π_0 = I` for one half-way, the discrete Noether theorem.
+/// `E Π_1 − Π_0 = I` for a center at the start and `E Π_1 − Eᵀ Π_0 = I` for one half-way, the discrete Noether theorem.
 /// The last point moves the end, and one half-way the start as well: `T_s = J_rᵀ(ξ^s) Π_1 [+ J_r(ξ^s) Π_0]`, by
 /// `J_rᵀ = J_r E` the same as `T_s = J_r(ξ^s) y` with `y = Π_0 + I [+ Eᵀ Π_0]`, in which `Π_1` does not occur.
 pub(super) struct Turning {
@@ -67,9 +67,9 @@ impl Turning {
         // Where the guessed step starts, in the chart of the polynomials given.
         let (table, start) = match guess {
             Guess::Uniform => {
-                let centre = if in_middle { 0.5 } else { 0.0 };
+                let center = if in_middle { 0.5 } else { 0.0 };
                 for (xi, control) in points.iter_mut().zip(&basis.controls) {
-                    *xi = (control - centre) * turn;
+                    *xi = (control - center) * turn;
                 }
                 return;
             }
@@ -77,12 +77,12 @@ impl Turning {
             Guess::Stretched if in_middle => (&basis.stretched.chart_value, -before[last]),
             Guess::Stretched => (&basis.stretched.chart_value, Vector3::zeros()),
         };
-        let mut centre = Tangent::at(start).rotation();
+        let mut center = Tangent::at(start).rotation();
         for lambda in (0..=last).rev() {
             let ahead = combine(basis.at(table, lambda), before);
-            let xi = log(&centre.tr_mul(&Tangent::at(ahead).rotation()));
+            let xi = log(&center.tr_mul(&Tangent::at(ahead).rotation()));
             points[lambda] = if in_middle && lambda == last {
-                centre *= Tangent::at(0.5 * xi).rotation();
+                center *= Tangent::at(0.5 * xi).rotation();
                 0.5 * xi
             } else {
                 xi
@@ -109,7 +109,7 @@ impl Turning {
     }
 
     /// `R_0ᵀ C`
-    pub(super) fn centre(&self, basis: &Basis) -> Matrix3<f64> {
+    pub(super) fn center(&self, basis: &Basis) -> Matrix3<f64> {
         match basis.origin {
             ChartOrigin::Start => Matrix3::identity(),
             ChartOrigin::Middle => Tangent::at(self.curve.points[basis.degree - 1]).rotation(),
@@ -121,7 +121,7 @@ impl Turning {
         &self.samples[point].rotation
     }
 
-    /// Sets `correction` from the equations' residual for a step `h` from `Π_0` under moments `M_i`; `linearise` renews
+    /// Sets `correction` from the equations' residual for a step `h` from `Π_0` under moments `M_i`; `linearize` renews
     /// the Jacobian, which leaves out how the moments depend on the attitude.
     pub(super) fn correct(
         &mut self,
@@ -130,7 +130,7 @@ impl Turning {
         momentum: &Vector3<f64>,
         h: f64,
         moment: impl Fn(usize) -> Vector3<f64>,
-        linearise: bool,
+        linearize: bool,
     ) {
         let residual = &mut self.curve.correction;
         residual.fill(Vector3::zeros());
@@ -165,8 +165,8 @@ impl Turning {
         };
         let y = h * (momentum + self.impulse) + returned;
         self.curve.correction[last] -= end.jacobian() * y;
-        if linearise {
-            self.linearise(basis, inertia, &end, &y, &returned);
+        if linearize {
+            self.linearize(basis, inertia, &end, &y, &returned);
         }
 
         for (part, residual) in self.flat.chunks_exact_mut(3).zip(&self.curve.correction) {
@@ -180,7 +180,7 @@ impl Turning {
 
     /// Renews the Jacobian of the residual at the samples, with `y` of the last equation and what in it is
     /// `exp S(−ξ^s) h Π_0`.
-    fn linearise(
+    fn linearize(
         &mut self,
         basis: &Basis,
         inertia: &Inertia,

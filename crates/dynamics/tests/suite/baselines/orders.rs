@@ -82,9 +82,9 @@ fn driven_bodies_are_where_they_are_at_every_stage() {
             let inertia = Inertia::principal(moments).expect("inertia");
             RigidBody::new(mass, inertia, points.to_vec()).expect("body")
         };
-        let centre = Vector3::new(0.0, 0.1, 0.0);
+        let center = Vector3::new(0.0, 0.1, 0.0);
         let drive = Drive::circle(
-            centre,
+            center,
             Vector3::new(0.0, 0.3, 1.0),
             Vector3::new(0.4, 0.0, 0.0),
         );

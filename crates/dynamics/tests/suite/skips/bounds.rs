@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{ball, dumbbell, inertia};
 
-/// Four points about their centre.
+/// Four points about their center.
 fn tetrapod(random: &mut Random) -> RigidBody {
     let mut points: Vec<_> = (0..4)
         .map(|_| PointMass {
@@ -100,7 +100,7 @@ fn parts(
         let force = (full[index].force - kept[index].force).norm() / body.mass();
         let moment = full[index].moment - kept[index].moment;
         let turning = (body.inertia().inverse() * moment).norm();
-        // Of loads that cancel rounding is left, and in moments that of the force that goes through the other's centre.
+        // Of loads that cancel rounding is left, and in moments that of the force that goes through the other's center.
         // A polyhedron's closed form rounds by the square of the distance over its size.
         let closed =
             |body: &RigidBody| matches!(body.distribution(), MassDistribution::Polyhedron(_));

@@ -166,7 +166,7 @@ fn errors_follow_the_allowance() {
     assert_eq!(reduced.switches(), 0);
 }
 
-/// Balls on orbits about a fixed centre, most of them far from each other.
+/// Balls on orbits about a fixed center, most of them far from each other.
 fn swarm(count: u64) -> (Vec<RigidBody>, Vec<BodyState>) {
     let each = (0..count).map(|index| {
         let mut random = Random::new(9, index);

@@ -5,7 +5,7 @@ use super::moves;
 use crate::file::{ActuatorFile, ManeuverFile, WeightFile};
 use crate::{SceneError, check};
 
-/// The manoeuvre's commands: force and moment themselves with their weights, or those of its actuators.
+/// The maneuver's commands: force and moment themselves with their weights, or those of its actuators.
 pub(super) fn actuation(file: &ManeuverFile, motion: Motion) -> Result<Actuation, SceneError> {
     let Some(actuators) = &file.actuators else {
         let force = weight("maneuver.force_weight", file.force_weight)?;

@@ -33,7 +33,8 @@ pub(crate) enum ConstraintFile {
         half_angle: f64,
     },
     KeepOutSphere {
-        centre: [f64; 3],
+        #[serde(alias = "centre")]
+        center: [f64; 3],
         radius: f64,
     },
     Corridor {
@@ -53,7 +54,7 @@ pub(crate) enum LimitFile {
     Each(Vec<f64>),
 }
 
-/// The constraints of a manoeuvre.
+/// The constraints of a maneuver.
 pub(super) fn constraints(
     files: &[ConstraintFile],
     motion: Motion,
@@ -109,8 +110,8 @@ fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint
             (*direction).into(),
             *half_angle,
         )?),
-        File::KeepOutSphere { centre, radius } => {
-            Constraint::state(KeepOutSphere::new((*centre).into(), *radius)?)
+        File::KeepOutSphere { center, radius } => {
+            Constraint::state(KeepOutSphere::new((*center).into(), *radius)?)
         }
         File::Corridor {
             apex,

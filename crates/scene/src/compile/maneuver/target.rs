@@ -5,7 +5,7 @@ use super::moves;
 use crate::file::TargetFile;
 use crate::{Scene, SceneError, check};
 
-/// The set in which the manoeuvre may end: what the file leaves out is free.
+/// The set in which the maneuver may end: what the file leaves out is free.
 pub(super) fn target(
     scene: &Scene,
     body: usize,

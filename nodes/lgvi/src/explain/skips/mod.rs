@@ -25,7 +25,7 @@ pub(super) struct Skips {
     gravity_cost: [f64; 2],
     bodies: Vec<Body>,
     interactions: Vec<Interaction>,
-    /// Half of the manoeuvre that is not planned.
+    /// Half of the maneuver that is not planned.
     not_planned: Option<&'static str>,
     /// What is done only where somebody asks for it.
     on_demand: [&'static str; 3],
@@ -205,7 +205,7 @@ fn why(scene: &Scene, summary: &InteractionSummary, rest: &'static str) -> &'sta
     match (interaction.exact, level) {
         (Level::Dropped, Level::Dropped) => "it moves neither",
         (Level::Monopole, Level::Monopole) => match interaction.partner {
-            Partner::Field => "a uniform field has no moment about the centre of mass",
+            Partner::Field => "a uniform field has no moment about the center of mass",
             Partner::Body(_) | Partner::Source(_) => "points of mass have no moment",
         },
         (_, Level::Dropped | Level::Monopole | Level::Quadrupole) => {

@@ -64,7 +64,7 @@ impl Display for Skips {
             }
         }
         if let Some(half) = self.not_planned {
-            write!(f, "\n    manoeuvre: {half} is not planned")?;
+            write!(f, "\n    maneuver: {half} is not planned")?;
         }
         for demand in self.on_demand {
             write!(f, "\n    {demand}")?;

@@ -65,7 +65,7 @@ fn mutual_potential_of_a_sparse_cloud_converges_with_the_degree() {
 /// The greatest difference between a body's moments and those of points, up to a degree, over its mass.
 fn lack_of_moments(body: &Polyhedron, points: &[PointMass], degree: usize) -> f64 {
     let found = monomials::<9>(points, &Vector3::zeros());
-    let expected = body.clone().recentred().monomials::<9>();
+    let expected = body.clone().recentered().monomials::<9>();
     let of_degree = exponents::<9>().filter(|[i, j, k]| i + j + k <= degree);
     let difference = |[i, j, k]: [usize; 3]| (found[i][j][k] - expected[i][j][k]).abs();
     of_degree.map(difference).fold(0.0, f64::max) / body.mass()
@@ -88,7 +88,7 @@ fn clouds_of_star_shaped_bodies_are_bodies_with_all_moments() {
     }
 }
 
-/// A bent body's centre sees some faces from behind: masses of both signs, and the same moments.
+/// A bent body's center sees some faces from behind: masses of both signs, and the same moments.
 #[test]
 fn clouds_of_bent_bodies_have_all_moments() {
     let straight = Polyhedron::ellipsoid([1.0, 0.2, 0.2], 1, 1.0).unwrap();
@@ -104,7 +104,7 @@ fn clouds_of_bent_bodies_have_all_moments() {
     }
 }
 
-/// An L whose centre lies in the plane of a face, to rounding: that face has no points, least of all of negative mass.
+/// An L whose center lies in the plane of a face, to rounding: that face has no points, least of all of negative mass.
 #[test]
 fn faces_seen_edge_on_have_no_points() {
     let top = 1.0 + 2.0_f64.sqrt();
@@ -120,7 +120,7 @@ fn faces_seen_edge_on_have_no_points() {
         text += &format!("f {a} {b} {} {}\n", b + 6, a + 6);
     }
     let body = Polyhedron::from_obj(&text, 1.0).unwrap();
-    assert!((body.centre().y - 1.0).abs() < 1e-15);
+    assert!((body.center().y - 1.0).abs() < 1e-15);
     let points = body.cloud(2).unwrap();
     assert_eq!(points.len(), 8 * (body.faces().len() - 2));
     assert!(lack_of_moments(&body, &points, 2) < 1e-15);

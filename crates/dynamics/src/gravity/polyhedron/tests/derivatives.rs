@@ -39,7 +39,7 @@ fn cuboid<T: DualNum<f64> + Copy>(d: Triple<T>) -> T {
 fn points<T: DualNum<f64> + Copy>(polyhedron: &Polyhedron, d: Triple<T>) -> T {
     let mut sum = T::from(0.0);
     for point in polyhedron.gauss_points(20) {
-        let place = point.position + polyhedron.centre();
+        let place = point.position + polyhedron.center();
         let r: Triple<T> = std::array::from_fn(|i| -d[i] + place[i]);
         let distance = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).sqrt();
         sum -= distance.recip() * point.mass;

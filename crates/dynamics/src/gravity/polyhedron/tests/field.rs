@@ -106,7 +106,7 @@ fn field_moves_with_the_body() {
 /// falls by 64 when r doubles.
 #[test]
 fn far_field_is_that_of_mass_and_moments() {
-    let body = rock().recentred();
+    let body = rock().recentered();
     let field = field(&body);
     let moments = body.moments();
     let u = Vector3::new(0.5, -0.6, 0.4).normalize();

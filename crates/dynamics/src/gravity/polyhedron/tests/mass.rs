@@ -24,7 +24,7 @@ fn a_cuboid_has_its_textbook_moments() {
     let body = Polyhedron::cuboid(axes, density).unwrap();
     let mass = density * 8.0 * axes[0] * axes[1] * axes[2];
     assert!((body.mass() - mass).abs() < 1e-15 * mass);
-    assert!(body.centre().norm() < 1e-16);
+    assert!(body.center().norm() < 1e-16);
     let squares = axes.map(|a| a * a);
     let inertia = Matrix3::from_diagonal(&Vector3::new(
         mass * (squares[1] + squares[2]) / 3.0,
@@ -60,7 +60,7 @@ fn moments_of_a_rock_are_those_of_its_gauss_points() {
     let points = body.gauss_points(8);
     let (found, expected) = (
         body.monomials::<9>(),
-        monomials::<9>(&points, &body.centre()),
+        monomials::<9>(&points, &body.center()),
     );
     for [i, j, k] in exponents::<9>() {
         let error = (found[i][j][k] - expected[i][j][k]).abs();
@@ -78,22 +78,22 @@ fn moments_of_a_rock_are_those_of_its_gauss_points() {
 
 /// Steiner's theorem is not used anywhere: mass properties must not depend on where the frame's origin is.
 #[test]
-fn a_moved_body_keeps_mass_and_inertia_and_recentres_to_where_it_was() {
+fn a_moved_body_keeps_mass_and_inertia_and_recenters_to_where_it_was() {
     let body = rock();
     let shift = 100.0 * vectors(4)(1.0);
     let vertices = body.vertices().iter().map(|v| v + shift).collect();
     let moved = Polyhedron::new(vertices, body.faces().to_vec(), body.density()).unwrap();
     assert!((moved.mass() / body.mass() - 1.0).abs() < 1e-13);
-    assert!((moved.centre() - body.centre() - shift).norm() < 1e-13);
+    assert!((moved.center() - body.center() - shift).norm() < 1e-13);
     let (inertia, expected) = (moved.inertia().unwrap(), body.inertia().unwrap());
     assert!((inertia.matrix() - expected.matrix()).norm() < 1e-12);
-    let (here, there) = (body.recentred(), moved.recentred());
+    let (here, there) = (body.recentered(), moved.recentered());
     for (vertex, expected) in there.vertices().iter().zip(here.vertices()) {
         assert!((vertex - expected).norm() < 1e-12);
     }
     let (volume, first) = here.volume_moments(&Vector3::zeros());
     assert!(first.norm() < 1e-15 * volume);
-    assert_eq!(here.centre(), Vector3::zeros());
+    assert_eq!(here.center(), Vector3::zeros());
 }
 
 #[test]

@@ -107,7 +107,7 @@ fn obj_text_reads_as_the_mesh_it_describes() {
     let pyramid = Polyhedron::from_obj(text, 2.0).unwrap();
     assert_eq!(pyramid.faces().len(), 6);
     assert!((pyramid.mass() - 8.0).abs() < 1e-14);
-    assert!((pyramid.centre() - Vector3::new(0.0, 0.0, 0.75)).norm() < 1e-15);
+    assert!((pyramid.center() - Vector3::new(0.0, 0.0, 0.75)).norm() < 1e-15);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::encode;
 use crate::{SERIALIZATION_FORMAT, Topic, channel_key};
 
 #[derive(Clone, Default)]
-pub(crate) struct Catalogue {
+pub(crate) struct Catalog {
     schemas: Vec<u8>,
     /// Schemas by name, encoding and definition of the type.
     schema_ids: BTreeMap<[String; 3], u16>,
@@ -16,7 +16,7 @@ pub(crate) struct Catalogue {
     channel_count: u16,
 }
 
-impl Catalogue {
+impl Catalog {
     /// Adds a topic and gives the id of its channel; none if there are too many.
     pub fn add(&mut self, topic: &Topic, qos: String) -> Option<u16> {
         let channel = self.channel_count.checked_add(1)?;

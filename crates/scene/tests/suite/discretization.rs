@@ -1,4 +1,4 @@
-//! What `auto` keeps of its promise where a manoeuvre says what flies it.
+//! What `auto` keeps of its promise where a maneuver says what flies it.
 
 use lgvi_dynamics::{Load, Method};
 use lgvi_scene::Scene;
@@ -51,7 +51,7 @@ fn a_slew_by_auto_ends_within_the_tolerance() {
     let scheme = scene.scheme().unwrap();
     assert!(matches!(scheme.method, Method::Lgvi(_)));
     for controls in [Vec::new(), controls(400)] {
-        let error = scene.discretisation_error(scheme, &controls).unwrap();
+        let error = scene.discretization_error(scheme, &controls).unwrap();
         assert!(error < 1e-6, "{error:e}");
         assert_eq!(scene.coarse_steps(scheme, &controls), None);
     }
@@ -109,7 +109,7 @@ fn the_error_is_that_of_the_method() {
         let scene = scene(["steps = 400", &format!("steps = {steps}")]);
         let scheme = scene.scheme().unwrap();
         scene
-            .discretisation_error(scheme, &controls(steps))
+            .discretization_error(scheme, &controls(steps))
             .unwrap()
     };
     let ratio = error(100) / error(200);

@@ -1,4 +1,4 @@
-//! How far a manoeuvre's steps lead from the continuous motion under the same controls.
+//! How far a maneuver's steps lead from the continuous motion under the same controls.
 
 use std::iter::repeat_n;
 
@@ -17,10 +17,10 @@ const MARGIN: f64 = 1.2;
 const FINEST: f64 = 1e-14;
 
 impl Scene {
-    /// The error at the end of a manoeuvre that `scheme` flies, constant `controls` acting on its body in each step: against
+    /// The error at the end of a maneuver that `scheme` flies, constant `controls` acting on its body in each step: against
     /// the continuous motion under the same controls, as [`Accuracy`] measures it. Without controls it is that of the free
-    /// flight until the end of the run. None without a manoeuvre, and where one of the two cannot be flown.
-    pub fn discretisation_error(&self, scheme: Scheme, controls: &[Load]) -> Option<f64> {
+    /// flight until the end of the run. None without a maneuver, and where one of the two cannot be flown.
+    pub fn discretization_error(&self, scheme: Scheme, controls: &[Load]) -> Option<f64> {
         let body = self.maneuver.as_ref()?.body;
         let start: Vec<_> = self.bodies.iter().map(|named| named.state).collect();
         let tolerance = REFERENCE * self.accuracy.unwrap_or(f64::EPSILON);
@@ -43,10 +43,10 @@ impl Scene {
         Some(Accuracy::new(system.bodies(), &start).error(&flown, &truth))
     }
 
-    /// What is to be said where a manoeuvre's steps lead farther from the continuous motion than `auto` was asked for.
+    /// What is to be said where a maneuver's steps lead farther from the continuous motion than `auto` was asked for.
     pub fn coarse_steps(&self, scheme: Scheme, controls: &[Load]) -> Option<String> {
         let accuracy = self.accuracy?;
-        let error = self.discretisation_error(scheme, controls)?;
+        let error = self.discretization_error(scheme, controls)?;
         let flight = if controls.is_empty() {
             "even without controls the flight"
         } else {

@@ -7,7 +7,8 @@ use std::process::Command;
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
-const PROGRAMS: [&str; 6] = [
+const PROGRAMS: [&str; 7] = [
+    "examples/fly",
     "examples/own_node",
     "lgvi",
     "lgvi_propagator",
@@ -15,24 +16,6 @@ const PROGRAMS: [&str; 6] = [
     "lgvi_recorder",
     "lgvi_player",
 ];
-
-/// How programs are built.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Build {
-    /// As `cargo build` makes them, and as the tests are: with assertions.
-    Debug,
-    /// As they are used.
-    Release,
-}
-
-/// `lgvi` as it is built; what it starts is built alike.
-pub fn lgvi(build: Build) -> PathBuf {
-    static RELEASE: OnceLock<PathBuf> = OnceLock::new();
-    match build {
-        Build::Debug => binary("lgvi"),
-        Build::Release => RELEASE.get_or_init(release).clone(),
-    }
-}
 
 /// A program of the workspace, which `tests/run` has built; all of them are built where one is missing or older than its
 /// sources.
@@ -92,13 +75,16 @@ fn build(directory: &Path) {
     cargo_build(target, &what);
 }
 
-/// `lgvi` in release, built where it is missing or outdated.
-fn release() -> PathBuf {
+/// The example `fly` in release, built if it is missing or outdated.
+pub fn fly_in_release() -> PathBuf {
     let directory = directory();
     let target = directory.parent().expect("<target>/<profile>");
-    let program = target.join("release/lgvi");
+    let program = target.join("release/examples/fly");
     if outdated(&program) {
-        cargo_build(target, &["--package", "lgvi", "--bin", "lgvi", "--release"]);
+        cargo_build(
+            target,
+            &["--package", "lgvi_scene", "--example", "fly", "--release"],
+        );
     }
     program
 }

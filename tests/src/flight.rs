@@ -9,7 +9,7 @@ use lgvi_node::{FlightReport, PlanReport};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use crate::{Build, Finished, Process, World, eventually};
+use crate::{Finished, Process, World, eventually};
 
 /// Step of `scenes/inclination_change.toml` (s).
 pub const INCLINATION_CHANGE_STEP: f64 = 0.902_976 / 1000.0;
@@ -97,15 +97,15 @@ impl World {
         self.lgvi(line)
     }
 
-    /// Flies a scene as fast as possible to its end without loss, by a build of `lgvi`; returns its bag too.
+    /// Flies a scene as fast as possible to its end without loss; returns its bag too.
     #[track_caller]
-    pub fn fly_by(&self, build: Build, scene: &Path, bag: &str) -> (Summary, PathBuf) {
+    pub fn fly_fast(&self, scene: &Path, bag: &str) -> (Summary, PathBuf) {
         let path = self.path(bag);
         let (run, to) = ("run".as_ref(), "--bag".as_ref());
         let mut line = vec![run, scene.as_os_str(), to, path.as_os_str()];
         let arguments = ["--json", "--no-plot", "--real-time-factor", "0"];
         line.extend(arguments.map(AsRef::<std::ffi::OsStr>::as_ref));
-        let summary: Summary = self.lgvi_by(build, line).finish().expect(0).json();
+        let summary: Summary = self.lgvi(line).finish().expect(0).json();
         assert_eq!(summary.lost, Some(0), "messages lost");
         (summary, path)
     }
@@ -138,14 +138,8 @@ impl World {
     /// Repeats a recorded flight, which must end with this exit code.
     #[track_caller]
     pub fn verify(&self, bag: &Path, code: i32) -> Verdict {
-        self.verify_by(Build::Debug, bag, code)
-    }
-
-    /// Repeats a recorded flight by a build of `lgvi`, which must end with this exit code.
-    #[track_caller]
-    pub fn verify_by(&self, build: Build, bag: &Path, code: i32) -> Verdict {
         let arguments = ["verify".as_ref(), bag.as_os_str(), "--json".as_ref()];
-        self.lgvi_by(build, arguments).finish().expect(code).json()
+        self.lgvi(arguments).finish().expect(code).json()
     }
 
     /// Repeats a recorded flight, which must agree in this many states.

@@ -30,7 +30,7 @@ mod world;
 use std::path::PathBuf;
 
 pub use bags::{earlier_bags, reference_bag, reference_bags};
-pub use binaries::{Build, binary};
+pub use binaries::{binary, fly_in_release};
 pub use controls::{coast, publish};
 pub use cpp::fast_dds;
 pub use disks::{Disk, with_disks};

@@ -16,10 +16,9 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use tempfile::TempDir;
 
-use crate::binaries::lgvi;
 use crate::domain::Domain;
 use crate::process::Printed;
-use crate::{Build, Process, binary};
+use crate::{Process, binary};
 
 /// Variables with these prefixes would reach into the world from outside.
 const FOREIGN: [&str; 5] = ["ROS_", "RMW_", "LGVI_", "CYCLONEDDS_", "RUST_LOG"];
@@ -110,16 +109,7 @@ impl World {
 
     /// Starts `lgvi` with arguments.
     pub fn lgvi<A: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = A>) -> Process {
-        self.lgvi_by(Build::Debug, arguments)
-    }
-
-    /// Starts a build of `lgvi` with arguments.
-    pub fn lgvi_by<A: AsRef<OsStr>>(
-        &self,
-        build: Build,
-        arguments: impl IntoIterator<Item = A>,
-    ) -> Process {
-        let mut command = self.command(&lgvi(build));
+        let mut command = self.command(&binary("lgvi"));
         command.args(arguments);
         self.start("lgvi", command)
     }

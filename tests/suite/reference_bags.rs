@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lgvi_msgs::msg::{ControlSequence, Intervention, PlanProgress, Scene};
-use lgvi_tests::{Build, Recording, World, reference_bag, reference_bags};
+use lgvi_tests::{Recording, World, reference_bag, reference_bags};
 
 const STATE: &str = "/lgvi_propagator/state";
 const FLOWN: &str = "/lgvi_propagator/flown_control";
@@ -74,7 +74,7 @@ fn each_in_lockstep_is_flown_today_as_it_was_then() {
         if name == "interventions" {
             continue;
         }
-        let (_, today) = world.fly_by(Build::Release, &scene_of(&bag), name);
+        let (_, today) = world.fly_fast(&scene_of(&bag), name);
         let [then, today] = [&bag, &today].map(|bag| Recording::read(bag));
         let [then, today] = [then.contents(), today.contents()];
         assert_eq!(

@@ -1,7 +1,6 @@
 //! Flights of a plan with disturbances, corrected or not.
 
 use lgvi_control::{NewtonSettings, Plan, Start, Transfer, miss, solve};
-use lgvi_dynamics::gravity::Sources;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation};
 use lgvi_lie::exp;
@@ -38,7 +37,7 @@ pub(crate) struct Task {
     body: RigidBody,
     index: usize,
     target: BodyState,
-    pub transfer: Transfer<Sources>,
+    pub transfer: Transfer,
     pub plan: Plan,
     /// Time (ms) that the plan took, for an interval.
     pub cold: f64,
@@ -186,7 +185,7 @@ impl Task {
 }
 
 /// A plan with its Newton steps and the time (ms) that it took.
-fn timed(transfer: &Transfer<Sources>, start: Start<'_>) -> Result<(Plan, [f64; 2]), BenchError> {
+fn timed(transfer: &Transfer, start: Start<'_>) -> Result<(Plan, [f64; 2]), BenchError> {
     let settings = NewtonSettings::default();
     let mut iterations = 0;
     let begun = Moment::now();

@@ -1,7 +1,6 @@
 //! Extremals: trajectories that satisfy the discrete necessary conditions (4.19)–(4.26), integrated forward from the
 //! initial state and multipliers.
 
-use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{Matrix3, SMatrix, SVector};
@@ -57,16 +56,16 @@ impl Extremal {
 }
 
 /// Integrates the necessary conditions from the initial multipliers `λ_0` (twelve, pairing with `[δx, δγ, ζ, δΠ]`).
-pub fn integrate<F: Field>(
-    transfer: &Transfer<F>,
+pub fn integrate(
+    transfer: &Transfer,
     lambda0: &SVector<f64, 12>,
 ) -> Result<Extremal, ExtremalError> {
     sweep(transfer, lambda0, |_, _, _, _| ())
 }
 
 /// As [`integrate`], and the sensitivity `∂[x, γ, ζ, Π]_N / ∂λ_0` of the end (12×12; `Ψ₁₂` of (4.31)).
-pub fn integrate_with_sensitivity<F: Field>(
-    transfer: &Transfer<F>,
+pub fn integrate_with_sensitivity(
+    transfer: &Transfer,
     lambda0: &SVector<f64, 12>,
 ) -> Result<(Extremal, SMatrix<f64, 12, 12>), ExtremalError> {
     let mut sensitivity = Sensitivity::initial();
@@ -82,10 +81,10 @@ pub fn integrate_with_sensitivity<F: Field>(
 }
 
 /// Walks the extremal; `visit` sees each stage with its number, the multipliers before it and its own.
-fn sweep<F: Field>(
-    transfer: &Transfer<F>,
+fn sweep(
+    transfer: &Transfer,
     lambda0: &Vector12,
-    mut visit: impl FnMut(&Stage<'_, F>, usize, &Vector12, &Vector12),
+    mut visit: impl FnMut(&Stage<'_>, usize, &Vector12, &Vector12),
 ) -> Result<Extremal, ExtremalError> {
     let gains = transfer.gains().ok_or(ExtremalError::Unsupported)?;
     let mut states = Vec::with_capacity(transfer.intervals + 1);

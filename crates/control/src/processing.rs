@@ -7,7 +7,6 @@
 //! each constant over its interval, by an accurate integrator or by the LGVI, they miss the target by `O(h²)` where a plain
 //! Lie–Euler plan's miss it by `O(h)`, and the cost is that close to the continuous problem's.
 
-use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{Matrix3, SMatrix};
@@ -44,7 +43,7 @@ pub enum ProcessingError {
 /// # Assumptions and limitations
 /// Its states are half a drift early, and so inequalities on states are imposed early by half a step. The step is given: a
 /// free final time would shift the boundary states with it.
-pub fn processed<F: Field>(transfer: Transfer<F>) -> Result<Transfer<F>, ProcessingError> {
+pub fn processed(transfer: Transfer) -> Result<Transfer, ProcessingError> {
     if transfer.dynamics != Dynamics::LieEuler {
         return Err(ProcessingError::Dynamics);
     }
@@ -64,7 +63,8 @@ pub fn processed<F: Field>(transfer: Transfer<F>) -> Result<Transfer<F>, Process
         inequalities,
         ..
     } = transfer;
-    let early = Transfer::new(body, field, h, intervals, initial, target, actuation)?;
+    let target = target.try_into().map_err(TransferError::from)?;
+    let early = Transfer::in_field(body, field, h, intervals, initial, target, actuation)?;
     Ok(Transfer {
         motion,
         inequalities,

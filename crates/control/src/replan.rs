@@ -31,7 +31,7 @@ impl TooLate {
     }
 }
 
-impl<F: Clone> Transfer<F> {
+impl Transfer {
     /// The transfer from `state`, where the body is after `step` steps, to the same end at the same time.
     ///
     /// # Errors
@@ -53,9 +53,9 @@ impl Plan {
     ///
     /// # Errors
     /// Less than two intervals remain.
-    pub fn remaining<F>(
+    pub fn remaining(
         &self,
-        transfer: &Transfer<F>,
+        transfer: &Transfer,
         step: usize,
         state: BodyState,
     ) -> Result<Self, TooLate> {

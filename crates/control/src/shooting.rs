@@ -1,6 +1,5 @@
 //! Newton–Armijo shooting on the initial multipliers (§4.6), the paper's method.
 
-use lgvi_dynamics::gravity::Field;
 use lgvi_lie::right_jacobian_inverse;
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
@@ -96,8 +95,8 @@ pub enum ShootingError {
 /// Solves `transfer` from the initial multipliers `start` (zero: from the free drift).
 ///
 /// `observe` sees every iteration, the start included, and may end it by returning `false`.
-pub fn solve<F: Field>(
-    transfer: &Transfer<F>,
+pub fn solve(
+    transfer: &Transfer,
     start: SVector<f64, 12>,
     settings: &Settings,
     mut observe: impl FnMut(&Iteration) -> bool,
@@ -115,8 +114,8 @@ pub fn solve<F: Field>(
 }
 
 /// [`solve`] in the transfer's units.
-fn shoot<F: Field>(
-    transfer: &Transfer<F>,
+fn shoot(
+    transfer: &Transfer,
     start: SVector<f64, 12>,
     settings: &Settings,
     mut observe: impl FnMut(&Iteration) -> bool,

@@ -8,7 +8,7 @@
 //! `λ² = μ² − (h/m) μ¹`, `(Bᵀ − h S(Π)) y = Bᵀ μ⁴ − h μ³`, `λ¹ = μ¹ − h p`, `λ³ = Fᵀ μ³ − h q`,
 //! `p = F_xᵀ λ² + M_xᵀ λ⁴`, `q = F_Rᵀ λ² + M_Rᵀ λ⁴`.
 
-use lgvi_dynamics::gravity::{Field, LoadGradient};
+use lgvi_dynamics::gravity::LoadGradient;
 use lgvi_dynamics::rotation::{self, Unsolvable};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::{compose, hat, rotate_back};
@@ -46,8 +46,8 @@ impl Sensitivity {
 }
 
 /// What a step from `state` knows before its control acts.
-pub(crate) struct Stage<'t, F> {
-    transfer: &'t Transfer<F>,
+pub(crate) struct Stage<'t> {
+    transfer: &'t Transfer,
     /// `W_f⁻¹` and `W_m⁻¹`
     gains: &'t [Matrix3<f64>; 2],
     state: BodyState,
@@ -65,10 +65,10 @@ pub(crate) struct Stage<'t, F> {
     adjoint: Matrix3<f64>,
 }
 
-impl<'t, F: Field> Stage<'t, F> {
+impl<'t> Stage<'t> {
     /// The step from `state`: (4.19), (4.21), (4.22) and gravity at its end.
     pub(crate) fn new(
-        transfer: &'t Transfer<F>,
+        transfer: &'t Transfer,
         gains: &'t [Matrix3<f64>; 2],
         state: BodyState,
     ) -> Result<Self, Unsolvable> {

@@ -12,11 +12,10 @@ use lgvi_control::constraint::{KeepOutSphere, NormLimit, Place};
 use lgvi_control::{
     Constraint, NewtonSettings, Phase, PlanError, Progress, Start, Transfer, solve,
 };
-use lgvi_dynamics::gravity::Central;
 use nalgebra::Vector3;
 
 /// What a solution takes of the allocator that is stopped after so many iterations, under inequalities or before them.
-fn taken(transfer: &Transfer<Central>, constrained: bool, iterations: u32) -> AllocationInfo {
+fn taken(transfer: &Transfer, constrained: bool, iterations: u32) -> AllocationInfo {
     // One resolution only, so that all iterations are of one run.
     let settings = NewtonSettings {
         coarse: 60,

@@ -1,7 +1,6 @@
 use lgvi_control::{
     Actuation, Constraint, Dynamics, Motion, Settings, Terminal, Transfer, TransferError,
 };
-use lgvi_dynamics::gravity::Sources;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Load, Method};
 
@@ -120,7 +119,7 @@ impl Maneuver {
 
 impl Scene {
     /// The optimal control problem of the scene's maneuver over the longest time it may take; `None` without one.
-    pub fn transfer(&self) -> Option<Result<Transfer<Sources>, TransferError>> {
+    pub fn transfer(&self) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
         let steps = match maneuver.final_time {
             Some(FinalTime { max_steps, .. }) => max_steps,
@@ -135,7 +134,7 @@ impl Scene {
         &self,
         initial: BodyState,
         intervals: usize,
-    ) -> Option<Result<Transfer<Sources>, TransferError>> {
+    ) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
         let transfer = Transfer::new(
             self.bodies[maneuver.body].body.clone(),

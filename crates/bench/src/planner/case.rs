@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use lgvi_control::{Transfer, miss};
-use lgvi_dynamics::gravity::Sources;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::{CentralAttractor, Maneuver, NamedBody, Scene};
 
@@ -77,7 +76,7 @@ impl Case {
         target.ok_or_else(|| self.without("a target that is one state"))
     }
 
-    pub(crate) fn transfer(&self) -> Result<Transfer<Sources>, BenchError> {
+    pub(crate) fn transfer(&self) -> Result<Transfer, BenchError> {
         let transfer = self.scene.transfer();
         let transfer = transfer.ok_or_else(|| self.without("a maneuver"))?;
         transfer.map_err(|error| BenchError::Body(format!("{}: {error}", self.name())))

@@ -2,7 +2,6 @@
 
 use lgvi_control::{NewtonSettings, Phase, Plan, Progress, Settings, Start, Transfer, shooting};
 use lgvi_dynamics::Load;
-use lgvi_dynamics::gravity::Field;
 use nalgebra::SVector;
 
 use crate::clock::Moment;
@@ -34,10 +33,7 @@ impl From<u32> for Iterations {
 }
 
 /// By the structured solver.
-pub(crate) fn newton<F: Field>(
-    transfer: &Transfer<F>,
-    start: Start<'_>,
-) -> Result<Solved, BenchError> {
+pub(crate) fn newton(transfer: &Transfer, start: Start<'_>) -> Result<Solved, BenchError> {
     let begun = Moment::now();
     let mut iterations = Iterations::default();
     let mut before = 0;
@@ -77,7 +73,7 @@ pub(crate) struct Shot {
 }
 
 /// By plain shooting from the free drift.
-pub(crate) fn shot<F: Field>(transfer: &Transfer<F>) -> Result<Shot, BenchError> {
+pub(crate) fn shot(transfer: &Transfer) -> Result<Shot, BenchError> {
     let begun = Moment::now();
     let found = shooting::solve(transfer, SVector::zeros(), &Settings::default(), |_| true)
         .map_err(|error| BenchError::Plan(error.to_string()))?;

@@ -3,7 +3,6 @@
 mod root;
 mod slope;
 
-use lgvi_dynamics::gravity::Field;
 use thiserror::Error;
 
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve};
@@ -98,7 +97,7 @@ pub enum FinalTimeError {
     },
 }
 
-impl<F> Transfer<F> {
+impl Transfer {
     /// The same number of steps in another time `T`.
     pub fn with_final_time(self, final_time: f64) -> Result<Self, TransferError> {
         let h = final_time / self.intervals as f64;
@@ -120,8 +119,8 @@ const HALVINGS: u32 = 12;
 ///
 /// # Assumptions and limitations
 /// `J` may have several minima by `T`; one is found. The number of intervals stays, so steps grow with `T`.
-pub fn solve_final_time<F: Field + Clone>(
-    transfer: &Transfer<F>,
+pub fn solve_final_time(
+    transfer: &Transfer,
     time: &FinalTime,
     start: Start<'_>,
     settings: &NewtonSettings,

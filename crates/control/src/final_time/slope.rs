@@ -1,4 +1,3 @@
-use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SMatrix, SVector};
 
@@ -9,7 +8,7 @@ use crate::{Dynamics, Motion, Plan, Transfer};
 /// `dJ/dh` of a transfer's solution, exact: by the envelope theorem the derivative of the Lagrangian by the step at fixed
 /// states, commands and multipliers, `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions and inequalities do not know the step, so
 /// they have no part in it. What a plan leaves to the free flight depends on the step, and the rest of it on that.
-pub(super) fn by_step<F: Field>(transfer: &Transfer<F>, plan: &Plan) -> Result<f64, HalfError> {
+pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, HalfError> {
     let motion = if is_whole(transfer.motion, plan) {
         Motion::Full
     } else {
@@ -63,8 +62,8 @@ fn is_whole(motion: Motion, plan: &Plan) -> bool {
 
 /// The Lagrangian's derivative where the plan's coordinates begin with the one numbered `first`, and the others change
 /// as `free` tells, if there are others.
-fn lagrangian<F: Field, S: Steps<X, U>, const X: usize, const U: usize>(
-    transfer: &Transfer<F>,
+fn lagrangian<S: Steps<X, U>, const X: usize, const U: usize>(
+    transfer: &Transfer,
     plan: &Plan,
     steps: &S,
     first: usize,
@@ -96,8 +95,8 @@ fn lagrangian<F: Field, S: Steps<X, U>, const X: usize, const U: usize>(
 /// and `load/c²` it leads to the same pose and to momenta `m⁺/c`. With `m_b` and `m_d` the momenta where the drift begins and
 /// ends, Euler's theorem on homogeneous functions gives `h ∂Φ/∂h = A [0, 2 m_b − m] + [0, m⁺ − 2 m_d]`. (Lie–Euler has
 /// `m_b = m`.) To this comes what coordinates that are not planned, `free` at both ends, change of the kicks.
-fn changes<F: Field>(
-    transfer: &Transfer<F>,
+fn changes(
+    transfer: &Transfer,
     ends: &[BodyState],
     control: &Load,
     free: Option<&[Vector12]>,
@@ -132,7 +131,7 @@ fn changes<F: Field>(
 
 /// How the free flight's states at `0 … N` change with the step: six coordinates from the one numbered `first` on, the
 /// others zero.
-fn free_flight<F: Field>(transfer: &Transfer<F>, first: usize) -> Result<Vec<Vector12>, HalfError> {
+fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, HalfError> {
     let steps = KickDriftKick::full(transfer);
     let mut linear = Linearization {
         a: SMatrix::zeros(),

@@ -6,7 +6,6 @@ mod winding;
 use std::cell::Cell;
 
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Field;
 
 use crate::solver::{
     NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve_in_own_units as solve,
@@ -64,8 +63,8 @@ const SAME: f64 = 1e-6;
 ///
 /// # Errors
 /// What the solver says of the cold start, if no start leads to a minimum.
-pub fn search<F: Field + Clone>(
-    transfer: &Transfer<F>,
+pub fn search(
+    transfer: &Transfer,
     settings: &SearchSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Vec<Minimum>, PlanError> {
@@ -81,8 +80,8 @@ pub fn search<F: Field + Clone>(
         .map_err(|error| units.leave_error(error))
 }
 
-fn search_in_own_units<F: Field + Clone>(
-    transfer: &Transfer<F>,
+fn search_in_own_units(
+    transfer: &Transfer,
     settings: &SearchSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Vec<Minimum>, PlanError> {
@@ -184,7 +183,7 @@ fn same(a: &Plan, b: &Plan) -> bool {
 }
 
 /// An end for paths to lead to: what the terminal set leaves free is as at the start.
-fn end<F>(transfer: &Transfer<F>) -> BodyState {
+fn end(transfer: &Transfer) -> BodyState {
     let mut end = transfer.initial;
     transfer.terminal.aim(&mut end);
     end

@@ -1,6 +1,5 @@
 use std::f64::consts::TAU;
 
-use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::{exp, vee};
 use nalgebra::{SVector, Vector3};
@@ -90,7 +89,7 @@ impl Iterator for Detours {
 
 /// A path between both ends by a detour, as a plan to start from: momenta from differences of the path, commands that
 /// come nearest to what Lie–Euler steps need to follow it.
-pub(super) fn plan<F: Field>(transfer: &Transfer<F>, to: &BodyState, detour: &Detour) -> Plan {
+pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan {
     let Transfer {
         body,
         field,

@@ -3,6 +3,7 @@ use lgvi_dynamics::{BodyError, BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
 use std::convert::Infallible;
+use std::sync::Arc;
 use thiserror::Error;
 
 use super::{
@@ -19,9 +20,9 @@ pub(crate) type Vector12 = SVector<f64, 12>;
 /// [`Transfer::new`] asks for a plan of the full motion by Lie–Euler steps without inequalities; the `with_…` methods
 /// change that.
 #[derive(Clone)]
-pub struct Transfer<F> {
+pub struct Transfer {
     pub(crate) body: RigidBody,
-    pub(crate) field: F,
+    pub(crate) field: Arc<dyn Field>,
     pub(crate) h: f64,
     pub(crate) intervals: usize,
     pub(crate) initial: BodyState,
@@ -69,7 +70,7 @@ impl From<Infallible> for TransferError {
     }
 }
 
-impl<F: Field> Transfer<F> {
+impl Transfer {
     /// From `initial` into `target` in `intervals` steps of `h`.
     ///
     /// # Errors
@@ -77,11 +78,33 @@ impl<F: Field> Transfer<F> {
     /// none.
     pub fn new(
         body: RigidBody,
-        field: F,
+        field: impl Field + 'static,
         h: f64,
         intervals: usize,
         initial: BodyState,
         target: impl TryInto<Terminal, Error: Into<TransferError>>,
+        actuation: Actuation,
+    ) -> Result<Self, TransferError> {
+        let target = target.try_into().map_err(Into::into)?;
+        Self::in_field(
+            body,
+            Arc::new(field),
+            h,
+            intervals,
+            initial,
+            target,
+            actuation,
+        )
+    }
+
+    /// [`Transfer::new`] in a field that others may share.
+    pub(crate) fn in_field(
+        body: RigidBody,
+        field: Arc<dyn Field>,
+        h: f64,
+        intervals: usize,
+        initial: BodyState,
+        target: Terminal,
         actuation: Actuation,
     ) -> Result<Self, TransferError> {
         if !(h.is_finite() && h > 0.0) {
@@ -96,7 +119,6 @@ impl<F: Field> Transfer<F> {
         if !initial.is_finite() {
             return Err(TransferError::Initial(Box::new(initial)));
         }
-        let target = target.try_into().map_err(Into::into)?;
         let terminal = TerminalSet::from(&target);
         Ok(Self {
             body,
@@ -113,9 +135,7 @@ impl<F: Field> Transfer<F> {
             rounding: Vector12::zeros(),
         })
     }
-}
 
-impl<F> Transfer<F> {
     /// The same by other discrete dynamics.
     pub fn with_dynamics(self, dynamics: Dynamics) -> Self {
         Self { dynamics, ..self }
@@ -210,10 +230,7 @@ mod tests {
 
     use super::*;
 
-    fn transfer(
-        mobility: Mobility,
-        initial: BodyState,
-    ) -> Result<Transfer<Sources>, TransferError> {
+    fn transfer(mobility: Mobility, initial: BodyState) -> Result<Transfer, TransferError> {
         let inertia = Inertia::principal([1.0, 1.0, 1.0]).unwrap();
         let body = RigidBody::new(1.0, inertia, Vec::new()).unwrap();
         let weight = Matrix3::identity();

@@ -4,7 +4,6 @@
 //! first order, and no Newton step leads away. With the missing actuators added the plan is an ordinary one; as they grow
 //! dear it comes to do without them, and keeps away from rest.
 
-use lgvi_dynamics::gravity::Field;
 use lgvi_lie::{exp, log};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -12,7 +11,7 @@ use super::attempt::{Failure, ROUGH, Solver};
 use super::class::Class;
 use super::error::PlanError;
 use super::progress::Phase;
-use super::resolution::{Shared, resolved};
+use super::resolution::resolved;
 use crate::newton::{Iterate, Newton, Tolerances, guess};
 use crate::{Actuation, Transfer};
 
@@ -32,7 +31,7 @@ const APART: f64 = 1e-6;
 /// Load of a unit command, and weight.
 type Column = (Vector6<f64>, f64);
 
-impl<F: Field, C> Solver<'_, F, C> {
+impl<C> Solver<'_, C> {
     /// At the first resolution, with the missing actuators at a weight that grows and then without them; `None` where
     /// none are missing or the commands leave no place for them.
     pub(super) fn assisted<const X: usize, const U: usize>(
@@ -86,7 +85,7 @@ impl<F: Field, C> Solver<'_, F, C> {
     /// Whether the first commands, `own` in number, are next to none of the cost.
     fn is_idle<const X: usize, const U: usize>(
         &self,
-        view: &Transfer<Shared<'_, F>>,
+        view: &Transfer,
         newton: &Newton<X, U>,
         own: usize,
     ) -> bool
@@ -120,7 +119,7 @@ impl<F: Field, C> Solver<'_, F, C> {
     /// The plan of a view, from that of another or from a smooth path that loops.
     fn at<const X: usize, const U: usize>(
         &mut self,
-        view: &Transfer<Shared<'_, F>>,
+        view: &Transfer,
         known: Option<Iterate<X, U>>,
         aside: f64,
     ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>

@@ -1,4 +1,3 @@
-use lgvi_dynamics::gravity::Field;
 use nalgebra::SVector;
 
 use super::class::Class;
@@ -11,9 +10,9 @@ use crate::steps::Steps;
 use crate::{Plan, Transfer};
 
 /// One call's worth of attempts.
-pub(super) struct Solver<'s, F, C> {
+pub(super) struct Solver<'s, C> {
     pub(super) class: C,
-    pub(super) transfer: &'s Transfer<F>,
+    pub(super) transfer: &'s Transfer,
     pub(super) standing: Standing,
     pub(super) tolerances: Tolerances,
     pub(super) coarse: usize,
@@ -58,10 +57,10 @@ const REFINEMENT: usize = 5;
 /// An iteration that did not converge, and where it is.
 pub(super) type Failure<const X: usize, const U: usize> = (Ended, Box<Newton<X, U>>);
 
-impl<'s, F: Field, C> Solver<'s, F, C> {
+impl<'s, C> Solver<'s, C> {
     pub(super) fn new(
         class: C,
-        transfer: &'s Transfer<F>,
+        transfer: &'s Transfer,
         settings: &NewtonSettings,
         observe: &'s mut dyn FnMut(&Progress) -> bool,
     ) -> Self {
@@ -82,9 +81,9 @@ impl<'s, F: Field, C> Solver<'s, F, C> {
     }
 
     /// The problem of `view`, a resolution of the transfer.
-    pub(super) fn problem<'p, V, S, const X: usize, const U: usize>(
+    pub(super) fn problem<'p, S, const X: usize, const U: usize>(
         &self,
-        view: &'p Transfer<V>,
+        view: &'p Transfer,
         steps: &'p S,
     ) -> Problem<'p, S, C::Ending, X, U>
     where

@@ -1,6 +1,5 @@
 //! Classes of motion: what the iteration sees of a transfer that plans all coordinates or half of them.
 
-use lgvi_dynamics::gravity::Field;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::newton::{Ending, Turning};
@@ -13,7 +12,7 @@ use crate::{Actuation, Transfer};
 /// A class of motion of `X` coordinates under `U` commands.
 pub(super) trait Class<const X: usize, const U: usize> {
     /// Its steps.
-    type Steps<'t, F: Field + 't>: Steps<X, U>;
+    type Steps<'t>: Steps<X, U>;
     /// Its terminal conditions.
     type Ending: Ending<X>;
     /// Where its coordinates begin among the twelve.
@@ -26,15 +25,12 @@ pub(super) trait Class<const X: usize, const U: usize> {
     where
         Self: Sized;
 
-    fn steps<'t, F: Field>(
-        &self,
-        transfer: &'t Transfer<F>,
-    ) -> Result<Self::Steps<'t, F>, HalfError>;
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError>;
 
-    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t Self::Ending;
+    fn ending<'t>(&self, transfer: &'t Transfer) -> &'t Self::Ending;
 
     /// `W` of its commands.
-    fn weight<F>(&self, transfer: &Transfer<F>) -> SMatrix<f64, U, U>;
+    fn weight(&self, transfer: &Transfer) -> SMatrix<f64, U, U>;
 
     /// The actuation's commands, those of the class given.
     fn widened(&self, command: &SVector<f64, U>) -> SVector<f64, 6>;
@@ -43,10 +39,10 @@ pub(super) trait Class<const X: usize, const U: usize> {
     fn narrowed(&self, command: &SVector<f64, 6>) -> SVector<f64, U>;
 
     /// Where moments are among its commands, if commands are moments themselves.
-    fn moments<F>(&self, transfer: &Transfer<F>) -> Option<usize>;
+    fn moments(&self, transfer: &Transfer) -> Option<usize>;
 
     /// Where body-frame vectors turn with the attitude.
-    fn turning<F>(&self, transfer: &Transfer<F>) -> Option<Turning> {
+    fn turning(&self, transfer: &Transfer) -> Option<Turning> {
         let [_, attitude] = Self::OFFSETS;
         Some(Turning {
             attitude: attitude?,
@@ -70,7 +66,7 @@ pub(super) trait Class<const X: usize, const U: usize> {
 pub(super) struct Both;
 
 impl Class<12, 6> for Both {
-    type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, Full, 2, 6>;
+    type Steps<'t> = KickDriftKick<'t, Full, 2, 6>;
     type Ending = TerminalSet;
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), Some(6)];
@@ -79,22 +75,19 @@ impl Class<12, 6> for Both {
         Ok(Self)
     }
 
-    fn steps<'t, F: Field>(
-        &self,
-        transfer: &'t Transfer<F>,
-    ) -> Result<Self::Steps<'t, F>, HalfError> {
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError> {
         Ok(KickDriftKick::full(transfer))
     }
 
-    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t TerminalSet {
+    fn ending<'t>(&self, transfer: &'t Transfer) -> &'t TerminalSet {
         &transfer.terminal
     }
 
-    fn weight<F>(&self, transfer: &Transfer<F>) -> SMatrix<f64, 6, 6> {
+    fn weight(&self, transfer: &Transfer) -> SMatrix<f64, 6, 6> {
         *transfer.actuation.weight()
     }
 
-    fn moments<F>(&self, transfer: &Transfer<F>) -> Option<usize> {
+    fn moments(&self, transfer: &Transfer) -> Option<usize> {
         transfer.actuation.gains().map(|_| 3)
     }
 
@@ -112,7 +105,7 @@ impl Class<12, 6> for Both {
 pub(super) struct Translation(pub(super) HalfCommands);
 
 impl Class<6, 3> for Translation {
-    type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, TranslationHalf, 1, 3>;
+    type Steps<'t> = KickDriftKick<'t, TranslationHalf, 1, 3>;
     type Ending = HalfSet;
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), None];
@@ -121,22 +114,19 @@ impl Class<6, 3> for Translation {
         Ok(Self(HalfCommands::forces(actuation)?))
     }
 
-    fn steps<'t, F: Field>(
-        &self,
-        transfer: &'t Transfer<F>,
-    ) -> Result<Self::Steps<'t, F>, HalfError> {
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError> {
         KickDriftKick::translation(transfer, &self.0)
     }
 
-    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t HalfSet {
+    fn ending<'t>(&self, transfer: &'t Transfer) -> &'t HalfSet {
         &transfer.terminal.translation
     }
 
-    fn weight<F>(&self, _: &Transfer<F>) -> SMatrix<f64, 3, 3> {
+    fn weight(&self, _: &Transfer) -> SMatrix<f64, 3, 3> {
         *self.0.weight()
     }
 
-    fn moments<F>(&self, _: &Transfer<F>) -> Option<usize> {
+    fn moments(&self, _: &Transfer) -> Option<usize> {
         None
     }
 
@@ -154,7 +144,7 @@ impl Class<6, 3> for Translation {
 pub(super) struct Rotation(pub(super) HalfCommands);
 
 impl Class<6, 3> for Rotation {
-    type Steps<'t, F: Field + 't> = KickDriftKick<'t, F, RotationHalf, 1, 3>;
+    type Steps<'t> = KickDriftKick<'t, RotationHalf, 1, 3>;
     type Ending = HalfSet;
     const FIRST: usize = 6;
     const OFFSETS: [Option<usize>; 2] = [None, Some(0)];
@@ -163,22 +153,19 @@ impl Class<6, 3> for Rotation {
         Ok(Self(HalfCommands::moments(actuation)?))
     }
 
-    fn steps<'t, F: Field>(
-        &self,
-        transfer: &'t Transfer<F>,
-    ) -> Result<Self::Steps<'t, F>, HalfError> {
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError> {
         KickDriftKick::rotation(transfer, &self.0)
     }
 
-    fn ending<'t, F>(&self, transfer: &'t Transfer<F>) -> &'t HalfSet {
+    fn ending<'t>(&self, transfer: &'t Transfer) -> &'t HalfSet {
         &transfer.terminal.rotation
     }
 
-    fn weight<F>(&self, _: &Transfer<F>) -> SMatrix<f64, 3, 3> {
+    fn weight(&self, _: &Transfer) -> SMatrix<f64, 3, 3> {
         *self.0.weight()
     }
 
-    fn moments<F>(&self, transfer: &Transfer<F>) -> Option<usize> {
+    fn moments(&self, transfer: &Transfer) -> Option<usize> {
         transfer.actuation.gains().map(|_| 0)
     }
 

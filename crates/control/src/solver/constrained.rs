@@ -1,5 +1,4 @@
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Field;
 use nalgebra::SVector;
 
 use super::attempt::{DESCENTS, Solver, is_cheaper};
@@ -18,7 +17,7 @@ const PATIENCE: u32 = 3;
 /// States and commands, and what inequalities add to the gradient of the Lagrangian there, interval by interval.
 type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<Force<X, U>>);
 
-impl<F: Field, C> Solver<'_, F, C> {
+impl<C> Solver<'_, C> {
     /// Imposes the inequalities on a plan that nearly meets them or, where there is none, on the best without them.
     pub(super) fn constrained<const X: usize, const U: usize>(
         mut self,

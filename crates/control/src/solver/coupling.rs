@@ -4,28 +4,25 @@
 //! otherwise where the plan leads it: the plan as flown misses. Where it misses by more than the tolerance, the whole motion
 //! is planned, under the commands of the half and to its target.
 
-use lgvi_dynamics::gravity::Field;
-
 use super::attempt::Solver;
 use super::class::{Both, Class};
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
-use super::resolution::{Shared, resolved};
+use super::resolution::resolved;
 use crate::newton::Ending;
 use crate::steps::{KickDriftKick, Steps};
 use crate::{Motion, Plan, Transfer};
 
 /// Solves the half of `transfer` that is the class's, as it is flown.
-pub(super) fn half<F, C, const X: usize, const U: usize>(
+pub(super) fn half<C, const X: usize, const U: usize>(
     class: &C,
-    transfer: &Transfer<F>,
+    transfer: &Transfer,
     start: Start<'_>,
     again: bool,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError>
 where
-    F: Field,
     C: Class<X, U> + Clone,
 {
     let mut made = [0; 2];
@@ -50,13 +47,12 @@ where
 }
 
 /// By how much a plan misses its target where both halves are flown; `None` where it cannot be flown.
-fn miss<F, C, const X: usize, const U: usize>(
+fn miss<C, const X: usize, const U: usize>(
     class: &C,
-    transfer: &Transfer<F>,
+    transfer: &Transfer,
     plan: &Plan,
 ) -> Option<f64>
 where
-    F: Field,
     C: Class<X, U>,
 {
     let steps = KickDriftKick::full(transfer);
@@ -70,12 +66,8 @@ where
 }
 
 /// The transfer of the whole motion under the commands of the class, to where it is to lead its half.
-fn whole<'t, F, C, const X: usize, const U: usize>(
-    class: &C,
-    transfer: &'t Transfer<F>,
-) -> Transfer<Shared<'t, F>>
+fn whole<C, const X: usize, const U: usize>(class: &C, transfer: &Transfer) -> Transfer
 where
-    F: Field,
     C: Class<X, U>,
 {
     let mut whole = resolved(transfer, transfer.intervals);

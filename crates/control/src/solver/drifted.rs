@@ -1,7 +1,6 @@
 //! From the free flight to the target: by bending it, and by targets on the way.
 
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Field;
 use lgvi_lie::{exp, log, right_jacobian_inverse};
 use nalgebra::{Matrix3, SVector, Vector3};
 
@@ -19,7 +18,7 @@ const STRIDES: [f64; 2] = [0.25, 0.01];
 /// How much longer a part is tried after one that has a plan.
 const LONGER: f64 = 1.5;
 
-impl<F: Field, C> Solver<'_, F, C> {
+impl<C> Solver<'_, C> {
     /// At the first resolution, from the flight without commands to where it ends by plans to targets between that and the
     /// transfer's own; `None` where that is not one state, or there is no such flight.
     pub(super) fn drifted<const X: usize, const U: usize>(

@@ -1,5 +1,4 @@
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Field;
 use lgvi_lie::exp;
 use nalgebra::{SMatrix, SVector};
 
@@ -10,7 +9,7 @@ use crate::newton::{Ended, Ending, Inequalities, Iterate, Kind, Newton};
 use crate::steps::Steps;
 use crate::{Certificate, Plan};
 
-impl<F: Field, C> Solver<'_, F, C> {
+impl<C> Solver<'_, C> {
     /// A state of the terminal set to draw paths to, and where the body drifts to where that is free.
     pub(super) fn goal(&self) -> BodyState {
         let transfer = self.transfer;

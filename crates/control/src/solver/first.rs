@@ -1,6 +1,5 @@
 //! Plans over a few intervals, from nothing.
 
-use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyState, RigidBody};
 
 use super::attempt::{Failure, Solver};
@@ -16,7 +15,7 @@ const THINNER: f64 = 0.6;
 /// How far a body may turn in a step of the first resolution (rad), by what is known before.
 const TURN: f64 = 0.3;
 
-impl<F: Field, C> Solver<'_, F, C> {
+impl<C> Solver<'_, C> {
     /// Intervals of the first resolution: enough that the body turns little in a step.
     pub(super) fn first_intervals(&self) -> usize {
         let transfer = self.transfer;

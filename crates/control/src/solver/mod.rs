@@ -18,8 +18,6 @@ mod scale;
 mod tests;
 mod warm;
 
-use lgvi_dynamics::gravity::Field;
-
 pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
@@ -39,8 +37,8 @@ use class::{Both, Class, Rotation, Translation};
 /// A plan is a local minimum; windings of the attitude make others. Inequalities are imposed on the plan that is best
 /// without them, and hold where they are sampled. Conditions that no command moves at first order are reached by way of
 /// additional actuators that grow dear, where the actuation has places left for them among its commands.
-pub fn solve<F: Field>(
-    transfer: &Transfer<F>,
+pub fn solve(
+    transfer: &Transfer,
     start: Start<'_>,
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
@@ -62,8 +60,8 @@ pub fn solve<F: Field>(
 }
 
 /// [`solve`] of a transfer that is stated in units of its own size.
-pub(crate) fn solve_in_own_units<F: Field>(
-    transfer: &Transfer<F>,
+pub(crate) fn solve_in_own_units(
+    transfer: &Transfer,
     start: Start<'_>,
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
@@ -72,8 +70,8 @@ pub(crate) fn solve_in_own_units<F: Field>(
 }
 
 /// [`solve_in_own_units`] from a guess, and not from nothing where that fails.
-pub(crate) fn from_guess<F: Field>(
-    transfer: &Transfer<F>,
+pub(crate) fn from_guess(
+    transfer: &Transfer,
     guess: &Plan,
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
@@ -81,8 +79,8 @@ pub(crate) fn from_guess<F: Field>(
     by_class(transfer, Start::Warm(guess), false, settings, &mut observe)
 }
 
-fn by_class<F: Field>(
-    transfer: &Transfer<F>,
+fn by_class(
+    transfer: &Transfer,
     start: Start<'_>,
     again: bool,
     settings: &NewtonSettings,
@@ -106,7 +104,7 @@ fn by_class<F: Field>(
 ///
 /// # Errors
 /// Its commands cannot be flown.
-pub fn certified<F: Field>(transfer: &Transfer<F>, extremal: &Extremal) -> Result<Plan, PlanError> {
+pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanError> {
     let units = Units::of(transfer);
     let own = units.transfer(transfer)?;
     let extremal = units.enter_extremal(extremal);

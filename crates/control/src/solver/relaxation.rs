@@ -1,7 +1,5 @@
 //! Inequalities imposed little by little, where they cannot be at once.
 
-use lgvi_dynamics::gravity::Field;
-
 use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
@@ -17,7 +15,7 @@ const ATTEMPTS: u32 = 24;
 /// Newton steps at most at each of them, in parts of those of a plan.
 const PATIENCE: u32 = 4;
 
-impl<F: Field, C> Solver<'_, F, C> {
+impl<C> Solver<'_, C> {
     /// From the plan without inequalities to that with all of them by plans with less and less slack, the same for all
     /// (their greatest violation is what is lowered); `failure` with the least slack that has a plan, where none without
     /// is found.

@@ -6,7 +6,7 @@ use crate::Transfer;
 use crate::problem::Vector12;
 
 /// What a unit of each coordinate costs at the end, from the rest-to-rest motion of a free body in the time given.
-pub(super) fn stiffness<F>(transfer: &Transfer<F>) -> Vector12 {
+pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
     let duration = transfer.h * transfer.intervals as f64;
     let actuation = &transfer.actuation;
     let inverse = actuation
@@ -38,7 +38,7 @@ pub(super) fn stiffness<F>(transfer: &Transfer<F>) -> Vector12 {
 /// What a unit of each coordinate weighs all along the way, a unit of time: displacements by the stiffness of the
 /// stiffest axis, momenta by the displacement they make in the time given. Slender axes count as much as others: not
 /// what turning costs limits a step, but how far it turns.
-pub(super) fn metric<F>(transfer: &Transfer<F>) -> Vector12 {
+pub(super) fn metric(transfer: &Transfer) -> Vector12 {
     let duration = transfer.h * transfer.intervals as f64;
     let stiffness = stiffness(transfer);
     let [translation, rotation] = [0, 6].map(|first| stiffness.fixed_rows::<3>(first).max());

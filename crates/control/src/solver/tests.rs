@@ -10,7 +10,7 @@ use crate::newton::{Iterate, Newton, Unconstrained};
 use crate::{Actuation, Plan, Progress, Transfer, miss};
 
 /// From rest to rest by .5 rad about z, far from all that attracts.
-fn turn() -> Transfer<Central> {
+fn turn() -> Transfer {
     let inertia = Inertia::principal([0.2, 0.3, 0.4]).unwrap();
     let body = RigidBody::new(1.0, inertia, vec![]).unwrap();
     let rest = |angle: f64| BodyState {
@@ -26,7 +26,7 @@ fn turn() -> Transfer<Central> {
 }
 
 /// The stationary point with this many turns more about z, and where it is gone on to.
-fn plans(transfer: &Transfer<Central>, turns: f64) -> [Plan; 2] {
+fn plans(transfer: &Transfer, turns: f64) -> [Plan; 2] {
     let mut observe = |_: &Progress| true;
     let mut solver = Solver::new(Both, transfer, &NewtonSettings::default(), &mut observe);
     let coarse: Newton<12, 6> = solver.smooth(turns).unwrap().ok().unwrap();

@@ -1,7 +1,6 @@
 //! From the plan of a similar transfer.
 
 use lgvi_dynamics::Load;
-use lgvi_dynamics::gravity::Field;
 use nalgebra::SVector;
 
 use super::attempt::{Failure, Solver};
@@ -12,7 +11,7 @@ use crate::Plan;
 use crate::newton::{Iterate, Newton, Problem, guess};
 use crate::steps::Steps;
 
-impl<F: Field, C> Solver<'_, F, C> {
+impl<C> Solver<'_, C> {
     pub(super) fn warm<const X: usize, const U: usize>(
         &mut self,
         plan: &Plan,

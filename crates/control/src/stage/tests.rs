@@ -7,7 +7,6 @@ use crate::extremal::{integrate, integrate_with_sensitivity};
 use crate::problem::{Dynamics, Vector12};
 use crate::steps::tests::model::{Scene, State, scenes};
 use crate::{Actuation, Transfer};
-use lgvi_dynamics::gravity::Sources;
 use nalgebra::{Matrix3, SMatrix};
 
 /// `λ` of `Aᵀ λ = μ`, `A` the derivative of the step from `state` with any control, by elimination with row exchanges.
@@ -46,7 +45,7 @@ fn multipliers(scene: &Scene, state: &State<Dual64>, mu: [Dual64; 12]) -> [Dual6
 /// The end of the extremal from `λ_0`, of steps and multiplier equations made of potentials alone.
 fn end(
     scene: &Scene,
-    transfer: &Transfer<Sources>,
+    transfer: &Transfer,
     gains: &[Matrix3<f64>; 2],
     lambda0: [Dual64; 12],
 ) -> State<Dual64> {

@@ -30,15 +30,15 @@ pub(crate) trait Coordinates<const N: usize> {
     fn kick(&self, impulses: &[Vector3<f64>; N], state: &mut BodyState);
 
     /// What gravity exerts.
-    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; N];
+    fn load(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; N];
 
     /// Its first derivatives by the pose.
-    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<N>;
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<N>;
 
     /// Second derivatives of its product with `weights`, symmetric.
-    fn curvature<F: Field>(
+    fn curvature(
         &self,
-        field: &F,
+        field: &dyn Field,
         body: &RigidBody,
         state: &BodyState,
         weights: &[Vector3<f64>; N],
@@ -76,12 +76,12 @@ impl Coordinates<2> for Full {
         state.angular_momentum += moment;
     }
 
-    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 2] {
+    fn load(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 2] {
         let load = field.load(body, &state.position, &state.attitude);
         [load.force, load.moment]
     }
 
-    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<2> {
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<2> {
         let g = field.gradient(body, &state.position, &state.attitude);
         [
             [g.force_by_position, g.force_by_attitude],
@@ -89,9 +89,9 @@ impl Coordinates<2> for Full {
         ]
     }
 
-    fn curvature<F: Field>(
+    fn curvature(
         &self,
-        field: &F,
+        field: &dyn Field,
         body: &RigidBody,
         state: &BodyState,
         &[force, moment]: &[Vector3<f64>; 2],

@@ -51,7 +51,7 @@ pub(crate) struct Rotation {
 }
 
 /// The states at `0 … N` of the transfer's body without control.
-fn free_flight<F: Field>(transfer: &Transfer<F>) -> Result<Vec<BodyState>, HalfError> {
+fn free_flight(transfer: &Transfer) -> Result<Vec<BodyState>, HalfError> {
     let steps = KickDriftKick::full(transfer);
     let mut state = transfer.initial;
     let mut history = Vec::with_capacity(transfer.intervals + 1);
@@ -68,10 +68,10 @@ fn free_flight<F: Field>(transfer: &Transfer<F>) -> Result<Vec<BodyState>, HalfE
     Ok(history)
 }
 
-impl<'t, F: Field> KickDriftKick<'t, F, Translation, 1, 3> {
+impl<'t> KickDriftKick<'t, Translation, 1, 3> {
     /// Those of the center of mass under the actuation's forces.
     pub(crate) fn translation(
-        transfer: &'t Transfer<F>,
+        transfer: &'t Transfer,
         commands: &HalfCommands,
     ) -> Result<Self, HalfError> {
         let history = free_flight(transfer)?;
@@ -83,10 +83,10 @@ impl<'t, F: Field> KickDriftKick<'t, F, Translation, 1, 3> {
     }
 }
 
-impl<'t, F: Field> KickDriftKick<'t, F, Rotation, 1, 3> {
+impl<'t> KickDriftKick<'t, Rotation, 1, 3> {
     /// Those of the attitude under the actuation's moments.
     pub(crate) fn rotation(
-        transfer: &'t Transfer<F>,
+        transfer: &'t Transfer,
         commands: &HalfCommands,
     ) -> Result<Self, HalfError> {
         let history = free_flight(transfer)?;
@@ -141,19 +141,19 @@ impl Coordinates<1> for Translation {
         state.linear_momentum += force;
     }
 
-    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 1] {
+    fn load(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 1] {
         let [force, _] = Full.load(field, body, state);
         [force]
     }
 
-    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<1> {
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<1> {
         let gradient = field.gradient(body, &state.position, &state.attitude);
         [[gradient.force_by_position]]
     }
 
-    fn curvature<F: Field>(
+    fn curvature(
         &self,
-        field: &F,
+        field: &dyn Field,
         body: &RigidBody,
         state: &BodyState,
         &[force]: &[Vector3<f64>; 1],
@@ -202,19 +202,19 @@ impl Coordinates<1> for Rotation {
         state.angular_momentum += moment;
     }
 
-    fn load<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 1] {
+    fn load(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; 1] {
         let [_, moment] = Full.load(field, body, state);
         [moment]
     }
 
-    fn gradient<F: Field>(&self, field: &F, body: &RigidBody, state: &BodyState) -> Blocks<1> {
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<1> {
         let gradient = field.gradient(body, &state.position, &state.attitude);
         [[gradient.moment_by_attitude]]
     }
 
-    fn curvature<F: Field>(
+    fn curvature(
         &self,
-        field: &F,
+        field: &dyn Field,
         body: &RigidBody,
         state: &BodyState,
         &[moment]: &[Vector3<f64>; 1],

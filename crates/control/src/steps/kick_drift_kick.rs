@@ -7,7 +7,6 @@
 use std::array;
 
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -20,8 +19,8 @@ use crate::Transfer;
 use crate::problem::Dynamics;
 
 /// Steps of the coordinates `C` of a transfer's body.
-pub(crate) struct KickDriftKick<'t, F, C, const N: usize, const U: usize> {
-    transfer: &'t Transfer<F>,
+pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
+    transfer: &'t Transfer,
     coordinates: C,
     /// `B`: force, moment or both of unit commands.
     pub(super) commands: [SMatrix<f64, 3, U>; N],
@@ -31,20 +30,18 @@ pub(crate) struct KickDriftKick<'t, F, C, const N: usize, const U: usize> {
     pub(super) after: f64,
 }
 
-impl<'t, F: Field> KickDriftKick<'t, F, Full, 2, 6> {
+impl<'t> KickDriftKick<'t, Full, 2, 6> {
     /// Those of position and attitude by the transfer's dynamics.
-    pub(crate) fn full(transfer: &'t Transfer<F>) -> Self {
+    pub(crate) fn full(transfer: &'t Transfer) -> Self {
         let matrix = transfer.actuation.matrix();
         let commands = [0, 3].map(|row| matrix.fixed_rows::<3>(row).into_owned());
         Self::new(transfer, Full, commands)
     }
 }
 
-impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
-    KickDriftKick<'t, F, C, N, U>
-{
+impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C, N, U> {
     pub(crate) fn new(
-        transfer: &'t Transfer<F>,
+        transfer: &'t Transfer,
         coordinates: C,
         commands: [SMatrix<f64, 3, U>; N],
     ) -> Self {
@@ -69,7 +66,7 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
     #[inline]
     pub(super) fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
         let Transfer { field, body, .. } = self.transfer;
-        let loads = self.coordinates.load(field, body, state);
+        let loads = self.coordinates.load(field.as_ref(), body, state);
         let impulses = array::from_fn(|i| tau * (loads[i] + controls[i]));
         self.coordinates.kick(&impulses, state);
     }
@@ -99,7 +96,7 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
     #[inline(always)]
     pub(super) fn kick_gradient(&self, tau: f64, state: &BodyState) -> Kick<'_, N, U> {
         let Transfer { field, body, .. } = self.transfer;
-        let mut by_pose = self.coordinates.gradient(field, body, state);
+        let mut by_pose = self.coordinates.gradient(field.as_ref(), body, state);
         by_pose.iter_mut().flatten().for_each(|block| *block *= tau);
         Kick {
             tau,
@@ -118,12 +115,12 @@ impl<'t, F: Field, C: Coordinates<N>, const N: usize, const U: usize>
     ) -> Blocks<N> {
         let Transfer { field, body, .. } = self.transfer;
         let weights = weights.map(|weight| tau * weight);
-        self.coordinates.curvature(field, body, state, &weights)
+        self.coordinates
+            .curvature(field.as_ref(), body, state, &weights)
     }
 }
 
-impl<F: Field, C, const X: usize, const N: usize, const U: usize> Steps<X, U>
-    for KickDriftKick<'_, F, C, N, U>
+impl<C, const X: usize, const N: usize, const U: usize> Steps<X, U> for KickDriftKick<'_, C, N, U>
 where
     C: Coordinates<N> + Variations<X>,
 {

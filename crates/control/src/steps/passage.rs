@@ -6,7 +6,6 @@
 use std::array;
 
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{Matrix3, SVector, Vector3};
 
@@ -16,8 +15,8 @@ use super::kick::{Kick, momentum, pose};
 use super::{Curvature, KickDriftKick, Linearization};
 
 /// A step on its way to its last kick, with its first derivatives.
-pub(super) struct Passage<'s, F, C, const N: usize, const U: usize> {
-    steps: &'s KickDriftKick<'s, F, C, N, U>,
+pub(super) struct Passage<'s, C, const N: usize, const U: usize> {
+    steps: &'s KickDriftKick<'s, C, N, U>,
     /// Where the drift begins.
     begun: BodyState,
     /// Where it ends.
@@ -32,10 +31,10 @@ pub(super) struct Passage<'s, F, C, const N: usize, const U: usize> {
     carried: Blocks<N>,
 }
 
-impl<'s, F: Field, C: Coordinates<N>, const N: usize, const U: usize> Passage<'s, F, C, N, U> {
+impl<'s, C: Coordinates<N>, const N: usize, const U: usize> Passage<'s, C, N, U> {
     #[inline(always)]
     pub(super) fn new(
-        steps: &'s KickDriftKick<'s, F, C, N, U>,
+        steps: &'s KickDriftKick<'s, C, N, U>,
         k: usize,
         state: &BodyState,
         controls: &[Vector3<f64>; N],

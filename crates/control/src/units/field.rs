@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use lgvi_dynamics::gravity::{Field, Intrusion, LoadCurvature, LoadGradient};
 use lgvi_dynamics::{Load, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -8,20 +10,20 @@ use super::Units;
 ///
 /// It acts on the body that it was made for, whatever body it is asked about: bodies of other inertia are pulled alike.
 #[derive(Clone)]
-pub(crate) struct Rescaled<'f, F> {
-    field: &'f F,
-    body: &'f RigidBody,
+pub(crate) struct Rescaled {
+    field: Arc<dyn Field>,
+    body: RigidBody,
     length: f64,
     /// The reciprocals of those of force and moment.
     force: f64,
     moment: f64,
 }
 
-impl<'f, F> Rescaled<'f, F> {
-    pub(super) fn new(field: &'f F, body: &'f RigidBody, units: &Units) -> Self {
+impl Rescaled {
+    pub(super) fn new(field: &Arc<dyn Field>, body: &RigidBody, units: &Units) -> Self {
         Self {
-            field,
-            body,
+            field: Arc::clone(field),
+            body: body.clone(),
             length: units.length,
             force: units.force().recip(),
             moment: units.moment().recip(),
@@ -33,9 +35,9 @@ impl<'f, F> Rescaled<'f, F> {
     }
 }
 
-impl<F: Field> Field for Rescaled<'_, F> {
+impl Field for Rescaled {
     fn load(&self, _: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load {
-        let load = self.field.load(self.body, &self.place(x), r);
+        let load = self.field.load(&self.body, &self.place(x), r);
         Load {
             force: self.force * load.force,
             moment: self.moment * load.moment,
@@ -44,11 +46,11 @@ impl<F: Field> Field for Rescaled<'_, F> {
 
     fn potential(&self, _: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> f64 {
         let energy = self.force / self.length;
-        energy * self.field.potential(self.body, &self.place(x), r)
+        energy * self.field.potential(&self.body, &self.place(x), r)
     }
 
     fn gradient(&self, _: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> LoadGradient {
-        let g = self.field.gradient(self.body, &self.place(x), r);
+        let g = self.field.gradient(&self.body, &self.place(x), r);
         LoadGradient {
             force_by_position: self.force * self.length * g.force_by_position,
             force_by_attitude: self.force * g.force_by_attitude,
@@ -68,7 +70,9 @@ impl<F: Field> Field for Rescaled<'_, F> {
             force: self.force * weights.force,
             moment: self.moment * weights.moment,
         };
-        let k = self.field.curvature(self.body, &self.place(x), r, &weights);
+        let k = self
+            .field
+            .curvature(&self.body, &self.place(x), r, &weights);
         LoadCurvature {
             position_position: self.length * self.length * k.position_position,
             position_attitude: self.length * k.position_attitude,
@@ -77,7 +81,7 @@ impl<F: Field> Field for Rescaled<'_, F> {
     }
 
     fn check_clearance(&self, _: &RigidBody, x: &Vector3<f64>) -> Result<(), Intrusion> {
-        let found = self.field.check_clearance(self.body, &self.place(x));
+        let found = self.field.check_clearance(&self.body, &self.place(x));
         found.map_err(|Intrusion { distance, limit }| Intrusion {
             distance: distance / self.length,
             limit: limit / self.length,

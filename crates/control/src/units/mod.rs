@@ -39,7 +39,7 @@ impl Units {
     /// Those of a transfer: its duration; the greatest distance from the origin at either end; the greatest momentum at
     /// either end, or the one that covers that distance in the duration; the greatest angular momentum at either end, or the
     /// one that turns the body by a radian in the duration.
-    pub(crate) fn of<F>(transfer: &Transfer<F>) -> Self {
+    pub(crate) fn of(transfer: &Transfer) -> Self {
         let Transfer {
             body,
             h,

@@ -1,6 +1,7 @@
 //! A transfer in units of its own.
 
-use lgvi_dynamics::gravity::Field;
+use std::sync::Arc;
+
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 
 use super::{Rescaled, Units};
@@ -12,10 +13,7 @@ impl Units {
     ///
     /// # Errors
     /// Numbers that leave the range of floating point.
-    pub(crate) fn transfer<'f, F: Field>(
-        &self,
-        transfer: &'f Transfer<F>,
-    ) -> Result<Transfer<Rescaled<'f, F>>, TransferError> {
+    pub(crate) fn transfer(&self, transfer: &Transfer) -> Result<Transfer, TransferError> {
         let own = self.inverse();
         let body = &transfer.body;
         let inertia = Inertia::new(own.inertia() * body.inertia().matrix())
@@ -30,7 +28,7 @@ impl Units {
             terminal: TerminalSet::new(&transfer.target, self),
             inequalities: transfer.inequalities.in_units(self),
             body,
-            field: Rescaled::new(&transfer.field, &transfer.body, self),
+            field: Arc::new(Rescaled::new(&transfer.field, &transfer.body, self)),
             h: own.time * transfer.h,
             intervals: transfer.intervals,
             initial,

@@ -1,4 +1,3 @@
-use lgvi_dynamics::gravity::Field;
 use nalgebra::Vector3;
 
 use super::{ROUNDING, Units};
@@ -10,7 +9,7 @@ impl Units {
     ///
     /// Gravity turns a body by what is left of large moments: those of its points, which all but cancel. Their rounding may
     /// be far more than that of the angular momentum itself.
-    pub(super) fn rounding<F: Field>(&self, transfer: &Transfer<F>) -> Vector12 {
+    pub(super) fn rounding(&self, transfer: &Transfer) -> Vector12 {
         let Transfer {
             body,
             field,

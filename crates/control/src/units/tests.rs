@@ -8,7 +8,7 @@ use crate::steps::{KickDriftKick, Steps};
 use crate::{Actuation, Dynamics, NewtonSettings, Start, Transfer, solve};
 
 /// A satellite in a low orbit, in meters: it moves ahead by a kilometer and turns.
-fn transfer(dynamics: Dynamics) -> Transfer<Multipole> {
+fn transfer(dynamics: Dynamics) -> Transfer {
     let (gm, radius, mass) = (3.986e14, 7e6, 4.0);
     let inertia = Inertia::principal([0.007, 0.03, 0.033]).unwrap();
     let ends = [0.1, -0.1].map(|x| PointMass {

@@ -68,12 +68,12 @@ impl Case {
         RigidBody::new(mass, inertia, points.to_vec()).expect("body")
     }
 
-    pub fn transfer(&self, n: usize) -> Transfer<Central> {
+    pub fn transfer(&self, n: usize) -> Transfer {
         self.with_axial(n, None)
     }
 
     /// With another moment of inertia about the dumbbell's axis.
-    pub fn with_axial(&self, n: usize, axial: Option<f64>) -> Transfer<Central> {
+    pub fn with_axial(&self, n: usize, axial: Option<f64>) -> Transfer {
         let boundary = |which: &str| {
             let part = |name: &str| &self.json["bc"][format!("{name}{which}")];
             BodyState {

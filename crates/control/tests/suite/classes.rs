@@ -33,7 +33,7 @@ fn full() -> Actuation {
 fn transfer(
     target: impl TryInto<Terminal, Error: Into<TransferError>>,
     actuation: Actuation,
-) -> Transfer<Uniform> {
+) -> Transfer {
     let inertia = Inertia::principal(INERTIA).expect("inertia");
     let body = RigidBody::new(MASS, inertia, Vec::new()).expect("a body");
     let field = Uniform {
@@ -43,7 +43,7 @@ fn transfer(
     Transfer::new(body, field, H, N, start, target, actuation).expect("a transfer")
 }
 
-fn plan(transfer: &Transfer<Uniform>) -> Plan {
+fn plan(transfer: &Transfer) -> Plan {
     solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true).expect("a plan")
 }
 

@@ -101,7 +101,7 @@ fn wheels() -> Actuation {
     Actuation::actuators(&[(first, 1.0), (second, 1.0)]).expect("actuators")
 }
 
-fn transfer(file: &Value, case: &Value) -> Transfer<Central> {
+fn transfer(file: &Value, case: &Value) -> Transfer {
     let n = number(&case["N"]) as usize;
     let set = case["set"].as_str().expect("a set");
     let given = &file["sets"][set];
@@ -143,7 +143,7 @@ fn transfer(file: &Value, case: &Value) -> Transfer<Central> {
     free.expect("a transfer").with_constraints(&constraints)
 }
 
-fn planned(transfer: &Transfer<Central>, start: Start<'_>) -> (Plan, u32) {
+fn planned(transfer: &Transfer, start: Start<'_>) -> (Plan, u32) {
     let mut iterations = 0;
     let plan = solve(transfer, start, &NewtonSettings::default(), |now| {
         iterations = now.iteration;
@@ -304,11 +304,11 @@ fn limits_down_to_the_least_peak_have_plans_and_below_it_the_least_excess_is_tol
 
 #[test]
 fn only_what_is_proved_is_infeasible_and_the_rest_is_not_found_with_the_place() {
-    let cold = |transfer: &Transfer<Central>| {
+    let cold = |transfer: &Transfer| {
         let settings = NewtonSettings::default();
         solve(transfer, Start::Cold, &settings, |_| true)
     };
-    let infeasible = |transfer: &Transfer<Central>| match cold(transfer) {
+    let infeasible = |transfer: &Transfer| match cold(transfer) {
         Err(PlanError::Infeasible {
             constraint,
             step,

@@ -10,7 +10,7 @@ use crate::case::Case;
 
 const N: usize = 100;
 
-fn transfer(motion: Motion) -> Transfer<Central> {
+fn transfer(motion: Motion) -> Transfer {
     let case = Case::load("C_i");
     let plain = case.transfer(N);
     let terminal = plain.target().clone().without(match motion {
@@ -32,7 +32,7 @@ fn transfer(motion: Motion) -> Transfer<Central> {
 }
 
 /// Where the propagator flies a plan to.
-fn flown(transfer: &Transfer<Central>, plan: &Plan) -> BodyState {
+fn flown(transfer: &Transfer, plan: &Plan) -> BodyState {
     let gravity = Box::new(Central { gm: 1.0 });
     let system = System::new(vec![Case::load("C_i").body()], vec![gravity]);
     let method = Method::LieEuler(Rotor::default());

@@ -27,7 +27,7 @@ fn between(shortest: f64, longest: f64) -> FinalTime {
     }
 }
 
-fn transfer(n: usize, duration: f64) -> Transfer<Central> {
+fn transfer(n: usize, duration: f64) -> Transfer {
     let transfer = Case::load("B_i").transfer(n);
     transfer.with_final_time(duration).expect("a time")
 }

@@ -4,12 +4,11 @@ use lgvi_control::{
     Minimum, NewtonSettings, PlanError, SearchSettings, Settings, Start, Transfer, search,
     shooting, solve,
 };
-use lgvi_dynamics::gravity::Central;
 use lgvi_truth::maneuvers::{SEED, varied};
 
 use crate::case::Case;
 
-fn transfer() -> Transfer<Central> {
+fn transfer() -> Transfer {
     let transfer = Case::load("C_i").transfer(100);
     transfer.with_final_time(0.9046).expect("a time")
 }

@@ -1,7 +1,6 @@
 //! The structured solver against reference solutions and on slender bodies, and what its certificate sees.
 
 use lgvi_control::{NewtonSettings, Phase, Plan, PlanError, Start, Transfer, solve};
-use lgvi_dynamics::gravity::Central;
 
 use crate::case::Case;
 
@@ -10,7 +9,7 @@ const AXIAL: [f64; 9] = [
     0.009, 0.007, 0.005, 0.004, 0.003, 0.002, 0.001, 0.0007, 0.0005,
 ];
 
-fn cold(transfer: &Transfer<Central>) -> Plan {
+fn cold(transfer: &Transfer) -> Plan {
     solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true).expect("a plan")
 }
 

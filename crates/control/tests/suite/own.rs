@@ -10,7 +10,7 @@ use lgvi_control::{
     Actuation, Constraint, Motion, NewtonSettings, Place, Plan, Start, Terminal, Transfer,
     TransferError, solve,
 };
-use lgvi_dynamics::gravity::{Central, Field, Uniform};
+use lgvi_dynamics::gravity::{Central, Uniform};
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -127,7 +127,7 @@ fn at(position: Vector3<f64>, velocity: Vector3<f64>) -> BodyState {
 }
 
 /// Of a unit mass without gravity, the center of mass alone.
-fn free<T>(initial: BodyState, target: T, weight: &Matrix3<f64>) -> Transfer<Uniform>
+fn free<T>(initial: BodyState, target: T, weight: &Matrix3<f64>) -> Transfer
 where
     T: TryInto<Terminal, Error: Into<TransferError>>,
 {
@@ -142,7 +142,7 @@ where
         .with_motion(Motion::Translation)
 }
 
-fn plan<F: Field>(transfer: &Transfer<F>) -> Plan {
+fn plan(transfer: &Transfer) -> Plan {
     let plan = solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true);
     let plan = plan.expect("a plan");
     let found = &plan.certificate;

@@ -28,11 +28,11 @@ fn miss_of(case: &Case, n: usize, controls: &[Load], method: Method) -> f64 {
     miss(&target(&transfer), &flight.states()[0]).norm()
 }
 
-fn target(transfer: &Transfer<Central>) -> BodyState {
+fn target(transfer: &Transfer) -> BodyState {
     transfer.target().state().expect("a state")
 }
 
-fn plan(transfer: &Transfer<Central>, start: Start<'_>) -> Plan {
+fn plan(transfer: &Transfer, start: Start<'_>) -> Plan {
     solve(transfer, start, &NewtonSettings::default(), |_| true).expect("a plan")
 }
 
@@ -48,7 +48,7 @@ fn processed_plans_and_those_of_the_lgvi_miss_by_the_square_of_the_step() {
             "{set}    N   Lie–Euler   processed, and flown by LGVI     of LGVI, and processed cost"
         );
         for n in [50, 100, 200, 400, 800] {
-            let mut shoot = |which: usize, transfer: &Transfer<Central>| {
+            let mut shoot = |which: usize, transfer: &Transfer| {
                 let start = lambda[which];
                 let found = shooting::solve(transfer, start, &Settings::default(), |_| true);
                 let found = found.expect("a solution");

@@ -2,14 +2,13 @@
 
 use lgvi_control::{NewtonSettings, Plan, Start, TooLate, Transfer, solve};
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Central;
 use lgvi_lie::exp;
 use nalgebra::Vector3;
 
 use crate::case::Case;
 
 /// A plan with its number of Newton steps.
-fn plan(transfer: &Transfer<Central>, start: Start<'_>) -> (Plan, u32) {
+fn plan(transfer: &Transfer, start: Start<'_>) -> (Plan, u32) {
     let mut iterations = 0;
     let plan = solve(transfer, start, &NewtonSettings::default(), |now| {
         iterations = now.iteration;

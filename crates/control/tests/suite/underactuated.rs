@@ -34,7 +34,7 @@ fn transfer(
     target: impl TryInto<Terminal, Error: Into<TransferError>>,
     actuation: Actuation,
     motion: Motion,
-) -> Transfer<Uniform> {
+) -> Transfer {
     let inertia = Inertia::principal(INERTIA).expect("inertia");
     let body = RigidBody::new(2.0, inertia, Vec::new()).expect("a body");
     let field = Uniform {
@@ -45,7 +45,7 @@ fn transfer(
     transfer.expect("a transfer").with_motion(motion)
 }
 
-fn planned(transfer: &Transfer<Uniform>) -> (Plan, u32) {
+fn planned(transfer: &Transfer) -> (Plan, u32) {
     let mut iterations = 0;
     let plan = solve(transfer, Start::Cold, &NewtonSettings::default(), |now| {
         iterations = now.iteration;

@@ -75,7 +75,7 @@ pub struct Maneuver {
     /// What attracts it.
     pub field: Sources,
     /// What is asked.
-    pub transfer: Transfer<Sources>,
+    pub transfer: Transfer,
 }
 
 /// Why there is no such maneuver; all numbers drawn make one.

@@ -70,7 +70,7 @@ pub struct Varied {
     /// What attracts it, from the origin.
     pub gm: f64,
     /// What is asked.
-    pub transfer: Transfer<Central>,
+    pub transfer: Transfer,
     /// Under these inequalities.
     pub constraints: Vec<Constraint>,
     /// Units of length, mass and time in which it would be stated.
@@ -245,7 +245,7 @@ impl Varied {
     }
 
     /// The transfer in its own units; it costs the same number.
-    pub fn stated(&self) -> Result<Transfer<Central>, ManeuverError> {
+    pub fn stated(&self) -> Result<Transfer, ManeuverError> {
         let [l, m, t] = self.units;
         let (force, moment) = (m * l / (t * t), m * l * l / (t * t));
         let scaled = |state: &BodyState| BodyState {

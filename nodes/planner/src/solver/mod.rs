@@ -13,7 +13,6 @@ use lgvi_control::{
     Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
-use lgvi_dynamics::gravity::Sources;
 use lgvi_scene::{FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
@@ -181,11 +180,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     Ok(solved)
 }
 
-fn transfer(
-    scene: &Scene,
-    initial: &BodyState,
-    intervals: usize,
-) -> Result<Transfer<Sources>, Unsolved> {
+fn transfer(scene: &Scene, initial: &BodyState, intervals: usize) -> Result<Transfer, Unsolved> {
     let refused = |error: &dyn std::fmt::Display| Unsolved::new(Reason::Refused, error);
     scene
         .transfer_from(*initial, intervals)
@@ -196,7 +191,7 @@ fn transfer(
 /// Solves one transfer.
 fn once(
     scene: &Scene,
-    transfer: &Transfer<Sources>,
+    transfer: &Transfer,
     guess: Option<&Plan>,
     observe: Observe<'_>,
 ) -> Result<Solved, Unsolved> {
@@ -215,7 +210,7 @@ fn once(
 
 fn by_method(
     maneuver: &Maneuver,
-    transfer: &Transfer<Sources>,
+    transfer: &Transfer,
     guess: Option<&Plan>,
     observe: Observe<'_>,
 ) -> Result<Solved, Unsolved> {
@@ -234,7 +229,7 @@ fn by_method(
 
 /// The cheapest local minimum of a search; the ranking goes to the log.
 fn best(
-    transfer: &Transfer<Sources>,
+    transfer: &Transfer,
     Search { starts, seed }: Search,
     newton: NewtonSettings,
     observe: Observe<'_>,
@@ -282,7 +277,7 @@ fn newton_settings(solver: &Solver) -> NewtonSettings {
 }
 
 fn newton(
-    transfer: &Transfer<Sources>,
+    transfer: &Transfer,
     guess: Option<&Plan>,
     settings: &NewtonSettings,
     observe: Observe<'_>,

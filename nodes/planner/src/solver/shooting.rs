@@ -1,5 +1,4 @@
 use lgvi_control::{Plan, PlanError, ShootingError, Start, Transfer, certified, shooting};
-use lgvi_dynamics::gravity::Sources;
 use lgvi_scene::Solver;
 use nalgebra::SVector;
 
@@ -7,7 +6,7 @@ use super::{Iteration, Observe, Reason, Unsolved, newton_settings};
 
 /// The paper's method, from the free drift; from an extremal that is no minimum Newton's method goes on.
 pub(super) fn solve(
-    transfer: &Transfer<Sources>,
+    transfer: &Transfer,
     solver: &Solver,
     observe: Observe<'_>,
 ) -> Result<Plan, Unsolved> {

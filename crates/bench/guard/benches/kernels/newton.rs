@@ -14,7 +14,7 @@ const INTERVALS: usize = 100;
 const ITERATIONS: u32 = 5;
 
 /// A quarter of a circle later, and a quarter turned.
-fn transfer() -> Transfer<Central> {
+fn transfer() -> Transfer {
     let inertia = Inertia::principal([0.1, 1.0, 1.0]).expect("inertia");
     let ends = [0.25, -0.25].map(|x| PointMass {
         mass: 0.5,
@@ -37,7 +37,7 @@ fn transfer() -> Transfer<Central> {
 // Some iterations of one resolution, with what it takes to begin and to end.
 #[library_benchmark]
 #[bench::newton_iterations(transfer())]
-fn solve_in_part(transfer: Transfer<Central>) -> u32 {
+fn solve_in_part(transfer: Transfer) -> u32 {
     let settings = NewtonSettings {
         coarse: INTERVALS,
         ..NewtonSettings::default()

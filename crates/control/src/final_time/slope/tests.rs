@@ -9,7 +9,7 @@ use crate::{Actuation, Certificate};
 
 const N: usize = 12;
 
-fn transfer(h: f64, motion: Motion, dynamics: Dynamics) -> Transfer<Central> {
+fn transfer(h: f64, motion: Motion, dynamics: Dynamics) -> Transfer {
     let inertia = Inertia::principal([0.03, 0.08, 0.09]).unwrap();
     let arm = Vector3::new(0.3, 0.1, -0.2);
     let points = [arm, -arm].map(|position| PointMass {
@@ -46,7 +46,7 @@ trait Visit {
     );
 }
 
-fn with_steps(transfer: &Transfer<Central>, visit: &mut impl Visit) {
+fn with_steps(transfer: &Transfer, visit: &mut impl Visit) {
     let actuation = &transfer.actuation;
     match transfer.motion {
         Motion::Full => visit.visit(&KickDriftKick::full(transfer), 0, &|w| *w),

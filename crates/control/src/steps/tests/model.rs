@@ -224,13 +224,13 @@ impl Scene {
         self.attraction.field()
     }
 
-    pub(crate) fn transfer(&self, dynamics: Dynamics) -> Transfer<Sources> {
+    pub(crate) fn transfer(&self, dynamics: Dynamics) -> Transfer {
         self.transfer_by(self.actuation.clone())
             .with_dynamics(dynamics)
     }
 
     /// Three Lie–Euler steps, of which nothing but the dynamics matters.
-    pub(crate) fn transfer_by(&self, actuation: Actuation) -> Transfer<Sources> {
+    pub(crate) fn transfer_by(&self, actuation: Actuation) -> Transfer {
         let Self { body, state, .. } = self;
         let (body, field) = (body.clone(), self.field());
         Transfer::new(body, field, H, 3, *state, *state, actuation).unwrap()

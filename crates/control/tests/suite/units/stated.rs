@@ -87,7 +87,7 @@ pub struct Stated {
 }
 
 impl Stated {
-    pub fn transfer(&self) -> Transfer<Multipole> {
+    pub fn transfer(&self) -> Transfer {
         let inertia = Inertia::principal(self.moments).expect("inertia");
         let points = if self.arm > 0.0 {
             let end = |x: f64| PointMass {

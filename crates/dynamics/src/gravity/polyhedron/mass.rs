@@ -26,7 +26,8 @@ impl Polyhedron {
     /// Returns an error if the result is not the inertia of a rigid body, which can happen for a surface that
     /// intersects itself.
     pub fn inertia(&self) -> Result<Inertia, InertiaError> {
-        // ∫ ρ ρᵀ over a tetrahedron with corners 0, a, b, c and volume V: V/20 [a aᵀ + b bᵀ + c cᵀ + s sᵀ], s = a + b + c
+        // ∫ ρ ρᵀ over a tetrahedron with corners 0, a, b, c and volume V is V/20 [a aᵀ + b bᵀ + c cᵀ + s sᵀ] with s =
+        // a + b + c
         let mut second = Matrix3::zeros();
         for [a, b, c] in self.tetrahedra(&self.center) {
             let sum = a + b + c;

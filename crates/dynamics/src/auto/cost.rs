@@ -27,8 +27,8 @@ const CLOSED_FORM: [f64; 3] = [60.0, 80.0, 302.0];
 /// Cost of a stage of an adaptive method: per stage, and per stage and body.
 const ADAPTIVE: [f64; 2] = [15.0, 31.0];
 
-/// Gravity evaluations in a step of the Dormand–Prince method, and the additional ones in a step that provides dense
-/// output.
+/// Gravity evaluations in a step of the Dormand–Prince method, and the additional cost of dense output in a step, in
+/// stages.
 pub(super) const STAGES: u32 = 12;
 const DENSE: f64 = 4.0;
 

@@ -3,13 +3,14 @@
 //! # Body axes
 //!
 //! With reciprocal moments a, b, c of the axes 1, 2, 3, `κ = a − c`, `p = (a − b)/κ`, `p′ = (b − c)/κ = 1 − p`, Euler's
-//! equations are `Π̇₁ = −p′κ Π₂Π₃`, `Π̇₂ = κ Π₃Π₁`, `Π̇₃ = −pκ Π₁Π₂`. Axis 2 is that of the middle moment, and axis 3, the
-//! *pole*, the extreme one for which `p ≤ ½`: the axis about which the body is nearly symmetric if it is so at all.
+//! equations are `Π̇₁ = −p′κ Π₂Π₃`, `Π̇₂ = κ Π₃Π₁`, `Π̇₃ = −pκ Π₁Π₂`. Axis 2 belongs to the middle moment. Axis 3,
+//! the *pole*, is the extreme axis for which `p ≤ ½`: the axis of symmetry if the body is nearly symmetric.
 //!
 //! # Momentum
 //!
-//! `A₁² = Π₁² + p′Π₂²` and `A₃² = Π₃² + pΠ₂²` are constant. Π runs round axis 3 if `p′Π₃² ≥ pΠ₁²`, else round axis 1
-//! (E. T. Whittaker, *Analytical Dynamics*, §69); [`Polhode`] has the motion along that curve, in `u = κ √r A t`.
+//! `A₁² = Π₁² + p′Π₂²` and `A₃² = Π₃² + pΠ₂²` are constant. Π circulates about axis 3 if `p′Π₃² ≥ pΠ₁²`, else about
+//! axis 1 (E. T. Whittaker, *Analytical Dynamics*, §69). [`Polhode`] describes the motion along that curve as a
+//! function of `u = κ √r A t`.
 //!
 //! # Attitude
 //!
@@ -39,20 +40,20 @@ use super::polhode::{Polhode, Ratio};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Asymmetric {
-    /// Columns: the principal axes in body axes.
+    /// Principal axes as columns, in body axes.
     axes: Matrix3<f64>,
-    /// `(1/J₁, 1/J₂, 1/J₃)`
+    /// `(1/J₁, 1/J₂, 1/J₃)`.
     reciprocal: Vector3<f64>,
-    /// κ
+    /// `κ`.
     rate: f64,
-    /// p
+    /// `p`.
     near: Ratio,
-    /// p′
+    /// `p′`.
     far: Ratio,
 }
 
 impl Asymmetric {
-    /// For ascending moments and a right-handed triad of their axes.
+    /// Creates the flow for moments in ascending order and a right-handed triad of their axes.
     pub(super) fn new(moments: [f64; 3], axes: Matrix3<f64>) -> Self {
         let ratio =
             |[first, middle, pole]: [f64; 3]| (middle - first) / (pole - first) * (pole / middle);
@@ -115,7 +116,7 @@ impl Asymmetric {
                 pi + self.axes * (magnitude * change),
             );
         }
-        // A half turn about axis 1 turns the pole over, which shifts the precession by a half turn.
+        // A half turn about axis 1 reverses the pole, which shifts the precession by a half turn.
         let (major, half_angle) = if polhode.round_pole {
             (Vector3::z(), half_angle)
         } else {
@@ -136,7 +137,7 @@ impl Asymmetric {
     }
 }
 
-/// `|v|` without over- or underflow.
+/// `|v|` without overflow or underflow.
 #[inline]
 fn magnitude(v: &Vector3<f64>) -> f64 {
     let squared = v.norm_squared();

@@ -1,11 +1,11 @@
-//! The curve that the direction of the angular momentum follows in the body (the polhode), and the motion along it.
+//! The polhode, the curve of the angular momentum's direction in the body frame, and the motion along it.
 
 use nalgebra::Vector3;
 
 use super::elliptic::{Jacobi, Landen, reduce};
 use super::third;
 
-/// A ratio of differences of reciprocal moments, and its root.
+/// A ratio of differences of reciprocal moments, and its square root.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ratio {
     pub(super) value: f64,
@@ -21,15 +21,15 @@ impl Ratio {
     }
 }
 
-/// The polhode through a unit vector: a loop about its major axis, 3 (the pole) or 1, on which
-/// `major = A dn u`, `minor = B cn u`, `middle = (B/√r) sn u`.
+/// The polhode through a unit vector: a loop about its major axis, 3 (the pole) or 1, on which `major = A dn u`,
+/// `minor = B cn u`, `middle = (B/√r) sn u`.
 pub(super) struct Polhode {
     minor: f64,
     middle: f64,
     major: f64,
-    /// r: p′ round the pole, p round axis 1.
+    /// r: p′ about the pole, p about axis 1.
     ratio: Ratio,
-    /// `1 − r`
+    /// `1 − r`.
     other: f64,
     m: f64,
     m1: f64,

@@ -35,8 +35,8 @@ impl Composition {
     }
 }
 
-/// Order 4, 5 stages, `γ₁ = 1/(4 − ∛4)`: M. Suzuki, *Fractal decomposition of exponential operators with applications to
-/// many-body theories and Monte Carlo simulations*, Phys. Lett. A 146 (1990) 319–323.
+/// Order 4, 5 stages, `γ₁ = 1/(4 − ∛4)`: M. Suzuki, *Fractal decomposition of exponential operators with applications
+/// to many-body theories and Monte Carlo simulations*, Phys. Lett. A 146 (1990) 319–323.
 pub(crate) static SUZUKI_4: Composition = Composition {
     order: 4,
     half: &[

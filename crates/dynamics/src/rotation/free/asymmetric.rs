@@ -14,23 +14,26 @@
 //!
 //! # Attitude
 //!
-//! With unit vectors `a = Π(0)/L`, `b = Π(t)/L`, `F b = a` leaves one angle open. Euler angles with the pole as body axis
-//! and Π as space axis have the precession `ψ̇ = L (1/J₁ − κ p Π₂²/(Π₁² + Π₂²))`, so by the addition theorem of the
-//! integral of the third kind (P. F. Byrd and M. D. Friedman, *Handbook of Elliptic Integrals*, 116)
+//! Given unit vectors `a = Π(0)/L` and `b = Π(t)/L`, the condition `F b = a` leaves one angle undetermined. Euler
+//! angles with the pole as body axis and Π as space axis have the precession `ψ̇ = L (1/J₁ − κ p Π₂²/(Π₁² + Π₂²))`. By
+//! the addition theorem of the integral of the third kind (P. F. Byrd and M. D. Friedman, *Handbook of Elliptic
+//! Integrals*, 116)
 //!
 //! `ψ = θ − χ`, `θ = L t/J₁ − ν L/(√r A) T(u)`, `T(u) = ∫₀ᵘ sn²/(1 + ν sn²) du′`, `ν = p/p′` or `A₃²/A₁²`,
 //!
-//! where θ depends on the time alone, not on the phase at the start, and χ is algebraic:
+//! where θ depends only on the time and not on the initial phase, and χ is algebraic:
 //!
 //! `χ = arg(1 + ν − ν cn cn₀ cn_t + i ν L/(√r A) sn sn₀ sn_t)`.
 //!
-//! By the choice of the pole `0 ≤ ν ≤ 1`, and no angle is singular and no sum cancels, near symmetry, near the axes and
-//! near the separatrix alike. (With theta functions in place of T: R. van Zon and J. Schofield, *Numerical implementation
-//! of the exact dynamics of free rigid bodies*, J. Comput. Phys. 225 (2007) 145–164.)
+//! The choice of the pole implies `0 ≤ ν ≤ 1`. So no angle is singular and no sum cancels, including the neighborhoods
+//! of symmetry, of the axes and of the separatrix. (For a formulation with theta functions in place of T see R. van Zon
+//! and J. Schofield, *Numerical implementation of the exact dynamics of free rigid bodies*, J. Comput. Phys. 225 (2007)
+//! 145–164.)
 //!
-//! F is then the least rotation that takes b to a, followed by the rotation about a by `θ − χ − ε`, where
-//! `tan ½ε = (a₃ + b₃)/(1 + a₃b₃ + ρ_aρ_b) tan ½(φ_b − φ_a)`, ρ and φ polar coordinates about the pole, relates the least
-//! rotation to the longitudes. All angles but θ are known by their complex numbers, whose halves need square roots only.
+//! F is then the least rotation that takes b to a, followed by the rotation about a by `θ − χ − ε`. Here `tan ½ε =
+//! (a₃ + b₃)/(1 + a₃b₃ + ρ_aρ_b) tan ½(φ_b − φ_a)`, with polar coordinates ρ and φ about the pole, relates the least
+//! rotation to the longitudes. All angles except θ are represented by complex numbers, whose half angles need only
+//! square roots.
 
 use lgvi_lie::{Quaternion, cos_sinc};
 use nalgebra::{Complex, Matrix3, Vector3};

@@ -191,7 +191,7 @@ fn meshes_of_a_sphere_converge_to_a_point() {
     assert!(errors[3] < 1e-5, "{errors:?}");
 }
 
-/// Where the field is finite, it is continuous: at corners, on edges and their extensions, and on faces.
+/// The field is continuous where it is finite: at corners, on edges and their extensions, and on faces.
 #[test]
 fn potential_and_acceleration_are_continuous_onto_the_surface() {
     let body = Polyhedron::cuboid([1.0, 0.7, 0.4], 1.3).unwrap();

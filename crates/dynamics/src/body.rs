@@ -26,7 +26,7 @@ pub enum MassDistribution {
     Polyhedron(Arc<PolyhedronMass>),
 }
 
-/// A rigid body: its mass and inertia, and how gravity acts on it.
+/// A rigid body: its mass, inertia, mass distribution, radius and mobility.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     mass: f64,

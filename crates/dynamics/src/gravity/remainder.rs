@@ -55,7 +55,7 @@ impl Remainder {
     /// of multipoles, and `ℓ = Σ m |J⁻¹ S(ρ)| |ρ|` the leverage for angular acceleration:
     ///
     /// | Omitted part | of the acceleration | of the angular acceleration |
-    /// | all but the monopole | `3 GM' (k² + k'²)/d⁴ + 20 GΛ' k²/d⁶` | `ℓ (2 GM'/d³ + 8 GΛ'/d⁵)` |
+    /// | --- | --- | --- |
     /// | everything | `GM'/d²` and the next row | the next row |
     /// | everything beyond the monopole | `3 GM' (k² + k'²)/d⁴ + 20 GΛ' k²/d⁶` | `ℓ (2 GM'/d³ + 8 GΛ'/d⁵)` |
     /// | everything beyond second order | `4 GM' s (k² + k'²)/d⁵ + 20 (GΛ' k² + GM' (Λ/m) k'²)/d⁶` | `ℓ (6 GM' s/d⁴ + (8 GΛ' + 42 GM' k'²)/d⁵)`, the last term only if Λ is not 0 |

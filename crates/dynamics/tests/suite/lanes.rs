@@ -252,7 +252,8 @@ fn flight(method: Method) -> Flight<'static> {
     }
 }
 
-/// Flies `count` systems both ways, in every way; returns their ends.
+/// Integrates `count` systems by simulations and by lanes with every width and instruction set, checks that the results
+/// agree, and returns the outcomes.
 fn agree(flight: &Flight, system: impl Fn(usize) -> Member, count: usize) -> Vec<Outcome> {
     let expected: Vec<_> = (0..count).map(|k| simulated(flight, system(k))).collect();
     let members: Vec<_> = (0..count).map(system).collect();
@@ -280,7 +281,7 @@ fn every_method_and_system_ends_where_the_simulation_does() {
     }
 }
 
-/// From steps that are solved at once to those that take Newton's method, in neighbors of each other.
+/// Neighboring lanes range from steps that are solved in the first pass to steps that need Newton's method.
 #[test]
 fn longer_steps_are_repeated_as_the_simulation_does() {
     let faster = |sample: usize| {
@@ -350,8 +351,8 @@ fn thrust_acts_with_the_errors_of_each_member() {
     }
 }
 
-/// One of them turns too far, one falls into another, one meets a point: each ends with its error where the simulation does,
-/// and their neighbors do not notice.
+/// One system rotates too far, one body falls into another, and one overflows. Each flight ends with the same error as
+/// its simulation and does not affect its neighbors.
 #[test]
 fn a_lane_that_fails_is_left_alone() {
     let method = Method::Lgvi(Rotor::default());

@@ -8,7 +8,7 @@ use crate::gravity::Multipole;
 /// The exchange of two multipoles: the asphericity of each body interacts with the other's monopole. If one of them is
 /// of fourth order, the quadrupole–quadrupole interaction is added.
 ///
-/// To second order, `U = −m_i m_j/r − m_j (tr J_i − 3 e·J_i e/r²)/(2r³) −` the last term with i and j exchanged.
+/// To second order, `U = −m_i m_j/r − m_j (tr J_i − 3 e·J_i e/r²)/(2r³)`, plus the last term with i and j exchanged.
 #[inline]
 pub(super) fn exchange(multipoles: [&Multipole; 2], states: [&BodyState; 2]) -> Exchange {
     if multipoles.iter().all(|multipole| multipole.order() == 2) {

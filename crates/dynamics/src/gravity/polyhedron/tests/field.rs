@@ -12,7 +12,7 @@ fn field(body: &Polyhedron) -> PolyhedronField {
     PolyhedronField::new(body, G)
 }
 
-/// Random points, each with the field's own answer whether it is inside the rock.
+/// Random points, each with the result of [`PolyhedronField::contains`].
 fn places(field: &PolyhedronField) -> impl Iterator<Item = (Vector3<f64>, bool)> {
     let mut vector = vectors(11);
     (0..500).map(move |_| {

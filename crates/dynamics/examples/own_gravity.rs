@@ -1,4 +1,4 @@
-//! Gravity of your own: a harmonic potential that pulls bodies to the origin.
+//! A user-defined gravity model: a harmonic potential that pulls bodies to the origin.
 
 #![allow(clippy::print_stdout)]
 
@@ -6,7 +6,7 @@ use lgvi_dynamics::gravity::Gravity;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
 use nalgebra::{Matrix3, Vector3};
 
-/// `U = ½ k |x|²`
+/// `U = ½ k |x|²`.
 struct Spring {
     stiffness: f64,
 }

@@ -1,4 +1,4 @@
-//! An integrator of your own: the symplectic Euler method for point masses, beside the LGVI.
+//! A user-defined integrator: the symplectic Euler method for point masses, compared with the LGVI.
 
 #![allow(clippy::print_stdout)]
 
@@ -9,7 +9,7 @@ use lgvi_dynamics::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// A kick, then a drift; attitudes stay as they are.
+/// A kick, followed by a drift. Attitudes remain unchanged.
 #[derive(Default)]
 struct SymplecticEuler {
     loads: Vec<Load>,

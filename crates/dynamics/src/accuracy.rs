@@ -1,11 +1,11 @@
 use crate::{BodyState, RigidBody};
 
-/// How errors are measured: positions relative to the size of the scene, attitudes in radians; the greatest over all
-/// bodies.
+/// The error measure for states: positions relative to the size of the scene, attitudes in radians. The error is the
+/// maximum over all bodies.
 ///
-/// The size of the scene is the greatest distance, at the start, of two bodies or of a body from the origin, and at
-/// least the greatest radius of gyration. The error of an attitude is `‖R − R̂‖_F / √2`, the angle between them where
-/// that is small.
+/// The size of the scene is the largest initial distance between two bodies or between a body and the origin, and at
+/// least the largest radius of gyration. The attitude error is `‖R − R̂‖_F / √2`, which is the angle between the
+/// attitudes if it is small.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Size of the scene.
@@ -13,7 +13,7 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// The measure for a scene of `bodies` that starts in `states`.
+    /// Creates the measure for a scene of `bodies` with the initial `states`.
     pub fn new(bodies: &[RigidBody], states: &[BodyState]) -> Self {
         let gyration =
             |body: &RigidBody| (0.5 * body.inertia().matrix().trace() / body.mass()).sqrt();
@@ -27,7 +27,7 @@ impl Accuracy {
         Self { length }
     }
 
-    /// The error of `states`, given the true ones; infinite where it is not a number.
+    /// The error of `states` relative to the true states `truth`, or infinity if it is not a number.
     pub fn error(&self, states: &[BodyState], truth: &[BodyState]) -> f64 {
         let each = |(a, b): (&BodyState, &BodyState)| {
             let position = (a.position - b.position).norm() / self.length;

@@ -6,7 +6,7 @@ use thiserror::Error;
 use crate::gravity::{Multipole, Polyhedron, PolyhedronError, PolyhedronMass};
 use crate::{Inertia, InertiaError, Mobility};
 
-/// A point of mass fixed in a body.
+/// A point mass fixed in a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMass {
     /// Mass, > 0.
@@ -15,18 +15,18 @@ pub struct PointMass {
     pub position: Vector3<f64>,
 }
 
-/// What a body attracts with and is attracted by.
+/// The mass distribution of a body, which determines its attraction and the gravity acting on it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MassDistribution {
-    /// Points of mass, one at least; a single one at the center of mass is a sphere.
+    /// Point masses, at least one. A single one at the center of mass represents a sphere.
     Points(Vec<PointMass>),
-    /// The series of its potential, whose strength is the mass.
+    /// The multipole expansion of its potential, whose strength is the mass.
     Multipole(Multipole),
     /// A homogeneous polyhedron.
     Polyhedron(Arc<PolyhedronMass>),
 }
 
-/// A rigid body: its mass and inertia, and how gravity acts on it.
+/// A rigid body: its mass, inertia, mass distribution, radius and mobility.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     mass: f64,
@@ -36,7 +36,7 @@ pub struct RigidBody {
     mobility: Mobility,
 }
 
-/// Why mass and points are not those of a rigid body.
+/// Reasons why a mass and its distribution do not describe a rigid body.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BodyError {
     /// The mass is not a positive number.
@@ -48,17 +48,17 @@ pub enum BodyError {
     /// A point's mass is not a positive number.
     #[error("point {index} has mass {mass}, expected a finite number > 0")]
     PointMass {
-        /// Which point, from 1.
+        /// Index of the point, from 1.
         index: usize,
-        /// Its mass.
+        /// Mass of the point.
         mass: f64,
     },
     /// A point's position is NaN or infinite.
     #[error("point {index} is at {position:?}, expected finite numbers")]
     PointPosition {
-        /// Which point, from 1.
+        /// Index of the point, from 1.
         index: usize,
-        /// Its position.
+        /// Position of the point.
         position: [f64; 3],
     },
     /// The points do not add up to the body's mass.
@@ -75,29 +75,30 @@ pub enum BodyError {
     /// A moment of the mass is NaN or infinite.
     #[error("the moments of the mass are not all finite")]
     Moments,
-    /// A polyhedron's cloud would not have the second moments, which gravity turns a body by.
+    /// A polyhedron's cloud lacks the second moments, which determine the gravitational torque.
     #[error("a cloud of degree {0}, expected at least 2")]
     CloudDegree(usize),
-    /// A polyhedron's mass is that of its shape.
+    /// The mass of a polyhedron is fixed by its shape.
     #[error("a polyhedron is as heavy as its shape, expected points or a multipole")]
     Heavier,
-    /// A polyhedron has no such cloud.
+    /// The polyhedron's cloud could not be built.
     #[error(transparent)]
     Polyhedron(#[from] PolyhedronError),
-    /// A polyhedron's inertia is not a rigid body's.
+    /// The polyhedron's inertia is not that of a rigid body.
     #[error(transparent)]
     Inertia(#[from] InertiaError),
 }
 
-/// Relative rounding that a user's decimal numbers may carry.
+/// Relative rounding error accepted in decimal input.
 const ROUNDING: f64 = 1e-9;
 
 impl RigidBody {
-    /// A body on which gravity acts at the given points. Their masses must sum to `mass` and their center of mass must
-    /// be the origin of the body frame. Without points, gravity acts at the center of mass and has no moment.
+    /// Creates a body on which gravity acts at the given points. Their masses must sum to `mass`, and their center of
+    /// mass must be the origin of the body frame. Without points, gravity acts at the center of mass and exerts no
+    /// moment.
     ///
-    /// `inertia` is independent of the points, which need not reproduce it: a dumbbell of two spheres attracts as two
-    /// points but has the spheres' own inertia too.
+    /// `inertia` is independent of the points, which need not reproduce it. For example, a dumbbell of two spheres
+    /// attracts as two points, but its inertia includes that of the spheres.
     pub fn new(mass: f64, inertia: Inertia, points: Vec<PointMass>) -> Result<Self, BodyError> {
         let body = Self::pivoted(mass, inertia, points)?;
         let mut first_moment = Vector3::zeros();
@@ -115,8 +116,8 @@ impl RigidBody {
         })
     }
 
-    /// A body that turns about the origin of its frame, which is held in place; `inertia` and `points` are about that
-    /// pivot.
+    /// Creates a body that rotates about the origin of its frame, which is held in place. `inertia` and `points` are
+    /// relative to that pivot.
     pub fn pivoted(mass: f64, inertia: Inertia, points: Vec<PointMass>) -> Result<Self, BodyError> {
         let with = |points| Self {
             mass,
@@ -157,8 +158,8 @@ impl RigidBody {
         Ok(with(points))
     }
 
-    /// A body on which gravity acts by its multipole; the mass is the multipole's strength. `inertia` is independent of
-    /// the multipole, as of points.
+    /// Creates a body on which gravity acts through its multipole. The mass is the multipole's strength. `inertia` is
+    /// independent of the multipole, as it is of points.
     pub fn with_multipole(inertia: Inertia, multipole: Multipole) -> Result<Self, BodyError> {
         let body = Self::new(multipole.strength(), inertia, vec![])?;
         if !multipole.is_finite() {
@@ -170,11 +171,12 @@ impl RigidBody {
         })
     }
 
-    /// A body that is a homogeneous polyhedron about the origin of its frame ([`Polyhedron::recentered`]), with its mass.
+    /// Creates a body that is a homogeneous polyhedron about the origin of its frame ([`Polyhedron::recentered`]), with
+    /// its mass.
     ///
-    /// It attracts by its closed-form field. Other fields act on it through a sparse cloud of this `degree`, 2 to 10: 4
-    /// has 35 points, 8 has 165 (figures at [`Polyhedron::sparse_cloud`]). `inertia` is independent of the shape; without
-    /// it, it is the shape's.
+    /// It attracts by its closed-form field. Other fields act on it through a sparse cloud of this `degree`, 2 to 10:
+    /// degree 4 has 35 points, degree 8 has 165 (figures at [`Polyhedron::sparse_cloud`]). If `inertia` is `None`, the
+    /// inertia of the shape is used. A given `inertia` is independent of the shape.
     pub fn with_polyhedron(
         inertia: Option<Inertia>,
         polyhedron: &Polyhedron,
@@ -195,10 +197,10 @@ impl RigidBody {
         })
     }
 
-    /// The same body `factor` times as heavy: its inertia and what gravity acts on scale along.
+    /// Returns this body with its mass multiplied by `factor`. The inertia and the mass distribution scale along.
     ///
     /// # Errors
-    /// A factor that leaves no positive mass or no inertia; a polyhedron.
+    /// Returns an error if the factor leaves no positive mass or no valid inertia, or if the body is a polyhedron.
     pub fn scaled(&self, factor: f64) -> Result<Self, BodyError> {
         let mass = self.mass * factor;
         if !(mass.is_finite() && mass > 0.0) {
@@ -225,17 +227,17 @@ impl RigidBody {
         })
     }
 
-    /// The same body with another inertia; gravity acts as before.
+    /// Returns this body with another inertia. Gravity acts as before.
     pub fn with_inertia(self, inertia: Inertia) -> Self {
         Self { inertia, ..self }
     }
 
-    /// The same body, moving as told.
+    /// Returns this body with another mobility.
     pub fn with_mobility(self, mobility: Mobility) -> Self {
         Self { mobility, ..self }
     }
 
-    /// The same body with a radius that nothing may enter.
+    /// Returns this body with a radius that no other body may enter.
     pub fn with_radius(self, radius: f64) -> Result<Self, BodyError> {
         if radius.is_finite() && radius >= 0.0 {
             Ok(Self { radius, ..self })
@@ -244,12 +246,13 @@ impl RigidBody {
         }
     }
 
-    /// How it may move.
+    /// The body's mobility.
     pub fn mobility(&self) -> &Mobility {
         &self.mobility
     }
 
-    /// Radius of the sphere about its origin that no other body's may enter; 0 when it has none.
+    /// Radius of the sphere about the body's origin that the spheres of other bodies must not enter, or 0 if it has
+    /// none.
     pub fn radius(&self) -> f64 {
         self.radius
     }
@@ -259,7 +262,7 @@ impl RigidBody {
         self.mass
     }
 
-    /// The mass that gravity acts on: the sum of the points, which may round otherwise than the mass.
+    /// The mass on which gravity acts: the sum of the points, which may differ from the mass by rounding.
     pub(crate) fn attracted_mass(&self) -> f64 {
         match self.points() {
             [] => self.mass,
@@ -267,7 +270,7 @@ impl RigidBody {
         }
     }
 
-    /// What gravity acts on, to second order.
+    /// The mass distribution to second order, as a multipole.
     pub(crate) fn to_second_order(&self) -> Multipole {
         if let MassDistribution::Multipole(multipole) = &self.distribution {
             return multipole.clone();
@@ -284,12 +287,12 @@ impl RigidBody {
         &self.inertia
     }
 
-    /// How gravity acts on it.
+    /// The mass distribution on which gravity acts.
     pub fn distribution(&self) -> &MassDistribution {
         &self.distribution
     }
 
-    /// The points that gravity acts on, of a polyhedron its cloud; none where it acts by a multipole.
+    /// The points on which gravity acts: the cloud of a polyhedron, or none for a multipole.
     pub fn points(&self) -> &[PointMass] {
         match &self.distribution {
             MassDistribution::Points(points) => points,

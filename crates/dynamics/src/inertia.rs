@@ -3,7 +3,7 @@ use thiserror::Error;
 
 use crate::rotation::{DiscreteRotation, PrincipalAxes};
 
-/// Inertia of a rigid body about its center of mass, in body axes, with what the integrators derive from it.
+/// Inertia of a rigid body about its center of mass, in body axes, with derived quantities for the integrators.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inertia {
     pub(crate) matrix: Matrix3<f64>,
@@ -13,7 +13,7 @@ pub struct Inertia {
     pub(crate) rotation: DiscreteRotation<f64>,
 }
 
-/// Why a matrix is not the inertia of a rigid body.
+/// Reasons why a matrix is not the inertia of a rigid body.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum InertiaError {
     /// An entry is NaN or infinite.
@@ -40,12 +40,12 @@ pub enum InertiaError {
         /// The entry below the diagonal.
         lower: f64,
     },
-    /// A principal moment is zero or negative, or rounding beside the others.
+    /// A principal moment is zero, negative, or at rounding level compared with the others.
     #[error(
         "not positive: the principal moments are {0:?}, expected all above 1e-14 of the greatest"
     )]
     NotPositive([f64; 3]),
-    /// One principal moment exceeds the sum of the others, which no mass distribution does.
+    /// One principal moment exceeds the sum of the others, which is impossible for a mass distribution.
     #[error(
         "violates the triangle inequality: the principal moments are {0:?}, expected none above the sum of the others"
     )]
@@ -53,8 +53,8 @@ pub enum InertiaError {
 }
 
 impl Inertia {
-    /// Checks that `matrix` (3×3, body axes) is the inertia of some rigid body: finite, symmetric, positive definite,
-    /// and no principal moment above the sum of the other two. The bound itself is allowed (a flat body).
+    /// Creates the inertia after checking that `matrix` (3×3, body axes) is that of a rigid body: finite, symmetric,
+    /// positive definite, with no principal moment above the sum of the other two. Equality is allowed (a flat body).
     pub fn new(matrix: Matrix3<f64>) -> Result<Self, InertiaError> {
         for row in 0..3 {
             for column in 0..3 {
@@ -85,7 +85,7 @@ impl Inertia {
         let mut moments: [f64; 3] = principal.moments.into();
         moments.sort_by(f64::total_cmp);
         let [least, middle, greatest] = moments;
-        // Moments that are not numbers are none.
+        // NaN moments are rejected too.
         if least.is_nan() || least <= rounding {
             return Err(InertiaError::NotPositive(moments));
         }
@@ -105,27 +105,28 @@ impl Inertia {
         })
     }
 
-    /// The body's axes are principal axes with these moments.
+    /// Creates the inertia of a body whose axes are principal axes with these moments.
     pub fn principal(moments: [f64; 3]) -> Result<Self, InertiaError> {
         Self::new(Matrix3::from_diagonal(&Vector3::from(moments)))
     }
 
-    /// That of the body stretched along its axes, `J_d → S J_d S` with `S = diag(stretch)`, at the same mass: a rigid body's
-    /// again whatever the factors, as `J_d = ∫ρρᵀ dm` stays without negative moments.
+    /// The inertia of the body stretched along its axes at the same mass, `J_d → S J_d S` with `S = diag(stretch)`. It
+    /// is valid for any factors, because `J_d = ∫ρρᵀ dm` remains positive semidefinite.
     ///
     /// # Errors
-    /// Factors that leave the range of numbers, or a body as thin as rounding.
+    /// Returns an error if the factors cause overflow or underflow, or make the body so thin that its inertia is at
+    /// rounding level.
     pub fn stretched(&self, stretch: &Vector3<f64>) -> Result<Self, InertiaError> {
         let s = Matrix3::from_diagonal(stretch);
         let mut j_d = s * self.nonstandard * s;
         for k in 0..3 {
-            // Of a flat body, but for rounding.
+            // Rounding can make this entry of a flat body negative.
             j_d[(k, k)] = j_d[(k, k)].max(0.0);
         }
         Self::new(Matrix3::from_diagonal_element(j_d.trace()) - j_d)
     }
 
-    /// The principal moments, in no order.
+    /// The principal moments, in no particular order.
     pub fn principal_moments(&self) -> [f64; 3] {
         self.principal.moments.into()
     }
@@ -168,7 +169,8 @@ mod tests {
         assert!((Matrix3::from_diagonal_element(j_d.trace()) - j_d - matrix).norm() < 1e-15);
     }
 
-    /// A flat plate, a rod and a body off its axes stay rigid bodies, and a stretch by 1 changes nothing but rounding.
+    /// A stretched flat plate, rod or rotated body remains a rigid body. A stretch by 1 changes the inertia only by
+    /// rounding.
     #[test]
     fn a_stretched_body_is_a_body() {
         let turned = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));

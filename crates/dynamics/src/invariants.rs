@@ -3,12 +3,12 @@ use nalgebra::Vector3;
 
 use crate::{BodyState, System};
 
-/// What the exact flow of a system keeps.
+/// Quantities conserved by the exact flow of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Invariants {
-    /// Kinetic and potential energy of all bodies.
+    /// Sum of kinetic and potential energy of all bodies.
     pub energy: f64,
-    /// Total linear momentum, inertial frame; kept when gravity is mutual only.
+    /// Total linear momentum, inertial frame. Conserved if all gravity is mutual.
     pub linear_momentum: Vector3<f64>,
     /// Total angular momentum about the origin, inertial frame.
     pub angular_momentum: Vector3<f64>,
@@ -17,7 +17,7 @@ pub struct Invariants {
 }
 
 impl Invariants {
-    /// The invariants of `system` in `states`.
+    /// Computes the invariants of `system` in `states`.
     pub fn of(system: &System, states: &[BodyState]) -> Self {
         let mut sum = Self {
             energy: system.potential(states),

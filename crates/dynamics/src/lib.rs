@@ -26,12 +26,12 @@
 //! # }
 //! ```
 //!
-//! Pure mathematics: no I/O, no clock, no thread. A [`System`] is bodies and the gravity that acts on them; an
-//! [`Integrator`] advances their states by one step; a [`Simulation`] holds all three together, counts the steps, and leaves
-//! out what a [`Skip`] allows.
+//! The crate is purely computational: no I/O, no clock, no threads. A [`System`] consists of bodies and the gravity
+//! that acts on them. An [`Integrator`] advances their states by one step. A [`Simulation`] holds all three, counts the
+//! steps, and omits the interactions that a [`Skip`] allows it to omit.
 //!
-//! Any consistent system of units will do. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`, `Π`
-//! and moments in the body frame. Equation numbers are those of M. Leok, *An Overview of Lie Group Variational
+//! Any consistent system of units can be used. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`,
+//! `Π` and moments in the body frame. Equation numbers refer to M. Leok, *An Overview of Lie Group Variational
 //! Integrators and Their Applications to Optimal Control*.
 
 mod accuracy;

@@ -2,7 +2,7 @@ use std::ops::{Add, AddAssign};
 
 use nalgebra::Vector3;
 
-/// What acts on a body: a force at its center of mass and a moment about it.
+/// The load on a body: a force at its center of mass and a moment about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// Force, inertial frame.
@@ -12,7 +12,7 @@ pub struct Load {
 }
 
 impl Load {
-    /// Whether it is anything but zero, of whatever sign.
+    /// Returns true if any component is nonzero. Negative zero counts as zero.
     #[inline(always)]
     pub(crate) fn acts(&self) -> bool {
         let components = self.force.iter().chain(&self.moment);
@@ -20,7 +20,7 @@ impl Load {
         bits << 1 != 0
     }
 
-    /// Whether all six components are finite.
+    /// Returns true if all six components are finite.
     pub fn is_finite(&self) -> bool {
         self.force.iter().chain(&self.moment).all(|c| c.is_finite())
     }

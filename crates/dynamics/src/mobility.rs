@@ -3,39 +3,40 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::{BodyState, RigidBody};
 
-/// How a body may move.
+/// The ways in which a body may move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Mobility {
-    /// Moves and turns as forces and moments tell.
+    /// Moves and rotates under forces and moments.
     #[default]
     Free,
-    /// Turns about the origin of its frame, which is held: a pendulum or a top. Inertia and points are about that pivot.
+    /// Rotates about the origin of its frame, which is held in place: a pendulum or a top. Inertia and points are
+    /// relative to that pivot.
     Pivoted,
-    /// Does not move, whatever acts on it.
+    /// Does not move under any load.
     Fixed,
-    /// Moves on a given path, whatever acts on it.
+    /// Moves on a prescribed path, regardless of loads.
     Driven(Drive),
 }
 
 impl Mobility {
-    /// Whether its motion is given, whatever acts on it.
+    /// Returns true if the motion is prescribed and independent of loads.
     pub fn is_given(&self) -> bool {
         matches!(self, Self::Fixed | Self::Driven(_))
     }
 }
 
-/// A given motion: a constant twist of the inertial frame and a constant spin in the body,
-/// `ẋ = v + ω × x`, `Ω = Rᵀω + s`. It covers uniform motion, circular orbits and any uniform spin.
+/// A prescribed motion: a constant twist of the inertial frame and a constant spin in the body, `ẋ = v + ω × x`, `Ω =
+/// Rᵀω + s`. It covers uniform motion, circular orbits and any uniform spin.
 ///
-/// The twist moves body and orbit together, the spin turns the body in itself; both are one-parameter groups that
-/// commute, so that the motion is known in closed form over any time and needs no clock.
+/// The twist moves the body along its orbit, and the spin rotates it about itself. Both are one-parameter groups that
+/// commute, so the motion over any time has a closed form that does not depend on absolute time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drive {
     /// `v`: velocity of the twist at the inertial origin, inertial frame.
     pub velocity: Vector3<f64>,
     /// `ω`: angular velocity of the twist, inertial frame.
     pub rate: Vector3<f64>,
-    /// `s`: further angular velocity, body frame.
+    /// `s`: additional angular velocity, body frame.
     pub spin: Vector3<f64>,
 }
 
@@ -49,8 +50,8 @@ impl Drive {
         }
     }
 
-    /// A circle about `center` with angular velocity `ω` (inertial frame), the body turning along with it and by `s`
-    /// (body frame) besides.
+    /// A circle about `center` with angular velocity `ω` (inertial frame). The body rotates with it, and additionally
+    /// by `s` (body frame).
     pub fn circle(center: Vector3<f64>, rate: Vector3<f64>, spin: Vector3<f64>) -> Self {
         Self {
             velocity: center.cross(&rate),
@@ -59,7 +60,7 @@ impl Drive {
         }
     }
 
-    /// The state after time `t` from pose and path alone; its momenta are those of the path.
+    /// The state after time `t`, which depends only on the pose and the path. Its momenta are those of the path.
     pub fn advance(&self, body: &RigidBody, state: &BodyState, t: f64) -> BodyState {
         let turn = self.rate * t;
         let twist = exp(&turn);
@@ -88,7 +89,7 @@ mod tests {
     use crate::Inertia;
     use lgvi_lie::hat;
 
-    /// The path's derivative is its velocity, and two flights in a row are one.
+    /// The derivative of the path is its velocity, and two consecutive advances equal a single one.
     #[test]
     fn a_driven_body_follows_its_twist() {
         let inertia = Inertia::principal([1.0, 2.0, 2.5]).unwrap();

@@ -1,13 +1,13 @@
-//! Gauss rules.
+//! Gauss quadrature rules.
 
 use std::f64::consts::PI;
 
-/// Newton corrections after which a node is taken as it is; five reach rounding from the starting guesses.
+/// Limit of Newton corrections per node. Five reach rounding from the initial guesses.
 const MAX_ITERATIONS: u32 = 20;
 
-/// Nodes, rising, and weights of `∫₀¹ t^β (1 − t)^α f(t) dt`, exact for f of degree `2 count − 1`: roots of the Jacobi
-/// polynomial, each by Newton's method after the roots before it are divided out (G. E. Karniadakis & S. J. Sherwin,
-/// Spectral/hp Element Methods for CFD, app. B).
+/// Nodes, in increasing order, and weights of `∫₀¹ t^β (1 − t)^α f(t) dt`, exact for f of degree `2 count − 1`. The
+/// nodes are roots of the Jacobi polynomial, computed by Newton's method with deflation of the previous roots (G. E.
+/// Karniadakis & S. J. Sherwin, Spectral/hp Element Methods for CFD, app. B).
 pub(crate) fn gauss_jacobi(count: u32, alpha: u32, beta: u32) -> Vec<(f64, f64)> {
     let jacobi = Jacobi::new(count, alpha, beta);
     let mut roots: Vec<f64> = Vec::with_capacity(count as usize);
@@ -57,7 +57,7 @@ impl Jacobi {
         }
     }
 
-    /// Value and slope at `|x| < 1`, by the three-term recurrence.
+    /// Value and derivative at `|x| < 1`, by the three-term recurrence.
     fn at(&self, x: f64) -> (f64, f64) {
         let Self { alpha, beta, .. } = *self;
         let both = alpha + beta;
@@ -86,7 +86,7 @@ impl Jacobi {
 mod tests {
     use super::gauss_jacobi;
 
-    /// Moments are beta functions, `B(k + β + 1, α + 1)`.
+    /// The moments are beta functions, `B(k + β + 1, α + 1)`.
     #[test]
     fn rules_are_exact_up_to_their_degree() {
         for (alpha, beta) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 0)] {

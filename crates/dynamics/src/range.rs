@@ -2,8 +2,10 @@ use crate::integrator::MethodError;
 use crate::simulation::refuse;
 use crate::{BodyState, RigidBody};
 
-/// Bounds of a quantity's size, zero left out where it may be zero. They are so wide that no unit in use leaves them, and so
-/// narrow that no product of theirs that a step or gravity forms under- or overflows and matters: `h/m`, `|Π|²/J`, `J/r⁵`.
+/// Bounds on the magnitude of a quantity. Zero is excluded if the lower bound is positive.
+///
+/// The bounds are wide enough for any practical units, and narrow enough that the products formed in a step or in
+/// gravity, such as `h/m`, `|Π|²/J` and `J/r⁵`, do not overflow or underflow in a way that matters.
 struct Range {
     quantity: &'static str,
     low: f64,
@@ -22,14 +24,14 @@ const MASS: Range = Range {
     high: 1e60,
 };
 
-/// The sum of the principal moments.
+/// Bounds on the sum of the principal moments.
 const INERTIA: Range = Range {
     quantity: "the trace of the inertia",
     low: 1e-100,
     high: 1e100,
 };
 
-/// The square of the radius of gyration, but for a factor.
+/// Bounds on the square of the radius of gyration, up to a factor.
 const EXTENT: Range = Range {
     quantity: "the trace of the inertia over the mass",
     low: 1e-60,
@@ -62,7 +64,7 @@ impl Range {
     }
 }
 
-/// Whether a step has a length that numbers of double precision can work with.
+/// Returns an error if the step size is outside the range that double precision can handle.
 pub(crate) fn check_step(h: f64) -> Result<(), MethodError> {
     if !h.is_normal() {
         return Err(refuse("step", h, "a finite number other than 0"));
@@ -70,7 +72,7 @@ pub(crate) fn check_step(h: f64) -> Result<(), MethodError> {
     STEP.check(None, h.abs())
 }
 
-/// The same of a body and its place.
+/// Returns an error if a property of the body or its position is outside the range that double precision can handle.
 pub(crate) fn check_body(
     index: usize,
     body: &RigidBody,

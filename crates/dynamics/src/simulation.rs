@@ -7,7 +7,7 @@ use crate::{
     BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
 };
 
-/// A system on its way: bodies, states, integrator and the number of steps made.
+/// A running simulation: system, states, integrator and the number of steps made.
 pub struct Simulation {
     system: System,
     states: Vec<BodyState>,
@@ -15,20 +15,22 @@ pub struct Simulation {
     h: f64,
     substeps: u32,
     step: u64,
-    /// Where the present step goes, by turns with `states`.
+    /// Second buffer for the states, which alternates with `states`.
     next: Vec<BodyState>,
-    /// Where a step of several substeps began.
+    /// States at the beginning of a step with several substeps.
     begun: Vec<BodyState>,
 }
 
-/// Depth of the deepest subdivision: a step cut into `2³⁰` is as good as none.
+/// Largest depth of subdivision. Dividing a step into `2³⁰` is practically unlimited.
 const DEEPEST: u32 = 30;
 
 impl Simulation {
-    /// From `states` (one a body) at step 0, with step `h`, which is negative for a flight back in time.
+    /// Creates a simulation from `states` (one per body) at step 0, with step `h`, which is negative for integration
+    /// backwards in time.
     ///
     /// # Errors
-    /// As [`with_integrator`](Self::with_integrator); what `method` cannot integrate.
+    /// Returns the errors of [`with_integrator`](Self::with_integrator), and an error if `method` cannot integrate the
+    /// system.
     pub fn new(
         system: System,
         states: Vec<BodyState>,
@@ -40,11 +42,12 @@ impl Simulation {
         Self::with_integrator(system, states, integrator, h)
     }
 
-    /// The same by any integrator.
+    /// Creates a simulation with any integrator.
     ///
     /// # Errors
-    /// States that are not one a body, not finite or not rotations; a step of 0 or not a number; numbers so great or small
-    /// that their products leave the range of double precision.
+    /// Returns an error if `states` does not contain one state per body, if a state is not finite or an attitude is not
+    /// a rotation, if the step is 0 or not finite, or if values are so large or small that their products overflow or
+    /// underflow in double precision.
     pub fn with_integrator(
         mut system: System,
         mut states: Vec<BodyState>,
@@ -67,7 +70,7 @@ impl Simulation {
         })
     }
 
-    /// The same, each step made as `substeps` steps of the method, 1 at least.
+    /// Divides each step into `substeps` steps of the method. A value of 0 is treated as 1.
     pub fn with_substeps(self, substeps: u32) -> Self {
         Self {
             substeps: substeps.max(1),
@@ -75,11 +78,10 @@ impl Simulation {
         }
     }
 
-    /// The same, each of the method's steps cut into `2^depth` at most where it cannot be made as one, see
-    /// [`Subdivision`].
+    /// Divides each step of the method into at most `2^depth` steps if it cannot be made as one, see [`Subdivision`].
     ///
     /// # Errors
-    /// A depth above 30; methods with error control, which find their own steps.
+    /// Returns an error for a depth above 30, and for methods with error control, which choose their own steps.
     pub fn with_subdivision(self, depth: u32) -> Result<Self, MethodError> {
         if depth > DEEPEST {
             let expected = "30 at most";
@@ -96,14 +98,14 @@ impl Simulation {
         })
     }
 
-    /// The same, leaving out what `skip` says; the last of these changes.
+    /// Omits interactions as `skip` allows. Must be the last of these modifications.
     pub fn with_skips(mut self, skip: Skip) -> Self {
         self.integrator =
             LevelSwitching::over(self.integrator, &mut self.system, &self.states, skip);
         self
     }
 
-    /// Makes one step under gravity and `controls` (one a body). On an error the simulation stays where it was.
+    /// Makes one step under gravity and `controls` (one per body). On an error the simulation remains unchanged.
     pub fn advance(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         if controls.len() != self.states.len() {
             return Err(StepError::Controls {
@@ -120,7 +122,7 @@ impl Simulation {
         made
     }
 
-    /// Makes one of the method's steps.
+    /// Makes one step of the method.
     #[inline]
     fn substep(&mut self, controls: &[Load], h: f64) -> Result<StepReport, StepError> {
         let (system, next) = (&mut self.system, &mut self.next);
@@ -153,10 +155,10 @@ impl Simulation {
         Ok(report)
     }
 
-    /// Goes on from other states (one a body) at the present step.
+    /// Continues from other states (one per body) at the current step.
     ///
     /// # Errors
-    /// As for [`new`](Self::new); the simulation stays where it was.
+    /// Returns the errors of [`new`](Self::new). The simulation then remains unchanged.
     pub fn set_states(&mut self, states: &[BodyState]) -> Result<(), MethodError> {
         check(&self.system, states)?;
         self.states.copy_from_slice(states);
@@ -165,7 +167,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// How often an interaction has been taken up in more or in less detail on the way.
+    /// The number of changes of an interaction's level of detail so far.
     pub fn switches(&self) -> u64 {
         self.system.switches()
     }
@@ -175,22 +177,22 @@ impl Simulation {
         &self.system
     }
 
-    /// The states, one a body.
+    /// The states, one per body.
     pub fn states(&self) -> &[BodyState] {
         &self.states
     }
 
-    /// Steps made.
+    /// Number of steps made.
     pub fn step(&self) -> u64 {
         self.step
     }
 
-    /// The time since the start: `step × h`, never a running sum.
+    /// The time since the start, computed as `step × h` and not as a running sum.
     pub fn time(&self) -> f64 {
         self.step as f64 * self.h
     }
 
-    /// The invariants of the present states.
+    /// The invariants of the current states.
     pub fn invariants(&self) -> Invariants {
         Invariants::of(&self.system, &self.states)
     }
@@ -205,7 +207,7 @@ pub(crate) fn refuse(parameter: &'static str, value: f64, expected: &'static str
     }
 }
 
-/// Whether `states` are those of rigid bodies.
+/// Checks that `states` are valid states of the system's bodies.
 pub(crate) fn check(system: &System, states: &[BodyState]) -> Result<(), MethodError> {
     let (expected, found) = (system.bodies().len(), states.len());
     if expected != found {
@@ -217,7 +219,8 @@ pub(crate) fn check(system: &System, states: &[BodyState]) -> Result<(), MethodE
         }
         let orthogonality_error = orthogonality_error(&state.attitude);
         let determinant = state.attitude.determinant();
-        // Methods without geometry leave the rotations a little; what they leave is still to be flown on.
+        // Methods that do not preserve rotations let attitudes deviate slightly. Their results must still be accepted
+        // as input.
         if orthogonality_error > 0.1 || determinant < 0.0 {
             return Err(MethodError::Attitude {
                 body,

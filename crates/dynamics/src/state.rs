@@ -2,7 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::RigidBody;
 
-/// State of one rigid body in T*SE(3).
+/// The state of one rigid body in T*SE(3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyState {
     /// `x`: center of mass, inertial frame.
@@ -16,7 +16,7 @@ pub struct BodyState {
 }
 
 impl BodyState {
-    /// The state of `body` with velocity `ẋ` (inertial frame) and angular velocity `Ω` (body frame).
+    /// Creates the state of `body` with velocity `ẋ` (inertial frame) and angular velocity `Ω` (body frame).
     pub fn from_velocities(
         body: &RigidBody,
         position: Vector3<f64>,
@@ -42,7 +42,7 @@ impl BodyState {
         body.inertia().inverse() * self.angular_momentum
     }
 
-    /// Whether all components are finite.
+    /// Returns true if all components are finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         // 0 × x is 0 for finite x and NaN otherwise.
@@ -53,7 +53,7 @@ impl BodyState {
         zero == 0.0 || self.all_finite()
     }
 
-    /// The same by looking at each, as a sum of finite numbers may overflow.
+    /// Checks each component, because a sum of finite numbers may overflow.
     #[cold]
     fn all_finite(&self) -> bool {
         let vectors = [

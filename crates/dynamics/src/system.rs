@@ -6,26 +6,26 @@ use crate::{BodyState, Load, Mobility, RigidBody};
 pub struct System {
     bodies: Vec<RigidBody>,
     gravity: Vec<Box<dyn Gravity>>,
-    /// Whether anything has an extent that another could enter.
+    /// True if a body or source has an extent that another could enter.
     extents: bool,
     selection: Selection,
-    /// Where what is left out depends on distances.
+    /// The levels of interactions, if they change with distances.
     levels: Option<Levels>,
 }
 
-/// What is computed of a system.
+/// The parts of a system that are computed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Selection {
-    /// Whether that is not everything; what follows is of no account where it is.
+    /// True if something is omitted. If false, the other fields are ignored.
     pub(crate) is_partial: bool,
-    /// What is kept of each gravity; all of it where it cannot be taken apart.
+    /// The kept interactions of each gravity model, or `None` if it cannot be decomposed and is computed in full.
     pub(crate) kept: Vec<Option<Vec<Kept>>>,
-    /// The bodies on which gravity has no moment.
+    /// True for each body on which gravity exerts no moment.
     pub(crate) coasting: Vec<bool>,
 }
 
 impl System {
-    /// Bodies under the sum of the given gravities; none means free bodies.
+    /// Creates a system of bodies under the sum of the given gravity models. Without any, the bodies are free.
     pub fn new(bodies: Vec<RigidBody>, gravity: Vec<Box<dyn Gravity>>) -> Self {
         let mut clearances = gravity.iter().filter_map(|gravity| gravity.clearance());
         let extents = clearances.any(|clearance| clearance.has_extents(&bodies));
@@ -43,7 +43,7 @@ impl System {
         &self.bodies
     }
 
-    /// Sets `loads` (one a body) to what gravity exerts in `states`.
+    /// Sets `loads` (one per body) to the gravity in `states`.
     pub fn loads(&mut self, states: &[BodyState], loads: &mut [Load]) {
         for load in loads.iter_mut() {
             *load = Load::default();
@@ -67,7 +67,7 @@ impl System {
         }
     }
 
-    /// The interactions of each gravity; none of one that cannot be taken apart.
+    /// The interactions of each gravity model, or `None` for a model that cannot be decomposed.
     pub(crate) fn interactions(&mut self) -> Vec<Option<Vec<Interaction>>> {
         let each = self.gravity.iter_mut().map(|gravity| {
             let separable = gravity.separable()?;
@@ -76,7 +76,7 @@ impl System {
         each.collect()
     }
 
-    /// Computes interactions at these levels from now on; everything in full where there are none.
+    /// Sets the levels of interactions. `None` computes everything in full.
     pub(crate) fn set_levels(&mut self, levels: Option<Levels>) {
         self.selection.is_partial = false;
         self.levels = levels;
@@ -90,29 +90,29 @@ impl System {
         }
     }
 
-    /// Computes interactions at their present levels.
+    /// Applies the current levels of the interactions.
     pub(crate) fn select(&mut self) {
         if let Some(levels) = &self.levels {
             levels.select(&self.bodies, &mut self.selection);
         }
     }
 
-    /// The levels of interactions, where they change with distances.
+    /// The levels of interactions, if they change with distances.
     pub(crate) fn levels(&mut self) -> Option<&mut Levels> {
         self.levels.as_mut()
     }
 
-    /// Changes of level so far.
+    /// The number of changes of level so far.
     pub(crate) fn switches(&self) -> u64 {
         self.levels.as_ref().map_or(0, Levels::switches)
     }
 
-    /// Whether levels change with distances.
+    /// Returns true if levels change with distances.
     pub(crate) fn switches_levels(&self) -> bool {
         self.levels.is_some()
     }
 
-    /// Checks the levels along a step of length `h`, made as one.
+    /// Checks the levels along a step of length `h`, made in one piece.
     #[inline]
     pub(crate) fn check_step(&mut self, from: &[BodyState], to: &[BodyState], h: f64) {
         if let Some(levels) = &mut self.levels {
@@ -120,7 +120,7 @@ impl System {
         }
     }
 
-    /// Whether gravity has no moment on a body, one a body; empty where that is not known.
+    /// True for each body on which gravity exerts no moment, one per body, or empty if this is not known.
     pub(crate) fn coasting(&self) -> &[bool] {
         if self.selection.is_partial {
             &self.selection.coasting
@@ -137,7 +137,7 @@ impl System {
             .sum()
     }
 
-    /// Whether the bodies are outside each other's radii.
+    /// Checks that the bodies are outside the radii of each other and of the sources.
     pub fn check_clearance(&self, states: &[BodyState]) -> Result<(), CloseApproach> {
         if self.extents {
             for clearance in self
@@ -151,23 +151,23 @@ impl System {
         Ok(())
     }
 
-    /// What acts, in numbers, in the order in which it is summed; none where something has no such form.
+    /// The parameters of the gravity models in the order of summation, or `None` if a model has no such form.
     pub fn forms(&self) -> Option<Vec<Form>> {
         self.gravity.iter().map(|gravity| gravity.form()).collect()
     }
 
-    /// What [`System::loads`] costs if everything is computed, in multiples of a point of mass in a central field, roughly.
+    /// Approximate cost of [`System::loads`] without omissions, in multiples of a point mass in a central field.
     pub fn cost(&self) -> f64 {
         let gravity = self.gravity.iter();
         gravity.map(|gravity| gravity.cost(&self.bodies)).sum()
     }
 
-    /// Whether gravity acts at all.
+    /// Returns true if no gravity acts.
     pub fn is_free(&self) -> bool {
         self.gravity.is_empty()
     }
 
-    /// Puts the bodies that are held or driven on their way: their momenta in `states` are those of their motion.
+    /// Makes the momenta of pivoted, fixed and driven bodies in `states` consistent with their mobility.
     pub fn constrain(&self, states: &mut [BodyState]) {
         for (body, state) in self.bodies.iter().zip(states) {
             match body.mobility() {

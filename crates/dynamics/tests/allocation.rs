@@ -1,4 +1,4 @@
-//! A step allocates nothing and gives nothing back, whatever the method and whatever acts.
+//! A step neither allocates nor frees memory, for every method and every kind of load.
 
 #![allow(clippy::expect_used)]
 #![allow(dead_code, reason = "a case has more than this test needs")]
@@ -17,7 +17,8 @@ use lgvi_dynamics::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Steps before the first that is watched, and steps that are: more than the memory of the starting guesses is long.
+/// Number of steps before the measurement, and of measured steps. The latter exceeds the length of the history of
+/// initial guesses.
 const STEPS: [u32; 2] = [3, 100];
 
 fn methods() -> Vec<Method> {
@@ -48,7 +49,7 @@ fn methods() -> Vec<Method> {
     all
 }
 
-/// Those that fly free bodies only.
+/// Methods that support only free bodies.
 fn free_methods() -> [Method; 2] {
     let euler_poincare = Method::EulerPoincare {
         degree: 3,
@@ -58,7 +59,7 @@ fn free_methods() -> [Method; 2] {
     [euler_poincare, Method::ClosedForm]
 }
 
-/// What steps with and without controls take of the allocator.
+/// The allocations of steps with and without controls.
 fn taken(mut simulation: Simulation) -> AllocationInfo {
     let bodies = simulation.states().len();
     let small = Load {
@@ -104,7 +105,8 @@ fn a_step_of_any_method_allocates_nothing() {
     }
 }
 
-/// Every way in which a step is cut: as told, where it does not resolve the motion, and where it cannot be made.
+/// A step divided in each possible way: into a given number of substeps, because it does not resolve the motion, or
+/// because it cannot be made.
 #[test]
 fn a_step_that_is_cut_allocates_nothing() {
     let case = Case::load("a1_two_dumbbells_regular");
@@ -124,7 +126,7 @@ fn a_step_that_is_cut_allocates_nothing() {
     }
 }
 
-/// A step that fails leaves the allocator alone too.
+/// A step that fails does not allocate either.
 #[test]
 fn a_step_that_fails_allocates_nothing() {
     let mut simulation =
@@ -137,7 +139,8 @@ fn a_step_that_fails_allocates_nothing() {
     assert_eq!(info, AllocationInfo::default());
 }
 
-/// A planet with harmonics, a rock, a multipole, a driven and a held body attract each other and are attracted.
+/// A rock, a multipole, a sphere, a driven body and a fixed body attract each other, and an oblate planet attracts
+/// them.
 #[test]
 fn gravity_of_every_kind_allocates_nothing() {
     let inertia = || Inertia::principal([1.0, 1.2, 1.5]).expect("inertia");
@@ -170,7 +173,7 @@ fn gravity_of_every_kind_allocates_nothing() {
         .collect();
     let planet = Multipole::oblate(1.0, 0.1, 0.5);
     for method in methods() {
-        // It has none of the bodies that are held or driven.
+        // It does not support fixed or driven bodies.
         if matches!(method, Method::LagrangianLgvi) {
             continue;
         }
@@ -188,7 +191,7 @@ fn gravity_of_every_kind_allocates_nothing() {
     }
 }
 
-/// Two bodies pass one another; what is computed of their attraction becomes more and less again.
+/// Two bodies pass each other, and the level of their attraction rises and falls again.
 #[test]
 fn a_change_of_what_is_left_out_allocates_nothing() {
     let points = [Vector3::x(), Vector3::y(), Vector3::z()];

@@ -1,5 +1,5 @@
-//! The Cayley chart (2.5): `cay(f) = (I + S(f))(I − S(f))⁻¹`, `f = tan(θ/2) n` for the rotation by θ about the unit
-//! vector n. It covers all rotations of less than 180°.
+//! The Cayley chart (2.5): `cay(f) = (I + S(f))(I − S(f))⁻¹`, where `f = tan(θ/2) n` for the rotation by θ about the
+//! unit vector n. It covers all rotations of less than 180°.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -17,19 +17,19 @@ pub fn cay(f: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + factor(f) * (s + s * s)
 }
 
-/// `cay(f) p`, which keeps `|p|` to rounding without bias.
+/// `cay(f) p`. Keeps `|p|` up to unbiased rounding.
 pub fn rotate(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     let fp = f.cross(p);
     p + factor(f) * (fp + f.cross(&fp))
 }
 
-/// `cay(f)ᵀ p`, which keeps `|p|` to rounding without bias.
+/// `cay(f)ᵀ p`. Keeps `|p|` up to unbiased rounding.
 #[inline(always)]
 pub fn rotate_back(f: &Vector3<f64>, p: &Vector3<f64>) -> Vector3<f64> {
     Quaternion::from_cayley(f).rotate_back(p)
 }
 
-/// `R cay(f)`, orthogonal to rounding whatever the number of compositions ([`Quaternion::compose`]).
+/// `R cay(f)`, orthogonal to rounding after any number of compositions ([`Quaternion::compose`]).
 #[inline(always)]
 pub fn compose(r: &Matrix3<f64>, f: &Vector3<f64>) -> Matrix3<f64> {
     Quaternion::from_cayley(f).compose(r)

@@ -1,9 +1,9 @@
 use nalgebra::{Const, Matrix3, SymmetricEigen};
 
-/// Iterations after which there is no hope: a finite matrix takes a dozen.
+/// Iteration limit. A finite matrix converges within about a dozen iterations.
 const MOST: usize = 1000;
 
-/// Eigenvalues and eigenvectors of a symmetric matrix, in no order; none of one that is not finite.
+/// Eigenvalues and eigenvectors of a symmetric matrix, in no particular order, or `None` if an entry is not finite.
 pub fn symmetric_eigen(m: &Matrix3<f64>) -> Option<SymmetricEigen<f64, Const<3>>> {
     if !m.iter().all(|entry| entry.is_finite()) {
         return None;
@@ -15,7 +15,7 @@ pub fn symmetric_eigen(m: &Matrix3<f64>) -> Option<SymmetricEigen<f64, Const<3>>
 mod tests {
     use super::*;
 
-    /// Without a bound the iteration never ends on these.
+    /// Without an iteration limit, the eigenvalue iteration would not terminate on these matrices.
     #[test]
     fn a_matrix_that_is_not_finite_has_no_eigenvalues() {
         for wrong in [f64::NAN, f64::INFINITY] {

@@ -4,10 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::{Tangent, hat};
 
-/// Below this squared angle the coefficients use their series, whose next term is below rounding.
+/// Squared angle below which the coefficients use their series. The first omitted term is below rounding there.
 const SMALL_SQUARED: f64 = 0.04;
 
-/// `|B_2n|/(2n)!` for n = 1, 2, …: the series of `c` in θ².
+/// `|B_2n|/(2n)!` for n = 1, 2, …: coefficients of the series of `c` in θ².
 const BERNOULLI: [f64; 7] = [
     1.0 / 12.0,
     1.0 / 720.0,
@@ -18,18 +18,19 @@ const BERNOULLI: [f64; 7] = [
     1.0 / 74_724_249_600.0,
 ];
 
-/// `J_r(v)`: `exp(v)` changes by `exp(v) S(J_r(v) δv)`.
+/// `J_r(v)`: to first order, a change `δv` changes `exp(v)` by `exp(v) S(J_r(v) δv)`.
 pub fn right_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     Tangent::at(*v).jacobian()
 }
 
-/// `J_l(v) = J_r(v)ᵀ = ∫₀¹ exp(τ v) dτ`: `exp(v)` changes by `S(J_l(v) δv) exp(v)`.
+/// `J_l(v) = J_r(v)ᵀ = ∫₀¹ exp(τ v) dτ`: to first order, a change `δv` changes `exp(v)` by `S(J_l(v) δv) exp(v)`.
 pub fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     right_jacobian(v).transpose()
 }
 
-/// `J_r(e)⁻¹ = I + ½ S(e) + c S(e)²`, which takes a left-trivialized variation ζ of `R` (`δR = R S(ζ)`) to that of
-/// `e = log R`, `|e| < 2π`; `c = (1 − (θ/2) cot(θ/2)) / θ²`.
+/// `J_r(e)⁻¹ = I + ½ S(e) + c S(e)²` with `c = (1 − (θ/2) cot(θ/2)) / θ²`, for `|e| < 2π`.
+///
+/// It maps a left-trivialized variation ζ of `R` (`δR = R S(ζ)`) to the variation of `e = log R`.
 pub fn right_jacobian_inverse(e: &Vector3<f64>) -> Matrix3<f64> {
     let (c, _) = cotangent(e.norm_squared());
     let s = hat(e);
@@ -41,11 +42,11 @@ pub fn left_jacobian_inverse(e: &Vector3<f64>) -> Matrix3<f64> {
     right_jacobian_inverse(e).transpose()
 }
 
-/// The Hessian by ζ at 0 of `ν · log(exp(S(e)) exp(S(ζ)))`.
+/// The Hessian of `ν · log(exp(S(e)) exp(S(ζ)))` with respect to ζ, at ζ = 0.
 ///
-/// Along a ray `ζ = t v` its derivative is `ν · J_r⁻¹(e) v` with `ė = J_r⁻¹(e) v` and `J_r⁻¹ = I + ½ S(e) + c S(e)²`.
-/// The second is that of `J_r⁻¹` along ė, which is the symmetric part of `K J_r⁻¹`,
-/// `K = ½ S(ν) + c [e νᵀ + (ν·e) I − 2 ν eᵀ] + 2c' [(ν·e) e − θ² ν] eᵀ`, where `c' = dc/dθ²`.
+/// The first derivative along a ray `ζ = t v` is `ν · J_r⁻¹(e) v`, with `ė = J_r⁻¹(e) v` and `J_r⁻¹ = I + ½ S(e) + c
+/// S(e)²`. The second derivative follows from differentiating `J_r⁻¹` along ė. It is the symmetric part of `K J_r⁻¹`
+/// with `K = ½ S(ν) + c [e νᵀ + (ν·e) I − 2 ν eᵀ] + 2c' [(ν·e) e − θ² ν] eᵀ`, where `c' = dc/dθ²`.
 pub fn log_curvature(e: &Vector3<f64>, nu: &Vector3<f64>) -> Matrix3<f64> {
     let squared = e.norm_squared();
     let (c, slope) = cotangent(squared);

@@ -20,9 +20,9 @@
 //! assert!((screw.translation - Vector3::z()).norm() < 1e-15);
 //! ```
 //!
-//! Notation: `S(x) y = x × y`; a rotation matrix `R` maps body coordinates to inertial ones; variations are
-//! left-trivialized, `δR = R S(ζ)`. Angles in rad. Transcendental functions come from `libm`, so that results are the
-//! same bits wherever the same instructions run.
+//! Notation: `S(x) y = x × y`. A rotation matrix `R` maps body coordinates to inertial ones. Variations are
+//! left-trivialized, `δR = R S(ζ)`. Angles are in rad. Transcendental functions come from `libm`, so that results are
+//! bitwise reproducible wherever the same instructions run.
 
 mod cayley;
 mod eigen;

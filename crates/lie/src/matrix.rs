@@ -19,8 +19,9 @@ pub fn orthogonality_error(r: &Matrix3<f64>) -> f64 {
     (r.transpose() * r - Matrix3::identity()).norm()
 }
 
-/// Brings a nearly orthogonal matrix to the nearest rotation by Newton's polar iteration
-/// `R ← R (3I − RᵀR)/2`: an error ε becomes ε²; two passes reach rounding from 1e-5.
+/// Projects a nearly orthogonal matrix onto the nearest rotation by Newton's polar iteration `R ← R (3I − RᵀR)/2`.
+///
+/// The iteration reduces an error ε to ε². Two passes reduce an error of 1e-5 to rounding.
 pub fn polish(r: &Matrix3<f64>) -> Matrix3<f64> {
     let pass =
         |r: &Matrix3<f64>| 0.5 * r * (Matrix3::from_diagonal_element(3.0) - r.transpose() * r);

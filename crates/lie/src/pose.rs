@@ -2,9 +2,9 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::{Tangent, hat, left_jacobian, log, right_jacobian_inverse};
 
-/// An element of SE(3): body coordinates ρ are `R ρ + x` in the inertial frame.
+/// An element of SE(3), which maps body coordinates ρ to `R ρ + x` in the inertial frame.
 ///
-/// Its Lie algebra are twists `(ρ, φ)`, six numbers, translation first.
+/// Its Lie algebra consists of twists `(ρ, φ)`: six numbers, translation first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// `R`, a rotation.
@@ -32,7 +32,7 @@ impl Pose {
         }
     }
 
-    /// The twist of least angle whose exponential this is.
+    /// The twist with the smallest rotation angle whose exponential is this pose.
     pub fn log(&self) -> Vector6<f64> {
         let phi = log(&self.rotation);
         join(
@@ -41,7 +41,7 @@ impl Pose {
         )
     }
 
-    /// First `other`, then this.
+    /// The composition that applies `other` first, then `self`.
     pub fn compose(&self, other: &Self) -> Self {
         Self {
             rotation: self.rotation * other.rotation,
@@ -57,7 +57,7 @@ impl Pose {
         }
     }
 
-    /// Where a point is taken.
+    /// The image `R p + x` of a point `p`.
     pub fn act(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * point + self.translation
     }
@@ -73,8 +73,8 @@ impl Pose {
 
     /// `J_l(ξ)`: `exp(ξ + δ) = exp(J_l(ξ) δ) exp(ξ)` to first order.
     ///
-    /// With `x = J_l(φ) ρ` the block beside the diagonal is `∂x/∂φ + S(x) J_l(φ)`: a change of `exp(ξ)` from the left by
-    /// `(a, b)` moves x by `a + b × x`.
+    /// With `x = J_l(φ) ρ`, the off-diagonal block is `∂x/∂φ + S(x) J_l(φ)`, because a change of `exp(ξ)` from the left
+    /// by `(a, b)` moves x by `a + b × x`.
     pub fn left_jacobian(twist: &Vector6<f64>) -> Matrix6<f64> {
         let (rho, phi) = parts(twist);
         let j = left_jacobian(&phi);
@@ -86,7 +86,7 @@ impl Pose {
         Self::left_jacobian(&-twist)
     }
 
-    /// `J_l(ξ)⁻¹`, `|φ| < 2π`.
+    /// `J_l(ξ)⁻¹`, for `|φ| < 2π`.
     pub fn left_jacobian_inverse(twist: &Vector6<f64>) -> Matrix6<f64> {
         let (rho, phi) = parts(twist);
         let inverse = right_jacobian_inverse(&phi).transpose();

@@ -1,13 +1,14 @@
-//! Rotations as quaternions of any length: products and rotations without square roots or transcendental functions.
+//! Rotations as quaternions of any nonzero length. Products and rotations need no square roots or transcendental
+//! functions.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::hat;
 
-/// The rotation of the quaternion `(w, u)` of any length > 0: by `2 atan2(|u|, w)` about `u`.
+/// The rotation by `2 atan2(|u|, w)` about `u`, as a quaternion `(w, u)` of any nonzero length.
 ///
-/// The rotation depends on the direction of `(w, u)` alone, so errors of length do no harm. A product of thousands of
-/// quaternions may over- or underflow; a few never do.
+/// The rotation depends only on the direction of `(w, u)`, so errors in the length are harmless. A product of thousands
+/// of quaternions may overflow or underflow; a product of a few does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion {
     /// Scalar part.
@@ -16,11 +17,12 @@ pub struct Quaternion {
     pub u: Vector3<f64>,
 }
 
-/// `cos x` and `sin x / x` as functions of `x²`; by their series up to x = 1/2, where the next terms are below rounding.
+/// `cos x` and `sin x / x` as functions of `x²`. Uses series up to x = 1/2, where the first omitted terms are below
+/// rounding.
 #[inline]
 pub fn cos_sinc(squared: f64) -> (f64, f64) {
     if squared > 0.25 {
-        // The square root of a rounded square is the number squared, so no accuracy is lost.
+        // The square root of a rounded square recovers the original number, so no accuracy is lost.
         let angle = squared.sqrt();
         let (sin, cos) = libm::sincos(angle);
         return (cos, sin / angle);
@@ -39,7 +41,7 @@ pub fn cos_sinc(squared: f64) -> (f64, f64) {
     (cos, sinc)
 }
 
-/// `cos x` and `sin x / x` of two `x²` at once, by shorter series where both x are at most 1/8.
+/// `cos x` and `sin x / x` for two values of `x²` at once. Uses shorter series if both x are at most 1/8.
 #[inline(always)]
 pub fn cos_sinc_pair(squared: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
     let q = squared;
@@ -65,23 +67,23 @@ pub fn cos_sinc_pair(squared: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
     (cos, sinc)
 }
 
-/// Up to this square the next terms of [`cos_sinc_pair`]'s series are below 3e-17.
+/// Largest `x²` for the short series of [`cos_sinc_pair`]. The first omitted terms are below 3e-17 there.
 const SHORT_SQUARED: f64 = 1.0 / 64.0;
 
 impl Quaternion {
-    /// No rotation.
+    /// The identity rotation.
     pub const IDENTITY: Self = Self {
         w: 1.0,
         u: Vector3::new(0.0, 0.0, 0.0),
     };
 
-    /// That of `cay(f)`: `(1, f)`.
+    /// The quaternion `(1, f)` of `cay(f)`.
     #[inline(always)]
     pub fn from_cayley(f: &Vector3<f64>) -> Self {
         Self { w: 1.0, u: *f }
     }
 
-    /// That of `exp(v)`, the rotation by `|v|` about `v`: `(cos ½|v|, sin ½|v| v/|v|)`.
+    /// The quaternion of `exp(v)`, the rotation by `|v|` about `v`: `(cos ½|v|, sin ½|v| v/|v|)`.
     #[inline(always)]
     pub fn from_rotation_vector(v: &Vector3<f64>) -> Self {
         let (cos, sinc) = cos_sinc(0.25 * v.norm_squared());
@@ -91,8 +93,8 @@ impl Quaternion {
         }
     }
 
-    /// The product with the rotation by the angle whose half has this cosine and sine, about a coordinate axis: first that,
-    /// then `self`.
+    /// The product with a rotation about a coordinate axis, given the cosine and sine of half its angle. The axis
+    /// rotation is applied first, then `self`.
     #[inline(always)]
     pub fn product_about<const AXIS: usize>(&self, cos: f64, sin: f64) -> Self {
         let (i, j, k) = (AXIS, (AXIS + 1) % 3, (AXIS + 2) % 3);
@@ -107,7 +109,7 @@ impl Quaternion {
         }
     }
 
-    /// That of the matrix product: first `other`, then `self`.
+    /// The quaternion of the matrix product: `other` is applied first, then `self`.
     #[inline(always)]
     pub fn product(&self, other: &Self) -> Self {
         Self {
@@ -116,7 +118,7 @@ impl Quaternion {
         }
     }
 
-    /// `2/(w² + |u|²)`, the factor that all formulas share.
+    /// `2/(w² + |u|²)`, the common factor of all formulas.
     #[inline(always)]
     fn factor(&self) -> f64 {
         2.0 / (self.w * self.w + self.u.norm_squared())
@@ -129,23 +131,24 @@ impl Quaternion {
         Matrix3::identity() + self.factor() * (self.w * s + s * s)
     }
 
-    /// `Fᵀ p`, which keeps `|p|` to rounding without bias.
+    /// `Fᵀ p`. Keeps `|p|` up to unbiased rounding.
     #[inline(always)]
     pub fn rotate_back(&self, p: &Vector3<f64>) -> Vector3<f64> {
         let pu = p.cross(&self.u);
         p + self.factor() * (self.w * pu + pu.cross(&self.u))
     }
 
-    /// `R F`, orthogonal to rounding whatever the number of compositions.
+    /// `R F`, orthogonal to rounding after any number of compositions.
     ///
-    /// Two rows of R are turned, by adding what they change by, and relieved of their rounding error to first order; the
-    /// third is their cross product. So errors of orthogonality do not accumulate.
+    /// Two rows of R are rotated by adding their increments. Their orthogonality error is then removed to first order,
+    /// and the third row is their cross product. So orthogonality errors do not accumulate.
     #[inline(always)]
     pub fn compose(&self, r: &Matrix3<f64>) -> Matrix3<f64> {
         compose_by(self.factor(), &self.change(), r)
     }
 
-    /// The same by a quaternion of length 1 to rounding, without a division: what the length is wrong by, R is relieved of.
+    /// Like [`compose`](Self::compose), but without a division. The quaternion must have length 1 to rounding; the
+    /// orthogonality correction of R also removes the effect of the length error.
     #[inline(always)]
     pub fn compose_unit(&self, r: &Matrix3<f64>) -> Matrix3<f64> {
         compose_by(2.0, &self.change(), r)
@@ -156,13 +159,13 @@ impl Quaternion {
     pub fn carry(&self, r: &Matrix3<f64>, p: &Vector3<f64>) -> (Matrix3<f64>, Vector3<f64>) {
         let factor = self.factor();
         let change = self.change();
-        // Fᵀ p is p as a row times F.
+        // Fᵀ p equals the row vector pᵀ times F.
         let row = change.map(|[a, b, c]| a * p.x + b * p.y + c * p.z);
         let turned = p + factor * Vector3::from(row);
         (compose_by(factor, &change, r), turned)
     }
 
-    /// The columns of `(F − I)/s = w S(u) + S(u)²`: whatever waits for s, a division, need not wait for this.
+    /// The columns of `(F − I)/s = w S(u) + S(u)²`. They do not depend on s, so they need not wait for its division.
     #[inline(always)]
     fn change(&self) -> [[f64; 3]; 3] {
         let (w, u) = (self.w, &self.u);
@@ -177,10 +180,10 @@ impl Quaternion {
     }
 }
 
-/// `R (I + s C)` for the columns of C, relieved of rounding.
+/// `R (I + s C)` for the columns of C, with orthogonality errors removed to first order.
 #[inline(always)]
 fn compose_by(factor: f64, change: &[[f64; 3]; 3], r: &Matrix3<f64>) -> Matrix3<f64> {
-    // Columns of both rows at once.
+    // Each column holds the entries of the first two rows.
     let column = |j: usize| Vector2::new(r[(0, j)], r[(1, j)]);
     let (a, b, c) = (column(0), column(1), column(2));
     let changed = |[i, j, k]: [f64; 3]| factor * (a * i + b * j + c * k);
@@ -221,7 +224,7 @@ mod tests {
         }
     }
 
-    /// The series and `libm` agree to rounding on both sides of the change from one to the other.
+    /// The series and `libm` agree to rounding on both sides of the switch between them.
     #[test]
     fn small_angles_are_accurate() {
         for n in 0..=2000 {
@@ -232,7 +235,7 @@ mod tests {
         }
     }
 
-    /// Two angles at once, on both sides of the change from one series to the other.
+    /// Pairs of angles are accurate on both sides of the switch between the short and the long series.
     #[test]
     fn pairs_of_angles_are_accurate() {
         for n in 0..=2000 {

@@ -11,8 +11,8 @@ pub fn exp(v: &Vector3<f64>) -> Matrix3<f64> {
 
 /// The rotation vector of `R`, of length at most π.
 ///
-/// It goes by the unit quaternion of `R`, with the largest of its four components taken from the diagonal, and so is
-/// accurate at every angle, 0 and π included.
+/// It is computed from the unit quaternion of `R`, whose largest component is taken from the diagonal. So it is
+/// accurate at every angle, including 0 and π.
 pub fn log(r: &Matrix3<f64>) -> Vector3<f64> {
     let (w, u) = to_quaternion(r);
     let norm = u.norm();
@@ -23,7 +23,7 @@ pub fn log(r: &Matrix3<f64>) -> Vector3<f64> {
     u * (angle.copysign(w) / norm)
 }
 
-/// Scalar and vector part of a quaternion of `R`, of length 1 to the accuracy with which `R` is a rotation.
+/// Scalar and vector part of a quaternion of `R`. Its length is 1 to the accuracy with which `R` is a rotation.
 ///
 /// The largest component is positive.
 pub fn to_quaternion(r: &Matrix3<f64>) -> (f64, Vector3<f64>) {

@@ -2,11 +2,14 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::hat;
 
-/// The exponential map of SO(3) and its derivatives at a rotation vector `ξ`: with `S = S(ξ)`, `θ = |ξ|`,
-/// `exp S = I + (1 − b θ²) S + a S²` and `J_r = I − a S + b S²`, `a = (1 − cos θ)/θ²`, `b = (θ − sin θ)/θ³`.
+/// The exponential map of SO(3) and its derivatives at a rotation vector `ξ`.
 ///
-/// `J_r` is the right Jacobian, in left trivialization: `R = exp S(ξ)` has `Ω = J_r(ξ) ξ̇`, and a variation `δξ` is
-/// `δR = R S(ζ)` with `ζ = J_r(ξ) δξ`. Its transpose is the left Jacobian, `J_l(ξ) = J_r(−ξ) = exp S(ξ) J_r(ξ)`.
+/// With `S = S(ξ)` and `θ = |ξ|`: `exp S = I + (1 − b θ²) S + a S²` and `J_r = I − a S + b S²`, where `a = (1 − cos
+/// θ)/θ²` and `b = (θ − sin θ)/θ³`.
+///
+/// `J_r` is the right Jacobian, in left trivialization: `R = exp S(ξ)` has the angular velocity `Ω = J_r(ξ) ξ̇`, and a
+/// variation `δξ` is `δR = R S(ζ)` with `ζ = J_r(ξ) δξ`. Its transpose is the left Jacobian, `J_l(ξ) = J_r(−ξ) = exp
+/// S(ξ) J_r(ξ)`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tangent {
     /// `ξ`
@@ -23,7 +26,7 @@ pub struct Tangent {
     b_slope: f64,
 }
 
-/// Terms of the series in `θ²`, whose next is below rounding for `θ ≤ 1`.
+/// Terms of the series in `θ²`. The first omitted term is below rounding for `θ ≤ 1`.
 const TERMS: usize = 9;
 
 /// Coefficients of `a = Σ (−θ²)ⁿ/(2n + 2)!`, `b = Σ (−θ²)ⁿ/(2n + 3)!` and of their derivatives divided by θ.
@@ -45,7 +48,7 @@ const SERIES: [[f64; 4]; TERMS] = {
 };
 
 impl Tangent {
-    /// The tangents at `xi`, by series up to `θ = 1` and by closed forms beyond.
+    /// Evaluates the coefficients at `xi`, by series up to `θ = 1` and by closed forms beyond.
     pub fn at(xi: Vector3<f64>) -> Self {
         let squared = xi.norm_squared();
         if squared <= 1.0 {
@@ -109,8 +112,8 @@ impl Tangent {
         )
     }
 
-    /// `D(ξ, y) = ∂(J_r(ξ) y)/∂ξ` at fixed `y`: with `w = ξ × y`,
-    /// `D = (b'/θ ξ × w − a'/θ w) ξᵀ + a S(y) − b (S(w) + S(ξ) S(y))`.
+    /// `D(ξ, y) = ∂(J_r(ξ) y)/∂ξ` at fixed `y`. With `w = ξ × y`, `D = (b'/θ ξ × w − a'/θ w) ξᵀ + a S(y) − b (S(w) +
+    /// S(ξ) S(y))`.
     pub fn derivative(&self, y: &Vector3<f64>) -> Matrix3<f64> {
         let w = self.xi.cross(y);
         let along = self.b_slope * self.xi.cross(&w) - self.a_slope * w;
@@ -125,8 +128,8 @@ impl Tangent {
             + self.b * (w.cross(p) + y.cross(&p.cross(&self.xi)))
     }
 
-    /// `∂(D(ξ, y)ᵀ p)/∂ξ` at fixed `y` and `p`, without the terms of second order in `ξ`, whose factor is `b'/θ ≈ −1/60`:
-    /// exact enough for a Newton iteration.
+    /// `∂(D(ξ, y)ᵀ p)/∂ξ` at fixed `y` and `p`, without the terms of second order in `ξ`, whose factor is `b'/θ ≈
+    /// −1/60`. This is accurate enough for a Newton iteration.
     pub fn second_derivative(&self, y: &Vector3<f64>, p: &Vector3<f64>) -> Matrix3<f64> {
         let n = y.cross(p);
         let (sy, sp) = (hat(y), hat(p));
@@ -136,7 +139,7 @@ impl Tangent {
                 * (Matrix3::from_diagonal_element(self.xi.dot(&n)) + outer + outer.transpose())
     }
 
-    /// The same at `−ξ`.
+    /// The map and its derivatives at `−ξ`.
     pub fn reversed(&self) -> Self {
         Self {
             xi: -self.xi,

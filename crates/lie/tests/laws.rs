@@ -1,4 +1,4 @@
-//! The laws of both groups, at random elements of every angle.
+//! The laws of both groups, at random elements with rotation angles of all sizes.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use lgvi_lie::{
 };
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-/// On both sides of each change from a series to a closed form.
+/// Angles on both sides of each switch from a series to a closed form.
 const ANGLES: [f64; 13] = [
     0.0,
     1e-300,
@@ -35,7 +35,7 @@ impl Random {
     }
 }
 
-/// Rotation vectors, and two vectors of length 1 beside each.
+/// Random rotation vectors, each with two random unit vectors.
 fn vectors() -> impl Iterator<Item = [Vector3<f64>; 3]> {
     let mut random = Random(fastrand::Rng::with_seed(12));
     let all = (0..20).flat_map(|_| ANGLES);
@@ -46,7 +46,7 @@ fn twists() -> impl Iterator<Item = Vector6<f64>> {
     vectors().map(|[v, w, _]| Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z))
 }
 
-/// Columns by central differences.
+/// The derivative matrix by central differences, one column per axis.
 fn difference<const N: usize>(f: impl Fn(f64, usize) -> SVector<f64, N>) -> SMatrix<f64, N, N> {
     let mut matrix = SMatrix::<f64, N, N>::zeros();
     for axis in 0..N {

@@ -4,20 +4,22 @@ use super::cost::Cost;
 use super::{ChoiceError, Run};
 use crate::{Accuracy, BodyState, Method, System};
 
-/// A method and its substeps, chosen for a run, and why.
+/// A method and its number of substeps, chosen for a run, with the reasons for the choice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// The method.
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
-    /// The error at the end of the run, as [`Accuracy`] measures it: that against the reference, and the reference's own.
+    /// The error at the end of the run, as [`Accuracy`] measures it: the error against the reference plus the
+    /// reference's own error.
     pub error: f64,
-    /// What that is known from.
+    /// The basis of the error estimate.
     pub outlook: Outlook,
-    /// Of each method the cheapest that meets the tolerance or else the most accurate; the choice is the first.
+    /// For each method, the cheapest candidate that meets the tolerance, or else the most accurate one. The choice is
+    /// the first.
     pub candidates: Vec<Candidate>,
-    /// Evaluations of gravity that it took.
+    /// Gravity evaluations that the search took.
     pub evaluations: u64,
 }
 
@@ -28,25 +30,25 @@ pub struct Candidate {
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
-    /// The error at the end of the run; infinite where the flight was given up.
+    /// The error at the end of the run, or infinity if the flight was abandoned.
     pub error: f64,
-    /// Predicted cost of the run, about nanoseconds.
+    /// Predicted cost of the run, in approximate nanoseconds.
     pub cost: f64,
 }
 
-/// What is known of the end of a run.
+/// The knowledge of the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outlook {
-    /// The run was rehearsed whole: the tolerance is met.
+    /// The whole run was rehearsed, and the tolerance is met.
     Met,
-    /// The run is too dear to be rehearsed whole. The tolerance is met if errors grow with the square of time after the part
-    /// that was.
+    /// The run is too expensive to rehearse in full. The tolerance is met if errors grow with the square of time after
+    /// the rehearsed part.
     Extrapolated {
-        /// Time up to which it was rehearsed.
+        /// Time up to which the run was rehearsed.
         horizon: f64,
     },
-    /// The motion is so sensitive that no method in double precision knows the state at the end. The choice meets the
-    /// tolerance up to a time, and makes steps of the same accuracy after that.
+    /// The motion is so sensitive that no method in double precision determines the state at the end. The choice meets
+    /// the tolerance up to a certain time and continues with steps of the same accuracy.
     Chaotic {
         /// Time up to which the tolerance is met.
         known: f64,
@@ -54,7 +56,7 @@ pub enum Outlook {
 }
 
 impl Choice {
-    /// For bodies on which nothing acts: exact but for the rounding of how far they have gone and turned.
+    /// The choice for bodies without loads: exact except for the rounding of displacements and rotation angles.
     pub(super) fn closed_form(
         system: &System,
         states: &[BodyState],
@@ -88,7 +90,7 @@ impl Choice {
         })
     }
 
-    /// What is not as asked, or not known to be; none where the tolerance is met.
+    /// A warning if the tolerance is not met or not known to be met, else `None`.
     pub fn warning(&self) -> Option<String> {
         let Self { outlook, error, .. } = self;
         (*outlook != Outlook::Met).then(|| format!("{outlook} (expected error {error:.1e})"))

@@ -1,46 +1,48 @@
 use crate::integrator::{Rotor, Splitting};
 use crate::{Inertia, Method, Mobility, RigidBody, System};
 
-// Costs in nanoseconds of one core of the machine that they were measured on; only their ratios matter. To measure
-// them again: `lgvi_bench costs`.
+// Costs are in nanoseconds of one core of the machine on which they were measured. Only their ratios matter.
+// `lgvi_bench costs` measures them again.
 
-/// A step without stages.
+/// Overhead of a step without its stages.
 const STEP: f64 = 15.0;
 
-/// Per body and step: copying and checking states.
+/// Cost per body and step of copying and checking states.
 const BODY: f64 = 8.0;
 
-/// Per body and drift, a kick and a drift by the discrete rotor.
+/// Cost per body and drift of a kick and a drift with the discrete rotor.
 const DISCRETE: f64 = 40.0;
 
-/// The same by the exact rotor, of bodies with three equal principal moments, two and none.
+/// Cost per body and drift of a kick and a drift with the exact rotor, for bodies with three equal principal moments,
+/// with two, and with none.
 const EXACT: [f64; 3] = [42.0, 31.0, 145.0];
 
-/// More than that for a body that is not free but pivoted, by the discrete rotor: its steps turn it by some tenths of a
-/// radian, and the rotor's equation takes more iterations.
+/// Additional cost of a pivoted body with the discrete rotor. Its steps rotate it by some tenths of a radian, so the
+/// rotor's equation takes more iterations.
 const PIVOTED: f64 = 45.0;
 
-/// Per body and step of the closed form, likewise.
+/// Cost per body and step of the closed form, by the same three cases.
 const CLOSED_FORM: [f64; 3] = [60.0, 80.0, 302.0];
 
-/// A stage of an adaptive method, of its own and per body.
+/// Cost of a stage of an adaptive method: per stage, and per stage and body.
 const ADAPTIVE: [f64; 2] = [15.0, 31.0];
 
-/// Evaluations of gravity in a step of Dormand and Prince's method, and more in one within which states are shown.
+/// Gravity evaluations in a step of the Dormand–Prince method, and the additional cost of dense output in a step, in
+/// stages.
 pub(super) const STAGES: u32 = 12;
 const DENSE: f64 = 4.0;
 
-/// Per body and state that an adaptive method shows.
+/// Cost per body and dense output state of an adaptive method.
 const SHOWN: f64 = 97.0;
 
-/// A point of mass in a central field.
+/// Cost of a point mass in a central field.
 const POINT: f64 = 11.0;
 
-/// Predicts what flights of a system cost.
+/// Predicts the cost of flights of a system.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cost {
     gravity: f64,
-    /// Bodies that move, with three equal principal moments, two and none.
+    /// Numbers of moving bodies with three equal principal moments, with two, and with none.
     moving: [f64; 3],
     pivoted: f64,
 }
@@ -61,12 +63,12 @@ impl Cost {
         }
     }
 
-    /// A flight in closed form.
+    /// The cost of a flight in closed form.
     pub(super) fn closed_form(&self, steps: f64) -> f64 {
         steps * (STEP + self.of(CLOSED_FORM))
     }
 
-    /// A step of kicks and drifts.
+    /// The cost of a step of a splitting method.
     pub(super) fn step(&self, splitting: &Splitting, rotor: Rotor) -> f64 {
         let (evaluations, drifts) = splitting.work();
         let drift = match rotor {
@@ -77,12 +79,12 @@ impl Cost {
         own + f64::from(evaluations) * self.gravity + f64::from(drifts) * drift
     }
 
-    /// An internal step of Dormand and Prince's method.
+    /// The cost of an internal step of the Dormand–Prince method.
     pub(super) fn internal_step(&self) -> f64 {
         f64::from(STAGES) * self.stage()
     }
 
-    /// What is shown of a flight of so many internal steps.
+    /// The cost of dense output for `shown` states in a flight of `internal` internal steps.
     pub(super) fn shown(&self, internal: f64, shown: f64) -> f64 {
         DENSE * internal.min(shown) * self.stage() + shown * (STEP + SHOWN * self.bodies())
     }
@@ -92,7 +94,7 @@ impl Cost {
         self.gravity + own + body * self.bodies()
     }
 
-    /// The sum over the bodies of a cost by the number of different moments.
+    /// The sum of `costs` over the bodies, indexed by the number of distinct principal moments.
     fn of(&self, costs: [f64; 3]) -> f64 {
         let each = self.moving.iter().zip(costs);
         each.map(|(n, cost)| n * cost).sum()
@@ -103,7 +105,7 @@ impl Cost {
     }
 }
 
-/// How many different principal moments.
+/// The number of distinct principal moments.
 fn different(inertia: &Inertia) -> usize {
     let mut moments = inertia.principal_moments();
     moments.sort_by(f64::total_cmp);
@@ -112,7 +114,7 @@ fn different(inertia: &Inertia) -> usize {
     1 + differ(least, middle) + differ(middle, greatest)
 }
 
-/// The method of kicks and drifts, and how it turns bodies; none for others.
+/// The splitting of a method and its rotor, or `None` if the method is not a splitting.
 pub(super) fn splitting(method: Method) -> Option<(Splitting, Rotor)> {
     match method {
         Method::Lgvi(rotor) => Some((Splitting::lgvi(rotor, &[]), rotor)),

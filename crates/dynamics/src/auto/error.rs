@@ -3,10 +3,10 @@ use thiserror::Error;
 use super::Run;
 use crate::{BodyState, MethodError, StepError, System};
 
-/// Tolerances that can be met in double precision and mean something.
+/// Accepted tolerances: those that are meaningful and can be met in double precision.
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=0.1;
 
-/// Why no choice was made.
+/// Reasons why no method could be chosen.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ChoiceError {
     /// The duration is not a positive number.
@@ -34,35 +34,35 @@ pub enum ChoiceError {
         "the tolerance {tolerance:e} is out of reach: rounding limits this run to an error of about {floor:.1e}"
     )]
     Floor {
-        /// What was asked.
+        /// The requested tolerance.
         tolerance: f64,
-        /// The least tolerance that can be met.
+        /// The smallest tolerance that can be met.
         floor: f64,
     },
-    /// No method can fly the run.
+    /// No method can integrate the run.
     #[error("the run cannot be flown: {0}")]
     Flight(StepError),
-    /// No method knows such bodies.
+    /// No method supports these bodies.
     #[error(transparent)]
     Method(#[from] MethodError),
-    /// The motion is too fast to be followed over any useful part of the run.
+    /// The motion is too fast to integrate over any useful part of the run.
     #[error(
         "the motion is too fast for the run: {evaluations} evaluations of gravity do not cover a time of {horizon}"
     )]
     Costly {
-        /// Time that was not reached.
+        /// Time that the flight did not reach.
         horizon: f64,
-        /// Evaluations that were made.
+        /// Evaluations made.
         evaluations: u64,
     },
-    /// The caller has ended the search.
+    /// The caller stopped the search.
     #[error("the choice of an integrator was interrupted")]
     Interrupted,
 }
 
 impl ChoiceError {
-    /// A tolerance that no method reaches, with the least error that one has: rounded up, so that it can be asked for as it
-    /// is printed.
+    /// Creates the error for a tolerance that no method reaches, given the smallest error reached. That error is
+    /// rounded up, so that the printed value can be used as a tolerance.
     pub(super) fn beyond(tolerance: f64, least: f64) -> Self {
         if !least.is_finite() {
             let floor = least;
@@ -74,7 +74,7 @@ impl ChoiceError {
     }
 }
 
-/// Refuses what cannot be flown.
+/// Returns an error if the input cannot be integrated.
 pub(super) fn check(
     system: &System,
     states: &[BodyState],

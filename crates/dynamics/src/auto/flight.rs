@@ -5,20 +5,21 @@ use super::{ChoiceError, Run};
 use crate::integrator::Adaptive;
 use crate::{Accuracy, BodyState, Load, Method, StepError, System};
 
-/// What a rehearsal may cost, about nanoseconds.
+/// Budget of a rehearsal, in approximate nanoseconds.
 pub(super) const BUDGET: f64 = 6e9;
 
-/// Instants at which flights are compared, the factor between them, and how many parts of a run may have one at their end.
+/// Number of instants at which flights are compared (four per factor of two in time), and minimum number of parts of a
+/// run. Instants lie at the ends of parts.
 const INSTANTS: i32 = 64;
 const PARTS: u64 = 64;
 
-/// Flights, as dear as a coarse reference, that a choice takes: a guess, for its progress.
+/// Expected cost of a choice, in multiples of a coarse reference flight. A rough figure for the progress report.
 const EXPECTED: f64 = 25.0;
 
-/// What is spent between two reports of progress, about nanoseconds.
+/// Cost between two progress reports, in approximate nanoseconds.
 const REPORT: f64 = 1e7;
 
-/// Flies a run again and again, and counts what that takes.
+/// Integrates a run repeatedly and counts the cost.
 pub(super) struct Flights<'a> {
     system: &'a mut System,
     start: &'a [BodyState],
@@ -26,51 +27,52 @@ pub(super) struct Flights<'a> {
     run: Run,
     pub(super) cost: Cost,
     pub(super) accuracy: Accuracy,
-    /// Parts into which each step of the run is cut, so that instants lie within a run of few steps.
+    /// Number of parts into which each step of the run is divided, so that a run of few steps has instants inside its
+    /// steps.
     pub(super) parts: u32,
-    /// Instants, in parts since the start; the last is the end.
+    /// Instants, in parts since the start. The last one is the end of the run.
     instants: Vec<u64>,
     meter: Meter<'a>,
 }
 
-/// Counts what is spent and reports it.
+/// Counts the cost and reports progress.
 struct Meter<'a> {
     progress: &'a mut dyn FnMut(f64) -> ControlFlow<()>,
     evaluations: f64,
     spent: f64,
     reported: f64,
-    /// What is expected to be spent.
+    /// Expected total cost.
     expected: f64,
     stopped: bool,
 }
 
-/// How far a flight went.
+/// The course of a flight.
 pub(super) struct Course {
-    /// States at the instants that it reached.
+    /// States at the instants that the flight reached.
     pub(super) states: Vec<Vec<BodyState>>,
-    /// What it cost.
+    /// Cost of the flight.
     pub(super) cost: f64,
-    /// Internal steps that it made.
+    /// Internal steps made.
     pub(super) steps: f64,
-    /// Why it went no farther.
+    /// Reason for the end of the flight.
     pub(super) end: End,
 }
 
-/// Why a flight ended.
+/// Reasons for the end of a flight.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum End {
-    /// The run is over.
+    /// The run is complete.
     Whole,
-    /// Its observer had seen enough.
+    /// The observer stopped the flight.
     Enough,
-    /// It would have cost more than it may.
+    /// The flight would have exceeded its cost limit.
     Costly,
-    /// A step cannot be made.
+    /// A step failed.
     Failed(StepError),
 }
 
 impl Meter<'_> {
-    /// Spends so much; whether to go on.
+    /// Adds to the cost and the count of evaluations. Returns true if the search may continue.
     fn spend(&mut self, cost: f64, evaluations: f64) -> bool {
         self.spent += cost;
         self.evaluations += evaluations;
@@ -119,17 +121,17 @@ impl<'a> Flights<'a> {
         }
     }
 
-    /// Has progress count from what a coarse reference costs.
+    /// Sets the expected total cost from the cost of a coarse reference.
     pub(super) fn expect(&mut self, coarse: f64) {
         self.meter.expected = EXPECTED * coarse;
     }
 
-    /// Evaluations of gravity so far.
+    /// Gravity evaluations so far.
     pub(super) fn evaluations(&self) -> u64 {
         self.meter.evaluations as u64
     }
 
-    /// How many instants there are.
+    /// The number of instants.
     pub(super) fn instants(&self) -> usize {
         self.instants.len()
     }
@@ -140,7 +142,7 @@ impl<'a> Flights<'a> {
         steps * (self.run.duration / self.run.steps as f64)
     }
 
-    /// Predicted cost of a run by a method, of which `internal` steps are known to be made where it chooses them.
+    /// Predicted cost of a run by a method. `internal` is the number of steps of a method that chooses its own steps.
     pub(super) fn price(&self, method: Method, substeps: u32, internal: f64) -> f64 {
         let steps = self.run.steps as f64;
         match splitting(method) {
@@ -151,8 +153,8 @@ impl<'a> Flights<'a> {
         }
     }
 
-    /// Flies the run by Dormand and Prince's method as long as it costs no more than `most` and `goes_on` wants more after
-    /// being told of an instant.
+    /// Integrates the run by the Dormand–Prince method while it costs at most `most` and `goes_on`, called at each
+    /// instant, returns true.
     pub(super) fn adaptive(
         &mut self,
         tolerance: f64,
@@ -198,7 +200,7 @@ impl<'a> Flights<'a> {
         Ok(course)
     }
 
-    /// The same by a method of equal steps.
+    /// Integrates the run by a method of equal steps while `goes_on`, called at each instant, returns true.
     pub(super) fn equal(
         &mut self,
         method: Method,

@@ -4,7 +4,7 @@ use super::{Candidate, ChoiceError};
 use crate::Method;
 use crate::integrator::Rotor;
 
-/// Methods of equal steps.
+/// Candidate methods of equal steps.
 const EQUAL: [Method; 4] = [
     Method::Lgvi(Rotor::Discrete),
     Method::Nystrom { order: 4 },
@@ -12,15 +12,16 @@ const EQUAL: [Method; 4] = [
     Method::Nystrom { order: 8 },
 ];
 
-/// Tolerances of Dormand and Prince's method: two a decade, from this one on.
+/// Tolerances of the Dormand–Prince method: two per decade, starting from the loosest.
 const LOOSEST: f64 = 1e-2;
 const A_DECADE: f64 = 2.0;
 
-/// A method of equal steps may be rehearsed where that is no dearer than this (about nanoseconds), or than the reference.
+/// Cost (in approximate nanoseconds) up to which a method of equal steps may be rehearsed, even if it exceeds the cost
+/// of the reference.
 const CHEAP: f64 = 1e8;
 
-/// Flies candidates, each method from coarse to fine until it meets the tolerance or costs more than one that does; returns
-/// those that meet it, and of each other method the best.
+/// Integrates the candidates, each method from coarse to fine until it meets the tolerance or costs more than a
+/// candidate that does. Returns the candidates that meet the tolerance, and the best of each other method.
 pub(super) fn search(
     flights: &mut Flights<'_>,
     reference: &Reference,
@@ -35,7 +36,7 @@ pub(super) fn search(
     Ok(all)
 }
 
-/// The first on the ladder of Dormand and Prince's method that meets the tolerance, or the best.
+/// The loosest setting of the Dormand–Prince method that meets the tolerance, or the most accurate one if none does.
 fn adaptive(
     flights: &mut Flights<'_>,
     reference: &Reference,
@@ -72,7 +73,8 @@ fn adaptive(
     Ok(best)
 }
 
-/// The same of a method of equal steps, as long as it costs less than `most`.
+/// The coarsest setting of a method of equal steps that meets the tolerance, or the most accurate one if none does.
+/// Only settings that cost less than `most` are tried.
 fn equal(
     flights: &mut Flights<'_>,
     reference: &Reference,
@@ -108,7 +110,7 @@ fn equal(
     Ok(best)
 }
 
-/// Numbers of substeps: 1, 2, 3, 4, 6, 8, 11 and so on, two an octave.
+/// Numbers of substeps: 1, 2, 3, 4, 6, 8, 11 and so on, two per octave.
 fn rungs() -> impl Iterator<Item = u32> {
     let further = (2..62).map(|half: i32| libm::round(libm::exp2(0.5 * f64::from(half))) as u32);
     std::iter::once(1).chain(further)

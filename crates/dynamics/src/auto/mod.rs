@@ -1,16 +1,17 @@
-//! The choice of an integrator and its step for a system and an accuracy.
+//! Automatic choice of an integrator and its step size for a system and an accuracy.
 //!
-//! A run wants states at `steps` equal times; each step between them may be cut into substeps of a method. [`choose`]
-//! rehearses the run: it flies it by one candidate after another, just as the run will be flown, and compares where they end
-//! with a reference.
+//! A run asks for states at `steps` equidistant times. Each step between them may be divided into substeps of a method.
+//! [`choose`] rehearses the run: it integrates the run with each candidate exactly as in the actual run, and compares
+//! the end states with a reference.
 //!
-//! 1. The reference (`reference`): the run by the method of Dormand and Prince, far more accurate than is asked. What flights
-//!    less accurate than it differ by is its own error, truncation and rounding alike: the floor.
-//! 2. The candidates (`grid`): methods on ladders of resolutions, the same whatever the tolerance. The cheapest (`cost`) whose
-//!    error and floor together are within the tolerance is the choice. So a tighter tolerance never ends with a larger
-//!    error: what is chosen for a looser one is chosen again, or errs by more than the tighter one.
+//! 1. The reference (`reference`) is the run by the Dormand–Prince method, far more accurate than requested. Its
+//!    difference from flights of lower accuracy estimates its own error, truncation and rounding together: the floor.
+//! 2. The candidates (`grid`) are methods on fixed ladders of resolution that do not depend on the tolerance. The
+//!    choice is the cheapest candidate (`cost`) whose error and floor together are within the tolerance. So a tighter
+//!    tolerance never leads to a larger error: the choice for a looser tolerance is either chosen again or has an error
+//!    above the tighter tolerance.
 //!
-//! Nothing depends on a clock: the same input gives the same choice on every machine.
+//! The result does not depend on a clock: the same input gives the same choice on every machine.
 
 mod choice;
 mod cost;
@@ -29,29 +30,30 @@ use cost::Cost;
 use flight::Flights;
 use reference::Reference;
 
-/// Error, in multiples of the floor, that candidates can be expected to reach.
+/// Error that candidates can be expected to reach, in multiples of the floor.
 const REACHED: f64 = 2.0;
 
-/// What is wanted of a run.
+/// The run to be integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Run {
     /// Duration, > 0.
     pub duration: f64,
-    /// Steps, each of which ends in a state that is wanted, ≥ 1.
+    /// Steps, ≥ 1. A state is requested at the end of each step.
     pub steps: u64,
 }
 
-/// Chooses method and substeps for `system`, from `states` (one a body), such that the error at the end of `run` is at most
-/// `tolerance` as [`Accuracy`] measures it. Controls are none. `progress` is told about which part is done, some times a
-/// second, and may end the search.
+/// Chooses method and substeps for `system`, starting from `states` (one per body), such that the error at the end of
+/// `run` is at most `tolerance` as [`Accuracy`] measures it. No controls act. `progress` is called with the completed
+/// fraction several times a second, and may stop the search.
 ///
 /// # Assumptions and limitations
-/// Where the run is too dear to be rehearsed whole, errors are taken to grow with the square of time after the part that was
-/// ([`Outlook::Extrapolated`]); a close encounter later is not foreseen. Where nothing is known of the end, the tolerance
-/// holds for a part of the run ([`Outlook::Chaotic`]).
+/// If the run is too expensive to rehearse in full, errors are assumed to grow with the square of time after the
+/// rehearsed part ([`Outlook::Extrapolated`]); a later close approach is not foreseen. If the end cannot be determined,
+/// the tolerance holds for a part of the run ([`Outlook::Chaotic`]).
 ///
 /// # Errors
-/// A tolerance that rounding does not let the run reach, with the one that it does.
+/// Returns an error if rounding prevents the run from reaching the tolerance. The error contains a tolerance that can
+/// be reached.
 pub fn choose(
     system: &mut System,
     states: &[BodyState],
@@ -68,7 +70,7 @@ pub fn choose(
     }
     let mut flights = Flights::new(system, &states, run, cost, progress);
     let reference = Reference::new(&mut flights, tolerance)?;
-    // Where not even the reference is as accurate, what can be reached is looked for.
+    // If even the reference misses the tolerance, the search aims at an accuracy that can be reached.
     let floor = reference.floor();
     let aim = if floor > tolerance {
         REACHED * floor

@@ -2,47 +2,48 @@ use super::flight::{BUDGET, Course, End, Flights};
 use super::{ChoiceError, Outlook};
 use crate::BodyState;
 
-/// Tolerances of Dormand and Prince's method by which references are flown: coarse and fine. Rounding dominates the fine.
+/// Tolerances of the Dormand–Prince method for the coarse and the fine reference. Rounding dominates the fine one.
 const TOLERANCES: [f64; 2] = [1e-12, 1e-17];
 
-/// Tolerances of the flights that a reference is compared with, in multiples of its own.
+/// Tolerances of the flights against which a reference is compared, in multiples of its own tolerance.
 const LOOSER: [f64; 2] = [10.0, 3.162_277_660_168_379_5];
 
-/// Part of the budget that a flight may cost.
+/// Fraction of the budget that one flight may cost.
 const SHARE: f64 = 0.125;
 
-/// How much dearer than the coarse reference the fine one may be: 4.2 times, by its order, if rounding lets it.
+/// Largest cost of the fine reference in multiples of the coarse one. The order of the method predicts 4.2, unless
+/// rounding increases it.
 const DEARER: f64 = 12.0;
 
-/// Error beyond which nothing is learnt from a state.
+/// Error beyond which a state provides no information.
 const RESOLVED: f64 = 0.03;
 
-/// The error of a reference in multiples of what it differs from looser flights by: a margin for differences that are small
-/// by chance.
+/// Ratio of the estimated error of a reference to its difference from looser flights: a margin for differences that are
+/// small by chance.
 const MARGIN: f64 = 2.0;
 
-/// Part of the tolerance that a reference's own error may be.
+/// Largest error of a reference, as a fraction of the tolerance.
 const PART: f64 = 0.25;
 
-/// Error of a state, in multiples of the tolerance, from which a flight does not come back.
+/// Error of a state, in multiples of the tolerance, beyond which a flight is abandoned.
 const HOPELESS: f64 = 1e3;
 
-/// Where a run goes, and how well that is known.
+/// The reference trajectory of a run and its accuracy.
 pub(super) struct Reference {
     course: Course,
-    /// The tolerance that it was flown with.
+    /// The tolerance used for its integration.
     pub(super) tolerance: f64,
-    /// Its own error at the instants that are known, and what part of the run is over then.
+    /// The reference's own error at the known instants, and the fraction of the run completed at each.
     floor: Vec<f64>,
     parts: Vec<f64>,
-    /// What errors are multiplied by between the last of them and the end of the run.
+    /// Growth factor of errors from the last known instant to the end of the run.
     growth: f64,
     pub(super) outlook: Outlook,
 }
 
 impl Reference {
-    /// The finest that the budget allows; a coarser one of more of the run rather than a finer one of less, where that is
-    /// fine enough.
+    /// Computes the finest reference that the budget allows. A coarser reference that covers more of the run is
+    /// preferred to a finer one that covers less, if it is accurate enough.
     pub(super) fn new(flights: &mut Flights<'_>, tolerance: f64) -> Result<Self, ChoiceError> {
         let [coarse, fine] = TOLERANCES;
         let share = SHARE * BUDGET;
@@ -64,7 +65,7 @@ impl Reference {
         Ok(chosen)
     }
 
-    /// A reference and its floor.
+    /// Integrates a reference and estimates its floor.
     fn fly(flights: &mut Flights<'_>, tolerance: f64, most: f64) -> Result<Self, ChoiceError> {
         let course = flights.adaptive(tolerance, most, |_, _| true)?;
         if let End::Failed(error) = course.end {
@@ -102,18 +103,19 @@ impl Reference {
         })
     }
 
-    /// Whether it knows more of the run to a tolerance than another does, or the same better.
+    /// Returns true if this reference is accurate to the tolerance over more of the run than `other`, or over the same
+    /// part with a smaller error.
     fn knows_more(&self, other: &Self, tolerance: f64) -> bool {
         let known = |reference: &Self| reference.known(tolerance).map(|last| reference.parts[last]);
         known(self) > known(other) || known(self) == known(other) && self.end() <= other.end()
     }
 
-    /// Whether it ends where the budget does, and not because nothing is known of the rest.
+    /// Returns true if it ended because the budget was spent, and not because its error became too large.
     fn is_costly(&self) -> bool {
         self.course.end == End::Costly && self.end() <= RESOLVED
     }
 
-    /// What errors are multiplied by between an instant and that at which they are asked for.
+    /// The growth factor of errors from an instant to the end of the run.
     fn growth_from(&self, instant: usize) -> f64 {
         if self.is_costly() {
             self.parts[instant].powi(-2)
@@ -122,7 +124,7 @@ impl Reference {
         }
     }
 
-    /// The last instant up to which its own error is a part of the tolerance.
+    /// The last instant at which the reference's own error is a small enough fraction of the tolerance.
     fn known(&self, tolerance: f64) -> Option<usize> {
         let own = |instant: &usize| self.floor[*instant] * self.growth_from(*instant);
         (0..self.floor.len())
@@ -130,12 +132,12 @@ impl Reference {
             .find(|instant| own(instant) <= PART * tolerance)
     }
 
-    /// Its own error at the last instant.
+    /// The reference's own error at the last instant.
     fn end(&self) -> f64 {
         self.floor.last().copied().unwrap_or(f64::INFINITY)
     }
 
-    /// What it tells about the end of the run.
+    /// Determines the outlook for the end of the run.
     fn judge(&mut self, flights: &Flights<'_>, tolerance: f64) -> Result<(), ChoiceError> {
         let (last, instants) = (self.floor.len() - 1, flights.instants());
         if self.is_costly() {
@@ -156,17 +158,17 @@ impl Reference {
         Ok(())
     }
 
-    /// Its own error at the end of the run.
+    /// The reference's own error, extrapolated to the end of the run.
     pub(super) fn floor(&self) -> f64 {
         self.growth * self.end()
     }
 
-    /// What it cost.
+    /// The cost of the reference flight.
     pub(super) fn cost(&self) -> f64 {
         self.course.cost
     }
 
-    /// Who compares a flight with it on its way.
+    /// Starts a comparison of a flight with this reference.
     pub(super) fn comparison(&self, flights: &Flights<'_>, tolerance: f64) -> Comparison<'_> {
         Comparison {
             reference: self,
@@ -177,24 +179,24 @@ impl Reference {
         }
     }
 
-    /// The part of the run that flights are compared over.
+    /// The fraction of the run over which flights are compared.
     pub(super) fn part(&self) -> f64 {
         self.parts[self.floor.len() - 1]
     }
 }
 
-/// Compares a flight with a reference on its way.
+/// Compares a flight with a reference during the flight.
 pub(super) struct Comparison<'a> {
     reference: &'a Reference,
     accuracy: super::Accuracy,
     hopeless: f64,
     greatest: f64,
-    /// At the end of the run; infinite where the flight did not get there.
+    /// Error at the end of the run, or infinity if the flight did not get there.
     pub(super) error: f64,
 }
 
 impl Comparison<'_> {
-    /// Looks at the states at an instant; whether the flight is to go on.
+    /// Compares the states at an instant. Returns true if the flight should continue.
     pub(super) fn compare(&mut self, instant: usize, states: &[BodyState]) -> bool {
         let Reference {
             course,

@@ -2,10 +2,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Attractor, Falloff, Form, Monopole, SourceShape};
 
-/// A point attractor, or a sphere from outside, at the origin: `φ = −GM/|d|` (§4.7).
+/// A point attractor at the origin, or the exterior of a sphere: `φ = −GM/|d|` (§4.7).
 ///
 /// # Assumptions and limitations
-/// A point at the attractor itself has no finite load. Only a [`Fixed`](super::Fixed) one has a radius.
+/// The load on a point at the attractor itself is not finite. Only a [`Fixed`](super::Fixed) attractor has a radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Central {
     /// Gravitational parameter `GM` of the attractor.

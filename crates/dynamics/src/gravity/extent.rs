@@ -4,30 +4,30 @@ use nalgebra::{Matrix3, Vector3};
 use super::remainder::Side;
 use crate::{Inertia, MassDistribution, Mobility, PointMass, RigidBody};
 
-/// A body's mass as interactions see it.
+/// Properties of a body's mass distribution that bound interactions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     mass: f64,
-    /// Radius about the origin within which all mass is; 0 of a series, whose terms are bounded by themselves.
+    /// Radius about the origin that contains all mass. It is 0 for a multipole, whose terms have their own bounds.
     pub(super) reach: f64,
-    /// Mean square of the distance of its mass from the origin, or what bounds as much of a series.
+    /// Mean square distance of the mass from the origin, or an equivalent bound for a multipole.
     spread: f64,
-    /// Sum of the absolute eigenvalues of the second harmonic of a series.
+    /// Sum of the absolute eigenvalues of the second harmonic of a multipole.
     harmonic: f64,
-    /// `Σ m |J⁻¹ S(ρ)| |ρ|` or more, by what gradient of acceleration it is turned.
+    /// An upper bound of `Σ m |J⁻¹ S(ρ)| |ρ|`: the angular acceleration per gradient of the acceleration field.
     leverage: f64,
-    /// Distance of its center of mass from the origin, which is rounding, and that times `m |J⁻¹|`.
+    /// Distance of the center of mass from the origin, which is due to rounding, and the same distance times `m |J⁻¹|`.
     offset: f64,
     arm: f64,
-    /// Whether it is a point of mass at the origin.
+    /// True for a point mass at the origin.
     pub(super) is_point: bool,
-    /// Whether its center of mass is its origin, so that it can be taken for a point there.
+    /// True if the center of mass is the origin, so that the body can be approximated by a point there.
     pub(super) is_centered: bool,
     is_given: bool,
 }
 
 impl Extent {
-    /// None where the series goes beyond second order.
+    /// Returns `None` if a multipole goes beyond second order.
     pub(super) fn of(body: &RigidBody) -> Option<Self> {
         let mut extent = Self {
             mass: body.attracted_mass(),
@@ -52,7 +52,7 @@ impl Extent {
             MassDistribution::Polyhedron(mass) => {
                 extent.hold(mass.cloud(), body.inertia());
                 extent.reach = extent.reach.max(mass.field().bounding_radius());
-                // The cloud has the second moments of the mass, whose `∫ |J⁻¹ S(ρ)| |ρ| dm` it does not have.
+                // The cloud reproduces the second moments of the mass, but not `∫ |J⁻¹ S(ρ)| |ρ| dm`.
                 extent.leverage = extent.mass * extent.spread * norm(body.inertia().inverse());
             }
         }
@@ -74,7 +74,8 @@ impl Extent {
         self.is_point = points.len() == 1 && self.reach == 0.0;
     }
 
-    /// What it feels of another under the gravitational constant `g`; none where it does not move by it.
+    /// The bounds for this body under the attraction of `other` with the gravitational constant `g`, or `None` if its
+    /// motion is prescribed.
     pub(super) fn side(&self, other: &Self, g: f64) -> Option<Side> {
         let side = self.side_of([g * other.mass, g * other.harmonic], other.spread);
         side.map(|side| Side {
@@ -83,7 +84,7 @@ impl Extent {
         })
     }
 
-    /// What it feels of a source with this `GM` and second harmonic.
+    /// The bounds for this body under a source with this `GM` and second harmonic.
     pub(super) fn side_of(&self, [strength, harmonic]: [f64; 2], spread: f64) -> Option<Side> {
         (!self.is_given).then_some(Side {
             strength: strength.abs(),

@@ -1,4 +1,4 @@
-//! Fixed sources acting on one body, differentiated twice for the planner.
+//! Fixed sources acting on one body, with first and second derivatives for the planner.
 
 mod multipole;
 mod points;
@@ -15,15 +15,15 @@ use crate::{BodyState, Load, MassDistribution, RigidBody};
 
 /// Gravity of fixed sources on one body at `x` with attitude `R`.
 ///
-/// Derivatives are in the variations `δx` (inertial frame) and `ζ`, `δR = R S(ζ)`.
+/// Derivatives are with respect to the variations `δx` (inertial frame) and `ζ`, where `δR = R S(ζ)`.
 ///
-/// Every [`Attractor`] whose frame is the inertial one is a field. On points of mass it acts exactly, on a
-/// polyhedron through its cloud of points. On a body given by
-/// its multipole, the source's monopole meets the body's multipole, and all else of the source acts at the center of mass.
+/// Every [`Attractor`] whose frame is the inertial one is a field. It acts exactly on point masses, and on a polyhedron
+/// through its cloud of points. On a body given by its multipole, the source's monopole acts on the body's multipole,
+/// and the rest of the source acts on the center of mass only.
 ///
 /// # Assumptions and limitations
-/// What is left out of the second, such as the moment by which a planet's oblateness turns the body, is smaller than the
-/// moment kept by the order `J₂ (a/r)²`. Give the body points where it matters.
+/// For a multipole body, the omitted terms, such as the moment due to a planet's oblateness, are smaller than the
+/// moment that is kept, by a factor of order `J₂ (a/r)²`. Model the body by points if they matter.
 pub trait Field: Send + Sync {
     /// Force and moment.
     fn load(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> Load;
@@ -34,7 +34,7 @@ pub trait Field: Send + Sync {
     /// First derivatives of force and moment.
     fn gradient(&self, body: &RigidBody, x: &Vector3<f64>, r: &Matrix3<f64>) -> LoadGradient;
 
-    /// Second derivatives of `b·force + c·moment` for fixed `weights` (b as their force, c as their moment).
+    /// Second derivatives of `b·force + c·moment` at fixed `weights` (b is their force, c their moment).
     fn curvature(
         &self,
         body: &RigidBody,
@@ -43,20 +43,20 @@ pub trait Field: Send + Sync {
         weights: &Load,
     ) -> LoadCurvature;
 
-    /// Whether a body at `x` is outside the sources.
+    /// Checks that a body at `x` is outside the sources.
     fn check_clearance(&self, body: &RigidBody, x: &Vector3<f64>) -> Result<(), Intrusion>;
 
-    /// What it is in numbers; none where it has no such form.
+    /// The parameters of the model, or `None` if it has no such form.
     fn form(&self) -> Option<Form> {
         None
     }
 
-    /// What a load of `body` costs, in multiples of a point in a central field, roughly.
+    /// Approximate cost of a load on `body`, in multiples of a point in a central field.
     fn cost(&self, body: &RigidBody) -> f64 {
         body.points().len().max(1) as f64
     }
 
-    /// The only source, where there is but one.
+    /// The source, if the field has exactly one.
     fn attractor(&self) -> Option<&dyn Attractor> {
         None
     }
@@ -65,7 +65,7 @@ pub trait Field: Send + Sync {
 /// A body is inside a source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intrusion {
-    /// Distance of its origin from the source's.
+    /// Distance between the origins of the body and the source.
     pub distance: f64,
     /// Sum of their radii.
     pub limit: f64,
@@ -92,7 +92,7 @@ pub struct LoadCurvature {
     pub position_position: Matrix3<f64>,
     /// `H_xR = H_Rxᵀ`.
     pub position_attitude: Matrix3<f64>,
-    /// `H_RR`; not symmetric where `q ≠ 0`, for ζ is a variation in a moving frame.
+    /// `H_RR`. It is not symmetric where `q ≠ 0`, because ζ is a variation in a moving frame.
     pub attitude_attitude: Matrix3<f64>,
 }
 

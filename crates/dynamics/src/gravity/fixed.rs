@@ -3,10 +3,10 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Attractor, Falloff, Form, Monopole, Placement};
 use crate::BodyError;
 
-/// An attractor `A` fixed in the inertial frame with a place and an attitude, itself an attractor in that frame.
+/// An attractor `A` held at a position and attitude in the inertial frame. It is itself an attractor in that frame.
 ///
 /// # Assumptions and limitations
-/// The attractor does not move or turn, whatever the bodies' mass.
+/// The attractor does not move or rotate, regardless of the bodies' masses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fixed<A> {
     attractor: A,
@@ -16,7 +16,8 @@ pub struct Fixed<A> {
 }
 
 impl<A: Attractor> Fixed<A> {
-    /// With the origin of its frame at `position`, and `attitude` from its frame to the inertial one.
+    /// Places the attractor with the origin of its frame at `position`. `attitude` maps from its frame to the inertial
+    /// one.
     pub fn new(attractor: A, position: Vector3<f64>, attitude: Matrix3<f64>) -> Self {
         Self {
             attractor,
@@ -26,7 +27,7 @@ impl<A: Attractor> Fixed<A> {
         }
     }
 
-    /// The same with a radius about its center of mass that no body's may enter.
+    /// Adds a radius about its center of mass that the spheres of bodies must not enter.
     pub fn with_radius(self, radius: f64) -> Result<Self, BodyError> {
         if radius.is_finite() && radius >= 0.0 {
             Ok(self.within(radius))
@@ -35,7 +36,7 @@ impl<A: Attractor> Fixed<A> {
         }
     }
 
-    /// With a radius known to be one.
+    /// Sets a radius that is already validated.
     pub(super) fn within(self, radius: f64) -> Self {
         Self { radius, ..self }
     }

@@ -1,13 +1,13 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// What a gravity is, in numbers, for code that evaluates it for many systems at once; see [`lanes`](crate::lanes).
+/// The parameters of a gravity model, for code that evaluates it for many systems at once; see [`lanes`](crate::lanes).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Form {
-    /// An attractor that does not move.
+    /// A stationary attractor.
     Attractor {
-        /// What attracts.
+        /// The attractor in its own frame.
         shape: SourceShape,
-        /// Where; none at the origin, with the inertial frame's axes.
+        /// Its placement, or `None` if it is at the origin, aligned with the inertial frame.
         placement: Option<Placement>,
     },
     /// A uniform field.
@@ -30,22 +30,22 @@ pub enum SourceShape {
         /// Gravitational parameter `GM`.
         gm: f64,
     },
-    /// With its second moments: `φ = −GM/r − d·Hd/r⁵`.
+    /// A point with second moments: `φ = −GM/r − d·Hd/r⁵`.
     Quadrupole {
         /// Gravitational parameter `GM`.
         gm: f64,
-        /// `H`, symmetric and without trace.
+        /// `H`, symmetric and trace-free.
         second: Matrix3<f64>,
     },
 }
 
-/// Place, attitude and extent of an attractor.
+/// Position, attitude and extent of an attractor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
-    /// Origin of its frame, inertial frame.
+    /// Position of the origin of its frame, in the inertial frame.
     pub position: Vector3<f64>,
-    /// From its frame to the inertial one.
+    /// Rotation from its frame to the inertial one.
     pub attitude: Matrix3<f64>,
-    /// Radius that no body may enter, 0 for none.
+    /// Radius that no body may enter, or 0 if it has none.
     pub radius: f64,
 }

@@ -11,10 +11,11 @@ pub(super) trait Harmonic {
     /// n.
     const DEGREE: i32;
 
-    /// `H[e, …, e, ·, ·]`, from which follow `P = e·He`, `∇P = n He` and `∂²P = n(n − 1) H`.
+    /// `H[e, …, e, ·, ·]`, which determines `P = e·He`, `∇P = n He` and `∂²P = n(n − 1) H`.
     fn contraction(&self, e: &Vector3<f64>) -> Matrix3<f64>;
 
-    /// `H[e, …, e, b, ·, ·]`, one e fewer; zero for n = 2. The derivative of `∂²P b` is n(n − 1)(n − 2) times this.
+    /// `H[e, …, e, b, ·, ·]`, with one e fewer. Irrelevant for n = 2, where it is zero. The derivative of `∂²P b` is
+    /// n(n − 1)(n − 2) times this.
     fn contraction_along(&self, e: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64>;
 
     #[inline]
@@ -47,7 +48,7 @@ pub(super) trait Harmonic {
         by_rk * ((n * (n - 1.0)) * c - (k * by_r2) * flat)
     }
 
-    /// The derivative of `G b` by the product rule, its terms named by how often `1/r²` multiplies them.
+    /// The derivative of `G b` by the product rule. The terms are named by the power of `1/r²` that multiplies them.
     #[inline]
     fn curvature(&self, e: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
         let n = f64::from(Self::DEGREE);
@@ -83,12 +84,12 @@ fn inverse_power(e: &Vector3<f64>, n: i32) -> (f64, f64) {
     (power, by_r2)
 }
 
-/// `½ Q`, `Q = 3 ∫ρρᵀ − tr`, which is `tr[J] I − 3J`.
+/// `½ Q`, where `Q = 3 ∫ρρᵀ − tr` equals `tr[J] I − 3J`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Second(pub(super) Matrix3<f64>);
 
 impl Second {
-    /// Of `second[(i, j)] = ∫ ρ_i ρ_j dm`.
+    /// From the second moments `second[(i, j)] = ∫ ρ_i ρ_j dm`.
     pub(super) fn of(second: &Matrix3<f64>) -> Self {
         Self(1.5 * second - Matrix3::from_diagonal_element(0.5 * second.trace()))
     }

@@ -4,71 +4,72 @@ use super::extent::Extent;
 use super::{Attractor, Remainder};
 use crate::RigidBody;
 
-/// How much of an interaction is computed.
+/// The level of detail at which an interaction is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Nothing.
     Dropped,
-    /// The force on the bodies as points of mass at their centers; no moment.
+    /// The force between the bodies as point masses at their centers, without moments.
     Monopole,
-    /// Force and moments to second order: each one's second moments of mass meet the other's monopole.
+    /// Force and moments to second order: the second moments of each body interact with the other's monopole.
     Quadrupole,
-    /// All that the model has.
+    /// Everything that the model contains.
     Full,
 }
 
-/// With what a body interacts.
+/// The partner of a body in an interaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Partner {
-    /// With another body.
+    /// Another body.
     Body(usize),
-    /// With a source held at this place, inertial frame.
+    /// A fixed source at this position, inertial frame.
     Source(Vector3<f64>),
-    /// With a field that has no place.
+    /// A field without a position.
     Field,
 }
 
-/// What a body and another, or a fixed source, exert on each other: the least of gravity that can be simplified by itself.
+/// The interaction of a body with another body or a fixed source: the smallest part of gravity that can be simplified
+/// separately.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interaction {
-    /// Which body, from 0; of two the one that comes first.
+    /// Index of the body, from 0. For a pair of bodies, the smaller index.
     pub body: usize,
-    /// With what.
+    /// The partner.
     pub partner: Partner,
-    /// The lowest level that leaves nothing out but rounding.
+    /// The lowest level whose result is exact to rounding.
     pub exact: Level,
-    /// Whether it has a moment on the body, and on the other, if it is computed in full.
+    /// True if the full interaction exerts a moment on the body, and on the partner.
     pub moments: [bool; 2],
-    /// How what is left out falls off with the distance; none where that is not known.
+    /// The falloff of the omitted terms with distance, or `None` if it is not known.
     pub remainder: Option<Remainder>,
-    /// What each level costs, in multiples of a point in a central field, roughly.
+    /// Approximate cost of each level, in multiples of a point in a central field.
     pub costs: [f64; 4],
 }
 
-/// An interaction that is computed, and how.
+/// An interaction to be computed, and its level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kept {
     /// The body.
     pub body: usize,
-    /// The other; with a fixed source the body again.
+    /// The other body, or `body` again if the partner is a fixed source.
     pub other: usize,
-    /// Not [`Level::Dropped`].
+    /// The level, never [`Level::Dropped`].
     pub level: Level,
-    /// The body's mass, or the product of both.
+    /// The body's mass, or the product of both masses for a pair.
     pub masses: f64,
 }
 
-/// How a fixed source's field falls off.
+/// The falloff of a fixed source's field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Falloff {
     /// `GM`, 0 for a uniform field.
     pub strength: f64,
-    /// Sum of the absolute eigenvalues of `H`, `−e·He/r⁵` being what there is beside the monopole.
+    /// Sum of the absolute eigenvalues of `H`, where `−e·He/r⁵` is the potential beyond the monopole.
     pub harmonic: f64,
 }
 
 impl Interaction {
-    /// The other body, where there is one.
+    /// The other body, or `None` if the partner is not a body.
     pub fn other(&self) -> Option<usize> {
         match self.partner {
             Partner::Body(other) => Some(other),
@@ -76,7 +77,7 @@ impl Interaction {
         }
     }
 
-    /// Of two bodies under the gravitational constant `g`, with the cost of all of it.
+    /// The interaction of two bodies with the gravitational constant `g` and the cost of its full computation.
     pub(super) fn of_pair(
         pair: [usize; 2],
         bodies: [&RigidBody; 2],
@@ -102,7 +103,7 @@ impl Interaction {
         }
     }
 
-    /// Of a fixed attractor and a body.
+    /// The interaction of a fixed attractor and a body.
     pub(super) fn of_source(
         index: usize,
         body: &RigidBody,
@@ -133,7 +134,7 @@ impl Interaction {
     }
 }
 
-/// What two points cost, and two series of second order.
+/// Cost of a pair of points, and of a pair of second-order multipoles.
 const POINTS: f64 = 0.6;
 const SERIES: f64 = 2.5;
 

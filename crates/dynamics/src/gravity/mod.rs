@@ -1,7 +1,7 @@
-//! Gravity: what acts on bodies, one model a file.
+//! Gravity models, one per file.
 //!
-//! A [`Gravity`] acts on all bodies of a system; a [`Field`] has fixed sources, acts on each body by itself, and is
-//! differentiated twice for the planner.
+//! A [`Gravity`] acts on all bodies of a system. A [`Field`] has fixed sources, acts on each body independently, and
+//! has first and second derivatives for the planner.
 
 mod attractor;
 mod central;
@@ -42,43 +42,44 @@ use crate::{BodyState, Load, RigidBody};
 
 /// Gravity on all bodies of a system.
 pub trait Gravity: Send {
-    /// Adds to `loads` (one a body) what gravity exerts in `states`.
+    /// Adds the gravity in `states` to `loads` (one per body).
     fn add_loads(&mut self, bodies: &[RigidBody], states: &[BodyState], loads: &mut [Load]);
 
     /// The potential `U` in `states`.
     fn potential(&self, bodies: &[RigidBody], states: &[BodyState]) -> f64;
 
-    /// Its interactions, each of which can be simplified by itself; none where it cannot be taken apart.
+    /// The interactions, each of which can be simplified separately, or `None` if the model has no such decomposition.
     fn separable(&mut self) -> Option<&mut dyn Separable> {
         None
     }
 
-    /// How far bodies must stay from each other and from the sources; none where they may be anywhere.
+    /// The minimum distances between bodies and to the sources, or `None` if there are none.
     fn clearance(&self) -> Option<&dyn Clearance> {
         None
     }
 
-    /// It in numbers, from which [`lanes`](crate::lanes) compute it for many systems at once; none where it has no such form.
+    /// The parameters of the model, from which [`lanes`](crate::lanes) evaluate it for many systems at once, or `None`
+    /// if it has no such form.
     fn form(&self) -> Option<Form> {
         None
     }
 
-    /// Cost of an evaluation for `bodies`, in multiples of a point in a central field, roughly.
+    /// Approximate cost of an evaluation for `bodies`, in multiples of a point in a central field.
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         let points = bodies.iter().map(|body| body.points().len().max(1) as f64);
         points.sum()
     }
 }
 
-/// Gravity that is a sum of [`Interaction`]s, of which a [`Skip`](crate::Skip) may leave something out.
+/// Gravity that is a sum of [`Interaction`]s. A [`Skip`](crate::Skip) may omit parts of them.
 pub trait Separable {
-    /// The interactions, in the order in which they are computed.
+    /// The interactions, in the order of their computation.
     fn interactions(&self, bodies: &[RigidBody]) -> Vec<Interaction>;
 
-    /// Makes whatever any level of an interaction needs, so that loads allocate nothing.
+    /// Prepares the data that interactions need at any level, so that computing loads allocates nothing.
     fn prepare(&mut self, _bodies: &[RigidBody]) {}
 
-    /// Adds to `loads` what the interactions that are kept exert.
+    /// Adds the loads of the kept interactions to `loads`.
     fn add_kept_loads(
         &mut self,
         bodies: &[RigidBody],
@@ -88,28 +89,28 @@ pub trait Separable {
     );
 }
 
-/// Extents of bodies and sources that nothing may enter.
+/// Extents of bodies and sources that other bodies must not enter.
 pub trait Clearance {
-    /// Whether any of `bodies` or of the sources has an extent that another could enter.
+    /// Returns true if any of `bodies` or of the sources has an extent that another could enter.
     fn has_extents(&self, _bodies: &[RigidBody]) -> bool {
         true
     }
 
-    /// Whether all bodies are outside each other's extents and those of the sources.
+    /// Checks that all bodies are outside each other's extents and those of the sources.
     ///
     /// # Errors
-    /// The first pair that is not.
+    /// Returns the first pair that violates this.
     fn check(&self, bodies: &[RigidBody], states: &[BodyState]) -> Result<(), CloseApproach>;
 }
 
-/// A body is where another body or a source is.
+/// A body has entered the extent of another body or of a source.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub struct CloseApproach {
-    /// Which body, from 0.
+    /// Index of the body, from 0.
     pub body: usize,
-    /// The other body, from 0; none for a fixed source.
+    /// Index of the other body, from 0, or `None` for a fixed source.
     pub other: Option<usize>,
-    /// Distance of their origins.
+    /// Distance between their origins.
     pub distance: f64,
     /// Sum of their radii.
     pub limit: f64,

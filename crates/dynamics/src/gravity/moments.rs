@@ -2,10 +2,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::PointMass;
 
-/// Full symmetric moments of a body's mass about the origin of its frame, as its potential's expansion needs them.
+/// Full symmetric moments of a body's mass about the origin of its frame, for the expansion of its potential.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// `second[(i, j)] = ∫ ρ_i ρ_j dm`; `J_d` where the origin is the center of mass.
+    /// `second[(i, j)] = ∫ ρ_i ρ_j dm`, which equals `J_d` if the origin is the center of mass.
     pub second: Matrix3<f64>,
     /// `third[i][(j, k)] = ∫ ρ_i ρ_j ρ_k dm`.
     pub third: [Matrix3<f64>; 3],
@@ -14,7 +14,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Those of points of mass.
+    /// The moments of point masses.
     pub fn of_points(points: &[PointMass]) -> Self {
         let mut sum = Self::default();
         for PointMass { mass, position } in points {
@@ -30,8 +30,8 @@ impl Moments {
         sum
     }
 
-    /// Those of a homogeneous ellipsoid with these semi-axes along its body axes: `∫ρ_i² = m a_i²/5`,
-    /// `∫ρ_i² ρ_j² = m a_i² a_j²/35`, `∫ρ_i⁴ = 3 m a_i⁴/35`; odd ones vanish.
+    /// The moments of a homogeneous ellipsoid with these semi-axes along its body axes: `∫ρ_i² = m a_i²/5`, `∫ρ_i²
+    /// ρ_j² = m a_i² a_j²/35`, `∫ρ_i⁴ = 3 m a_i⁴/35`. Odd moments vanish.
     pub fn of_ellipsoid(mass: f64, semi_axes: [f64; 3]) -> Self {
         let squares = Vector3::from(semi_axes.map(|a| a * a));
         let fourth = |i: usize, j: usize| {
@@ -61,7 +61,8 @@ mod tests {
     use super::*;
     use crate::gravity::{Attractor, Multipole};
 
-    /// A ball attracts as a point, `∫ρ² dm = 3/5 m a²` and `∫ρ⁴ dm = 3/7 m a⁴`; an ellipsoid is a stretched ball.
+    /// A ball attracts like a point, with `∫ρ² dm = 3/5 m a²` and `∫ρ⁴ dm = 3/7 m a⁴`. An ellipsoid is a stretched
+    /// ball.
     #[test]
     fn an_ellipsoid_is_a_stretched_ball() {
         let ball = Moments::of_ellipsoid(2.0, [1.5; 3]);
@@ -82,8 +83,9 @@ mod tests {
         }
     }
 
-    /// Known closed form on the axis of a prolate spheroid, `c > a`, `k² = c² − a²`:
-    /// `φ = −3m/(4k³) [2 k z + (k² − z²) ln((z + k)/(z − k))]`. The series' error falls as the inverse seventh power.
+    /// The closed form on the axis of a prolate spheroid, with `c > a` and `k² = c² − a²`, is `φ = −3m/(4k³) [2 k z +
+    /// (k² − z²) ln((z + k)/(z − k))]`. The error of the expansion decays with the inverse seventh power of the
+    /// distance.
     #[test]
     fn the_fourth_order_of_a_spheroid_meets_its_closed_form() {
         let (m, a, c) = (1.3, 1.0, 1.2);

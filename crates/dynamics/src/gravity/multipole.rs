@@ -5,16 +5,19 @@ use super::harmonic::{Fourth, Harmonic, Second, Third};
 use super::{Attractor, Central, Falloff, Form, Moments, Monopole, SourceShape};
 use crate::Inertia;
 
-/// The gravity of a body expanded about its center of mass in moments of its mass ("inertia integrals"), to second or
-/// fourth order in size over distance: `φ = −Σ_n P_n(d)/r^{2n+1}` with harmonic polynomials, `P_0 = m`,
-/// `P_2 = ½ (tr[J] r² − 3 d·Jd)` (D. J. Scheeres, *Orbital Motion in Strongly Perturbed Environments*, 2012, ch. 2).
+/// The gravity of a body, expanded about its center of mass in moments of its mass ("inertia integrals"), to second or
+/// fourth order in size over distance.
 ///
-/// Its strength is a mass where the gravitational constant is given elsewhere, as by [`Mutual`](super::Mutual), and a
-/// gravitational parameter `GM` where it attracts by itself.
+/// `φ = −Σ_n P_n(d)/r^{2n+1}` with harmonic polynomials, `P_0 = m`, `P_2 = ½ (tr[J] r² − 3 d·Jd)` (D. J.
+/// Scheeres, *Orbital Motion in Strongly Perturbed Environments*, 2012, ch. 2).
+///
+/// Its strength is a mass if the gravitational constant is given separately, as by [`Mutual`](super::Mutual), and a
+/// gravitational parameter `GM` if it attracts on its own.
 ///
 /// # Assumptions and limitations
-/// The origin is the center of mass. The series is cut after its order: beside what is kept, the error is of the order
-/// `(ρ/r)³` resp. `(ρ/r)⁵`, ρ the body's size. Inside the smallest sphere round the body it need not converge.
+/// The origin is the center of mass. The truncation error relative to the monopole is of order `(ρ/r)³` at second order
+/// and `(ρ/r)⁵` at fourth order, where ρ is the body's size. The series need not converge inside the smallest sphere
+/// that contains the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multipole {
     central: Central,
@@ -22,12 +25,12 @@ pub struct Multipole {
 }
 
 impl Multipole {
-    /// To second order, from mass and inertia: `∫ρρᵀ dm = J_d`.
+    /// The second-order multipole of a mass and inertia: `∫ρρᵀ dm = J_d`.
     pub fn of_inertia(mass: f64, inertia: &Inertia) -> Self {
         Self::of_second_moments(mass, inertia.nonstandard())
     }
 
-    /// To second order, from mass and `∫ρρᵀ dm`.
+    /// The second-order multipole of a mass and `∫ρρᵀ dm`.
     pub(crate) fn of_second_moments(mass: f64, second: &Matrix3<f64>) -> Self {
         Self {
             central: Central { gm: mass },
@@ -38,7 +41,7 @@ impl Multipole {
         }
     }
 
-    /// To fourth order, from mass and moments about the center of mass.
+    /// The fourth-order multipole of a mass and its moments about the center of mass.
     pub fn of_moments(mass: f64, moments: &Moments) -> Self {
         Self {
             central: Central { gm: mass },
@@ -49,8 +52,8 @@ impl Multipole {
         }
     }
 
-    /// An oblate planet, its pole the third axis: `φ = −GM/r [1 − J₂ (a/r)² (3 sin²ϕ − 1)/2]`, a the reference radius
-    /// that belongs to J₂ and ϕ the latitude.
+    /// The multipole of an oblate planet with its pole along the third axis: `φ = −GM/r [1 − J₂ (a/r)² (3 sin²ϕ −
+    /// 1)/2]`, where a is the reference radius of J₂ and ϕ the latitude.
     pub fn oblate(gm: f64, j2: f64, radius: f64) -> Self {
         let half = 0.5 * gm * j2 * radius * radius;
         let diagonal = Vector3::new(half, half, -2.0 * half);
@@ -63,7 +66,8 @@ impl Multipole {
         }
     }
 
-    /// The same `factor` times as strong: with the gravitational constant, a mass becomes `GM`.
+    /// Returns this multipole with its strength multiplied by `factor`. The gravitational constant as factor converts a
+    /// mass to `GM`.
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             central: Central {
@@ -78,7 +82,7 @@ impl Multipole {
         self.central.gm
     }
 
-    /// 2 or 4.
+    /// The order, 2 or 4.
     pub fn order(&self) -> u32 {
         if self.asphericity.higher.is_some() {
             4
@@ -87,12 +91,12 @@ impl Multipole {
         }
     }
 
-    /// H of `−e·He/r⁵`, where that is all there is beside the monopole.
+    /// The matrix H of `−e·He/r⁵`, or `None` if the multipole has higher terms.
     pub(super) fn second_harmonic(&self) -> Option<&Matrix3<f64>> {
         (self.order() == 2).then_some(&self.asphericity.second.0)
     }
 
-    /// All but the monopole.
+    /// All terms except the monopole.
     pub(super) fn asphericity(&self) -> &Asphericity {
         &self.asphericity
     }

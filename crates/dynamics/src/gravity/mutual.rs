@@ -5,26 +5,29 @@ use super::{
 };
 use crate::{BodyState, Load, MassDistribution, RigidBody};
 
-/// Newtonian attraction of all bodies on each other, pair by pair as their mass distributions tell: points with points
-/// exactly, a polyhedron's or multipole's field with points, and two multipoles to the order of the greater. A polyhedron
-/// attracts points exactly; a multipole, or another polyhedron that is not smaller, attracts its cloud.
+/// Newtonian attraction between all bodies, pair by pair. The mass distributions determine how a pair is computed.
 ///
-/// Each pair enters both bodies with the same force and opposite sign and with moments that balance it, so that total
-/// linear and angular momentum are kept to rounding. Fixed and driven bodies attract the others; among themselves they are
-/// left out.
+/// Points attract points exactly. The field of a polyhedron or multipole acts on points. Two multipoles interact to the
+/// higher of their orders. A polyhedron attracts points exactly. If the partner is a multipole, or a polyhedron that is
+/// not smaller, the polyhedron is attracted through its cloud.
+///
+/// Each pair exerts equal and opposite forces on its bodies, and moments that balance them, so total linear and angular
+/// momentum are conserved to rounding. Fixed and driven bodies attract the others, but interactions among them are
+/// omitted.
 ///
 /// # Assumptions and limitations
-/// Two points at one place have no finite load. The cost grows with the square of the number of bodies and, for bodies of
-/// points, with the product of their numbers of points, or of one's faces and the other's points. The truncation is that of
-/// [`Multipole`](super::Multipole) and of [`PolyhedronMass`](super::PolyhedronMass). That a point of mass, or a
-/// multipole's center, is inside a polyhedron is a close approach; that their surfaces meet is not told.
+/// The load between two points at the same position is not finite. The cost grows with the square of the number of
+/// bodies. For bodies of points it also grows with the product of their numbers of points, or of the faces of one body
+/// and the points of the other. The truncation error is that of [`Multipole`](super::Multipole) and of
+/// [`PolyhedronMass`](super::PolyhedronMass). A point mass or the center of a multipole inside a polyhedron is reported
+/// as a close approach. Contact between two surfaces is not detected.
 #[derive(Clone, Debug)]
 pub struct Mutual {
     /// Gravitational constant `G`.
     constant: f64,
-    /// Room for the points of two bodies.
+    /// Buffer for the points of two bodies.
     couples: Vec<Couple>,
-    /// The bodies to second order, where that has been asked for.
+    /// Second-order multipoles of the bodies, filled by `prepare`.
     series: Vec<Multipole>,
 }
 
@@ -39,7 +42,7 @@ impl Mutual {
     }
 }
 
-/// Whether gravity between the two can move any of them.
+/// Returns true if gravity between the two bodies can move at least one of them.
 fn matters(pair: [&RigidBody; 2]) -> bool {
     !pair.iter().all(|body| body.mobility().is_given())
 }

@@ -2,65 +2,66 @@ use std::ops::Add;
 
 use super::Level;
 
-/// Bounds on what is left out of an interaction, by the distance of the two.
+/// Bounds on the omitted part of an interaction, as functions of the distance between the partners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Remainder {
-    /// Sum of the radii about the two origins within which all mass is.
+    /// Sum of the radii about the two origins that contain all mass.
     pub(super) reach: f64,
-    /// On the body, and on the other; none on what is not moved by it.
+    /// Bounds for the body and for the other, or `None` for a partner that the interaction does not move.
     pub(super) sides: [Option<Side>; 2],
 }
 
-/// What one of the two feels of the other.
+/// The quantities that bound the effect of the other partner on one partner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Side {
-    /// `GM` of the other.
+    /// `GM` of the other partner.
     pub(super) strength: f64,
-    /// Sum of the absolute eigenvalues of `GH` of the other, whose second harmonic is `−e·GHe/r⁵`, where it is given as a series.
+    /// Sum of the absolute eigenvalues of `GH` of the other partner if it is a multipole with the second harmonic
+    /// `−e·GHe/r⁵`.
     pub(super) harmonic: f64,
-    /// The same of its own, per mass and without G.
+    /// Sum of the absolute eigenvalues of its own `H`, per mass and without G.
     pub(super) own_harmonic: f64,
-    /// Mean squares of the distance of mass from the origin, of its own and of the other.
+    /// Mean square distance of the mass from the origin, for itself and for the other.
     pub(super) own: f64,
     pub(super) other: f64,
-    /// `ℓ = Σ m |J⁻¹ S(ρ)| |ρ|`, or `‖H‖ |J⁻¹|` of a series.
+    /// `ℓ = Σ m |J⁻¹ S(ρ)| |ρ|`, or `‖H‖ |J⁻¹|` for a multipole.
     pub(super) leverage: f64,
-    /// `δ`, the sum of the distances of both centers of mass from the origins, and `m |J⁻¹|` times its own.
+    /// `δ`, the sum of the distances of both centers of mass from their origins, and `m |J⁻¹|` times its own distance.
     pub(super) offset: f64,
     pub(super) arm: f64,
 }
 
-/// What is left out of the acceleration of a body (length per time squared), and of its angular acceleration (rad per time
+/// Bounds on the omitted acceleration of a body (length per time squared) and angular acceleration (rad per time
 /// squared).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Neglect {
-    /// `|Δa|` at most.
+    /// Bound of `|Δa|`.
     pub acceleration: f64,
-    /// `|J⁻¹ ΔM|` at most.
+    /// Bound of `|J⁻¹ ΔM|`.
     pub angular_acceleration: f64,
 }
 
 impl Remainder {
-    /// Whether the body, and the other, are moved by it.
+    /// Returns true for each partner that the interaction moves: the body and the other.
     pub fn moves(&self) -> [bool; 2] {
         self.sides.map(|side| side.is_some())
     }
 
-    /// What a level leaves out at most of the motion of the body, and of the other, at this distance of their origins:
-    /// infinite where their masses may meet. Derived in `docs/skipping.md`.
+    /// Bounds on the omitted accelerations of the body and of the other, for a level and a distance between their
+    /// origins. They are infinite if the masses may touch. Derived in `docs/skipping.md`.
     ///
-    /// With `d` the distance less the sum `s` of both reaches, `k²`, `k'²` the mean squares of the distance of mass from its
-    /// origin, own and the other's, and `Λ`, `Λ'` the sums of the absolute eigenvalues of the second harmonics of what is given
-    /// as a series, and `ℓ = Σ m |J⁻¹ S(ρ)| |ρ|` what turns the body:
+    /// Let `d` be the distance minus the sum `s` of both reaches, `k²` and `k'²` the mean square distances of mass from
+    /// its origin (its own and the other's), `Λ` and `Λ'` the sums of the absolute eigenvalues of the second harmonics
+    /// of multipoles, and `ℓ = Σ m |J⁻¹ S(ρ)| |ρ|` the leverage for angular acceleration:
     ///
-    /// | Left out | of the acceleration | of the angular acceleration |
+    /// | Omitted part | of the acceleration | of the angular acceleration |
     /// | --- | --- | --- |
-    /// | all | `GM'/d²` and the next row | the next row |
-    /// | all but the monopole | `3 GM' (k² + k'²)/d⁴ + 20 GΛ' k²/d⁶` | `ℓ (2 GM'/d³ + 8 GΛ'/d⁵)` |
-    /// | what is beyond second order | `4 GM' s (k² + k'²)/d⁵ + 20 (GΛ' k² + GM' (Λ/m) k'²)/d⁶` | `ℓ (6 GM' s/d⁴ + (8 GΛ' + 42 GM' k'²)/d⁵)`, the last where Λ is not 0 |
+    /// | everything | `GM'/d²` and the next row | the next row |
+    /// | everything beyond the monopole | `3 GM' (k² + k'²)/d⁴ + 20 GΛ' k²/d⁶` | `ℓ (2 GM'/d³ + 8 GΛ'/d⁵)` |
+    /// | everything beyond second order | `4 GM' s (k² + k'²)/d⁵ + 20 (GΛ' k² + GM' (Λ/m) k'²)/d⁶` | `ℓ (6 GM' s/d⁴ + (8 GΛ' + 42 GM' k'²)/d⁵)`, the last term only if Λ is not 0 |
     ///
-    /// Where the centers of mass are off the origins by rounding, `δ` in sum, `δ₁` its own, both rows below the first have
-    /// `(2 GM' + 8 GΛ'/d²) δ/d³` and `m |J⁻¹| δ₁ (GM' + 2 GΛ'/d²)/d²` more.
+    /// If rounding displaces the centers of mass from the origins, by `δ` in total and `δ₁` for the body itself, both
+    /// rows below the first increase by `(2 GM' + 8 GΛ'/d²) δ/d³` and `m |J⁻¹| δ₁ (GM' + 2 GΛ'/d²)/d²`.
     pub fn neglect(&self, level: Level, distance: f64) -> [Neglect; 2] {
         let d = distance - self.reach;
         self.sides.map(|side| match (side, level) {

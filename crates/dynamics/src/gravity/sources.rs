@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Central, Field, Fixed, Intrusion, LoadCurvature, LoadGradient};
 use crate::{BodyState, Load, MassDistribution, PointMass, RigidBody};
 
-/// The field of several fixed sources together.
+/// The combined field of several fixed sources.
 #[derive(Clone, Default)]
 pub struct Sources {
     fields: Arc<[Box<dyn Field>]>,
@@ -19,14 +19,15 @@ impl Sources {
         }
     }
 
-    /// What bodies held in their states do to another: the same as by [`Mutual`](super::Mutual) with gravitational
-    /// constant `G`, but to be differentiated.
+    /// The gravity of bodies held in their states, as by [`Mutual`](super::Mutual) with gravitational constant `G`, but
+    /// differentiable.
     ///
     /// # Assumptions and limitations
-    /// Between two multipoles of fourth order, and of a held polyhedron on a multipole, quadrupole on quadrupole is left
-    /// out. On a polyhedron the sources act through its cloud, even where [`Mutual`](super::Mutual) has its field act on
-    /// them; the two differ by the cloud's error. Of a body of several points, the radius is not checked, of a polyhedron
-    /// the radius it was given.
+    /// The quadrupole–quadrupole interaction is omitted between two multipoles of fourth order, and between a held
+    /// polyhedron and a multipole. The sources act on a polyhedron through its cloud, even where
+    /// [`Mutual`](super::Mutual) uses the polyhedron's field; the results differ by the error of the cloud. Clearance
+    /// is not checked for a held body of several points. For a held polyhedron it is checked against the radius
+    /// assigned to the body.
     pub fn of_bodies(constant: f64, bodies: &[RigidBody], states: &[BodyState]) -> Self {
         let mut fields: Vec<Box<dyn Field>> = Vec::new();
         for (body, state) in bodies.iter().zip(states) {

@@ -2,14 +2,14 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Attractor, Falloff, Form, Monopole};
 
-/// A uniform field, `φ = −g·d`: gravity of the 3D pendulum and the heavy top.
+/// A uniform field, `φ = −g·d`, for example the gravity of the 3D pendulum and the heavy top.
 ///
 /// # Assumptions and limitations
-/// The field is the same everywhere: the ground is flat and the motion small beside its distance from the attractor's
-/// center.
+/// The field is constant: the extent of the motion is small compared with the distance from the center of the
+/// attractor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uniform {
-    /// Acceleration `g` of anything that falls.
+    /// Free-fall acceleration `g`.
     pub acceleration: Vector3<f64>,
 }
 

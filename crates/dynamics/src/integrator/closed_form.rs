@@ -3,16 +3,16 @@ use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::rotation::FreeRotation;
 use crate::{BodyState, Load, Mobility, System};
 
-/// The exact motion of free bodies, in closed form from the last change of course: `x(t) = x₀ + (t/m) γ`,
-/// `R(t) = R₀ F(t)`, `Π(t) = F(t)ᵀ Π₀` with the `F` of [`FreeRotation`]. Any time costs the same, and errors grow with the
-/// rounding of the phase alone.
+/// The exact motion of free bodies, in closed form from an origin state: `x(t) = x₀ + (t/m) γ`, `R(t) = R₀ F(t)`,
+/// `Π(t) = F(t)ᵀ Π₀` with the `F` of [`FreeRotation`]. The cost does not depend on the time, and errors grow only with
+/// the rounding of the phase.
 ///
 /// # Assumptions and limitations
-/// No gravity acts. A control acts as half an impulse at both ends of its step, which is of second order; the motion in
-/// closed form begins anew after it.
+/// No gravity acts. A control acts as half an impulse at each end of its step, which is of second order. The closed
+/// form then restarts from the resulting state.
 pub struct ClosedForm {
     rotations: Vec<FreeRotation>,
-    /// Where the present course began, and how many steps of length `h` ago.
+    /// States at the origin of the current motion, and the number of steps of length `h` since then.
     origin: Vec<BodyState>,
     steps: u64,
     h: f64,
@@ -20,7 +20,7 @@ pub struct ClosedForm {
 }
 
 impl ClosedForm {
-    /// For `system`, on which no gravity acts.
+    /// Creates the method for `system`, on which no gravity may act.
     pub fn new(system: &System) -> Result<Self, MethodError> {
         if !system.is_free() {
             return Err(MethodError::Gravity {
@@ -40,14 +40,14 @@ impl ClosedForm {
         })
     }
 
-    /// Begins a course from `states`.
+    /// Starts a new motion from `states`.
     fn depart(&mut self, states: &[BodyState]) {
         self.origin.clear();
         self.origin.extend_from_slice(states);
         self.steps = 0;
     }
 
-    /// Sets `next` to where the bodies are at `t` since the origin.
+    /// Sets `next` to the states at time `t` after the origin.
     fn follow(&mut self, system: &System, t: f64) {
         self.next.clear();
         let bodies = system.bodies().iter().zip(&self.rotations);
@@ -93,7 +93,7 @@ impl Integrator for ClosedForm {
             self.follow(system, h);
             kick(system.bodies(), &mut self.next, controls, half);
             let made = accept(system, &self.next, states);
-            // Also where it failed: the origin has been kicked.
+            // Also restart after a failure, because the origin has been kicked.
             self.depart(states);
             made?;
         } else {

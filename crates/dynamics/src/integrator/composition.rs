@@ -13,9 +13,10 @@ const COMPOSITIONS: [&Composition; 4] = [
 
 impl Splitting {
     /// A symmetric composition of LGVI steps of different lengths, of `order` 4 (5 steps, Suzuki 1990), 6, 8 or 10 (13,
-    /// 21, 35 steps, Sofroniou and Spaletta 2005): symplectic and time-reversible, momenta exact, as the step itself.
+    /// 21, 35 steps, Sofroniou and Spaletta 2005). Like the LGVI step itself, it is symplectic and time-reversible and
+    /// conserves momenta exactly.
     ///
-    /// Some of the steps go backwards in time. A rotor of any kind will do.
+    /// Some of the steps go backwards in time. Any rotor can be used.
     pub fn composition(
         order: u32,
         rotor: Rotor,

@@ -14,8 +14,8 @@ pub(super) struct Drift {
     warm_start: WarmStart<f64>,
 }
 
-/// The bodies as their drifts see them, by the kind of their rotations. A new [`Rotor`] is a variant here, with what it
-/// derives from a body in an implementation of [`BodyRotation`], and an arm in [`Movers::of`] and in [`Drift::apply`].
+/// The data of all bodies for their drifts, by kind of rotor. A new [`Rotor`] needs a variant here, an implementation
+/// of [`BodyRotation`] with the data derived from a body, and an arm in [`Movers::of`] and in [`Drift::apply`].
 enum Movers {
     Discrete(Vec<Mover<DiscreteRotation<f64>>>),
     Exact(Vec<Mover<FreeRotation>>),
@@ -39,16 +39,17 @@ fn movers<T>(bodies: &[RigidBody], rotation: impl Fn(&Inertia) -> T) -> Vec<Move
     each.collect()
 }
 
-/// A body as its drifts see it.
+/// The data of a body for its drifts.
 struct Mover<T> {
     mobility: Mobility,
-    /// `1/m`
+    /// `1/m`.
     per_mass: f64,
     rotation: T,
 }
 
 impl<T: BodyRotation> Mover<T> {
-    /// Sets `next` to `state` kicked, then moved by `h`, if the body is free or pivoted and its turn is found at once.
+    /// Sets `next` to `state`, kicked and then moved by `h`. Returns false if the body is neither free nor pivoted, or
+    /// if the first pass does not find its rotation.
     #[inline(always)]
     fn advance(
         &self,
@@ -80,7 +81,7 @@ impl<T: BodyRotation> Mover<T> {
             .carry((&state.attitude, &p), h, solutions, next)
     }
 
-    /// Kicks any body and moves it by `h`; returns the Newton corrections it took.
+    /// Kicks any body and moves it by `h`. Returns the number of Newton corrections.
     #[cold]
     #[inline(never)]
     fn advance_any(
@@ -111,10 +112,10 @@ impl<T: BodyRotation> Mover<T> {
     }
 }
 
-/// What acts on the bodies, one load a body or nothing at all, and for how long.
+/// The loads on the bodies, one per body or empty, and their duration.
 pub(super) type Kick<'a> = (&'a [Load], f64);
 
-/// What of it acts on one body.
+/// The load on one body and its duration.
 type Impulse<'a> = Option<(&'a Load, f64)>;
 
 #[inline(always)]
@@ -122,10 +123,10 @@ fn on<'a>((loads, dt): Kick<'a>, body: usize) -> Impulse<'a> {
     loads.get(body).map(|load| (load, dt))
 }
 
-/// Sets `next` to `states` kicked, then moved by `h`; returns the most Newton corrections a body took.
+/// Sets `next` to `states`, kicked and then moved by `h`. Returns the largest number of Newton corrections of a body.
 ///
-/// A function of its own for each kind of turn: all that it works on stays in registers from the first load to the last
-/// store, and bodies overlap.
+/// This is a separate function for each kind of rotation, so that all its data stays in registers between the first
+/// load and the last store, and the work on successive bodies overlaps.
 #[inline(never)]
 fn advance<'a>(
     movers: &[Mover<impl BodyRotation>],
@@ -153,7 +154,7 @@ fn advance<'a>(
 }
 
 impl Drift {
-    /// Of `bodies`, which turn by `rotor`, several times in a step.
+    /// Creates the drifts of `bodies`, with the rotations of `rotor`, for `stages` drifts per step.
     pub(super) fn new(rotor: Rotor, bodies: &[RigidBody], stages: usize) -> Self {
         Self {
             movers: Movers::of(rotor, bodies),
@@ -161,19 +162,19 @@ impl Drift {
         }
     }
 
-    /// Forgets the trajectory so far.
+    /// Discards the history of the trajectory.
     pub(super) fn forget(&mut self) {
         self.warm_start.forget();
     }
 
-    /// Takes the present step as made.
+    /// Accepts the current step.
     #[inline(always)]
     pub(super) fn accept(&mut self) {
         self.warm_start.accept();
     }
 
-    /// Sets `next` to `states` kicked, then moved by `h`, for the given time in a step; returns the most Newton
-    /// corrections a body took.
+    /// Sets `next` to `states`, kicked and then moved by `h`, in the given stage of a step. Returns the largest number
+    /// of Newton corrections of a body.
     #[inline(always)]
     pub(super) fn apply(
         &mut self,
@@ -195,7 +196,8 @@ impl Drift {
     }
 }
 
-/// Kicks `states`; returns whether they are finite to all appearances: sums may overflow where terms do not.
+/// Kicks `states`. Returns false if a state may not be finite; finite states can also return false, because the sum may
+/// overflow.
 #[inline(always)]
 pub(super) fn end(bodies: &[RigidBody], states: &mut [BodyState], kick: Kick) -> bool {
     let mut zero = 0.0;
@@ -206,14 +208,14 @@ pub(super) fn end(bodies: &[RigidBody], states: &mut [BodyState], kick: Kick) ->
         let [x, y, z] = state.position.into();
         let [u, v, w] = state.linear_momentum.into();
         let [p, q, r] = state.angular_momentum.into();
-        // One after the other: two at a time they would be loaded across what has just been stored. The third row
-        // of the attitude is made of all of the others.
+        // Add one by one: pairwise loads would span data that has just been stored. The third row of the attitude is
+        // computed from all its other entries.
         zero += 0.0 * (x + y + z + u + v + w + p + q + r + state.attitude[(2, 2)]);
     }
     zero == 0.0
 }
 
-/// Adds the impulse of loads over `dt` to the momenta.
+/// Adds the impulse of the loads over `dt` to the momenta.
 #[inline]
 pub(super) fn kick(bodies: &[RigidBody], states: &mut [BodyState], loads: &[Load], dt: f64) {
     for ((body, state), load) in bodies.iter().zip(states).zip(loads) {

@@ -3,10 +3,10 @@ use thiserror::Error;
 use crate::gravity::CloseApproach;
 use crate::rotation::Unsolvable;
 
-/// Why a step could not be made. Bodies count from 0.
+/// Reasons why a step could not be made. Bodies are counted from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepError {
-    /// There is not one control a body.
+    /// The number of controls differs from the number of bodies.
     #[error("there are {found} controls for {expected} bodies")]
     Controls {
         /// Number of bodies.
@@ -14,39 +14,39 @@ pub enum StepError {
         /// Number of controls.
         found: usize,
     },
-    /// The body turns too far in one step.
+    /// The body rotates too far in one step.
     #[error("body {body}: {source}")]
     Unsolvable {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// By how much.
+        /// Details of the rotation.
         source: Unsolvable,
     },
-    /// The step would end in NaN or infinity, as where two points of mass meet.
+    /// The step would end in NaN or infinity, for example because two point masses coincide.
     #[error("body {body}: the state after the step is not finite")]
     NotFinite {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
-    /// The step would end inside a body.
+    /// The step would end with a body inside another body or a source.
     #[error(transparent)]
     CloseApproach(#[from] CloseApproach),
-    /// The step is too long for how fast the loads change.
+    /// The step is too long to resolve the change of the loads.
     #[error(
         "body {body}: the step does not resolve the motion, its loads change by {excess:.1} times what they may"
     )]
     Unresolved {
-        /// Which body.
+        /// Index of the body.
         body: usize,
         /// Change over the step in multiples of the limits of [`Subdivision`](super::Subdivision), > 1.
         excess: f64,
     },
-    /// The body turns further in one step than the method's chart of attitudes reaches.
+    /// The body rotates further in one step than the method's attitude chart covers.
     #[error("body {body} turns by {turn:.3} rad in one step, expected less than π")]
     TurnsTooFar {
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// The angle of its turn.
+        /// Rotation angle.
         turn: f64,
     },
     /// The iteration for the implicit equations of a step did not converge.
@@ -57,29 +57,29 @@ pub enum StepError {
     NotConverged {
         /// Iterations made.
         iterations: u32,
-        /// Residual left, relative.
+        /// Remaining relative residual.
         residual: f64,
-        /// What was asked.
+        /// Required tolerance.
         tolerance: f64,
     },
-    /// The error control asks for steps too small to advance time.
+    /// The error control requires steps too small to advance time.
     #[error("the error control needs steps of {step:.1e}, at least {least:.1e} is possible")]
     StepSizeUnderflow {
-        /// The step that the error control asks for.
+        /// Step requested by the error control.
         step: f64,
-        /// The least step that changes time.
+        /// Smallest step that changes the time.
         least: f64,
     },
     /// The error control needs too many internal steps.
     #[error("the error control needs more than {limit} steps for one output")]
     TooManySteps {
-        /// How many are possible.
+        /// Largest number allowed.
         limit: u32,
     },
 }
 
 impl StepError {
-    /// That a body cannot turn as it would; that its momentum is not a number where that is why.
+    /// The error of a body whose rotation could not be solved, or [`Self::NotFinite`] if its momentum is not a number.
     pub(crate) fn of_rotation(body: usize, source: Unsolvable) -> Self {
         if source.turn.is_nan() {
             Self::NotFinite { body }
@@ -88,7 +88,7 @@ impl StepError {
         }
     }
 
-    /// The body that the error is about; the first of two.
+    /// The body that the error refers to. For a pair, the first body.
     pub fn body(&self) -> Option<usize> {
         match self {
             Self::Unsolvable { body, .. }
@@ -104,26 +104,26 @@ impl StepError {
     }
 }
 
-/// Why a method cannot integrate a system. Bodies count from 0.
+/// Reasons why a method cannot integrate a system. Bodies are counted from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum MethodError {
-    /// The method knows no bodies of this mobility.
+    /// The method does not support bodies of this mobility.
     #[error("{method} cannot integrate body {body}: {expected}")]
     Body {
         /// Name of the method.
         method: &'static str,
-        /// Which body.
+        /// Index of the body.
         body: usize,
-        /// What the method can.
+        /// Bodies that the method supports.
         expected: &'static str,
     },
-    /// The method knows no gravity.
+    /// The method does not support gravity.
     #[error("{method} integrates free bodies only, but gravity acts here")]
     Gravity {
         /// Name of the method.
         method: &'static str,
     },
-    /// There is not one state a body.
+    /// The number of states differs from the number of bodies.
     #[error("there are {found} states for {expected} bodies")]
     StateCount {
         /// Number of bodies.
@@ -134,34 +134,34 @@ pub enum MethodError {
     /// A body's state is NaN or infinite.
     #[error("body {body}: its state is not finite")]
     State {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
-    /// A body's attitude is no rotation.
+    /// A body's attitude is not a rotation.
     #[error(
         "body {body}: its attitude is not a rotation, |RᵀR − I| is {orthogonality_error:.1e} and det R {determinant:.3}, \
          expected less than 0.1 and 1"
     )]
     Attitude {
-        /// Which body.
+        /// Index of the body.
         body: usize,
         /// Frobenius norm of `RᵀR − I`.
         orthogonality_error: f64,
         /// `det R`.
         determinant: f64,
     },
-    /// A number is so great or small that products of it leave the range of double precision.
+    /// A value is so large or small that its products overflow or underflow in double precision.
     #[error("{}{quantity} is {value:e}, expected {low:e} to {high:e}", of(*.body))]
     Range {
-        /// Which body; none where it is none's.
+        /// Index of the body, or `None` if the value does not belong to a body.
         body: Option<usize>,
-        /// What.
+        /// Name of the quantity.
         quantity: &'static str,
-        /// How much.
+        /// Its value.
         value: f64,
-        /// The least that can be worked with.
+        /// Smallest supported value.
         low: f64,
-        /// The greatest.
+        /// Largest supported value.
         high: f64,
     },
     /// A parameter of the method is out of range.
@@ -173,12 +173,12 @@ pub enum MethodError {
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// What would be right.
+        /// Description of valid values.
         expected: &'static str,
     },
 }
 
-/// What a message begins with.
+/// The beginning of a message.
 fn of(body: Option<usize>) -> String {
     body.map_or_else(String::new, |body| format!("body {body}: "))
 }

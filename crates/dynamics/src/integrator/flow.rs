@@ -2,10 +2,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::{BodyState, Load, Mobility, RigidBody, System};
 
-/// State of a body, or its derivative, as 18 numbers in a row: x, γ, R by columns, Π.
+/// The state of a body, or its derivative, as 18 numbers: x, γ, R by columns, Π.
 pub(super) type Components = [f64; 18];
 
-/// The numbers of a state.
+/// Converts a state to components.
 #[inline]
 pub(super) fn pack(state: &BodyState) -> Components {
     let mut y = [0.0; 18];
@@ -16,7 +16,7 @@ pub(super) fn pack(state: &BodyState) -> Components {
     y
 }
 
-/// Sets `state` to that of the numbers.
+/// Sets `state` from components.
 #[inline]
 pub(super) fn unpack_to(y: &Components, state: &mut BodyState) {
     state.position.as_mut_slice().copy_from_slice(&y[0..3]);
@@ -31,7 +31,7 @@ pub(super) fn unpack_to(y: &Components, state: &mut BodyState) {
         .copy_from_slice(&y[15..18]);
 }
 
-/// The state of the numbers.
+/// Converts components to a state.
 pub(super) fn unpack(y: &Components) -> BodyState {
     let mut state = BodyState {
         position: Vector3::zeros(),
@@ -43,13 +43,14 @@ pub(super) fn unpack(y: &Components) -> BodyState {
     state
 }
 
-/// The equations of motion as a vector field on R¹⁸ for each body:
-/// `ẋ = γ/m`, `γ̇ = f + u_f`, `Ṙ = R S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π + M + u_m`.
+/// The equations of motion as a vector field on R¹⁸ for each body: `ẋ = γ/m`, `γ̇ = f + u_f`, `Ṙ = R S(J⁻¹Π)`, `Π̇ =
+/// Π × J⁻¹Π + M + u_m`.
 ///
-/// R is nine free numbers: what a method does to its orthogonality is the method's own. Bodies that do not move as
-/// told by forces have no derivative where they do not: a driven body is set on its path instead.
+/// R is treated as nine independent numbers, and the integrator is responsible for its orthogonality. Derivatives of
+/// components that do not follow the equations of motion are zero. A driven body is placed on its prescribed path
+/// instead.
 pub(super) struct Flow {
-    /// Where the field is evaluated.
+    /// States at which the field is evaluated.
     states: Vec<BodyState>,
     loads: Vec<Load>,
     controls: Vec<Load>,
@@ -64,7 +65,7 @@ impl Flow {
         }
     }
 
-    /// Controls that act from now on.
+    /// Sets the controls.
     pub(super) fn set_controls(&mut self, controls: &[Load]) {
         self.controls.copy_from_slice(controls);
     }
@@ -73,7 +74,7 @@ impl Flow {
         &self.controls
     }
 
-    /// Sets `derivative` to the field at time `t` after the state `begun`, where `place` sets the numbers of the body with
+    /// Sets `derivative` to the field at time `t` after the state `begun`. `place` sets the components of the body with
     /// the given index.
     #[inline]
     pub(super) fn evaluate(
@@ -104,7 +105,8 @@ impl Flow {
     }
 }
 
-/// Sets `end` to where a body is at time `t` after `begun`: on its path if it is driven, else where `free` sets it.
+/// Sets `end` to the components of a body at time `t` after `begun`: on its prescribed path if it is driven, else as
+/// `free` sets them.
 #[inline]
 pub(super) fn place(
     body: &RigidBody,

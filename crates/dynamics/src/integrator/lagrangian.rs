@@ -3,30 +3,31 @@ use nalgebra::Vector3;
 use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::{BodyState, Load, Mobility, System};
 
-/// The Lie group variational integrator in Lagrangian form, (3.18)–(3.21): it goes from two poses to the next, and knows
-/// no momenta. On a free body it is the Lie group velocity Verlet method of §2.4.
+/// The Lie group variational integrator in Lagrangian form, (3.18)–(3.21), which computes the next pose from two poses
+/// without momenta. For a free body it is the Lie group velocity Verlet method of §2.4.
 ///
-/// What it carries is the last change of pose: `Δx` and `g`, `S(g) = F J_d − J_d Fᵀ`. With the impulses of (3.18), (3.19),
-/// `Δx_{k+1} = Δx_k + (h²/m) f_k` and `g_{k+1} = F_kᵀ g_k + h² M_k` (the vector of `J_d F_k − F_kᵀ J_d`, which is `F_kᵀ S(g_k) F_k`).
-/// The first change of pose comes from the initial momenta, and the momenta shown at each step from the discrete
-/// Legendre transform, `γ_{k+1} = (m/h) Δx_k + (h/2) f_{k+1}`, `Π_{k+1} = F_kᵀ g_k / h + (h/2) M_{k+1}`: the trajectory
-/// is that of the Hamiltonian form (3.22)–(3.26) to rounding.
+/// Its internal state is the last change of pose: `Δx`, and `g` with `S(g) = F J_d − J_d Fᵀ`. With the impulses of
+/// (3.18), (3.19), `Δx_{k+1} = Δx_k + (h²/m) f_k` and `g_{k+1} = F_kᵀ g_k + h² M_k` (the vector of `J_d F_k − F_kᵀ
+/// J_d`, which is `F_kᵀ S(g_k) F_k`). The first change of pose follows from the initial momenta. The output momenta of
+/// each step follow from the discrete Legendre transform, `γ_{k+1} = (m/h) Δx_k + (h/2) f_{k+1}`, `Π_{k+1} = F_kᵀ g_k /
+/// h + (h/2) M_{k+1}`. The trajectory equals that of the Hamiltonian form (3.22)–(3.26) to rounding.
 ///
 /// # Assumptions and limitations
-/// Free and pivoted bodies. A body may turn by less than about 90° a step, else [`StepError::Unsolvable`]. Another step
-/// length begins anew from the momenta. A control is constant over the step and acts in halves at both of its ends.
+/// Bodies must be free or pivoted. A body must rotate by less than about 90° per step, otherwise the step returns
+/// [`StepError::Unsolvable`]. When the step length changes, the method restarts from the momenta. A control is constant
+/// over the step, and half of its impulse acts at each end.
 pub struct LagrangianLgvi {
-    /// Change of pose of the last step, before the impulse at its end.
+    /// Changes of pose in the last step, before the impulse at its end.
     changes: Vec<Change>,
     next_changes: Vec<Change>,
     loads: Vec<Load>,
     next_loads: Vec<Load>,
     next: Vec<BodyState>,
-    /// Length of the last step; none before the first.
+    /// Length of the last step, or `None` before the first step.
     h: Option<f64>,
 }
 
-/// `Δx` and `Fᵀ g` of a step, and from where the next `F` is sought.
+/// `Δx` and `Fᵀ g` of a step, and the initial guess for the next `F`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Change {
     position: Vector3<f64>,
@@ -35,7 +36,7 @@ struct Change {
 }
 
 impl LagrangianLgvi {
-    /// For `system`.
+    /// Creates the method for `system`.
     pub fn new(system: &System) -> Result<Self, MethodError> {
         let bodies = system.bodies();
         if let Some(body) = bodies.iter().position(|body| body.mobility().is_given()) {

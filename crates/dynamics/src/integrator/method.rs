@@ -6,10 +6,10 @@ use super::{
 };
 use crate::System;
 
-/// How the free rotation within a step is computed.
+/// The method for the free rotation within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rotor {
-    /// The discrete rigid body (3.24), (3.26): second order.
+    /// The discrete rigid body (3.24), (3.26), of second order.
     #[default]
     Discrete,
     /// The exact rotation in closed form, [`FreeRotation`](crate::rotation::FreeRotation).
@@ -21,20 +21,20 @@ pub enum Rotor {
 pub enum Method {
     /// The Lie group variational integrator in Hamiltonian form (3.22)–(3.26), [`Splitting::lgvi`].
     Lgvi(Rotor),
-    /// The same in Lagrangian form (3.18)–(3.21), [`LagrangianLgvi`].
+    /// The Lie group variational integrator in Lagrangian form (3.18)–(3.21), [`LagrangianLgvi`].
     LagrangianLgvi,
     /// [`Splitting::lie_euler`].
     LieEuler(Rotor),
     /// [`Splitting::composition`] of this order.
     Composition {
-        /// 4, 6, 8 or 10.
+        /// Order: 4, 6, 8 or 10.
         order: u32,
-        /// How bodies turn in a drift.
+        /// Rotor of the drifts.
         rotor: Rotor,
     },
     /// [`Splitting::nystrom`] of this order.
     Nystrom {
-        /// 4, 6 or 8.
+        /// Order: 4, 6 or 8.
         order: u32,
     },
     /// [`ClosedForm`].
@@ -49,12 +49,12 @@ pub enum Method {
     RungeKutta4,
     /// [`Adaptive::fehlberg78`].
     Fehlberg78 {
-        /// Error allowed in a step.
+        /// Tolerance for the error of a step.
         tolerance: f64,
     },
     /// [`Adaptive::dormand_prince853`].
     DormandPrince853 {
-        /// Error allowed in a step.
+        /// Tolerance for the error of a step.
         tolerance: f64,
     },
     /// [`Galerkin`].
@@ -78,7 +78,7 @@ pub enum Method {
 }
 
 impl fmt::Display for Rotor {
-    /// What a method's name goes on with; nothing for the default.
+    /// Writes the suffix of a method's name, which is empty for the default.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Discrete => Ok(()),
@@ -115,7 +115,7 @@ impl fmt::Display for Method {
 }
 
 impl Method {
-    /// Whether it chooses its own steps within that of the simulation.
+    /// Returns true if the method chooses its own steps within those of the simulation.
     pub fn has_error_control(self) -> bool {
         matches!(
             self,
@@ -123,7 +123,7 @@ impl Method {
         )
     }
 
-    /// Order of convergence; none for exact motion.
+    /// Order of convergence, or `None` if the motion is exact.
     pub fn order(self) -> Option<u32> {
         match self {
             Self::LieEuler(_) => Some(1),
@@ -151,7 +151,7 @@ impl Method {
         }
     }
 
-    /// How it turns a body within a step; none where it has no rotor.
+    /// The rotor of the method, or `None` if it has none.
     pub fn rotor(self) -> Option<Rotor> {
         match self {
             Self::Lgvi(rotor) | Self::LieEuler(rotor) | Self::Composition { rotor, .. } => {
@@ -163,7 +163,7 @@ impl Method {
         }
     }
 
-    /// Whether its steps consist of kicks and drifts.
+    /// Returns true if its steps consist of kicks and drifts.
     pub(crate) fn drifts(self) -> bool {
         matches!(
             self,
@@ -171,7 +171,7 @@ impl Method {
         )
     }
 
-    /// The integrator for `system`.
+    /// Creates the integrator for `system`.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),

@@ -1,11 +1,11 @@
-//! Integrators, one a file, behind the trait [`Integrator`]; [`Method`] names them.
+//! Integrators, one per file, with the common trait [`Integrator`]. [`Method`] lists them by name.
 //!
-//! - Kicks and drifts: `splitting` (LGVI, Lie–Euler), `composition`, `nystrom`, with tables in `coefficients`; a drift turns
-//!   each body by a rotor (`drift`, `rotor`), from guesses that `warm_start` extrapolates.
+//! - Kicks and drifts: `splitting` (LGVI, Lie–Euler), `composition`, `nystrom`, with tables in `coefficients`. A drift
+//!   rotates each body by a rotor (`drift`, `rotor`), starting from guesses that `warm_start` extrapolates.
 //! - Other variational methods: `lagrangian`, `galerkin`, `closed_form`.
-//! - With error control: `adaptive`. To compare with: `baselines`. Both share the vector field `flow`, `stages`, `tableau`
-//!   and `scale`.
-//! - Round any of them: `subdivision`.
+//! - Error control: `adaptive`. Methods for comparison: `baselines`. Both share the vector field `flow`, `stages`,
+//!   `tableau` and `scale`.
+//! - Wrapper around any of them: `subdivision`.
 
 mod adaptive;
 mod baselines;
@@ -41,14 +41,14 @@ use crate::{BodyState, Load, System};
 
 /// A one-step method for the bodies of a [`System`].
 ///
-/// An integrator may keep what it knows of the last states (loads, starting guesses); [`Integrator::start`] tells it
-/// that the states are new.
+/// An integrator may keep data of the last states (loads, initial guesses). [`Integrator::start`] tells it that the
+/// states are new.
 pub trait Integrator: Send {
     /// Prepares for a trajectory from `states`.
     fn start(&mut self, system: &mut System, states: &[BodyState]);
 
-    /// Advances `states` by `h` under gravity and `controls` (one a body), constant over the step. On an error
-    /// `states` are unchanged, and so is what the integrator knows.
+    /// Advances `states` by `h` under gravity and `controls` (one per body), which are constant over the step. On an
+    /// error, `states` and the data of the integrator remain unchanged.
     fn step(
         &mut self,
         system: &mut System,
@@ -57,8 +57,8 @@ pub trait Integrator: Send {
         h: f64,
     ) -> Result<StepReport, StepError>;
 
-    /// Sets `next` to where such a step from `states` ends; on an error, to anything. Where the states of two steps are kept
-    /// by turns nothing need be copied.
+    /// Sets `next` to the result of a step from `states`. On an error, the contents of `next` are unspecified. A caller
+    /// that alternates between two buffers of states avoids copies.
     fn step_to(
         &mut self,
         system: &mut System,
@@ -71,23 +71,24 @@ pub trait Integrator: Send {
         self.step(system, next, controls, h)
     }
 
-    /// Whether it cuts steps by itself, as an error control does.
+    /// Returns true if the method divides steps itself, as an error control does.
     fn cuts_steps(&self) -> bool {
         false
     }
 }
 
-/// What a step took.
+/// Statistics of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepReport {
-    /// Newton corrections of the implicit equations: the most that one of them took.
+    /// Newton corrections of the implicit equations: the largest number for any of them.
     pub iterations: u32,
-    /// Steps into which this one was cut, by an error control or a subdivision; 0 when it was made as one.
+    /// Number of steps into which this one was divided, by an error control or a subdivision, or 0 if it was made in
+    /// one piece.
     pub cuts: u32,
 }
 
 impl StepReport {
-    /// The report of a step that is one step after the other.
+    /// Combines the reports of two consecutive steps.
     pub fn then(self, next: Self) -> Self {
         Self {
             iterations: self.iterations.max(next.iterations),
@@ -96,7 +97,7 @@ impl StepReport {
     }
 }
 
-/// Whether all of `states` are finite.
+/// Returns an error unless all `states` are finite.
 pub(crate) fn check_finite(states: &[BodyState]) -> Result<(), StepError> {
     match states.iter().position(|state| !state.is_finite()) {
         Some(body) => Err(StepError::NotFinite { body }),
@@ -104,7 +105,7 @@ pub(crate) fn check_finite(states: &[BodyState]) -> Result<(), StepError> {
     }
 }
 
-/// Accepts `next` as the new `states` if all are finite and outside each other.
+/// Copies `next` to `states` if all states are finite and all bodies are clear of each other.
 fn accept(system: &System, next: &[BodyState], states: &mut [BodyState]) -> Result<(), StepError> {
     check_finite(next)?;
     system.check_clearance(next)?;

@@ -5,10 +5,12 @@ use crate::RigidBody;
 const NYSTROM: [&Nystrom; 3] = [&SRKN_6B, &SRKN_14A, &RKN_A19];
 
 impl Splitting {
-    /// A Runge–Kutta–Nyström splitting of `order` 4 or 6 (6 and 14 evaluations of gravity a step, Blanes and Moan 2002)
-    /// or 8 (19 evaluations, Blanes, Casas and Escorihuela-Tomàs 2022): symplectic, time-reversible, momenta exact.
+    /// A Runge–Kutta–Nyström splitting of `order` 4 or 6 (6 and 14 gravity evaluations per step, Blanes and Moan 2002)
+    /// or 8 (19 evaluations, Blanes, Casas and Escorihuela-Tomàs 2022). It is symplectic and time-reversible and
+    /// conserves momenta exactly.
     ///
-    /// They are of their order only over a drift that is the exact free motion, and so bodies turn by the exact rotor.
+    /// These splittings have their order only if the drift is the exact free motion, so bodies rotate by the exact
+    /// rotor.
     pub fn nystrom(order: u32, bodies: &[RigidBody]) -> Result<Self, MethodError> {
         let known = NYSTROM.into_iter().find(|known| known.order == order);
         let nystrom = known.ok_or(MethodError::Parameter {

@@ -1,4 +1,4 @@
-//! The rotation of one body over a drift, by each kind of rotor.
+//! The rotation of one body over a drift, for each kind of rotor.
 
 use lgvi_lie::Quaternion;
 use nalgebra::{Matrix3, Vector3};
@@ -7,10 +7,10 @@ use super::warm_start::Solutions;
 use crate::BodyState;
 use crate::rotation::{DiscreteRotation, FreeRotation, Solved, Unsolvable};
 
-/// How a body's rotation over a drift is found.
+/// The computation of a body's rotation over a drift.
 pub(super) trait BodyRotation {
-    /// Sets `next` to `R F` and `Fᵀ p` of the rotation over `h` from attitude R and angular momentum p, if it is found at
-    /// once.
+    /// Sets `next` to `R F` and `Fᵀ p` for the rotation over `h` from attitude R and angular momentum p. Returns false
+    /// if the first pass does not find the rotation.
     fn carry(
         &self,
         from: (&Matrix3<f64>, &Vector3<f64>),
@@ -19,7 +19,7 @@ pub(super) trait BodyRotation {
         next: &mut BodyState,
     ) -> bool;
 
-    /// The rotation whatever it takes.
+    /// Solves for the rotation with as many iterations as needed.
     fn find(&self, h: f64, p: &Vector3<f64>, guess: f64) -> Result<Solved, Unsolvable>;
 }
 

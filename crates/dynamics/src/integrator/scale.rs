@@ -1,15 +1,18 @@
 use super::flow::Components;
 use crate::{Mobility, RigidBody};
 
-/// Turn (rad), and displacement in radii of gyration, by which a momentum is always allowed to be measured.
+/// Rotation (rad), and displacement in radii of gyration, whose momentum is the minimum scale of momenta.
 const MOTION: f64 = 0.1;
 
-/// Magnitudes against which errors of a body's components over a step are measured.
+/// Magnitudes by which the errors of a body's components over a step are scaled.
 ///
-/// Position: `|x| + ℓ` with the radius of gyration `ℓ = √(tr J / 2m)`. Attitude: 1. Linear momentum: `|γ|` plus that by which
-/// the body moves by 0.1 ℓ in a given time; angular momentum: `|Π|` plus that by which it turns by 0.1 rad. The norms are
-/// the greater of both ends of the step, and of vectors, so that what a component is does not depend on the axes. What
-/// is added keeps the rounding of a momentum that is nearly zero from being taken for an error.
+/// - Position: `|x| + ℓ` with the radius of gyration `ℓ = √(tr J / 2m)`.
+/// - Attitude: 1.
+/// - Linear momentum: `|γ|` plus the momentum that moves the body by 0.1 ℓ in a given time.
+/// - Angular momentum: `|Π|` plus the momentum that rotates the body by 0.1 rad in that time.
+///
+/// Each norm is the larger of its values at both ends of the step. Norms of vectors make the scale independent of the
+/// axes. The added terms prevent the rounding of a nearly zero momentum from being treated as an error.
 pub(super) struct Scale {
     length: f64,
     linear: f64,
@@ -40,13 +43,13 @@ impl Scale {
         self.length
     }
 
-    /// How many components move.
+    /// The number of moving components.
     pub(super) fn moving(&self) -> f64 {
         self.mobility.iter().sum()
     }
 
-    /// The inverse of each component's magnitude over a step from `y` to `end`, momenta measured by the motion in `time`; 0
-    /// where the body does not move.
+    /// The inverse of each component's magnitude over a step from `y` to `end`, or 0 where the body does not move.
+    /// `time` is the time scale for momenta.
     #[inline]
     pub(super) fn inverse(&self, y: &Components, end: &Components, time: f64) -> Components {
         let norm = |from: usize| {

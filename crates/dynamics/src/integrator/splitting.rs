@@ -4,15 +4,16 @@ use super::drift::{Coasting, Drift, end};
 use super::{Integrator, Rotor, StepError, StepReport, check_finite};
 use crate::{BodyState, Load, RigidBody, System};
 
-/// Kicks and drifts in turn: `K(b₀h) D(a₀h) K(b₁h) … D(a_{s−1}h) K(b_s h)`.
+/// Alternating kicks and drifts: `K(b₀h) D(a₀h) K(b₁h) … D(a_{s−1}h) K(b_s h)`.
 ///
-/// A kick K is what gravity and controls do to the momenta in a time at rest; a drift D is free motion of all bodies,
-/// its rotation computed by a [`Rotor`]. Both keep total linear and angular momentum under mutual gravity, and both
-/// are symplectic; so is every such method. A load that a step ends with is the one that the next begins with.
+/// A kick K changes the momenta by gravity and controls at fixed configuration. A drift D is the free motion of all
+/// bodies, with rotations computed by a [`Rotor`]. Both conserve total linear and angular momentum under mutual
+/// gravity, and both are symplectic, and therefore so is the whole method. The loads at the end of a step are reused at
+/// the start of the next.
 ///
 /// # Assumptions and limitations
-/// The discrete rotor solves an implicit equation that has a solution only up to about 90° a drift, else
-/// [`StepError::Unsolvable`].
+/// The discrete rotor solves an implicit equation that has a solution only up to about 90° per drift. Beyond it, the
+/// step returns [`StepError::Unsolvable`].
 pub struct Splitting {
     /// Coefficients of kicks and drifts, each drift after its kick.
     stages: Vec<Stage>,
@@ -20,17 +21,17 @@ pub struct Splitting {
     last_kick: f64,
     loads: Loads,
     drift: Drift,
-    /// Where a step of several stages is after every other one.
+    /// Second buffer for the states between the stages of a step.
     between: Vec<BodyState>,
-    /// Where the present step began.
+    /// States at the beginning of the current step.
     begun: Vec<BodyState>,
-    /// Whether a body on which no moment acts turns once a step, in the first of its drifts.
+    /// True if a body without moments rotates once per step, in the first drift.
     once: bool,
-    /// Whether such a body is at rest.
+    /// True if one of these bodies is at rest.
     rests: bool,
 }
 
-/// A kick `K(bh)`, then a drift `D(ah)`.
+/// A kick `K(bh)`, followed by a drift `D(ah)`.
 #[derive(Clone, Copy)]
 struct Stage {
     b: f64,
@@ -38,7 +39,7 @@ struct Stage {
 }
 
 impl Splitting {
-    /// With coefficients `b` of kicks, one more than `a` of drifts.
+    /// Creates a splitting with the coefficients `b` of the kicks, one more than the coefficients `a` of the drifts.
     pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
         let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage { b, a });
         Self {
@@ -53,28 +54,29 @@ impl Splitting {
         }
     }
 
-    /// The Lie group variational integrator in Hamiltonian form, (3.22)–(3.26): second order, symplectic,
-    /// time-reversible; one evaluation of gravity a step.
+    /// The Lie group variational integrator in Hamiltonian form, (3.22)–(3.26). It is of second order, symplectic and
+    /// time-reversible, with one gravity evaluation per step.
     ///
-    /// Half a kick, a drift, half a kick: with `p = Π_k + (h/2) M_k`, (3.24) is `h S(p) = F J_d − J_d Fᵀ` and (3.25) is
-    /// `Π_{k+1} = Fᵀ p + (h/2) M_{k+1}`; likewise (3.22), (3.23) for the position.
+    /// A step consists of half a kick, a drift and half a kick. With `p = Π_k + (h/2) M_k`, (3.24) is `h S(p) = F J_d −
+    /// J_d Fᵀ` and (3.25) is `Π_{k+1} = Fᵀ p + (h/2) M_{k+1}`. (3.22) and (3.23) correspond to them for the position.
     pub fn lgvi(rotor: Rotor, bodies: &[RigidBody]) -> Self {
         Self::new(&[0.5, 0.5], &[1.0], rotor, bodies)
     }
 
-    /// The Lie–Euler method, (4.19)–(4.23): first order; one evaluation of gravity a step. The discrete optimal control
-    /// problem is posed in it. A drift, then a kick by what acts at its end: a control enters as an impulse at the end.
+    /// The Lie–Euler method, (4.19)–(4.23), of first order with one gravity evaluation per step. The discrete optimal
+    /// control problem is formulated with it. A step is a drift followed by a kick with the loads at its end, so a
+    /// control acts as an impulse at the end of the step.
     pub fn lie_euler(rotor: Rotor, bodies: &[RigidBody]) -> Self {
         Self::new(&[0.0, 1.0], &[1.0], rotor, bodies)
     }
 
-    /// Coefficients of the drifts, each after that of the kick before it, and that of the last kick.
+    /// The coefficients of each kick and the following drift, and the coefficient of the last kick.
     pub(crate) fn coefficients(&self) -> (Vec<(f64, f64)>, f64) {
         let stages = self.stages.iter().map(|stage| (stage.b, stage.a));
         (stages.collect(), self.last_kick)
     }
 
-    /// Evaluations of gravity in a step, and drifts.
+    /// The numbers of gravity evaluations and drifts per step.
     pub(crate) fn work(&self) -> (u32, u32) {
         let acts = |b: f64| u32::from(b != 0.0);
         let kicks: u32 = self.stages.iter().map(|stage| acts(stage.b)).sum();
@@ -84,15 +86,15 @@ impl Splitting {
     }
 }
 
-/// What acts on the bodies.
+/// The loads on the bodies.
 struct Loads {
-    /// Gravity where the step begins.
+    /// Gravity at the beginning of the step.
     gravity: Vec<Load>,
-    /// Whether that is known.
+    /// True if this gravity has been computed.
     known: bool,
     /// Gravity later in the step.
     later: Vec<Load>,
-    /// Gravity and controls.
+    /// Sum of gravity and controls.
     total: Vec<Load>,
 }
 
@@ -107,8 +109,8 @@ impl Loads {
         }
     }
 
-    /// What acts at `states` (one load a body) in a kick with coefficient `b` that does or does not begin the step; none
-    /// where nothing acts.
+    /// The loads at `states` (one per body) for a kick with coefficient `b`, or an empty slice if nothing acts.
+    /// `begins` is true if the kick begins the step.
     #[inline(always)]
     fn at<'a>(
         &'a mut self,
@@ -140,7 +142,7 @@ impl Loads {
         &self.total
     }
 
-    /// Takes the step as made, which may have ended with a kick.
+    /// Accepts the step. `known` is true if it ended with a kick.
     #[inline(always)]
     fn accept(&mut self, known: bool) {
         std::mem::swap(&mut self.gravity, &mut self.later);
@@ -149,7 +151,7 @@ impl Loads {
 }
 
 impl Splitting {
-    /// Sets `next` to `states` after a stage; returns the most Newton corrections a body took.
+    /// Sets `next` to `states` after one stage. Returns the largest number of Newton corrections of a body.
     #[inline(always)]
     fn stage(
         &mut self,
@@ -179,7 +181,7 @@ impl Splitting {
             .apply(system.bodies(), states, kick, a * h, index, coasting)
     }
 
-    /// Sets `next` to `states` after all stages, to and fro between two buffers.
+    /// Sets `next` to `states` after all stages, alternating between two buffers.
     fn stages(
         &mut self,
         system: &mut System,
@@ -270,7 +272,7 @@ mod tests {
     use super::*;
     use crate::{Inertia, Method, Simulation};
 
-    /// Two bodies, one of them off its principal axes.
+    /// Two bodies, one of them with axes that are not principal axes.
     fn simulation() -> Simulation {
         let turned = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));
         let j = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5));
@@ -287,7 +289,8 @@ mod tests {
         Simulation::new(System::new(bodies, vec![]), states, method, 0.01).unwrap()
     }
 
-    /// What a failed step has done to the first body, and what it has learnt of both, is undone to the last bit.
+    /// Checks that a failed step leaves no trace: its effect on the first body and the history of both are restored
+    /// bitwise.
     #[test]
     fn failed_steps_leave_no_trace() {
         let none = [Load::default(); 2];
@@ -313,7 +316,7 @@ mod tests {
             let report = failing.advance(&none).unwrap();
             assert_eq!(report, smooth.advance(&none).unwrap());
             assert_eq!(failing.states(), smooth.states());
-            // After six steps to extrapolate from, one solution of the scalar equation is enough.
+            // After six steps of history, one Newton correction is sufficient.
             assert!(
                 step < 6 || report.iterations == 1,
                 "step {step}: {report:?}"

@@ -2,10 +2,10 @@ use super::flow::{Components, Flow, place};
 use super::tableau::{Row, Stage};
 use crate::{Load, System};
 
-/// Stages of a Runge–Kutta method: derivatives `k_i = f(y + h Σ_j a_ij k_j)` and sums of them.
+/// Stages of a Runge–Kutta method: derivatives `k_i = f(y + h Σ_j a_ij k_j)` and their weighted sums.
 pub(super) struct Stages {
     flow: Flow,
-    /// Stage after stage, in each body after body.
+    /// Derivatives, ordered by stage, then by body.
     k: Vec<Components>,
     bodies: usize,
 }
@@ -19,7 +19,7 @@ impl Stages {
         }
     }
 
-    /// Controls that act from now on.
+    /// Sets the controls.
     pub(super) fn set_controls(&mut self, controls: &[Load]) {
         self.flow.set_controls(controls);
     }
@@ -33,14 +33,14 @@ impl Stages {
         &self.k[stage * self.bodies..][..self.bodies]
     }
 
-    /// Makes the derivatives of stage `from` those of stage `to`.
+    /// Copies the derivatives of stage `from` to stage `to`.
     pub(super) fn reuse(&mut self, from: usize, to: usize) {
         let first = from * self.bodies;
         self.k
             .copy_within(first..first + self.bodies, to * self.bodies);
     }
 
-    /// Evaluates stage `index` of a step `h` from `y` out of earlier ones.
+    /// Evaluates stage `index` of a step `h` from `y`, using the earlier stages.
     pub(super) fn evaluate(
         &mut self,
         system: &mut System,
@@ -66,7 +66,7 @@ impl Stages {
             .evaluate(system, y, 0.0, |body, at| *at = y[body], derivative);
     }
 
-    /// Sets `end` to where a step `h` from `y` with these weights ends.
+    /// Sets `end` to the result of a step `h` from `y` with these weights.
     pub(super) fn finish(
         &self,
         system: &System,
@@ -101,7 +101,7 @@ fn sum_to(k: &[Components], bodies: usize, body: usize, row: Row, total: &mut Co
     }
 }
 
-/// Turns a derivative `k` into `y + h k`.
+/// Replaces a derivative `k` by `y + h k`.
 #[inline]
 pub(super) fn advance(y: &Components, h: f64, k: &mut Components) {
     for (k, y) in k.iter_mut().zip(y) {

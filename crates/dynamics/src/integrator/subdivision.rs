@@ -1,35 +1,35 @@
 use super::{Integrator, StepError, StepReport};
 use crate::{BodyState, Load, Mobility, System};
 
-/// Relative change of the force over a step that is still resolved.
+/// Relative change of the force over a step that counts as resolved.
 const FORCE: f64 = 0.1;
 
-/// Part of a body's momentum that a change of force must be able to alter within a step in order to matter.
+/// Fraction of a body's momentum below which the effect of a change of force within a step is ignored.
 const MATTERS: f64 = 1e-3;
 
-/// Turn (rad) by which a change of moment over a step may alter the body's turn within it.
+/// Change (rad) of a body's rotation within a step, caused by the change of the moment, that counts as resolved.
 const TURN: f64 = 0.05;
 
-/// Cuts a step in two where another integrator cannot make it or where it does not resolve the motion, and the halves
-/// again, as often as needed up to a limit. What it cut is in [`StepReport::cuts`]; what it cannot mend is the error of
-/// the shortest step tried.
+/// Halves a step that another integrator cannot make or that does not resolve the motion, and halves it repeatedly up
+/// to a limit. [`StepReport::cuts`] counts the resulting steps. If the shortest step fails, its error is returned.
 ///
-/// A step from loads `f, M` to loads `f', M'` resolves the motion of a body when `|f' − f|` is at most a tenth of the
-/// greater of both (or could not alter the momentum by a thousandth within the step), and `h² |J⁻¹ (M' − M)|` at most 0.05 rad.
+/// A step from loads `f, M` to loads `f', M'` resolves the motion of a body if `|f' − f|` is at most a tenth of the
+/// larger of both (or could not change the momentum by a thousandth within the step), and `h² |J⁻¹ (M' − M)|` is at
+/// most 0.05 rad.
 ///
 /// # Assumptions and limitations
-/// While the length of the steps varies, a symplectic method's energy error need not stay bounded. Costs two more
-/// evaluations of gravity a step. A close approach inside a body's radius is not cut but reported.
+/// While the step length varies, the energy error of a symplectic method need not remain bounded. The check costs two
+/// more gravity evaluations per step. A close approach inside a body's radius is reported without subdivision.
 pub struct Subdivision {
     inner: Box<dyn Integrator>,
-    /// Where the step began that is being cut, one a level.
+    /// States at the beginning of the step being divided, one per level.
     begun: Vec<Vec<BodyState>>,
     loads: Vec<Load>,
     next_loads: Vec<Load>,
 }
 
 impl Subdivision {
-    /// Steps of `inner`, each cut into `2^depth` at most.
+    /// Divides each step of `inner` into at most `2^depth` steps.
     pub fn new(inner: Box<dyn Integrator>, depth: u32, bodies: usize) -> Self {
         let levels = depth as usize + 1;
         Self {
@@ -40,7 +40,7 @@ impl Subdivision {
         }
     }
 
-    /// One step at a level, level 0 being the shortest.
+    /// Makes one step at a level. Level 0 is the shortest.
     fn attempt(
         &mut self,
         system: &mut System,

@@ -1,38 +1,39 @@
 use crate::lane::Lane;
 
-/// Solutions that a guess is extrapolated from.
+/// Number of solutions used for extrapolation.
 const KNOWN: usize = 6;
 
-/// Length of the strip that solutions are written to; the longer, the more rarely they are moved.
+/// Length of the strip that stores solutions. Longer strips are moved less often.
 const STRIP: usize = 32;
 
-/// Guesses for the bodies' discrete rotations: the last solutions, a number each (the correction of `s` to its leading
-/// term), from which the next is extrapolated.
+/// Initial guesses for the bodies' discrete rotations, extrapolated from the last solutions. A solution is one number,
+/// the correction of `s` to its leading term.
 ///
-/// Each body has a strip for each of its rotations in a step that is written to from end to front: what is in it never
-/// moves, but for every 26th step.
+/// Each body has one strip for each of its rotations in a step, filled from back to front. Its contents move only every
+/// 26th step.
 pub(crate) struct WarmStart<T> {
-    /// Rotation after rotation, in each body after body.
+    /// Strips, ordered by rotation, then by body.
     strips: Vec<Strip<T>>,
     zero: T,
     bodies: usize,
-    /// Where in each strip the solution of the present step goes; before those of the last steps, newest first.
+    /// Index in each strip of the solution of the current step. It is followed by those of the last steps, newest
+    /// first.
     present: usize,
-    /// Whether there has been no step yet.
+    /// True if no step has been made yet.
     fresh: bool,
 }
 
-/// One body's solutions.
+/// The solutions of one body.
 struct Strip<T>([T; STRIP]);
 
-/// The solutions of one body's rotation in the present step.
+/// The solutions of one rotation of a body, with the position of the current step.
 pub(crate) struct Solutions<'a, T> {
     strip: &'a mut Strip<T>,
     present: usize,
 }
 
 impl<T: Lane> Solutions<'_, T> {
-    /// The quintic through the last solutions, one step on.
+    /// Extrapolates the last six solutions by a quintic polynomial to the current step.
     #[inline(always)]
     pub(crate) fn extrapolate(&self) -> T {
         match self.strip.0[self.present + 1..] {
@@ -41,7 +42,7 @@ impl<T: Lane> Solutions<'_, T> {
         }
     }
 
-    /// Notes the solution of the present step.
+    /// Stores the solution of the current step.
     #[inline(always)]
     pub(crate) fn note(&mut self, s: T) {
         self.strip.0[self.present] = s;
@@ -49,7 +50,7 @@ impl<T: Lane> Solutions<'_, T> {
 }
 
 impl<T: Lane> WarmStart<T> {
-    /// Of nothing, for a number of bodies that turn so many times in a step.
+    /// Creates an empty history for `bodies` that each rotate `times` times in a step.
     pub(crate) fn new(zero: T, times: usize, bodies: usize) -> Self {
         Self {
             strips: (0..times * bodies).map(|_| Strip([zero; STRIP])).collect(),
@@ -60,14 +61,14 @@ impl<T: Lane> WarmStart<T> {
         }
     }
 
-    /// Forgets the trajectory so far.
+    /// Discards the history of the trajectory.
     pub(crate) fn forget(&mut self) {
         let zero = self.zero;
         self.strips.iter_mut().for_each(|strip| strip.0.fill(zero));
         self.fresh = true;
     }
 
-    /// Those of each body for one of its rotations in a step.
+    /// The solutions of all bodies for one rotation in a step.
     #[inline(always)]
     pub(crate) fn of_stage(&mut self, stage: usize) -> impl Iterator<Item = Solutions<'_, T>> {
         let present = self.present;
@@ -75,7 +76,7 @@ impl<T: Lane> WarmStart<T> {
         strips.map(move |strip| Solutions { strip, present })
     }
 
-    /// Takes the present step as made.
+    /// Accepts the current step.
     #[inline(always)]
     pub(crate) fn accept(&mut self) {
         if self.fresh || self.present == 0 {
@@ -85,7 +86,8 @@ impl<T: Lane> WarmStart<T> {
         }
     }
 
-    /// Moves the last solutions to the strips' ends; a trajectory's first stands for those before it too.
+    /// Moves the last solutions to the ends of the strips. The first solution of a trajectory also fills the places of
+    /// the earlier ones.
     #[cold]
     fn wind(&mut self) {
         let end = STRIP - KNOWN;

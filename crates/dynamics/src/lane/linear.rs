@@ -1,4 +1,5 @@
-//! 3-vectors and 3×3 matrices of lanes; each operation in the order of nalgebra's, so that it rounds the same.
+//! 3-vectors and 3×3 matrices of lanes. Each operation has the same order as in nalgebra, so that the rounding is the
+//! same.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -13,7 +14,7 @@ pub(crate) struct Vector<T> {
     pub(crate) z: T,
 }
 
-/// By columns.
+/// A matrix by columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Matrix<T>(pub(crate) [Vector<T>; 3]);
 
@@ -34,7 +35,7 @@ impl<T: Lane> Vector<T> {
         )
     }
 
-    /// `v` in every lane.
+    /// Returns `v` in every lane.
     #[inline(always)]
     pub(crate) fn constant(self, v: &Vector3<f64>) -> Self {
         let x = self.x;
@@ -173,7 +174,7 @@ impl<T: Lane> Mul<Vector<T>> for Matrix<T> {
     }
 }
 
-/// `m d/r³`
+/// `m d/r³`.
 #[inline(always)]
 pub(crate) fn attraction<T: Lane>(d: Vector<T>, mass: T) -> Vector<T> {
     let squared = d.norm_squared();

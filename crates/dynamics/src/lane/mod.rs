@@ -1,5 +1,5 @@
-//! Numbers of several systems side by side, of which one number is the simplest: the arithmetic of what [`Simulation`]
-//! and [`lanes`](crate::lanes) both do is written once, over a [`Lane`].
+//! Lanes: the values of several systems side by side, of which a single number is the simplest case. The arithmetic
+//! shared by [`Simulation`] and [`lanes`](crate::lanes) is written once, generic over a [`Lane`].
 //!
 //! [`Simulation`]: crate::Simulation
 
@@ -12,10 +12,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use fearless_simd::prelude::*;
 use fearless_simd::{f64x2, f64x4, f64x8};
 
-/// Numbers of as many systems, one each, and arithmetic on all of them at once.
+/// Values of several systems, one per lane, with arithmetic on all of them at once.
 ///
-/// Each operation rounds as on a single number and none is fused, so that what one lane comes to depends neither on their
-/// number nor on the instructions.
+/// Each operation rounds as on a single number, and none is fused. So the result in a lane depends neither on the
+/// number of lanes nor on the instruction set.
 pub(crate) trait Lane:
     Copy
     + Add<Output = Self>
@@ -25,33 +25,33 @@ pub(crate) trait Lane:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Proof that the instructions are there.
+    /// Proof that the instructions are available.
     type Token: Copy;
 
-    /// How many.
+    /// Number of lanes.
     const COUNT: usize;
 
-    /// One number in all lanes.
+    /// A number in all lanes.
     fn splat(token: Self::Token, number: f64) -> Self;
 
-    /// The same, by the proof that this one carries.
+    /// A number in all lanes, using the token carried by `self`.
     fn constant(self, number: f64) -> Self;
 
     fn sqrt(self) -> Self;
 
-    /// Bit k: whether `self ≤ other` in lane k.
+    /// Mask whose bit k is set if `self ≤ other` in lane k.
     fn at_most(self, other: Self) -> u32;
 
-    /// Bit k: whether `self < other` in lane k.
+    /// Mask whose bit k is set if `self < other` in lane k.
     fn below(self, other: Self) -> u32;
 
-    /// These numbers in `lanes`, the others elsewhere.
+    /// The values of `self` in `lanes`, and those of `others` elsewhere.
     fn where_in(self, lanes: u32, others: Self) -> Self;
 
-    /// That of lane k.
+    /// The value in lane k.
     fn lane(&self, k: usize) -> f64;
 
-    /// Sets that of lane k.
+    /// Sets the value in lane k.
     fn set_lane(&mut self, k: usize, number: f64);
 }
 

@@ -5,7 +5,7 @@ use crate::lane::{Lane, Matrix, Vector};
 use crate::rotation::DiscreteRotation;
 use crate::{BodyState, Load, Mobility};
 
-/// One body's state in every lane.
+/// The state of one body in every lane.
 #[derive(Clone, Copy)]
 pub(super) struct State<T> {
     pub(super) position: Vector<T>,
@@ -51,7 +51,7 @@ impl<T: Lane> State<T> {
         }
     }
 
-    /// 0 where all components are finite to all appearances, as `drift::end` has it.
+    /// Zero in the lanes whose state appears finite, with the same check as `drift::end`.
     #[inline(always)]
     pub(super) fn zero_if_finite(&self) -> T {
         let (x, u, p) = (self.position, self.linear_momentum, self.angular_momentum);
@@ -60,7 +60,7 @@ impl<T: Lane> State<T> {
     }
 }
 
-/// What acts on a body in every lane.
+/// The load on a body in every lane.
 #[derive(Clone, Copy)]
 pub(super) struct Effect<T> {
     pub(super) force: Vector<T>,
@@ -76,7 +76,7 @@ impl<T: Lane> Effect<T> {
         }
     }
 
-    /// `load` in every lane.
+    /// Returns `load` in every lane.
     #[inline(always)]
     pub(super) fn constant(&self, load: &Load) -> Self {
         Self {
@@ -119,7 +119,7 @@ impl<T: Lane> Effect<T> {
     }
 }
 
-/// How a body moves that lanes can fly.
+/// The kinds of motion that lanes support.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Motion {
     Free,
@@ -138,7 +138,7 @@ impl Motion {
     }
 }
 
-/// A point of mass in every lane.
+/// A point mass in every lane.
 #[derive(Clone, Copy)]
 pub(super) struct Point<T> {
     pub(super) mass: T,
@@ -148,16 +148,16 @@ pub(super) struct Point<T> {
 /// One body in every lane.
 pub(super) struct Body<T> {
     pub(super) motion: Motion,
-    /// `1/m`
+    /// `1/m`.
     pub(super) per_mass: T,
     pub(super) rotation: DiscreteRotation<T>,
     pub(super) points: Vec<Point<T>>,
-    /// Radius that nothing may enter.
+    /// Radius that no other body may enter.
     pub(super) radius: T,
 }
 
 impl<T: Lane> Body<T> {
-    /// The body with this index of each member.
+    /// Collects the body with this index from each member.
     pub(super) fn new(token: T::Token, index: usize, batch: &Batch) -> Self {
         let zero = T::splat(token, 0.0);
         let point = Point {

@@ -1,4 +1,4 @@
-//! A rotation applied to a body in every lane.
+//! Application of a rotation to a body in every lane.
 
 use crate::lane::{Lane, Matrix, Vector};
 use crate::rotation::Rotation;
@@ -21,7 +21,7 @@ impl<T: Lane> Rotation<T> {
     }
 }
 
-/// `R (I + s C)` for the columns of C, relieved of rounding.
+/// `R (I + s C)` for the columns of C, with orthogonality errors removed to first order.
 #[inline(always)]
 fn compose<T: Lane>(factor: T, change: [Vector<T>; 3], r: &Matrix<T>) -> Matrix<T> {
     let [a, b, c] = r.0;
@@ -41,13 +41,13 @@ fn compose<T: Lane>(factor: T, change: [Vector<T>; 3], r: &Matrix<T>) -> Matrix<
     ])
 }
 
-// Functions, for what a closure calls need not become part of it.
+// Functions, because calls inside a closure need not be inlined.
 #[inline(always)]
 fn turned<T: Lane>(factor: T, [i, j, k]: [Vector<T>; 3], row: Vector<T>) -> Vector<T> {
     row + Vector::new(row.dot(i), row.dot(j), row.dot(k)) * factor
 }
 
-/// What brings a row of about unit length to that length.
+/// The factor that normalizes a row of approximately unit length.
 #[inline(always)]
 fn scale<T: Lane>(row: Vector<T>) -> T {
     let squared = row.norm_squared();

@@ -5,19 +5,19 @@ use crate::integrator::check_finite;
 use crate::lane::Lane;
 use crate::{BodyState, StepError};
 
-/// Which lanes fly, and how the flights of the others ended.
+/// The active lanes, and the results of the flights that have ended.
 pub(super) struct Ends {
-    /// Bit k: whether lane k flies.
+    /// Mask whose bit k is set if lane k is active.
     flying: u32,
-    /// Whether one fails in the present step.
+    /// True if a lane has failed in the current step.
     failing: bool,
-    /// By what.
+    /// Errors of the lanes that failed in the current step.
     failures: Vec<Option<StepError>>,
     outcomes: Vec<Option<Outcome>>,
 }
 
 impl Ends {
-    /// All of `lanes` fly.
+    /// Creates the record with all `lanes` active.
     pub(super) fn new(lanes: usize) -> Self {
         Self {
             flying: (1 << lanes) - 1,
@@ -27,26 +27,27 @@ impl Ends {
         }
     }
 
-    /// Bit k: whether lane k flies and has not failed in the present step.
+    /// Mask whose bit k is set if lane k is active and has not failed in the current step.
     #[inline(always)]
     pub(super) fn flying(&self) -> u32 {
         self.flying
     }
 
-    /// Ends the flight of lane k.
+    /// Ends the flight of lane k with an error.
     pub(super) fn fail(&mut self, k: usize, error: StepError) {
         self.failures[k] = Some(error);
         self.failing = true;
         self.flying &= !(1 << k);
     }
 
-    /// Whether a flight ends in the present step.
+    /// Returns true if a flight ends in the current step.
     #[inline(always)]
     pub(super) fn failing(&self) -> bool {
         self.failing
     }
 
-    /// Notes where the flights ended that failed in the present step, which began in `begun`; returns whether none is left.
+    /// Stores the outcomes of the flights that failed in the current step, which began in `begun`. Returns true if no
+    /// lane is active any more.
     #[cold]
     #[inline(never)]
     pub(super) fn ground<T: Lane>(&mut self, begun: &[State<T>], step: u64) -> bool {
@@ -64,7 +65,7 @@ impl Ends {
         self.flying == 0
     }
 
-    /// Adds the ends of all flights, which are in `states` if they have not failed.
+    /// Appends the outcomes of all flights. Flights that have not failed end in `states`.
     #[inline(never)]
     pub(super) fn land<T: Lane>(
         self,
@@ -87,7 +88,7 @@ fn lane<T: Lane>(states: &[State<T>], k: usize) -> Vec<BodyState> {
     states.iter().map(|state| state.lane(k)).collect()
 }
 
-/// Ends the flights of lanes in which a step would end in NaN or infinity, or where something else is.
+/// Ends the flights of lanes whose states are not finite, or in which a body has entered another body or a source.
 #[inline(always)]
 pub(super) fn check<T: Lane>(
     ends: &mut Ends,
@@ -111,7 +112,7 @@ pub(super) fn check<T: Lane>(
     }
 }
 
-/// Looks at each of `lanes` by itself, for sums may overflow where terms do not.
+/// Checks each of `lanes` individually, because a sum may overflow even if its terms are finite.
 #[cold]
 #[inline(never)]
 fn end_failed<T: Lane>(ends: &mut Ends, lanes: u32, batch: &Batch, states: &[State<T>]) {

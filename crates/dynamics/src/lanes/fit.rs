@@ -5,63 +5,63 @@ use crate::gravity::Form;
 use crate::integrator::{Rotor, Splitting};
 use crate::{MassDistribution, Method, System};
 
-/// Why lanes cannot fly a system. Bodies count from 0.
+/// Reasons why lanes cannot integrate a system. Bodies are counted from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Unfit {
-    /// Not a method of kicks and drifts with the discrete rotor.
+    /// The method is not a splitting with the discrete rotor.
     #[error(
         "lanes cannot fly by {method}, expected LGVI, Lie–Euler or a composition with the discrete rotor"
     )]
     Method {
-        /// Its name.
+        /// Name of the method.
         method: String,
     },
-    /// Gravity of another form.
+    /// The gravity model is not supported.
     #[error("lanes know no such gravity, expected point masses, second moments, uniform or mutual")]
     Gravity,
-    /// A body that gravity does not act on by points.
+    /// Gravity acts on a body other than through points.
     #[error("body {body} is no set of points of mass")]
     Distribution {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
-    /// A body that is driven.
+    /// A body is driven.
     #[error("body {body} is driven, expected free, pivoted or fixed")]
     Mobility {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
-    /// Nothing to fly.
+    /// There are no systems.
     #[error("there is no system, expected one at least")]
     Nobody,
-    /// Thrust on a body that is not there.
+    /// The thrust refers to a body that does not exist.
     #[error("the thrust is that of body {body}, expected a body of the system")]
     Thrust {
-        /// Which body.
+        /// Index of the body.
         body: usize,
     },
-    /// A system of another layout beside it.
+    /// A system differs from the first in its layout.
     #[error("system {member} differs from the first in more than numbers")]
     Unlike {
-        /// Which system, from 0.
+        /// Index of the system, from 0.
         member: usize,
     },
 }
 
-/// What lanes fly a system by: how they do it, beside the numbers.
+/// The structure of a system and its method, without the numerical values.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
     pub(super) stages: Vec<(f64, f64)>,
     pub(super) last_kick: f64,
     pub(super) forms: Vec<Form>,
     pub(super) motions: Vec<Motion>,
-    /// Whether something has an extent that another could enter.
+    /// True if a body or source has an extent that another could enter.
     pub(super) extents: bool,
-    /// Points of each body.
+    /// Number of points of each body.
     pub(super) points: Vec<usize>,
 }
 
-/// Whether lanes can fly `system` by `method`.
+/// Returns an error if lanes cannot integrate `system` by `method`.
 pub fn fit(system: &System, method: Method) -> Result<(), Unfit> {
     Layout::of(system, method).map(|_| ())
 }
@@ -94,7 +94,7 @@ impl Layout {
     }
 }
 
-/// Coefficients of kicks and drifts.
+/// Coefficients of the kicks and drifts.
 fn stages(system: &System, method: Method) -> Result<(Vec<(f64, f64)>, f64), Unfit> {
     let bodies = system.bodies();
     let splitting = match method {

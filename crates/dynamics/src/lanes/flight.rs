@@ -6,59 +6,59 @@ use crate::range::check_step;
 use crate::simulation::check;
 use crate::{BodyState, Load, Method, StepError, System};
 
-/// What all members of a flight have in common.
+/// Settings that all members of a flight share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight<'a> {
-    /// What flies them.
+    /// The integration method.
     pub method: Method,
-    /// Step, negative for a flight back in time.
+    /// Step size, negative for integration backwards in time.
     pub h: f64,
-    /// Steps of the method in each step, 1 at least.
+    /// Substeps of the method per step, at least 1.
     pub substeps: u32,
-    /// Steps to make.
+    /// Number of steps.
     pub steps: u64,
-    /// What acts beside gravity; `None` for nothing.
+    /// Loads in addition to gravity, or `None`.
     pub thrust: Option<Thrust<'a>>,
 }
 
 /// Loads on one body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thrust<'a> {
-    /// Which body, from 0.
+    /// Index of the body, from 0.
     pub body: usize,
-    /// One a step from step 0 on; nothing acts after the last.
+    /// Loads, one per step from step 0. No load acts after the last one.
     pub loads: &'a [Load],
 }
 
 /// One of many systems.
 pub struct Member {
-    /// Its bodies and their gravity.
+    /// Bodies and gravity.
     pub system: System,
-    /// Their states at step 0, one a body.
+    /// States at step 0, one per body.
     pub states: Vec<BodyState>,
-    /// Factors of the components of the thrust's force, inertial frame.
+    /// Factors for the components of the thrust's force, inertial frame.
     pub force: Vector3<f64>,
-    /// Factors of the components of the thrust's moment, body frame.
+    /// Factors for the components of the thrust's moment, body frame.
     pub moment: Vector3<f64>,
 }
 
-/// Where a member has come to.
+/// The result of a flight for one member.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// The states after the last step that could be made.
+    /// The states after the last successful step.
     pub states: Vec<BodyState>,
     /// Steps made.
     pub steps: u64,
-    /// Why the next could not be made; `None` at the end of the flight.
+    /// Error of the next step, or `None` if the flight was completed.
     pub failure: Option<StepError>,
 }
 
-/// A flight of as many members as there are lanes, or fewer.
+/// The input of a flight of at most as many members as there are lanes.
 pub(super) struct Batch<'a> {
     pub(super) flight: &'a Flight<'a>,
     pub(super) layout: Layout,
     pub(super) members: &'a [Member],
-    /// One a member.
+    /// States, one vector per member.
     pub(super) states: Vec<Vec<BodyState>>,
 }
 

@@ -3,7 +3,7 @@ use super::mutual::Mutual;
 use crate::gravity::{Form, SourceShape};
 use crate::lane::{Lane, Matrix, Vector};
 
-/// Gravity on all bodies in every lane.
+/// A gravity model acting on all bodies in every lane.
 pub(super) enum Gravity<T> {
     Attractor(Attractor<T>),
     Uniform(Vector<T>),
@@ -13,11 +13,11 @@ pub(super) enum Gravity<T> {
 /// A fixed attractor.
 pub(super) struct Attractor<T> {
     gm: T,
-    /// `½ Q` of an oblate one.
+    /// The matrix `½ Q`, if the attractor has second moments.
     second: Option<Matrix<T>>,
-    /// Position and attitude, unless it is the origin.
+    /// Position and attitude, or `None` at the origin.
     placement: Option<(Vector<T>, Matrix<T>)>,
-    /// Radius that nothing may enter.
+    /// Radius that no body may enter.
     radius: T,
 }
 
@@ -47,7 +47,7 @@ impl<T: Lane> Gravity<T> {
         }
     }
 
-    /// Adds to `effects` what it exerts on `bodies` in `states`.
+    /// Adds the loads on `bodies` in `states` to `effects`.
     #[inline(always)]
     pub(super) fn add_to(
         &mut self,
@@ -70,7 +70,7 @@ impl<T: Lane> Gravity<T> {
         }
     }
 
-    /// Bit k: whether in lane k a body is not where another body or a source is.
+    /// Mask whose bit k is set if no body in lane k has entered another body or a source.
     #[inline(always)]
     pub(super) fn clear(&self, bodies: &[Body<T>], states: &[State<T>]) -> u32 {
         let mut entered = 0;
@@ -114,7 +114,7 @@ impl<T: Lane> Attractor<T> {
         effect.moment = effect.moment + state.attitude.tr_mul(torque);
     }
 
-    /// In the inertial frame.
+    /// The acceleration in the inertial frame.
     #[inline(always)]
     fn acceleration(&self, place: Vector<T>) -> Vector<T> {
         match &self.placement {
@@ -126,7 +126,8 @@ impl<T: Lane> Attractor<T> {
         }
     }
 
-    /// In its own frame: `−GM d/r³`, and of a quadrupole as `Harmonic::acceleration` has it.
+    /// The acceleration in the attractor's own frame: `−GM d/r³`, plus the quadrupole term as in
+    /// `Harmonic::acceleration`.
     #[inline(always)]
     fn own_acceleration(&self, d: Vector<T>) -> Vector<T> {
         let squared = d.norm_squared();

@@ -7,7 +7,7 @@ use crate::Load;
 use crate::integrator::warm_start::WarmStart;
 use crate::lane::Lane;
 
-/// Flies as many members as there are lanes, or fewer.
+/// Integrates at most as many members as there are lanes.
 #[inline(always)]
 pub(super) fn fly<T: Lane>(token: T::Token, batch: &Batch, outcomes: &mut Vec<Outcome>) {
     let mut flock = Flock::<T>::new(token, batch);
@@ -15,22 +15,22 @@ pub(super) fn fly<T: Lane>(token: T::Token, batch: &Batch, outcomes: &mut Vec<Ou
     flock.ends.land(&flock.states, batch, outcomes);
 }
 
-/// As many systems as there are lanes, on their way by the steps of [`Splitting`](crate::integrator::Splitting).
+/// The systems in the lanes, integrated by the steps of [`Splitting`](crate::integrator::Splitting).
 struct Flock<'a, T> {
     batch: &'a Batch<'a>,
     bodies: Vec<Body<T>>,
     gravity: Vec<Gravity<T>>,
-    /// Where the present step began; of several substeps, the first.
+    /// States at the beginning of the current substep, and at the beginning of the step if it has several substeps.
     states: Vec<State<T>>,
     begun: Vec<State<T>>,
-    /// Where it is.
+    /// States within the current substep.
     next: Vec<State<T>>,
-    /// What gravity exerts where the step began, and later.
+    /// Gravity at the beginning of the substep, and later in it.
     effects: Vec<Effect<T>>,
     later: Vec<Effect<T>>,
-    /// Gravity and thrust.
+    /// Sum of gravity and thrust.
     total: Vec<Effect<T>>,
-    /// What acts in each lane for a thrust of 1.
+    /// Factors of the thrust in each lane.
     factors: Effect<T>,
     warm_start: WarmStart<T>,
     ends: Ends,
@@ -109,7 +109,7 @@ impl<'a, T: Lane> Flock<'a, T> {
         }
     }
 
-    /// What the thrust of a step is in each lane, and on which body.
+    /// The thrust of a step in each lane, and the index of its body.
     #[inline(always)]
     fn thrust(&self, step: u64) -> Option<(usize, Effect<T>)> {
         let Thrust { body, loads } = self.batch.flight.thrust?;
@@ -121,7 +121,7 @@ impl<'a, T: Lane> Flock<'a, T> {
         Some((body, constant.component_mul(&self.factors)))
     }
 
-    /// One step of the method, in `next`; returns whether `effects` are those there.
+    /// Makes one step of the method in `next`. Returns true if `effects` holds the gravity at its end.
     #[inline(always)]
     fn substep(&mut self, thrust: Option<&(usize, Effect<T>)>, h: f64) -> bool {
         let batch = self.batch;
@@ -151,7 +151,7 @@ impl<'a, T: Lane> Flock<'a, T> {
         last != 0.0
     }
 
-    /// Gravity where the step began or where it is.
+    /// Computes gravity at the beginning of the substep or at its current state.
     #[inline(always)]
     fn attract(&mut self, when: When) {
         let (states, effects) = match when {
@@ -166,7 +166,7 @@ impl<'a, T: Lane> Flock<'a, T> {
         }
     }
 
-    /// A kick over the time `impulse`, where there is one, and a drift over `h`.
+    /// Makes a kick over the time `impulse`, if any, and a drift over `h`.
     #[inline(always)]
     fn stage(
         &mut self,
@@ -238,7 +238,7 @@ enum When {
     Later,
 }
 
-/// Gravity and thrust, one a body; none where nothing acts.
+/// The sum of gravity and thrust, one load per body, or an empty slice if nothing acts.
 #[inline(always)]
 fn acting<'b, T: Lane>(
     gravity: &[Gravity<T>],

@@ -1,14 +1,16 @@
-//! Many systems of one layout side by side, a lane of a vector register each: what an ensemble is flown by.
+//! Many systems of the same layout side by side, each in one lane of a vector register. Ensembles are integrated this
+//! way.
 //!
-//! [`fly`] makes the steps that [`Simulation`](crate::Simulation) makes, by the same operations in the same order, for as
-//! many systems at once as a register has lanes. No operation of one lane depends on another, none is fused, an implicit
-//! equation is repeated in the lanes that need it, and where that does not solve it a lane is solved by itself: so the end of a flight is the same number for
-//! number whatever the width, the instructions and the neighbors, and that of [`Simulation`](crate::Simulation).
+//! [`fly`] makes the same steps as [`Simulation`](crate::Simulation), with the same operations in the same order, for
+//! as many systems at once as a register has lanes. No operation in a lane depends on another lane, and none is fused.
+//! The iteration of an implicit equation continues only in the lanes that need it, and lanes in which it does not
+//! converge are solved individually. So the result of a flight is bitwise independent of the width, the instruction set
+//! and the neighboring lanes, and equals that of [`Simulation`](crate::Simulation).
 //!
 //! # Assumptions and limitations
-//! Lanes know the methods of kicks and drifts with the discrete rotor (LGVI, Lie–Euler,
-//! compositions), points of mass, attractors with and without second moments, uniform fields, mutual attraction, and bodies
-//! that are free, pivoted or fixed; everything else is [`Unfit`] and for [`Simulation`](crate::Simulation).
+//! Lanes support splitting methods with the discrete rotor (LGVI, Lie–Euler, compositions), point masses, attractors
+//! with and without second moments, uniform fields, mutual attraction, and bodies that are free, pivoted or fixed.
+//! Everything else is [`Unfit`] and requires [`Simulation`](crate::Simulation).
 
 mod body;
 mod carry;
@@ -28,20 +30,20 @@ use fearless_simd::{Level, Simd, dispatch, f64x4, f64x8};
 use crate::MethodError;
 use flight::Batch;
 
-/// How many systems fly side by side.
+/// The number of systems integrated side by side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Width {
-    /// One.
+    /// One system.
     One,
-    /// Four: a register of AVX2.
+    /// Four systems: an AVX2 register.
     Four,
-    /// Eight: a register of AVX-512, or two of AVX2.
+    /// Eight systems: an AVX-512 register, or two AVX2 registers.
     #[default]
     Eight,
 }
 
 impl Width {
-    /// Their number.
+    /// The number of lanes.
     pub fn lanes(self) -> usize {
         match self {
             Self::One => 1,
@@ -51,14 +53,14 @@ impl Width {
     }
 }
 
-/// The instructions that a flight may use. The results are the same.
+/// The instruction set that a flight may use. It does not affect the results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Instructions {
-    /// Those that every machine has.
+    /// The instructions available on every machine.
     Baseline,
-    /// AVX2 where there is none newer that is asked for, or less where there is no AVX2.
+    /// AVX2, or the newest instructions of the machine if it has no AVX2.
     Avx2,
-    /// The newest that the machine has.
+    /// The newest instructions of the machine.
     #[default]
     Newest,
 }
@@ -77,10 +79,11 @@ impl Instructions {
     }
 }
 
-/// Flies `members` from step 0; their ends in the same order.
+/// Integrates `members` from step 0 and returns their outcomes in the same order.
 ///
 /// # Errors
-/// What [`Simulation::new`](crate::Simulation::new) refuses, of the first member that has it; what lanes cannot fly.
+/// Returns the error of the first member that [`Simulation::new`](crate::Simulation::new) rejects or that lanes cannot
+/// integrate.
 pub fn fly(
     flight: &Flight,
     members: &[Member],
@@ -110,13 +113,13 @@ fn eight<S: Simd>(simd: S, batch: &Batch, outcomes: &mut Vec<Outcome>) {
     kernel::fly::<f64x8<S>>(simd, batch, outcomes);
 }
 
-/// Why lanes do not fly.
+/// Reasons why a flight cannot be made.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum FlyError {
-    /// What no simulation flies.
+    /// The input is invalid for any simulation.
     #[error(transparent)]
     Method(#[from] MethodError),
-    /// What only [`Simulation`](crate::Simulation) flies.
+    /// The input is only supported by [`Simulation`](crate::Simulation).
     #[error(transparent)]
     Unfit(#[from] Unfit),
 }

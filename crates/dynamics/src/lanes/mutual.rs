@@ -1,25 +1,25 @@
 use super::body::{Body, Effect, Motion, Point, State};
 use crate::lane::{Lane, Matrix, Vector, attraction};
 
-/// Mutual attraction of points, pair by pair of bodies and of couples of points, in the order of
+/// Mutual attraction of points, by pairs of bodies and pairs of couples of points, in the same order as
 /// [`Mutual`](crate::gravity::Mutual).
 pub(super) struct Mutual<T> {
     constant: T,
-    /// Room for one body's couples, and for the other's.
+    /// Buffers for the couples of one body and of the other.
     couples: [Vec<Couple<T>>; 2],
 }
 
-/// Two points of a body, or one twice, the second time without mass.
+/// Two points of a body, or one point and a massless copy of it.
 #[derive(Clone, Copy)]
 struct Couple<T> {
     masses: [T; 2],
-    /// `R ρ` of each.
+    /// `R ρ` of each point.
     arms: [Vector<T>; 2],
 }
 
-/// What two bodies exert on each other, before the gravitational constant.
+/// The force and moments between two bodies, without the gravitational constant.
 struct Exchange<T> {
-    /// On the first, inertial frame; the opposite on the second.
+    /// Force on the first body, inertial frame. The force on the second is its opposite.
     force: Vector<T>,
     moments: [Vector<T>; 2],
 }

@@ -4,18 +4,18 @@ use super::flight::Batch;
 use crate::StepError;
 use crate::lane::Lane;
 
-/// Lanes in which a body's turn is not found by repetition.
+/// Lanes in which the iteration did not find a body's rotation.
 pub(super) struct Unsolved<'a> {
     pub(super) batch: &'a Batch<'a>,
-    /// Bit k: lane k.
+    /// Mask whose bit k is set for lane k.
     pub(super) lanes: u32,
     pub(super) body: usize,
-    /// Time of the drift.
+    /// Duration of the drift.
     pub(super) h: f64,
 }
 
-/// Solves each by itself, from its state before the turn and a guess; sets what is found in its state after the turn and the
-/// correction. What has no solution ends its lane's flight.
+/// Solves each of these lanes individually, given the state before the rotation and a guess, and stores the state after
+/// the rotation and the correction. If no solution exists, the flight of the lane ends.
 #[cold]
 #[inline(never)]
 pub(super) fn rescue<T: Lane>(

@@ -1,9 +1,11 @@
-//! One body's discrete rotation: the implicit equation solved by a few passes, for steps that follow each other closely.
+//! The discrete rotation of one body: the implicit equation is solved in a few passes, starting from the solutions of
+//! the previous steps.
 //!
-//! Were `s = gᵀf` known, the Cayley form `A f = g + g × f` with `A = 2J − s I` would be linear, with the solution that
-//! [`super::quartic`] states. And s is all but known from the last steps: an error δ of it leaves the residual δ f, and
-//! `gᵀf` misses s by δ times about `s/(2J)` only, so that repeating with `gᵀf` converges fast. What is extrapolated is the
-//! correction of s to its leading term `½ gᵀJ⁻¹g`, smaller by `|f|²`. All is relative to `tr J` and about principal axes.
+//! If `s = gᵀf` were known, the Cayley form `A f = g + g × f` with `A = 2J − s I` would be linear, with the solution
+//! given in [`super::quartic`]. The previous steps determine s almost exactly. An error δ of s causes the residual δ f,
+//! and changes `gᵀf` only by about δ times `s/(2J)`, so the iteration that replaces s by `gᵀf` converges fast. The
+//! extrapolated quantity is the correction of s to its leading term `½ gᵀJ⁻¹g`, which is smaller by a factor `|f|²`.
+//! All quantities are relative to `tr J` and in principal axes.
 
 use lgvi_lie::Quaternion;
 use nalgebra::{Matrix3, Vector3};
@@ -11,30 +13,31 @@ use nalgebra::{Matrix3, Vector3};
 use super::{PrincipalAxes, Unsolvable, newton};
 use crate::lane::{Lane, Matrix, Vector};
 
-/// Residual, relative to `|g|`, that is rounding.
+/// Residual, relative to `|g|`, that counts as rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Its square, by which `|g|²` is multiplied.
+/// Square of [`ROUNDING`], by which `|g|²` is multiplied.
 const SOLVED: f64 = ROUNDING * ROUNDING;
 
-/// Passes after the first.
+/// Largest number of passes after the first.
 const MAX_PASSES: u32 = 4;
 
 /// The equation `F J_d − J_d Fᵀ = S(h p)` of one body in every lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DiscreteRotation<T> {
-    /// `2J`
+    /// `2J`.
     moments: Vector<T>,
-    /// `1/(2J)`
+    /// `1/(2J)`.
     reciprocals: Vector<T>,
-    /// `2 (J₃ − J₂), 2 (J₁ − J₃), 2 (J₂ − J₁)`
+    /// `2 (J₃ − J₂), 2 (J₁ − J₃), 2 (J₂ − J₁)`.
     differences: Vector<T>,
-    /// Principal axes, in columns, where they are not the body's in every lane.
+    /// Principal axes as columns, or `None` if they are the body axes in every lane.
     axes: Option<Matrix<T>>,
-    /// `d/e`, second coefficient and determinant of `J / tr J`: up to there `p' ≥ 8 (d − e s) + 2γ (1 − 2s)` is positive,
-    /// so that a solution lies on the branch, and `A > J` is positive definite.
+    /// `d/e`, where e and d are the second coefficient and the determinant of `J / tr J`. For s below this limit, `p' ≥
+    /// 8 (d − e s) + 2γ (1 − 2s)` is positive, so that a solution lies on the correct branch, and `A > J` is positive
+    /// definite.
     limit: T,
-    /// `1 / tr J`
+    /// `1 / tr J`.
     scale: T,
 }
 
@@ -45,7 +48,7 @@ pub(crate) struct Rotation<T> {
     pub(crate) u: Vector<T>,
 }
 
-/// A rotation, the correction of s, and bit k: whether that is the solution in lane k.
+/// A rotation, the correction of s, and a mask whose bit k is set if they are the solution in lane k.
 #[derive(Clone, Copy)]
 pub(crate) struct Solution<T> {
     pub(crate) rotation: Rotation<T>,
@@ -53,14 +56,14 @@ pub(crate) struct Solution<T> {
     pub(crate) lanes: u32,
 }
 
-/// What the equation is given: `h p`, its square, and what s is for small ones.
+/// The data of the equation: `h p` scaled and in principal axes, its square, and the leading term of s.
 struct Given<T> {
     g: Vector<T>,
     gamma: T,
     leading: T,
 }
 
-/// The solution in one system, and the passes and Newton corrections that it took.
+/// The solution for one system, with the number of passes or Newton corrections.
 pub(crate) struct Solved {
     pub(crate) rotation: Quaternion,
     pub(crate) correction: f64,
@@ -68,7 +71,7 @@ pub(crate) struct Solved {
 }
 
 impl<T: Lane> DiscreteRotation<T> {
-    /// Of one body a lane. Lanes without a body hold zeros.
+    /// Collects one body per lane. Lanes without a body hold zeros.
     pub(crate) fn gather(token: T::Token, bodies: &[DiscreteRotation<f64>]) -> Self {
         let zero = T::splat(token, 0.0);
         let none = Vector::splat(token, &Vector3::zeros());
@@ -96,14 +99,15 @@ impl<T: Lane> DiscreteRotation<T> {
         all
     }
 
-    /// From guesses of the correction; repeated until it is found in all of `lanes` or has been repeated often enough.
+    /// Solves the equation from guesses of the correction. Repeats until all of `lanes` are solved or the limit of
+    /// passes is reached.
     #[inline(always)]
     pub(crate) fn solve(&self, h: f64, p: Vector<T>, guess: T, lanes: u32) -> Solution<T> {
         let (solution, _) = self.passes(&self.given(h, p), guess, lanes);
         self.in_body_axes(solution)
     }
 
-    /// The same about principal axes, and the number of passes.
+    /// Solves the equation in principal axes, and returns the number of passes.
     #[inline(always)]
     fn passes(&self, given: &Given<T>, guess: T, lanes: u32) -> (Solution<T>, u32) {
         let mut solution = self.pass(given, guess);
@@ -134,7 +138,7 @@ impl<T: Lane> DiscreteRotation<T> {
         }
     }
 
-    /// The solution of `(2J − s I) f = g + g × f` for a guess of the correction, about principal axes.
+    /// The solution of `(2J − s I) f = g + g × f` for a guess of the correction, in principal axes.
     #[inline(always)]
     fn pass(&self, given: &Given<T>, guess: T) -> Solution<T> {
         let Given { g, gamma, leading } = *given;
@@ -169,7 +173,7 @@ impl<T: Lane> DiscreteRotation<T> {
 }
 
 impl<T: Lane> Solution<T> {
-    /// This where it solves one of the `open` lanes, the other elsewhere.
+    /// This solution in the `open` lanes that it solves, the other one elsewhere.
     #[inline(always)]
     fn or(self, other: Self, open: u32) -> Self {
         let solved = open & self.lanes;
@@ -208,7 +212,7 @@ impl DiscreteRotation<f64> {
         }
     }
 
-    /// The solution if the first pass finds it.
+    /// The solution, or `None` if the first pass does not find it.
     #[inline(always)]
     pub(crate) fn first_pass(
         &self,
@@ -223,7 +227,7 @@ impl DiscreteRotation<f64> {
         })
     }
 
-    /// The solution whatever it takes.
+    /// The solution, with as many iterations as needed.
     pub(crate) fn find(&self, h: f64, p: &Vector3<f64>, guess: f64) -> Result<Solved, Unsolvable> {
         let given = self.given(h, p.into());
         let (mut solution, mut iterations) = self.passes(&given, guess, 1);
@@ -256,7 +260,7 @@ mod tests {
     use super::*;
     use crate::Inertia;
 
-    /// For a guess of s itself.
+    /// The first pass from a guess of s itself.
     fn first(inertia: &Inertia, p: &Vector3<f64>, s: f64) -> Option<Vector3<f64>> {
         let rotation = &inertia.rotation;
         let leading = rotation.given(0.01, p.into()).leading;
@@ -264,7 +268,8 @@ mod tests {
         Some(found.u / found.w)
     }
 
-    /// The first pass solves with the right s alone, the next with any; past the limit none takes another solution.
+    /// The first pass succeeds only with the correct s, and later passes from any guess. Beyond the limit, no wrong
+    /// solution is accepted.
     #[test]
     fn a_good_guess_is_solved_at_once_and_a_bad_one_later() {
         let turned = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));
@@ -282,7 +287,7 @@ mod tests {
                     let (newton, _) = newton::solve(&moments, &g).unwrap();
                     let s = g.dot(&newton);
                     let expected = inertia.principal.axes.map_or(newton, |axes| axes * newton);
-                    // Relative to what the equation tells apart: J may be ill-conditioned, and more so near the limit.
+                    // The residual of the equation, because J may be ill-conditioned, especially near the limit.
                     let miss = |f: &Vector3<f64>| {
                         (inertia.matrix() * (f - expected)).norm() / (0.01 * p).norm()
                     };

@@ -1,26 +1,27 @@
-//! The discrete rotation where its passes do not converge: large turns and thin rods.
+//! The discrete rotation in cases where the passes of `discrete` do not converge: large rotations and thin rods.
 //!
-//! The smallest root `s` of the quartic, by Newton's method on one number, gives the Cayley vector, which Newton's method on
-//! (2.6) polishes. For a thin rod the quartic is nearly a square, and its root says little; then Newton's method on (2.6)
-//! begins from the solution for small turns. Where neither converges to the branch, the root is bisected.
+//! The smallest root `s` of the quartic, computed by a scalar Newton iteration, gives the Cayley vector, which Newton's
+//! method on (2.6) refines. For a thin rod the quartic is nearly a square, and its root is poorly determined. Newton's
+//! method on (2.6) then starts from the solution for small rotations. If neither converges to the correct branch, the
+//! root is found by bisection.
 
 use lgvi_lie::hat;
 use nalgebra::{Matrix3, Vector3};
 
 use super::quartic::Quartic;
 
-/// Residual, relative to the terms it is the sum of, that is rounding: component by component, for thin rods, where small
-/// moments make small terms.
+/// Residual, relative to the terms of its sum, that counts as rounding. The comparison is by component, because the
+/// small moments of thin rods make small terms.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Newton corrections after which there is no hope.
+/// Limit of Newton corrections.
 const MAX_ITERATIONS: u32 = 12;
 
-/// The Cayley vector on the branch that starts at `F = I`, and the corrections made, for the principal moments `j` of
-/// `J / tr J` and `g` about the principal axes, relative to `tr J`.
+/// The Cayley vector on the branch that starts at `F = I`, and the number of corrections. `j` are the principal moments
+/// of `J / tr J`, and `g` is in principal axes and relative to `tr J`.
 ///
 /// # Errors
-/// Where there is none: how far the quartic's maximum stays below zero, relative to its value at 0.
+/// If no solution exists, returns the (negative) maximum of the quartic, relative to the magnitude of its value at 0.
 pub(super) fn solve(j: &Vector3<f64>, g: &Vector3<f64>) -> Result<(Vector3<f64>, u32), f64> {
     let p = Quartic::new(j, g);
     let (start, iterations) = match root(&p) {
@@ -36,10 +37,11 @@ pub(super) fn solve(j: &Vector3<f64>, g: &Vector3<f64>) -> Result<(Vector3<f64>,
     Ok((cayley, MAX_ITERATIONS))
 }
 
-/// The smallest root of `p` by Newton's method, and its corrections; `None` where the root is poorly determined.
+/// The smallest root of `p` by Newton's method, and the number of corrections. Returns `None` if the root is poorly
+/// determined.
 ///
-/// Without its last terms `s³(2 − s)`, p is a parabola below it, whose root lies just past p's; from there the tangents
-/// of a concave p lead to the root from below.
+/// Without its last terms `s³(2 − s)`, p is a parabola that lies below it and whose root is slightly larger. From there
+/// the tangents of the concave p lead to the root from below.
 fn root(p: &Quartic) -> Option<(f64, u32)> {
     let half_slope = 4.0 * p.d + p.gamma;
     let curvature = 4.0 * p.e + 2.0 * p.gamma;
@@ -48,7 +50,7 @@ fn root(p: &Quartic) -> Option<(f64, u32)> {
     for iterations in 1..=MAX_ITERATIONS {
         let slope = p.slope(s);
         let correction = p.value(s) / slope;
-        // Rounding of p, about ε c, would move the root by 1e4 ε s.
+        // The rounding error of p, about ε c, would move the root by 1e4 ε s.
         if slope * s < 1e-4 * p.c {
             return None;
         }
@@ -68,7 +70,8 @@ fn cayley_vector(j: &Vector3<f64>, g: &Vector3<f64>, gamma: f64, s: f64) -> Vect
     (adjugate_g + gamma * g - g.cross(&a_g)) / (u * v * w + g.dot(&a_g))
 }
 
-/// Newton's method on (2.6) from `f`: the solution and the corrections made; `None` when it does not converge.
+/// Solves (2.6) by Newton's method from `f`. Returns the solution and the number of corrections, or `None` if it does
+/// not converge.
 fn newton(j: &Vector3<f64>, g: &Vector3<f64>, mut f: Vector3<f64>) -> Option<(Vector3<f64>, u32)> {
     let magnitude = g.amax();
     let two_j = 2.0 * j;
@@ -87,7 +90,7 @@ fn newton(j: &Vector3<f64>, g: &Vector3<f64>, mut f: Vector3<f64>) -> Option<(Ve
     None
 }
 
-/// `M⁻¹ v` by Cramer's rule; `None` when `M` is singular.
+/// `M⁻¹ v` by Cramer's rule, or `None` if `M` is singular.
 fn solve_3x3(m: &Matrix3<f64>, v: &Vector3<f64>) -> Option<Vector3<f64>> {
     let (a, b, c) = (m.column(0), m.column(1), m.column(2));
     let bc = b.cross(&c);

@@ -1,19 +1,19 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// Sweeps after which Jacobi's method has long converged.
+/// Limit of sweeps, far beyond what Jacobi's method needs to converge.
 const MAX_SWEEPS: u32 = 30;
 
 /// Principal moments of inertia and their axes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PrincipalAxes {
-    /// In no order.
+    /// The moments, in no particular order.
     pub(crate) moments: Vector3<f64>,
-    /// A right-handed triad of axes, in columns; `None` where they are the body's.
+    /// A right-handed triad of axes as columns, or `None` if they are the body axes.
     pub(crate) axes: Option<Matrix3<f64>>,
 }
 
 impl PrincipalAxes {
-    /// Of a symmetric matrix.
+    /// Computes the principal moments and axes of a symmetric matrix.
     pub(crate) fn of(matrix: &Matrix3<f64>) -> Self {
         let moments = matrix.diagonal();
         if *matrix == Matrix3::from_diagonal(&moments) {
@@ -31,8 +31,9 @@ impl PrincipalAxes {
     }
 }
 
-/// The principal moments of a symmetric positive `matrix` and, as columns, the principal axes (right-handed), by Jacobi's
-/// rotations, which keep small moments' relative accuracy. A diagonal matrix has exactly the coordinate axes.
+/// The principal moments of a symmetric positive definite `matrix` and, as columns, the principal axes (right-handed).
+/// Uses Jacobi rotations, which preserve the relative accuracy of small moments. For a diagonal matrix, the axes are
+/// exactly the coordinate axes.
 fn diagonalize(matrix: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
     let mut a = *matrix;
     let mut axes = Matrix3::identity();

@@ -1,15 +1,15 @@
-//! The quartic whose smallest root tells the solution that grows from `F = I`, and whether there is one.
+//! The quartic whose smallest root determines the solution on the branch from `F = I`, and whether it exists.
 //!
-//! With `s = gᵀf` and `A = 2J − s I`, the Cayley form (2.6) becomes `A f = g + g × f`, hence
-//! `f = [adj(A) g + |g|² g − g × A g] / (det A + gᵀA g)`, and `s = gᵀf` is a quartic in s alone:
-//! `p(s) = s (det A + gᵀA g) − gᵀadj(A) g − |g|⁴ = 0`, with `p(0) < 0`. The wanted solution is its smallest root `s ≥ 0`.
-//! It lies before the first maximum of p, where p still rises; where that maximum is below zero, the branch has folded
-//! and no solution is left. All quantities, `g` too, are relative to `tr J` and about principal axes.
+//! With `s = gᵀf` and `A = 2J − s I`, the Cayley form (2.6) becomes `A f = g + g × f`. Hence `f = [adj(A) g + |g|² g −
+//! g × A g] / (det A + gᵀA g)`, and `s = gᵀf` becomes a quartic in s alone: `p(s) = s (det A + gᵀA g) − gᵀadj(A) g
+//! − |g|⁴ = 0`, with `p(0) < 0`. The correct solution is its smallest root `s ≥ 0`. It lies before the first maximum of
+//! p, where p is still increasing. If that maximum is negative, the branch has folded and no solution exists. All
+//! quantities, including `g`, are relative to `tr J` and in principal axes.
 
 use nalgebra::Vector3;
 
-/// `p(s) = −s⁴ + 2 s³ − (4e + 2γ) s² + (8d + 2γ) s − c`, with e, d the second coefficient and determinant of
-/// `J / tr J` and `γ = |g|²`.
+/// `p(s) = −s⁴ + 2 s³ − (4e + 2γ) s² + (8d + 2γ) s − c`, where e and d are the second coefficient and determinant of
+/// `J / tr J`, and `γ = |g|²`.
 pub(super) struct Quartic {
     pub(super) e: f64,
     pub(super) d: f64,
@@ -18,7 +18,7 @@ pub(super) struct Quartic {
 }
 
 impl Quartic {
-    /// For the principal moments `j` of `J / tr J`.
+    /// Creates the quartic for the principal moments `j` of `J / tr J`.
     #[inline]
     pub(super) fn new(j: &Vector3<f64>, g: &Vector3<f64>) -> Self {
         let squares = g.component_mul(g);
@@ -28,7 +28,7 @@ impl Quartic {
             e: minors.sum(),
             d: j.x * minors.x,
             gamma,
-            // gᵀ adj(J) g is of the squares and the minors.
+            // gᵀ adj(J) g is the sum of squares times minors.
             c: 4.0 * squares.dot(&minors) + gamma * gamma,
         }
     }
@@ -45,7 +45,7 @@ impl Quartic {
             + 2.0 * self.gamma
     }
 
-    /// The two inflections, between which the slope rises; none when it falls everywhere.
+    /// The two inflection points, between which the slope increases, or `None` if the slope decreases everywhere.
     fn inflections(&self) -> Option<(f64, f64)> {
         let discriminant = 1.0 - (8.0 * self.e + 4.0 * self.gamma) / 3.0;
         (discriminant > 0.0).then(|| {
@@ -54,7 +54,7 @@ impl Quartic {
         })
     }
 
-    /// The first maximum on `s ≥ 0`.
+    /// The first maximum for `s ≥ 0`.
     fn first_maximum(&self) -> f64 {
         let (low, mut high) = match self.inflections() {
             Some((first, _)) if self.slope(first) <= 0.0 => (0.0, first),
@@ -67,7 +67,7 @@ impl Quartic {
         bisect(low, high, |s| self.slope(s) > 0.0)
     }
 
-    /// Whether p rises all the way from 0 to `s`.
+    /// Returns true if p increases all the way from 0 to `s`.
     pub(super) fn rises_to(&self, s: f64) -> bool {
         if !(s >= 0.0 && self.slope(s) >= 0.0) {
             return false;
@@ -78,7 +78,7 @@ impl Quartic {
         }
     }
 
-    /// The smallest root `s ≥ 0`; where there is none, how far p's maximum stays below zero, relative to `|p(0)|`.
+    /// The smallest root `s ≥ 0`. If none exists, returns the (negative) maximum of p relative to `|p(0)|`.
     pub(super) fn root(&self) -> Result<f64, f64> {
         let maximum = self.first_maximum();
         let margin = self.value(maximum) / self.c;
@@ -89,7 +89,7 @@ impl Quartic {
     }
 }
 
-/// The end of the interval on which `below` holds from `low`, to rounding.
+/// The end of the interval, starting at `low`, on which `below` holds, to rounding.
 fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = 0.5 * (low + high);

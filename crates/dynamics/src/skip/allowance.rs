@@ -5,70 +5,70 @@ use super::{Levels, Skip};
 use crate::gravity::Neglect;
 use crate::{Accuracy, BodyState, StepError, System};
 
-/// Evaluations of gravity that flights may take to learn how errors grow, and what they may cost in multiples of a point in a
-/// central field.
+/// Limit of gravity evaluations in the flights that measure the growth of errors, and limit of their cost in multiples
+/// of a point in a central field.
 const EVALUATIONS: u64 = 60_000;
 const COST: f64 = 5e7;
 
-/// How much of every body's acceleration may be neglected.
+/// The allowed neglected part of every body's acceleration.
 ///
-/// With at most `b` of it neglected throughout, in sizes of the scene and in rad per time squared, the state at the end of a
-/// run of duration T errs by at most `∫ κ (T − t) b dt = ½ κ T² b`, in the measure of [`Accuracy`]. Here `κ`, how a change of
-/// velocity grows, is measured in flights of the whole run: `b = 2 ε/(κ T²)` for a tolerance ε.
+/// If at most `b` is neglected throughout, in sizes of the scene and in rad per time squared, the error of the state at
+/// the end of a run of duration T is at most `∫ κ (T − t) b dt = ½ κ T² b`, as measured by [`Accuracy`]. Here `κ`, the
+/// growth of a change of velocity, is measured in flights of the whole run. So `b = 2 ε/(κ T²)` for a tolerance ε.
 ///
 /// # Assumptions and limitations
-/// What is neglected of the acceleration is bounded; what becomes of it is as certain as the measured κ, which is taken
-/// twice as great as measured. Controls are none in the flights, and they start from the given states.
+/// The neglected acceleration is strictly bounded. Its effect is only as certain as the measured κ, which is doubled as
+/// a margin. The flights have no controls and start from the given states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Allowance {
-    /// The error that is tolerated.
+    /// Tolerance of the error.
     pub tolerance: f64,
     /// `b`.
     pub perturbation: f64,
     /// Size of the scene.
     pub length: f64,
-    /// κ.
+    /// `κ`.
     pub response: f64,
-    /// Evaluations of gravity that took.
+    /// Gravity evaluations used for the measurement.
     pub evaluations: u64,
 }
 
-/// Why nothing is left out by a tolerance.
+/// Reasons why a tolerance does not permit omissions.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum Refusal {
-    /// As the bodies are at the start.
+    /// Nothing would be negligible in the initial states.
     #[error("nothing would be negligible at the start, even if errors grew as in free motion")]
     Nothing,
-    /// The flights are not as long as the run.
+    /// The flights did not cover the whole run.
     #[error(
         "how errors grow is not known: flights of the whole run take more than {evaluations} evaluations of gravity"
     )]
     Costly {
-        /// What one of them may take.
+        /// Limit of gravity evaluations for a flight.
         evaluations: u64,
     },
-    /// The motion cannot be flown.
+    /// The motion cannot be integrated.
     #[error("how errors grow is not known: a flight fails: {0}")]
     Flight(StepError),
-    /// The flights part too far.
+    /// The flights diverge too far from each other.
     #[error("errors grow too fast: a change of velocity by a millionth makes {error:.1e}")]
     Saturated {
         /// The error.
         error: f64,
     },
-    /// Nothing may be left out at the distances that the bodies come to.
+    /// Nothing may be omitted at the distances that occur in the run.
     #[error(
         "errors grow {response:.1} times as in free motion, too fast for anything to be negligible in the run"
     )]
     Never {
-        /// κ.
+        /// `κ`.
         response: f64,
     },
 }
 
 impl Allowance {
-    /// For a run of `duration` from `states` (one a body), so that the error at its end is `tolerance` as [`Accuracy`] measures it
-    /// if errors grow as fast as κ says.
+    /// Computes the allowance for a run of `duration` from `states` (one per body), such that the error at its end is
+    /// `tolerance`, as measured by [`Accuracy`], if errors grow as κ predicts.
     pub fn new(
         system: &mut System,
         states: &[BodyState],
@@ -109,7 +109,7 @@ impl Allowance {
         }
     }
 
-    /// What part of it this takes.
+    /// The part of the allowance that this neglect uses.
     pub fn part(&self, neglect: &Neglect) -> f64 {
         let acceleration = neglect.acceleration / self.length;
         acceleration.max(neglect.angular_acceleration) / self.perturbation
@@ -117,7 +117,7 @@ impl Allowance {
 }
 
 impl Skip {
-    /// What may be left out of such a run: [`Skip::Exact`] where there is no [`Allowance`].
+    /// The omissions allowed in such a run, or [`Skip::Exact`] if no [`Allowance`] exists.
     pub fn within(
         system: &mut System,
         states: &[BodyState],

@@ -8,31 +8,31 @@ use crate::{BodyState, RigidBody, System};
 
 /// The interactions of a system, each at the level that its distance allows.
 ///
-/// Distances are looked at only when the bodies have moved far enough for one of them to matter: no distance changes by
-/// more than twice the greatest displacement of a body or source, measured against their common motion.
+/// Distances are recomputed only when the bodies have moved far enough for a distance to matter. No distance changes by
+/// more than twice the largest displacement of a body or source relative to their common motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Levels {
     terms: Vec<Term>,
-    /// Which gravities can be taken apart.
+    /// True for each gravity model that can be decomposed into interactions.
     apart: Vec<bool>,
-    /// Where the bodies were when all distances were last looked at.
+    /// Positions of the bodies when all distances were last computed.
     seen: Vec<Vector3<f64>>,
-    /// How far each distance may change from there until it is too short, and the least of them.
+    /// Change of each distance after which it may be too short for its level, and the smallest of these changes.
     margins: Vec<f64>,
     margin: f64,
-    /// How far any distance may change until another level suits.
+    /// Change of any distance after which another level may be suitable.
     slack: f64,
-    /// By how much a step shortens a distance at most.
+    /// Largest reduction of a distance in a step so far.
     stride: f64,
-    /// Whether sources with a place take part.
+    /// True if any interaction with a source at a position depends on its distance.
     sources: bool,
-    /// Whether any distance was too short since that was last asked.
+    /// True if a distance has been too short since the last query.
     breached: bool,
     switches: u64,
 }
 
 impl Levels {
-    /// Of `system` in `states`; none where nothing is to be left out.
+    /// Creates the levels of `system` in `states`, or `None` if nothing is to be omitted.
     pub(crate) fn new(system: &mut System, states: &[BodyState], skip: Skip) -> Option<Self> {
         if skip == Skip::Nothing {
             return None;
@@ -76,7 +76,7 @@ impl Levels {
         Some(levels)
     }
 
-    /// Begins anew from `states`.
+    /// Restarts from `states`.
     pub(crate) fn reset(&mut self, states: &[BodyState]) {
         for term in &mut self.terms {
             term.level = term.first(term.distance(states));
@@ -84,7 +84,7 @@ impl Levels {
         self.remember(states);
     }
 
-    /// Looks at what a step is computed from.
+    /// Checks the distances at the states from which a step is computed.
     #[inline]
     pub(crate) fn check_states(&mut self, states: &[BodyState]) {
         let moved = self.displacement(states);
@@ -93,7 +93,7 @@ impl Levels {
         }
     }
 
-    /// Looks at a step from states to others, made as one.
+    /// Checks the distances along a step between two states, made in one piece.
     pub(crate) fn check_step(&mut self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) {
         let (moved, way) = self.path(bodies, ends, h.abs());
         self.stride = self.stride.max(2.0 * way);
@@ -102,28 +102,30 @@ impl Levels {
         }
     }
 
-    /// Whether any distance was too short since that was last asked; such interactions now have the level that they need.
+    /// Returns true if a distance has been too short since the last query. The levels of these interactions have been
+    /// raised as needed.
     pub(crate) fn take_breach(&mut self) -> bool {
         std::mem::take(&mut self.breached)
     }
 
-    /// Gives all interactions the level that suits them in `states`, where a step ended; whether any changes.
+    /// Chooses suitable levels for all interactions in `states` at the end of a step. Returns true if any level
+    /// changed.
     #[inline]
     pub(crate) fn update(&mut self, states: &[BodyState]) -> bool {
         2.0 * self.displacement(states) >= self.slack && self.choose(states)
     }
 
-    /// Whether any level depends on a distance.
+    /// Returns true if any level depends on a distance.
     pub(crate) fn varies(&self) -> bool {
         self.terms.iter().any(Term::varies)
     }
 
-    /// Changes of level so far.
+    /// The number of changes of level so far.
     pub(crate) fn switches(&self) -> u64 {
         self.switches
     }
 
-    /// Whether anything is left out now that makes a difference.
+    /// Returns true if an interaction is currently below its exact level.
     pub(super) fn may_leave_out(&self) -> bool {
         self.terms
             .iter()
@@ -134,7 +136,7 @@ impl Levels {
         &self.terms
     }
 
-    /// The greatest displacement since all distances were looked at; infinite where it is not a number.
+    /// The largest displacement since all distances were computed, or infinity if it is not a number.
     fn displacement(&self, states: &[BodyState]) -> f64 {
         let per_body = 1.0 / states.len() as f64;
         let moved = |(state, seen): (&BodyState, &Vector3<f64>)| state.position - seen;
@@ -155,9 +157,9 @@ impl Levels {
         }
     }
 
-    /// The same at any time within a step of the given ends and duration, and the length of the longest way, if nothing is
-    /// faster, against the common motion, than at one of them: a way of length L from `p` to `q` leads no further away than
-    /// `½ (|p| + |q| + L)`.
+    /// The largest displacement at any time within a step with the given ends and duration, and the length of the
+    /// longest path. Assumes that no body is faster within the step, relative to the common motion, than at one of its
+    /// ends. A path of length L from `p` to `q` stays within the distance `½ (|p| + |q| + L)` of the origin.
     fn path(&self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) -> (f64, f64) {
         let per_body = 1.0 / bodies.len() as f64;
         let at = |index: usize| {
@@ -194,8 +196,8 @@ impl Levels {
         most
     }
 
-    /// Gives interactions the level that they need at these distances, if those can have become too short by a change of
-    /// `moved`.
+    /// Raises interactions to the level that they need at these distances, where a change of distance by `moved` can
+    /// have made them too short.
     #[cold]
     fn raise(&mut self, moved: f64, distance: impl Fn(&Term) -> f64) {
         let near = self.terms.iter_mut().zip(&self.margins);
@@ -241,14 +243,14 @@ impl Levels {
         self.breached = false;
     }
 
-    /// What is to be computed.
+    /// The interactions to be computed.
     pub(crate) fn selection(&self, bodies: &[RigidBody]) -> Selection {
         let mut selection = Selection::default();
         self.select(bodies, &mut selection);
         selection
     }
 
-    /// Sets `selection` to what is to be computed. Into one that it has set before it allocates nothing.
+    /// Sets `selection` to the interactions to be computed. If it was set by this method before, nothing is allocated.
     pub(crate) fn select(&self, bodies: &[RigidBody], selection: &mut Selection) {
         let Selection {
             is_partial,
@@ -293,14 +295,14 @@ impl Levels {
     }
 }
 
-/// The mass that a source acts on, or the product of both.
+/// The mass on which a source acts, or the product of both masses.
 fn masses(bodies: &[RigidBody], interaction: &Interaction) -> f64 {
     let mass = |body: usize| bodies[body].attracted_mass();
     let other = interaction.other().map_or(1.0, mass);
     mass(interaction.body) * other
 }
 
-/// What the interactions of each body cost that may leave something out.
+/// The total cost, for each body, of the interactions that may be simplified.
 fn costs<'a>(bodies: usize, all: impl Iterator<Item = &'a Interaction>) -> Vec<f64> {
     let mut costs = vec![0.0; bodies];
     for interaction in all {
@@ -311,7 +313,7 @@ fn costs<'a>(bodies: usize, all: impl Iterator<Item = &'a Interaction>) -> Vec<f
     costs
 }
 
-/// The part of what either body may neglect that is for this interaction: its part of the cost.
+/// The share of this interaction in the allowance of its bodies, in proportion to its cost.
 fn share(interaction: &Interaction, costs: &[f64]) -> f64 {
     let moved = sides(interaction).into_iter().filter(|(_, moves)| *moves);
     let most = moved.map(|(body, _)| costs[body]).fold(0.0, f64::max);
@@ -326,7 +328,7 @@ fn full_cost(interaction: &Interaction) -> f64 {
     interaction.costs[Level::Full as usize]
 }
 
-/// The two, and whether each is moved by what may be left out.
+/// The two bodies of an interaction, each with a flag that is true if omissions affect its motion.
 fn sides(interaction: &Interaction) -> [(usize, bool); 2] {
     let some = match interaction.partner {
         Partner::Body(_) => interaction.exact > Level::Dropped,

@@ -1,15 +1,19 @@
-//! What a simulation leaves out, and what that costs in accuracy.
+//! Omission of interactions in a simulation, and its effect on the accuracy.
 //!
-//! Gravity consists of [interactions](crate::gravity::Interaction), each of which is computed in full, as between points of
-//! mass, or not at all. What leaves nothing out but rounding is always taken ([`Skip::Exact`]). Beyond that an
-//! [`Allowance`] says how much of every body's acceleration may be neglected for a tolerance at the end of a run, shared by the
-//! body's interactions as their costs are; it tells the distance from which each may be simplified. That no more is neglected is
-//! proven. That the end errs by no more than the tolerance is as certain as how fast errors grow, which is measured in six
-//! directions and taken twice as great: an error that grows more than twice as fast in another direction may exceed it. Distances are watched, in every evaluation and along every step: one that brings a pair nearer than that is made
-//! anew with the pair in more detail, so that what is neglected stays within the allowance.
+//! Gravity consists of [interactions](crate::gravity::Interaction). Each one is computed in full, in a simplified form
+//! (for example between point masses), or not at all. Simplifications that change the result only by rounding are
+//! always allowed ([`Skip::Exact`]). Beyond that, an [`Allowance`] limits the neglected acceleration of each body for a
+//! given tolerance at the end of a run. A body's interactions share it in proportion to their costs, and it determines
+//! the distance from which each may be simplified.
 //!
-//! A body on which gravity has no moment turns freely. Where its rotation is known in closed form it turns once a step, in
-//! however many stages the step is made, and not at all while it is at rest.
+//! The limit on the neglected acceleration is strict. The limit on the final error is only as certain as the measured
+//! growth of errors, which is sampled in six directions and doubled: an error that grows more than twice as fast in
+//! another direction may exceed the tolerance. Distances are checked in every evaluation and along every step. If a
+//! step brings a pair too close for its level, it is repeated with the pair in more detail, so that the allowance is
+//! respected.
+//!
+//! A body without gravitational moments rotates freely. If its rotation is known in closed form, it is computed once
+//! per step regardless of the number of stages, and not at all while the body is at rest.
 
 mod allowance;
 mod levels;
@@ -24,14 +28,14 @@ pub use summary::{BodySummary, InteractionSummary, Rotation, Summary, Translatio
 pub(crate) use levels::Levels;
 pub(crate) use switching::LevelSwitching;
 
-/// What may be left out of a simulation.
+/// The omissions allowed in a simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Skip {
-    /// Nothing: every interaction is computed in full, and every body's rotation in every stage.
+    /// No omissions: every interaction is computed in full, and every body's rotation in every stage.
     #[default]
     Nothing,
-    /// What makes no difference but rounding.
+    /// Omissions that change the result only by rounding.
     Exact,
-    /// That, and what neglects no more than is allowed.
+    /// In addition, omissions within the allowance.
     Within(Allowance),
 }

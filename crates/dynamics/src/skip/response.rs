@@ -1,4 +1,4 @@
-//! How a small change of velocity grows into one of positions and attitudes.
+//! Growth of a small change of velocity into changes of positions and attitudes.
 
 use nalgebra::Vector3;
 
@@ -6,10 +6,11 @@ use super::{Levels, Refusal, Skip};
 use crate::integrator::Adaptive;
 use crate::{Accuracy, BodyState, Integrator, Load, Mobility, RigidBody, StepError, System};
 
-/// Equal intervals of the run at whose ends the flights are looked at.
+/// Number of equal intervals of the run. The flights are compared at their ends.
 const SAMPLES: usize = 64;
 
-/// The flights whose velocities are changed: in which direction, along the motion being the first, and at which sample.
+/// The perturbed flights: number of the direction (0 is along the motion) and sample at which the perturbation is
+/// applied.
 const KICKS: [(u64, usize); 6] = [
     (0, 0),
     (1, 0),
@@ -19,32 +20,34 @@ const KICKS: [(u64, usize); 6] = [
     (0, 3 * SAMPLES / 4),
 ];
 
-/// Part of all evaluations that the flight without a change may take; those with one take 4.5 times as many together.
+/// The unperturbed flight may use one part in this number of all evaluations. The perturbed flights together take 4.5
+/// times as many.
 const NOMINAL: u64 = 6;
 
-/// Tolerance of a step, and what the change of velocity would make of a free motion in the whole run.
+/// Tolerance of a step, and the change that the perturbation would cause in free motion over the whole run.
 const TOLERANCE: f64 = 1e-11;
 const CHANGE: f64 = 1e-6;
 
-/// The greatest error that is taken to be proportional to the change that it comes from.
+/// Largest error that is assumed to be proportional to the perturbation.
 const SMALL: f64 = 1e-2;
 
-/// Factor for directions and times that were not flown.
+/// Safety factor for directions and times that were not sampled.
 const MARGIN: f64 = 2.0;
 
-/// How far a change of velocity carries: `|z(t)| ≤ κ (t − τ) |ż(τ)|`, where z is the change of all positions relative to the
-/// size of the scene and of all attitudes in rad, and its norm the greatest of them; κ is 1 in free motion, and 3 along a
-/// circular orbit.
+/// The growth of a change of velocity: `|z(t)| ≤ κ (t − τ) |ż(τ)|`, where z consists of the changes of all positions,
+/// relative to the size of the scene, and of all attitudes in rad. Its norm is the largest of them. κ is 1 in free
+/// motion, and 3 along a circular orbit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response {
     /// κ over the whole run.
     pub(super) factor: f64,
-    /// Evaluations of gravity that took.
+    /// Gravity evaluations used.
     pub(super) evaluations: u64,
 }
 
 impl Response {
-    /// Measured in flights of the whole run that take no more than about so many evaluations; with the states on the way.
+    /// Measures the response in flights of the whole run that together take approximately `evaluations` at most. Also
+    /// returns the states of the unperturbed flight.
     pub(super) fn measure(
         system: &mut System,
         states: &[BodyState],
@@ -90,7 +93,8 @@ impl Response {
     }
 }
 
-/// Whether a body's rotation depends on what is left out, or anything on its rotation: not where gravity has no moment on it.
+/// Returns true for each body whose rotation depends on the omissions or affects anything. It is false for bodies
+/// without gravitational moments.
 fn turns(system: &mut System, states: &[BodyState]) -> Vec<bool> {
     let levels = Levels::new(system, states, Skip::Exact);
     let bodies = system.bodies();
@@ -101,7 +105,7 @@ fn turns(system: &mut System, states: &[BodyState]) -> Vec<bool> {
     )
 }
 
-/// The states, those bodies without spin that do not turn.
+/// The states with the spin of bodies removed whose `turns` is false.
 fn stilled(states: &[BodyState], turns: &[bool]) -> Vec<BodyState> {
     let mut states = states.to_vec();
     for (state, _) in states.iter_mut().zip(turns).filter(|(_, turns)| !**turns) {
@@ -110,7 +114,8 @@ fn stilled(states: &[BodyState], turns: &[bool]) -> Vec<BodyState> {
     states
 }
 
-/// States at the ends of so many equal intervals, and the evaluations of gravity that took, which are at most about `most`.
+/// States at the ends of equal intervals, and the number of gravity evaluations used, which is approximately `most` at
+/// most.
 fn course(
     system: &mut System,
     states: &[BodyState],
@@ -135,7 +140,8 @@ fn course(
     Ok((all, integrator.work().evaluations))
 }
 
-/// Changes velocity and angular velocity by these amounts: along the motion, or in a direction of the flight's own.
+/// Changes velocity and angular velocity by these amounts, either along the motion or in a direction specific to the
+/// flight.
 fn kick(
     body: &RigidBody,
     state: &mut BodyState,
@@ -158,7 +164,7 @@ fn kick(
     state.angular_momentum += body.inertia().matrix() * angular_velocity;
 }
 
-/// A unit vector, the same on every machine.
+/// A pseudorandom unit vector, the same on every machine.
 fn direction(flight: u64, index: u64) -> Vector3<f64> {
     let component = |axis: u64| {
         // SplitMix64

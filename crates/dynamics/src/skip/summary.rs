@@ -3,73 +3,75 @@ use crate::gravity::{Interaction, Level};
 use crate::integrator::Rotor;
 use crate::{BodyState, Method, Mobility, System};
 
-/// What of a system is computed at the start of a run, and what is left out.
+/// Summary of the computed and omitted parts of a system at the start of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Of each body.
+    /// Summary of each body.
     pub bodies: Vec<BodySummary>,
-    /// Of each interaction, those of one gravity after those of another; none of what cannot be taken apart.
+    /// Summary of each interaction, ordered by gravity model, without models that cannot be decomposed.
     pub interactions: Vec<InteractionSummary>,
-    /// What an evaluation of gravity costs in full and as it is, in multiples of a point in a central field, roughly.
+    /// Approximate cost of a gravity evaluation, in full and with omissions, in multiples of a point in a central
+    /// field.
     pub costs: [f64; 2],
 }
 
-/// What is computed of a body.
+/// The computed parts of a body's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BodySummary {
-    /// How it moves.
+    /// Translation of the body.
     pub translation: Translation,
-    /// How it turns.
+    /// Rotation of the body.
     pub rotation: Rotation,
-    /// Whether gravity has a moment on it that is computed.
+    /// True if a gravitational moment is computed.
     pub moment: bool,
 }
 
-/// What is computed of a body's translation.
+/// The computation of a body's translation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Translation {
-    /// By the forces on it.
+    /// Follows the forces on the body.
     Forced,
-    /// Uniformly: gravity has no force on it.
+    /// Uniform: gravity exerts no force.
     Uniform,
-    /// On its path, which is given.
+    /// On a prescribed path.
     Given,
-    /// Not at all, it is held.
+    /// None: the body is held.
     Held,
 }
 
-/// What is computed of a body's rotation.
+/// The computation of a body's rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rotation {
-    /// It turns in every stage of a step.
+    /// Computed in every stage of a step.
     Staged,
-    /// No moment acts, and it turns once a step in closed form.
+    /// No moment acts, and the rotation is computed once per step in closed form.
     Once,
-    /// No moment acts and it does not turn: nothing, until a control turns it.
+    /// No moment acts and the body is at rest. Nothing is computed until a control rotates it.
     AtRest,
-    /// As it is given.
+    /// Prescribed.
     Given,
-    /// Not at all, it is held.
+    /// None: the body is held.
     Held,
 }
 
-/// What is computed of an interaction.
+/// The computed parts of an interaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InteractionSummary {
-    /// Which gravity it is part of.
+    /// Index of its gravity model.
     pub gravity: usize,
     /// The interaction.
     pub interaction: Interaction,
-    /// How much of it is computed at the start.
+    /// Level at which it is computed at the start.
     pub level: Level,
-    /// From which distance on each level below the full one will do; infinite for never.
+    /// Distances from which each level below the full one is sufficient, or infinity if it never is.
     pub limits: [f64; 3],
-    /// What it adds at most to the error at the end of the run, by the measured growth, if the distance stays as it is at least.
+    /// Upper bound of its contribution to the error at the end of the run, given the measured growth, if the distance
+    /// does not decrease.
     pub bound: f64,
 }
 
 impl Summary {
-    /// Of `system` in `states` (one a body), flown by `method`.
+    /// Creates the summary of `system` in `states` (one per body), integrated by `method`.
     pub fn new(system: &mut System, states: &[BodyState], method: Method, skip: Skip) -> Self {
         let levels = Levels::new(system, states, skip);
         let interactions = levels.iter().flat_map(|levels| levels.terms().iter());
@@ -106,8 +108,8 @@ impl Summary {
         }
     }
 
-    /// The error that all that is left out makes at the end of the run at most, by the measured growth, if distances stay as they
-    /// are at least.
+    /// Upper bound of the error of all omissions at the end of the run, given the measured growth, if distances do not
+    /// decrease.
     pub fn bound(&self) -> f64 {
         let mut sums = vec![0.0; self.bodies.len()];
         for one in &self.interactions {
@@ -174,7 +176,7 @@ fn bodies(
     .collect()
 }
 
-/// Whether the rotation is that of the step as a whole where no moment acts.
+/// Returns true if the method computes the rotation of a body without moments once per step.
 fn turns_once(method: Method) -> bool {
     matches!(
         method,

@@ -1,16 +1,17 @@
 use super::{Levels, Skip};
 use crate::{BodyState, Integrator, Load, StepError, StepReport, System};
 
-/// Steps of another integrator, between which interactions change their level with the distances.
+/// Steps of another integrator, with changes of the interactions' levels between steps as the distances change.
 ///
-/// A step that brings bodies nearer to each other than the levels allow is made anew at higher ones.
+/// A step that brings bodies closer to each other than the levels allow is repeated with higher levels.
 pub(crate) struct LevelSwitching {
     inner: Box<dyn Integrator>,
     begun: Vec<BodyState>,
 }
 
 impl LevelSwitching {
-    /// Leaves out of `system` what `skip` says, from `states` on: `inner` itself where levels never change.
+    /// Applies the omissions of `skip` to `system`, starting from `states`. Returns `inner` itself if levels never
+    /// change.
     pub(crate) fn over(
         mut inner: Box<dyn Integrator>,
         system: &mut System,

@@ -2,26 +2,27 @@ use crate::gravity::{Interaction, Level, Partner};
 use crate::skip::{Allowance, Skip};
 use crate::{BodyState, RigidBody};
 
-/// By how much further than necessary a pair must be to be simplified; until it is as near as the second it stays so.
+/// Hysteresis of levels, in multiples of the required distance: a pair is simplified beyond the first, and remains so
+/// until it is closer than the second.
 const COMFORT: f64 = 1.25;
 const CARE: f64 = 1.05;
 
-/// The levels that leave something out.
+/// The levels that omit something.
 const BELOW: [Level; 3] = [Level::Dropped, Level::Monopole, Level::Quadrupole];
 
-/// Halvings in the search for a distance, and doublings.
+/// Limits of halvings and doublings in the search for a distance.
 const HALVINGS: u32 = 30;
 const DOUBLINGS: u32 = 1000;
 
-/// An interaction, and from which distance it may be simplified.
+/// An interaction, and the distances from which it may be simplified.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Term {
-    /// Which gravity it is part of.
+    /// Index of its gravity model.
     pub(super) gravity: usize,
     pub(super) interaction: Interaction,
-    /// Product of the masses.
+    /// The mass of the body for a source, or the product of both masses.
     pub(super) masses: f64,
-    /// Distance from which on each level below the full one will do; infinite for never.
+    /// Distances from which each level below the full one is sufficient, or infinity if it never is.
     pub(super) limits: [f64; 3],
     pub(super) level: Level,
 }
@@ -56,7 +57,7 @@ impl Term {
         }
     }
 
-    /// Distance of the two.
+    /// The distance between the partners.
     pub(super) fn distance(&self, states: &[BodyState]) -> f64 {
         let x = states[self.interaction.body].position;
         match self.interaction.partner {
@@ -66,7 +67,7 @@ impl Term {
         }
     }
 
-    /// Whether its level depends on the distance.
+    /// Returns true if the level depends on the distance.
     pub(super) fn varies(&self) -> bool {
         self.limits
             .iter()
@@ -81,30 +82,31 @@ impl Term {
         lowest.map_or(Level::Full, |(level, _)| level)
     }
 
-    /// Whether it is nearer than its level allows.
+    /// Returns true if the distance is shorter than the current level allows.
     pub(super) fn is_breached(&self, distance: f64) -> bool {
         self.level < self.at(distance)
     }
 
-    /// The level that suits this distance, given the present one, if a step may shorten it by `stride`.
+    /// The suitable level for this distance, given the current one, if a step may reduce the distance by `stride`.
     pub(super) fn suited(&self, distance: f64, stride: f64) -> Level {
         let least = self.at(distance / CARE);
         self.level
             .clamp(least, self.at((distance - stride) / COMFORT).max(least))
     }
 
-    /// The level to begin with.
+    /// The initial level.
     pub(super) fn first(&self, distance: f64) -> Level {
         self.at(distance / COMFORT)
     }
 
-    /// How far the distance may change until it is shorter than the level allows, and how far until a lower level suits.
+    /// The change of distance after which it may be shorter than the level allows, and the change after which a lower
+    /// level may be suitable.
     pub(super) fn slack(&self, distance: f64, stride: f64) -> [f64; 2] {
         let finite = |limit: &&f64| **limit > 0.0 && limit.is_finite();
         let level = self.level as usize;
         let (below, above) = self.limits.split_at(level.min(self.limits.len()));
         let margin = above.first().filter(finite);
-        // the lower ones come last, and the furthest first
+        // Lower levels come first and have larger limits, so the nearest one is last.
         let lower = below.iter().rev().find(finite);
         [
             margin.map_or(f64::INFINITY, |limit| distance - limit),
@@ -114,10 +116,11 @@ impl Term {
         ]
     }
 
-    /// The least distance of the two within a step, if neither is faster, against the other, than at one of its ends.
+    /// A lower bound of the distance within a step. Assumes that the relative speed within the step does not exceed
+    /// that at both ends.
     ///
-    /// All of a path of length L from `p` to `q` is within an ellipsoid with these foci, and so within `½ √(L² − |q − p|²)` of
-    /// the segment between them.
+    /// A path of length L from `p` to `q` lies within an ellipsoid with these foci, and so within `½ √(L² − |q − p|²)`
+    /// of the segment between them.
     pub(super) fn nearest(&self, bodies: &[RigidBody], ends: [&[BodyState]; 2], h: f64) -> f64 {
         let body = self.interaction.body;
         let [(p, v), (q, w)] = ends.map(|states| {
@@ -143,7 +146,8 @@ impl Term {
     }
 }
 
-/// The least distance from which on a level neglects no more than `share` of what is allowed; infinite if there is none.
+/// The smallest distance from which a level neglects at most `share` of the allowance, or infinity if it does not
+/// exist.
 fn distance(interaction: &Interaction, level: Level, share: f64, allowance: &Allowance) -> f64 {
     let Some(remainder) = &interaction.remainder else {
         return f64::INFINITY;

@@ -1,4 +1,4 @@
-//! The choice of method and step: it reaches what is asked, against `tests/truth`, at nearly the least cost.
+//! The automatic choice of method and step meets the tolerance, compared with `tests/truth`, at nearly minimal cost.
 
 use std::ops::ControlFlow;
 
@@ -16,7 +16,7 @@ use crate::case::Case;
 
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 
-/// A choice that nobody interrupts.
+/// Makes a choice without interruption.
 fn choose(
     system: &mut System,
     states: &[BodyState],
@@ -50,7 +50,7 @@ impl Flown {
         self.case.simulation(method, h).with_substeps(substeps)
     }
 
-    /// The error at the end of the run, infinite where a step cannot be made.
+    /// The error at the end of the run, or infinity if a step cannot be made.
     fn error(&self, method: Method, substeps: u32) -> f64 {
         let mut simulation = self.simulation(method, substeps);
         let accuracy = Accuracy::new(simulation.system().bodies(), simulation.states());
@@ -72,7 +72,7 @@ fn the_choice_reaches_the_tolerance() {
         let flown = Flown::new(name, duration, steps);
         for tolerance in TOLERANCES {
             let (choice, tolerance) = match flown.choose(tolerance) {
-                // Rounding alone makes up to 8e-11 of some cases.
+                // In some cases rounding alone causes errors of up to 8e-11.
                 Err(ChoiceError::Floor { floor, .. }) => {
                     assert!(tolerance <= 1e-10 && floor < 1e-9, "{name}: {floor:e}");
                     (flown.choose(floor).expect("what was named"), floor)
@@ -89,7 +89,8 @@ fn the_choice_reaches_the_tolerance() {
     }
 }
 
-/// What a choice promises of a flight is true; the error and whether the choice warned, or the floor that it was refused with.
+/// The result of checking a choice for a flight: the error if the choice met its promise, a warning by the choice, or
+/// the floor with which it was refused.
 enum Kept {
     Error(f64),
     Warned,
@@ -127,7 +128,7 @@ fn random_flights_end_within_their_tolerances() {
     }
 }
 
-/// What an automatic choice has missed by factors of up to 500 000, or refused.
+/// Cases in which an automatic choice once missed the tolerance by factors of up to 500 000, or refused it.
 #[test]
 fn kepler_orbits_end_within_their_tolerances_or_are_refused_with_the_floor() {
     for (eccentricity, periapsis, periods, tolerances) in [
@@ -269,7 +270,7 @@ fn a_collision_is_an_error() {
     );
 }
 
-/// A body that turns a thousand times in a step of the run, which no method makes as one.
+/// A body that rotates a thousand times in a step of the run, which no method can make as one step.
 #[test]
 fn a_fast_spin_gets_the_substeps_that_it_needs() {
     let (mut system, mut states) = Case::load("c1_3d_pendulum").system();
@@ -295,7 +296,8 @@ fn a_fast_spin_gets_the_substeps_that_it_needs() {
     assert!(error < 3e-6, "{error:e} {choice}");
 }
 
-/// The pendulum's nearby motions part by about e in a second or two: after some ten seconds nothing is known.
+/// Nearby motions of the pendulum diverge by about a factor e in one or two seconds, so the state is unknown after some
+/// ten seconds.
 #[test]
 fn a_chaotic_scene_is_told_and_flown_accurately_as_long_as_it_can_be_known() {
     let choice = Flown::new("c1_3d_pendulum", 200.0, 100)

@@ -1,4 +1,4 @@
-//! Reference trajectories, flown.
+//! Simulations of the reference trajectories.
 
 use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation, System};
 use lgvi_truth::Errors;
@@ -23,13 +23,13 @@ impl Case {
         self.simulation_from(states, method, h)
     }
 
-    /// The case's bodies from other states.
+    /// Creates a simulation of the case's bodies from other states.
     pub fn simulation_from(&self, states: Vec<BodyState>, method: Method, h: f64) -> Simulation {
         let (system, _) = self.system();
         Simulation::new(system, states, method, h).expect("a method for the case")
     }
 
-    /// Flies to the reference state at time `t` in `steps` steps.
+    /// Integrates to the reference state at time `t` in `steps` steps and returns the errors.
     pub fn errors_at(&self, t: f64, steps: u32, method: Method) -> Errors {
         let mut simulation = self.simulation(method, t / f64::from(steps));
         let controls = vec![Load::default(); simulation.states().len()];

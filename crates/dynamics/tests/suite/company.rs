@@ -1,4 +1,4 @@
-//! Free, pivoted, held and driven bodies attract each other: every method that knows them all keeps its order.
+//! Free, pivoted, fixed and driven bodies attract each other, and every method that supports them keeps its order.
 
 use crate::conformance::promises;
 use lgvi_dynamics::gravity::{Gravity, Mutual};
@@ -8,7 +8,7 @@ use lgvi_dynamics::{
 use lgvi_lie::exp;
 use nalgebra::Vector3;
 
-/// A body of each mobility and one more that is free, each of two points.
+/// Two free bodies and one of each other mobility, each of two points.
 fn company() -> (System, Vec<BodyState>) {
     let drive = Drive {
         velocity: Vector3::new(0.0, 0.0, 0.05),
@@ -44,7 +44,7 @@ fn company() -> (System, Vec<BodyState>) {
     (System::new(bodies, gravity), states)
 }
 
-/// Where the bodies are at time 0.5.
+/// The states at time 0.5.
 fn end(method: Method, steps: u32) -> Option<Vec<BodyState>> {
     let (system, states) = company();
     let controls = vec![Load::default(); states.len()];
@@ -74,7 +74,7 @@ fn bodies_of_every_mobility_move_to_the_order_of_the_method() {
         });
         println!("{method}: {errors:?}");
         let [Some(a), Some(b), Some(c), Some(d)] = errors else {
-            // The Lagrangian form refuses held and driven bodies.
+            // The Lagrangian form rejects fixed and driven bodies.
             assert!(matches!(method, Method::LagrangianLgvi), "{method}");
             continue;
         };

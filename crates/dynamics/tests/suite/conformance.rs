@@ -1,25 +1,25 @@
-//! What every integrator must do, on every case that it can fly: its order, momenta, reversibility, rotations that stay
-//! rotations, controls, and states left alone by a step that fails.
+//! Requirements for every integrator, on every case that it supports: order, momenta, reversibility, orthogonality of
+//! attitudes, controls, and unchanged states after a failed step.
 
 use crate::case::Case;
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
 use lgvi_dynamics::{BodyState, Invariants, Load, Method, RigidBody, Simulation};
 use nalgebra::Vector3;
 
-/// A method and what it promises.
+/// A method and its required properties.
 pub struct Promise {
     pub method: Method,
     pub order: u32,
-    /// Exact linear and angular momentum, bounded energy error, rotations without projection.
+    /// Exact conservation of linear and angular momentum, bounded energy error, and rotations without projection.
     geometric: bool,
     /// Reversed momenta lead back to the start.
     reversible: bool,
-    /// Free bodies only.
+    /// Supports only free bodies.
     pub free: bool,
 }
 
 impl Promise {
-    /// All that a variational integrator promises.
+    /// The requirements for a variational integrator.
     fn geometric(method: Method, order: u32) -> Self {
         Self {
             method,
@@ -30,7 +30,7 @@ impl Promise {
         }
     }
 
-    /// Of a method to compare with.
+    /// The requirements for a baseline method.
     fn plain(method: Method, order: u32) -> Self {
         Self {
             geometric: false,
@@ -43,7 +43,8 @@ impl Promise {
         !self.free || is_free(case)
     }
 
-    /// The order on a case; none where the method is exact. On a free body a splitting is its rotor.
+    /// The order on a case, or `None` if the method is exact. On a free body, the accuracy of a splitting is that of
+    /// its rotor.
     fn order_on(&self, case: &str) -> Option<u32> {
         let rotor = match self.method {
             Method::Lgvi(rotor) | Method::LieEuler(rotor) => rotor,
@@ -114,7 +115,7 @@ pub fn promises() -> Vec<Promise> {
     all
 }
 
-/// Cases, a time before chaos, the fewest steps to it.
+/// Cases, each with a final time before chaos and the minimum number of steps.
 const CASES: [(&str, f64, u32); 7] = [
     ("a1_two_dumbbells_regular", 2.0, 6),
     ("b1_free_asymmetric", 10.0, 5),
@@ -125,10 +126,10 @@ const CASES: [(&str, f64, u32); 7] = [
     ("e_kw4_like", 86_400.0, 10),
 ];
 
-/// Errors near or below this are rounding, grown with the divergence of the case.
+/// Errors near or below this level are rounding errors, amplified by the divergence of the case.
 const FLOOR: f64 = 1e-11;
 
-/// Sizes of a case's quantities, by which errors are measured: the greatest at the start, 1 for what is zero.
+/// Magnitudes of a case's quantities, by which errors are scaled: the largest initial values, or 1 for zero.
 struct Scale {
     position: f64,
     velocity: f64,
@@ -159,7 +160,7 @@ impl Scale {
         }
     }
 
-    /// Greatest difference between states, in poses and momenta.
+    /// Largest difference between states, in poses and momenta.
     fn distance(&self, one: &[BodyState], other: &[BodyState]) -> f64 {
         let each = |(a, b): (&BodyState, &BodyState)| {
             let linear = (a.linear_momentum - b.linear_momentum).norm();
@@ -173,7 +174,7 @@ impl Scale {
     }
 }
 
-/// Largest deviation from the reference, `None` when a step cannot be made.
+/// Largest deviation from the reference, or `None` if a step cannot be made.
 fn error(case: &Case, scale: &Scale, t: f64, method: Method, steps: u32) -> Option<f64> {
     let mut simulation = case.simulation(method, t / f64::from(steps));
     let controls = vec![Load::default(); simulation.states().len()];
@@ -190,7 +191,8 @@ fn error(case: &Case, scale: &Scale, t: f64, method: Method, steps: u32) -> Opti
     Some(all.into_iter().fold(0.0, f64::max))
 }
 
-/// Errors over steps shorter by √2 each, from the first below a tenth to the last above rounding.
+/// Errors for steps that are successively shorter by √2, from the first error below a tenth to the last one above
+/// rounding.
 fn convergence(case: &Case, t: f64, method: Method, fewest: u32) -> Vec<f64> {
     let scale = Scale::of(case);
     let mut errors = Vec::new();
@@ -226,8 +228,8 @@ fn errors_fall_with_the_order() {
                 .map(|pair| (pair[0] / pair[2]).log2())
                 .collect();
             println!("{name}, {method}: {slopes:.2?}");
-            // Three halvings, and less for high orders, whose errors fall from a tenth to rounding in fewer; over three
-            // they are measured beside their coefficients.
+            // Three halvings, or fewer for high orders, whose errors decrease from a tenth to rounding in fewer
+            // halvings. `coefficients` also checks these orders.
             let least = match order {
                 ..6 => 5,
                 6 => 3,
@@ -237,8 +239,8 @@ fn errors_fall_with_the_order() {
             let last = &slopes[slopes.len() - least..];
             let mean = last.iter().sum::<f64>() / least as f64;
             let expected = f64::from(order);
-            // Coarse steps may converge faster than the order, none slower; the finest show the order itself, where rounding
-            // leaves room for fine steps.
+            // Coarse steps may converge faster than the order, but not slower. The finest steps show the order itself
+            // if rounding permits fine steps.
             let tolerance = 0.1 * expected;
             let finest = last[least - 1];
             let fine = order > 4 || (finest - expected).abs() < tolerance;
@@ -286,8 +288,8 @@ fn reversed_momenta_lead_back_where_promised() {
     }
 }
 
-/// How far the momenta are from those at the start that a case keeps: round its pivot a pendulum keeps that about the
-/// vertical, round a fixed center a body keeps the angular one.
+/// The deviation of the conserved momenta from their initial values. A pendulum conserves the angular momentum about
+/// the vertical, and a body around a fixed center conserves the angular momentum.
 fn momentum_error(case: &str, scale: &Scale, now: &Invariants, start: &Invariants) -> f64 {
     let angular = now.angular_momentum - start.angular_momentum;
     let linear = (now.linear_momentum - start.linear_momentum).norm() / scale.linear_momentum;
@@ -331,7 +333,7 @@ fn geometric_methods_keep_momenta_rotations_and_energy() {
     }
 }
 
-/// All methods, their orders, and a case for each.
+/// All methods, with their orders and a case for each.
 fn methods() -> Vec<(Method, u32, &'static str)> {
     let of = |promise: Promise| {
         let case = if promise.free {
@@ -349,13 +351,13 @@ fn methods() -> Vec<(Method, u32, &'static str)> {
     all
 }
 
-/// Methods with error control, here about as accurate as they can be.
+/// Methods with error control, at nearly their highest accuracy.
 const PAIRS: [Method; 2] = [
     Method::Fehlberg78 { tolerance: 1e-13 },
     Method::DormandPrince853 { tolerance: 1e-13 },
 ];
 
-/// Flies 25 steps of 0.02 under controls that change from each to the next.
+/// Makes 25 steps of 0.02 under controls that change from step to step.
 fn controlled(case: &Case, method: Method, substeps: u32) -> Simulation {
     let mut simulation = case.simulation(method, 0.02).with_substeps(substeps);
     let mut controls = vec![Load::default(); simulation.states().len()];
@@ -391,7 +393,7 @@ fn controls_that_change_keep_the_order() {
     }
 }
 
-/// A control that is not a number is refused, and the flight goes on as if it had never been.
+/// A NaN control is rejected, and the simulation continues as if it had not been given.
 #[test]
 fn a_step_that_fails_leaves_no_trace() {
     for (method, _, name) in methods() {

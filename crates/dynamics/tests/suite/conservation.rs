@@ -1,4 +1,5 @@
-//! What the flow keeps under each kind of gravity, kept by the integrator over many steps; and the sources' own bounds.
+//! Quantities that the flow conserves under each kind of gravity are conserved by the integrator over many steps. Also
+//! tests the radii of sources.
 
 use lgvi_dynamics::gravity::{Central, CloseApproach, Fixed, Gravity, Multipole, Uniform};
 use lgvi_dynamics::integrator::Rotor;
@@ -12,7 +13,7 @@ use crate::case::Case;
 
 const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
-/// The greatest deviation of `quantity` from its start in each half of a flight of `steps`.
+/// The largest deviation of `quantity` from its initial value in each half of a flight of `steps`.
 fn deviation(
     case: &Case,
     h: f64,
@@ -31,7 +32,7 @@ fn deviation(
     greatest
 }
 
-/// The energy error does not grow with time, and falls by four when the step is halved.
+/// The energy error does not grow with time, and halving the step reduces it by a factor of four.
 #[test]
 fn energy_error_is_bounded_and_of_second_order() {
     for (name, h, steps) in [
@@ -52,7 +53,7 @@ fn energy_error_is_bounded_and_of_second_order() {
     }
 }
 
-/// Gravity has no moment about the vertical.
+/// Gravity exerts no moment about the vertical.
 #[test]
 fn a_pendulum_keeps_its_angular_momentum_about_the_vertical() {
     for name in ["c1_3d_pendulum", "c3_3d_pendulum_regular_small"] {
@@ -72,7 +73,7 @@ fn a_pendulum_keeps_its_angular_momentum_about_the_vertical() {
 #[test]
 fn a_binary_of_multipoles_keeps_its_momenta() {
     let case = Case::load("e_kw4_like");
-    // One body's linear momentum is 3.3e10 kg m/s; the sum is that of the rounded initial velocities.
+    // The linear momentum of one body is 3.3e10 kg m/s. The total is nonzero because of the rounded initial velocities.
     let linear = |now: &Invariants, start: &Invariants| {
         (now.linear_momentum - start.linear_momentum).norm() / 3.3e10
     };
@@ -86,7 +87,7 @@ fn a_binary_of_multipoles_keeps_its_momenta() {
     assert!(angular < 1e-12, "angular momentum {angular:e}");
 }
 
-/// The field of an oblate planet is symmetric about its pole, and turns the plane of an orbit.
+/// The field of an oblate planet is symmetric about its pole, and rotates the plane of an orbit.
 #[test]
 fn a_body_round_an_oblate_planet_keeps_its_angular_momentum_about_the_pole() {
     let inertia = Inertia::principal([1.0, 2.0, 2.5]).expect("inertia");

@@ -1,5 +1,5 @@
-//! Every field's loads and their derivatives on every mass distribution, against automatic differentiation of the
-//! potential alone.
+//! The loads and derivatives of every field on every mass distribution, compared with automatic differentiation of the
+//! potential.
 
 use lgvi_dynamics::Load;
 use nalgebra::{Matrix3, Vector3};
@@ -19,7 +19,7 @@ struct Sample {
     weights: Load,
 }
 
-/// Every source with every kind of body, several times.
+/// Several samples of every source with every kind of body.
 fn samples() -> Vec<Sample> {
     let mut rng = fastrand::Rng::with_seed(8);
     let mut all = Vec::new();
@@ -110,7 +110,7 @@ impl Sample {
     }
 }
 
-/// The triple whose component `axis` is `value` where `axis` lies in `range`, else zero.
+/// The triple whose component for `axis` is `value` if `axis` lies in `range`, else zero.
 fn along<T: Number>(axis: usize, range: std::ops::Range<usize>, value: T) -> Triple<T> {
     let mut triple = [T::from(0.0); 3];
     if range.contains(&axis) {
@@ -163,8 +163,9 @@ fn gradient_is_the_derivative_of_the_load() {
     }
 }
 
-/// `b·f + c·M` is the derivative of −U along δx = b, ζ = c in the innermost frame; p and q are its derivatives by x and
-/// by a ζ outside that; the curvature is theirs, by a ζ outside both. Frames nest as `R exp(ζ₃) exp(ζ₂) exp(c ε₁)`.
+/// `b·f + c·M` is the derivative of −U along δx = b and ζ = c in the innermost frame. Its derivatives with respect to x
+/// and to a ζ in the next outer frame are p and q. The curvature consists of their derivatives, with a ζ in the
+/// outermost frame. Frames nest as `R exp(ζ₃) exp(ζ₂) exp(c ε₁)`.
 #[test]
 fn curvature_is_the_derivative_of_the_weighted_gradient() {
     let unit = |which: usize| {

@@ -1,11 +1,11 @@
-//! Methods that are the same map in other coordinates.
+//! Methods that are the same map in different coordinates.
 
 use crate::case::Case;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Load, Method, System};
 use nalgebra::Vector3;
 
-/// Flies both methods over the same arc under the same changing controls; the greatest difference of any state on the way.
+/// The largest difference between the states of two methods on the same arc under the same changing controls.
 fn difference(case: &str, h: f64, steps: u32, methods: [Method; 2]) -> f64 {
     let case = Case::load(case);
     let mut flights = methods.map(|method| case.simulation(method, h));
@@ -42,10 +42,10 @@ const ARCS: [(&str, f64, u32); 4] = [
     ("d_dumbbell_central", 0.01, 1_000),
 ];
 
-/// Rounding, times what the arcs' own divergence makes of it.
+/// Rounding errors, amplified by the divergence of the arcs.
 const ROUNDING: f64 = 5e-11;
 
-/// Half a kick of gravity over `h` takes the momenta of the LGVI to those of the Lie–Euler method (§4.5).
+/// Half a kick of gravity over `h` converts the momenta of the LGVI to those of the Lie–Euler method (§4.5).
 fn process(system: &mut System, states: &mut [BodyState], h: f64) {
     let mut loads = vec![Load::default(); states.len()];
     system.loads(states, &mut loads);

@@ -1,4 +1,4 @@
-//! Steps that cannot be made or must not be trusted: typed errors, and what subdivision mends.
+//! Steps that cannot be made or are unreliable: typed errors, and failures that subdivision resolves.
 
 use crate::case::Case;
 use lgvi_dynamics::gravity::{CloseApproach, Gravity, Mutual};
@@ -32,7 +32,7 @@ fn attracting(bodies: Vec<RigidBody>, states: Vec<BodyState>, h: f64) -> Simulat
     Simulation::new(System::new(bodies, gravity), states, LGVI, h).expect("a method")
 }
 
-/// A light body on an eccentric orbit about a heavy one that is held: pericenter 0.02, apocenter 2.
+/// A light body on an eccentric orbit about a fixed heavy one, with pericenter 0.02 and apocenter 2.
 fn eccentric(h: f64) -> Simulation {
     let heavy = sphere(1.0, 0.0).with_mobility(Mobility::Fixed);
     let light = sphere(1e-3, 0.0);
@@ -46,7 +46,7 @@ fn eccentric(h: f64) -> Simulation {
     attracting(vec![heavy, light], states, h)
 }
 
-/// The greatest relative energy error, and the cuts, over one revolution.
+/// The largest relative energy error, and the number of subdivisions, over one revolution.
 fn revolution(mut simulation: Simulation, h: f64) -> Result<(f64, u32), StepError> {
     let period = std::f64::consts::TAU * 1.01_f64.powf(1.5);
     let energy = simulation.invariants().energy;
@@ -99,7 +99,7 @@ fn a_turn_past_the_limit_is_cut_until_it_can_be_made() {
     let mut cut = whole().with_subdivision(6).expect("a depth");
     let report = cut.advance(&[Load::default()]).expect("cut");
     assert_eq!(report.cuts, 4);
-    // On a principal axis the discrete rigid body turns by θ with sin θ = h Ω.
+    // On a principal axis, the discrete rigid body rotates by θ with sin θ = h Ω.
     let turn = 4.0 * libm::asin(0.25 * h);
     let attitude = lgvi_lie::exp(&Vector3::new(0.0, 0.0, turn));
     let error = (cut.states()[0].attitude - attitude).norm();
@@ -154,12 +154,12 @@ fn entering_a_body_is_a_close_approach_with_its_figures() {
     }
 }
 
-/// Backwards a step is as unresolved as forwards.
+/// A backward step needs the same subdivision as a forward step.
 #[test]
 fn a_step_back_is_cut_too() {
     let heavy = sphere(1.0, 0.0).with_mobility(Mobility::Fixed);
     let light = sphere(1e-3, 0.0);
-    // A step goes a seventh round the orbit.
+    // A step covers one seventh of the orbit.
     let cuts = |h: f64| {
         let states = vec![
             at(&heavy, [0.0; 3], [0.0; 3]),
@@ -192,7 +192,7 @@ fn the_closed_form_goes_on_after_a_control_that_fails() {
     assert!((reached - Vector3::new(1.1, 2.2, 3.3)).norm() < 1e-15);
 }
 
-/// What is wrong with the input is said at the start, with its figures; a step with controls for other bodies is none.
+/// Invalid input is reported at the start, with its values. Controls for a different number of bodies are rejected.
 #[test]
 fn input_that_is_no_system_is_refused() {
     let body = sphere(1.0, 0.0);
@@ -229,7 +229,7 @@ fn input_that_is_no_system_is_refused() {
         says(refused(vec![broken], 0.1), expected);
     }
 
-    // Numbers whose products would leave the range of double precision.
+    // Values whose products would overflow or underflow in double precision.
     for h in [1e-31_f64, -1e31, 1e300] {
         let text = format!("the length of the step is {:e}", h.abs());
         says(refused(vec![state], h), &text);

@@ -1,11 +1,12 @@
-//! How close every reference trajectory is met, at every time that it lists: down to rounding, grown with the divergence
-//! of the trajectory itself.
+//! The accuracy of every reference trajectory at all its times: rounding errors, amplified by the divergence of the
+//! trajectory itself.
 
 use crate::case::Case;
 use lgvi_dynamics::{Load, Method};
 
-/// Case, step, and the greatest errors of position and attitude (Frobenius) at any of its times; measured are a half to a
-/// tenth of them. On b2 the motion about the middle axis is unstable, c1 is chaotic.
+/// Case, step size, and the bounds of the errors of position and attitude (Frobenius) over all times. The measured
+/// errors are between a tenth and a half of them. In b2 the motion about the middle axis is unstable, and c1 is
+/// chaotic.
 const FLOORS: [(&str, f64, f64, f64); 10] = [
     ("a1_two_dumbbells_regular", 0.02, 1e-10, 3e-10),
     ("a2_two_dumbbells_coupled", 0.02, 1e-11, 5e-11),

@@ -1,9 +1,10 @@
-//! The closed form of free rotation against the reference trajectories of free bodies.
+//! The closed form of free rotation compared with the reference trajectories of free bodies.
 
 use crate::case::Case;
 use lgvi_dynamics::{Load, Method};
 
-/// To the rounding of the phase, `2⁻⁵² |Ω| t` with |Ω| = 1.35 and 1, at every time. Measured, attitude and Ω:
+/// The error is at most the rounding of the phase, `2⁻⁵² |Ω| t` with |Ω| = 1.35 and 1, at all times. Measured errors of
+/// the attitude and of Ω:
 ///
 /// | | t = 1 | 10 | 30 | 100 | 1000 |
 /// | --- | --- | --- | --- | --- | --- |
@@ -23,7 +24,7 @@ fn free_rotation_is_exact_at_every_time_of_the_references() {
     }
 }
 
-/// A flight of many steps is not a sum of steps: its last state is that of a single one.
+/// The end state does not depend on the number of steps: many steps give the same result as one.
 #[test]
 fn steps_in_closed_form_do_not_accumulate() {
     let case = Case::load("b1_free_asymmetric");

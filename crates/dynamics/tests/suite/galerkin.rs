@@ -1,4 +1,4 @@
-//! Galerkin Lie group variational integrators: order, laws, equivariance, and the reduced equations.
+//! Galerkin Lie group variational integrators: order, conservation laws, equivariance, and the reduced equations.
 
 use crate::case::Case;
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 const ORIGINS: [ChartOrigin; 2] = [ChartOrigin::Start, ChartOrigin::Middle];
 
-/// With Gauss' rule of as many points as the degree.
+/// The Galerkin method with as many Gauss points as the degree.
 fn galerkin(degree: u32, origin: ChartOrigin) -> Method {
     Method::Galerkin {
         degree,
@@ -54,8 +54,8 @@ fn size(e: &Errors) -> f64 {
         .max(e.angular_velocity)
 }
 
-/// Degree, numbers of steps to time t, and by how much an observed order may differ from `2s`: the higher the degree,
-/// the coarser the steps on which errors are still above rounding.
+/// Degree, time t, numbers of steps up to t, and the tolerance of the observed order around `2s`. The higher the
+/// degree, the coarser the steps whose errors are still above rounding.
 type Ladder = (u32, f64, [u32; 4], f64);
 
 const LADDERS: [(&str, &[Ladder]); 3] = [
@@ -117,7 +117,8 @@ fn the_order_is_twice_the_degree() {
     }
 }
 
-/// A rule of too low a degree limits the order: Lobatto's with s points is exact up to degree `2s − 3`, and `2s − 2` is left.
+/// A quadrature of low degree limits the order: the Lobatto rule with s points is exact up to degree `2s − 3`, which
+/// gives order `2s − 2`.
 #[test]
 fn a_weak_quadrature_limits_the_order() {
     let case = Case::load("b1_free_asymmetric");
@@ -132,8 +133,9 @@ fn a_weak_quadrature_limits_the_order() {
     }
 }
 
-/// Both are second-order variational methods of one action, in different discretizations. Where the axial moment is a
-/// sixtieth of the others, as in the dumbbells, the geodesics of degree 1 turn worse than the LGVI and move as well.
+/// Both are second-order variational methods for the same action with different discretizations. If the axial moment is
+/// a sixtieth of the others, as in the dumbbells, the geodesics of degree 1 are less accurate than the LGVI in rotation
+/// and equally accurate in translation.
 #[test]
 fn degree_one_is_about_as_accurate_as_the_lgvi() {
     let lgvi = Method::Lgvi(Rotor::default());
@@ -156,7 +158,7 @@ fn degree_one_is_about_as_accurate_as_the_lgvi() {
     }
 }
 
-/// Rounding only: 1e4 steps of errors of a few ε = 2e-16, mostly of random sign.
+/// The errors are rounding only: 1e4 steps with errors of a few ε = 2e-16, mostly of random sign.
 #[test]
 fn momenta_are_kept_to_rounding_and_attitudes_stay_rotations() {
     let case = Case::load("a1_two_dumbbells_regular");
@@ -177,7 +179,7 @@ fn momenta_are_kept_to_rounding_and_attitudes_stay_rotations() {
             println!("{degree} {origin:?}: {linear:.1e}, {angular:.1e}, energy {energy:.1e}");
             assert!(linear < 1e-13, "{linear:e}");
             assert!(angular < 1e-12, "{angular:e}");
-            // Bounded: what the first revolutions show is what ten thousand steps show.
+            // The error is bounded: ten thousand steps show the same error as the first revolutions.
             let bound = [1e-3, 5e-7, 3e-10, 1e-12][degree as usize - 1];
             assert!(energy < bound, "degree {degree}: {energy:e}");
         }
@@ -220,7 +222,7 @@ fn bodies_of(simulation: &Simulation) -> Vec<RigidBody> {
     simulation.system().bodies().to_vec()
 }
 
-/// How far 200 steps there and 200 steps back miss the start, by reversed momenta and by a negative step.
+/// The deviation from the start after 200 steps forward and 200 steps back, by reversed momenta and by a negative step.
 fn misses(method: Method) -> [f64; 2] {
     let case = Case::load("a1_two_dumbbells_regular");
     let h = 0.05;
@@ -247,7 +249,7 @@ fn the_middle_chart_is_reversible_and_the_starting_one_is_not() {
         println!("{degree}: {missed:?}");
         assert!(missed.iter().all(|&miss| miss < 1e-10), "{missed:?}");
     }
-    // Geodesics are the same from both ends, higher polynomials are not.
+    // Geodesics are the same from both ends, but polynomials of higher degree are not.
     assert!(
         misses(galerkin(1, ChartOrigin::Start))
             .iter()
@@ -260,7 +262,7 @@ fn the_middle_chart_is_reversible_and_the_starting_one_is_not() {
     );
 }
 
-/// Lemmas 2.1 and 2.2: a moved start has the moved trajectory; a boost adds uniform motion.
+/// Lemmas 2.1 and 2.2: a transformed initial state has the transformed trajectory, and a boost adds uniform motion.
 #[test]
 fn trajectories_move_with_euclidean_motions_and_boosts() {
     let case = Case::load("a1_two_dumbbells_regular");
@@ -296,7 +298,7 @@ fn trajectories_move_with_euclidean_motions_and_boosts() {
 
 type Tangent = SVector<f64, 12>;
 
-/// `[x, γ, log, Π]` of a state relative to another; and the state there.
+/// `[x, γ, log, Π]` of a state, with the attitude relative to `base`.
 fn coordinates(base: &BodyState, state: &BodyState) -> Tangent {
     let zeta = log(&(base.attitude.transpose() * state.attitude));
     let parts = [
@@ -331,7 +333,7 @@ fn symplectic_form(state: &BodyState) -> SMatrix<f64, 12, 12> {
     form
 }
 
-/// `DᵀωD = ω` for the derivative D of a step that is coarse enough for its error to show.
+/// Checks `DᵀωD = ω` for the derivative D of a step that is coarse enough for its error to show.
 #[test]
 fn a_step_is_a_symplectic_map() {
     let case = Case::load("d_dumbbell_central");
@@ -352,7 +354,7 @@ fn a_step_is_a_symplectic_map() {
             let end = step(base);
             let mut derivative = SMatrix::<f64, 12, 12>::zeros();
             for column in 0..12 {
-                // Angular momenta are of the size of J, 4e-4 to 2e-2.
+                // Angular momenta have the magnitude of J, 4e-4 to 2e-2.
                 let e = if column < 9 { 3e-4 } else { 3e-6 };
                 let central = |e: f64| {
                     let at = |e: f64| {
@@ -492,7 +494,8 @@ fn constrained_bodies_and_controls_keep_the_order() {
     }
 }
 
-/// A force and a moment along the spin axis of a sphere: polynomials of degree 2, exact from there on.
+/// Under a force and a moment along the spin axis of a sphere, the motion is a polynomial of degree 2, which the
+/// methods reproduce exactly from that degree on.
 #[test]
 fn controls_act_as_constant_force_and_moment() {
     let inertia = Inertia::principal([2.0; 3]).expect("inertia");
@@ -519,8 +522,8 @@ fn controls_act_as_constant_force_and_moment() {
     }
 }
 
-/// Steps of two thirds of a radian of orbit and more of spin: neither the last step nor constant velocity leads to all their
-/// solutions, shorter steps do.
+/// Steps that cover two thirds of a radian of the orbit and a larger rotation. Guesses from the last step or from
+/// constant velocity do not always converge, but guesses from shorter steps do.
 #[test]
 fn steps_of_a_radian_are_solved() {
     let case = Case::load("d_dumbbell_central");

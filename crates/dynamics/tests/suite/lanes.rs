@@ -1,4 +1,4 @@
-//! Lanes fly as simulations do, number for number.
+//! Lanes give bitwise the same results as simulations.
 
 #![allow(clippy::unwrap_used)]
 
@@ -13,7 +13,7 @@ use lgvi_dynamics::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// Makes the system of a sample.
+/// Creates the system of a sample.
 type MakeMember = fn(usize) -> Member;
 
 const WIDTHS: [Width; 3] = [Width::One, Width::Four, Width::Eight];
@@ -32,7 +32,7 @@ fn methods() -> impl Iterator<Item = Method> {
         .chain(compositions)
 }
 
-/// A number of about 1 that differs from sample to sample.
+/// A number close to 1 that differs between samples.
 fn about_one(sample: usize, which: usize) -> f64 {
     let mut rng = fastrand::Rng::with_seed((100 * sample + which) as u64);
     1.0 + 0.02 * (2.0 * rng.f64() - 1.0)
@@ -107,7 +107,7 @@ fn dumbbells(sample: usize) -> Member {
     member(bodies, vec![Box::new(Mutual::new(1.0))], states)
 }
 
-/// Bodies of one, three and two points with axes of their own, one of them held.
+/// Bodies of three, one and two points, the first two with rotated principal axes, the last one fixed.
 fn company(sample: usize) -> Member {
     let triangle = [[0.2, 0.0, 0.1], [-0.2, 0.1, 0.0], [0.0, -0.1, -0.1]];
     let bodies = vec![
@@ -132,7 +132,7 @@ fn company(sample: usize) -> Member {
     member(bodies, vec![Box::new(Mutual::new(0.7))], states)
 }
 
-/// A satellite of an oblate planet that is not at the origin, in a wind.
+/// A satellite of an oblate planet that is not at the origin, with an additional uniform acceleration.
 fn satellite(sample: usize) -> Member {
     let points = [[0.1, 0.0, 0.0], [-0.1, 0.2, 0.0], [0.0, -0.2, 0.0]];
     let bodies = vec![body(sample, [0.5, 0.6, 0.7], true, &points)];
@@ -158,7 +158,7 @@ fn satellite(sample: usize) -> Member {
     member(bodies, gravity, states)
 }
 
-/// A pendulum on a point attractor's other side.
+/// A pendulum in a uniform field.
 fn pendulum(sample: usize) -> Member {
     let inertia = Inertia::principal([0.3 * about_one(sample, 0), 0.4, 0.5]).unwrap();
     let point = PointMass {
@@ -176,7 +176,7 @@ fn pendulum(sample: usize) -> Member {
     member(bodies, vec![Box::new(Uniform { acceleration })], states)
 }
 
-/// A free body that turns so far in a step that its equation is seldom solved at once.
+/// A free body that rotates so far in a step that the first pass seldom solves its equation.
 fn spinner(sample: usize) -> Member {
     let bodies = vec![body(sample, [1.0, 2.0, 2.5], false, &[])];
     let states = vec![state(
@@ -190,7 +190,7 @@ fn spinner(sample: usize) -> Member {
 
 const SYSTEMS: [fn(usize) -> Member; 5] = [dumbbells, company, satellite, pendulum, spinner];
 
-/// The end of a simulation.
+/// The result of a simulation.
 fn simulated(flight: &Flight, member: Member) -> Outcome {
     let Member {
         system,
@@ -226,7 +226,7 @@ fn simulated(flight: &Flight, member: Member) -> Outcome {
     }
 }
 
-/// Every number of the ends, with the signs of zeros.
+/// Bits of all numbers in the outcomes, including the signs of zeros.
 fn bits(ends: &[Outcome]) -> Vec<u64> {
     let numbers = ends.iter().flat_map(|end| &end.states).flat_map(|state| {
         let vectors = [
@@ -252,7 +252,8 @@ fn flight(method: Method) -> Flight<'static> {
     }
 }
 
-/// Flies `count` systems both ways, in every way; returns their ends.
+/// Integrates `count` systems by simulations and by lanes with every width and instruction set, checks that the results
+/// agree, and returns the outcomes.
 fn agree(flight: &Flight, system: impl Fn(usize) -> Member, count: usize) -> Vec<Outcome> {
     let expected: Vec<_> = (0..count).map(|k| simulated(flight, system(k))).collect();
     let members: Vec<_> = (0..count).map(system).collect();
@@ -280,7 +281,7 @@ fn every_method_and_system_ends_where_the_simulation_does() {
     }
 }
 
-/// From steps that are solved at once to those that take Newton's method, in neighbors of each other.
+/// Neighboring lanes range from steps that are solved in the first pass to steps that need Newton's method.
 #[test]
 fn longer_steps_are_repeated_as_the_simulation_does() {
     let faster = |sample: usize| {
@@ -350,8 +351,8 @@ fn thrust_acts_with_the_errors_of_each_member() {
     }
 }
 
-/// One of them turns too far, one falls into another, one meets a point: each ends with its error where the simulation does,
-/// and their neighbors do not notice.
+/// One system rotates too far, one body falls into another, and one overflows. Each flight ends with the same error as
+/// its simulation and does not affect its neighbors.
 #[test]
 fn a_lane_that_fails_is_left_alone() {
     let method = Method::Lgvi(Rotor::default());

@@ -1,4 +1,4 @@
-//! Laws of motion that every integrator must keep, and what happens where a step cannot be made.
+//! Laws of motion that every integrator must satisfy, and its behavior if a step cannot be made.
 
 use crate::case::Case;
 use lgvi_dynamics::gravity::{Central, Gravity, Mutual};
@@ -21,8 +21,8 @@ fn free_body(omega: Vector3<f64>) -> (System, Vec<BodyState>) {
     (System::new(vec![body], vec![]), vec![state])
 }
 
-/// Rounding of a momentum update that rotates instead of multiplying by a matrix: √n growth, no bias. And of an
-/// attitude that is relieved of its rounding error at each step.
+/// The momentum update is a rotation instead of a matrix product, so its rounding errors are unbiased and grow as √n.
+/// The rounding error of the attitude is corrected in each step.
 #[test]
 fn rounding_does_not_accumulate_over_ten_million_steps() {
     let method = Method::Lgvi(Rotor::Discrete);
@@ -66,7 +66,7 @@ fn mutual_gravity_keeps_total_momenta_to_rounding_and_energy_bounded() {
         );
         let angular = (end.angular_momentum - start.angular_momentum).norm();
         assert!(angular < 1e-12, "{method:?}: {angular:e}");
-        // First order: h times a rate; second order: h².
+        // First order: proportional to h. Second order: proportional to h².
         let bound = if matches!(method, Method::Lgvi(_)) {
             1e-4
         } else {
@@ -111,8 +111,8 @@ fn the_lgvi_retraces_its_path_when_the_momenta_are_reversed() {
 
 #[test]
 fn controls_act_as_constant_force_and_moment() {
-    // A sphere under constant force and a moment along its spin axis has closed-form motion: the second-order method
-    // hits it to rounding, Lie–Euler misses the position by half a step's velocity change.
+    // A sphere under constant force and a moment along its spin axis has closed-form motion. The second-order method
+    // reproduces it to rounding. Lie–Euler has a position error of half the velocity change of a step.
     let inertia = Inertia::principal([2.0; 3]).expect("inertia");
     let body = RigidBody::new(4.0, inertia, vec![]).expect("body");
     let zero = Vector3::zeros();
@@ -177,7 +177,7 @@ fn meeting_points_of_mass_are_an_error() {
         BodyState::from_velocities(&body, x, v, Matrix3::identity(), zero)
     };
     let cayley = Rotor::Discrete;
-    // The first meets at the end of its step, the others have met before it.
+    // With the first method the points coincide at the end of the step. With the others they coincide at the start.
     for (method, distance) in [
         (Method::LieEuler(cayley), 1.0),
         (Method::Lgvi(cayley), 0.0),

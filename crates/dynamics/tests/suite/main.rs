@@ -1,4 +1,4 @@
-//! Tests against outside data and laws, apart from the unit tests beside the code.
+//! Tests against external data and physical laws, in addition to the unit tests next to the code.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 

@@ -1,4 +1,4 @@
-//! Bodies that are held or driven, among free ones.
+//! Fixed and driven bodies among free ones.
 
 use lgvi_dynamics::gravity::{Gravity, Mutual};
 use lgvi_dynamics::{
@@ -17,7 +17,7 @@ fn at(body: &RigidBody, x: Vector3<f64>, v: Vector3<f64>) -> BodyState {
     BodyState::from_velocities(body, x, v, Matrix3::identity(), Vector3::zeros())
 }
 
-/// Flies for `steps` of `h` under mutual gravity, `G = 1`.
+/// Makes `steps` steps of `h` under mutual gravity with `G = 1`.
 fn fly(bodies: &[RigidBody], states: &[BodyState], h: f64, steps: u32) -> Vec<BodyState> {
     let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Mutual::new(1.0))];
     let system = System::new(bodies.to_vec(), gravity);
@@ -30,7 +30,7 @@ fn fly(bodies: &[RigidBody], states: &[BodyState], h: f64, steps: u32) -> Vec<Bo
     simulation.states().to_vec()
 }
 
-/// Two bodies on a mutual circular orbit: one of them driven on that circle leaves the other on its own.
+/// Two bodies on a mutual circular orbit. If one of them is driven along its circle, the other stays on its own.
 #[test]
 fn a_driven_body_attracts_from_where_its_path_has_it() {
     let (heavy, light) = (sphere(3.0), sphere(1.0));
@@ -51,7 +51,7 @@ fn a_driven_body_attracts_from_where_its_path_has_it() {
     assert!(led.norm() < 8e-5, "{led}");
 }
 
-/// A frame moving uniformly changes nothing: round a driven body as round a held one.
+/// Uniform motion of the frame has no effect: an orbit around a driven body equals that around a fixed body.
 #[test]
 fn an_orbit_round_a_moving_body_is_that_round_a_held_one() {
     let (heavy, light) = (sphere(1.0), sphere(1e-3));

@@ -1,4 +1,5 @@
-//! Every model of gravity under methods of every kind: their order, kept quantities, and agreement with an error control.
+//! Every gravity model with methods of every kind: order, conserved quantities, and agreement with a method with error
+//! control.
 
 use lgvi_dynamics::gravity::{
     Central, Fixed, Gravity, Moments, Multipole, Mutual, Polyhedron, Uniform,
@@ -7,7 +8,7 @@ use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, System};
 use nalgebra::Vector3;
 
-/// Bodies under a model, and whether their total momenta are kept.
+/// Bodies under a gravity model. `isolated` is true if their total momenta are conserved.
 struct Scene {
     name: &'static str,
     make: fn() -> (System, Vec<BodyState>),

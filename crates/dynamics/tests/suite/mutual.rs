@@ -1,4 +1,4 @@
-//! Mutual attraction of every pair of kinds of bodies.
+//! Mutual attraction for every pair of kinds of bodies.
 
 use lgvi_dynamics::gravity::{Field, Gravity, Mutual, Sources};
 use lgvi_dynamics::{BodyState, Inertia, Load, Mobility, PointMass, RigidBody};
@@ -12,7 +12,7 @@ use crate::potentials::{
 
 const G: f64 = 1.3;
 
-/// Two bodies.
+/// Two bodies and their states.
 pub struct Pair {
     pub clouds: [Cloud; 2],
     pub states: [BodyState; 2],
@@ -51,7 +51,7 @@ impl Pair {
         loads
     }
 
-    /// The potential with the positions moved by δ and the attitudes turned by ζ, body after body.
+    /// The potential with the positions moved by δ and the attitudes rotated by ζ, one of each per body.
     fn potential<T: Number>(&self, delta: [Triple<T>; 2], zeta: [Triple<T>; 2]) -> T {
         let place = |own: usize| {
             move |rho: Triple<T>| rotated(&self.states[own].attitude, turned(zeta[own], rho))
@@ -125,7 +125,7 @@ fn loads_are_minus_the_derivatives_of_the_potential() {
     }
 }
 
-/// A few roundings of the greatest terms, force times distance.
+/// The bound is a few rounding errors of the largest terms, force times distance.
 #[test]
 fn total_force_and_moment_vanish_to_rounding() {
     let mut worst = 0.0_f64;
@@ -144,7 +144,7 @@ fn total_force_and_moment_vanish_to_rounding() {
     assert!(worst < 2e-15, "total moment {worst:e}");
 }
 
-/// Any two numbers of points, odd ones too, against the plain sum over all pairs.
+/// Compares every combination of numbers of points, including odd ones, with the plain sum over all pairs.
 #[test]
 fn every_number_of_points_attracts_as_the_sum_of_its_pairs() {
     let mut rng = fastrand::Rng::with_seed(41);
@@ -193,7 +193,7 @@ fn every_number_of_points_attracts_as_the_sum_of_its_pairs() {
     }
 }
 
-/// The load on the second body with its pose moved by δ and ζ, the first being held.
+/// The load on the second body with its pose changed by δ and ζ, while the first is fixed.
 fn mutual_load(pair: &Pair, delta: Vector3<f64>, zeta: Vector3<f64>) -> Load {
     let [held, free] = [0, 1].map(|own| pair.clouds[own].body());
     let [at, there] = pair.states;
@@ -208,8 +208,8 @@ fn mutual_load(pair: &Pair, delta: Vector3<f64>, zeta: Vector3<f64>) -> Load {
     loads[1]
 }
 
-/// A held body attracts another as a field does, whose derivatives are those of the mutual attraction by the pose of
-/// the other. Only quadrupole on quadrupole is the mutual attraction's alone.
+/// A fixed body attracts another like a field whose derivatives are those of the mutual attraction with respect to the
+/// other's pose. Only the quadrupole–quadrupole interaction is missing from the field.
 #[test]
 fn a_held_body_is_a_field() {
     for pair in pairs(2) {
@@ -267,7 +267,7 @@ fn held_bodies_leave_each_other_alone() {
     }
 }
 
-/// Total force and moment of three bodies of three kinds, and the sum of their pairs.
+/// The loads and the potential of three bodies of three kinds equal the sums over their pairs.
 #[test]
 fn three_bodies_attract_as_their_pairs() {
     let mut rng = fastrand::Rng::with_seed(12);

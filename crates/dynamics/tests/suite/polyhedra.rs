@@ -1,4 +1,4 @@
-//! Bodies that are homogeneous polyhedra: mutual attraction of every pair, held ones, and flights.
+//! Bodies that are homogeneous polyhedra: mutual attraction of every pair, fixed polyhedra, and simulations.
 
 use lgvi_dynamics::gravity::{
     Central, CloseApproach, Field, Fixed, Gravity, Moments, Multipole, Mutual, Polyhedron, Sources,
@@ -16,7 +16,7 @@ const G: f64 = 1.3;
 const AXES: [[f64; 3]; 2] = [[1.0, 0.7, 0.4], [0.6, 0.5, 0.3]];
 const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
-/// An irregular body of 20 faces and about this size.
+/// An irregular body of 20 faces and approximately this size.
 fn rock(rng: &mut fastrand::Rng, size: f64) -> Polyhedron {
     let smooth = Polyhedron::ellipsoid([1.0, 0.8, 0.6].map(|a| size * a), 0, 1.0).expect("a shape");
     let vertices = smooth.vertices().iter();
@@ -29,7 +29,7 @@ fn solid(polyhedron: &Polyhedron, degree: usize) -> RigidBody {
     RigidBody::with_polyhedron(None, polyhedron, degree).expect("a body")
 }
 
-/// The body that stands for a polyhedron by its series.
+/// The body that represents a polyhedron by its multipole.
 fn series(polyhedron: &Polyhedron, order: u32) -> RigidBody {
     let inertia = polyhedron.inertia().expect("inertia");
     let multipole = if order == 2 {
@@ -72,7 +72,7 @@ fn loads(bodies: &[RigidBody; 2], states: &[BodyState; 2]) -> [Load; 2] {
     loads
 }
 
-/// Every pair with a polyhedron in it, either first.
+/// Every pair with a polyhedron in it, in both orders.
 fn pairs(rng: &mut fastrand::Rng) -> Vec<[RigidBody; 2]> {
     let solid_of = |rng: &mut fastrand::Rng, size| solid(&rock(rng, size), 4);
     let others = [
@@ -90,7 +90,8 @@ fn pairs(rng: &mut fastrand::Rng) -> Vec<[RigidBody; 2]> {
     all
 }
 
-/// A few roundings of the greatest terms, as of points and series; of the polyhedra's sums some more.
+/// The bound is a few rounding errors of the largest terms, as for points and multipoles, and somewhat more for the
+/// sums of the polyhedra.
 #[test]
 fn total_force_and_moment_vanish_to_rounding() {
     let mut rng = fastrand::Rng::with_seed(5);
@@ -114,7 +115,7 @@ fn total_force_and_moment_vanish_to_rounding() {
     assert!(worst < 5e-15, "total moment {worst:e}");
 }
 
-/// Central differences of the potential in the position and attitude of either body.
+/// Compares the loads with central differences of the potential in the position and attitude of each body.
 #[test]
 fn loads_are_minus_the_derivatives_of_the_potential() {
     let mut rng = fastrand::Rng::with_seed(6);
@@ -167,7 +168,7 @@ fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(node).collect()
 }
 
-/// A cuboid of density 1 as the points of a product rule.
+/// A cuboid of density 1 as the points of a product quadrature.
 fn cubature(semi_axes: [f64; 3], count: usize) -> Vec<PointMass> {
     let rule = gauss_legendre(count);
     let [a, b, c] = semi_axes;
@@ -185,7 +186,7 @@ fn cubature(semi_axes: [f64; 3], count: usize) -> Vec<PointMass> {
     points
 }
 
-/// `−Gσσ ∬ 1/r` of two cuboids with the positions moved by δ and the attitudes turned by ζ.
+/// `−Gσσ ∬ 1/r` of two cuboids with the positions moved by δ and the attitudes rotated by ζ.
 fn double_cubature<T: Number>(
     clouds: &[Vec<PointMass>; 2],
     states: &[BodyState; 2],
@@ -212,8 +213,8 @@ fn double_cubature<T: Number>(
     -sum * G
 }
 
-/// Greatest relative errors of forces and of moments (over force times size) of two cuboids against the derivatives of
-/// a double cubature, at `ratio` times the sum of their radii.
+/// Largest relative errors of the forces, and of the moments relative to force times size, of two cuboids at `ratio`
+/// times the sum of their radii. The reference is the derivative of a double cubature.
 fn errors_of_cuboids(ratio: f64, degree: usize) -> [f64; 2] {
     let bodies = AXES.map(|axes| solid(&Polyhedron::cuboid(axes, 1.0).expect("a cuboid"), degree));
     let reach = |axes: [f64; 3]| Vector3::from(axes).norm();
@@ -252,7 +253,7 @@ fn errors_of_cuboids(ratio: f64, degree: usize) -> [f64; 2] {
     errors
 }
 
-/// Bounds are twice the figures measured; the reference errs by less.
+/// Bounds are twice the measured values. The error of the reference is smaller.
 #[test]
 fn cuboids_attract_as_their_double_integral_tells() {
     for (ratio, degree, bounds) in [
@@ -267,9 +268,9 @@ fn cuboids_attract_as_their_double_integral_tells() {
     }
 }
 
-/// Far away two polyhedra attract as their series: relative to the force what those leave out falls with the power
-/// order + 1 of the distance; relative to the moment, which is itself two powers smaller, with order − 1, unless only the
-/// other body's series is cut.
+/// At large distance two polyhedra attract like their multipoles. The truncation error relative to the force decays
+/// with the power order + 1 of the distance. Relative to the moment, which is itself smaller by two powers, it decays
+/// with the power order − 1, unless only the other body is truncated.
 #[test]
 fn polyhedra_attract_as_their_multipoles_far_away() {
     let mut rng = fastrand::Rng::with_seed(7);
@@ -302,7 +303,8 @@ fn polyhedra_attract_as_their_multipoles_far_away() {
     }
 }
 
-/// A held source acts on a polyhedron's cloud as, by the third law, the polyhedron's own field does on the source.
+/// By Newton's third law, the load of a fixed source on a polyhedron's cloud equals the reaction to the polyhedron's
+/// own field acting on the source.
 #[test]
 fn fixed_sources_act_on_the_cloud() {
     let mut rng = fastrand::Rng::with_seed(8);
@@ -320,8 +322,8 @@ fn fixed_sources_act_on_the_cloud() {
     assert!(force < 5e-7 && moment < 1e-6);
 }
 
-/// Held, the greater polyhedron is a field equal to the mutual attraction on points and polyhedra; a multipole on
-/// polyhedra too.
+/// A fixed polyhedron acts as a field that equals the mutual attraction of points and smaller polyhedra. The same holds
+/// for a multipole acting on polyhedra.
 #[test]
 fn a_held_polyhedron_is_a_field() {
     let mut rng = fastrand::Rng::with_seed(9);
@@ -342,8 +344,9 @@ fn a_held_polyhedron_is_a_field() {
     }
 }
 
-/// An orbit, 3 from the center of a rock that reaches to 1: total momenta, relative to those of the small body, and the
-/// greatest energy errors of each half of the flight, relative to the small body's kinetic energy.
+/// An orbit at distance 3 from the center of a rock of radius 1. Returns the largest errors of the total momenta, the
+/// linear one relative to that of the small body, and the largest energy errors of each half of the flight, relative to
+/// the small body's kinetic energy.
 fn flight(h: f64, steps: u32) -> ([f64; 2], [f64; 2]) {
     let rock = rock(&mut fastrand::Rng::with_seed(10), 1.0);
     let speed = (G * rock.mass() / 3.0).sqrt();
@@ -395,7 +398,7 @@ fn a_flight_about_a_rock_keeps_momenta_and_bounds_the_energy_error() {
     assert!((ratio - 4.0).abs() < 0.1, "ratio {ratio}");
 }
 
-/// A slender body: within the sphere round it there is room beside it, but none inside.
+/// A slender body: within its bounding sphere, points beside it are allowed, but points inside it are not.
 #[test]
 fn a_body_inside_a_polyhedron_is_a_close_approach() {
     let rod = Polyhedron::cuboid([1.0, 0.2, 0.2], 1.0).expect("a rod");

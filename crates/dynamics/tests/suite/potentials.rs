@@ -1,11 +1,12 @@
-//! Potentials written anew, point of mass by point of mass and in any arithmetic, against which gravity is differentiated.
+//! Independent implementations of the potentials, point by point and generic over the number type, from which gravity
+//! is obtained by differentiation.
 
 use lgvi_dynamics::gravity::{Central, Field, Fixed, Moments, Multipole, Uniform};
 use lgvi_dynamics::{Inertia, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 use num_dual::DualNum;
 
-/// Components of a vector in the arithmetic that differentiates.
+/// Components of a vector in the number type used for differentiation.
 pub type Triple<T> = [T; 3];
 
 pub trait Number: DualNum<f64> + Copy {}
@@ -32,7 +33,7 @@ pub fn rotated<T: Number>(r: &Matrix3<f64>, v: Triple<T>) -> Triple<T> {
     std::array::from_fn(|i| v[0] * r[(i, 0)] + v[1] * r[(i, 1)] + v[2] * r[(i, 2)])
 }
 
-/// `exp(S(ζ)) v` to third order in ζ, all that up to third derivatives at ζ = 0 see.
+/// `exp(S(ζ)) v` to third order in ζ, which is sufficient for derivatives at ζ = 0 up to the third.
 pub fn turned<T: Number>(zeta: Triple<T>, v: Triple<T>) -> Triple<T> {
     let cross = |a: Triple<T>, b: Triple<T>| {
         [
@@ -47,7 +48,7 @@ pub fn turned<T: Number>(zeta: Triple<T>, v: Triple<T>) -> Triple<T> {
     std::array::from_fn(|i| v[i] + first[i] + second[i] * 0.5 + third[i] / 6.0)
 }
 
-/// The part of `1/|e − ρ|` of degree `n` in ρ: `ρⁿ P_n(cos)/rⁿ⁺¹` with Legendre's polynomial.
+/// The part of `1/|e − ρ|` of degree `n` in ρ: `ρⁿ P_n(cos)/rⁿ⁺¹` with the Legendre polynomial.
 pub fn legendre<T: Number>(n: usize, e: Triple<T>, rho: Triple<T>) -> T {
     let (squared, cosine, size) = (dot(e, e), dot(e, rho), dot(rho, rho) * dot(e, e));
     let numerator = match n {
@@ -67,7 +68,7 @@ pub fn quadrupole_pair<T: Number>(e: Triple<T>, rho: Triple<T>, sigma: Triple<T>
     (fourth(add(rho, sigma)) + fourth(subtract(rho, sigma))) / 2.0 - fourth(rho) - fourth(sigma)
 }
 
-/// A random mass distribution whose points are its truth, and how much of it gravity is to see.
+/// The representation of a random set of points: a sphere, all points exactly, or a multipole of an order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     Sphere,
@@ -88,7 +89,8 @@ pub fn vector(rng: &mut fastrand::Rng, scale: f64) -> Vector3<f64> {
 }
 
 impl Cloud {
-    /// Four points within `size` of their center of mass, of total mass 1; a sphere is one point.
+    /// Four points within `size` of the origin before their center of mass is moved there, of total mass 1. A sphere is
+    /// one point.
     pub fn random(kind: Kind, rng: &mut fastrand::Rng, size: f64) -> Self {
         let mut points: Vec<_> = [0.2, 0.3, 0.1, 0.4]
             .map(|mass| PointMass {
@@ -134,7 +136,8 @@ impl Cloud {
         .expect("body")
     }
 
-    /// `1/|e − ρ|` over the points as far as this kind goes, ρ turned by `place`, beginning at degree `from`.
+    /// `1/|e − ρ|` summed over the points up to the order of this kind, with ρ transformed by `place`, starting at
+    /// degree `from`.
     pub fn reach<T: Number>(
         &self,
         e: Triple<T>,
@@ -160,7 +163,7 @@ impl Cloud {
     }
 }
 
-/// A source at a place, as its potential alone.
+/// The potential of a source.
 pub enum Model {
     Central,
     Oblate { j2: f64, radius: f64 },
@@ -177,7 +180,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// φ at the place `x` of the inertial frame.
+    /// φ at the position `x` in the inertial frame.
     pub fn potential<T: Number>(&self, x: Triple<T>) -> T {
         let d = rotated(
             &self.attitude.transpose(),
@@ -197,7 +200,7 @@ impl Source {
         }
     }
 
-    /// What the library makes of it.
+    /// The library's implementation of the source.
     pub fn field(&self) -> Box<dyn Field> {
         let (position, attitude) = (self.position, self.attitude);
         match &self.model {

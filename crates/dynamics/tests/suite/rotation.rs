@@ -1,11 +1,11 @@
-//! The discrete rotation beside the same equation in the exponential chart (2.3), followed from `F = I`.
+//! The discrete rotation compared with the same equation in the exponential chart (2.3), continued from `F = I`.
 
 use lgvi_dynamics::Inertia;
 use lgvi_dynamics::rotation::{Unsolvable, solve};
 use lgvi_lie::{exp, hat, to_cayley};
 use nalgebra::{Matrix3, Vector3};
 
-/// Inertias from spherical over slender to flat, each with its axes and turned against them.
+/// Inertias from spherical to slender and flat, each in its principal axes and rotated out of them.
 fn inertias() -> Vec<Inertia> {
     let turned = exp(&Vector3::new(0.3, 0.5, -0.2));
     let moments = [
@@ -50,7 +50,7 @@ fn exponential(inertia: &Inertia, f: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f6
     (value(f), Matrix3::from_columns(&columns))
 }
 
-/// The rotation vector for `g`, by Newton's method at each of many points on the way from 0; `None` past a fold.
+/// The rotation vector for `g`, by continuation from 0 with Newton's method at many points, or `None` beyond a fold.
 fn follow(inertia: &Inertia, g: &Vector3<f64>, points: u32) -> Option<Vector3<f64>> {
     let mut f = Vector3::zeros();
     for point in 1..=points {
@@ -62,7 +62,7 @@ fn follow(inertia: &Inertia, g: &Vector3<f64>, points: u32) -> Option<Vector3<f6
         }
         let (value, _) = exponential(inertia, &f);
         let solved = (goal - value).norm() < 1e-12 * g.norm();
-        // A jump is to another branch.
+        // A jump leads to another branch.
         if !solved || (f - before).norm() > 0.2 {
             return None;
         }
@@ -84,7 +84,7 @@ fn the_equation_is_solved_to_rounding_up_to_the_sufficient_bound() {
     }
 }
 
-/// The chart of (2.3) leads to the same rotation, and no further.
+/// Continuation in the chart of (2.3) leads to the same rotation, and has a solution only where `solve` has one.
 #[test]
 fn the_solution_is_the_one_that_grows_from_the_identity() {
     let (mut solved, mut unsolvable) = (0, 0);
@@ -103,7 +103,7 @@ fn the_solution_is_the_one_that_grows_from_the_identity() {
                     unsolvable += 1;
                     assert!(error.margin < 0.0);
                 }
-                // So near the fold that following steps over it.
+                // So close to the fold that the continuation steps over it.
                 (Ok(_), None) => {
                     assert!(solve(&inertia, &(1.02 * g)).is_err(), "{g}");
                 }
@@ -128,7 +128,7 @@ fn on_a_principal_axis_the_limit_is_a_quarter_turn() {
     }
 }
 
-/// The same rotation whatever the unit of inertia, near the ends of the range of numbers too.
+/// The rotation does not depend on the unit of inertia, even near the ends of the range of double precision.
 #[test]
 fn solutions_do_not_depend_on_the_unit() {
     let of = |unit: f64| {

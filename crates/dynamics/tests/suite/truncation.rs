@@ -1,4 +1,4 @@
-//! How far the series of a potential are from what they stand for.
+//! Truncation errors of multipole expansions.
 
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::{Field, Multipole};
@@ -9,8 +9,8 @@ use crate::potentials::{Cloud, Kind, vector};
 
 const KINDS: [Kind; 3] = [Kind::Points, Kind::Series(2), Kind::Series(4)];
 
-/// The force between two series and the points they stand for differs, relative to the force, as the power 3 of the
-/// inverse distance at second order and as the power 5 at fourth.
+/// The force between two multipoles has a truncation error, relative to the force between the points they represent,
+/// that decays with the power 3 of the distance at second order and with the power 5 at fourth order.
 #[test]
 fn the_error_of_the_series_falls_with_the_distance() {
     let mut rng = fastrand::Rng::with_seed(5);
@@ -41,8 +41,8 @@ fn the_error_of_the_series_falls_with_the_distance() {
     }
 }
 
-/// A planet's oblateness acts on a multipole at its center alone; the moment that is left out is of the order
-/// `J₂ (a/r)²` of the moment there is.
+/// A planet's oblateness acts only on the center of a multipole body. The omitted moment is of order `J₂ (a/r)²`
+/// relative to the actual moment.
 #[test]
 fn the_moment_that_oblateness_adds_is_small_as_stated() {
     let mut rng = fastrand::Rng::with_seed(6);

@@ -5,7 +5,8 @@ use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_truth::Errors;
 
-/// The observed order over each of three halvings, from the largest error of the state.
+/// The observed order for each of three halvings of the step size, from the largest error of the state, and the errors
+/// at the finest step.
 fn orders(case: &Case, t: f64, steps: u32, method: Method) -> (Vec<f64>, Errors) {
     let mut errors: Vec<_> = (0..4)
         .map(|halving| case.errors_at(t, steps << halving, method))
@@ -35,8 +36,8 @@ fn assert_order(case: &str, t: f64, steps: u32, method: Method, order: f64) -> E
     finest
 }
 
-/// Case, time, coarsest number of steps, and the errors of position, attitude and angular velocity at eight times as
-/// many.
+/// Case, time, smallest number of steps, and the errors of position, attitude and angular velocity for eight times as
+/// many steps.
 const CASES: [(&str, f64, u32, [f64; 3]); 7] = [
     (
         "a1_two_dumbbells_regular",

@@ -5,8 +5,10 @@ use super::{LoadCurvature, LoadGradient};
 use crate::Load;
 use crate::gravity::{Attractor, Monopole, Multipole};
 
-/// Where the body's frame sees the source's monopole: `e = Rᵀ(x_s − x)`, with `δe = −Rᵀδx + S(e) ζ`. The body recoils
-/// from what it does there, and is a point at its center of mass for all else.
+/// The source's `GM` and the position of its monopole in the body frame, `e = Rᵀ(x_s − x)`, with `δe = −Rᵀδx + S(e) ζ`.
+///
+/// The asphericity of the body acts on this monopole, and the body feels the reaction. For the rest of the source's
+/// field, the body is a point at its center of mass.
 fn sight<A: Attractor>(
     source: &A,
     x: &Vector3<f64>,
@@ -16,7 +18,7 @@ fn sight<A: Attractor>(
     Some((gm, r.tr_mul(&(position - x))))
 }
 
-/// `f = m a_s − R a`, `M = a × e`, a what the source feels of the body's asphericity.
+/// `f = m a_s − R a`, `M = a × e`, where a is the acceleration of the source's monopole due to the body's asphericity.
 #[inline]
 pub(super) fn load<A: Attractor>(
     source: &A,

@@ -5,7 +5,7 @@ use super::{LoadCurvature, LoadGradient};
 use crate::gravity::Attractor;
 use crate::{Load, PointMass};
 
-/// A body's points of mass, `d = x + R ρ`: force `m a(d)` each.
+/// Sums the force `m a(d)` over the body's point masses at `d = x + R ρ`.
 #[inline]
 pub(super) fn load<A: Attractor>(
     source: &A,

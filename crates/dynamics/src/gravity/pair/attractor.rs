@@ -4,8 +4,8 @@ use super::{Exchange, PointMass};
 use crate::BodyState;
 use crate::gravity::Attractor;
 
-/// An attractor and another body's points, `d = R_iᵀ(x_j + R_j ρ − x_i)`: `U = Σ m φ(d)`. The attractor recoils at each
-/// point, so that total momenta are kept.
+/// The exchange between an attractor and another body's points, `d = R_iᵀ(x_j + R_j ρ − x_i)`: `U = Σ m φ(d)`. Each
+/// point exerts the opposite force on the attractor, so total momenta are conserved.
 #[inline]
 pub(super) fn exchange<A: Attractor>(
     attractor: &A,

@@ -5,15 +5,16 @@ use nalgebra::Matrix3;
 use crate::PointMass;
 use crate::lane::Vector;
 
-/// Two points of a body side by side. Of an odd number of points the last stands beside a copy of itself without mass.
+/// Two points of a body side by side. If the number of points is odd, the last one is paired with a massless copy of
+/// itself.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct Couple {
     masses: [f64; 2],
-    /// `R ρ` of each.
+    /// `R ρ` of each point.
     arms: Vector<[f64; 2]>,
 }
 
-/// A [`Couple`] in registers, for arithmetic on both points at once.
+/// A [`Couple`] in SIMD registers, for arithmetic on both points at once.
 #[derive(Clone, Copy)]
 pub(super) struct Loaded<S: Simd> {
     pub(super) masses: f64x2<S>,
@@ -36,7 +37,7 @@ impl Couple {
         }
     }
 
-    /// All of a body's points.
+    /// All points of a body as couples.
     #[inline]
     pub(super) fn of<'a>(
         points: &'a [PointMass],
@@ -58,7 +59,7 @@ impl Couple {
 }
 
 impl<S: Simd> Loaded<S> {
-    /// The other way round.
+    /// The couple with its two points exchanged.
     #[inline(always)]
     pub(super) fn swapped(self) -> Self {
         Self {

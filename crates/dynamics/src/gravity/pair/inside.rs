@@ -1,8 +1,9 @@
 use crate::gravity::PolyhedronField;
 use crate::{BodyState, MassDistribution, RigidBody};
 
-/// Of two bodies one of which is a polyhedron with a point of the other inside: the sum of the radii of the spheres
-/// about their origins that hold them. A multipole's only point is its origin.
+/// The sum of the two bodies' reaches if one body is a polyhedron and a point of the other is inside it, else `None`.
+/// The reach is the radius of the sphere about the origin that contains the body. A multipole's only point is its
+/// origin.
 pub(in super::super) fn reach_of_overlap(
     bodies: [&RigidBody; 2],
     states: [&BodyState; 2],
@@ -26,7 +27,7 @@ fn reach(body: &RigidBody) -> f64 {
     field(body).map_or(furthest, PolyhedronField::bounding_radius)
 }
 
-/// Whether a point of `other` is inside `body`.
+/// Returns true if a point of `other` is inside `body`.
 fn enters(body: &RigidBody, at: &BodyState, other: &RigidBody, there: &BodyState) -> bool {
     let Some(field) = field(body) else {
         return false;

@@ -1,4 +1,4 @@
-//! What two bodies exert on each other, one kind of pair a file.
+//! Forces and moments between two bodies, one kind of pair per file.
 
 mod attractor;
 mod couple;
@@ -14,17 +14,17 @@ pub(super) use inside::reach_of_overlap;
 use super::{Attractor, Multipole, PolyhedronField};
 use crate::{BodyState, Load, MassDistribution, PointMass, RigidBody};
 
-/// What two bodies exert on each other.
+/// The forces and moments that two bodies exert on each other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exchange {
-    /// Force on the first, inertial frame; that on the second is its opposite.
+    /// Force on the first body, inertial frame. The force on the second is its opposite.
     force: Vector3<f64>,
-    /// Moment on each, in its own frame.
+    /// Moment on each body, in its own frame.
     moments: [Vector3<f64>; 2],
 }
 
 impl Exchange {
-    /// Seen from the other body.
+    /// The exchange with the bodies in reverse order.
     fn swapped(self) -> Self {
         let [first, second] = self.moments;
         Self {
@@ -33,7 +33,7 @@ impl Exchange {
         }
     }
 
-    /// Adds `constant` times this to the loads of the two.
+    /// Adds `constant` times this exchange to the loads of the two bodies.
     #[inline(always)]
     pub(super) fn add_to(&self, loads: &mut [Load], pair: [usize; 2], constant: f64) {
         let [first, second] = pair;
@@ -45,17 +45,17 @@ impl Exchange {
     }
 }
 
-/// How two bodies meet.
+/// The kind of interaction between two bodies.
 enum Meeting<'a> {
     Points([&'a [PointMass]; 2]),
     Multipoles([&'a Multipole; 2]),
-    /// A multipole and the other's points.
+    /// A multipole and the other body's points.
     Multipole(&'a Multipole, &'a [PointMass], Order),
-    /// A polyhedron's field and the other's points.
+    /// A polyhedron's field and the other body's points.
     Polyhedron(&'a PolyhedronField, &'a [PointMass], Order),
 }
 
-/// Which of the two is the attractor.
+/// The position of the attractor in the pair.
 #[derive(Clone, Copy, PartialEq)]
 enum Order {
     First,
@@ -63,7 +63,8 @@ enum Order {
 }
 
 impl<'a> Meeting<'a> {
-    /// Of two polyhedra the greater is the attractor, for the error falls with the size of the other's cloud.
+    /// The interaction of a pair. Of two polyhedra, the larger one is the attractor, because the error decreases with
+    /// the size of the body that is represented by its cloud.
     #[inline]
     fn of([first, second]: [&'a RigidBody; 2]) -> Self {
         use MassDistribution as Of;
@@ -85,7 +86,7 @@ impl<'a> Meeting<'a> {
     }
 }
 
-/// What an exchange costs, in multiples of a point in a central field, roughly.
+/// Approximate cost of an exchange, in multiples of a point in a central field.
 pub(super) fn cost(bodies: [&RigidBody; 2]) -> f64 {
     match Meeting::of(bodies) {
         Meeting::Points([a, b]) => 0.8 * (a.len() * b.len()) as f64,
@@ -95,8 +96,8 @@ pub(super) fn cost(bodies: [&RigidBody; 2]) -> f64 {
     }
 }
 
-/// Gives `to` the exchange of two bodies, with gravitational constant 1.
-// a closure, for an exchange that is returned from several branches passes through memory
+/// Computes the exchange of two bodies with gravitational constant 1 and passes it to `to`.
+// A closure, because an exchange returned from several branches would pass through memory.
 #[inline]
 pub(super) fn exchange(
     bodies: [&RigidBody; 2],
@@ -112,8 +113,8 @@ pub(super) fn exchange(
     }
 }
 
-/// The force on the first of two points of mass, with the product of their masses and gravitational constant 1: to the bit what
-/// [`exchange`] finds.
+/// The force on the first of two point masses, given the product of their masses, with gravitational constant 1.
+/// Bitwise equal to the result of [`exchange`].
 #[inline]
 pub(super) fn between_monopoles(masses: f64, [first, second]: [&BodyState; 2]) -> Vector3<f64> {
     let d = second.position - first.position;
@@ -122,7 +123,7 @@ pub(super) fn between_monopoles(masses: f64, [first, second]: [&BodyState; 2]) -
     d * (masses * (inverse * inverse) * squared.sqrt())
 }
 
-/// The exchange of two series, with gravitational constant 1.
+/// The exchange of two multipoles, with gravitational constant 1.
 pub(super) fn between_series(series: [&Multipole; 2], states: [&BodyState; 2]) -> Exchange {
     multipoles::exchange(series, states)
 }
@@ -140,7 +141,7 @@ fn attracted<A: Attractor>(
     }
 }
 
-/// Their potential, with gravitational constant 1.
+/// The potential of a pair, with gravitational constant 1.
 pub(super) fn potential(bodies: [&RigidBody; 2], states: [&BodyState; 2]) -> f64 {
     match Meeting::of(bodies) {
         Meeting::Points(points) => points::potential(points, states),

@@ -5,8 +5,10 @@ use super::Exchange;
 use crate::BodyState;
 use crate::gravity::Multipole;
 
-/// Two multipoles: each body's asphericity meets the other's monopole, and where one is of fourth order, quadrupole meets
-/// quadrupole too. To second order `U = −m_i m_j/r − m_j (tr J_i − 3 e·J_i e/r²)/(2r³) − the same with i ↔ j`.
+/// The exchange of two multipoles: the asphericity of each body interacts with the other's monopole. If one of them is
+/// of fourth order, the quadrupole–quadrupole interaction is added.
+///
+/// To second order, `U = −m_i m_j/r − m_j (tr J_i − 3 e·J_i e/r²)/(2r³)`, plus the last term with i and j exchanged.
 #[inline]
 pub(super) fn exchange(multipoles: [&Multipole; 2], states: [&BodyState; 2]) -> Exchange {
     if multipoles.iter().all(|multipole| multipole.order() == 2) {
@@ -77,12 +79,12 @@ fn fourth_order(multipoles: [&Multipole; 2], states: [&BodyState; 2]) -> Exchang
     }
 }
 
-/// Quadrupole on quadrupole, `Q = tr[J] I − 3J` in the inertial frame, s = d·Qd:
-/// `U = −35/12 s_i s_j/r⁹ + 5/3 (Q_i d)·(Q_j d)/r⁷ − 1/6 tr[Q_i Q_j]/r⁵`.
+/// The quadrupole–quadrupole interaction. With `Q = tr[J] I − 3J` in the inertial frame and s = d·Qd: `U = −35/12 s_i
+/// s_j/r⁹ + 5/3 (Q_i d)·(Q_j d)/r⁷ − 1/6 tr[Q_i Q_j]/r⁵`.
 struct Quadrupoles<'a> {
     attitudes: [&'a Matrix3<f64>; 2],
     d: Vector3<f64>,
-    /// Q of each, inertial frame.
+    /// Q of each body, inertial frame.
     q: [Matrix3<f64>; 2],
     /// Q d.
     qd: [Vector3<f64>; 2],
@@ -108,7 +110,7 @@ impl<'a> Quadrupoles<'a> {
         }
     }
 
-    /// `1/r⁵`, `1/r²`.
+    /// `1/r⁵` and `1/r²`.
     fn powers(&self) -> (f64, f64) {
         let by_r2 = 1.0 / self.d.norm_squared();
         (by_r2 * by_r2 * by_r2.sqrt(), by_r2)

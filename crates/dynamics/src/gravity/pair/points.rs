@@ -6,7 +6,8 @@ use super::{Exchange, PointMass};
 use crate::BodyState;
 use crate::lane::{Vector, attraction};
 
-/// Point by point: `U = −Σ_{p,q} m_p m_q / |x_i + R_i ρ_p − x_j − R_j ρ_q|` (§3.4).
+/// The exchange of two bodies of points, summed over all pairs of points: `U = −Σ_{p,q} m_p m_q / |x_i + R_i ρ_p − x_j
+/// − R_j ρ_q|` (§3.4).
 #[inline]
 pub(super) fn exchange(
     [points, others]: [&[PointMass]; 2],
@@ -30,7 +31,7 @@ pub(super) fn exchange(
     }
 }
 
-/// Two points of each body at a time: each with its partner, then with the other's.
+/// Processes two points of each body at a time: first the straight pairs, then the crossed ones.
 #[inline(always)]
 fn between<S: Simd>(simd: S, couples: [&[Couple]; 2], states: [&BodyState; 2]) -> Exchange {
     let [at, there] = states;

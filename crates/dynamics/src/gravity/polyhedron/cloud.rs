@@ -2,21 +2,23 @@ use super::{Polyhedron, PolyhedronError};
 use crate::PointMass;
 use crate::quadrature::gauss_jacobi;
 
-/// Degree up to which clouds take little memory and time.
+/// Largest degree for which clouds take little memory and time.
 const MOST_DEGREE: usize = 10;
 
-/// Share of the body's mass that is rounding: of a face whose plane holds the center, of either sign.
+/// Fraction of the body's mass below which a tetrahedron's mass, of either sign, is rounding error: the plane of its
+/// face contains the center.
 const LEAST_SHARE: f64 = 1e-16;
 
 impl Polyhedron {
-    /// Points of mass, from the center of mass, with all moments of the body up to this degree (at most 10): Gauss points
-    /// of the tetrahedra between center and faces, `⌈(degree + 1)/2⌉³` each.
+    /// Point masses, relative to the center of mass, that reproduce all moments of the body up to this degree (at most
+    /// 10). They are the Gauss points of the tetrahedra between center and faces, `⌈(degree + 1)/2⌉³` each.
     ///
-    /// The potential of another attractor on this body is the sum over the points, with an error that falls as the
-    /// power `degree + 1` of the tetrahedra's size over the distance.
+    /// The potential of another attractor on this body is the sum over the points. Its error decays as the power
+    /// `degree + 1` of the tetrahedra's size over the distance.
     ///
     /// # Assumptions and limitations
-    /// Where the center sees a face from behind (a body that is not star-shaped), its points have negative mass.
+    /// If the center sees a face from behind (the body is not star-shaped), the points of its tetrahedron have negative
+    /// mass.
     pub fn cloud(&self, degree: usize) -> Result<Vec<PointMass>, PolyhedronError> {
         if degree > MOST_DEGREE {
             return Err(PolyhedronError::Degree {
@@ -30,7 +32,7 @@ impl Polyhedron {
     /// The cloud of any degree.
     pub(super) fn gauss_points(&self, degree: usize) -> Vec<PointMass> {
         let count = degree / 2 + 1;
-        // From the surface inwards: the sparse clouds made of them err less.
+        // From the surface inwards, because the sparse clouds built from these points are then more accurate.
         let rule = |power| {
             let mut rule = gauss_jacobi(count as u32, 0, power);
             rule.reverse();

@@ -1,11 +1,13 @@
 use super::{Polyhedron, PolyhedronError, PolyhedronField};
 use crate::PointMass;
 
-/// A polyhedron as a body's mass: the field by which it attracts points, and the points on which other fields act.
+/// A polyhedron as the mass distribution of a body: the field by which it attracts points, and the points on which
+/// other fields act.
 ///
 /// # Assumptions and limitations
-/// The points have the body's moments up to a degree n: what another field exerts on them errs by the power n + 1 of
-/// this body's size over the distance (figures at [`Polyhedron::sparse_cloud`]). Its own field is exact.
+/// The points reproduce the body's moments up to a degree n. The load of another field on them has an error of order
+/// n + 1 in this body's size over the distance (figures at [`Polyhedron::sparse_cloud`]). The body's own field is
+/// exact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolyhedronMass {
     field: PolyhedronField,
@@ -13,7 +15,7 @@ pub struct PolyhedronMass {
 }
 
 impl PolyhedronMass {
-    /// With a sparse cloud of this degree.
+    /// Creates the distribution with a sparse cloud of this degree.
     pub(crate) fn new(polyhedron: &Polyhedron, degree: usize) -> Result<Self, PolyhedronError> {
         Ok(Self {
             field: PolyhedronField::new(polyhedron, 1.0),
@@ -21,12 +23,12 @@ impl PolyhedronMass {
         })
     }
 
-    /// Its gravity with gravitational constant 1.
+    /// The body's gravity field with gravitational constant 1.
     pub fn field(&self) -> &PolyhedronField {
         &self.field
     }
 
-    /// The points of mass on which other fields act.
+    /// The point masses on which other fields act.
     pub fn cloud(&self) -> &[PointMass] {
         &self.cloud
     }

@@ -3,19 +3,20 @@ use nalgebra::{Matrix3, Vector3};
 use super::Polyhedron;
 use super::surface::Edge;
 
-/// What an edge contributes with: Werner & Scheeres' `E_e`, and what else does not depend on the place.
+/// The position-independent data of an edge: Werner & Scheeres' `E_e` and related quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct EdgeDyad {
     ends: [Vector3<f64>; 2],
     along: Vector3<f64>,
     length: f64,
-    /// `E = n_A m_Aᵀ + n_B m_Bᵀ`; n the normals of the faces that meet here, m those of the edge in their planes.
+    /// `E = n_A m_Aᵀ + n_B m_Bᵀ`, where n are the normals of the faces that share the edge, and m the normals of the
+    /// edge in the planes of these faces.
     pub(super) dyad: Matrix3<f64>,
     /// `F_A − F_B`.
     pub(super) jump: Matrix3<f64>,
 }
 
-/// An edge seen from a place: its ends from there, and their distances.
+/// An edge relative to a field point: the vectors to its ends, and their lengths.
 pub(super) struct EdgeSight {
     pub(super) r: [Vector3<f64>; 2],
     distance: [f64; 2],
@@ -28,8 +29,9 @@ impl EdgeDyad {
         EdgeSight { r, distance }
     }
 
-    /// `L = ∫ ds/r = ln[(a + b + e)/(a + b − e)] = 2 artanh[e/(a + b)]`, infinite on the edge; `(a + b)² − e² = 2 q`.
-    // inlined, for a call would pass the sight through memory
+    /// `L = ∫ ds/r = ln[(a + b + e)/(a + b − e)] = 2 artanh[e/(a + b)]`, infinite on the edge, with `(a + b)² − e² = 2
+    /// q`.
+    // Inlined, because a call would pass the sight through memory.
     #[inline(always)]
     pub(super) fn logarithm(&self, sight: &EdgeSight) -> f64 {
         let e = self.length;
@@ -42,7 +44,8 @@ impl EdgeDyad {
         }
     }
 
-    /// `∂L/∂d = e (r_a/a + r_b/b)/q` and `∂ω/∂d = ∫ r × ds/r³ = (r_a × r_b)(a + b)/(a b q)`, this edge's part for face A.
+    /// `∂L/∂d = e (r_a/a + r_b/b)/q`, and the contribution of this edge to face A's `∂ω/∂d = ∫ r × ds/r³ = (r_a ×
+    /// r_b)(a + b)/(a b q)`.
     #[inline(always)]
     pub(super) fn slopes(&self, sight: &EdgeSight) -> [Vector3<f64>; 2] {
         let [a, b] = sight.distance;
@@ -51,27 +54,27 @@ impl EdgeDyad {
         [along, (a + b) * scale * self.cross(sight)]
     }
 
-    /// `q = a b + r_a·r_b`, zero on the edge only.
+    /// `q = a b + r_a·r_b`, zero only on the edge.
     #[inline(always)]
     fn q(&self, sight: &EdgeSight) -> f64 {
         let product = sight.distance[0] * sight.distance[1];
         let dot = sight.r[0].dot(&sight.r[1]);
         if dot < 0.0 {
-            // (a b + r_a·r_b)(a b − r_a·r_b) = |r_a × r_b|², without cancellation near the edge
+            // (a b + r_a·r_b)(a b − r_a·r_b) = |r_a × r_b|² avoids cancellation near the edge.
             self.cross(sight).norm_squared() / (product - dot)
         } else {
             product + dot
         }
     }
 
-    /// `r_a × r_b = r_a × (r_b − r_a)`, without cancellation far away.
+    /// `r_a × r_b = r_a × (r_b − r_a)`, which avoids cancellation at large distance.
     #[inline(always)]
     fn cross(&self, sight: &EdgeSight) -> Vector3<f64> {
         sight.r[0].cross(&self.along)
     }
 }
 
-/// What a face contributes with: its normal n, of which `F_f = n nᵀ` is made.
+/// The data of a face: its normal n, which gives `F_f = n nᵀ`, its corners, and twice its area.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FaceDyad {
     corners: [Vector3<f64>; 3],
@@ -80,8 +83,9 @@ pub(super) struct FaceDyad {
 }
 
 impl FaceDyad {
-    /// The height `n·r` of the face's plane over `d`, and the face's solid angle ω seen from there (A. van Oosterom &
-    /// J. Strackee, IEEE Trans. BME 30, 1983), positive from behind. In the face's plane ω is zero, the mean of both sides.
+    /// The height `n·r` of the face's plane above `d`, and the solid angle ω of the face from there (A. van Oosterom &
+    /// J. Strackee, IEEE Trans. BME 30, 1983), positive if `d` is behind the face. In the plane of the face ω is set to
+    /// zero, the mean of both sides.
     #[inline(always)]
     pub(super) fn height_and_angle(&self, d: &Vector3<f64>) -> (f64, f64) {
         let [ra, rb, rc] = self.corners.map(|corner| corner - d);
@@ -102,17 +106,19 @@ impl FaceDyad {
     }
 }
 
-/// Arguments below which [`inverse_tangent_series`] is exact to rounding; most are, of a fine mesh or far away.
+/// Arguments below which [`inverse_tangent_series`] is exact to rounding. Most arguments are below it for a fine mesh
+/// or at large distance.
 const SMALL: f64 = 0.125;
 
-/// `artanh(z)/z` of `w = z²` and `arctan(t)/t` of `w = −t²`: `1 + w/3 + w²/5 + …`, to `w⁸ ≤ 64⁻⁸`.
+/// `artanh(z)/z` for `w = z²` and `arctan(t)/t` for `w = −t²`: `1 + w/3 + w²/5 + …`, up to `w⁸ ≤ 64⁻⁸`.
 fn inverse_tangent_series(w: f64) -> f64 {
     let coefficients = [15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0, 1.0].map(|n: f64| n.recip());
     let horner = |sum, coefficient| sum * w + coefficient;
     coefficients.into_iter().fold(1.0 / 17.0, horner)
 }
 
-/// Difference of two faces' normals that is rounding: the faces lie in one plane, their edge contributes nothing.
+/// Difference between two face normals below which it is rounding error. The faces are then coplanar, and their edge
+/// contributes nothing.
 const FLAT: f64 = 1e-15;
 
 pub(super) fn of(polyhedron: &Polyhedron) -> (Vec<EdgeDyad>, Vec<FaceDyad>) {

@@ -1,6 +1,6 @@
 use thiserror::Error;
 
-/// Why vertices and faces are not those of a homogeneous polyhedron. Vertices, faces and axes count from 0.
+/// Reasons why vertices and faces do not form a homogeneous polyhedron. Vertices, faces and axes are counted from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PolyhedronError {
     /// The density is not a positive number.
@@ -12,114 +12,115 @@ pub enum PolyhedronError {
     /// A vertex is NaN or infinite.
     #[error("vertex {index} is at {position:?}, expected finite numbers")]
     Vertex {
-        /// Which vertex.
+        /// Index of the vertex.
         index: usize,
-        /// Its position.
+        /// Position of the vertex.
         position: [f64; 3],
     },
-    /// A face names a vertex that is not there.
+    /// A face refers to a vertex that does not exist.
     #[error("face {face} names vertex {vertex}, but there are {count} vertices, counted from 0")]
     NoSuchVertex {
-        /// Which face.
+        /// Index of the face.
         face: usize,
-        /// The vertex it names.
+        /// The vertex index in the face.
         vertex: usize,
-        /// How many there are.
+        /// Number of vertices.
         count: usize,
     },
-    /// A face's corners lie on a line, to rounding, or its size over- or underflows.
+    /// The corners of a face are collinear to rounding, or its area overflows or underflows.
     #[error(
         "face {face} with corners {corners:?} has area {area}, expected a finite one that is not rounding beside its edges"
     )]
     Degenerate {
-        /// Which face.
+        /// Index of the face.
         face: usize,
-        /// Its vertices, two of which may be the same.
+        /// Its vertices, two of which may be equal.
         corners: [usize; 3],
-        /// Its area.
+        /// Area of the face.
         area: f64,
     },
-    /// Two faces run along an edge in the same direction: their orientations differ, or more than two faces meet.
+    /// Two faces traverse an edge in the same direction: their orientations are inconsistent, or more than two faces
+    /// share the edge.
     #[error("faces {faces:?} both run from vertex {from} to {to}, expected one of them each way")]
     Orientation {
         /// The two faces.
         faces: [usize; 2],
-        /// Where the edge starts.
+        /// Start vertex of the edge.
         from: usize,
-        /// Where it ends.
+        /// End vertex of the edge.
         to: usize,
     },
-    /// An edge has a face on one side only.
+    /// An edge belongs to only one face.
     #[error("face {face} runs from vertex {from} to {to}, but no face runs back: not closed")]
     Open {
         /// The face.
         face: usize,
-        /// Where the edge starts.
+        /// Start vertex of the edge.
         from: usize,
-        /// Where it ends.
+        /// End vertex of the edge.
         to: usize,
     },
-    /// The surface encloses no volume to speak of, or is turned inside out.
+    /// The surface encloses no significant volume or is turned inside out.
     #[error("the enclosed volume is {0}, expected > 0: faces anticlockwise seen from outside")]
     Volume(f64),
     /// A semi-axis is not a positive number.
     #[error("semi-axis {axis} is {value}, expected a finite number > 0")]
     SemiAxis {
-        /// Which axis.
+        /// Index of the axis.
         axis: usize,
-        /// Its length.
+        /// Length of the semi-axis.
         value: f64,
     },
-    /// The mesh asked for is too fine.
+    /// The requested mesh is too fine.
     #[error("{found} subdivisions, expected at most {limit}")]
     Subdivisions {
-        /// How many were asked for.
+        /// The requested number of subdivisions.
         found: u32,
-        /// How many are allowed.
+        /// The largest number allowed.
         limit: u32,
     },
-    /// A cloud of too many points is asked for.
+    /// The requested cloud has too many points.
     #[error("a cloud of degree {found}, expected at most {limit}")]
     Degree {
-        /// The degree asked for.
+        /// The requested degree.
         found: usize,
-        /// The highest allowed.
+        /// The highest degree allowed.
         limit: usize,
     },
 }
 
-/// Why a text is not a polyhedron in the Wavefront OBJ format. Lines count from 1.
+/// Reasons why a text is not a polyhedron in the Wavefront OBJ format. Lines are counted from 1.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ObjError {
     /// A vertex has fewer than three coordinates, or one that is not a finite number.
     #[error("line {line}: `{text}` is not a vertex, expected `v` and three finite numbers")]
     Vertex {
-        /// Which line.
+        /// Line number.
         line: usize,
-        /// The line.
+        /// Text of the line.
         text: String,
     },
     /// A face has fewer than three corners.
     #[error("line {line}: `{text}` is not a face, expected `f` and three corners or more")]
     Face {
-        /// Which line.
+        /// Line number.
         line: usize,
-        /// The line.
+        /// Text of the line.
         text: String,
     },
-    /// A corner does not name a vertex of an earlier line.
+    /// A corner does not refer to a vertex of an earlier line.
     #[error(
         "line {line}: corner `{corner}` names none of the {count} vertices so far, expected 1 to {count} or -{count} to -1"
     )]
     Corner {
-        /// Which line.
+        /// Line number.
         line: usize,
         /// The corner.
         corner: String,
-        /// How many vertices the lines before have.
+        /// Number of vertices in the preceding lines.
         count: usize,
     },
-    /// Vertices and faces are well-formed, but not those of a polyhedron.
+    /// Vertices and faces are well-formed but do not form a polyhedron.
     #[error(transparent)]
     Polyhedron(#[from] PolyhedronError),
 }

@@ -7,21 +7,22 @@ use super::dyads::{self, EdgeDyad, FaceDyad};
 use crate::gravity::{Attractor, Monopole};
 
 /// Gravity of a homogeneous polyhedron in closed form, outside and inside (R. A. Werner & D. J. Scheeres, *Exterior
-/// gravitation of a polyhedron…*, Celest. Mech. Dyn. Astron. 65, 1996):
-/// `φ = −½ Gσ [Σ_e r·E_e r L_e − Σ_f r·F_f r ω_f]`, r from the place `d` to any point of the edge or face.
+/// gravitation of a polyhedron…*, Celest. Mech. Dyn. Astron. 65, 1996): `φ = −½ Gσ [Σ_e r·E_e r L_e − Σ_f r·F_f r
+/// ω_f]`, where r is the vector from the field point `d` to any point of the edge or face.
 ///
-/// The first and second derivatives are theirs; the third are sums over edges of
-/// `∂L_e/∂d = e (r_a/a + r_b/b)/q` and `∂ω/∂d = (r_a × r_b)(a + b)/(a b q)`, `q = a b + r_a·r_b`, without a
-/// transcendental function.
+/// The first and second derivatives are from that paper. The third derivatives are sums over edges of `∂L_e/∂d = e
+/// (r_a/a + r_b/b)/q` and `∂ω/∂d = (r_a × r_b)(a + b)/(a b q)`, with `q = a b + r_a·r_b`, and need no transcendental
+/// function.
 ///
 /// # Assumptions and limitations
 /// - Inside the body φ is not harmonic: `tr G = −4πGσ`.
-/// - Potential and acceleration are continuous, and finite everywhere. The gradient jumps by `4πGσ n nᵀ` across a face,
-///   on which it is the mean of both sides unless rounding puts the place on one; the curvature leaves out the jump.
-///   Near an edge the gradient grows as the logarithm and the curvature as the inverse of the distance; on it they are
-///   not finite, at a distance δ they round to `10⁻¹⁶ size/δ` of their greatest part. Edges between faces in one plane
-///   are none.
-/// - The sums cancel far away: the relative rounding of all four is about `10⁻¹⁵ (d/size)²`.
+/// - Potential and acceleration are continuous and finite everywhere. The gradient jumps by `4πGσ n nᵀ` across a face.
+///   On the face it is the mean of both sides, unless rounding places the point on one side. The curvature omits the
+///   jump.
+/// - Toward an edge the gradient grows as the logarithm of the distance and the curvature as its inverse. On the edge
+///   they are not finite. At a distance δ their relative rounding error is `10⁻¹⁶ size/δ` of their largest term. Edges
+///   between coplanar faces are not affected.
+/// - The sums cancel at large distance: the relative rounding error of all four quantities is about `10⁻¹⁵ (d/size)²`.
 /// - The cost is proportional to the number of faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolyhedronField {
@@ -34,7 +35,7 @@ pub struct PolyhedronField {
 }
 
 impl PolyhedronField {
-    /// Gravity of `polyhedron`, in its own frame, with gravitational constant `G`.
+    /// Creates the gravity of `polyhedron`, in its own frame, with gravitational constant `G`.
     pub fn new(polyhedron: &Polyhedron, constant: f64) -> Self {
         let (edges, faces) = dyads::of(polyhedron);
         Self {
@@ -50,7 +51,8 @@ impl PolyhedronField {
         }
     }
 
-    /// The same `factor` times as strong: with the gravitational constant, what was made for the constant 1.
+    /// Returns this field with its strength multiplied by `factor`. The gravitational constant as factor converts a
+    /// field made for the constant 1.
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
         scaled.strength *= factor;
@@ -58,12 +60,13 @@ impl PolyhedronField {
         scaled
     }
 
-    /// The radius of the least sphere about the frame's origin that holds the body.
+    /// The radius of the smallest sphere about the frame's origin that contains the body.
     pub fn bounding_radius(&self) -> f64 {
         self.radius
     }
 
-    /// Whether `d` is inside, where the faces' solid angles sum to `4π`; outside to zero. Undecided on the surface itself.
+    /// Returns true if `d` is inside. The faces' solid angles sum to `4π` inside and to zero outside. Undetermined on
+    /// the surface itself.
     pub fn contains(&self, d: &Vector3<f64>) -> bool {
         if d.norm_squared() > self.radius * self.radius {
             return false;
@@ -73,7 +76,7 @@ impl PolyhedronField {
     }
 }
 
-/// What an edge costs and what a face costs, in multiples of a point mass.
+/// Cost of an edge and of a face, in multiples of a point mass.
 const EDGE: f64 = 1.3;
 const FACE: f64 = 1.6;
 
@@ -87,7 +90,7 @@ impl Attractor for PolyhedronField {
         for edge in &self.edges {
             let sight = edge.seen_from(d);
             let logarithm = edge.logarithm(&sight);
-            // towards the edge L grows as a logarithm and E r falls linearly
+            // Toward the edge, L grows logarithmically while E r decreases linearly, so the term vanishes.
             if logarithm.is_finite() {
                 let r = &sight.r[0];
                 sum += logarithm * r.dot(&(edge.dyad * r));

@@ -23,9 +23,11 @@ impl Polyhedron {
     /// The inertia about the center of mass, in the body's axes.
     ///
     /// # Errors
-    /// That of a surface which cuts itself need not be a rigid body's.
+    /// Returns an error if the result is not the inertia of a rigid body, which can happen for a surface that
+    /// intersects itself.
     pub fn inertia(&self) -> Result<Inertia, InertiaError> {
-        // ∫ ρ ρᵀ over a tetrahedron with corners 0, a, b, c and volume V: V/20 [a aᵀ + b bᵀ + c cᵀ + s sᵀ], s = a + b + c
+        // ∫ ρ ρᵀ over a tetrahedron with corners 0, a, b, c and volume V is V/20 [a aᵀ + b bᵀ + c cᵀ + s sᵀ] with s =
+        // a + b + c
         let mut second = Matrix3::zeros();
         for [a, b, c] in self.tetrahedra(&self.center) {
             let sum = a + b + c;
@@ -51,8 +53,8 @@ impl Polyhedron {
         }
     }
 
-    /// The surface's faces, each the base of a tetrahedron with its apex at `apex`: their corners from there. Those seen
-    /// from behind have negative volume `a·(b × c)/6`.
+    /// The tetrahedra between `apex` and the surface's faces, as the corners of each face relative to `apex`. A face
+    /// seen from behind gives a negative volume `a·(b × c)/6`.
     pub(super) fn tetrahedra(
         &self,
         apex: &Vector3<f64>,
@@ -77,9 +79,9 @@ impl Polyhedron {
 
     /// `∫ x^i y^j z^k dm` at `[i][j][k]` for `i + j + k < N`.
     ///
-    /// Over a tetrahedron with corners 0, a, b, c and volume V this is `6 V i! j! k!/(n + 3)!`, `n = i + j + k`, times the
-    /// coefficient of `ξ^i η^j ζ^k` in the complete homogeneous polynomial `h_n` of the linear forms a, b and c (P. Koehl,
-    /// IEEE Trans. PAMI 34, 2012), for which `h_n(a, …) = a h_{n−1}(a, …) + h_n(…)`.
+    /// For a tetrahedron with corners 0, a, b, c and volume V, this is `6 V i! j! k!/(n + 3)!`, `n = i + j + k`, times
+    /// the coefficient of `ξ^i η^j ζ^k` in the complete homogeneous polynomial `h_n` of the linear forms a, b and c (P.
+    /// Koehl, IEEE Trans. PAMI 34, 2012). These polynomials satisfy `h_n(a, …) = a h_{n−1}(a, …) + h_n(…)`.
     pub(super) fn monomials<const N: usize>(&self) -> Powers<N> {
         let mut sum = [[[0.0; N]; N]; N];
         for [a, b, c] in self.tetrahedra(&Vector3::zeros()) {
@@ -103,12 +105,12 @@ impl Polyhedron {
 /// A number for each monomial `x^i y^j z^k` with `i + j + k < N`, at `[i][j][k]`.
 pub(super) type Powers<const N: usize> = [[[f64; N]; N]; N];
 
-/// All exponents `i + j + k < N`, each after those it is a multiple of.
+/// All exponents with `i + j + k < N`, in an order in which divisors precede their multiples.
 pub(super) fn exponents<const N: usize>() -> impl Iterator<Item = [usize; 3]> {
     (0..N).flat_map(|i| (0..N - i).flat_map(move |j| (0..N - i - j).map(move |k| [i, j, k])))
 }
 
-/// `p := p (1 + a + a² + …)` for a linear form a, that is `p := p + a p` from the lowest degree up.
+/// `p := p (1 + a + a² + …)` for a linear form a, computed as `p := p + a p` from the lowest degree up.
 fn multiply_by_geometric_series<const N: usize>(p: &mut Powers<N>, form: &Vector3<f64>) {
     for [i, j, k] in exponents::<N>() {
         let mut coefficient = p[i][j][k];

@@ -1,4 +1,4 @@
-//! Homogeneous polyhedra: shape, mass properties, gravity and clouds of points that stand for them.
+//! Homogeneous polyhedra: shape, mass properties, gravity, and the clouds of points that represent them.
 
 mod cloud;
 mod distribution;
@@ -24,8 +24,8 @@ use surface::Edge;
 /// A body of constant density bounded by triangles.
 ///
 /// # Assumptions and limitations
-/// The surface is closed and consistently oriented, which is checked; it may have handles, cavities (whose faces point
-/// into them) and several parts. That it does not cut itself is not checked.
+/// The surface must be closed and consistently oriented, which is checked. It may have handles, cavities (whose faces
+/// point into them) and several parts. It must not intersect itself, which is not checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyhedron {
     vertices: Vec<Vector3<f64>>,
@@ -36,12 +36,12 @@ pub struct Polyhedron {
     center: Vector3<f64>,
 }
 
-/// Volume below which, in units of the greatest extent cubed, it is rounding.
+/// Volume, in units of the largest extent cubed, below which it is rounding error.
 const LEAST_VOLUME: f64 = 1e-14;
 
 impl Polyhedron {
-    /// A polyhedron of this density with these vertices (any frame fixed in the body) and faces: each three indices
-    /// into `vertices` from 0, anticlockwise seen from outside.
+    /// Creates a polyhedron of this density with these vertices (any frame fixed in the body) and faces. Each face
+    /// consists of three indices into `vertices` from 0, anticlockwise seen from outside.
     pub fn new(
         vertices: Vec<Vector3<f64>>,
         faces: Vec<[usize; 3]>,
@@ -80,7 +80,7 @@ impl Polyhedron {
         Ok(polyhedron)
     }
 
-    /// The same shape with the density that gives it this mass.
+    /// Returns this shape with the density that gives it this mass.
     pub fn with_mass(self, mass: f64) -> Result<Self, PolyhedronError> {
         let density = mass / self.volume;
         if mass.is_finite() && mass > 0.0 && density.is_finite() && density > 0.0 {
@@ -90,7 +90,7 @@ impl Polyhedron {
         }
     }
 
-    /// The same body in the parallel frame whose origin is its center of mass.
+    /// Returns this body in the parallel frame whose origin is its center of mass.
     pub fn recentered(mut self) -> Self {
         for vertex in &mut self.vertices {
             *vertex -= self.center;
@@ -114,7 +114,7 @@ impl Polyhedron {
         self.density
     }
 
-    /// The radius of the least sphere about the frame's origin that holds the body.
+    /// The radius of the smallest sphere about the frame's origin that contains the body.
     pub fn bounding_radius(&self) -> f64 {
         self.corners()
             .fold(0.0, |radius: f64, corner| radius.max(corner.norm()))

@@ -3,12 +3,12 @@ use nalgebra::Vector3;
 use super::{ObjError, Polyhedron};
 
 impl Polyhedron {
-    /// Reads the text of a Wavefront OBJ file: its `v` and `f` lines; others are passed over. Numbers after a vertex's
-    /// three coordinates, and a corner's texture and normal, are passed over too.
+    /// Reads the `v` and `f` lines of a Wavefront OBJ text and ignores all other lines. It also ignores numbers after a
+    /// vertex's three coordinates, and the texture and normal of a corner.
     ///
     /// # Assumptions and limitations
-    /// Polygons are cut into triangles that fan out from their first corner, as is right for convex ones. Lines are not
-    /// continued by a backslash. Lengths are in the file's own unit.
+    /// Polygons are split into triangles that fan out from their first corner, which is correct for convex polygons. A
+    /// backslash does not continue a line. Lengths are in the unit of the file.
     pub fn from_obj(text: &str, density: f64) -> Result<Self, ObjError> {
         let mut vertices = Vec::new();
         let mut faces = Vec::new();
@@ -58,7 +58,8 @@ fn vertex<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Vector3<f64>> 
     Some(vertex)
 }
 
-/// The index from 0 that `5`, `5/1`, `5//2`, `5/1/2` or, back from the latest vertex, `-1` names.
+/// The index from 0 for a corner such as `5`, `5/1`, `5//2`, `5/1/2`, or `-1`, which counts back from the latest
+/// vertex.
 fn corner(word: &str, count: usize) -> Option<usize> {
     let number: i64 = word.split('/').next()?.parse().ok()?;
     let index = if number < 0 {

@@ -4,15 +4,16 @@ use super::{Polyhedron, PolyhedronError};
 use crate::PointMass;
 
 impl Polyhedron {
-    /// At most `(degree + 1)(degree + 2)(degree + 3)/6` points of mass, from the center of mass, with all moments of the
-    /// body up to this degree: points of [`Polyhedron::cloud`] with other masses of the same sign.
+    /// At most `(degree + 1)(degree + 2)(degree + 3)/6` point masses, relative to the center of mass, that reproduce
+    /// all moments of the body up to this degree. They are a subset of the points of [`Polyhedron::cloud`] with other
+    /// masses of the same sign.
     ///
-    /// Of a fine mesh these are far fewer; the potential's error still falls as the power `degree + 1`, but of the body's
-    /// size over the distance: of two ellipsoids, degree 4 (35 points) errs by 2e-5 at 1.2 times the sum of their radii and
-    /// 3e-7 at twice the sum, degree 8 (165 points) by 2e-7 and 3e-9.
+    /// For a fine mesh these are far fewer points. The error of the potential still decays as the power `degree + 1`,
+    /// but of the body's size over the distance. For two ellipsoids, degree 4 (35 points) has an error of 2e-5 at 1.2
+    /// times the sum of their radii and 3e-7 at twice the sum; degree 8 (165 points) has 2e-7 and 3e-9.
     ///
     /// # Assumptions and limitations
-    /// As of [`Polyhedron::cloud`]. Which points are kept follows no symmetry of the body.
+    /// Those of [`Polyhedron::cloud`]. The selection of points does not respect symmetries of the body.
     pub fn sparse_cloud(&self, degree: usize) -> Result<Vec<PointMass>, PolyhedronError> {
         let points = self.cloud(degree)?;
         let reach = points
@@ -28,19 +29,19 @@ impl Polyhedron {
     }
 }
 
-/// What points are thinned out for, after Carathéodory's theorem (M. Tchernychova & T. Lyons).
+/// Parameters for reducing the number of points by Carathéodory's theorem (M. Tchernychova & T. Lyons).
 struct Recombination {
     degree: usize,
-    /// How many moments there are up to the degree.
+    /// Number of moments up to the degree.
     most: usize,
-    /// Units of length and mass, for nothing to over- or underflow.
+    /// Units of length and mass, which prevent overflow and underflow.
     reach: f64,
     mass: f64,
 }
 
 impl Recombination {
-    /// Of `2 most` groups of points drops half and gives the others other masses, with the same moments in sum; again
-    /// until no more points than moments are left.
+    /// Repeatedly divides the points into at most `2 most` groups, drops half of the groups and rescales the masses of
+    /// the others such that the total moments are unchanged. Stops when there are no more points than moments.
     fn of(&self, mut points: Vec<PointMass>) -> Vec<PointMass> {
         while points.len() > self.most {
             let count = points.len().min(2 * self.most);
@@ -66,7 +67,7 @@ impl Recombination {
         points
     }
 
-    /// The moments of each group, a row each, in a square matrix.
+    /// The moments of each group, one row per group, in a square matrix.
     fn moments(&self, groups: &[&[PointMass]]) -> DMatrix<f64> {
         let mut moments = DMatrix::zeros(groups.len(), groups.len());
         for (row, group) in groups.iter().enumerate() {
@@ -82,16 +83,16 @@ impl Recombination {
     }
 }
 
-/// Factors `λ ≥ 0`, at most `most` of them positive, under which the rows of `moments` (nonzero in the first `most`
-/// columns only) have the same sum as under ones.
+/// Factors `λ ≥ 0`, at most `most` of them positive, such that the weighted sum of the rows of `moments` equals their
+/// plain sum. Only the first `most` columns are nonzero.
 fn nonnegative_factors(moments: DMatrix<f64>, most: usize) -> DVector<f64> {
     let count = moments.nrows();
-    // the last columns of Q are normal to all columns of `moments`: along them λ may change
+    // The last columns of Q are orthogonal to all columns of `moments`: λ can move along them.
     let mut null = moments.qr().q().columns(most, count - most).into_owned();
     let mut factors = DVector::repeat(count, 1.0);
     for column in 0..null.ncols() {
         let mut direction = null.column(column).into_owned();
-        // of both ways, the one with the steeper descent
+        // Choose the sign with the larger decrease.
         if direction.max() < -direction.min() {
             direction.neg_mut();
         }

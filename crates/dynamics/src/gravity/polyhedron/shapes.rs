@@ -4,11 +4,11 @@ use nalgebra::Vector3;
 
 use super::{Polyhedron, PolyhedronError};
 
-/// Subdivisions of an ellipsoid's mesh that still fit in memory with ease: 81 920 faces.
+/// Largest number of subdivisions of an ellipsoid's mesh: 81 920 faces, which still fit in memory easily.
 const MOST_SUBDIVISIONS: u32 = 6;
 
 impl Polyhedron {
-    /// A cuboid about the origin, its faces normal to the axes, its edges twice `semi_axes` long.
+    /// A cuboid about the origin, with faces normal to the axes and edge lengths twice `semi_axes`.
     pub fn cuboid(semi_axes: [f64; 3], density: f64) -> Result<Self, PolyhedronError> {
         check(semi_axes)?;
         let corner = |index: usize| {
@@ -29,12 +29,12 @@ impl Polyhedron {
         Self::new((0..8).map(corner).collect(), faces.collect(), density)
     }
 
-    /// An ellipsoid about the origin as an icosahedron whose faces are cut in four `subdivisions` times (20, 80, 320 …
-    /// faces), its vertices on the ellipsoid.
+    /// An ellipsoid about the origin, meshed as an icosahedron whose faces are divided into four `subdivisions` times
+    /// (20, 80, 320 … faces). The vertices lie on the ellipsoid.
     ///
     /// # Assumptions and limitations
-    /// The mesh is inscribed, so its volume is too small: by 39 % as an icosahedron, then by about a quarter as much
-    /// with each subdivision. [`Polyhedron::with_mass`] gives it the ellipsoid's mass.
+    /// The mesh is inscribed, so its volume is too small: by 39 % for the icosahedron, and each subdivision reduces
+    /// this error to about a quarter. [`Polyhedron::with_mass`] restores the ellipsoid's mass.
     pub fn ellipsoid(
         semi_axes: [f64; 3],
         subdivisions: u32,
@@ -69,7 +69,7 @@ fn check(semi_axes: [f64; 3]) -> Result<(), PolyhedronError> {
     }
 }
 
-/// A regular icosahedron on the unit sphere: its vertices are those of three golden rectangles.
+/// A regular icosahedron on the unit sphere. Its vertices are the corners of three golden rectangles.
 fn icosahedron() -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let rectangle = [
@@ -109,7 +109,7 @@ fn icosahedron() -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
     (vertices, faces)
 }
 
-/// Each face cut in four at the middles of its sides, which are put on the unit sphere.
+/// Divides each face into four at the midpoints of its sides, which are projected onto the unit sphere.
 fn subdivided(vertices: &mut Vec<Vector3<f64>>, faces: &[[usize; 3]]) -> Vec<[usize; 3]> {
     let mut middles = BTreeMap::new();
     let mut middle = |a: usize, b: usize| {

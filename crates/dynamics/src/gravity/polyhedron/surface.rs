@@ -2,18 +2,18 @@ use nalgebra::Vector3;
 
 use super::PolyhedronError;
 
-/// An edge: face `faces[0]` runs along it from `ends[0]` to `ends[1]`, face `faces[1]` runs back.
+/// An edge. Face `faces[0]` traverses it from `ends[0]` to `ends[1]`, and face `faces[1]` in the opposite direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Edge {
     pub(super) ends: [usize; 2],
     pub(super) faces: [usize; 2],
 }
 
-/// Twice a face's area below which, in units of its longest edge squared, rounding leaves its normal fewer than six
-/// digits.
+/// Minimum of twice a face's area, in units of its longest edge squared. Below it, rounding leaves fewer than six
+/// digits of the normal.
 const LEAST_AREA: f64 = 1e-10;
 
-/// The edges of the closed, oriented surface that `faces` form, or why they form none.
+/// The edges of the closed, oriented surface of `faces`.
 pub(super) fn edges(
     vertices: &[Vector3<f64>],
     faces: &[[usize; 3]],
@@ -61,7 +61,7 @@ fn check_face(
     }
 }
 
-/// Joins each face's sides with those of its neighbors.
+/// Matches each side of a face with the same side of the neighboring face.
 fn join(faces: &[[usize; 3]]) -> Result<Vec<Edge>, PolyhedronError> {
     let mut sides: Vec<([usize; 2], usize)> = (0..)
         .zip(faces)

@@ -2,8 +2,8 @@ use super::super::flow::Components;
 use super::super::stages::{Stages, advance};
 use super::super::tableau::Pair;
 
-/// The continuous extension of a step, a polynomial of seventh degree in `θ`, at both ends continuous with its derivative:
-/// `y + θ (r₀ + (1 − θ) (r₁ + θ (r₂ + (1 − θ) (r₃ + θ (r₄ + (1 − θ) (r₅ + θ r₆))))))`.
+/// The continuous extension of a step, a polynomial of seventh degree in `θ` whose value and derivative are continuous
+/// at both ends: `y + θ (r₀ + (1 − θ) (r₁ + θ (r₂ + (1 − θ) (r₃ + θ (r₄ + (1 − θ) (r₅ + θ r₆))))))`.
 pub(super) struct Dense {
     /// `r₀ … r₆` of each body.
     coefficients: Vec<[Components; 7]>,
@@ -18,17 +18,17 @@ impl Dense {
         }
     }
 
-    /// Forgets the step.
+    /// Invalidates the coefficients.
     pub(super) fn clear(&mut self) {
         self.known = false;
     }
 
-    /// Whether it is that of the present step.
+    /// Returns true if the coefficients belong to the current step.
     pub(super) fn is_known(&self) -> bool {
         self.known
     }
 
-    /// Sets it to that of the step `h` from `y` to `end`, whose stages are all evaluated.
+    /// Computes the coefficients for the step `h` from `y` to `end`. All stages must have been evaluated.
     pub(super) fn set(
         &mut self,
         pair: &Pair,
@@ -52,7 +52,7 @@ impl Dense {
         self.known = true;
     }
 
-    /// Sets `at` to where a body is at `θ`, the step having begun at `y`.
+    /// Sets `at` to the components of a body at `θ`, for a step that began at `y`.
     pub(super) fn evaluate(&self, body: usize, y: &Components, theta: f64, at: &mut Components) {
         let r = &self.coefficients[body];
         *at = r[6];

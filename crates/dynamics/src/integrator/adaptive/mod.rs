@@ -10,50 +10,53 @@ use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::{BodyState, Load, RigidBody, System};
 use solution::Solution;
 
-/// Internal steps that one output may take.
+/// Limit of internal steps per output.
 const LIMIT: u32 = 10_000_000;
 
-/// Tolerances that can be met in double precision and mean something.
+/// Accepted tolerances: those that are meaningful and can be met in double precision.
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-17..=0.1;
 
-/// An explicit Runge–Kutta pair of eighth order with error control, on x, γ, the nine numbers of R, and Π.
+/// An explicit Runge–Kutta pair of eighth order with error control, applied to x, γ, the nine entries of R, and Π.
 ///
-/// It has its own steps, chosen so that the estimated error of each is at most the tolerance: the root mean square over all
-/// moving components, absolute for attitudes, relative for the rest. Positions are relative to the distance from the origin
-/// plus the radius of gyration, momenta to their length plus what moves the body by a tenth of that radius, or turns it by
-/// a tenth of a radian, in the longest step so far. The solution so found runs ahead of the states shown, which come from
-/// a continuous extension of seventh order: how often the states are shown makes no difference to it, and little to its cost.
+/// The method chooses its own steps such that the estimated error of each is at most the tolerance. The error is the
+/// root mean square over all moving components, absolute for attitudes and relative for the rest. Positions are
+/// relative to the distance from the origin plus the radius of gyration. Momenta are relative to their magnitude plus
+/// the momentum that moves the body by a tenth of that radius, or rotates it by a tenth of a radian, in the longest
+/// step so far. This internal solution runs ahead of the output states, which come from a continuous extension of
+/// seventh order. The output interval does not affect the internal solution and hardly affects the cost.
 ///
-/// Where the controls change or a new trajectory starts, the internal solution starts anew from the states shown.
+/// When the controls change or a new trajectory starts, the internal solution restarts from the output states.
 ///
 /// # Assumptions and limitations
-/// The error over long times is the sum of many local ones, not the tolerance. What is shown within a step is less
-/// accurate than its ends: for two dumbbells (`tests/truth`, a1) the largest error of position, attitude (Frobenius norm) and
-/// momenta was up to 3 tolerances with Fehlberg's pair and up to 50 with that of Dormand and Prince. R leaves SO(3) by that error; neither
-/// symplectic nor time-reversible. After an error, the internal solution starts anew from the states shown. Close
-/// approaches are looked for where states are shown and where internal steps end.
+/// Over long times the error is the sum of many local errors and exceeds the tolerance. Output within a step is less
+/// accurate than its ends: for two dumbbells (`tests/truth`, a1), the largest error of position, attitude (Frobenius
+/// norm) and momenta was up to 3 tolerances with Fehlberg's pair and up to 50 with the Dormand–Prince pair. R leaves
+/// SO(3) by that error. The method is neither symplectic nor time-reversible. After an error, the internal solution
+/// restarts from the output states. Close approaches are detected only at output times and at the ends of internal
+/// steps.
 pub struct Adaptive {
     solution: Solution,
-    /// Time of the solution, from its start, from which on the outputs are `h` apart; and how many there were.
+    /// Reference time of the current output grid, relative to the start of the solution, and the number of outputs
+    /// since then. Outputs are `h` apart.
     origin: f64,
     shown: u64,
     h: f64,
     started: bool,
-    /// Where an internal step begins, and where it ends.
+    /// States at the beginning and at the end of an internal step.
     begun: Vec<BodyState>,
     next: Vec<BodyState>,
-    /// Attempts that one output may take.
+    /// Limit of attempts per output.
     most: u32,
 }
 
-/// What an [`Adaptive`] method has done so far.
+/// Work done by an [`Adaptive`] method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Internal steps made.
+    /// Accepted internal steps.
     pub accepted: u64,
-    /// Internal steps given up because of their error.
+    /// Internal steps rejected because of their error.
     pub rejected: u64,
-    /// Evaluations of gravity.
+    /// Gravity evaluations.
     pub evaluations: u64,
 }
 
@@ -88,16 +91,16 @@ impl Adaptive {
         }
     }
 
-    /// [`Self::dormand_prince853`] to a tolerance that is known to be one.
+    /// Like [`Self::dormand_prince853`], for a tolerance that is already validated.
     pub(crate) fn to(tolerance: f64, bodies: &[RigidBody]) -> Self {
         Self::of(&tableau::DORMAND_PRINCE, tolerance, bodies)
     }
 
-    /// Fehlberg's 7(8) pair, advanced with the formula of eighth order: 13 evaluations of gravity a step, and 4 where a state
-    /// is shown within it. The tolerance is 1e-17 to 0.1.
+    /// Fehlberg's 7(8) pair, advanced with the formula of eighth order: 13 gravity evaluations per step, and 4 more if
+    /// a state is output within it. The tolerance must be between 1e-17 and 0.1.
     ///
-    /// Its error estimate compares stages at the same two times only, and so does not see how loads depend on time alone: where
-    /// driven bodies attract others that hardly move themselves, the other pair is to be preferred.
+    /// Its error estimate compares only stages at the same two times, so it does not detect loads that depend on time
+    /// alone. If driven bodies attract others that hardly move themselves, prefer the other pair.
     pub fn fehlberg78(tolerance: f64, bodies: &[RigidBody]) -> Result<Self, MethodError> {
         Self::new(
             "Runge–Kutta–Fehlberg 7(8)",
@@ -107,8 +110,8 @@ impl Adaptive {
         )
     }
 
-    /// The 8(5,3) formulas of Dormand and Prince: 12 evaluations of gravity a step, and 3 where a state is shown within it.
-    /// The tolerance is 1e-17 to 0.1.
+    /// The 8(5,3) formulas of Dormand and Prince: 12 gravity evaluations per step, and 3 more if a state is output
+    /// within it. The tolerance must be between 1e-17 and 0.1.
     pub fn dormand_prince853(tolerance: f64, bodies: &[RigidBody]) -> Result<Self, MethodError> {
         Self::new(
             "Dormand–Prince 8(5,3)",
@@ -118,12 +121,12 @@ impl Adaptive {
         )
     }
 
-    /// What it has done since it was made.
+    /// The work since the method was created.
     pub fn work(&self) -> Work {
         self.solution.work()
     }
 
-    /// Has the next outputs fail that would take more than about so many evaluations of gravity each.
+    /// Limits the gravity evaluations per output to approximately this number. Outputs that need more fail.
     pub(crate) fn limit(&mut self, evaluations: u64) {
         let stages = self.solution.evaluations_a_step();
         self.most = u32::try_from(evaluations / stages).map_or(LIMIT, |most| most.min(LIMIT));
@@ -140,8 +143,9 @@ impl Adaptive {
         self.solution.start(system, states, &controls)
     }
 
-    /// Sets `states` to those at a time since the solution began, the same as a step would show. After each internal step
-    /// `goes_on` is told the attempts so far.
+    /// Sets `states` to the states at a time since the solution began, equal to those that steps would output.
+    /// `goes_on` is called after each internal step with the number of attempts so far. The solution stops with an
+    /// error if it returns false.
     pub(crate) fn show_at(
         &mut self,
         system: &mut System,
@@ -154,7 +158,8 @@ impl Adaptive {
         accept(system, &self.next, states)
     }
 
-    /// Runs the solution up to `target`, as long as it may go on after so many attempts.
+    /// Advances the solution to `target`. `goes_on` is called with the number of attempts so far, and stops it by
+    /// returning false.
     fn reach(
         &mut self,
         system: &mut System,

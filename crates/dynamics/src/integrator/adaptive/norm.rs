@@ -4,10 +4,10 @@ use super::super::stages::Stages;
 use super::super::tableau::Pair;
 use crate::RigidBody;
 
-/// The norm of errors: the root mean square over all moving components, each measured by its [`Scale`].
+/// The error norm: the root mean square over all moving components, each scaled by its [`Scale`].
 pub(super) struct Norm {
     scales: Vec<Scale>,
-    /// How many components move.
+    /// Number of moving components.
     moving: f64,
 }
 
@@ -20,13 +20,13 @@ impl Norm {
         }
     }
 
-    /// The scales, one a body.
+    /// The scales, one per body.
     pub(super) fn scales(&self) -> &[Scale] {
         &self.scales
     }
 
-    /// The estimated error of a step from `y` to `end`, by its length, momenta measured by the motion in `time`:
-    /// `e₅² / √(n (e₅² + e₃²/100))` with the sums of squares of both estimates (Hairer, Nørsett, Wanner, §II.10).
+    /// The estimated error of a step from `y` to `end`, divided by the step size. `time` is the time scale for momenta.
+    /// It is `e₅² / √(n (e₅² + e₃²/100))` with the sums of squares of both estimates (Hairer, Nørsett, Wanner, §II.10).
     pub(super) fn error_rate(
         &self,
         pair: &Pair,
@@ -52,7 +52,7 @@ impl Norm {
     }
 }
 
-/// `Σ (a_i b_i)²`, in six sums side by side.
+/// `Σ (a_i b_i)²`, accumulated in six parallel sums.
 #[inline]
 fn sum_of_squares(a: &Components, b: &Components) -> f64 {
     let mut sums = [0.0; 6];

@@ -7,7 +7,7 @@ use super::norm::Norm;
 use super::step_size::StepSize;
 use crate::{BodyState, Load, RigidBody, StepError, System};
 
-/// A solution made of internal steps, of which it knows the last. Times count from its start.
+/// A solution made of internal steps, of which the last one is stored. Times are relative to its start.
 pub(super) struct Solution {
     pair: &'static Pair,
     tolerance: f64,
@@ -15,7 +15,7 @@ pub(super) struct Solution {
     norm: Norm,
     step_size: StepSize,
     dense: Dense,
-    /// Where and when the last step began, and where and when it ended.
+    /// State and time at the beginning and at the end of the last step.
     y: Vec<Components>,
     begin: f64,
     end: Vec<Components>,
@@ -41,43 +41,43 @@ impl Solution {
         }
     }
 
-    /// What was done so far, over all starts.
+    /// The work so far, summed over all starts.
     pub(super) fn work(&self) -> Work {
         self.work
     }
 
-    /// Evaluations of gravity that a step takes.
+    /// Gravity evaluations per step.
     pub(super) fn evaluations_a_step(&self) -> u64 {
         self.last() as u64
     }
 
-    /// Controls under which it is.
+    /// The controls of the solution.
     pub(super) fn controls(&self) -> &[Load] {
         self.stages.controls()
     }
 
-    /// How far it goes.
+    /// The time that the solution has reached.
     pub(super) fn until(&self) -> f64 {
         self.until
     }
 
-    /// Sets `states` to those that it goes up to.
+    /// Sets `states` to those at the end of the last step.
     pub(super) fn end(&self, states: &mut Vec<BodyState>) {
         states.clear();
         states.extend(self.end.iter().map(unpack));
     }
 
-    /// Guesses the first step anew at the next start.
+    /// Discards the step size, so that the next start guesses the first step anew.
     pub(super) fn forget_step_size(&mut self) {
         self.step_size = StepSize::default();
     }
 
-    /// Number of the stage that is the derivative at the end of a step.
+    /// Index of the stage that holds the derivative at the end of a step.
     fn last(&self) -> usize {
         self.pair.tableau.stages.len()
     }
 
-    /// Starts at `states`, under `controls`.
+    /// Starts at `states` under `controls`.
     pub(super) fn start(
         &mut self,
         system: &mut System,
@@ -109,7 +109,7 @@ impl Solution {
         Ok(())
     }
 
-    /// Makes one step towards `target`, with as many attempts as it takes; returns their number.
+    /// Makes one step toward `target`, repeating it until its error is acceptable, and returns the number of attempts.
     pub(super) fn advance(&mut self, system: &mut System, target: f64) -> Result<u32, StepError> {
         let Self { pair, stages, .. } = self;
         let last = pair.tableau.stages.len();
@@ -122,7 +122,7 @@ impl Solution {
         let mut attempts = 0;
         loop {
             let proposed = self.step_size.get(target.abs());
-            // Smaller than `least`, infinite or NaN.
+            // The step is smaller than `least`, infinite or NaN.
             if !(proposed >= least && proposed > 0.0 && proposed.is_finite()) {
                 return Err(StepError::StepSizeUnderflow {
                     step: proposed,
@@ -151,7 +151,7 @@ impl Solution {
         Ok(attempts)
     }
 
-    /// Sets `states` to those at `target`, within the last step.
+    /// Sets `states` to those at `target`, which must be within the last step.
     pub(super) fn show(&mut self, system: &mut System, target: f64, states: &mut Vec<BodyState>) {
         if target == self.until {
             self.end(states);

@@ -1,29 +1,29 @@
 use super::super::scale::Scale;
 use crate::{BodyState, RigidBody};
 
-/// Part of the step that would just meet the tolerance that is taken.
+/// Safety factor on the step that would just meet the tolerance.
 const SAFETY: f64 = 0.9;
 
-/// Factors by which a step may differ from the one before.
+/// Limits of the ratio of two successive steps.
 const FACTORS: [f64; 2] = [1.0 / 3.0, 6.0];
 
-/// Chooses steps such that their error, of order `h⁸`, is the tolerance: `h ← 0.9 h (error / tolerance)^(−1/8)`, within
-/// limits, and no growth after a failure (Hairer, Nørsett, Wanner, §II.4; limits as in their code DOP853).
+/// Chooses steps whose error, of order `h⁸`, meets the tolerance: `h ← 0.9 h (error / tolerance)^(−1/8)`, within
+/// limits, and without growth after a rejection (Hairer, Nørsett, Wanner, §II.4; limits as in their code DOP853).
 #[derive(Default)]
 pub(super) struct StepSize {
     step: f64,
-    /// The longest step that was good enough.
+    /// The longest accepted step.
     longest: f64,
     failed: bool,
 }
 
 impl StepSize {
-    /// Whether there has been a guess.
+    /// Returns true if a step size has been chosen.
     pub(super) fn is_known(&self) -> bool {
         self.step > 0.0
     }
 
-    /// The longest step so far, or the first: a time over which errors of momenta are measured.
+    /// The longest step so far, or the first guess. It is the time scale in the error of momenta.
     pub(super) fn longest(&self) -> f64 {
         if self.longest > 0.0 {
             self.longest
@@ -32,7 +32,7 @@ impl StepSize {
         }
     }
 
-    /// The next step's length; `otherwise` where nothing moves.
+    /// The size of the next step, or `otherwise` if nothing moves.
     pub(super) fn get(&mut self, otherwise: f64) -> f64 {
         if self.step == f64::INFINITY {
             self.step = otherwise;
@@ -40,8 +40,9 @@ impl StepSize {
         self.step
     }
 
-    /// Guesses the first step from the shortest time in which a body, by its velocity or acceleration, moves as far as it is
-    /// away from the origin or large, or turns by a radian. `bodies` are scales, bodies, states and their derivatives.
+    /// Guesses the first step from the shortest time in which a body, by its velocity or acceleration, moves as far as
+    /// its distance from the origin plus its size, or rotates by one radian. The items of `bodies` are a scale, a body,
+    /// its state and the derivative of its state.
     pub(super) fn guess<'a>(
         &mut self,
         tolerance: f64,
@@ -60,12 +61,12 @@ impl StepSize {
         self.failed = false;
     }
 
-    /// Whether a step with `error`, in units of the tolerance, was good enough. Chooses the next.
+    /// Returns true if a step with `error`, in units of the tolerance, is accepted, and chooses the next step size.
     pub(super) fn judge(&mut self, error: f64) -> bool {
         let good = error <= 1.0;
         let [least, greatest] = FACTORS;
         let greatest = if !good || self.failed { 1.0 } else { greatest };
-        // An error that is not a number gives the least factor.
+        // A NaN error gives the smallest factor.
         let factor = (SAFETY / eighth_root(error)).min(greatest).max(least);
         if good {
             self.longest = self.longest.max(self.step);

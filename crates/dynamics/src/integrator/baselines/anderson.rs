@@ -1,14 +1,16 @@
 use crate::integrator::flow::Components;
 
-/// Differences kept.
+/// Number of differences kept.
 const DEPTH: usize = 8;
 
-/// Anderson's acceleration of a fixed-point iteration `z ← g(z)` (D. G. Anderson, *Iterative procedures for nonlinear
-/// integral equations*, J. ACM 12 (1965) 547–560): the next iterate is that combination of the last ones whose residual
-/// `g(z) − z`, were g linear, would be least. It solves a linear problem of n unknowns in n + 1 iterations, contraction or not.
+/// Anderson acceleration of a fixed-point iteration `z ← g(z)` (D. G. Anderson, *Iterative procedures for nonlinear
+/// integral equations*, J. ACM 12 (1965) 547–560).
+///
+/// The next iterate is the combination of the previous ones whose residual `g(z) − z` would be smallest if g were
+/// linear. It solves a linear problem of n unknowns in n + 1 iterations, even if g is not a contraction.
 pub(super) struct Anderson {
     bodies: usize,
-    /// Differences of residuals, orthonormalized in turn, and of the values of g that belong to them; a ring.
+    /// Ring buffers of the differences of residuals and of the corresponding values of g.
     residuals: Vec<Components>,
     values: Vec<Components>,
     last_residual: Vec<Components>,
@@ -31,12 +33,12 @@ impl Anderson {
         }
     }
 
-    /// Forgets the iterates so far.
+    /// Discards the previous iterates.
     pub(super) fn start(&mut self) {
         self.iterations = 0;
     }
 
-    /// Sets `z` to the next iterate, given `value` = g(z); residuals are weighed by `weights`.
+    /// Sets `z` to the next iterate, given `value` = g(z). Residuals are scaled by `weights`.
     pub(super) fn next(
         &mut self,
         z: &mut [Components],
@@ -66,14 +68,15 @@ impl Anderson {
         self.combine(z, known);
     }
 
-    /// Subtracts from `z` the values' differences with the coefficients of least squares, found by Gram and Schmidt.
+    /// Subtracts the differences of values from `z`, with least-squares coefficients computed by Gram–Schmidt
+    /// orthogonalization.
     fn combine(&mut self, z: &mut [Components], known: usize) {
         let n = self.bodies;
         let mut triangle = [[0.0; DEPTH]; DEPTH];
         let mut right = [0.0; DEPTH];
         let mut used = [0; DEPTH];
         let mut rank = 0;
-        // The latest differences first: old ones that depend on them are left out.
+        // The latest differences come first. Older ones that depend on them are omitted.
         for age in 0..known {
             let slot = (self.iterations - 2 - age) % DEPTH;
             let (done, rest) = self.basis.split_at_mut(rank * n);
@@ -124,7 +127,8 @@ fn subtract(from: &mut [Components], factor: f64, what: &[Components]) {
 mod tests {
     use super::*;
 
-    /// `g(z) = A z + b` with eigenvalues of A up to 4: the plain iteration diverges, the accelerated one ends after five.
+    /// `g(z) = A z + b` with eigenvalues of A up to 4. The plain iteration diverges, the accelerated one converges in
+    /// five iterations.
     #[test]
     fn a_linear_problem_of_four_unknowns_takes_five_iterations() {
         let g = |z: &Components| {

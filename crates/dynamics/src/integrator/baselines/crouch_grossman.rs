@@ -3,18 +3,18 @@ use lgvi_lie::exp;
 use crate::integrator::{Integrator, StepError, StepReport, accept};
 use crate::{BodyState, Load, Mobility, RigidBody, System};
 
-/// The Crouch–Grossman method of second order with the coefficients of the explicit midpoint rule; the paper's "LGM"
+/// The Crouch–Grossman method of second order with the coefficients of the explicit midpoint rule, the paper's "LGM"
 /// (§3.4).
 ///
-/// A stage with `R̄ = R exp(½h Ω)` and, for the rest, half an Euler step; then
-/// `R ← R exp(h b₁ Ω) exp(h b₂ Ω̄)` with `b₁ = 0`, `b₂ = 1`, and x, γ, Π as the explicit midpoint rule has them, so that it
-/// differs from [`RungeKutta::explicit_midpoint`](super::RungeKutta::explicit_midpoint) in the attitude alone. Two
-/// evaluations of gravity and two exponentials a step (P. E. Crouch and R. Grossman, *Numerical integration of ordinary
+/// The middle stage has `R̄ = R exp(½h Ω)` and half an Euler step for the other components. The step is `R ← R exp(h b₁
+/// Ω) exp(h b₂ Ω̄)` with `b₁ = 0` and `b₂ = 1`, and the explicit midpoint rule for x, γ and Π. So it differs from
+/// [`RungeKutta::explicit_midpoint`](super::RungeKutta::explicit_midpoint) only in the attitude. It takes two gravity
+/// evaluations and two exponentials per step (P. E. Crouch and R. Grossman, *Numerical integration of ordinary
 /// differential equations on manifolds*, J. Nonlinear Sci. 3 (1993) 1–33).
 ///
 /// # Assumptions and limitations
-/// R stays on SO(3) to rounding, which accumulates as √n. Neither symplectic nor time-reversible: energy and angular
-/// momentum drift.
+/// R stays on SO(3) up to rounding, which accumulates as √n. The method is neither symplectic nor time-reversible:
+/// energy and angular momentum drift.
 pub struct CrouchGrossman {
     middle: Vec<BodyState>,
     next: Vec<BodyState>,
@@ -22,7 +22,7 @@ pub struct CrouchGrossman {
 }
 
 impl CrouchGrossman {
-    /// The method for `bodies`.
+    /// Creates the method for `bodies`.
     pub fn new(bodies: &[RigidBody]) -> Self {
         let count = bodies.len();
         Self {
@@ -32,7 +32,7 @@ impl CrouchGrossman {
         }
     }
 
-    /// Where a body gets in time `t` from `state` with the derivative at `rate`.
+    /// Advances a body from `state` by time `t`, with velocities taken from `rate`.
     fn advance(
         body: &RigidBody,
         state: &BodyState,

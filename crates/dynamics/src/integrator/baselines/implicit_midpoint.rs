@@ -5,45 +5,47 @@ use crate::integrator::stages::advance;
 use crate::integrator::{Integrator, StepError, StepReport, accept};
 use crate::{BodyState, Load, RigidBody, System};
 
-/// Change of an iterate, relative to [`Scale`], that can be rounding: iteration ends once changes below do not halve.
+/// Change of an iterate, relative to [`Scale`], that may be due to rounding. Below it, the iteration stops as soon as a
+/// change is more than half the previous one.
 const ROUNDING: f64 = 1e-13;
 
-/// Change below which no further iteration is worth its cost.
+/// Change below which the iteration always stops.
 const ENOUGH: f64 = 2e-16;
 
-/// Iterations after which there is no solution to hope for.
+/// Iteration limit.
 const LIMIT: u32 = 200;
 
-/// The implicit midpoint rule, `y_{k+1} = y_k + h f(½ (y_k + y_{k+1}))`, on x, γ, the nine numbers of R, and Π; the paper's
-/// "SRK" (§3.4). Second order, time-reversible; an evaluation of gravity an iteration.
+/// The implicit midpoint rule, `y_{k+1} = y_k + h f(½ (y_k + y_{k+1}))`, applied to x, γ, the nine entries of R, and Π;
+/// the paper's "SRK" (§3.4). It is of second order and time-reversible, and takes one gravity evaluation per iteration.
 ///
-/// `Y = y + ½h f(Y)` is solved to rounding by fixed-point iteration from a guess extrapolated from the last three steps,
-/// and by Anderson's acceleration of it where it converges slowly or not at all. So solved, the rule keeps quadratic
-/// invariants (R stays on SO(3), `|R Π|` of a free body) to rounding.
+/// `Y = y + ½h f(Y)` is solved to rounding by fixed-point iteration from a guess extrapolated from the last three
+/// steps. If this converges slowly or not at all, Anderson acceleration takes over. Solved to rounding, the rule
+/// conserves quadratic invariants (R stays on SO(3), `|R Π|` of a free body) to rounding.
 ///
 /// # Assumptions and limitations
-/// Symmetric, but (R, Π) are not canonical coordinates: the rule keeps their Poisson structure to second order only
-/// (M. A. Austin, P. S. Krishnaprasad and L.-S. Wang, *Almost Poisson integration of rigid body systems*, J. Comp. Phys. 107
-/// (1993) 105–117). Where the iteration finds no solution the step fails with [`StepError::NotConverged`].
+/// The rule is symmetric, but (R, Π) are not canonical coordinates, so it preserves their Poisson structure only to
+/// second order (M. A. Austin, P. S. Krishnaprasad and L.-S. Wang, *Almost Poisson integration of rigid body systems*,
+/// J. Comp. Phys. 107 (1993) 105–117). If the iteration does not converge, the step fails with
+/// [`StepError::NotConverged`].
 pub struct ImplicitMidpoint {
     flow: Flow,
     anderson: Anderson,
     scales: Vec<Scale>,
     y: Vec<Components>,
-    /// Iterate Y, and the weights of its components.
+    /// The iterate Y, and the weights of its components.
     middle: Vec<Components>,
     weights: Vec<Components>,
-    /// `y + ½h f(Y)`
+    /// `y + ½h f(Y)`.
     value: Vec<Components>,
     k: Vec<Components>,
-    /// Derivatives at the middle of the last steps.
+    /// Derivatives at the midpoints of the last steps.
     last: [Vec<Components>; 3],
     known: usize,
     next: Vec<BodyState>,
 }
 
 impl ImplicitMidpoint {
-    /// The method for `bodies`.
+    /// Creates the method for `bodies`.
     pub fn new(bodies: &[RigidBody]) -> Self {
         let count = bodies.len();
         let zeros = || vec![[0.0; 18]; count];
@@ -62,7 +64,8 @@ impl ImplicitMidpoint {
         }
     }
 
-    /// Guesses Y: an Euler step at first, then from the derivatives of the last steps.
+    /// Computes the initial guess of Y: by an Euler step at first, then by extrapolation from the derivatives of the
+    /// last steps.
     fn guess(&mut self, system: &mut System, h: f64) {
         let Self {
             flow, y, k, last, ..
@@ -91,7 +94,7 @@ impl ImplicitMidpoint {
         }
     }
 
-    /// Evaluates `y + ½h f(Y)`; returns its greatest change from Y.
+    /// Evaluates `y + ½h f(Y)` and returns its largest change from Y.
     fn evaluate(&mut self, system: &mut System, h: f64) -> f64 {
         let Self {
             flow, y, middle, k, ..
@@ -138,7 +141,7 @@ impl ImplicitMidpoint {
         Err(self.failure(LIMIT, last))
     }
 
-    /// Why there is no solution: the guess is not finite, or iteration from it diverges.
+    /// The error of an iteration without a solution: the guess is not finite, or the iteration does not converge.
     fn failure(&self, iterations: u32, residual: f64) -> StepError {
         let finite = |y: &Components| unpack(y).is_finite();
         match self.value.iter().position(|y| !finite(y)) {

@@ -1,4 +1,4 @@
-//! Methods to compare with; nothing else is built on them.
+//! Baseline methods for comparison. Nothing else depends on them.
 
 mod anderson;
 mod crouch_grossman;

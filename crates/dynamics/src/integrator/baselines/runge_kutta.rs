@@ -4,11 +4,11 @@ use crate::integrator::tableau::{self, Tableau};
 use crate::integrator::{Integrator, StepError, StepReport, accept};
 use crate::{BodyState, Load, RigidBody, System};
 
-/// An explicit Runge–Kutta method with fixed step on x, γ, the nine numbers of R, and Π.
+/// An explicit Runge–Kutta method with fixed step, applied to x, γ, the nine entries of R, and Π.
 ///
 /// # Assumptions and limitations
-/// R leaves SO(3) by the method's error, nothing brings it back. Neither symplectic nor time-reversible: energy and
-/// angular momentum drift.
+/// R leaves SO(3) by the error of the method and is not projected back. The method is neither symplectic nor
+/// time-reversible: energy and angular momentum drift.
 pub struct RungeKutta {
     tableau: &'static Tableau,
     stages: Stages,
@@ -29,23 +29,24 @@ impl RungeKutta {
         }
     }
 
-    /// The explicit midpoint rule, of second order: two evaluations of gravity a step. The paper's "RK" (§3.4).
+    /// The explicit midpoint rule of second order, with two gravity evaluations per step. The paper's "RK" (§3.4).
     pub fn explicit_midpoint(bodies: &[RigidBody]) -> Self {
         Self::new(&tableau::EXPLICIT_MIDPOINT, bodies)
     }
 
-    /// The classical method of fourth order (Kutta 1901): four evaluations of gravity a step.
+    /// The classical method of fourth order (Kutta 1901), with four gravity evaluations per step.
     pub fn classical(bodies: &[RigidBody]) -> Self {
         Self::new(&tableau::CLASSICAL, bodies)
     }
 
-    /// The formula of eighth order of [`Adaptive::fehlberg78`](crate::integrator::Adaptive::fehlberg78), with fixed step.
+    /// The formula of eighth order of [`Adaptive::fehlberg78`](crate::integrator::Adaptive::fehlberg78), with fixed
+    /// step.
     pub fn fehlberg8(bodies: &[RigidBody]) -> Self {
         Self::new(&tableau::FEHLBERG.tableau, bodies)
     }
 
-    /// The formula of eighth order of [`Adaptive::dormand_prince853`](crate::integrator::Adaptive::dormand_prince853), with fixed
-    /// step.
+    /// The formula of eighth order of [`Adaptive::dormand_prince853`](crate::integrator::Adaptive::dormand_prince853),
+    /// with fixed step.
     pub fn dormand_prince8(bodies: &[RigidBody]) -> Self {
         Self::new(&tableau::DORMAND_PRINCE.tableau, bodies)
     }

@@ -3,13 +3,14 @@
 
 use super::{Scheme, mirrored};
 
-/// Weights `γ₁ … γₛ`, a palindrome of sum 1: steps of length `γᵢ h` by a symmetric method of order 2, one after
-/// another, make a symmetric step of length h of a higher order.
+/// Weights `γ₁ … γₛ` of a symmetric composition, a palindrome with sum 1. Successive steps of length `γᵢ h` of a
+/// symmetric method of order 2 form a symmetric step of length h of a higher order.
 ///
-/// Of the published tables compared, these took the fewest Störmer–Verlet steps for a given error, here the largest
-/// distance from Kepler's ellipse (eccentricity 0.3, semi-major axis 1) over ten revolutions; in brackets the runner-up:
+/// Of the published tables compared, these took the fewest Störmer–Verlet steps for a given error. The error is the
+/// largest distance from Kepler's ellipse (eccentricity 0.3, semi-major axis 1) over ten revolutions. The runner-up is
+/// in brackets:
 ///
-/// | thousand forces for an error of | 1e-6 | 1e-8 | 1e-10 | 1e-12 |
+/// | thousand force evaluations for an error of | 1e-6 | 1e-8 | 1e-10 | 1e-12 |
 /// |---|---|---|---|---|
 /// | [`SUZUKI_4`] (McLachlan 1995, 5 stages: 15 % more) | 16.2 | 51.2 | 162 | |
 /// | [`SOFRONIOU_SPALETTA_6`] (theirs of 11 stages: 6 %; Kahan & Li 1997, 9 stages: 30 %) | 6.9 | 14.9 | 32.0 | 68.9 |
@@ -34,8 +35,8 @@ impl Composition {
     }
 }
 
-/// Order 4, 5 stages, `γ₁ = 1/(4 − ∛4)`: M. Suzuki, *Fractal decomposition of exponential operators with applications to
-/// many-body theories and Monte Carlo simulations*, Phys. Lett. A 146 (1990) 319–323.
+/// Order 4, 5 stages, `γ₁ = 1/(4 − ∛4)`: M. Suzuki, *Fractal decomposition of exponential operators with applications
+/// to many-body theories and Monte Carlo simulations*, Phys. Lett. A 146 (1990) 319–323.
 pub(crate) static SUZUKI_4: Composition = Composition {
     order: 4,
     half: &[

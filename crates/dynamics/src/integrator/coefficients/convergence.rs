@@ -1,4 +1,4 @@
-//! Orders measured on nonlinear systems of two degrees of freedom.
+//! Measures orders on nonlinear systems of two degrees of freedom.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ fn quadratic(p: Pair) -> Pair {
     p
 }
 
-/// Of the kinetic energy √(1 + p²), which is not quadratic.
+/// Velocity for the non-quadratic kinetic energy √(1 + p²).
 fn relativistic(p: Pair) -> Pair {
     let energy = (1.0 + p[0] * p[0] + p[1] * p[1]).sqrt();
     p.map(|p| p / energy)
@@ -30,12 +30,12 @@ fn central(q: Pair) -> Pair {
     q.map(|q| -q / (r2 * r2.sqrt()))
 }
 
-/// Of M. Hénon's and C. Heiles' potential (q₁² + q₂²)/2 + q₁² q₂ − q₂³/3.
+/// Force of the Hénon–Heiles potential (q₁² + q₂²)/2 + q₁² q₂ − q₂³/3.
 fn cubic(q: Pair) -> Pair {
     [-q[0] - 2.0 * q[0] * q[1], -q[1] - q[0] * q[0] + q[1] * q[1]]
 }
 
-/// Once around the ellipse of eccentricity 0.3, from periapsis.
+/// One revolution of the ellipse of eccentricity 0.3, from periapsis.
 fn kepler() -> Problem {
     let start = [[0.7, 0.0], [0.0, (1.3_f64 / 0.7).sqrt()]];
     Problem {
@@ -47,7 +47,7 @@ fn kepler() -> Problem {
     }
 }
 
-/// The end is from Taylor series of 30 digits (mpmath's `odefun`).
+/// The end state was computed with Taylor series to 30 digits (mpmath's `odefun`).
 fn henon_heiles() -> Problem {
     Problem {
         velocity: quadratic,
@@ -61,7 +61,7 @@ fn henon_heiles() -> Problem {
     }
 }
 
-/// As [`henon_heiles`].
+/// The end state was computed as in [`henon_heiles`].
 fn relativistic_henon_heiles() -> Problem {
     Problem {
         velocity: relativistic,
@@ -94,14 +94,15 @@ impl Problem {
         (square(q, self.end[0]) + square(p, self.end[1])).sqrt()
     }
 
-    /// Slope of the error over three halvings from `steps` steps.
+    /// Slope of the error over three halvings of the step size, starting from `steps` steps.
     fn measured_order(&self, scheme: &Scheme, steps: u32) -> f64 {
         let errors = [1, 2, 4, 8].map(|n| self.error(scheme, n * steps));
         (errors[0] / errors[3]).log2() / 3.0
     }
 }
 
-/// Slope within what coarse steps allow; were a condition of order violated, a symmetric scheme would lose 2 orders.
+/// Checks the slope with a margin for coarse steps. A symmetric scheme that violated an order condition would lose 2
+/// orders.
 fn assert_order(problem: &Problem, scheme: &Scheme, order: u32, steps: u32) {
     let measured = problem.measured_order(scheme, steps);
     assert!(measured > f64::from(order) - 0.75, "{measured} of {order}");
@@ -133,7 +134,7 @@ fn nystrom_splittings_have_their_orders() {
     }
 }
 
-/// The stated limit of these tables, and a proof that kicks are not taken for drifts.
+/// Checks the stated limit of these tables, and that kicks and drifts are not confused.
 #[test]
 fn nystrom_splittings_have_order_four_outside_their_class() {
     for table in NYSTROM {

@@ -1,13 +1,14 @@
 //! Coefficients of splitting methods, each checked against its order conditions.
 //!
-//! A step of length h is split into kicks `K` (momenta change, configuration stays) and drifts `D` (free motion). Two
-//! families, of different reach:
+//! A step of length h is split into kicks `K` (change momenta at fixed configuration) and drifts `D` (free motion).
+//! There are two families:
 //!
-//! - [`Composition`]: weights for *any* symmetric step of second order, split or not.
-//! - [`Nystrom`]: fewer forces for the same error, but `D` must be the exact flow of a kinetic energy quadratic in the
-//!   momenta, and kicks must depend on the configuration alone. Then `[B, [B, [B, A]]] = 0` (A free motion, B kicks)
-//!   and the conditions that hold it are dropped. A rotating free rigid body qualifies (½ Π·J⁻¹Π) if its drift is exact;
-//!   under a drift that is itself a second-order approximation the order falls to 2.
+//! - [`Composition`]: weights for *any* symmetric step of second order, whether it is a splitting or not.
+//! - [`Nystrom`]: fewer force evaluations for the same error, but `D` must be the exact flow of a kinetic energy
+//!   quadratic in the momenta, and kicks must depend only on the configuration. Then `[B, [B, [B, A]]] = 0` (A free
+//!   motion, B kicks), and the order conditions that contain this commutator are dropped. A freely rotating rigid body
+//!   qualifies (½ Π·J⁻¹Π) if its drift is exact. If the drift itself is a second-order approximation, the order drops
+//!   to 2.
 
 mod composition;
 #[cfg(test)]
@@ -21,19 +22,19 @@ pub(crate) use composition::{
 };
 pub(crate) use nystrom::{Nystrom, RKN_A19, SRKN_6B, SRKN_14A};
 
-/// Stages of a step of length h, `K(b₀h) D(a₀h) K(b₁h) … D(aₛ₋₁h) K(bₛh)`, read the same from either end.
+/// Stages of a symmetric step of length h, `K(b₀h) D(a₀h) K(b₁h) … D(aₛ₋₁h) K(bₛh)`.
 ///
 /// The first and the last kick may be 0: a scheme that begins with a drift needs no force there.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scheme {
-    /// `b`, one more than drifts.
+    /// `b`, one more than `drifts`.
     pub(crate) kicks: Vec<f64>,
     /// `a`.
     pub(crate) drifts: Vec<f64>,
 }
 
 impl Scheme {
-    /// Steps `K(γ/2) D(γ) K(γ/2)` for the `weights` γ one after another, kicks that meet made one.
+    /// Steps `K(γ/2) D(γ) K(γ/2)` in succession for the `weights` γ, with adjacent kicks merged.
     pub(crate) fn composed(weights: &[f64]) -> Self {
         let halves = || weights.iter().map(|weight| weight / 2.0);
         let ends = std::iter::once(0.0);
@@ -48,7 +49,7 @@ impl Scheme {
         }
     }
 
-    /// Kicks and drifts by turns, beginning with a kick.
+    /// Alternating kicks and drifts, beginning with a kick.
     fn alternating(stages: &[f64]) -> Self {
         Self {
             kicks: stages.iter().copied().step_by(2).collect(),
@@ -57,7 +58,7 @@ impl Scheme {
     }
 }
 
-/// The palindrome whose first half, with its middle, is `half`.
+/// The palindrome with the first half `half`, which includes the middle element.
 fn mirrored(half: &[f64]) -> Vec<f64> {
     half.iter()
         .chain(half.iter().rev().skip(1))

@@ -3,20 +3,20 @@
 
 use super::{Scheme, mirrored};
 
-/// Kicks and drifts by turns, `b₀, a₀, b₁, …`, for systems whose kinetic energy is quadratic in the momenta and whose
-/// drift is the exact free motion.
+/// Alternating kicks and drifts, `b₀, a₀, b₁, …`, for systems with a kinetic energy quadratic in the momenta and exact
+/// free motion as drift.
 ///
-/// The error is the largest distance from Kepler's ellipse (eccentricity 0.3, semi-major axis 1) over ten revolutions,
-/// and as second figure the distance in phase space at time 100 in the potential of Hénon & Heiles:
+/// The first error is the largest distance from Kepler's ellipse (eccentricity 0.3, semi-major axis 1) over ten
+/// revolutions, the second the distance in phase space at time 100 in the Hénon–Heiles potential:
 ///
-/// | thousand forces for an error of | 1e-6 | 1e-8 | 1e-10 | 1e-12 |
+/// | thousand force evaluations for an error of | 1e-6 | 1e-8 | 1e-10 | 1e-12 |
 /// |---|---|---|---|---|
 /// | [`SRKN_6B`] | 4.2, 3.4 | 9.3, 10.6 | 24.9, 33.6 | 81.0, 106 |
-/// | SRKN₁₁ᵇ of Blanes & Moan, not kept | 4.1, 1.6 | 8.7, 3.4 | 18.8, 7.2 | 40.6, 15.5 |
+/// | SRKN₁₁ᵇ of Blanes & Moan, not included | 4.1, 1.6 | 8.7, 3.4 | 18.8, 7.2 | 40.6, 15.5 |
 /// | [`SRKN_14A`] | 3.2, 1.6 | 7.0, 3.5 | 15.1, 7.5 | 32.5, 16.1 |
 /// | [`RKN_A19`] | 3.4, 2.2 | 6.1, 3.7 | 10.8, 6.6 | 19.2, 11.7 |
 ///
-/// Elsewhere (a kinetic energy of another form, kicks and drifts exchanged) the order is 4.
+/// In other cases (another form of the kinetic energy, kicks and drifts exchanged) the order is 4.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nystrom {
     /// Order of the step.
@@ -25,17 +25,17 @@ pub(crate) struct Nystrom {
 }
 
 impl Nystrom {
-    /// The whole step.
+    /// The complete step.
     pub(crate) fn scheme(&self) -> Scheme {
         Scheme::alternating(&mirrored(self.half))
     }
 }
 
-/// Order 4, 6 forces: SRKN₆ᵇ of S. Blanes, P. C. Moan, *Practical symplectic partitioned Runge–Kutta and
+/// Order 4, 6 force evaluations: SRKN₆ᵇ of S. Blanes, P. C. Moan, *Practical symplectic partitioned Runge–Kutta and
 /// Runge–Kutta–Nyström methods*, J. Comput. Appl. Math. 142 (2002) 313–330.
 ///
-/// The paper gives 15 digits; those here solve the order conditions to 25 and differ from the paper's by less than
-/// 4e-15, as do the other two tables from that paper.
+/// The paper gives 15 digits. The values here solve the order conditions to 25 digits and differ from the paper's by
+/// less than 4e-15. The same holds for the other two tables.
 pub(crate) static SRKN_6B: Nystrom = Nystrom {
     order: 4,
     half: &[
@@ -49,8 +49,8 @@ pub(crate) static SRKN_6B: Nystrom = Nystrom {
     ],
 };
 
-/// Order 6, 14 forces: SRKN₁₄ᵃ of Blanes & Moan, as [`SRKN_6B`]. Begins and ends with a drift; on Kepler's ellipse a
-/// fifth cheaper than SRKN₁₁ᵇ.
+/// Order 6, 14 force evaluations: SRKN₁₄ᵃ of Blanes & Moan, as [`SRKN_6B`]. Begins and ends with a drift. On Kepler's
+/// ellipse it is 20 % cheaper than SRKN₁₁ᵇ.
 pub(crate) static SRKN_14A: Nystrom = Nystrom {
     order: 6,
     half: &[
@@ -73,9 +73,9 @@ pub(crate) static SRKN_14A: Nystrom = Nystrom {
     ],
 };
 
-/// Order 8, 19 forces: A₁₉ of S. Blanes, F. Casas, A. Escorihuela-Tomàs, *Runge–Kutta–Nyström symplectic splitting
-/// methods of order 8*, arXiv:2202.01541 (2022). Begins and ends with a drift; of A₁₈, A₁₉, B₁₇ and B₁₉ there the
-/// cheapest for a given position error on both orbits.
+/// Order 8, 19 force evaluations: A₁₉ of S. Blanes, F. Casas, A. Escorihuela-Tomàs, *Runge–Kutta–Nyström symplectic
+/// splitting methods of order 8*, arXiv:2202.01541 (2022). Begins and ends with a drift. Of A₁₈, A₁₉, B₁₇ and B₁₉ in
+/// that paper, it is the cheapest for a given position error on both orbits.
 pub(crate) static RKN_A19: Nystrom = Nystrom {
     order: 8,
     half: &[

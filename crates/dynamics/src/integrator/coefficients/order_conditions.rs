@@ -1,4 +1,4 @@
-//! Order conditions, all of them, as residuals that vanish.
+//! The complete order conditions, as residuals that must vanish.
 
 use std::collections::BTreeMap;
 
@@ -25,8 +25,8 @@ fn factorial(n: usize) -> f64 {
 
 /// Largest residual of a composition at each order up to `order`.
 ///
-/// A symmetric step is `exp(h A₁ + h³ A₃ + h⁵ A₅ + …)` with vector fields Aᵢ that in general do not commute, so `∏ᵢ
-/// exp(γᵢ h A₁ + γᵢ³ h³ A₃ + …)` has to agree with `exp(h A₁)` in each word of the letters A₁, A₃, A₅, …
+/// A symmetric step is `exp(h A₁ + h³ A₃ + h⁵ A₅ + …)` with vector fields Aᵢ that generally do not commute. So `∏ᵢ
+/// exp(γᵢ h A₁ + γᵢ³ h³ A₃ + …)` must agree with `exp(h A₁)` in each word of the letters A₁, A₃, A₅, …
 fn composition_residuals(weights: &[f64], order: u32) -> Vec<f64> {
     let all: Vec<_> = (0..=order).flat_map(words).collect();
     let mut product: BTreeMap<_, _> = all.iter().map(|word| (word.as_slice(), 0.0)).collect();
@@ -56,7 +56,7 @@ fn composition_residuals(weights: &[f64], order: u32) -> Vec<f64> {
 }
 
 /// A tree of the Nyström expansion of `q̈ = f(q)`: a derivative of f, applied `velocities` times to q̇ and once to each
-/// of `forces`.
+/// element of `forces`.
 #[derive(Clone)]
 struct Tree {
     velocities: u32,
@@ -68,7 +68,7 @@ impl Tree {
         1 + self.velocities + self.forces.iter().map(|tree| 1 + tree.order()).sum::<u32>()
     }
 
-    /// The tree's force in the exact solution is this times t^(order − 1).
+    /// The coefficient of t^(order − 1) in the tree's force in the exact solution.
     fn exact(&self) -> f64 {
         let twice_integrated = |tree: &Self| {
             let n = f64::from(tree.order());
@@ -77,7 +77,7 @@ impl Tree {
         self.forces.iter().map(twice_integrated).product()
     }
 
-    /// The tree's force at each kick `b` of a scheme, at time `c`.
+    /// The tree's force at each kick `b` of a scheme, at times `c`.
     fn at_kicks(&self, b: &[f64], c: &[f64]) -> Vec<f64> {
         let inner: Vec<_> = self.forces.iter().map(|tree| tree.at_kicks(b, c)).collect();
         let displacement = |force: &[f64], i: usize| -> f64 {
@@ -92,7 +92,7 @@ impl Tree {
     }
 }
 
-/// Trees whose branches (all below the root) have together `order`, each branch being at most the `last` of `known`.
+/// Trees whose branches (all below the root) have the total order `order`, built from the first `last` of `known`.
 fn branchings(order: u32, known: &[Tree], last: usize) -> Vec<Tree> {
     let mut all = vec![Tree {
         velocities: order,
@@ -110,7 +110,7 @@ fn branchings(order: u32, known: &[Tree], last: usize) -> Vec<Tree> {
     all
 }
 
-/// All trees of orders 1 to `order`, one group an order.
+/// All trees of orders 1 to `order`, grouped by order.
 fn trees(order: u32) -> Vec<Vec<Tree>> {
     let mut known: Vec<Tree> = Vec::new();
     let mut groups = Vec::new();
@@ -122,8 +122,8 @@ fn trees(order: u32) -> Vec<Vec<Tree>> {
     groups
 }
 
-/// Largest residual of a splitting at each order up to `order`: `Σᵢ bᵢ Φᵢ(τ) = ∫₀¹ Φ(τ)` for each tree τ. (A symplectic
-/// scheme that satisfies these for the momenta does so for the positions.)
+/// Largest residual of a splitting at each order up to `order`: `Σᵢ bᵢ Φᵢ(τ) = ∫₀¹ Φ(τ)` for each tree τ. A symplectic
+/// scheme that satisfies these conditions for the momenta also satisfies those for the positions.
 fn nystrom_residuals(scheme: &Scheme, order: u32) -> Vec<f64> {
     let b = &scheme.kicks;
     let mut c = vec![0.0];
@@ -139,17 +139,18 @@ fn nystrom_residuals(scheme: &Scheme, order: u32) -> Vec<f64> {
     trees(order).iter().map(group).collect()
 }
 
-/// Above the rounding of coefficients and sums (measured: at most 3e-16), below the effect of a wrong twelfth digit.
+/// Bound above the rounding of coefficients and sums (measured: at most 3e-16) and below the effect of an error in the
+/// twelfth digit.
 const ROUNDING: f64 = 1e-15;
 
-/// Residuals vanish up to `order`, and not beyond.
+/// Checks that residuals vanish up to `order`, and not beyond.
 fn assert_order(residuals: &[f64], order: u32) {
     let (within, beyond) = residuals.split_at(order as usize);
     assert!(within.iter().all(|&r| r < ROUNDING), "{order}: {within:?}");
     assert!(beyond[0] > 1e-6, "{order}: {beyond:?}");
 }
 
-/// A change in the twelfth decimal place of any of the `half` is noticed.
+/// Checks that a change in the twelfth decimal place of any entry of `half` is detected.
 fn assert_sensitive(half: &[f64], residuals: impl Fn(&[f64]) -> Vec<f64>) {
     for i in (0..half.len()).filter(|&i| half[i] != 0.0) {
         let mut wrong = half.to_vec();
@@ -189,8 +190,8 @@ fn nystrom_splittings_satisfy_their_order_conditions() {
     }
 }
 
-/// Number of conditions: Fibonacci's for words; E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential
-/// Equations I*, II.14 for trees.
+/// Checks the number of conditions: Fibonacci numbers for words; E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary
+/// Differential Equations I*, II.14 for trees.
 #[test]
 fn no_condition_is_missing() {
     let counts: Vec<_> = (1..=10).map(|weight| words(weight).len()).collect();
@@ -199,7 +200,8 @@ fn no_condition_is_missing() {
     assert_eq!(counts, [1, 1, 2, 3, 6, 10, 20, 36]);
 }
 
-/// Two families of conditions, derived apart, agree: composed Störmer–Verlet steps are Nyström splittings too.
+/// The two independently derived families of conditions agree: compositions of Störmer–Verlet steps are also Nyström
+/// splittings.
 #[test]
 fn compositions_of_kicks_and_drifts_satisfy_the_nystrom_conditions() {
     for table in COMPOSITIONS {

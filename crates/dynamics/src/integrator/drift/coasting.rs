@@ -12,14 +12,14 @@ use crate::{BodyState, Mobility, RigidBody};
 /// Bodies on which no moment acts.
 #[derive(Clone, Copy, Default)]
 pub(in super::super) struct Coasting<'a> {
-    /// Which, one a body; none of them where that is empty.
+    /// Flags of these bodies, one per body, or empty if there are none.
     pub(in super::super) bodies: &'a [bool],
-    /// How long they turn in this drift.
+    /// Duration of their rotation in this drift.
     pub(in super::super) time: f64,
 }
 
 impl<T: BodyRotation> Mover<T> {
-    /// Sets `next` to `state` kicked, moved by the first of the times and turned by the second.
+    /// Sets `next` to `state`, kicked, translated by the first time and rotated by the second.
     #[inline(always)]
     fn coast(
         &self,
@@ -50,8 +50,8 @@ impl<T: BodyRotation> Mover<T> {
     }
 }
 
-/// Sets `next` to `states` kicked, then moved by `h`, where some bodies coast: those turn by a time of their own, and not at
-/// all when they are at rest.
+/// Sets `next` to `states`, kicked and then moved by `h`, where some bodies coast. These rotate for a separate time,
+/// and not at all if they are at rest.
 #[inline(never)]
 fn advance_coasting<'a>(
     movers: &[Mover<impl BodyRotation>],
@@ -88,7 +88,7 @@ fn advance_coasting<'a>(
 }
 
 impl Drift {
-    /// What [`Drift::apply`] does where some bodies coast.
+    /// [`Drift::apply`] for the case that some bodies coast.
     #[cold]
     pub(super) fn coast(
         &mut self,

@@ -2,45 +2,45 @@ use super::elimination::Elimination;
 use super::{ChartOrigin, MAX_DEGREE, Quadrature};
 use crate::MethodError;
 
-/// What a degree, a quadrature and a chart make of the general construction (§2.2), on the unit interval.
+/// The tables of the general construction (§2.2) for a degree, a quadrature and a chart, on the unit interval.
 ///
-/// Control points `0 = d_0 < … < d_s = 1` are the nodes of Lobatto's rule, for conditioning. Tables are by quadrature
-/// point i, in each by control point κ = 1 … s.
+/// The control points `0 = d_0 < … < d_s = 1` are the nodes of the Lobatto rule, which gives good conditioning. Each
+/// table has one row per quadrature point i, with columns for the control points κ = 1 … s.
 pub(super) struct Basis {
     pub(super) degree: usize,
     pub(super) points: usize,
     pub(super) origin: ChartOrigin,
-    /// `c_i`
+    /// `c_i`.
     pub(super) nodes: Vec<f64>,
-    /// `b_i`
+    /// `b_i`.
     pub(super) weights: Vec<f64>,
-    /// `d_1 … d_s`
+    /// `d_1 … d_s`.
     pub(super) controls: Vec<f64>,
-    /// `l_κ(c_i)`
+    /// `l_κ(c_i)`.
     pub(super) value: Vec<f64>,
-    /// `l_κ(c_i)` of the rotation vector, whose value at `d_0` depends on the chart.
+    /// `l_κ(c_i)` for the rotation vector, whose value at `d_0` depends on the chart.
     pub(super) chart_value: Vec<f64>,
-    /// `dl_κ/dτ (c_i)` of the same.
+    /// `dl_κ/dτ (c_i)` for the rotation vector.
     pub(super) chart_slope: Vec<f64>,
-    /// `a_κi` of `x^κ = x_0 + d_κ h ẋ_0 + (h²/m) Σ_i a_κi f_i`.
+    /// `a_κi` in `x^κ = x_0 + d_κ h ẋ_0 + (h²/m) Σ_i a_κi f_i`.
     pub(super) response: Vec<f64>,
-    /// The next step as far as this one tells, at `1 + d_λ`.
+    /// Extrapolation to the next step, at `1 + d_λ`.
     pub(super) onward: Extrapolation,
-    /// A step of twice the length, at `2 d_λ`.
+    /// Extrapolation to a step of twice the length, at `2 d_λ`.
     pub(super) stretched: Extrapolation,
 }
 
-/// Polynomials outside the step, by the λ of the points looked for, in each by the κ of the points given.
+/// Values of the polynomials outside the step: one row per target point λ, with columns for the given points κ.
 #[derive(Default)]
 pub(super) struct Extrapolation {
-    /// `l_κ`
+    /// `l_κ`.
     pub(super) value: Vec<f64>,
-    /// `l_κ` of rotation vectors.
+    /// `l_κ` for rotation vectors.
     pub(super) chart_value: Vec<f64>,
 }
 
 impl Basis {
-    /// Of a method called `method`, its parameters checked.
+    /// Creates the tables for a method called `method` after checking its parameters.
     pub(super) fn checked(
         method: &'static str,
         degree: u32,
@@ -99,8 +99,8 @@ impl Basis {
         basis
     }
 
-    /// Stationarity in `x^κ`, `(m/h) Σ_λ A_κλ (x^λ − x_0) = δ_κs (γ_0 + h Σ b_i f_i) − h Σ_i b_i l_κ(c_i) f_i` with
-    /// `A_κλ = Σ b_i l̇_κ l̇_λ`, solved for `x^κ` by way of `A⁻¹ e_s = d`.
+    /// Solves the stationarity condition in `x^κ`, `(m/h) Σ_λ A_κλ (x^λ − x_0) = δ_κs (γ_0 + h Σ b_i f_i) − h Σ_i b_i
+    /// l_κ(c_i) f_i` with `A_κλ = Σ b_i l̇_κ l̇_λ`, for `x^κ`, using `A⁻¹ e_s = d`.
     fn responses(&self, slope: &[f64]) -> Vec<f64> {
         let s = self.degree;
         let mut stiffness = Elimination::new(s);
@@ -124,7 +124,7 @@ impl Basis {
         responses
     }
 
-    /// Row of a table by quadrature point.
+    /// The row of a table for a quadrature point.
     #[inline]
     pub(super) fn at<'a>(&self, table: &'a [f64], point: usize) -> &'a [f64] {
         &table[point * self.degree..(point + 1) * self.degree]
@@ -151,7 +151,7 @@ fn lagrange(nodes: &[f64], tau: f64) -> (Vec<f64>, Vec<f64>) {
     nodes.iter().enumerate().map(each).unzip()
 }
 
-/// Of polynomials 0 … s those that multiply `ξ^1 … ξ^s`.
+/// The coefficients of `ξ^1 … ξ^s`, given the values of the polynomials 0 … s.
 fn in_chart(origin: ChartOrigin, polynomials: &[f64]) -> Vec<f64> {
     let mut kept = polynomials[1..].to_vec();
     if let (ChartOrigin::Middle, Some(last)) = (origin, kept.last_mut()) {

@@ -2,14 +2,15 @@ use nalgebra::Vector3;
 
 use super::iteration::Progress;
 
-/// The unknown control points of a polynomial in a vector space, as an iteration improves them.
+/// The unknown control points of a polynomial in a vector space, as improved by an iteration.
 pub(super) struct Curve {
     pub(super) points: Vec<Vector3<f64>>,
-    /// What to subtract from the points next.
+    /// The next correction, to be subtracted from the points.
     pub(super) correction: Vec<Vector3<f64>>,
-    /// Points that a guess may build on.
+    /// Points of an earlier solution, used for initial guesses.
     pub(super) before: Vec<Vector3<f64>>,
-    /// Size of what the points are added to, whose rounding they need not undercut.
+    /// Magnitude of the quantity to which the points are added. Its rounding error limits the useful accuracy of the
+    /// points.
     pub(super) base: f64,
 }
 
@@ -24,7 +25,7 @@ impl Curve {
         }
     }
 
-    /// Lets later guesses build on the present points.
+    /// Stores the current points for later guesses.
     pub(super) fn remember(&mut self) {
         self.before.copy_from_slice(&self.points);
     }
@@ -39,25 +40,26 @@ impl Curve {
         Progress::new(correction.sqrt(), self.size(), self.base)
     }
 
-    /// Greatest length of a point.
+    /// The largest norm of a point.
     pub(super) fn size(&self) -> f64 {
         self.points.iter().map(Vector3::norm).fold(0.0, greater)
     }
 }
 
-/// What a first guess of a step's unknowns is made from.
+/// The source of the initial guess for a step's unknowns.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Guess {
     /// Constant velocities.
     Uniform,
-    /// The polynomials of the step before, of the same length.
+    /// The polynomials of the previous step of the same length.
     Onward,
-    /// Those of a step half as long.
+    /// The polynomials of a step of half the length.
     Stretched,
 }
 
 impl Guess {
-    /// For a step `h` after one of length `last`, if there was one since the start.
+    /// Chooses the guess for a step `h`, where `last` is the length of the previous step, or `None` if there was none
+    /// since the start.
     pub(super) fn after(last: Option<f64>, h: f64) -> Self {
         if last == Some(h) {
             Self::Onward
@@ -67,12 +69,12 @@ impl Guess {
     }
 }
 
-/// The greater of two, NaN if one is NaN.
+/// The larger of two values, or NaN if one is NaN.
 pub(super) fn greater(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
 }
 
-/// `Σ_κ c_κ v^κ`
+/// `Σ_κ c_κ v^κ`.
 #[inline]
 pub(super) fn combine(coefficients: &[f64], vectors: &[Vector3<f64>]) -> Vector3<f64> {
     let mut sum = Vector3::zeros();

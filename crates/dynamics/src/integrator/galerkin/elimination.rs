@@ -1,9 +1,9 @@
 use nalgebra::Matrix3;
 
-/// A square matrix and, once factored, its triangular factors: Gaussian elimination with partial pivoting, in place.
+/// A square matrix or its triangular factors, computed in place by Gaussian elimination with partial pivoting.
 pub(super) struct Elimination {
     size: usize,
-    /// By columns.
+    /// Entries in column-major order.
     entries: Vec<f64>,
     pivots: Vec<usize>,
 }
@@ -17,12 +17,12 @@ impl Elimination {
         }
     }
 
-    /// The entries of the matrix to be factored, by columns.
+    /// The entries of the matrix to be factored, in column-major order.
     pub(super) fn entries(&mut self) -> &mut [f64] {
         &mut self.entries
     }
 
-    /// Adds a block to the matrix, which is one of blocks of 3×3.
+    /// Adds a 3×3 block to the matrix, at the given block row and column.
     #[inline]
     pub(super) fn add_block(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
         for (index, part) in block.as_slice().chunks_exact(3).enumerate() {
@@ -33,7 +33,7 @@ impl Elimination {
         }
     }
 
-    /// Replaces the matrix by its factors. A singular matrix has factors that are not finite.
+    /// Replaces the matrix by its factors. If the matrix is singular, the factors are not finite.
     pub(super) fn factor(&mut self) {
         let n = self.size;
         for k in 0..n {
@@ -61,7 +61,7 @@ impl Elimination {
         }
     }
 
-    /// Replaces `b` by the solution of `A x = b`, after [`Elimination::factor`].
+    /// Replaces `b` by the solution of `A x = b`. Must be called after [`Elimination::factor`].
     pub(super) fn solve(&self, b: &mut [f64]) {
         for (row, &pivot) in self.pivots.iter().enumerate() {
             b.swap(row, pivot);
@@ -79,7 +79,7 @@ impl Elimination {
     }
 }
 
-/// `a ← a − factor × b`
+/// `a ← a − factor × b`.
 #[inline]
 fn subtract(a: &mut [f64], factor: f64, b: &[f64]) {
     for (a, b) in a.iter_mut().zip(b) {

@@ -6,21 +6,23 @@ use super::{ChartOrigin, Quadrature};
 use crate::integrator::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::{BodyState, Load, Mobility, System};
 
-/// The higher-order discrete Euler–Poincaré equations (§2.3) of free bodies: [`Galerkin`](super::Galerkin) reduced by its
-/// symmetry, and the same trajectory to rounding.
+/// The higher-order discrete Euler–Poincaré equations (§2.3) of free bodies: [`Galerkin`](super::Galerkin) reduced by
+/// its symmetry, with the same trajectory to rounding.
 ///
-/// The Lagrangian `l(η) = ½ ηᵀJη` does not depend on the attitude, nor does
-/// `l_d(F) = ext h Σ b_i l(J_r(ξ) ξ̇)` at `F = R_0ᵀR_1`. In momenta, a step solves `Π_0 = −D_1`, an equation for F alone, and
-/// goes on with `Π_1 = Ad*_F Π_0 = FᵀΠ_0` and the reconstruction `R_1 = R_0 F`. The center of mass moves uniformly.
+/// The Lagrangian `l(η) = ½ ηᵀJη` does not depend on the attitude, and neither does `l_d(F) = ext h Σ b_i l(J_r(ξ) ξ̇)`
+/// at `F = R_0ᵀR_1`. In terms of momenta, a step solves `Π_0 = −D_1`, an equation for F alone, and then computes `Π_1 =
+/// Ad*_F Π_0 = FᵀΠ_0` and the reconstruction `R_1 = R_0 F`. The center of mass moves uniformly.
 ///
-/// Controls are constant over a step, force in the inertial and moment in the body frame, and need no attitude either: the
-/// force acts exactly, the moment by the discrete Lagrange–d'Alembert principle in the same quadrature, of the same order.
+/// Controls are constant over a step, the force in the inertial frame and the moment in the body frame, so they do not
+/// need the attitude either. The force acts exactly. The moment acts by the discrete Lagrange–d'Alembert principle with
+/// the same quadrature, and has the same order.
 ///
 /// # Assumptions and limitations
-/// No gravity. A body may turn by less than π in one step, else [`StepError::TurnsTooFar`].
+/// No gravity acts. A body must rotate by less than π in one step, otherwise the step returns
+/// [`StepError::TurnsTooFar`].
 pub struct EulerPoincare {
     basis: Basis,
-    /// One a body.
+    /// Rotation of each body.
     turning: Vec<Turning>,
     next: Vec<BodyState>,
     /// Length of the last step.
@@ -29,11 +31,11 @@ pub struct EulerPoincare {
 
 const NAME: &str = "Euler–Poincaré";
 
-/// Newton corrections.
+/// Limit of Newton corrections.
 const MAX_ITERATIONS: u32 = 40;
 
 impl EulerPoincare {
-    /// Degree `s`, 1 to 10, and quadrature with at least s points.
+    /// Creates the method with degree `s`, 1 to 10, and a quadrature with at least s points.
     pub fn new(
         system: &System,
         degree: u32,

@@ -3,10 +3,10 @@ use nalgebra::Vector3;
 use super::basis::Basis;
 use super::curve::{Curve, Guess, combine};
 
-/// One body's center of mass within a step: the displacements `x^κ − x_0` of its control points, which stationarity of
-/// the action gives explicitly in the forces, see [`Basis::response`].
+/// The motion of one body's center of mass within a step: the displacements `x^κ − x_0` of its control points.
+/// Stationarity of the action gives them explicitly in terms of the forces, see [`Basis::response`].
 pub(super) struct Gliding {
-    /// `x^κ − x_0`
+    /// `x^κ − x_0`.
     pub(super) curve: Curve,
 }
 
@@ -17,7 +17,7 @@ impl Gliding {
         }
     }
 
-    /// Guesses the displacements; `way = h ẋ_0`.
+    /// Computes the initial guess of the displacements, with `way = h ẋ_0`.
     pub(super) fn guess(&mut self, basis: &Basis, way: &Vector3<f64>, guess: Guess) {
         let Curve { points, before, .. } = &mut self.curve;
         let zero = Vector3::zeros();

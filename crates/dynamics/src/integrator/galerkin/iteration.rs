@@ -4,32 +4,35 @@ use super::curve::greater;
 use crate::integrator::StepError;
 use crate::{BodyState, Mobility, RigidBody};
 
-/// Correction, relative to the unknowns it corrects, below which nothing is left to correct.
+/// Correction, relative to the unknowns, below which the iteration has converged.
 const ROUNDING: f64 = f64::EPSILON;
 
-/// Correction, relative to what the unknowns are added to (a whole angle, a position), that may be rounding of the loads.
+/// Correction, relative to the quantity to which the unknowns are added (a full angle, a position), that may be due to
+/// rounding of the loads.
 const NOISE: f64 = 1e-13;
 
-/// Relative change of the unknowns since it was made that makes a Jacobian worth renewing.
+/// Relative correction above which the next pass renews the Jacobian.
 const STALE: f64 = 1e-3;
 
-/// Rate at which the last corrections may shrink where those before shrank faster.
+/// Smallest convergence rate used to predict the next correction, because the last corrections may shrink more slowly
+/// than those before.
 const SLOWEST: f64 = 0.1;
 
-/// Passes that may fail to shrink the correction by a tenth.
+/// Number of passes that may reduce the correction by less than a tenth.
 const PATIENCE: u32 = 3;
 
-/// How far a pass moved the unknowns.
+/// The change of the unknowns in a pass.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Progress {
-    /// Greatest correction relative to the unknowns.
+    /// Largest correction relative to the unknowns.
     relative: f64,
-    /// The same relative to what they are added to.
+    /// Largest correction relative to the unknowns plus the quantity to which they are added.
     absolute: f64,
 }
 
 impl Progress {
-    /// By a `correction` of unknowns of a `size` that are added to something of size `base`.
+    /// The progress of a `correction` of unknowns of magnitude `size`, which are added to a quantity of magnitude
+    /// `base`.
     pub(super) fn new(correction: f64, size: f64, base: f64) -> Self {
         if correction == 0.0 {
             return Self::default();
@@ -40,7 +43,7 @@ impl Progress {
         }
     }
 
-    /// Of both kinds of unknowns.
+    /// The larger progress of two sets of unknowns.
     pub(super) fn and(self, other: Self) -> Self {
         Self {
             relative: greater(self.relative, other.relative),
@@ -49,7 +52,7 @@ impl Progress {
     }
 }
 
-/// An iteration that stopped short of a solution.
+/// An iteration that stopped without converging.
 pub(super) struct Stall {
     pub(super) iterations: u32,
     /// The last correction, relative.
@@ -57,7 +60,7 @@ pub(super) struct Stall {
 }
 
 impl Stall {
-    /// The error of a step `h` from `states` that ended so.
+    /// The error of a step `h` from `states` that stalled.
     pub(super) fn explain(&self, bodies: &[RigidBody], states: &[BodyState], h: f64) -> StepError {
         for (body, (rigid, state)) in bodies.iter().zip(states).enumerate() {
             let turn = h.abs() * state.angular_velocity(rigid).norm();
@@ -74,8 +77,8 @@ impl Stall {
     }
 }
 
-/// Repeats `pass` until its corrections are rounding, or returns the last of them, relative; it is told whether to renew its
-/// Jacobian. Adds the passes made to `iterations`.
+/// Repeats `pass` until its corrections are at rounding level. On failure, returns the last relative correction. The
+/// argument of `pass` is true if it must renew its Jacobian. Adds the number of passes to `iterations`.
 pub(super) fn iterate(
     limit: u32,
     iterations: &mut u32,

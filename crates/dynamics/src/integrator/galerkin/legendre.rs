@@ -1,5 +1,5 @@
-//! The discrete Legendre transforms, numerically: a solved step against differences of an action that is computed by other
-//! means, angular velocities by automatic differentiation of the exponential series.
+//! Numerical check of the discrete Legendre transforms: a solved step is compared with differences of the action. The
+//! action is computed independently, with angular velocities from automatic differentiation of the exponential series.
 
 use lgvi_lie::{exp, log, vee};
 use nalgebra::{Matrix3, Vector3};
@@ -9,15 +9,15 @@ use super::{ChartOrigin, Galerkin, Quadrature};
 use crate::gravity::Mutual;
 use crate::{BodyState, Inertia, Integrator, Load, PointMass, RigidBody, System};
 
-/// A trajectory within a step, body after body: ends and inner control points.
+/// A trajectory within a step, body by body: ends and inner control points.
 #[derive(Clone)]
 struct Path {
     origin: ChartOrigin,
-    /// `x^0 … x^s`
+    /// `x^0 … x^s`.
     positions: Vec<Vec<Vector3<f64>>>,
-    /// `R_0`, `R_1`
+    /// `R_0`, `R_1`.
     attitudes: Vec<[Matrix3<f64>; 2]>,
-    /// `ξ^1 … ξ^{s−1}`
+    /// `ξ^1 … ξ^{s−1}`.
     inner: Vec<Vec<Vector3<f64>>>,
 }
 
@@ -47,7 +47,7 @@ fn slope(v: &[Dual64; 3]) -> Vector3<f64> {
     Vector3::from_fn(|i, _| v[i].eps)
 }
 
-/// `exp S(ξ)` and its derivative, by the series.
+/// `exp S(ξ)` and its derivative, from the series.
 fn exponential(xi: &[Dual64; 3]) -> (Matrix3<f64>, Matrix3<f64>) {
     let [x, y, z] = *xi;
     let zero = Dual64::from(0.0);
@@ -108,7 +108,7 @@ impl Path {
     }
 }
 
-/// Two bodies close to each other, no axis of theirs special.
+/// Two bodies close to each other, without special directions.
 pub(super) fn bodies() -> (System, Vec<BodyState>) {
     let mut rng = fastrand::Rng::with_seed(13);
     let mut random = move |scale: f64| Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0));
@@ -136,14 +136,14 @@ pub(super) fn bodies() -> (System, Vec<BodyState>) {
     )
 }
 
-/// A function's derivative at 0, to fourth order in the difference.
+/// The derivative of a function at 0, by differences of fourth order.
 fn derivative(function: impl Fn(f64) -> f64) -> f64 {
     let e = 2e-3;
     let central = |e: f64| (function(e) - function(-e)) / (2.0 * e);
     (4.0 * central(e) - central(2.0 * e)) / 3.0
 }
 
-/// `−D_1 L_d` and `D_2 L_d` are the momenta at both ends, and the inner points are stationary.
+/// Checks that `−D_1 L_d` and `D_2 L_d` are the momenta at the two ends, and that the inner points are stationary.
 #[test]
 fn momenta_are_the_discrete_legendre_transforms() {
     let h = 0.8;

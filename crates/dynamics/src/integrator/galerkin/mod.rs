@@ -21,40 +21,42 @@ use self::motion::{Motion, Step};
 use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::{BodyState, Load, Mobility, System};
 
-/// Where the natural chart of a step, in which its rotation vectors are interpolated, has its center.
+/// The center of the natural chart of a step, in which its rotation vectors are interpolated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChartOrigin {
-    /// At the attitude that the step starts from, `R(τ) = R_0 exp S(ξ(τ))`, as in the paper.
+    /// The attitude at the start of the step, `R(τ) = R_0 exp S(ξ(τ))`, as in the paper.
     Start,
-    /// Half-way to the attitude that the step ends with: the method is its own adjoint, and time-reversible.
+    /// Halfway to the attitude at the end of the step. The method is then self-adjoint and time-reversible.
     #[default]
     Middle,
 }
 
-/// Highest degree: beyond, rounding in the interpolation outweighs what a longer step could gain.
+/// Highest degree. Beyond it, rounding errors of the interpolation outweigh the benefit of longer steps.
 const MAX_DEGREE: u32 = 10;
 
-/// A Galerkin Lie group variational integrator (§2.2): order `2s` with polynomials of degree s and s points of Gauss'
-/// or `s + 1` points of Lobatto's rule.
+/// A Galerkin Lie group variational integrator (§2.2), of order `2s` with polynomials of degree s and either s Gauss
+/// points or `s + 1` Lobatto points.
 ///
-/// Over a step the center of mass is a polynomial of degree s, the attitude the exponential of one in the natural chart,
-/// `R(τ) = C exp S(ξ(τ))`; the discrete Lagrangian is the extremum over inner control points of the action
-/// `h Σ b_i [½ m |ẋ|² + ½ ΩᵀJΩ − U]` at the quadrature nodes, with `Ω = J_r(ξ) ξ̇`. A step solves `(γ_0, Π_0) = −D_1 L_d`
-/// and goes on from `(γ_1, Π_1) = D_2 L_d`, momenta left-trivialized; controls enter by the discrete
-/// Lagrange–d'Alembert principle in the same quadrature. Interpolation is equivariant under Euclidean motions (Lemmas 2.1,
-/// 2.2), so total momenta are kept as by the exact flow; the method is symplectic.
+/// Over a step, the center of mass is a polynomial of degree s, and the attitude is the exponential of such a
+/// polynomial in the natural chart, `R(τ) = C exp S(ξ(τ))`. The discrete Lagrangian is the extremum, over inner control
+/// points, of the action `h Σ b_i [½ m |ẋ|² + ½ ΩᵀJΩ − U]` at the quadrature nodes, with `Ω = J_r(ξ) ξ̇`. A step solves
+/// `(γ_0, Π_0) = −D_1 L_d` and computes `(γ_1, Π_1) = D_2 L_d`, with left-trivialized momenta. Controls act by the
+/// discrete Lagrange–d'Alembert principle with the same quadrature. The interpolation is equivariant under Euclidean
+/// motions (Lemmas 2.1, 2.2), so total momenta are conserved as by the exact flow. The method is symplectic.
 ///
-/// The equations of each body's rotation are solved by Newton's method with the kinetic energy's Jacobian, the loads
-/// following by iteration, down to rounding. Where that stalls, Newton's method takes all bodies at once; where that fails
-/// too, the solution is followed from those of shorter steps. Degree 4 reaches an error of 2e-7 on two dumbbells (reference
-/// a1 at time 1) in 12 steps, each as costly as some 80 of the [LGVI](super::Splitting::lgvi), which needs 40 000 for it.
+/// The equations of each body's rotation are solved to rounding by Newton's method with the Jacobian of the kinetic
+/// energy, and the loads are updated iteratively. If this stalls, Newton's method is applied to all bodies together. If
+/// that fails too, the solution is continued from those of shorter steps. For two dumbbells (reference a1 at time 1),
+/// degree 4 reaches an error of 2e-7 in 12 steps, each of which costs about as much as 80 steps of the
+/// [LGVI](super::Splitting::lgvi), which needs 40 000 steps for this error.
 ///
 /// # Assumptions and limitations
-/// A body may turn by less than π in one step, else [`StepError::TurnsTooFar`]. With [`ChartOrigin::Start`] and `s > 1` the
-/// method is not time-reversible: a polynomial in the chart at one end is none in the chart at the other. Degree 1 suits
-/// slender bodies badly, the LGVI does better there. Gravity is evaluated at every quadrature point in every pass. Where two
-/// solutions of the equations are near each other, as in steps that do not resolve the motion, either may be found. Memory
-/// grows as the square of degree times bodies.
+/// A body must rotate by less than π in one step, otherwise the step returns [`StepError::TurnsTooFar`]. With
+/// [`ChartOrigin::Start`] and `s > 1` the method is not time-reversible, because a polynomial in the chart at one end
+/// is not a polynomial in the chart at the other. Degree 1 is poorly suited to slender bodies, for which the LGVI is
+/// better. Each pass evaluates gravity at every quadrature point. If two solutions of the equations are close to each
+/// other, as in steps that do not resolve the motion, either may be found. Memory grows as the square of degree times
+/// bodies.
 pub struct Galerkin {
     motion: Motion,
     next: Vec<BodyState>,
@@ -62,11 +64,11 @@ pub struct Galerkin {
     h: Option<f64>,
 }
 
-/// Unknowns of the largest step: where the bodies are solved for together, a matrix of their square is.
+/// Largest number of unknowns of a step. Solving for all bodies together needs a matrix of this size squared.
 const MOST_UNKNOWNS: usize = 1500;
 
 impl Galerkin {
-    /// Degree `s`, 1 to 10, and quadrature with at least s points.
+    /// Creates the method with degree `s`, 1 to 10, and a quadrature with at least s points.
     pub fn new(
         system: &System,
         degree: u32,
@@ -90,7 +92,7 @@ impl Galerkin {
         })
     }
 
-    /// The states at the end of a solved step.
+    /// Computes the states at the end of a solved step.
     fn finish(&mut self, system: &System, step: Step<'_>) -> Result<(), StepError> {
         let Step { states, h, .. } = step;
         let motion = &self.motion;

@@ -6,19 +6,19 @@ use super::iteration::{Progress, Stall, iterate};
 use super::turning::Turning;
 use crate::{BodyState, Load, Mobility, RigidBody, System};
 
-/// Passes with the loads' derivatives left out of the Jacobian.
+/// Limit of passes whose Jacobian omits the derivatives of the loads.
 const MAX_SIMPLE: u32 = 40;
 
-/// Passes with the whole Jacobian.
+/// Limit of passes with the full Jacobian.
 const MAX_NEWTON: u32 = 12;
 
-/// Halvings of a step in search of one that the simplest guess leads to.
+/// Limit of halvings in the search for a step that converges from constant velocities.
 const MAX_HALVINGS: u32 = 5;
 
-/// Relative disturbance of an unknown for a difference quotient.
+/// Relative perturbation of an unknown for a difference quotient.
 const DIFFERENCE: f64 = 1e-7;
 
-/// A step to be made.
+/// The input of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Step<'a> {
     pub(super) states: &'a [BodyState],
@@ -35,14 +35,14 @@ impl Step<'_> {
     }
 }
 
-/// The motion of all bodies within a step: their unknowns, and the equations that couple them through the loads.
+/// The motion of all bodies within a step: their unknowns, and the equations coupled by the loads.
 pub(super) struct Motion {
     pub(super) basis: Basis,
     pub(super) turning: Vec<Option<Turning>>,
     pub(super) gliding: Vec<Option<Gliding>>,
-    /// Poses at the quadrature nodes, node after node.
+    /// Poses at the quadrature nodes, ordered by node, then by body.
     poses: Vec<BodyState>,
-    /// What acts there, in the same order.
+    /// Loads at these poses, in the same order.
     loads: Vec<Load>,
     whole: Elimination,
     flat: Vec<f64>,
@@ -75,7 +75,7 @@ impl Motion {
         }
     }
 
-    /// Guesses the unknowns and puts the driven bodies where they will be.
+    /// Computes the initial guess of the unknowns and places the driven bodies on their prescribed paths.
     pub(super) fn begin(&mut self, bodies: &[RigidBody], step: Step<'_>, guess: Guess) {
         let Step { states, h, .. } = step;
         self.poses.clear();
@@ -98,8 +98,8 @@ impl Motion {
         }
     }
 
-    /// Solves the equations. Where the first guess does not lead to a solution, shorter steps from the same states are
-    /// solved, each a guess for one twice as long: so the solution is followed as it grows from that of no step at all.
+    /// Solves the equations. If the iteration does not converge from the first guess, shorter steps from the same
+    /// states are solved, and each solution is the initial guess for a step of twice the length.
     pub(super) fn solve(
         &mut self,
         system: &mut System,
@@ -129,7 +129,8 @@ impl Motion {
         })
     }
 
-    /// Solves the equations from a guess, at first without the loads' derivatives in the Jacobian, then with them.
+    /// Solves the equations from an initial guess, first with a Jacobian that omits the derivatives of the loads, then
+    /// with the full Jacobian.
     fn attempt(
         &mut self,
         system: &mut System,
@@ -150,7 +151,7 @@ impl Motion {
         })
     }
 
-    /// Sets all bodies' corrections.
+    /// Computes the corrections of all bodies.
     fn correct(&mut self, system: &mut System, step: Step<'_>, linearize: bool) {
         let Step {
             states,
@@ -199,12 +200,12 @@ impl Motion {
         }
     }
 
-    /// What acts on a body at the quadrature nodes.
+    /// The loads on a body at the quadrature nodes.
     pub(super) fn loads_on(&self, body: usize) -> impl Iterator<Item = &Load> {
         self.loads.iter().skip(body).step_by(self.turning.len())
     }
 
-    /// Lets later guesses build on the present motion.
+    /// Stores the current motion for later guesses.
     pub(super) fn remember(&mut self) {
         curves(&mut self.turning, &mut self.gliding).for_each(Curve::remember);
     }
@@ -218,8 +219,8 @@ impl Motion {
         progress
     }
 
-    /// A Newton correction of the equations `c(z) = 0`, c being what [`Motion::correct`] would subtract from the unknowns z;
-    /// `linearize` renews `∂c/∂z`, by differences.
+    /// Makes a Newton correction of the equations `c(z) = 0`, where c is the correction of the unknowns z by
+    /// [`Motion::correct`]. If `linearize` is true, renews `∂c/∂z` by differences.
     fn newton(&mut self, system: &mut System, step: Step<'_>, linearize: bool) -> Progress {
         let size = self.flat.len();
         self.correct(system, step, linearize);
@@ -252,7 +253,7 @@ impl Motion {
         self.apply()
     }
 
-    /// Moves an unknown a little; returns what it was and by how much it moved.
+    /// Perturbs an unknown. Returns its original value and the perturbation.
     fn disturb(&mut self, unknown: usize) -> (f64, f64) {
         let width = 3 * self.basis.degree;
         let mut all = curves(&mut self.turning, &mut self.gliding);
@@ -301,7 +302,8 @@ mod tests {
     use super::super::{ChartOrigin, Quadrature};
     use super::*;
 
-    /// Both iterations end at one solution, Newton's with the whole Jacobian in fewer passes.
+    /// Checks that both iterations converge to the same solution, and Newton's method with the full Jacobian in fewer
+    /// passes.
     #[test]
     fn both_iterations_find_the_same() {
         for origin in [ChartOrigin::Start, ChartOrigin::Middle] {

@@ -1,16 +1,16 @@
 use crate::MethodError;
 use crate::quadrature::gauss_jacobi;
 
-/// A quadrature rule on `[0, 1]`, by its number of points.
+/// A quadrature rule on `[0, 1]`, with its number of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quadrature {
     /// Gauss–Legendre: r points are exact up to degree `2r − 1`.
     Gauss(u32),
-    /// Gauss–Lobatto, both ends among the points: r ≥ 2 points are exact up to degree `2r − 3`.
+    /// Gauss–Lobatto, which includes both ends: r ≥ 2 points are exact up to degree `2r − 3`.
     Lobatto(u32),
 }
 
-/// Most points of a rule.
+/// Largest number of points.
 const MAX_POINTS: u32 = 24;
 
 impl Quadrature {
@@ -21,8 +21,8 @@ impl Quadrature {
         }
     }
 
-    /// Whether the rule exists and tells all polynomials of a `degree` apart by their slopes, as a Galerkin method needs:
-    /// at least as many points as the degree.
+    /// Checks that the rule exists and that it distinguishes all polynomials of a `degree` by their slopes, as a
+    /// Galerkin method requires. This needs at least as many points as the degree.
     pub(super) fn check(self, method: &'static str, degree: u32) -> Result<(), MethodError> {
         let least = match self {
             Self::Gauss(_) => 1,
@@ -39,7 +39,7 @@ impl Quadrature {
         })
     }
 
-    /// Nodes in rising order, and weights; mirror images share their rounding errors.
+    /// Nodes in increasing order, and weights. Nodes and weights are exactly symmetric.
     pub(super) fn rule(self) -> (Vec<f64>, Vec<f64>) {
         let mut rule = match self {
             Self::Gauss(points) => gauss_jacobi(points, 0, 0),
@@ -67,7 +67,7 @@ impl Quadrature {
 mod tests {
     use super::*;
 
-    /// Exact for polynomials up to the degree stated, and no further.
+    /// Checks that rules are exact for polynomials up to the stated degree, and not beyond.
     #[test]
     fn rules_are_exact_up_to_their_degree() {
         let mut rules: Vec<_> = (1..=24)

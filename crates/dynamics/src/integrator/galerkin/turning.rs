@@ -10,20 +10,21 @@ use super::elimination::Elimination;
 use crate::Inertia;
 use crate::integrator::StepError;
 
-/// One turning body within a step: the rotation vectors `ξ^1 … ξ^s` of its control points and the discrete
+/// The rotation of one body within a step: the rotation vectors `ξ^1 … ξ^s` of its control points, and the discrete
 /// Euler–Lagrange equations for them.
 ///
-/// With the chart's center `C` (`R_0`, or `R_0 exp S(ξ^s)` half-way), `R(τ) = C exp S(ξ(τ))`. In a unit of time h, which
-/// multiplies momenta by h and moments by h², `Ω = J_r(ξ) ξ'` and the action is `Σ b_i (½ ΩᵀJΩ − U)`. Its derivative by
-/// `ξ^κ` at fixed C, with `D(ξ, y) = ∂(J_r(ξ) y)/∂ξ`, is
-/// `T_κ = Σ_i b_i [l̇_κ J_rᵀΠ_i + l_κ (D(ξ_i, ξ_i')ᵀΠ_i + J_rᵀM_i)]`; it vanishes for inner points.
+/// With the chart's center `C` (`R_0`, or `R_0 exp S(ξ^s)` halfway), `R(τ) = C exp S(ξ(τ))`. In units where h is the
+/// unit of time, which multiplies momenta by h and moments by h², `Ω = J_r(ξ) ξ'` and the action is `Σ b_i (½ ΩᵀJΩ −
+/// U)`. With `D(ξ, y) = ∂(J_r(ξ) y)/∂ξ`, its derivative with respect to `ξ^κ` at fixed C is `T_κ = Σ_i b_i [l̇_κ
+/// J_rᵀΠ_i + l_κ (D(ξ_i, ξ_i')ᵀΠ_i + J_rᵀM_i)]`, which vanishes for inner points.
 ///
-/// Turning C and all that hangs on it alters U only. With `E = exp S(ξ^s)` and `I = Σ b_i exp S(ξ_i) M_i`, this gives
-/// `E Π_1 − Π_0 = I` for a center at the start and `E Π_1 − Eᵀ Π_0 = I` for one half-way, the discrete Noether theorem.
-/// The last point moves the end, and one half-way the start as well: `T_s = J_rᵀ(ξ^s) Π_1 [+ J_r(ξ^s) Π_0]`, by
-/// `J_rᵀ = J_r E` the same as `T_s = J_r(ξ^s) y` with `y = Π_0 + I [+ Eᵀ Π_0]`, in which `Π_1` does not occur.
+/// A rotation of C together with the whole motion changes only U. With `E = exp S(ξ^s)` and `I = Σ b_i exp S(ξ_i) M_i`,
+/// this gives the discrete Noether theorem: `E Π_1 − Π_0 = I` for a center at the start and `E Π_1 − Eᵀ Π_0 = I` for a
+/// center halfway. The last control point moves the end, and for a center halfway also the start: `T_s = J_rᵀ(ξ^s) Π_1
+/// [+ J_r(ξ^s) Π_0]`. By `J_rᵀ = J_r E`, this equals `T_s = J_r(ξ^s) y` with `y = Π_0 + I [+ Eᵀ Π_0]`, which does not
+/// contain `Π_1`.
 pub(super) struct Turning {
-    /// `ξ^κ`
+    /// `ξ^κ`.
     pub(super) curve: Curve,
     samples: Vec<Sample>,
     /// `h Σ b_i exp(ξ_i) M_i`, so that `I` is h times it.
@@ -36,15 +37,15 @@ pub(super) struct Turning {
 #[derive(Clone, Copy, Default)]
 struct Sample {
     tangent: Tangent,
-    /// `exp S(ξ) = CᵀR`
+    /// `exp S(ξ) = CᵀR`.
     rotation: Matrix3<f64>,
-    /// `J_r(ξ)`
+    /// `J_r(ξ)`.
     jacobian: Matrix3<f64>,
-    /// `ξ'`
+    /// `ξ'`.
     slope: Vector3<f64>,
-    /// `J J_r(ξ) ξ' = h Π`
+    /// `J J_r(ξ) ξ' = h Π`.
     momentum: Vector3<f64>,
-    /// `h² M`
+    /// `h² M`.
     moment: Vector3<f64>,
 }
 
@@ -59,12 +60,12 @@ impl Turning {
         }
     }
 
-    /// Guesses `ξ^κ`; `turn = h Ω_0`.
+    /// Computes the initial guess of `ξ^κ`, with `turn = h Ω_0`.
     pub(super) fn guess(&mut self, basis: &Basis, turn: &Vector3<f64>, guess: Guess) {
         let Curve { points, before, .. } = &mut self.curve;
         let last = points.len() - 1;
         let in_middle = basis.origin == ChartOrigin::Middle;
-        // Where the guessed step starts, in the chart of the polynomials given.
+        // `start` is the start of the new step, in the chart of the given polynomials.
         let (table, start) = match guess {
             Guess::Uniform => {
                 let center = if in_middle { 0.5 } else { 0.0 };
@@ -108,7 +109,7 @@ impl Turning {
         }
     }
 
-    /// `R_0ᵀ C`
+    /// `R_0ᵀ C`.
     pub(super) fn center(&self, basis: &Basis) -> Matrix3<f64> {
         match basis.origin {
             ChartOrigin::Start => Matrix3::identity(),
@@ -121,8 +122,8 @@ impl Turning {
         &self.samples[point].rotation
     }
 
-    /// Sets `correction` from the equations' residual for a step `h` from `Π_0` under moments `M_i`; `linearize` renews
-    /// the Jacobian, which leaves out how the moments depend on the attitude.
+    /// Computes `correction` from the residual of the equations for a step `h` from `Π_0` under moments `M_i`. If
+    /// `linearize` is true, renews the Jacobian, which omits the dependence of the moments on the attitude.
     pub(super) fn correct(
         &mut self,
         basis: &Basis,
@@ -178,8 +179,8 @@ impl Turning {
         }
     }
 
-    /// Renews the Jacobian of the residual at the samples, with `y` of the last equation and what in it is
-    /// `exp S(−ξ^s) h Π_0`.
+    /// Renews the Jacobian of the residual at the samples, given `y` of the last equation and its part `returned = exp
+    /// S(−ξ^s) h Π_0`.
     fn linearize(
         &mut self,
         basis: &Basis,
@@ -205,7 +206,7 @@ impl Turning {
             let values = basis.at(&basis.chart_value, point);
             let derivative = tangent.derivative(slope);
             let j_jacobian = inertia.matrix * jacobian;
-            // Second derivatives of ½ |J_r(ξ) ξ'|² in the metric J, and of the moment's work.
+            // Second derivatives of ½ |J_r(ξ) ξ'|² in the metric J, and of the work of the moment.
             let slope_slope = weight * jacobian.tr_mul(&j_jacobian);
             let slope_value =
                 weight * (j_jacobian.tr_mul(&derivative) - tangent.reversed().derivative(momentum));
@@ -222,7 +223,7 @@ impl Turning {
                     self.jacobian.add_block(kappa, lambda, &block);
                 }
             }
-            // The impulse in y turns along: δ(exp S(ξ) M) = −exp S(ξ) S(M) J_r δξ.
+            // The impulse in y also depends on ξ: δ(exp S(ξ) M) = −exp S(ξ) S(M) J_r δξ.
             let impulse = weight * (sample.rotation * hat(moment) * jacobian);
             let impulse = end_jacobian * impulse;
             for (lambda, l) in values.iter().enumerate() {
@@ -234,7 +235,7 @@ impl Turning {
         self.jacobian.factor();
     }
 
-    /// Whether the body turns by less than π, as far as the chart reaches.
+    /// Checks that the body rotates by less than π, the range of the chart.
     pub(super) fn check(&self, basis: &Basis, body: usize) -> Result<(), StepError> {
         let end = self.curve.points[basis.degree - 1].norm();
         let turn = match basis.origin {
@@ -248,7 +249,7 @@ impl Turning {
         }
     }
 
-    /// `R_1` and `Π_1`: rotations that neither lose length nor orthogonality.
+    /// `R_1` and `Π_1`, by rotations that preserve length and orthogonality.
     pub(super) fn end(
         &self,
         basis: &Basis,

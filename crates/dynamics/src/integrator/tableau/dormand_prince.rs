@@ -1,9 +1,9 @@
 use super::{Pair, Stage, Tableau};
 
-/// The 8(5,3) formulas of P. J. Prince and J. R. Dormand (*High order embedded Runge–Kutta formulae*, J. Comp. Appl. Math. 7
-/// (1981) 67–75) with the error estimators of fifth and third order and the continuous extension of seventh order of
-/// E. Hairer, S. P. Nørsett and G. Wanner (*Solving Ordinary Differential Equations I*, 2nd ed., Springer 1993, §II.5,
-/// §II.6; coefficients from their code DOP853).
+/// The 8(5,3) formulas of P. J. Prince and J. R. Dormand (*High order embedded Runge–Kutta formulae*, J. Comp. Appl.
+/// Math. 7 (1981) 67–75). The error estimators of fifth and third order and the continuous extension of seventh order
+/// are those of E. Hairer, S. P. Nørsett and G. Wanner (*Solving Ordinary Differential Equations I*, 2nd ed., Springer
+/// 1993, §II.5, §II.6; coefficients from their code DOP853).
 pub(in crate::integrator) const DORMAND_PRINCE: Pair = Pair {
     tableau: Tableau {
         stages: &[

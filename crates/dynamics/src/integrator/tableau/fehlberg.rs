@@ -1,12 +1,12 @@
 use super::{Pair, Stage, Tableau};
 
 /// Fehlberg's 7(8) pair: E. Fehlberg, *Classical fifth-, sixth-, seventh-, and eighth-order Runge–Kutta formulas with
-/// stepsize control*, NASA TR R-287 (1968), table X. The step is made with the formula of eighth order.
+/// stepsize control*, NASA TR R-287 (1968), table X. The step uses the formula of eighth order.
 ///
-/// The pair has no continuous extension of its own. This one, of seventh order, was derived for it from the order
-/// conditions in rational numbers: one stage at θ = 1/4 from the interpolant of fifth order that the pair contains, then
-/// three at 1/4, 1/2, 3/4 from the one of sixth order that becomes possible, then the seventh. Its error of eighth order is
-/// at most 1.2e-5 in the norm of the residuals, that of the embedded formula of seventh order 1.1e-5.
+/// The pair has no published continuous extension. This one, of seventh order, was derived from the order conditions in
+/// rational arithmetic: one stage at θ = 1/4 from the interpolant of fifth order that the pair contains, then three at
+/// 1/4, 1/2, 3/4 from the resulting interpolant of sixth order, which give the seventh order. Its error of eighth order
+/// is at most 1.2e-5 in the norm of the residuals. That of the embedded formula of seventh order is 1.1e-5.
 pub(in crate::integrator) const FEHLBERG: Pair = Pair {
     tableau: Tableau {
         stages: &[

@@ -8,37 +8,38 @@ mod order_conditions;
 pub(super) use dormand_prince::DORMAND_PRINCE;
 pub(super) use fehlberg::FEHLBERG;
 
-/// Coefficients of stages, by the stage's number from 0; zeros are left out.
+/// Nonzero coefficients of stages, each with the index of the stage from 0.
 pub(super) type Row = &'static [(usize, f64)];
 
 /// A stage `k_i = f(t + c_i h, y + h Σ_j a_ij k_j)`.
 pub(super) struct Stage {
-    /// `c_i`
+    /// `c_i`.
     pub(super) node: f64,
-    /// `a_ij`
+    /// `a_ij`.
     pub(super) row: Row,
 }
 
 /// An explicit Runge–Kutta method.
 pub(super) struct Tableau {
     pub(super) stages: &'static [Stage],
-    /// `b_i`
+    /// `b_i`.
     pub(super) weights: Row,
 }
 
-/// A method of eighth order with an estimate of its error and a continuous extension of seventh order.
+/// A method of eighth order with an error estimate and a continuous extension of seventh order.
 ///
-/// The stage after those of the method is the derivative at the step's end, then come those of `extra`.
+/// The stages of the method are followed by one that is the derivative at the end of the step, then by those of
+/// `extra`.
 pub(super) struct Pair {
     pub(super) tableau: Tableau,
     /// Weights of the error estimate.
     pub(super) error: Row,
-    /// Weights of a coarser estimate that damps it; none for none.
+    /// Weights of a coarser estimate that damps the error estimate, or empty if there is none.
     pub(super) damping: Row,
-    /// Further stages that the continuous extension needs.
+    /// Additional stages for the continuous extension.
     pub(super) extra: &'static [Stage],
-    /// What the extension has beyond the cubic Hermite polynomial:
-    /// `h θ²(1 − θ)² (d₀ + θ (d₁ + (1 − θ) (d₂ + θ d₃)))`, each `d` a weighted sum of the stages.
+    /// The terms of the extension beyond the cubic Hermite polynomial: `h θ²(1 − θ)² (d₀ + θ (d₁ + (1 − θ) (d₂ + θ
+    /// d₃)))`, where each `d` is a weighted sum of the stages.
     pub(super) dense: [Row; 4],
 }
 

@@ -3,33 +3,37 @@
 //! # Body axes
 //!
 //! With reciprocal moments a, b, c of the axes 1, 2, 3, `κ = a − c`, `p = (a − b)/κ`, `p′ = (b − c)/κ = 1 − p`, Euler's
-//! equations are `Π̇₁ = −p′κ Π₂Π₃`, `Π̇₂ = κ Π₃Π₁`, `Π̇₃ = −pκ Π₁Π₂`. Axis 2 is that of the middle moment, and axis 3, the
-//! *pole*, the extreme one for which `p ≤ ½`: the axis about which the body is nearly symmetric if it is so at all.
+//! equations are `Π̇₁ = −p′κ Π₂Π₃`, `Π̇₂ = κ Π₃Π₁`, `Π̇₃ = −pκ Π₁Π₂`. Axis 2 belongs to the middle moment. Axis 3,
+//! the *pole*, is the extreme axis for which `p ≤ ½`: the axis of symmetry if the body is nearly symmetric.
 //!
 //! # Momentum
 //!
-//! `A₁² = Π₁² + p′Π₂²` and `A₃² = Π₃² + pΠ₂²` are constant. Π runs round axis 3 if `p′Π₃² ≥ pΠ₁²`, else round axis 1
-//! (E. T. Whittaker, *Analytical Dynamics*, §69); [`Polhode`] has the motion along that curve, in `u = κ √r A t`.
+//! `A₁² = Π₁² + p′Π₂²` and `A₃² = Π₃² + pΠ₂²` are constant. Π circulates about axis 3 if `p′Π₃² ≥ pΠ₁²`, else about
+//! axis 1 (E. T. Whittaker, *Analytical Dynamics*, §69). [`Polhode`] describes the motion along that curve as a
+//! function of `u = κ √r A t`.
 //!
 //! # Attitude
 //!
-//! With unit vectors `a = Π(0)/L`, `b = Π(t)/L`, `F b = a` leaves one angle open. Euler angles with the pole as body axis
-//! and Π as space axis have the precession `ψ̇ = L (1/J₁ − κ p Π₂²/(Π₁² + Π₂²))`, so by the addition theorem of the
-//! integral of the third kind (P. F. Byrd and M. D. Friedman, *Handbook of Elliptic Integrals*, 116)
+//! Given unit vectors `a = Π(0)/L` and `b = Π(t)/L`, the condition `F b = a` leaves one angle undetermined. Euler
+//! angles with the pole as body axis and Π as space axis have the precession `ψ̇ = L (1/J₁ − κ p Π₂²/(Π₁² + Π₂²))`. By
+//! the addition theorem of the integral of the third kind (P. F. Byrd and M. D. Friedman, *Handbook of Elliptic
+//! Integrals*, 116)
 //!
 //! `ψ = θ − χ`, `θ = L t/J₁ − ν L/(√r A) T(u)`, `T(u) = ∫₀ᵘ sn²/(1 + ν sn²) du′`, `ν = p/p′` or `A₃²/A₁²`,
 //!
-//! where θ depends on the time alone, not on the phase at the start, and χ is algebraic:
+//! where θ depends only on the time and not on the initial phase, and χ is algebraic:
 //!
 //! `χ = arg(1 + ν − ν cn cn₀ cn_t + i ν L/(√r A) sn sn₀ sn_t)`.
 //!
-//! By the choice of the pole `0 ≤ ν ≤ 1`, and no angle is singular and no sum cancels, near symmetry, near the axes and
-//! near the separatrix alike. (With theta functions in place of T: R. van Zon and J. Schofield, *Numerical implementation
-//! of the exact dynamics of free rigid bodies*, J. Comput. Phys. 225 (2007) 145–164.)
+//! The choice of the pole implies `0 ≤ ν ≤ 1`. So no angle is singular and no sum cancels, including the neighborhoods
+//! of symmetry, of the axes and of the separatrix. (For a formulation with theta functions in place of T see R. van Zon
+//! and J. Schofield, *Numerical implementation of the exact dynamics of free rigid bodies*, J. Comput. Phys. 225 (2007)
+//! 145–164.)
 //!
-//! F is then the least rotation that takes b to a, followed by the rotation about a by `θ − χ − ε`, where
-//! `tan ½ε = (a₃ + b₃)/(1 + a₃b₃ + ρ_aρ_b) tan ½(φ_b − φ_a)`, ρ and φ polar coordinates about the pole, relates the least
-//! rotation to the longitudes. All angles but θ are known by their complex numbers, whose halves need square roots only.
+//! F is then the least rotation that takes b to a, followed by the rotation about a by `θ − χ − ε`. Here `tan ½ε =
+//! (a₃ + b₃)/(1 + a₃b₃ + ρ_aρ_b) tan ½(φ_b − φ_a)`, with polar coordinates ρ and φ about the pole, relates the least
+//! rotation to the longitudes. All angles except θ are represented by complex numbers, whose half angles need only
+//! square roots.
 
 use lgvi_lie::{Quaternion, cos_sinc};
 use nalgebra::{Complex, Matrix3, Vector3};
@@ -39,20 +43,20 @@ use super::polhode::{Polhode, Ratio};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Asymmetric {
-    /// Columns: the principal axes in body axes.
+    /// Principal axes as columns, in body axes.
     axes: Matrix3<f64>,
-    /// `(1/J₁, 1/J₂, 1/J₃)`
+    /// `(1/J₁, 1/J₂, 1/J₃)`.
     reciprocal: Vector3<f64>,
-    /// κ
+    /// `κ`.
     rate: f64,
-    /// p
+    /// `p`.
     near: Ratio,
-    /// p′
+    /// `p′`.
     far: Ratio,
 }
 
 impl Asymmetric {
-    /// For ascending moments and a right-handed triad of their axes.
+    /// Creates the flow for moments in ascending order and a right-handed triad of their axes.
     pub(super) fn new(moments: [f64; 3], axes: Matrix3<f64>) -> Self {
         let ratio =
             |[first, middle, pole]: [f64; 3]| (middle - first) / (pole - first) * (pole / middle);
@@ -115,7 +119,7 @@ impl Asymmetric {
                 pi + self.axes * (magnitude * change),
             );
         }
-        // A half turn about axis 1 turns the pole over, which shifts the precession by a half turn.
+        // A half turn about axis 1 reverses the pole, which shifts the precession by a half turn.
         let (major, half_angle) = if polhode.round_pole {
             (Vector3::z(), half_angle)
         } else {
@@ -136,7 +140,7 @@ impl Asymmetric {
     }
 }
 
-/// `|v|` without over- or underflow.
+/// `|v|` without overflow or underflow.
 #[inline]
 fn magnitude(v: &Vector3<f64>) -> f64 {
     let squared = v.norm_squared();

@@ -1,7 +1,8 @@
-//! The algebraic part of the attitude: from Euler angles about the pole to the least rotation between two directions.
+//! The algebraic part of the attitude: conversion from Euler angles about the pole to the least rotation between two
+//! directions.
 //!
-//! Angles are known by complex numbers of any length and halved by `e^{iα/2} ∝ |z| + z`, `α = arg z`, which is accurate
-//! because every z here has a real part that is not negative.
+//! Angles are represented by complex numbers of any length and halved by `e^{iα/2} ∝ |z| + z`, `α = arg z`. This is
+//! accurate because every z here has a nonnegative real part.
 
 use lgvi_lie::Quaternion;
 use nalgebra::{Complex, Vector3};
@@ -9,7 +10,7 @@ use nalgebra::{Complex, Vector3};
 use super::elliptic::Jacobi;
 use super::polhode::{Polhode, Ratio};
 
-/// The coordinates across the pole of a and of `b = a + change`, in units of `A₁`.
+/// The coordinates of a and of `b = a + change` perpendicular to the pole, in units of `A₁`.
 struct Across {
     from: (f64, f64),
     to: (f64, f64),
@@ -31,7 +32,7 @@ impl Across {
         }
     }
 
-    /// `ρ_a ρ_b`
+    /// `ρ_a ρ_b`.
     #[inline]
     fn radii(&self) -> f64 {
         let ((x, y), (x_t, y_t)) = (self.from, self.to);
@@ -39,7 +40,8 @@ impl Across {
     }
 }
 
-/// `e^{iχ/2}` for the `change` along the polhode by the argument of `by`.
+/// `e^{iχ/2}`, up to a positive factor, for the `change` along the polhode. `by` contains the elliptic functions of the
+/// argument of this change.
 #[inline]
 pub(super) fn half_chi(
     polhode: &Polhode,
@@ -61,7 +63,7 @@ pub(super) fn half_chi(
     }
 }
 
-/// `e^{iε/2}`, for `b = a + change` on a's side of the major axis.
+/// `e^{iε/2}`, up to a positive factor, for `b = a + change` on the same side of the major axis as a.
 #[inline]
 pub(super) fn half_epsilon(
     first_squared: f64,
@@ -77,7 +79,8 @@ pub(super) fn half_epsilon(
     )
 }
 
-/// The least rotation that takes `b = a + change` to a, followed by that about a by twice the argument of `half_angle`.
+/// The least rotation that takes `b = a + change` to a, followed by the rotation about a by twice the argument of
+/// `half_angle`.
 #[inline]
 pub(super) fn least_then_about(
     half_angle: Complex<f64>,

@@ -1,16 +1,16 @@
 use lgvi_lie::{Quaternion, cos_sinc_pair};
 use nalgebra::{Vector2, Vector3};
 
-/// A body with two equal moments: `F = exp(S(Π) t/J_t) exp(S(e) (1/J_a − 1/J_t) eᵀΠ t)`, with e the axis of symmetry and
-/// `J_a`, `J_t` the moments about it and across it.
+/// A body with two equal moments: `F = exp(S(Π) t/J_t) exp(S(e) (1/J_a − 1/J_t) eᵀΠ t)`, where e is the axis of
+/// symmetry, and `J_a` and `J_t` are the axial and transverse moments.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axisymmetric {
     axis: Vector3<f64>,
-    /// Which body axis `axis` is, if it is one.
+    /// Index of the body axis that equals `axis`, if any.
     coordinate: Option<usize>,
-    /// `1/J_t`
+    /// `1/J_t`.
     precession_rate: f64,
-    /// `1/J_a − 1/J_t`
+    /// `1/J_a − 1/J_t`.
     spin_rate: f64,
 }
 
@@ -32,13 +32,13 @@ impl Axisymmetric {
         }
     }
 
-    /// Which body axis the axis of symmetry is, if it is one.
+    /// The index of the body axis that is the axis of symmetry, if any.
     #[inline(always)]
     pub(super) fn coordinate(&self) -> Option<usize> {
         self.coordinate
     }
 
-    /// The flow when the axis of symmetry is a body axis; the quaternion is of length 1 to rounding.
+    /// The flow if the axis of symmetry is a body axis. The quaternion has length 1 to rounding.
     #[inline(always)]
     pub(super) fn flow_about(
         &self,
@@ -53,7 +53,7 @@ impl Axisymmetric {
         }
     }
 
-    /// The spin's quaternion has one component, and Π turns in a plane.
+    /// The flow about a coordinate axis: the quaternion of the spin has one vector component, and Π rotates in a plane.
     #[inline(always)]
     fn flow_about_axis<const AXIS: usize>(
         &self,
@@ -71,7 +71,7 @@ impl Axisymmetric {
             u: sinc.x * half_precession,
         };
         let sin = sinc.y * half_spin;
-        // By what it changes by, so that rounding of the angle is not rounding of |Π|.
+        // Add the change of Π, so that rounding of the angle does not affect |Π|.
         let (double, mut turned) = (sin + sin, *pi);
         let (across, along) = (double * cos.y, double * sin);
         turned[j] += across * pi[k] - along * pi[j];
@@ -95,8 +95,9 @@ mod tests {
     use crate::Inertia;
     use crate::rotation::FreeRotation;
 
-    /// Without a division anywhere a million equal turns keep |Π| to what rounding of one turn's change, `4 sin² ½α` of
-    /// 1.5e-16, adds up to (3e-13), and R orthogonal to rounding; and so they do where the axis is no body axis.
+    /// Although no result is normalized, a million equal rotations conserve |Π| up to the accumulated rounding of one
+    /// rotation's change, `4 sin² ½α` of 1.5e-16 (3e-13 in total), and keep R orthogonal to rounding. This also holds
+    /// if the axis is not a body axis.
     #[test]
     fn a_million_turns_keep_momentum_and_orthogonality() {
         let tilted = lgvi_lie::exp(&Vector3::new(0.3, 0.5, -0.2));

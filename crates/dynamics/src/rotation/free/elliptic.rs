@@ -1,7 +1,7 @@
 //! Jacobi's elliptic functions sn, cn, dn of parameter m = k² by Landen's descending transformation, and the quarter
 //! period K by the arithmetic-geometric mean.
 //!
-//! All take `m₁ = 1 − m` as it is known, so that nothing is lost as m → 1.
+//! All functions take `m₁ = 1 − m` as input, so that no accuracy is lost as m → 1.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -14,12 +14,13 @@ pub(super) struct Jacobi {
 }
 
 impl Jacobi {
-    /// Greatest |u| for [`small`](Self::small).
+    /// Largest |u| for [`small`](Self::small).
     pub(super) const SMALL: f64 = 0.25;
 
-    /// For |u| ≤ 1/4, by the Maclaurin series of sn up to u¹¹ for |u| ≤ 1/16 and two doublings past that.
+    /// The functions for |u| ≤ 1/4, by the Maclaurin series of sn up to u¹¹ for |u| ≤ 1/16, and by two doublings
+    /// beyond.
     ///
-    /// The series' radius of convergence is at least π/2, which bounds the remainder by `(1/8π)¹² ≈ 2e-17`.
+    /// The series has a radius of convergence of at least π/2, which bounds the remainder by `(1/8π)¹² ≈ 2e-17`.
     #[inline]
     pub(super) fn small(u: f64, m: f64) -> Self {
         if u.abs() <= 0.0625 {
@@ -71,14 +72,14 @@ pub(super) struct Landen {
     limit: f64,
 }
 
-/// Enough for every `m₁ ≥` [`LEAST_COMPLEMENT`], which takes 13.
+/// Number of levels, sufficient for every `m₁ ≥` [`LEAST_COMPLEMENT`], which needs 13.
 const LEVELS: usize = 16;
 
-/// Below this `m₁` is taken to be this, which keeps K finite: about 346.
+/// Lower limit of `m₁`. Smaller values are replaced by it, which keeps K finite: about 346.
 const LEAST_COMPLEMENT: f64 = 1e-300;
 
 impl Landen {
-    /// For `0 ≤ m₁ ≤ 1`.
+    /// Computes the sequence for `0 ≤ m₁ ≤ 1`.
     #[inline]
     pub(super) fn new(m1: f64) -> Self {
         let mut means = [(0.0, 0.0); LEVELS];
@@ -88,7 +89,7 @@ impl Landen {
             means[depth] = (a, b);
             depth += 1;
             let mean = 0.5 * (a + b);
-            // The next difference is (a − b)²/8a: below rounding.
+            // The next difference is (a − b)²/8a, which is below rounding.
             if (a - b).abs() <= 1e-8 * a || depth == LEVELS {
                 return Self {
                     means,
@@ -100,7 +101,7 @@ impl Landen {
         }
     }
 
-    /// The pairs of means; after the last, their common limit.
+    /// The pairs of means, followed by their common limit.
     pub(super) fn means(&self) -> impl Iterator<Item = (f64, f64)> {
         let limits = [(self.limit, self.limit); LEVELS];
         self.means.into_iter().take(self.depth).chain(limits)
@@ -112,11 +113,11 @@ impl Landen {
         FRAC_PI_2 / self.limit
     }
 
-    /// At |u| ≤ K, u ≠ 0.
+    /// The functions at |u| ≤ K, u ≠ 0.
     ///
-    /// With `C_n = a_n cn/sn` of the n-th modulus, Landen's descending transformation (DLMF 22.7(i)) reads
-    /// `C_n = C_{n+1} dn_{n+1}`, `dn_n = (a_{n+1} b_n + C_{n+1}²)/(a_{n+1} a_n + C_{n+1}²)`: no term cancels, so cn and
-    /// dn have their relative accuracy where they are small too. At the limit, `cn/sn = cot(a u)` and `dn = 1`.
+    /// With `C_n = a_n cn/sn` of the n-th modulus, Landen's descending transformation (DLMF 22.7(i)) becomes `C_n =
+    /// C_{n+1} dn_{n+1}`, `dn_n = (a_{n+1} b_n + C_{n+1}²)/(a_{n+1} a_n + C_{n+1}²)`. No terms cancel, so cn and dn
+    /// keep their relative accuracy even if they are small. At the limit, `cn/sn = cot(a u)` and `dn = 1`.
     #[inline]
     pub(super) fn jacobi(&self, u: f64) -> Jacobi {
         let (sin, cos) = libm::sincos(self.limit * u);
@@ -134,8 +135,8 @@ impl Landen {
     }
 }
 
-/// `u = rate × t` as `count × 2K + remainder`, |remainder| ≤ K: the products are kept to twice the working precision, so
-/// that the remainder has the error of `rate` and K alone.
+/// Decomposes `u = rate × t` into `count × 2K + remainder`, |remainder| ≤ K. The products are computed to twice the
+/// working precision, so the remainder has only the error of `rate` and K.
 #[inline]
 pub(super) fn reduce(rate: f64, t: f64, quarter_period: f64) -> (f64, f64) {
     let half_period = 2.0 * quarter_period;
@@ -164,7 +165,7 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// From mpmath 1.3.0 with `mp.dps = 260`: `ellipfun(f, u, m=1 - mpf(m1))`, f = 'sn', 'cn', 'dn', and
+    /// Computed with mpmath 1.3.0 and `mp.dps = 260`: `ellipfun(f, u, m=1 - mpf(m1))`, f = 'sn', 'cn', 'dn', and
     /// `ellipk(1 - mpf(m1))`.
     const FUNCTIONS: [(f64, f64, [f64; 3], f64); 10] = [
         (
@@ -240,7 +241,7 @@ mod tests {
             assert!((landen.quarter_period() / quarter_period - 1.0).abs() < 1e-15);
             let check = |Jacobi { sn, cn, dn }: Jacobi| {
                 for (value, expected) in [sn, cn, dn].into_iter().zip(expected) {
-                    // cn and dn are as sensitive to u as exp(−u).
+                    // The sensitivity of cn and dn to u is that of exp(−u).
                     let bound = 1e-15 * (1.0 + u.abs());
                     assert!((value / expected - 1.0).abs() < bound, "{m1} {u}: {value}");
                 }
@@ -265,14 +266,14 @@ mod tests {
         }
     }
 
-    /// Whole multiples of a period of 1 − 2⁻⁵², which no double holds.
+    /// Integer multiples of a period of 1 − 2⁻⁵², which no double can represent.
     #[test]
     fn reduction_keeps_the_products_exactly() {
         let half_period = 1.0 - f64::EPSILON;
         let (count, remainder) = reduce(1e15 + 1.0, 1.0 - f64::EPSILON, 0.5 * half_period);
         assert_eq!((count, remainder), (1e15 + 1.0, 0.0));
         let (count, remainder) = reduce(1e8 + 1.0, 1e7 + 1.0, 0.5 * half_period);
-        // (10⁸ + 1)(10⁷ + 1) = 10¹⁵ + 1.1 × 10⁸ + 1 and as many times 2⁻⁵²
+        // (10⁸ + 1)(10⁷ + 1) = 10¹⁵ + 1.1 × 10⁸ + 1, and the remainder is that number times 2⁻⁵².
         let whole = 1_000_000_110_000_001.0;
         assert_eq!(count, whole);
         assert!((remainder - whole * f64::EPSILON).abs() < 1e-16);

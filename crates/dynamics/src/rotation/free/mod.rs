@@ -1,4 +1,4 @@
-//! The free rotation of a rigid body in closed form: exact for any time, at a cost that does not depend on it.
+//! The free rotation of a rigid body in closed form: exact for any time, at a cost independent of the time.
 
 mod asymmetric;
 mod attitude;
@@ -16,17 +16,18 @@ use crate::Inertia;
 
 /// The flow of the free rotation `Ṙ = R S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π` of one body.
 ///
-/// Which formulas serve depends on the principal moments: one rotation for three equal ones, two for two equal ones, and
-/// Jacobi's elliptic functions with an elliptic integral of the third symmetry for three different ones. Moments count as
-/// equal when they differ by less than rounding, 4 × 2⁻⁵² of the greatest; the last symmetry is as accurate just above that.
+/// The formulas depend on the principal moments: one rotation for three equal moments, two rotations for two equal
+/// ones, and Jacobi's elliptic functions with an elliptic integral of the third kind for three different ones. Moments
+/// count as equal if they differ by less than rounding, 4 × 2⁻⁵² of the largest. Just above that threshold, the
+/// formulas for three different moments are equally accurate.
 ///
 /// # Assumptions and limitations
 ///
-/// - The error is rounding in the state and, beyond it, rounding in the phase: about `2⁻⁵² |Π| t/J` rad with J the least
-///   moment. Past a phase of about 1e15 rad the result means nothing; past 1e150 it is NaN.
-/// - On an orbit near the separatrix the phase is as sensitive to Π as the body itself is.
-/// - The inertia of a long rod in axes other than its own does not tell its small moment more accurately than to 2⁻⁵² of
-///   its great ones, so the spin about it is no more accurate either.
+/// - The error is the rounding of the state plus the rounding of the phase, about `2⁻⁵² |Π| t/J` rad with the smallest
+///   moment J. Beyond a phase of about 1e15 rad the result is meaningless, and beyond 1e150 it is NaN.
+/// - On an orbit near the separatrix, the phase is as sensitive to Π as the motion of the body itself.
+/// - The inertia of a long rod in axes other than its own determines the small moment only to 2⁻⁵² of the large ones,
+///   which limits the accuracy of the spin about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeRotation {
     symmetry: Symmetry,
@@ -39,11 +40,11 @@ enum Symmetry {
     Asymmetric(Asymmetric),
 }
 
-/// Moments that differ by less than this of the greatest are equal.
+/// Moments are equal if they differ by at most this fraction of the largest.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
 
 impl FreeRotation {
-    /// Finds the principal axes; those of a diagonal inertia are the body's.
+    /// Creates the flow, using the principal axes. Those of a diagonal inertia are the body axes.
     pub fn new(inertia: &Inertia) -> Self {
         let (moments, axes) = principal(inertia);
         let [least, middle, greatest] = moments;
@@ -66,8 +67,8 @@ impl FreeRotation {
         Self { symmetry }
     }
 
-    /// The relative rotation `F(t)`, `R(t) = R(0) F(t)`, and the momentum `Π(t) = F(t)ᵀ Π(0)` in the body frame after a
-    /// time t of either sign, from the momentum `pi` at time 0.
+    /// The relative rotation `F(t)`, with `R(t) = R(0) F(t)`, and the momentum `Π(t) = F(t)ᵀ Π(0)` in the body frame
+    /// after a time t of either sign. `pi` is the momentum at time 0.
     #[inline]
     pub fn flow(&self, pi: &Vector3<f64>, t: f64) -> (Quaternion, Vector3<f64>) {
         match &self.symmetry {
@@ -99,7 +100,7 @@ impl FreeRotation {
         }
     }
 
-    /// Takes Π by value: pointed to by a call, it would be kept in memory on the other path too.
+    /// Takes Π by value. A reference would force it into memory on the other path too.
     #[inline(never)]
     fn carry_any(
         &self,
@@ -114,7 +115,7 @@ impl FreeRotation {
     }
 }
 
-/// Principal moments, ascending, and a right-handed triad of their axes as columns.
+/// Principal moments in ascending order, and a right-handed triad of their axes as columns.
 fn principal(inertia: &Inertia) -> ([f64; 3], Matrix3<f64>) {
     let moments = &inertia.principal.moments;
     let axes = inertia.principal.axes.unwrap_or_else(Matrix3::identity);

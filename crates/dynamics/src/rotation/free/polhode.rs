@@ -1,11 +1,11 @@
-//! The curve that the direction of the angular momentum follows in the body (the polhode), and the motion along it.
+//! The polhode, the curve of the angular momentum's direction in the body frame, and the motion along it.
 
 use nalgebra::Vector3;
 
 use super::elliptic::{Jacobi, Landen, reduce};
 use super::third;
 
-/// A ratio of differences of reciprocal moments, and its root.
+/// A ratio of differences of reciprocal moments, and its square root.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ratio {
     pub(super) value: f64,
@@ -21,15 +21,15 @@ impl Ratio {
     }
 }
 
-/// The polhode through a unit vector: a loop about its major axis, 3 (the pole) or 1, on which
-/// `major = A dn u`, `minor = B cn u`, `middle = (B/√r) sn u`.
+/// The polhode through a unit vector: a loop about its major axis, 3 (the pole) or 1, on which `major = A dn u`,
+/// `minor = B cn u`, `middle = (B/√r) sn u`.
 pub(super) struct Polhode {
     minor: f64,
     middle: f64,
     major: f64,
-    /// r: p′ round the pole, p round axis 1.
+    /// r: p′ about the pole, p about axis 1.
     ratio: Ratio,
-    /// `1 − r`
+    /// `1 − r`.
     other: f64,
     m: f64,
     m1: f64,
@@ -37,29 +37,29 @@ pub(super) struct Polhode {
     pub(super) amplitude: f64,
     /// ν of the integral of the third kind.
     pub(super) nu: f64,
-    /// `A₁² = a₁² + p′a₂²`
+    /// `A₁² = a₁² + p′a₂²`.
     pub(super) first_squared: f64,
-    /// Whether the major axis is the pole.
+    /// True if the major axis is the pole.
     pub(super) round_pole: bool,
 }
 
-/// How far u has gone: `half_turns × 2K` and a remainder of at most K.
+/// The phase u, as `half_turns × 2K` plus a remainder of magnitude at most K.
 pub(super) struct Phase {
-    /// Of the remainder.
+    /// Elliptic functions of the remainder.
     pub(super) functions: Jacobi,
-    /// `u → u + 2K` is half a turn about the major axis.
+    /// Number of half periods. Each `u → u + 2K` is half a turn about the major axis.
     pub(super) half_turns: f64,
-    /// `T(u)`, of the whole u.
+    /// `T(u)` of the total u.
     pub(super) third: f64,
 }
 
-/// Squared distance from an axis at which Π is on it: were it not, it would stay as near to the pole for ever, and to the
-/// middle axis for more than 300 of its time constants.
+/// Squared distance from an axis below which Π is treated as lying on it. Otherwise, it would stay equally close to the
+/// pole forever, and close to the middle axis for more than 300 of its time constants.
 const STEADY: f64 = 1e-300;
 
 impl Polhode {
-    /// Through `a`, in principal axes, for `near = p` and `far = p′`; `None` on the pole and on the middle axis, where Π
-    /// rests (as it does on axis 1, but nothing is singular there).
+    /// The polhode through `a`, in principal axes, with `near = p` and `far = p′`. Returns `None` on the pole and on
+    /// the middle axis, where Π is constant. Π is also constant on axis 1, but nothing is singular there.
     #[inline]
     pub(super) fn through(a: &Vector3<f64>, near: Ratio, far: Ratio) -> Option<Self> {
         let (p, p_far) = (near.value, far.value);
@@ -98,7 +98,7 @@ impl Polhode {
         self.ratio.root * self.amplitude
     }
 
-    /// At `u = rate × t`.
+    /// The phase at `u = rate × t`.
     #[inline]
     pub(super) fn phase(&self, rate: f64, t: f64) -> Phase {
         let u = rate * t;
@@ -133,11 +133,11 @@ impl Polhode {
         }
     }
 
-    /// How the vector changes while u grows by the argument of `by`, by the addition theorems (DLMF 22.8(i)) for
-    /// `u₀ + u`, whose functions of `u₀` are the components themselves.
+    /// The change of the vector while u grows by the argument of `by`, from the addition theorems (DLMF 22.8(i)) for
+    /// `u₀ + u`. The components themselves provide the functions of `u₀`.
     ///
-    /// Their denominator `1 − m sn² sn₀² = cn² + sn² dn₀²` is a sum of squares. Unless it is small, the changes are
-    /// formed from `1 − cn` and `1 − dn`, not as differences, so that small steps leave no bias.
+    /// The denominator `1 − m sn² sn₀² = cn² + sn² dn₀²` is a sum of squares. Unless it is small, the changes are
+    /// formed from `1 − cn` and `1 − dn` instead of differences, so that small steps have no bias.
     #[inline]
     pub(super) fn change(&self, by: &Jacobi) -> Vector3<f64> {
         let Jacobi { sn, cn, dn } = *by;
@@ -175,7 +175,8 @@ impl Polhode {
         }
     }
 
-    /// `b` turned by a half turn about the major axis, if that brings it to `a`'s side of the axis.
+    /// `b` rotated by half a turn about the major axis, if that brings it to the same side of the axis as `a`, else
+    /// `None`.
     #[inline]
     pub(super) fn turned(&self, a: &Vector3<f64>, b: &Vector3<f64>) -> Option<Vector3<f64>> {
         let middle = a.y * b.y;

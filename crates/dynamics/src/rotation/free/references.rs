@@ -1,17 +1,17 @@
-//! Rotations and momenta to 60 digits, rounded, from the formulas of `asymmetric` in mpmath 1.3.0 (`ellipk`, `ellipfun`,
-//! `elliprj`, `mp.dps = 60`). The formulas were checked against the differential equations themselves: Taylor series of
-//! order 45 at `mp.dps = 34`, up to t = 20, agree to 5e-33 for `flat`, `near axis of least`, `near middle axis`, both
-//! `near separatrix` and `body p=1/2`.
+//! Rotations and momenta computed with 60 digits and rounded, from the formulas of `asymmetric` in mpmath 1.3.0
+//! (`ellipk`, `ellipfun`, `elliprj`, `mp.dps = 60`). The formulas were checked against the differential equations:
+//! Taylor series of order 45 at `mp.dps = 34`, up to t = 20, agree to 5e-33 for `flat`, `near axis of least`, `near
+//! middle axis`, both `near separatrix` and `body p=1/2`.
 
 pub(super) struct Reference {
     pub(super) name: &'static str,
     pub(super) moments: [f64; 3],
-    /// Π(0)
+    /// `Π(0)`.
     pub(super) start: [f64; 3],
     pub(super) t: f64,
-    /// F(t), by rows.
+    /// `F(t)`, by rows.
     pub(super) relative: [f64; 9],
-    /// Π(t)
+    /// `Π(t)`.
     pub(super) end: [f64; 3],
 }
 

@@ -19,8 +19,8 @@ fn errors(reference: &Reference) -> (f64, f64, f64) {
     )
 }
 
-/// Rounding of the state and of a phase of `|Ω| t`; each component of Π is as accurate relative to itself, which keeps
-/// the growth off the middle axis true from the smallest deviations on.
+/// The bound covers rounding of the state and of a phase of `|Ω| t`. Each component of Π has relative accuracy, so that
+/// the growth away from the middle axis is accurate even for tiny deviations.
 #[test]
 fn hard_cases_match_mpmath() {
     for reference in HARD {
@@ -36,8 +36,8 @@ fn hard_cases_match_mpmath() {
     }
 }
 
-/// The error is that of a rounded phase, `2⁻⁵² |Ω| t` with |Ω| = 1.35 and 1, whatever the time. Measured, attitude and
-/// `Π/|Π|`:
+/// The error is that of a rounded phase, `2⁻⁵² |Ω| t` with |Ω| = 1.35 and 1, at all times. Measured errors of the
+/// attitude and of `Π/|Π|`:
 ///
 /// | | t = 1e3 | t = 1e6 | t = 1e9 |
 /// | --- | --- | --- | --- |
@@ -59,10 +59,10 @@ fn errors_grow_with_the_rounding_of_the_phase_alone() {
     }
 }
 
-/// `Ḟ = F S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π` by their Taylor series of order 24, in steps of |Ω| h ≤ 1/4.
+/// Integrates `Ḟ = F S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π` by Taylor series of order 24, in steps with |Ω| h ≤ 1/4.
 fn integrate(inertia: &Inertia, pi: &Vector3<f64>, t: f64) -> (Matrix3<f64>, Vector3<f64>) {
     const ORDER: usize = 24;
-    // |Ω| ≤ |Π| / least moment ≤ |Π| |J⁻¹|
+    // |Ω| ≤ |Π| / smallest moment ≤ |Π| |J⁻¹|
     let steps = (4.0 * t.abs() * pi.norm() * inertia.inverse().norm()).ceil();
     let h = t / steps;
     let (mut f, mut pi) = (Matrix3::identity(), *pi);
@@ -90,7 +90,7 @@ fn integrate(inertia: &Inertia, pi: &Vector3<f64>, t: f64) -> (Matrix3<f64>, Vec
     (f, pi)
 }
 
-/// Bodies of all kinds, in every order of the axes, half of them turned out of their principal axes.
+/// Bodies of all kinds, with the axes in random order, each also rotated out of its principal axes.
 fn bodies(rng: &mut fastrand::Rng) -> Vec<Inertia> {
     let mut all = Vec::new();
     for moments in [
@@ -134,7 +134,7 @@ fn the_flow_solves_the_equations_of_motion() {
     let mut rng = fastrand::Rng::with_seed(21);
     for inertia in bodies(&mut rng) {
         let flow = FreeRotation::new(&inertia);
-        // The entries of a turned inertia tell its least moment no better.
+        // The entries of a rotated inertia determine its smallest moment no more accurately.
         let condition = match inertia.matrix()[(0, 1)] {
             0.0 => 1.0,
             _ => inertia.matrix().norm() * inertia.inverse().norm() / 3.0,
@@ -153,7 +153,8 @@ fn the_flow_solves_the_equations_of_motion() {
     }
 }
 
-/// `F(s + t) = F(s) F(t)` from the momentum at s, back to the start with −t, `F Π(t) = Π(0)` and the energy.
+/// Checks that `F(s + t) = F(s) F(t)` with the momentum at s, that −t leads back to the start, and that `F Π(t) = Π(0)`
+/// and the energy are conserved.
 #[test]
 fn the_flow_is_a_group_that_keeps_momentum_and_energy() {
     let mut rng = fastrand::Rng::with_seed(22);
@@ -197,15 +198,15 @@ fn the_flow_is_a_group_that_keeps_momentum_and_energy() {
     }
 }
 
-/// Whether Π is clear of the separatrix, near which errors grow as the motion itself does: `|2E J₂ − |Π|²|` is not small
-/// beside its greatest value.
+/// Returns true if Π is clear of the separatrix, near which errors grow as the motion itself does: `|2E J₂ − |Π|²|`
+/// must not be small compared with its maximum.
 fn is_regular(inertia: &Inertia, pi: &Vector3<f64>) -> bool {
     let ([least, middle, greatest], _) = principal(inertia);
     let distance = middle * pi.dot(&(inertia.inverse() * pi)) / pi.norm_squared() - 1.0;
     distance.abs() > 0.02 * (greatest - least) / greatest
 }
 
-/// The same rotation whatever the units, near the ends of the range of numbers too.
+/// The rotation does not depend on the units, even near the ends of the range of double precision.
 #[test]
 fn units_do_not_matter() {
     for moments in [[1.0, 1.0, 1.0], [1.0, 1.0, 1.5], [1.0, 2.0, 2.5]] {
@@ -228,7 +229,7 @@ fn units_do_not_matter() {
     }
 }
 
-/// On a principal axis the body spins about it for ever, about the middle one too; without momentum it rests.
+/// A rotation about a principal axis is steady, including the middle axis. Without momentum the body is at rest.
 #[test]
 fn on_an_axis_the_rotation_is_steady() {
     for moments in [
@@ -262,7 +263,8 @@ fn on_an_axis_the_rotation_is_steady() {
     }
 }
 
-/// The elliptic formulas tend to those of a symmetric body with the difference of its moments, down to rounding.
+/// The elliptic formulas converge to those of a symmetric body as the difference of its moments vanishes, down to
+/// rounding.
 #[test]
 fn nearly_equal_moments_are_nearly_symmetric() {
     let mut rng = fastrand::Rng::with_seed(23);
@@ -283,7 +285,8 @@ fn nearly_equal_moments_are_nearly_symmetric() {
     }
 }
 
-/// Steps of one size do not drift: what rounding does to |Π| and the energy stays near a random walk's `ε √N`.
+/// Repeated equal steps do not drift: the rounding errors of |Π| and of the energy stay close to those of a random
+/// walk, `ε √N`.
 #[test]
 fn many_steps_leave_no_bias() {
     const STEPS: u32 = 200_000;
@@ -304,7 +307,7 @@ fn many_steps_leave_no_bias() {
                 assert!((energy(&pi) / energy(&start) - 1.0).abs() < 2.0 * walk);
                 assert!((attitude * pi - start).norm() < 2.0 * walk * start.norm());
                 let (whole, _) = flow.flow(&start, h * f64::from(STEPS));
-                // A wandering energy is a wandering rate.
+                // A random walk of the energy causes one of the rate.
                 let error = (whole.matrix() - attitude).norm();
                 let bound = walk * (1.0 + h * f64::from(STEPS));
                 assert!(error < bound || !is_regular(&inertia, &start), "{error:e}");
@@ -313,7 +316,7 @@ fn many_steps_leave_no_bias() {
     }
 }
 
-/// However far, a rotation.
+/// The result is a rotation even for excessively large times.
 #[test]
 fn absurd_times_give_rotations_still() {
     let flow = FreeRotation::new(&Inertia::principal([1.0, 2.0, 2.5]).unwrap());

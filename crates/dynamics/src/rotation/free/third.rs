@@ -1,4 +1,4 @@
-//! The elliptic integral of the third kind that the angle about the angular momentum needs, in Carlson's symmetric form.
+//! The elliptic integral of the third kind for the angle about the angular momentum, in Carlson's symmetric form.
 
 use super::elliptic::{Jacobi, Landen};
 
@@ -10,7 +10,7 @@ pub(super) fn incomplete(at: &Jacobi, nu: f64) -> f64 {
     at.sn * squared * integral / 3.0
 }
 
-/// `T(K) = K/(2(1 + ν)) ΣQ_n` by the sequence of means (DLMF 19.8.7).
+/// `T(K) = K/(2(1 + ν)) ΣQ_n`, from the sequence of means (DLMF 19.8.7).
 #[inline]
 pub(super) fn complete(landen: &Landen, nu: f64) -> f64 {
     let mut p = (1.0 + nu).sqrt();
@@ -27,12 +27,13 @@ pub(super) fn complete(landen: &Landen, nu: f64) -> f64 {
     0.5 * landen.quarter_period() / (1.0 + nu) * sum
 }
 
-/// Spread of the arguments about their mean below which the series serves: its remainder is about `0.05 × spread⁸`.
+/// Relative spread of the arguments about their mean below which the series is used. Its remainder is about `0.05 ×
+/// spread⁸`.
 const SPREAD: f64 = 0.0125;
 
-/// Carlson's `R_J(x, y, z, p)` for `p ≥ z ≥ y ≥ x ≥ 0`, y > 0, by his duplication theorem and series
-/// (B. C. Carlson, *Numerical computation of real or complex elliptic integrals*, Numer. Algorithms 10 (1995) 13–26;
-/// DLMF 19.36(i), the series 19.36.2).
+/// Carlson's `R_J(x, y, z, p)` for `p ≥ z ≥ y ≥ x ≥ 0`, y > 0, by his duplication theorem and series (B. C.
+/// Carlson, *Numerical computation of real or complex elliptic integrals*, Numer. Algorithms 10 (1995) 13–26; DLMF
+/// 19.36(i), series 19.36.2).
 #[inline]
 fn r_j(mut x: f64, mut y: f64, mut z: f64, mut p: f64) -> f64 {
     let mut mean = 0.2 * (x + y + z + 2.0 * p);
@@ -96,8 +97,8 @@ fn r_c(e: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// From mpmath 1.3.0: `m, n = 1 - mpf(m1), mpf(nu)`, `sn = lambda x: ellipfun('sn', x, m=m)`,
-    /// `quad(lambda x: sn(x)**2/(1 + n*sn(x)**2), linspace(0, u, 48))` and `elliprj(0, m1, 1, 1 + n)/3`.
+    /// Computed with mpmath 1.3.0: `m, n = 1 - mpf(m1), mpf(nu)`, `sn = lambda x: ellipfun('sn', x, m=m)`, `quad(lambda
+    /// x: sn(x)**2/(1 + n*sn(x)**2), linspace(0, u, 48))` and `elliprj(0, m1, 1, 1 + n)/3`.
     #[test]
     fn incomplete_and_complete_match_mpmath() {
         for (m1, nu, u, at_u, at_quarter) in [

@@ -7,9 +7,9 @@ use lgvi_dynamics::integrator::Adaptive;
 use lgvi_dynamics::{BodyState, Inertia, Integrator, Load, Method, PointMass, RigidBody, System};
 use nalgebra::Vector3;
 
-/// The sum of the local errors, each at most the tolerance, grows as the number of steps times how the motion amplifies
-/// it; over eight
-/// decades the ratio of error and tolerance stays within a factor.
+/// The global error is the sum of the local errors, each at most the tolerance. It grows with the number of steps times
+/// their amplification by the motion. Over eight decades, the ratio of error and tolerance stays within a constant
+/// factor.
 #[test]
 fn errors_are_proportional_to_the_tolerance() {
     for (case, t) in [(A1, 10.0), (B1, 100.0), (D, 10.0)] {
@@ -28,9 +28,9 @@ fn errors_are_proportional_to_the_tolerance() {
     }
 }
 
-/// However often it is shown, the solution is the same to the last bit, and what is shown within a step is as good as the
-/// solution: before many steps have added up, the error is that of the continuous extension, which is proportional to the
-/// tolerance too, at a factor of the pair's own.
+/// The solution is bitwise independent of the output interval, and output within a step is as accurate as the solution.
+/// Before many steps have accumulated, the error is that of the continuous extension, which is also proportional to the
+/// tolerance, with a factor that depends on the pair.
 #[test]
 fn states_shown_often_are_those_of_the_same_solution() {
     let (t, outputs) = (8.0, 1024);
@@ -108,13 +108,15 @@ fn the_work_does_not_depend_on_how_often_states_are_shown() {
         (often.accepted, often.rejected)
     );
     let steps = once.accepted + once.rejected;
-    // The start, 11 stages an attempt and the derivative at the end of each step; three for dense output.
+    // One evaluation at the start, 11 stages per attempt, the derivative at the end of each step, and three for dense
+    // output.
     assert_eq!(once.evaluations, 1 + 11 * steps + once.accepted + 3);
     assert_eq!(often.evaluations, 1 + 11 * steps + 4 * often.accepted);
 }
 
-/// A spacecraft at rest in its orbit, 7000 km and 1 m in size: the gradient of gravity is 1e-7 of it, and rounding of the
-/// moments 1e-9 of them; they must not be taken for an error of a momentum that is next to nothing.
+/// A spacecraft of 1 m in size, at rotational rest on its orbit of 7000 km. The gravity gradient is 1e-7 of the
+/// gravity, and the rounding of the moments is 1e-9 of them. This must not be treated as an error of a momentum that is
+/// nearly zero.
 #[test]
 fn rounding_of_a_small_moment_does_not_stop_the_error_control() {
     let points = [1.0, -1.0].map(|x| PointMass {

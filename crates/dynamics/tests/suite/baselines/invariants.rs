@@ -1,4 +1,4 @@
-//! What the methods keep, and what drifts.
+//! Quantities that the methods conserve, and quantities that drift.
 
 use super::{ALL, B1, B2, D, assert_order, sphere};
 use crate::case::Case;
@@ -6,8 +6,8 @@ use lgvi_dynamics::integrator::{Adaptive, ImplicitMidpoint};
 use lgvi_dynamics::{Integrator, Load, Method, Simulation, System};
 use nalgebra::Vector3;
 
-/// A sphere under constant force and a moment along its spin axis has closed-form motion, and under the opposite ones
-/// it comes to rest again: no internal step reaches over the change.
+/// A sphere under constant force and a moment along its spin axis has closed-form motion, and under the opposite loads
+/// it returns to rest. No internal step may span the change.
 #[test]
 fn controls_act_as_constant_force_and_moment_and_may_change_between_steps() {
     let control = Load {
@@ -39,7 +39,7 @@ fn controls_act_as_constant_force_and_moment_and_may_change_between_steps() {
         assert!(end.linear_momentum.norm() < 1e-13, "{method:?}: {end:?}");
         assert!(end.angular_momentum.norm() < 1e-13, "{method:?}: {end:?}");
         assert!((end.position.x - 2.0).abs() < 1e-13, "{method:?}: {end:?}");
-        // The turn t²/4 up to t = 1 and as much again: half a radian.
+        // The rotation angle t²/4 up to t = 1, and the same again: half a radian.
         let turned = lgvi_lie::log(&end.attitude).z;
         let miss = (turned - 0.5).abs();
         let allowed = match method {
@@ -81,7 +81,7 @@ fn orthogonality_is_kept_by_the_implicit_midpoint_rule_and_drifts_as_the_order_o
     }
 }
 
-/// Backwards is a change of direction within an internal step: the solution starts anew.
+/// Stepping backwards changes the direction within an internal step, so the solution restarts.
 #[test]
 fn adaptive_methods_find_their_way_back() {
     let tolerance = 1e-10;

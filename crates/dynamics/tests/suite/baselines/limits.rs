@@ -1,4 +1,4 @@
-//! What happens where a method comes to its limits.
+//! Behavior of methods at their limits.
 
 use super::{ALL, B1, attracting, pairs, point_mass, sphere};
 use crate::case::Case;
@@ -33,7 +33,7 @@ fn implicit_equations_are_solved_beyond_where_their_iteration_contracts_or_the_s
     assert_eq!(simulation.states(), before);
 }
 
-/// Two points of mass 1 at rest at distance 1 meet after `π/4`.
+/// Two point masses of mass 1, at rest at distance 1, collide after `π/4`.
 #[test]
 fn a_collision_stops_the_error_control_and_leaves_the_state() {
     for method in pairs(1e-10) {
@@ -108,7 +108,7 @@ fn a_step_without_an_end_is_refused_where_nothing_moves() {
     }
 }
 
-/// A step of no length on the way back must not have the way back extrapolated from the way there.
+/// After a step of zero length, the backward motion must not be extrapolated from the forward motion.
 #[test]
 fn error_control_turns_back_over_a_step_of_no_length() {
     let case = Case::load(B1);

@@ -1,4 +1,4 @@
-//! The methods to compare with.
+//! Tests of the baseline methods.
 
 mod error_control;
 mod invariants;

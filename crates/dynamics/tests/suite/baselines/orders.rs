@@ -68,8 +68,8 @@ fn embedded_methods_are_of_eighth_order_with_fixed_steps() {
     }
 }
 
-/// A body driven on a circle attracts a pivoted and a free dumbbell. A driven body at any time but that of the stage
-/// would cost the methods their order.
+/// A driven body on a circle attracts a pivoted and a free dumbbell. If the driven body were not evaluated at the time
+/// of each stage, the methods would lose their order.
 #[test]
 fn driven_bodies_are_where_they_are_at_every_stage() {
     let build = || {

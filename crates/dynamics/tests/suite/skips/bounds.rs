@@ -1,4 +1,4 @@
-//! What is left out of interactions is at most what is said, and not much less.
+//! The omitted part of interactions is within the stated bounds, and not much smaller.
 
 use lgvi_dynamics::gravity::{
     Central, Falloff, Fixed, Gravity, Interaction, Kept, Level, Multipole, Mutual, Polyhedron,
@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{ball, dumbbell, inertia};
 
-/// Four points about their center.
+/// Four points about their center of mass.
 fn tetrapod(random: &mut Random) -> RigidBody {
     let mut points: Vec<_> = (0..4)
         .map(|_| PointMass {
@@ -72,7 +72,7 @@ fn separable(gravity: &mut dyn Gravity) -> &mut dyn Separable {
     gravity.separable().expect("interactions")
 }
 
-/// What each body loses by a level, of acceleration and angular acceleration, in parts of the bounds.
+/// The omitted acceleration and angular acceleration of each body at a level, as fractions of the bounds.
 fn parts(
     gravity: &mut dyn Gravity,
     bodies: &[RigidBody],
@@ -100,8 +100,8 @@ fn parts(
         let force = (full[index].force - kept[index].force).norm() / body.mass();
         let moment = full[index].moment - kept[index].moment;
         let turning = (body.inertia().inverse() * moment).norm();
-        // Of loads that cancel rounding is left, and in moments that of the force that goes through the other's center.
-        // A polyhedron's closed form rounds by the square of the distance over its size.
+        // Loads that cancel leave a rounding error, and so do moments of the force through the other body's center. The
+        // rounding error of a polyhedron's closed form grows with the square of the distance over its size.
         let closed =
             |body: &RigidBody| matches!(body.distribution(), MassDistribution::Polyhedron(_));
         let far = if bodies.iter().any(closed) {
@@ -125,7 +125,7 @@ fn parts(
 
 const LEVELS: [Level; 3] = [Level::Dropped, Level::Monopole, Level::Quadrupole];
 
-/// Radius about the origin within which its mass is.
+/// Radius about the origin that contains the mass, at least 1.
 fn radius(body: &RigidBody) -> f64 {
     let points = body.points().iter().map(|point| point.position.norm());
     points.fold(1.0, f64::max)
@@ -153,7 +153,7 @@ fn what_is_left_out_of_pairs_is_within_the_bounds() {
             }
         }
     }
-    // The bounds are not idle: some configuration comes near.
+    // The bounds are not too loose: some configuration comes close to them.
     println!("{most:?}");
     let [[dropped, _], [monopole, moment], [second_order, _]] = most;
     assert!(dropped > 0.9 && monopole > 0.3 && moment > 0.3, "{most:?}");
@@ -189,7 +189,7 @@ fn what_is_left_out_under_fixed_sources_is_within_the_bounds() {
     assert!(most.iter().all(|most| *most > 0.3), "{most:?}");
 }
 
-/// What an interaction knows of itself.
+/// Checks the exact levels and the falloff that interactions report.
 #[test]
 fn exact_levels_are_those_that_leave_nothing_out() {
     let mut random = Random::new(6, 0);
@@ -210,9 +210,9 @@ fn exact_levels_are_those_that_leave_nothing_out() {
     use Level::{Dropped, Full, Monopole};
     let pairs = [
         Monopole, Full, Monopole, Full, // the first ball with each
-        Full, Monopole, Full, // the second
+        Full, Monopole, Full, // the second ball
         Full, Full,    // the dumbbell
-        Dropped, // those that are held
+        Dropped, // the fixed bodies
     ];
     assert_eq!(level(&Mutual::new(1.0)), pairs);
     let central = [Monopole, Monopole, Full, Dropped, Dropped];

@@ -12,7 +12,7 @@ const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
 const NYSTROM: Method = Method::Nystrom { order: 6 };
 
-/// Balls, a dumbbell and bodies that are held, under a fixed source and each other.
+/// Balls, a dumbbell and fixed bodies, under a fixed source and mutual attraction.
 fn company() -> (Vec<RigidBody>, Vec<BodyState>) {
     let bodies = vec![
         ball(1e-3),
@@ -47,7 +47,7 @@ fn greatest_difference(a: &[BodyState], b: &[BodyState]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// By a method whose drifts do not add up, nothing changes by a bit.
+/// The results are bitwise equal for a method whose drifts cannot be combined.
 #[test]
 fn exact_skips_change_no_bit_of_a_discrete_rotor() {
     let (bodies, states) = company();
@@ -59,7 +59,7 @@ fn exact_skips_change_no_bit_of_a_discrete_rotor() {
     }
 }
 
-/// One turn a step is all of its turns.
+/// One rotation per step equals the sum of the rotations of its drifts.
 #[test]
 fn exact_skips_change_nothing_but_rounding_of_an_exact_rotor() {
     let (bodies, states) = company();
@@ -71,7 +71,7 @@ fn exact_skips_change_nothing_but_rounding_of_an_exact_rotor() {
     assert_ne!(full.states()[0].attitude, exact.states()[0].attitude);
 }
 
-/// A control's moment acts on bodies that coast otherwise, and they turn on as they would.
+/// The moment of a control acts on bodies that otherwise coast, and they continue to rotate as without omissions.
 #[test]
 fn moments_of_controls_act_on_coasting_bodies() {
     let (bodies, mut states) = company();
@@ -96,7 +96,7 @@ fn moments_of_controls_act_on_coasting_bodies() {
     }
 }
 
-/// A body at rest on which no moment acts stays as it is, to the bit.
+/// The attitude of a body at rest without moments remains bitwise unchanged.
 #[test]
 fn bodies_at_rest_are_not_turned() {
     let (bodies, mut states) = company();

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use super::{ball, dumbbell, fly, inertia, mutual, state};
 
-/// Mutual gravity that notes what is kept of it in each evaluation.
+/// Mutual gravity that records the kept interactions in each evaluation.
 struct Noting {
     gravity: Mutual,
     kept: Arc<Mutex<Vec<Vec<Kept>>>>,
@@ -63,13 +63,13 @@ const METHODS: [Method; 3] = [
     Method::DormandPrince853 { tolerance: 1e-11 },
 ];
 
-/// A dumbbell that gravity hardly turns.
+/// A dumbbell with a large inertia, which gravity hardly rotates.
 fn inert(mass: f64, length: f64) -> RigidBody {
     let points = dumbbell(mass, length).points().to_vec();
     RigidBody::new(mass, inertia([3e3, 4e3, 5e3]), points).expect("a body")
 }
 
-/// Two dumbbells that pass one another and go on.
+/// Two dumbbells that pass each other.
 pub(super) fn flyby() -> ([RigidBody; 2], [BodyState; 2]) {
     let bodies = [inert(1.0, 0.4), inert(2.0, 0.3)];
     let mut random = Random::new(8, 0);
@@ -80,8 +80,8 @@ pub(super) fn flyby() -> ([RigidBody; 2], [BodyState; 2]) {
     (bodies, states)
 }
 
-/// What is left out comes back when they meet, and is left out again afterwards; at every evaluation what is neglected is
-/// within the allowance; and the end is as near to the full computation as is asked.
+/// The interaction is restored when the bodies meet and simplified again afterwards, and the end state agrees with that
+/// of the full computation within the tolerance.
 #[test]
 fn a_pair_that_comes_near_is_computed_in_full() {
     let (bodies, states) = flyby();
@@ -117,7 +117,7 @@ fn a_pair_that_comes_near_is_computed_in_full() {
         let mut course: Vec<_> = notes.iter().map(|note| levels(note)).collect();
         course.dedup();
         if method != METHODS[2] {
-            course.remove(0); // the simulation was made before it was told what to leave out
+            course.remove(0); // the simulation was created before its omissions were set
         }
         println!("{method}: {error:e}, {course:?}, {allowance:?}");
         assert!(course.len() > 2 && reduced.switches() >= 2, "{course:?}");
@@ -126,7 +126,7 @@ fn a_pair_that_comes_near_is_computed_in_full() {
     }
 }
 
-/// One hundredth of the allowance leaves a hundredth of the error, and an allowance of nothing leaves nothing out.
+/// The error stays within each of three tolerances, and a zero allowance omits nothing.
 #[test]
 fn errors_follow_the_allowance() {
     let (bodies, states) = flyby();
@@ -180,7 +180,8 @@ fn swarm(count: u64) -> (Vec<RigidBody>, Vec<BodyState>) {
     each.unzip()
 }
 
-/// Of 24 bodies nearly all pairs are dropped, none that is too near, and the same flight has the same bits.
+/// In a system of 24 bodies nearly all pairs are dropped, the tolerance is met, and repeated simulations are bitwise
+/// equal.
 #[test]
 fn negligible_pairs_of_a_swarm_are_dropped() {
     let (bodies, states) = swarm(24);
@@ -199,7 +200,7 @@ fn negligible_pairs_of_a_swarm_are_dropped() {
     let flown = |skip| fly((&bodies, gravity(&kept)), &states, METHODS[1], steps, skip);
     let reduced = flown(skip);
     let mut notes: Vec<_> = std::mem::take(&mut *kept.lock().expect("the notes"));
-    notes.remove(0); // the simulation was made before it was told what to leave out
+    notes.remove(0); // the simulation was created before its omissions were set
     let most = notes.iter().map(Vec::len).max().expect("evaluations");
     println!(
         "{most} of 276 pairs, {} switches, {skip:?}",
@@ -222,7 +223,7 @@ fn negligible_pairs_of_a_swarm_are_dropped() {
     assert!(effect > 0.0, "{effect:e}");
 }
 
-/// Where errors grow too fast, as in a strongly coupled pair, nothing is left out.
+/// If errors grow too fast, as in a strongly coupled pair, nothing is omitted.
 #[test]
 fn strong_coupling_leaves_nothing_out() {
     let bodies = [dumbbell(1.0, 0.4), dumbbell(2.0, 0.3)];
@@ -235,7 +236,7 @@ fn strong_coupling_leaves_nothing_out() {
     assert_eq!(Skip::within(&mut system, &states, 30.0, 1e-6), Skip::Exact);
 }
 
-/// States that are set anew are looked at anew.
+/// After states are set, distances are checked from the new states.
 #[test]
 fn set_states_are_watched_from_there() {
     let (bodies, states) = flyby();

@@ -1,4 +1,4 @@
-//! What is left out of a simulation: that its bounds hold, that nothing more is left out, and that it comes back.
+//! Omissions in a simulation: their bounds hold, nothing more is omitted, and interactions are restored when needed.
 
 mod bounds;
 mod coasting;
@@ -47,7 +47,7 @@ fn mutual(constant: f64) -> Vec<Box<dyn Gravity>> {
     vec![Box::new(Mutual::new(constant))]
 }
 
-/// Flies `steps` steps without controls.
+/// Makes `steps` steps without controls.
 fn fly(
     (bodies, gravity): (&[RigidBody], Vec<Box<dyn Gravity>>),
     states: &[BodyState],

@@ -1,4 +1,4 @@
-//! That a tolerance is kept where errors grow fast, bodies spin fast, and steps are long.
+//! The tolerance is met if errors grow fast, bodies spin fast, and steps are long.
 
 use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::integrator::Rotor;
@@ -13,7 +13,8 @@ const METHOD: Method = Method::DormandPrince853 { tolerance: 1e-11 };
 const DURATION: f64 = 3.0;
 const TOLERANCE: f64 = 1e-6;
 
-/// A small body with this spin that swings by a heavy one, and a third body far off of this mass.
+/// A small body with the given spin that passes close to a heavy one, and a distant third body with the mass
+/// `perturber`.
 fn swingby(spin: f64, perturber: f64) -> ([RigidBody; 3], [BodyState; 3]) {
     let small = RigidBody::new(1e-6, inertia([1e-6; 3]), vec![]).expect("a body");
     let held = |mass| ball(mass).with_mobility(Mobility::Fixed);
@@ -36,7 +37,7 @@ fn allowance(bodies: &[RigidBody], states: &[BodyState]) -> Result<Allowance, Re
     Allowance::new(&mut system, states, DURATION, TOLERANCE)
 }
 
-/// By what a flight with `skip` ends elsewhere than one in full.
+/// The difference between the end states of a simulation with `skip` and of a full one.
 fn error(bodies: &[RigidBody], states: &[BodyState], skip: Skip) -> f64 {
     let flown = |skip| {
         fly(
@@ -51,8 +52,8 @@ fn error(bodies: &[RigidBody], states: &[BodyState], skip: Skip) -> f64 {
     Accuracy::new(bodies, states).error(reduced.states(), full.states())
 }
 
-/// What is negligible where errors grow as in free motion is not where they grow a thousandfold, however fast a body spins
-/// whose rotation moves nothing.
+/// An interaction that is negligible if errors grow as in free motion is not negligible if they grow a thousandfold. A
+/// fast spin of a body whose rotation affects nothing makes no difference.
 #[test]
 fn growth_decides_what_is_negligible() {
     let (bodies, states) = swingby(0.0, 0.033);
@@ -79,7 +80,7 @@ fn growth_decides_what_is_negligible() {
     assert!(error_of_free > TOLERANCE, "{error_of_free:e}");
 }
 
-/// What is left out all the same stays within the tolerance, and is not far from it.
+/// The error of the omissions is within the tolerance, but not much smaller.
 #[test]
 fn what_growth_allows_is_left_out() {
     let (bodies, states) = swingby(1e3, 3e-5);
@@ -89,7 +90,7 @@ fn what_growth_allows_is_left_out() {
     assert!(error <= TOLERANCE && error > 1e-3 * TOLERANCE, "{error:e}");
 }
 
-/// Where the flights would take too long, or part too far to tell, nothing is left out.
+/// If the flights would take too long or diverge too far, nothing is omitted.
 #[test]
 fn unknown_growth_leaves_nothing_out() {
     let (bodies, mut states) = flyby();
@@ -107,7 +108,7 @@ fn unknown_growth_leaves_nothing_out() {
     );
 }
 
-/// A pair that meets within one step of the run, at whose ends it is far apart, is computed in full on its way.
+/// A pair that meets within one step of the run but is far apart at its ends is computed in full near the encounter.
 #[test]
 fn pairs_that_meet_within_a_step_are_seen() {
     let (bodies, states) = flyby();
@@ -151,7 +152,7 @@ fn pairs_that_meet_within_a_step_are_seen() {
     let error = accuracy.error(flown[1].states(), flown[0].states());
     println!("subdivided: {error:e}, {} switches", flown[1].switches());
     assert!(error <= 1e-3 && flown[1].switches() > 0, "{error:e}");
-    // Kicks at -60, -20, 20 and 60, and nothing between.
+    // The kicks are at -60, -20, 20 and 60, with none in between.
     let (simulation, skip) = simulation(lgvi, 20.0, within(1e-3));
     let flown = end(simulation, skip, 3);
     assert!(flown.switches() > 0);

@@ -7,7 +7,7 @@ use super::rock;
 use crate::gravity::Attractor;
 use crate::{PointMass, RigidBody};
 
-/// The potential energy of a body with this cloud at `x`, attitude `r`, in another's field.
+/// The potential energy of a body with this cloud, at position `x` and attitude `r`, in the field of another body.
 fn mutual(field: &PolyhedronField, cloud: &[PointMass], x: &Vector3<f64>, r: &Matrix3<f64>) -> f64 {
     cloud
         .iter()
@@ -15,7 +15,8 @@ fn mutual(field: &PolyhedronField, cloud: &[PointMass], x: &Vector3<f64>, r: &Ma
         .sum()
 }
 
-/// Relative errors of two cuboids' mutual potential with each cloud, at `ratio` times the sum of their radii.
+/// Relative errors of two cuboids' mutual potential for clouds of degree 2, 4, 6 and 8, at `ratio` times the sum of
+/// their radii.
 fn errors(ratio: f64, cloud: impl Fn(&Polyhedron, usize) -> Vec<PointMass>) -> [f64; 4] {
     let [a, b] =
         [[1.0, 0.7, 0.4], [0.8, 0.8, 0.5]].map(|axes| Polyhedron::cuboid(axes, 1.0).unwrap());
@@ -27,7 +28,8 @@ fn errors(ratio: f64, cloud: impl Fn(&Polyhedron, usize) -> Vec<PointMass>) -> [
     [2, 4, 6, 8].map(|degree| (mutual(&field, &cloud(&b, degree), &x, &r) / fine - 1.0).abs())
 }
 
-/// Bounds are twice the figures measured, and fall with degree and distance; the reference errs by less than 1e-13 here.
+/// Bounds are twice the measured values, and decrease with degree and distance. The error of the reference is below
+/// 1e-13 here.
 fn assert_within(
     bounds: [(f64, [f64; 4]); 3],
     cloud: impl Fn(&Polyhedron, usize) -> Vec<PointMass>,
@@ -62,7 +64,7 @@ fn mutual_potential_of_a_sparse_cloud_converges_with_the_degree() {
     assert_within(bounds, |body, degree| body.sparse_cloud(degree).unwrap());
 }
 
-/// The greatest difference between a body's moments and those of points, up to a degree, over its mass.
+/// The largest difference between the moments of a body and of points, up to a degree, relative to the mass.
 fn lack_of_moments(body: &Polyhedron, points: &[PointMass], degree: usize) -> f64 {
     let found = monomials::<9>(points, &Vector3::zeros());
     let expected = body.clone().recentered().monomials::<9>();
@@ -88,7 +90,7 @@ fn clouds_of_star_shaped_bodies_are_bodies_with_all_moments() {
     }
 }
 
-/// A bent body's center sees some faces from behind: masses of both signs, and the same moments.
+/// The center of a bent body sees some faces from behind. Its clouds have masses of both signs, but the same moments.
 #[test]
 fn clouds_of_bent_bodies_have_all_moments() {
     let straight = Polyhedron::ellipsoid([1.0, 0.2, 0.2], 1, 1.0).unwrap();
@@ -104,7 +106,8 @@ fn clouds_of_bent_bodies_have_all_moments() {
     }
 }
 
-/// An L whose center lies in the plane of a face, to rounding: that face has no points, least of all of negative mass.
+/// An L whose center lies in the plane of a face, to rounding. This face must have no points, in particular none of
+/// negative mass.
 #[test]
 fn faces_seen_edge_on_have_no_points() {
     let top = 1.0 + 2.0_f64.sqrt();
@@ -127,7 +130,7 @@ fn faces_seen_edge_on_have_no_points() {
     RigidBody::new(body.mass(), body.inertia().unwrap(), points).unwrap();
 }
 
-/// In units that are powers of two apart the points are the same to the last bit.
+/// In units that differ by powers of two, the points are bitwise equal.
 #[test]
 fn sparse_clouds_do_not_depend_on_the_unit() {
     let (length, mass) = (2.0_f64.powi(100), 2.0_f64.powi(1000));

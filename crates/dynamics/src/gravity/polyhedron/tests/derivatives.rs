@@ -1,5 +1,5 @@
-//! The field against automatic differentiation of potentials that share no formula with it: the cuboid's in closed form
-//! and a sum over Gauss points.
+//! The field compared with automatic differentiation of independent potentials: the closed form of the cuboid and a sum
+//! over Gauss points.
 
 use nalgebra::Vector3;
 use num_dual::{DualNum, HyperHyperDual64};
@@ -13,7 +13,7 @@ type Triple<T> = [T; 3];
 const AXES: [f64; 3] = [1.0, 0.7, 0.4];
 const STRENGTH: f64 = 1.7;
 
-/// `−Gσ ∫ dV/r` over the cuboid, corner by corner (W. D. MacMillan, *The Theory of the Potential*, 1930).
+/// `−Gσ ∫ dV/r` over the cuboid, summed over its corners (W. D. MacMillan, *The Theory of the Potential*, 1930).
 fn cuboid<T: DualNum<f64> + Copy>(d: Triple<T>) -> T {
     let mut sum = T::from(0.0);
     for corner in 0..8 {
@@ -35,7 +35,7 @@ fn cuboid<T: DualNum<f64> + Copy>(d: Triple<T>) -> T {
     -sum * STRENGTH
 }
 
-/// `−G Σ m/r` over Gauss points, at a distance where their error is rounding.
+/// `−G Σ m/r` over Gauss points, at a distance where their error is at rounding level.
 fn points<T: DualNum<f64> + Copy>(polyhedron: &Polyhedron, d: Triple<T>) -> T {
     let mut sum = T::from(0.0);
     for point in polyhedron.gauss_points(20) {
@@ -47,7 +47,7 @@ fn points<T: DualNum<f64> + Copy>(polyhedron: &Polyhedron, d: Triple<T>) -> T {
     sum * (STRENGTH / polyhedron.density())
 }
 
-/// Compares the field at `d` with `potential` and its derivatives, each relative to its own greatest part.
+/// Compares the field at `d` with `potential` and its derivatives, each relative to its largest component.
 fn assert_derivatives(
     field: &PolyhedronField,
     d: &Vector3<f64>,
@@ -94,8 +94,8 @@ fn cuboid_has_inside_and_outside_the_derivatives_of_its_closed_potential() {
     }
 }
 
-/// At a distance δ the solid angles and the edges' slopes round to `ε size/δ`, here 2e-7, which potential and acceleration
-/// do not see.
+/// At a distance δ from the edge, the relative rounding error of the solid angles and of the edges' slopes is `ε
+/// size/δ`, here 2e-7. It does not affect potential and acceleration.
 #[test]
 fn cuboid_has_the_derivatives_of_its_closed_potential_near_an_edge() {
     let body = Polyhedron::cuboid(AXES, 1.0).unwrap();

@@ -12,7 +12,7 @@ fn field(body: &Polyhedron) -> PolyhedronField {
     PolyhedronField::new(body, G)
 }
 
-/// Places inside and outside the rock, by the field's own word.
+/// Random points, each with the result of [`PolyhedronField::contains`].
 fn places(field: &PolyhedronField) -> impl Iterator<Item = (Vector3<f64>, bool)> {
     let mut vector = vectors(11);
     (0..500).map(move |_| {
@@ -21,7 +21,7 @@ fn places(field: &PolyhedronField) -> impl Iterator<Item = (Vector3<f64>, bool)>
     })
 }
 
-/// A ray leaves a body as often as it enters, and once more from inside.
+/// Returns true if a ray from `d` leaves the body once more than it enters it, that is, if `d` is inside.
 fn ray_leaves_once_more(body: &Polyhedron, d: &Vector3<f64>) -> bool {
     let ray = Vector3::new(0.3, -0.5, 0.7);
     let crossing = |[a, b, c]: [Vector3<f64>; 3]| {
@@ -63,7 +63,7 @@ fn potential_is_harmonic_outside_and_has_the_density_inside() {
     }
 }
 
-/// `T(b) c = T(c) b`: the third derivatives are symmetric in all three places.
+/// `T(b) c = T(c) b`: the third derivatives are symmetric in all three indices.
 #[test]
 fn third_derivatives_are_symmetric() {
     let field = field(&rock());
@@ -75,7 +75,7 @@ fn third_derivatives_are_symmetric() {
     }
 }
 
-/// A turned and moved body has the turned and moved field.
+/// A rotated and translated body has the rotated and translated field.
 #[test]
 fn field_moves_with_the_body() {
     let body = rock();
@@ -102,8 +102,8 @@ fn field_moves_with_the_body() {
     }
 }
 
-/// The expansion `φ = −G ∫ Σ_n |ρ|ⁿ P_n(cos ∠(d, ρ)) dm/rⁿ⁺¹` to degree four, from mass, `J_d` and the moments: the rest
-/// falls by 64 when r doubles.
+/// Compares the field with the expansion `φ = −G ∫ Σ_n |ρ|ⁿ P_n(cos ∠(d, ρ)) dm/rⁿ⁺¹` to degree four, from mass, `J_d`
+/// and the moments. The remainder decreases by a factor of 64 when r doubles.
 #[test]
 fn far_field_is_that_of_mass_and_moments() {
     let body = rock().recentered();
@@ -138,7 +138,8 @@ fn far_field_is_that_of_mass_and_moments() {
     }
 }
 
-/// Where points with the body's moments to degree eight are as good as exact, rounding grows as the square of the distance.
+/// At distances where points with the body's moments to degree eight are practically exact, the rounding error grows as
+/// the square of the distance.
 #[test]
 fn rounding_far_away_stays_below_its_bound() {
     let body = Polyhedron::ellipsoid([1.0, 0.7, 0.4], 2, 1.3).unwrap();
@@ -171,7 +172,7 @@ fn rounding_far_away_stays_below_its_bound() {
     }
 }
 
-/// Meshes of a sphere with the sphere's mass approach the point's field as the square of their edges.
+/// Meshes of a sphere with the sphere's mass converge to the field of a point with the square of their edge length.
 #[test]
 fn meshes_of_a_sphere_converge_to_a_point() {
     let d = Vector3::new(0.9, -1.1, 0.7);
@@ -179,7 +180,7 @@ fn meshes_of_a_sphere_converge_to_a_point() {
     let point = -gm * d / (d.norm_squared() * d.norm());
     let error = |subdivisions| {
         let mesh = Polyhedron::ellipsoid([1.0; 3], subdivisions, 1.0).unwrap();
-        // the mesh of equal volume, but for its roughness a sphere
+        // A mesh of equal mass, which differs from the sphere only by its facets.
         let field = field(&mesh.with_mass(3.0).unwrap());
         (field.acceleration(&d) - point).norm() / point.norm()
     };
@@ -190,7 +191,7 @@ fn meshes_of_a_sphere_converge_to_a_point() {
     assert!(errors[3] < 1e-5, "{errors:?}");
 }
 
-/// Where the field is finite the result is its limit: at corners, on edges, their continuations and faces.
+/// The field is continuous where it is finite: at corners, on edges and their extensions, and on faces.
 #[test]
 fn potential_and_acceleration_are_continuous_onto_the_surface() {
     let body = Polyhedron::cuboid([1.0, 0.7, 0.4], 1.3).unwrap();
@@ -209,7 +210,7 @@ fn potential_and_acceleration_are_continuous_onto_the_surface() {
         let (u, a) = (field.potential(&place), field.acceleration(&place));
         for step in [1e-3, 1e-6, 1e-9, 1e-12] {
             let d = place + step * vector(1.0).normalize();
-            // |∂a| grows as the logarithm of the distance to an edge
+            // |∂a| grows as the logarithm of the distance to an edge.
             let bound = 40.0 * step * (1.0 - step.ln());
             assert!((field.potential(&d) - u).abs() < bound + 1e-14, "{place:?}");
             assert!(
@@ -220,7 +221,7 @@ fn potential_and_acceleration_are_continuous_onto_the_surface() {
     }
 }
 
-/// Across a face the gradient jumps by `4πGσ n nᵀ`; on it, its diagonal included, it is the mean.
+/// The gradient jumps by `4πGσ n nᵀ` across a face. On the face, including its diagonal, it is the mean of both sides.
 #[test]
 fn gradient_jumps_across_a_face_by_the_density() {
     let body = Polyhedron::cuboid([1.0, 0.7, 0.4], 1.3).unwrap();

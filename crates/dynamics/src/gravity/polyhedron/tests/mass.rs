@@ -5,7 +5,7 @@ use super::super::mass::{Powers, exponents};
 use super::{rock, vectors};
 use crate::PointMass;
 
-/// Sums of `m x^i y^j z^k` over points.
+/// Sums of `m x^i y^j z^k` over the points.
 pub(super) fn monomials<const N: usize>(points: &[PointMass], shift: &Vector3<f64>) -> Powers<N> {
     let mut sum = [[[0.0; N]; N]; N];
     for point in points {
@@ -76,7 +76,7 @@ fn moments_of_a_rock_are_those_of_its_gauss_points() {
     assert!((found.nonstandard() - nonstandard).norm() < 1e-14);
 }
 
-/// Steiner's theorem is not used anywhere: mass properties must not depend on where the frame's origin is.
+/// Mass properties must not depend on the position of the frame's origin, and Steiner's theorem is not used.
 #[test]
 fn a_moved_body_keeps_mass_and_inertia_and_recenters_to_where_it_was() {
     let body = rock();
@@ -103,7 +103,8 @@ fn a_mass_asked_for_is_the_mass() {
     assert_eq!(body.volume(), rock().volume());
 }
 
-/// The inscribed mesh approaches the ellipsoid's volume `4/3 π a b c` as the square of its edges.
+/// The volume of the inscribed mesh converges to the ellipsoid's volume `4/3 π a b c` with the square of the edge
+/// length.
 #[test]
 fn meshes_of_an_ellipsoid_converge_with_second_order() {
     let axes = [1.0, 0.8, 0.6];

@@ -13,7 +13,7 @@ fn vectors(seed: u64) -> impl FnMut(f64) -> Vector3<f64> {
     move |scale| Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0))
 }
 
-/// An irregular body of 80 faces, not convex, its center of mass off the origin, of extent about 1.
+/// An irregular, non-convex body of 80 faces, about 1 in size, with its center of mass off the origin.
 fn rock() -> Polyhedron {
     let smooth = Polyhedron::ellipsoid([1.0, 0.8, 0.6], 1, 1.0).unwrap();
     let mut vector = vectors(3);

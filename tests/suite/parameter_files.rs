@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::thread;
 
 use lgvi_tests::{Process, World, binary, root};
 
@@ -184,33 +185,42 @@ fn random(name: &str, shown: &str, random: &mut fastrand::Rng) -> Option<String>
     })
 }
 
+/// Dumps a node with random values or, but for `autostart`, its defaults; a node of that dump must give the same again.
+fn dump_twice(kind: &str, defaults: bool) {
+    let mut rng = fastrand::Rng::with_seed(1);
+    let world = World::new();
+    let text = file(kind);
+    let values: Vec<_> = text
+        .lines()
+        .filter_map(setting)
+        .filter(|(name, ..)| !defaults || *name == "autostart")
+        .filter_map(|(name, shown, _)| Some((name, random(name, shown, &mut rng)?)))
+        .map(|(name, value)| format!("{name}:={value}"))
+        .collect();
+    let arguments: Vec<_> = values.iter().flat_map(|value| ["-p", value]).collect();
+    let first = dumped(&world, kind, idle(&world, kind, &arguments));
+    let path = world.path("dump.yaml");
+    fs::write(&path, &first).unwrap();
+    let arguments = ["--params-file", path.to_str().unwrap()];
+    let second = dumped(&world, kind, idle(&world, kind, &arguments));
+    assert_eq!(second, first, "{kind}, {values:?}");
+    if defaults {
+        assert!(
+            first.contains("frame_prefix: null") || kind == "player",
+            "{first}"
+        );
+    }
+}
+
 #[test]
 fn what_ros2_dumps_of_a_node_gives_the_same_node_again() {
-    let mut rng = fastrand::Rng::with_seed(1);
-    for kind in ["propagator", "planner", "recorder", "player"] {
-        for defaults in [true, false] {
-            let world = World::new();
-            let text = file(kind);
-            let values: Vec<_> = text
-                .lines()
-                .filter_map(setting)
-                .filter(|(name, ..)| !defaults || *name == "autostart")
-                .filter_map(|(name, shown, _)| Some((name, random(name, shown, &mut rng)?)))
-                .map(|(name, value)| format!("{name}:={value}"))
-                .collect();
-            let arguments: Vec<_> = values.iter().flat_map(|value| ["-p", value]).collect();
-            let first = dumped(&world, kind, idle(&world, kind, &arguments));
-            let path = world.path("dump.yaml");
-            fs::write(&path, &first).unwrap();
-            let arguments = ["--params-file", path.to_str().unwrap()];
-            let second = dumped(&world, kind, idle(&world, kind, &arguments));
-            assert_eq!(second, first, "{kind}, {values:?}");
-            if defaults {
-                assert!(
-                    first.contains("frame_prefix: null") || kind == "player",
-                    "{first}"
-                );
-            }
+    thread::scope(|scope| {
+        for kind in ["propagator", "planner", "recorder", "player"] {
+            scope.spawn(move || {
+                for defaults in [true, false] {
+                    dump_twice(kind, defaults);
+                }
+            });
         }
-    }
+    });
 }

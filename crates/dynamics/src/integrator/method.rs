@@ -1,8 +1,8 @@
 use std::fmt;
 
 use super::{
-    Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, EulerPoincare, Galerkin, ImplicitMidpoint,
-    Integrator, LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting,
+    Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, Galerkin, ImplicitMidpoint, Integrator,
+    LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting,
 };
 use crate::System;
 
@@ -66,7 +66,7 @@ pub enum Method {
         /// Center of the chart.
         origin: ChartOrigin,
     },
-    /// [`EulerPoincare`].
+    /// [`Galerkin::euler_poincare`].
     EulerPoincare {
         /// Degree `s` of the polynomials.
         degree: u32,
@@ -201,7 +201,9 @@ impl Method {
                 degree,
                 quadrature,
                 origin,
-            } => Box::new(EulerPoincare::new(system, degree, quadrature, origin)?),
+            } => Box::new(Galerkin::euler_poincare(
+                system, degree, quadrature, origin,
+            )?),
         })
     }
 }

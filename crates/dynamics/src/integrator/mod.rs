@@ -31,7 +31,7 @@ pub use adaptive::{Adaptive, Work};
 pub use baselines::{CrouchGrossman, ImplicitMidpoint, RungeKutta};
 pub use closed_form::ClosedForm;
 pub use error::{MethodError, StepError};
-pub use galerkin::{ChartOrigin, EulerPoincare, Galerkin, Quadrature};
+pub use galerkin::{ChartOrigin, Galerkin, Quadrature};
 pub use lagrangian::LagrangianLgvi;
 pub use method::{Method, Rotor};
 pub use splitting::Splitting;

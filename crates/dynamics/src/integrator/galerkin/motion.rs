@@ -1,22 +1,15 @@
 use super::basis::Basis;
-use super::curve::{Curve, Guess, greater};
-use super::elimination::Elimination;
+use super::curve::{Curve, Guess};
 use super::gliding::Gliding;
 use super::iteration::{Progress, Stall, iterate};
 use super::turning::Turning;
 use crate::{BodyState, Load, Mobility, RigidBody, System};
 
-/// Limit of passes whose Jacobian omits the derivatives of the loads.
-const MAX_SIMPLE: u32 = 40;
-
-/// Limit of passes with the full Jacobian.
-const MAX_NEWTON: u32 = 12;
+/// Limit of passes.
+const MAX_PASSES: u32 = 40;
 
 /// Limit of halvings in the search for a step that converges from constant velocities.
 const MAX_HALVINGS: u32 = 5;
-
-/// Relative perturbation of an unknown for a difference quotient.
-const DIFFERENCE: f64 = 1e-7;
 
 /// The input of a step.
 #[derive(Clone, Copy)]
@@ -44,8 +37,6 @@ pub(super) struct Motion {
     poses: Vec<BodyState>,
     /// Loads at these poses, in the same order.
     loads: Vec<Load>,
-    whole: Elimination,
-    flat: Vec<f64>,
 }
 
 impl Motion {
@@ -53,11 +44,6 @@ impl Motion {
         let turns =
             |body: &RigidBody| matches!(body.mobility(), Mobility::Free | Mobility::Pivoted);
         let glides = |body: &RigidBody| *body.mobility() == Mobility::Free;
-        let curves: usize = bodies
-            .iter()
-            .map(|body| usize::from(turns(body)) + usize::from(glides(body)))
-            .sum();
-        let size = 3 * basis.degree * curves;
         Self {
             turning: bodies
                 .iter()
@@ -69,8 +55,6 @@ impl Motion {
                 .collect(),
             poses: Vec::with_capacity(basis.points * bodies.len()),
             loads: vec![Load::default(); basis.points * bodies.len()],
-            whole: Elimination::new(size),
-            flat: vec![0.0; size],
             basis,
         }
     }
@@ -129,8 +113,7 @@ impl Motion {
         })
     }
 
-    /// Solves the equations from an initial guess, first with a Jacobian that omits the derivatives of the loads, then
-    /// with the full Jacobian.
+    /// Solves the equations from an initial guess, with a Jacobian that omits the derivatives of the loads.
     fn attempt(
         &mut self,
         system: &mut System,
@@ -139,15 +122,11 @@ impl Motion {
         iterations: &mut u32,
     ) -> Result<(), f64> {
         self.begin(system.bodies(), step, guess);
-        let simple = iterate(MAX_SIMPLE, iterations, |linearize| {
+        iterate(MAX_PASSES, iterations, |linearize| {
             self.correct(system, step, linearize);
-            self.apply()
-        });
-        simple.or_else(|_| {
-            self.begin(system.bodies(), step, guess);
-            iterate(MAX_NEWTON, iterations, |linearize| {
-                self.newton(system, step, linearize)
-            })
+            let all = curves(&mut self.turning, &mut self.gliding);
+            all.map(Curve::advance)
+                .fold(Progress::default(), Progress::and)
         })
     }
 
@@ -209,75 +188,6 @@ impl Motion {
     pub(super) fn remember(&mut self) {
         curves(&mut self.turning, &mut self.gliding).for_each(Curve::remember);
     }
-
-    /// Subtracts all corrections.
-    fn apply(&mut self) -> Progress {
-        let mut progress = Progress::default();
-        for curve in curves(&mut self.turning, &mut self.gliding) {
-            progress = progress.and(curve.advance());
-        }
-        progress
-    }
-
-    /// Makes a Newton correction of the equations `c(z) = 0`, where c is the correction of the unknowns z by
-    /// [`Motion::correct`]. If `linearize` is true, renews `∂c/∂z` by differences.
-    fn newton(&mut self, system: &mut System, step: Step<'_>, linearize: bool) -> Progress {
-        let size = self.flat.len();
-        self.correct(system, step, linearize);
-        let all = curves(&mut self.turning, &mut self.gliding);
-        let corrections = all.flat_map(|curve| curve.correction.iter().flatten().copied());
-        self.flat
-            .iter_mut()
-            .zip(corrections)
-            .for_each(|(to, c)| *to = c);
-        if linearize {
-            for column in 0..size {
-                let (undisturbed, difference) = self.disturb(column);
-                self.correct(system, step, false);
-                let all = curves(&mut self.turning, &mut self.gliding);
-                let disturbed = all.flat_map(|curve| curve.correction.iter().flatten().copied());
-                let entries = &mut self.whole.entries()[column * size..(column + 1) * size];
-                for (entry, (disturbed, c)) in entries.iter_mut().zip(disturbed.zip(&self.flat)) {
-                    *entry = (disturbed - c) / difference;
-                }
-                self.set(column, undisturbed);
-            }
-            self.whole.factor();
-        }
-        self.whole.solve(&mut self.flat);
-        let all = curves(&mut self.turning, &mut self.gliding);
-        let corrections = all.flat_map(|curve| &mut curve.correction);
-        for (correction, part) in corrections.zip(self.flat.chunks_exact(3)) {
-            correction.copy_from_slice(part);
-        }
-        self.apply()
-    }
-
-    /// Perturbs an unknown. Returns its original value and the perturbation.
-    fn disturb(&mut self, unknown: usize) -> (f64, f64) {
-        let width = 3 * self.basis.degree;
-        let mut all = curves(&mut self.turning, &mut self.gliding);
-        let Some(curve) = all.nth(unknown / width) else {
-            return (0.0, 1.0);
-        };
-        let size = greater(curve.size(), 0.1 * curve.base);
-        let component = &mut curve.points[unknown % width / 3][unknown % 3];
-        let undisturbed = *component;
-        *component += if size > 0.0 {
-            DIFFERENCE * size
-        } else {
-            DIFFERENCE
-        };
-        (undisturbed, *component - undisturbed)
-    }
-
-    fn set(&mut self, unknown: usize, value: f64) {
-        let width = 3 * self.basis.degree;
-        let mut all = curves(&mut self.turning, &mut self.gliding);
-        if let Some(curve) = all.nth(unknown / width) {
-            curve.points[unknown % width / 3][unknown % 3] = value;
-        }
-    }
 }
 
 /// The unknowns of all bodies.
@@ -294,43 +204,4 @@ fn curves<'a>(
         .flatten()
         .map(|gliding| &mut gliding.curve);
     turning.chain(gliding)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::legendre::bodies;
-    use super::super::{ChartOrigin, Quadrature};
-    use super::*;
-
-    /// Checks that both iterations converge to the same solution, and Newton's method with the full Jacobian in fewer
-    /// passes.
-    #[test]
-    fn both_iterations_find_the_same() {
-        for origin in [ChartOrigin::Start, ChartOrigin::Middle] {
-            let (mut system, states) = bodies();
-            let controls = [Load::default(); 2];
-            let step = Step {
-                states: &states,
-                controls: &controls,
-                h: 0.8,
-            };
-            let basis = || Basis::checked("test", 4, Quadrature::Gauss(4), origin).unwrap();
-            let mut simple = Motion::new(basis(), system.bodies());
-            let mut newton = Motion::new(basis(), system.bodies());
-            let passes = simple.solve(&mut system, step, Guess::Uniform).ok();
-            newton.begin(system.bodies(), step, Guess::Uniform);
-            let mut newton_passes = 0;
-            let made = iterate(MAX_NEWTON, &mut newton_passes, |linearize| {
-                newton.newton(&mut system, step, linearize)
-            });
-            assert!(made.is_ok());
-            assert!(passes.is_some_and(|passes| newton_passes < passes && passes < MAX_SIMPLE));
-            let all = curves(&mut simple.turning, &mut simple.gliding);
-            for (a, b) in all.zip(curves(&mut newton.turning, &mut newton.gliding)) {
-                for (a, b) in a.points.iter().zip(&b.points) {
-                    assert!((a - b).norm() < 1e-14, "{:e}", (a - b).norm());
-                }
-            }
-        }
-    }
 }

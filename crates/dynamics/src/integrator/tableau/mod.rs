@@ -19,6 +19,10 @@ pub(super) struct Stage {
     pub(super) row: Row,
 }
 
+const fn stage(node: f64, row: Row) -> Stage {
+    Stage { node, row }
+}
+
 /// An explicit Runge–Kutta method.
 pub(super) struct Tableau {
     pub(super) stages: &'static [Stage],
@@ -45,38 +49,17 @@ pub(super) struct Pair {
 
 /// The explicit midpoint rule.
 pub(super) const EXPLICIT_MIDPOINT: Tableau = Tableau {
-    stages: &[
-        Stage {
-            node: 0.0,
-            row: &[],
-        },
-        Stage {
-            node: 0.5,
-            row: &[(0, 0.5)],
-        },
-    ],
+    stages: &[stage(0.0, &[]), stage(0.5, &[(0, 0.5)])],
     weights: &[(1, 1.0)],
 };
 
 /// The classical method of fourth order.
 pub(super) const CLASSICAL: Tableau = Tableau {
     stages: &[
-        Stage {
-            node: 0.0,
-            row: &[],
-        },
-        Stage {
-            node: 0.5,
-            row: &[(0, 0.5)],
-        },
-        Stage {
-            node: 0.5,
-            row: &[(1, 0.5)],
-        },
-        Stage {
-            node: 1.0,
-            row: &[(2, 1.0)],
-        },
+        stage(0.0, &[]),
+        stage(0.5, &[(0, 0.5)]),
+        stage(0.5, &[(1, 0.5)]),
+        stage(1.0, &[(2, 1.0)]),
     ],
     weights: &[
         (0, 1.0 / 6.0),

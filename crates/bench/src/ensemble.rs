@@ -67,7 +67,7 @@ const WAYS: [(Instructions, &str); 3] = [
     (Instructions::Newest, "newest"),
 ];
 
-const WIDTHS: [Width; 3] = [Width::One, Width::Four, Width::Eight];
+const WIDTHS: [Width; 2] = [Width::One, Width::Eight];
 
 /// Threads and size of an ensemble.
 type Size = (usize, u64);

@@ -10,9 +10,10 @@ use lgvi_control::{
     Actuation, Constraint, Motion, NewtonSettings, Place, Plan, Start, Terminal, Transfer,
     TransferError, solve,
 };
-use lgvi_dynamics::gravity::{Central, Uniform};
+use lgvi_dynamics::gravity::{AutoDiff, Central, Potential, Uniform};
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use num_dual::DualNum;
 
 use crate::automatic::{Number, derivatives};
 use crate::case::Case;
@@ -337,4 +338,33 @@ fn an_own_target_ends_with_the_costate_across_it() {
     let force = last.fixed_rows::<3>(0).into_owned();
     assert!(force.cross(&end.position.normalize()).norm() < 1e-9 * force.norm());
     assert!(last.fixed_rows::<9>(3).norm() < 1e-9 * force.norm());
+}
+
+/// A point, known by its potential alone.
+struct Point(f64);
+
+impl Potential for Point {
+    fn potential<D: DualNum<f64>>(&self, [x, y, z]: &[D; 3]) -> D {
+        -(x.powi(2) + y.powi(2) + z.powi(2)).sqrt().recip() * self.0
+    }
+}
+
+#[test]
+fn a_field_known_by_its_potential_gives_the_plan_of_the_field() {
+    let case = Case::load("C_i");
+    let plain = case.transfer(N);
+    let own = |field: bool| {
+        let (initial, target) = (*plain.initial(), plain.target().clone());
+        let actuation =
+            Actuation::full(&Matrix3::identity(), &Matrix3::identity()).expect("weights");
+        let (body, h) = (case.body(), plain.h());
+        let transfer = if field {
+            Transfer::new(body, AutoDiff(Point(1.0)), h, N, initial, target, actuation)
+        } else {
+            Transfer::new(body, Central { gm: 1.0 }, h, N, initial, target, actuation)
+        };
+        plan(&transfer.expect("a transfer"))
+    };
+    let (own, ours) = (own(true), own(false));
+    assert!(apart(&own, &ours) < 1e-9, "{:e}", apart(&own, &ours));
 }

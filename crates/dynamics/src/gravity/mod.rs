@@ -1,9 +1,12 @@
 //! Gravity models, one per file.
 //!
 //! A [`Gravity`] acts on all bodies of a system. A [`Field`] has fixed sources, acts on each body independently, and
-//! has first and second derivatives for the planner.
+//! has first and second derivatives for the planner. With the feature `num-dual`, `AutoDiff` derives them from a potential
+//! that is written once.
 
 mod attractor;
+#[cfg(feature = "num-dual")]
+mod autodiff;
 mod central;
 mod extent;
 mod field;
@@ -25,6 +28,8 @@ use std::fmt;
 use thiserror::Error;
 
 pub use attractor::{Attractor, Monopole};
+#[cfg(feature = "num-dual")]
+pub use autodiff::{AutoDiff, Potential};
 pub use central::Central;
 pub use field::{Field, Intrusion, LoadCurvature, LoadGradient};
 pub use fixed::Fixed;

@@ -10,7 +10,7 @@ pub(crate) use linear::{Matrix, Vector, attraction};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f64x2, f64x4, f64x8};
+use fearless_simd::{f64x2, f64x8};
 
 /// Values of several systems, one per lane, with arithmetic on all of them at once.
 ///
@@ -153,5 +153,4 @@ macro_rules! vector_lane {
 }
 
 vector_lane!(f64x2, 2);
-vector_lane!(f64x4, 4);
 vector_lane!(f64x8, 8);

@@ -25,7 +25,7 @@ mod rescue;
 pub use fit::{Unfit, fit};
 pub use flight::{Flight, Member, Outcome, Thrust};
 
-use fearless_simd::{Level, Simd, dispatch, f64x4, f64x8};
+use fearless_simd::{Level, Simd, dispatch, f64x8};
 
 use crate::MethodError;
 use flight::Batch;
@@ -35,8 +35,6 @@ use flight::Batch;
 pub enum Width {
     /// One system.
     One,
-    /// Four systems: an AVX2 register.
-    Four,
     /// Eight systems: an AVX-512 register, or two AVX2 registers.
     #[default]
     Eight,
@@ -47,7 +45,6 @@ impl Width {
     pub fn lanes(self) -> usize {
         match self {
             Self::One => 1,
-            Self::Four => 4,
             Self::Eight => 8,
         }
     }
@@ -96,16 +93,10 @@ pub fn fly(
         let level = instructions.level();
         match width {
             Width::One => kernel::fly::<f64>((), &batch, &mut outcomes),
-            Width::Four => dispatch!(level, simd => four(simd, &batch, &mut outcomes)),
             Width::Eight => dispatch!(level, simd => eight(simd, &batch, &mut outcomes)),
         }
     }
     Ok(outcomes)
-}
-
-#[inline(always)]
-fn four<S: Simd>(simd: S, batch: &Batch, outcomes: &mut Vec<Outcome>) {
-    kernel::fly::<f64x4<S>>(simd, batch, outcomes);
 }
 
 #[inline(always)]

@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Creates the system of a sample.
 type MakeMember = fn(usize) -> Member;
 
-const WIDTHS: [Width; 3] = [Width::One, Width::Four, Width::Eight];
+const WIDTHS: [Width; 2] = [Width::One, Width::Eight];
 
 const INSTRUCTIONS: [Instructions; 3] = [
     Instructions::Baseline,
@@ -421,7 +421,7 @@ fn what_lanes_cannot_fly_is_refused() {
 
     let members = [dumbbells(0), satellite(0)];
     let fly = |flight: Flight, members: &[Member]| {
-        fly(&flight, members, Width::Four, Instructions::Newest).unwrap_err()
+        fly(&flight, members, Width::Eight, Instructions::Newest).unwrap_err()
     };
     let unlike = FlyError::Unfit(Unfit::Unlike { member: 1 });
     assert_eq!(fly(flight(lgvi), &members), unlike);

@@ -57,8 +57,6 @@ pub(crate) struct Options {
 enum Lanes {
     #[value(name = "1")]
     One,
-    #[value(name = "4")]
-    Four,
     #[value(name = "8")]
     Eight,
 }
@@ -67,7 +65,6 @@ impl From<Lanes> for Width {
     fn from(lanes: Lanes) -> Self {
         match lanes {
             Lanes::One => Self::One,
-            Lanes::Four => Self::Four,
             Lanes::Eight => Self::Eight,
         }
     }

@@ -37,7 +37,7 @@ pub enum ActuationError {
     /// A weight is not symmetric positive definite.
     #[error("the {which} weight is not symmetric positive definite: {rows:?}")]
     Weight {
-        /// Which weight.
+        /// Name of the weight, "force" or "moment".
         which: &'static str,
         /// Its rows.
         rows: [[f64; 3]; 3],
@@ -138,7 +138,7 @@ impl Actuation {
         })
     }
 
-    /// The same actuation with the given units of force and moment (`loads`), of commands, and of cost per time
+    /// The actuation with the given units of force and moment (`loads`), of commands, and of cost per time
     /// (`rate`).
     pub(crate) fn in_units(
         &self,
@@ -183,7 +183,7 @@ impl Actuation {
         self.gains.as_ref()
     }
 
-    /// The same commands, but only those in the range of `selection` (6×U) have an effect.
+    /// The actuation with the same commands, but only those in the range of `selection` (6×U) have an effect.
     pub(crate) fn limited_to<const U: usize>(&self, selection: &SMatrix<f64, 6, U>) -> Self {
         let kept = selection * selection.transpose();
         Self {

@@ -135,17 +135,17 @@ impl Transfer {
         })
     }
 
-    /// The same transfer with other discrete dynamics.
+    /// The transfer with other discrete dynamics.
     pub fn with_dynamics(self, dynamics: Dynamics) -> Self {
         Self { dynamics, ..self }
     }
 
-    /// The same transfer for another part of the motion.
+    /// The transfer for another part of the motion.
     pub fn with_motion(self, motion: Motion) -> Self {
         Self { motion, ..self }
     }
 
-    /// The same transfer under inequalities.
+    /// The transfer under inequalities.
     pub fn with_constraints(self, constraints: &[Constraint]) -> Self {
         let inequalities =
             InequalitySet::new(constraints, &self.actuation, &self.initial, &self.terminal);

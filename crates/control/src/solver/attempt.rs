@@ -24,11 +24,11 @@ pub(super) struct Solver<'s, C> {
 enum Guess {
     /// A smooth path between both ends. The attitude turns the shorter way or with additional turns.
     Smooth { turns: f64 },
-    /// The plans of ever less stout bodies.
+    /// The plans of a sequence of bodies that become more slender.
     Stout,
-    /// The plans to targets ever farther from where the free flight ends.
+    /// The plans of a sequence of targets that start where the free flight ends.
     Drifted,
-    /// The plans with actuators that are missing, ever dearer.
+    /// The plans with the missing actuators added, at increasing weights.
     Assisted,
 }
 

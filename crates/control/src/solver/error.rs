@@ -30,8 +30,8 @@ pub enum PlanError {
         constraint: usize,
         /// Index of the step, from 0.
         step: usize,
-        /// The smallest violation found, in parts of a limit, of a sphere's radius or of a corridor's length, or in radians
-        /// of a cone.
+        /// The smallest violation found, in parts of a limit, of a sphere's radius or of a corridor's length, or in
+        /// radians of a cone.
         violation: f64,
     },
     /// No initial guess led to a solution.

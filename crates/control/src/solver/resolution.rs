@@ -1,4 +1,4 @@
-//! The same transfer at another resolution or with another body, for intermediate steps of the solver.
+//! Variants of a transfer at another resolution or with another body, for intermediate steps of the solver.
 
 use lgvi_dynamics::{Inertia, MassDistribution, RigidBody};
 use lgvi_lie::symmetric_eigen;
@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::Transfer;
 
-/// The same transfer in `intervals` steps over the same time.
+/// The transfer in `intervals` steps over the same time.
 pub(super) fn resolved(transfer: &Transfer, intervals: usize) -> Transfer {
     Transfer {
         h: transfer.h * (transfer.intervals as f64 / intervals as f64),

@@ -231,8 +231,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// Returns true if the step just taken from the point that `standing` describes was full and short enough to have
-    /// converged quadratically.
+    /// Returns true if the step just taken was full and started so close that it must have converged quadratically.
+    /// `standing` holds the errors before that step.
     fn is_near(&self, tolerances: &Tolerances, standing: &Standing) -> bool {
         let near = tolerances.near;
         standing.length == 1.0 && standing.violation <= near && standing.stationarity <= near

@@ -1,4 +1,4 @@
-//! A plan past an obstacle of your own: `cargo run --release -p lgvi_control --example plan`.
+//! A plan around a user-defined obstacle: `cargo run --release -p lgvi_control --example plan`.
 
 #![allow(clippy::print_stdout)]
 
@@ -8,7 +8,7 @@ use lgvi_control::{Actuation, Constraint, NewtonSettings, Place, Start, Transfer
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 
-/// A cylinder along z that is kept out of: `g = ½ (1 − (x² + y²)/r²)` about its axis.
+/// A cylinder along z to be avoided: `g = ½ (1 − (x² + y²)/r²)` about its axis.
 #[derive(Debug, PartialEq)]
 struct Cylinder(Vector3<f64>, f64);
 

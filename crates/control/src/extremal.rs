@@ -10,10 +10,10 @@ use crate::Transfer;
 use crate::problem::{Vector12, block};
 use crate::stage::{Sensitivity, Stage};
 
-/// Why an extremal does not reach its end.
+/// The reason why an extremal does not reach its end.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum ExtremalError {
-    /// The transfer asks for more than the conditions (4.19)–(4.26) state.
+    /// The transfer is not covered by the conditions (4.19)–(4.26).
     #[error(
         "shooting plans the full motion by Lie–Euler steps, with force and moment as commands, without inequalities, \
          to one state"
@@ -24,10 +24,10 @@ pub enum ExtremalError {
     Unsolvable {
         /// The step, from 0.
         step: usize,
-        /// By how much.
+        /// The turn that is too large.
         source: Unsolvable,
     },
-    /// State or multipliers overflow, or the multiplier equation is singular.
+    /// The state or the multipliers overflow, or the multiplier equation is singular.
     #[error("step {step}: the state or the multipliers are not finite")]
     NotFinite {
         /// The step, from 0.
@@ -49,13 +49,13 @@ pub struct Extremal {
 }
 
 impl Extremal {
-    /// The state at the end.
+    /// The final state.
     pub fn end(&self) -> &BodyState {
         &self.states[self.states.len() - 1]
     }
 }
 
-/// Integrates the necessary conditions from the initial multipliers `λ_0` (twelve, pairing with `[δx, δγ, ζ, δΠ]`).
+/// Integrates the necessary conditions from the initial multipliers `λ_0` (twelve, paired with `[δx, δγ, ζ, δΠ]`).
 pub fn integrate(
     transfer: &Transfer,
     lambda0: &SVector<f64, 12>,
@@ -63,7 +63,8 @@ pub fn integrate(
     sweep(transfer, lambda0, |_, _, _, _| ())
 }
 
-/// As [`integrate`], and the sensitivity `∂[x, γ, ζ, Π]_N / ∂λ_0` of the end (12×12; `Ψ₁₂` of (4.31)).
+/// Integrates as [`integrate`] does and also returns the sensitivity `∂[x, γ, ζ, Π]_N / ∂λ_0` of the final state
+/// (12×12; `Ψ₁₂` of (4.31)).
 pub fn integrate_with_sensitivity(
     transfer: &Transfer,
     lambda0: &SVector<f64, 12>,
@@ -80,7 +81,8 @@ pub fn integrate_with_sensitivity(
     Ok((extremal, end))
 }
 
-/// Walks the extremal; `visit` sees each stage with its number, the multipliers before it and its own.
+/// Integrates the extremal. `visit` is called for each stage with its index, the multipliers of the stage before and
+/// its own.
 fn sweep(
     transfer: &Transfer,
     lambda0: &Vector12,
@@ -122,7 +124,7 @@ fn sweep(
     })
 }
 
-/// The control that multipliers `λ_k` call for: `u_{k+1} = −[W_f⁻¹ λ², W_m⁻¹ λ⁴]` (4.24), (4.25).
+/// The optimal control for multipliers `λ_k`: `u_{k+1} = −[W_f⁻¹ λ², W_m⁻¹ λ⁴]` (4.24), (4.25).
 fn control([force, moment]: &[Matrix3<f64>; 2], lambda: &Vector12) -> Load {
     Load {
         force: -force * block(lambda, 1),

@@ -32,7 +32,7 @@
 //! Equation numbers are those of M. Leok, *An Overview of Lie Group Variational Integrators and Their Applications to
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
 
-// Test cases name the crate as they do from outside.
+// Test cases refer to the crate by its external name.
 #[cfg(test)]
 extern crate self as lgvi_control;
 

@@ -1,11 +1,13 @@
 //! The processing of §4.5: Lie–Euler plans of second order.
 //!
-//! With `D` the free motion and `K` the kick of loads, a Lie–Euler step is `K_h D_h`, and
-//! `D_{h/2} (K_h D_h)ᴺ D_{−h/2} = (D_{h/2} K_h D_{h/2})ᴺ`: half a drift makes a method of second order of it, in which every
-//! control acts in the middle of its interval. So a plan between the boundary states half a drift early is, half a drift
-//! later, one of second order between the true ones. Nothing of its controls changes: flown from the true initial state,
-//! each constant over its interval, by an accurate integrator or by the LGVI, they miss the target by `O(h²)` where a plain
-//! Lie–Euler plan's miss it by `O(h)`, and the cost is that close to the continuous problem's.
+//! Let `D` be the free motion and `K` the kick of loads. A Lie–Euler step is `K_h D_h`, and `D_{h/2} (K_h D_h)ᴺ
+//! D_{−h/2} = (D_{h/2} K_h D_{h/2})ᴺ`. Half a drift thus turns it into a method of second order in which every control
+//! acts in the middle of its interval. A plan between the boundary states half a drift early becomes, half a drift
+//! later, a second-order plan between the true boundary states.
+//!
+//! The controls do not change. They can be flown from the true initial state, each constant over its interval, by an
+//! accurate integrator or by the LGVI. They then miss the target by `O(h²)`, while those of a plain Lie–Euler plan miss
+//! it by `O(h)`. The cost differs from that of the continuous problem by `O(h²)`.
 
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, RigidBody};
@@ -16,33 +18,33 @@ use crate::problem::Dynamics;
 use crate::steps::{Coordinates, Full};
 use crate::{Plan, Transfer, TransferError};
 
-/// Why a transfer or a plan is not processed.
+/// The reason why a transfer or a plan cannot be processed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ProcessingError {
-    /// The dynamics are of second order already.
+    /// The dynamics are already of second order.
     #[error("the LGVI needs no processing: expected Lie–Euler dynamics")]
     Dynamics,
-    /// The terminal set has more than one state.
+    /// The terminal set has several states.
     #[error("half a drift early the terminal set is none of those known: expected a single state")]
     Terminal,
     /// The body turns too far in half a step.
     #[error("{which}: {source}")]
     Unsolvable {
-        /// Of which state.
+        /// Name of the state.
         which: &'static str,
-        /// By how much.
+        /// The turn that is too large.
         source: Unsolvable,
     },
-    /// Half a drift early it is no transfer.
+    /// The transfer half a drift early is invalid.
     #[error("half a drift early: {0}")]
     Transfer(#[from] TransferError),
 }
 
-/// The transfer to plan instead of `transfer`: between its boundary states half a drift early.
+/// The transfer to plan instead of `transfer`, between its boundary states half a drift early.
 ///
 /// # Assumptions and limitations
-/// Its states are half a drift early, and so inequalities on states are imposed early by half a step. The step is given: a
-/// free final time would shift the boundary states with it.
+/// Its states are half a drift early, so inequalities on states are imposed half a step early. The step size is fixed:
+/// a free final time would shift the boundary states.
 pub fn processed(transfer: Transfer) -> Result<Transfer, ProcessingError> {
     if transfer.dynamics != Dynamics::LieEuler {
         return Err(ProcessingError::Dynamics);
@@ -72,9 +74,9 @@ pub fn processed(transfer: Transfer) -> Result<Transfer, ProcessingError> {
     })
 }
 
-/// What the `plan` of a [`processed`] transfer of `body` is in the transfer's own terms: its states half a drift later, from
-/// the initial state to the target, the multipliers and the feedback as they pair with those; commands, controls and cost
-/// as they are.
+/// Converts the `plan` of a [`processed`] transfer of `body` to the original transfer. The states are half a drift
+/// later, from the initial state to the target. Multipliers and feedback are transformed accordingly; commands,
+/// controls and cost are unchanged.
 pub fn flown(body: &RigidBody, mut plan: Plan) -> Result<Plan, ProcessingError> {
     let half = 0.5 * plan.h;
     for (k, state) in plan.states.iter_mut().enumerate() {
@@ -91,7 +93,8 @@ pub fn flown(body: &RigidBody, mut plan: Plan) -> Result<Plan, ProcessingError> 
     Ok(plan)
 }
 
-/// `state` after a drift over `h`, with the drift's first derivatives by `[δx, δγ, ζ, δΠ]`.
+/// `state` after a drift over `h`, with the first derivatives of the drift by `[δx, δγ, ζ, δΠ]`. `which` names the
+/// state in errors.
 fn drifted(
     body: &RigidBody,
     h: f64,

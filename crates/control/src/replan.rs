@@ -1,19 +1,19 @@
-//! The rest of a transfer, to be planned again in flight from where the body is.
+//! Replanning of the rest of a transfer from the current state.
 
 use lgvi_dynamics::BodyState;
 use thiserror::Error;
 
 use crate::{Certificate, Plan, Transfer};
 
-/// What remains of a transfer cannot be planned.
+/// The error that too few intervals of a transfer remain to be planned.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("{remaining} of {intervals} intervals remain after step {step}, expected at least 2")]
 pub struct TooLate {
-    /// Steps flown.
+    /// Number of steps flown.
     pub step: usize,
-    /// Intervals of the transfer.
+    /// Number of intervals of the transfer.
     pub intervals: usize,
-    /// Intervals that remain.
+    /// Number of intervals that remain.
     pub remaining: usize,
 }
 
@@ -32,10 +32,10 @@ impl TooLate {
 }
 
 impl Transfer {
-    /// The transfer from `state`, where the body is after `step` steps, to the same end at the same time.
+    /// The transfer from `state`, the state after `step` steps, to the same target at the same time.
     ///
     /// # Errors
-    /// Less than two intervals remain: one interval cannot reach all twelve coordinates.
+    /// Returns an error if fewer than two intervals remain: one interval cannot reach all twelve coordinates.
     pub fn remaining(&self, step: usize, state: BodyState) -> Result<Self, TooLate> {
         TooLate::check(step, self.intervals)?;
         Ok(Self {
@@ -47,12 +47,12 @@ impl Transfer {
 }
 
 impl Plan {
-    /// The plan of [`Transfer::remaining`] to start from: this one of `transfer` after `step` steps, with `state` as its
-    /// first. It is not the flight of its commands, since `state` may be another than planned; the certificate says
-    /// nothing.
+    /// The initial guess for [`Transfer::remaining`]: this plan of `transfer` after `step` steps, with `state` as its
+    /// first state. It is not the flight of its commands if `state` differs from the planned state. Its certificate is
+    /// the default one.
     ///
     /// # Errors
-    /// Less than two intervals remain.
+    /// Returns an error if fewer than two intervals remain.
     pub fn remaining(
         &self,
         transfer: &Transfer,

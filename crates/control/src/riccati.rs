@@ -1,12 +1,13 @@
 //! The linear-quadratic problem of a Newton step, solved by a backward sweep over the stages.
 //!
-//! Stage k has the model `½ [z; v]ᵀ H [z; v] + g · [z; v]` and the dynamics `z⁺ = A z + B v + d`; the end has
-//! `½ zᵀ P z + p · z` and the conditions `C z + c = 0` with multipliers ν. The cost to go from stage k is
-//! `½ zᵀ P z + p · z + νᵀ (Gᵀ z + m) + ½ νᵀ M ν` (Bryson and Ho's sweep), minimal in the commands, stationary in ν.
-//! With `Q_vv = H_vv + BᵀPB = L D Lᵀ` the command is `v = K z + N ν + κ`, and −M is a Gram matrix of the commands: it
-//! is positive definite where the conditions can be met independently. The problem is convex on what dynamics and
-//! conditions leave free if `Q_vv` is positive definite at every stage once the end's P has been augmented by enough of
-//! `CᵀC`; that the augmentation is finite keeps P within its own size to the last stage, so that nothing cancels.
+//! Stage k has the model `½ [z; v]ᵀ H [z; v] + g · [z; v]` and the dynamics `z⁺ = A z + B v + d`. The end has `½ zᵀ P z
+//! + p · z` and the conditions `C z + c = 0` with multipliers ν. The cost to go from stage k is `½ zᵀ P z + p · z + νᵀ
+//! (Gᵀ z + m) + ½ νᵀ M ν` (the sweep of Bryson and Ho), minimal in the commands and stationary in ν.
+//!
+//! With `Q_vv = H_vv + BᵀPB = L D Lᵀ` the command is `v = K z + N ν + κ`. −M is a Gram matrix of the commands: it is
+//! positive definite if the conditions can be met independently. Add a sufficient multiple of `CᵀC` to the end's P. The
+//! problem is convex on the subspace that dynamics and conditions leave free if `Q_vv` is then positive definite at
+//! every stage. As the augmentation is finite, P keeps its size down to the last stage, and nothing cancels.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -38,7 +39,7 @@ pub(crate) struct EndModel<const X: usize> {
     pub(crate) residual: SVector<f64, X>,
 }
 
-/// The command of a stage, `v = K z + N ν + κ`.
+/// The policy of a stage, `v = K z + N ν + κ`.
 #[derive(Clone, Debug)]
 pub(crate) struct Policy<const X: usize, const U: usize> {
     /// `Kᵀ`
@@ -58,7 +59,7 @@ pub(crate) struct CostToGo<const X: usize> {
     pub(crate) hessian: SMatrix<f64, X, X>,
     /// `p`
     pub(crate) gradient: SVector<f64, X>,
-    /// `Gᵀ`, a row a condition.
+    /// `Gᵀ`, with one row per condition.
     pub(crate) border: SMatrix<f64, X, X>,
     /// `m`
     pub(crate) offset: SVector<f64, X>,
@@ -66,13 +67,13 @@ pub(crate) struct CostToGo<const X: usize> {
     pub(crate) gram: SMatrix<f64, X, X>,
 }
 
-/// `Q_vv` is not positive definite: the model is not convex from there on. The constant of the stage's policy is then a
-/// command along which it is not.
+/// The error that `Q_vv` is not positive definite, so that the model is not convex at this stage. The constant of the
+/// stage's policy is then a command along which the model is not convex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NotConvex;
 
 impl<const X: usize> CostToGo<X> {
-    /// At the end.
+    /// The cost to go at the end.
     pub(crate) fn end(model: &EndModel<X>) -> Self {
         Self {
             hessian: model.hessian,
@@ -83,7 +84,7 @@ impl<const X: usize> CostToGo<X> {
         }
     }
 
-    /// Turns the cost to go from the stage's end into that from its start, and gives the command between.
+    /// Turns the cost to go at the stage's end into that at its start, and computes the policy of the stage.
     pub(crate) fn sweep<const U: usize>(
         &mut self,
         stage: &StageModel<X, U>,
@@ -148,7 +149,7 @@ impl<const X: usize> CostToGo<X> {
         accumulate(&by_state, &share, &mut self.gradient.data.0);
         accumulate(&by_conditions, &share, &mut self.offset.data.0);
         self.border.data.0 = ga;
-        // One triangle of two that rounding would let drift apart.
+        // Copies one triangle to the other, because rounding would let the two drift apart.
         self.hessian.fill_upper_triangle_with_lower_triangle();
 
         let mut constant = transposed(&share);
@@ -160,13 +161,13 @@ impl<const X: usize> CostToGo<X> {
         Ok(())
     }
 
-    /// The multipliers ν of the conditions, where the state is given and does not vary; zero for rows without one.
-    /// `None` where the commands cannot meet the conditions independently.
+    /// The multipliers ν of the conditions for a fixed state; zero for rows without a condition. Returns `None` if the
+    /// commands cannot meet the conditions independently.
     pub(crate) fn multipliers(&self) -> Option<SVector<f64, X>> {
         self.correction(&self.offset)
     }
 
-    /// By how much ν must change for the conditions to change by `−miss`.
+    /// The change of ν that changes the conditions by `−miss`.
     pub(crate) fn correction(&self, miss: &SVector<f64, X>) -> Option<SVector<f64, X>> {
         let (factor, scale) = self.gram_factor(&SVector::zeros())?;
         let mut nu: [[f64; 1]; X] = std::array::from_fn(|i| [scale[i] * miss[i]]);
@@ -174,10 +175,10 @@ impl<const X: usize> CostToGo<X> {
         Some(SVector::from_fn(|i, _| scale[i] * nu[i][0]))
     }
 
-    /// Condition number, in the 1-norm, of the map from multipliers to terminal conditions, each condition in the unit
-    /// that its augmentation implies; infinite where the map is singular.
+    /// Condition number, in the 1-norm, of the map from multipliers to terminal conditions, with each condition in the
+    /// unit that its augmentation implies; infinite if the map is singular.
     ///
-    /// The augmentation, by `½ Σ ρ c²`, is taken out again: `Λ = −M⁻¹ − ρ` is the inverse of the map without it.
+    /// The augmentation by `½ Σ ρ c²` is removed: `Λ = −M⁻¹ − ρ` is the inverse of the map without it.
     pub(crate) fn condition(&self, augmentation: &SVector<f64, X>) -> f64 {
         let Some((factor, scale)) = self.gram_factor(&SVector::zeros()) else {
             return f64::INFINITY;
@@ -204,11 +205,12 @@ impl<const X: usize> CostToGo<X> {
             .map_or(f64::INFINITY, |map| norm(&inverse) * norm(&map))
     }
 
-    /// The gain `−K − N (E − M)⁻¹ Gᵀ` of the policy under which ν follows the state: that of the neighboring extremals.
+    /// The gain `−K − N (E − M)⁻¹ Gᵀ` of the policy in which ν follows the state. It is the gain of the neighboring
+    /// extremals.
     ///
-    /// With `E = 0` it is the gain of the fixed end, which grows without bound as the end draws near and fewer stages are
-    /// left than conditions. A positive diagonal `E` imposes the conditions with weight `E⁻¹` instead: the same gain as
-    /// long as the conditions cost less than that, bounded to the last stage.
+    /// With `E = 0` it is the gain of the fixed end. It grows without bound towards the end, when fewer stages are left
+    /// than conditions. A positive diagonal `E` imposes the conditions with weight `E⁻¹` instead. The gain is then
+    /// nearly the same as long as meeting the conditions costs less than that, and it is bounded to the last stage.
     pub(crate) fn gain<const U: usize>(
         &self,
         policy: &Policy<X, U>,
@@ -235,8 +237,7 @@ impl<const X: usize> CostToGo<X> {
         gain
     }
 
-    /// The factors of `S (E − M) S` with `S` such that its diagonal is 1, and `S`; rows that are zero in M count as not
-    /// there.
+    /// The factors of `S (E − M) S`, where the diagonal `S` makes its diagonal 1, and `S`. Zero rows of M are ignored.
     fn gram_factor(&self, softness: &SVector<f64, X>) -> Option<(Square<X>, SVector<f64, X>)> {
         let scale = SVector::from_fn(|i, _| {
             let diagonal = softness[i] - self.gram[(i, i)];
@@ -268,8 +269,8 @@ impl<const X: usize, const U: usize> Policy<X, U> {
         }
     }
 
-    /// Turns gradient `p` and offset `m` of the cost to go from the stage's end into those from its start, where only the
-    /// gradient `g_v` of the commands is another than it was, and gives the κ that belongs to it.
+    /// Updates gradient `p` and offset `m` of the cost to go from the stage's end to its start, if only the gradient
+    /// `g_v` of the commands has changed since the sweep, and computes the corresponding κ.
     pub(crate) fn follow(
         &mut self,
         command_gradient: &SVector<f64, U>,
@@ -294,17 +295,17 @@ impl<const X: usize, const U: usize> Policy<X, U> {
 /// Relative size below which a pivot counts as not positive.
 const PIVOT: f64 = 1e-14;
 
-/// A square matrix by columns.
+/// A square matrix, stored by columns.
 type Square<const D: usize> = [[f64; D]; D];
 
-/// The factors of `L D Lᵀ = m`, symmetric: L, whose diagonal is 1, in the lower triangle, `D⁻¹` on the diagonal; or the row
-/// whose pivot is not positive.
+/// Factorizes the symmetric `m = L D Lᵀ` in place. The lower triangle holds L, whose diagonal is 1, and the diagonal
+/// holds `D⁻¹`. Returns the index of the row if a pivot is not positive.
 #[inline(always)]
 fn factorize<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
     let diagonal: [f64; D] = std::array::from_fn(|i| m[i][i]);
     for j in 0..D {
         let pivot = m[j][j];
-        // The negation refuses NaN too.
+        // The negated comparison also rejects NaN.
         if !(pivot > PIVOT * diagonal[j].abs() && pivot.is_finite()) {
             return Err(j);
         }
@@ -322,7 +323,7 @@ fn factorize<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
     Ok(())
 }
 
-/// The vector `v` with `Lᵀ v = e_row`, whose `vᵀ m v` is the pivot at which the factorization of `m` ended.
+/// The vector `v` with `Lᵀ v = e_row`. `vᵀ m v` is the pivot at which the factorization of `m` failed.
 fn not_convex<const D: usize>(factor: &Square<D>, row: usize) -> SVector<f64, D> {
     let mut v = SVector::zeros();
     v[row] = 1.0;
@@ -375,7 +376,7 @@ fn add<const D: usize>(sum: &mut [f64; D], factor: f64, part: &[f64; D]) {
     }
 }
 
-/// `sum += a b`, all by columns, without what the zeros of `b` would contribute: the derivatives of a step are sparse.
+/// `sum += a b`, all by columns. Zeros of `b` are skipped, because the derivatives of a step are sparse.
 #[inline(never)]
 fn accumulate<const R: usize, const K: usize, const C: usize>(
     a: &[[f64; R]; K],

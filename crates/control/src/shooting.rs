@@ -10,17 +10,17 @@ use crate::problem::{Vector12, block, miss};
 use crate::units::Units;
 use crate::{Transfer, TransferError};
 
-/// How the shooting goes about it.
+/// Settings of the shooting method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Terminal error, relative to the size of each quantity, at which the solution is accepted.
-    /// What rounding makes of a quantity always is.
+    /// Terminal error at which a solution is accepted, relative to the size of each quantity. The rounding error of a
+    /// quantity is always accepted.
     pub tolerance: f64,
-    /// Newton iterations at most.
+    /// Maximum number of Newton iterations.
     pub max_iterations: u32,
-    /// Armijo's `α`: a step `c` is accepted when the terminal error falls to `(1 − 2αc)` of itself.
+    /// Armijo's `α`: a step `c` is accepted if the terminal error falls to `(1 − 2αc)` of its value.
     pub armijo: f64,
-    /// The smallest step tried.
+    /// The smallest step size tried.
     pub least_step: f64,
 }
 
@@ -35,12 +35,12 @@ impl Default for Settings {
     }
 }
 
-/// The state of the iteration after one Newton step, or before the first.
+/// The state of the iteration after a Newton step, or before the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iteration {
     /// Newton iterations so far.
     pub iteration: u32,
-    /// Extremals integrated so far, the first and the line search's included.
+    /// Number of extremals integrated so far, including the first and those of the line search.
     pub trials: u32,
     /// Accepted Armijo step; 1 before the first.
     pub step_length: f64,
@@ -61,13 +61,13 @@ pub struct Solution {
     pub last: Iteration,
 }
 
-/// Why the shooting ended without a solution.
+/// The reason why shooting ended without a solution.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShootingError {
-    /// The transfer's numbers are too far apart.
+    /// The transfer's values overflow or underflow in its own units.
     #[error("the transfer leaves the range of numbers in units of its own size: {0}")]
     Units(#[from] TransferError),
-    /// The extremal of the starting multipliers does not exist.
+    /// The extremal from the initial multipliers does not exist.
     #[error("the extremal of the starting multipliers ends early: {0}")]
     Start(#[from] ExtremalError),
     /// The sensitivity matrix is singular.
@@ -79,12 +79,12 @@ pub enum ShootingError {
         .0.violation, .0.iteration
     )]
     LineSearch(Iteration),
-    /// The cap was reached.
+    /// The maximum number of iterations was reached.
     #[error("terminal error {:.3e} after {} iterations, expected at most {tolerance:.1e}", .last.violation, .last.iteration)]
     MaxIterations {
         /// The last iteration.
         last: Iteration,
-        /// The error asked for.
+        /// Tolerance of the terminal error.
         tolerance: f64,
     },
     /// The caller asked to stop.
@@ -92,9 +92,9 @@ pub enum ShootingError {
     Stopped(Iteration),
 }
 
-/// Solves `transfer` from the initial multipliers `start` (zero: from the free drift).
+/// Solves `transfer` from the initial multipliers `start`; zero starts from the free drift.
 ///
-/// `observe` sees every iteration, the start included, and may end it by returning `false`.
+/// `observe` is called with every iteration, including the start, and stops the iteration by returning `false`.
 pub fn solve(
     transfer: &Transfer,
     start: SVector<f64, 12>,
@@ -180,7 +180,8 @@ fn shoot(
     }
 }
 
-/// `−(∂miss/∂λ_0)⁻¹ miss`, where the attitude rows of the sensitivity become those of `log(R_dᵀ R)` by `J_r⁻¹`.
+/// `−(∂miss/∂λ_0)⁻¹ miss`. The attitude rows of the sensitivity are multiplied by `J_r⁻¹` to give those of `log(R_dᵀ
+/// R)`.
 fn newton_direction(miss: &Vector12, sensitivity: &SMatrix<f64, 12, 12>) -> Option<Vector12> {
     let mut jacobian = *sensitivity;
     let attitude = right_jacobian_inverse(&block(miss, 2)) * sensitivity.fixed_rows::<3>(6);

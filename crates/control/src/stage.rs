@@ -1,12 +1,12 @@
-//! One Lie–Euler step as the necessary conditions see it: its kinematics, linearization and adjoint, by 3×3 blocks.
+//! One Lie–Euler step in the necessary conditions: its kinematics, linearization and adjoint, by 3×3 blocks.
 //!
-//! With `B = tr[F J_d] I − F J_d` the step's variations are (`ζ⁺` and the like at the end of the step)
-//! `δx⁺ = δx + (h/m) δγ`, `ζ⁺ = Fᵀ ζ + Ξ`, `Ξ = h Fᵀ B⁻¹ δΠ`,
-//! `δγ⁺ = δγ + h (F_x δx⁺ + F_R ζ⁺) + h δuᶠ`, `δΠ⁺ = Fᵀ δΠ + S(Fᵀ Π) Ξ + h (M_x δx⁺ + M_R ζ⁺) + h δuᵐ`:
-//! the matrix `A` of the linearized equations, never formed. The multiplier equation `μ = Aᵀ λ` (4.26) is solved for λ by
-//! undoing it block by block, which takes one 3×3 solve: with `y = F λ⁴`,
-//! `λ² = μ² − (h/m) μ¹`, `(Bᵀ − h S(Π)) y = Bᵀ μ⁴ − h μ³`, `λ¹ = μ¹ − h p`, `λ³ = Fᵀ μ³ − h q`,
-//! `p = F_xᵀ λ² + M_xᵀ λ⁴`, `q = F_Rᵀ λ² + M_Rᵀ λ⁴`.
+//! With `B = tr[F J_d] I − F J_d` the variations of the step are (`ζ⁺` and the like at the end of the step) `δx⁺ = δx +
+//! (h/m) δγ`, `ζ⁺ = Fᵀ ζ + Ξ`, `Ξ = h Fᵀ B⁻¹ δΠ`, `δγ⁺ = δγ + h (F_x δx⁺ + F_R ζ⁺) + h δuᶠ`, `δΠ⁺ = Fᵀ δΠ + S(Fᵀ Π) Ξ +
+//! h (M_x δx⁺ + M_R ζ⁺) + h δuᵐ`. This is the matrix `A` of the linearized equations, which is never formed.
+//!
+//! The multiplier equation `μ = Aᵀ λ` (4.26) is solved for λ block by block, with one 3×3 solve: with `y = F λ⁴`, `λ² =
+//! μ² − (h/m) μ¹`, `(Bᵀ − h S(Π)) y = Bᵀ μ⁴ − h μ³`, `λ¹ = μ¹ − h p`, `λ³ = Fᵀ μ³ − h q`, `p = F_xᵀ λ² + M_xᵀ λ⁴`, `q =
+//! F_Rᵀ λ² + M_Rᵀ λ⁴`.
 
 use lgvi_dynamics::gravity::LoadGradient;
 use lgvi_dynamics::rotation::{self, Unsolvable};
@@ -30,7 +30,7 @@ pub(crate) struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// At the start: the state is given, the multipliers are the unknowns themselves.
+    /// The sensitivity at the start: the state is fixed, the multipliers are the unknowns themselves.
     pub(crate) fn initial() -> Self {
         let unit = |which: usize| {
             let mut rows = Rows::zeros();
@@ -45,13 +45,13 @@ impl Sensitivity {
     }
 }
 
-/// What a step from `state` knows before its control acts.
+/// The quantities of a step from `state` that do not depend on its control.
 pub(crate) struct Stage<'t> {
     transfer: &'t Transfer,
     /// `W_f⁻¹` and `W_m⁻¹`
     gains: &'t [Matrix3<f64>; 2],
     state: BodyState,
-    /// Cayley vector of `F`.
+    /// The Cayley vector of `F`.
     turn: Vector3<f64>,
     /// `F`
     relative: Matrix3<f64>,
@@ -61,7 +61,7 @@ pub(crate) struct Stage<'t> {
     gradient: LoadGradient,
     /// `B`
     b: Matrix3<f64>,
-    /// `(Bᵀ − h S(Π))⁻¹`, of the multiplier equation.
+    /// `(Bᵀ − h S(Π))⁻¹` of the multiplier equation.
     adjoint: Matrix3<f64>,
 }
 
@@ -111,7 +111,7 @@ impl<'t> Stage<'t> {
         }
     }
 
-    /// `A⁻ᵀ μ`: the multipliers of this step from those of the step before (4.26). Not finite where `A` is singular.
+    /// `A⁻ᵀ μ`: the multipliers of this step from those of the previous step (4.26). Not finite if `A` is singular.
     pub(crate) fn multipliers(&self, previous: &Vector12) -> Vector12 {
         let h = self.transfer.h;
         let mu: [Vector3<f64>; 4] = std::array::from_fn(|which| block(previous, which));
@@ -131,7 +131,7 @@ impl<'t> Stage<'t> {
         lambda
     }
 
-    /// `δx⁺`, `ζ⁺` and `Ξ` of the state's sensitivity.
+    /// `δx⁺`, `ζ⁺` and `Ξ` for the sensitivity of the state.
     fn kinematics(&self, z: &[Rows; 4]) -> (Rows, Rows, Rows) {
         let h = self.transfer.h;
         let xi = self.relative.transpose() * (h * inverse(&self.b)) * z[3];
@@ -140,8 +140,8 @@ impl<'t> Stage<'t> {
         (position, attitude, xi)
     }
 
-    /// Differentiates the stage: [`Stage::multipliers`], where there is a stage `before` it whose multipliers they come
-    /// from, and [`Stage::next`].
+    /// Differentiates the stage: [`Stage::next`] and, if `before` holds the multipliers of the previous stage,
+    /// [`Stage::multipliers`].
     pub(crate) fn vary(
         &self,
         before: Option<&Vector12>,
@@ -155,8 +155,8 @@ impl<'t> Stage<'t> {
         self.vary_state(moved, sensitivity);
     }
 
-    /// Differentiates [`Stage::multipliers`]: turns the sensitivity of `previous` into that of `lambda`, at the
-    /// sensitivity of the state that the step starts from.
+    /// Differentiates [`Stage::multipliers`]: replaces the sensitivity of `previous` by that of `lambda`, for the
+    /// sensitivity of the state at the start of the step.
     fn vary_multipliers(
         &self,
         previous: &Vector12,
@@ -172,7 +172,7 @@ impl<'t> Stage<'t> {
 
         let second = delta_mu[1] - (h / transfer.body.mass()) * delta_mu[0];
 
-        // δB = tr[F S(Ξ) J_d] I − F S(Ξ) J_d applied, transposed, to w = μ⁴ − y.
+        // δB = tr[F S(Ξ) J_d] I − F S(Ξ) J_d, transposed and applied to w = μ⁴ − y.
         let j_d = transfer.body.inertia().nonstandard();
         let y = self.relative * lambda[3];
         let w = mu[3] - y;
@@ -211,7 +211,7 @@ impl<'t> Stage<'t> {
         sensitivity.multipliers = [first, second, third, fourth];
     }
 
-    /// Differentiates [`Stage::next`], the control being that of the sensitivity's multipliers.
+    /// Differentiates [`Stage::next`], with the control given by the sensitivity's multipliers.
     fn vary_state(
         &self,
         (position, attitude, xi): (Rows, Rows, Rows),
@@ -233,7 +233,7 @@ impl<'t> Stage<'t> {
     }
 }
 
-/// The inverse of `m`; not finite where `m` is singular.
+/// The inverse of `m`; not finite if `m` is singular.
 pub(crate) fn inverse(m: &Matrix3<f64>) -> Matrix3<f64> {
     m.try_inverse()
         .unwrap_or_else(|| Matrix3::from_element(f64::NAN))

@@ -1,4 +1,4 @@
-//! Newton's iteration allocates nothing once it runs.
+//! The Newton iteration does not allocate once it runs.
 
 #![allow(clippy::expect_used)]
 #![allow(dead_code, reason = "a case has more than this test needs")]
@@ -14,9 +14,9 @@ use lgvi_control::{
 };
 use nalgebra::Vector3;
 
-/// What a solution takes of the allocator that is stopped after so many iterations, under inequalities or before them.
+/// The allocations of a solution that is stopped after `iterations` iterations, counted with or without inequalities.
 fn taken(transfer: &Transfer, constrained: bool, iterations: u32) -> AllocationInfo {
-    // One resolution only, so that all iterations are of one run.
+    // A single resolution, so that all iterations belong to one run.
     let settings = NewtonSettings {
         coarse: 60,
         ..NewtonSettings::default()
@@ -37,7 +37,7 @@ fn taken(transfer: &Transfer, constrained: bool, iterations: u32) -> AllocationI
     info
 }
 
-/// What is taken does not depend on how many iterations there were.
+/// The allocations do not depend on the number of iterations.
 #[test]
 fn an_iteration_allocates_nothing() {
     let transfer = Case::load("C_ii").transfer(60);

@@ -5,7 +5,7 @@ use super::row::Row;
 use super::set::{Barrier, StateRow};
 use crate::newton::{Inequalities, Satisfied};
 
-/// The part of the way to 0 or ρ that a multiplier goes in a step at most.
+/// The largest part of the distance to 0 or ρ that a multiplier covers in one step.
 const BOUNDARY: f64 = 0.995;
 
 impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {

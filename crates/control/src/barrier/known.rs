@@ -4,18 +4,18 @@ use nalgebra::{SMatrix, SVector};
 use crate::newton::{Iterate, Problem};
 use crate::steps::{Linearization, Steps};
 
-/// What inequalities add to the gradient of the Lagrangian at an interval.
+/// The contribution of inequalities to the gradient of the Lagrangian at an interval.
 #[derive(Clone, Debug)]
 pub(crate) struct Force<const X: usize, const U: usize> {
-    /// `Σ y ∂g/∂z` by its last state.
+    /// `Σ y ∂g/∂z` by the state at the end of the interval.
     pub(super) state: SVector<f64, X>,
-    /// `Σ y ∂g/∂w` by its command.
+    /// `Σ y ∂g/∂w` by the command of the interval.
     pub(super) command: SVector<f64, U>,
 }
 
-/// What inequalities must add to the gradient of the Lagrangian where `iterate` is stationary with `costates`: by each
-/// interval's last state `λ_k − Aᵀ λ_{k+1}`, but for the terminal conditions' at the end, and by its command
-/// `−(h W w + Bᵀ λ_k)`.
+/// The contributions that inequalities must make to the gradient of the Lagrangian for `iterate` to be stationary with
+/// `costates`. For the state at the end of an interval it is `λ_k − Aᵀ λ_{k+1}`, except at the last state, where the
+/// terminal conditions contribute. For the command it is `−(h W w + Bᵀ λ_k)`.
 pub(crate) fn forces<S, E, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     iterate: &Iterate<X, U>,

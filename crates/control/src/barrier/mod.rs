@@ -1,9 +1,9 @@
-//! The interior point method on the stages: inequalities as smoothed exact penalties whose β falls, their multipliers
-//! and slacks eliminated stage by stage, so that a step is still one linear-quadratic problem.
+//! The interior point method on the stages. Inequalities become smoothed exact penalties with decreasing β. Their
+//! multipliers and slacks are eliminated stage by stage, so that a step is still one linear-quadratic problem.
 //!
-//! The iterate need not satisfy the inequalities: a violation costs ρ at most. Where a multiplier comes near ρ, ρ rises,
-//! and where it comes near the highest ρ, the inequalities are infeasible (a penalty interior point method, with the
-//! slacks at their best for the iterate).
+//! The iterate need not satisfy the inequalities: a violation costs at most ρ per unit. If a multiplier comes close to
+//! ρ, ρ is raised. If it comes close to the highest ρ, the inequalities are infeasible. This is a penalty interior
+//! point method whose slacks are optimal for the iterate.
 
 mod elimination;
 mod known;

@@ -1,27 +1,27 @@
-/// The smoothed exact penalty of an inequality `g ≤ 0`: `ψ(g) = min ρ t − β ln t − β ln(t − g)` over `t > max(g, 0)`,
-/// the barrier problem of `ρ max(g, 0)` with its elastic variable t and slack `s = t − g` at their best.
+/// The smoothed exact penalty of an inequality `g ≤ 0`: `ψ(g) = min ρ t − β ln t − β ln(t − g)` over `t > max(g, 0)`.
+/// This is the barrier problem of `ρ max(g, 0)` with optimal elastic variable t and slack `s = t − g`.
 ///
-/// It is smooth and convex at every `g`, feasible or not, and tends to `ρ max(g, 0)` as β → 0. Its derivative is the
+/// ψ is smooth and convex at every `g`, feasible or not, and tends to `ρ max(g, 0)` as β → 0. Its derivative is the
 /// multiplier `y = β/s`, between 0 and ρ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Penalty {
     /// β, the barrier parameter.
     pub(super) beta: f64,
-    /// ρ, the price of a violation.
+    /// ρ, the penalty per unit of violation.
     pub(super) rho: f64,
 }
 
-/// The penalty at a value of `g`.
+/// The optimal slacks at a value of `g`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slacks {
-    /// `s`, of `g ≤ t`.
+    /// `s`, the slack of `g ≤ t`.
     pub(super) inner: f64,
-    /// `t`, of `0 ≤ t`.
+    /// `t`, the slack of `0 ≤ t`.
     pub(super) elastic: f64,
 }
 
 impl Penalty {
-    /// `s` and `t`: the roots of `β/t + β/(t − g) = ρ`, each from the quadratic that does not cancel.
+    /// `s` and `t`: the roots of `β/t + β/(t − g) = ρ`, each computed without cancellation.
     pub(super) fn slacks(&self, g: f64) -> Slacks {
         let width = 2.0 * self.beta / self.rho;
         let root = (g * g + width * width).sqrt();
@@ -46,12 +46,13 @@ impl Penalty {
         self.rho * elastic - self.beta * (libm::log(elastic) + libm::log(inner))
     }
 
-    /// A multiplier to start from where `g` is `value`: as if the slack were at least `slack`.
+    /// An initial multiplier for `g = value`, computed as if the slack were at least `slack`.
     pub(super) fn start(&self, value: f64, slack: f64) -> f64 {
         (self.beta / slack.max(-value)).min(0.5 * self.rho)
     }
 
-    /// The multiplier kept within `range` times of what it is at these slacks, from either side of `(0, ρ)`.
+    /// The multiplier `y`, limited so that `y` and `ρ − y` differ from their values at these slacks by a factor of at
+    /// most `range`.
     pub(super) fn settled(&self, y: f64, slacks: &Slacks, range: f64) -> f64 {
         let (least, most) = (
             self.beta / (range * slacks.inner),
@@ -64,7 +65,7 @@ impl Penalty {
         let y = y.max(least).min(most);
         let rest = self.rho - y;
         let kept = rest.max(above).min(below);
-        // The difference would cancel where y is far below ρ.
+        // If y is far below ρ, the difference would cancel.
         if kept == rest { y } else { self.rho - kept }
     }
 }

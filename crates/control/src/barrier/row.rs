@@ -1,10 +1,10 @@
 use super::penalty::{Penalty, Slacks};
 
-/// An inequality at one interval: its multiplier, and what the model of the present iterate makes of it.
+/// An inequality at one interval: its multiplier, and its contributions to the model of the current iterate.
 ///
-/// With the slacks at their best for `g`, the Newton equations of `y s = β` and `(ρ − y) t = β` leave
-/// `dy = β/s − y + ω ∂g·dz` with `ω = y/(s + y t/(ρ − y))`, so that the row adds `(β/s) ∂g` to the gradient and
-/// `y ∂²g + ω ∂g ∂gᵀ` to the Hessian: a descent direction of the penalty whatever y is.
+/// With optimal slacks for `g`, the Newton equations of `y s = β` and `(ρ − y) t = β` reduce to `dy = β/s − y + ω
+/// ∂g·dz` with `ω = y/(s + y t/(ρ − y))`. The row therefore adds `(β/s) ∂g` to the gradient and `y ∂²g + ω ∂g ∂gᵀ` to
+/// the Hessian. This gives a descent direction of the penalty for every y.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Row {
     /// `y`
@@ -15,7 +15,7 @@ pub(super) struct Row {
     pub(super) primal: f64,
     /// `ω`
     pub(super) weight: f64,
-    /// `|y s − β|`, or that of the other side of the interval.
+    /// The greater of `|y s − β|` and `|(ρ − y) t − β|`.
     pub(super) gap: f64,
     /// `y s`
     pub(super) product: f64,
@@ -23,16 +23,16 @@ pub(super) struct Row {
     pub(super) change: f64,
 }
 
-/// How many times more or less than `β/s` a multiplier may be.
+/// Largest factor between a multiplier and `β/s`.
 const RANGE: f64 = 1e6;
 
 impl Row {
-    /// The multiplier where `g` is `value`.
+    /// The multiplier at `g = value`.
     pub(super) fn multiplier_at(&self, penalty: &Penalty, value: f64) -> f64 {
         penalty.settled(self.multiplier, &penalty.slacks(value), RANGE)
     }
 
-    /// Takes the iterate's `value` of `g`.
+    /// Computes the row's contributions for the iterate's `value` of `g`.
     pub(super) fn model(&mut self, penalty: &Penalty, value: f64) {
         let slacks = penalty.slacks(value);
         let Slacks { inner, elastic } = slacks;
@@ -51,12 +51,13 @@ impl Row {
         };
     }
 
-    /// Takes `∂g·dz`.
+    /// Computes the change of the multiplier for `slope = ∂g·dz`.
     pub(super) fn direct(&mut self, slope: f64) {
         self.change = self.primal - self.multiplier + self.weight * slope;
     }
 
-    /// The longest step of the multiplier, at most 1, that goes no more than the share `boundary` of the way to 0 or ρ.
+    /// The longest step of the multiplier, at most 1, that covers at most the part `boundary` of the distance to 0 or
+    /// ρ.
     pub(super) fn reach(&self, penalty: &Penalty, boundary: f64) -> f64 {
         let room = if self.change < 0.0 {
             self.multiplier
@@ -64,7 +65,7 @@ impl Row {
             penalty.rho - self.multiplier
         };
         let reach = boundary * room / self.change.abs();
-        // A change of 0 has reach ∞ or, on the boundary, none.
+        // A change of 0 gives ∞ or, on the boundary, NaN.
         if reach < 1.0 { reach } else { 1.0 }
     }
 }

@@ -2,14 +2,14 @@ use super::penalty::Penalty;
 use super::row::Row;
 use crate::newton::Satisfied;
 
-/// What an accepted plan satisfies.
+/// Tolerances of an accepted plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BarrierTolerances {
     /// Largest violation of an inequality.
     pub(crate) violation: f64,
-    /// Largest product of slack and multiplier, in parts of the cost.
+    /// Largest product of slack and multiplier, relative to the cost.
     pub(crate) complementarity: f64,
-    /// What the barrier may cost at the end, β times the number of inequalities, in parts of the cost.
+    /// Largest cost of the barrier at the end, β times the number of inequalities, relative to the cost.
     pub(crate) gap: f64,
 }
 
@@ -23,14 +23,14 @@ impl Default for BarrierTolerances {
     }
 }
 
-/// How far the subproblem of the present β and ρ is solved, over all inequalities.
+/// Errors of the subproblem with the current β and ρ, over all inequalities.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Measure {
     /// Largest deviation of `y s` and `(ρ − y) t` from β.
     pub(super) gap: f64,
     /// Largest multiplier.
     pub(super) multiplier: f64,
-    /// Largest `g`; 0 where none is violated.
+    /// Largest `g`, or 0 if no inequality is violated.
     pub(super) violation: f64,
     /// Largest `y s`.
     pub(super) product: f64,
@@ -45,43 +45,43 @@ impl Measure {
     }
 }
 
-/// How β falls and ρ rises (Fiacco and McCormick).
+/// The schedule by which β decreases and ρ increases (Fiacco and McCormick).
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     pub(super) penalty: Penalty,
     pub(super) tolerances: BarrierTolerances,
     /// The size of the cost.
     cost: f64,
-    /// An inequality's share of it.
+    /// The share of the cost per inequality.
     share: f64,
-    /// The last β and the highest ρ.
+    /// The smallest β and the highest ρ.
     last: f64,
     highest: f64,
-    /// Whether the subproblem was solved when last looked at.
+    /// True if the subproblem was solved at the last check.
     solved: bool,
-    /// How often in a row it was as good as rounding may leave it.
+    /// Number of consecutive checks at which the subproblem was solved as well as rounding may allow.
     rough: u32,
 }
 
-/// β at the start, in parts of an inequality's share of the cost.
+/// Initial β, relative to the share of the cost per inequality.
 const FIRST: f64 = 0.1;
-/// ρ at the start and at most, in parts of the cost.
+/// Initial and highest ρ, relative to the cost.
 const PRICES: [f64; 2] = [1e2, 1e6];
-/// How near to ρ a multiplier may come before ρ rises to the highest.
+/// Part of ρ at which a multiplier raises ρ to its highest value.
 const NEAR: f64 = 0.1;
-/// How near to the highest ρ one is where inequalities cannot be satisfied.
+/// Part of the highest ρ above which a multiplier shows that the inequalities cannot be satisfied.
 const HOPELESS: f64 = 0.9;
-/// Errors to which subproblems are solved, relative: from the last to the first.
+/// Relative errors to which the last and the first subproblem are solved.
 const ERRORS: [f64; 2] = [1e-8, 0.1];
 
-/// Where products of slack and multiplier are this near to β, stationarity this near to 0, and that so many times in a
-/// row, only rounding is left: `g` of rounding ε puts `y² ε/β` into the multipliers.
+/// Relative error of the products of slack and multiplier, stationarity, and number of consecutive checks for which
+/// only rounding errors are left. A rounding error ε of `g` changes the multipliers by `y² ε/β`.
 const ROUGH_GAP: f64 = 1e-3;
 const ROUGH_ERROR: f64 = 1e-5;
 const ROUGH_TIMES: u32 = 4;
 
 impl Schedule {
-    /// For `rows` inequalities under a cost of this size.
+    /// The schedule for `rows` inequalities and a cost of this size.
     pub(super) fn new(cost: f64, rows: usize, tolerances: BarrierTolerances) -> Self {
         let share = cost / rows.max(1) as f64;
         Self {
@@ -99,13 +99,13 @@ impl Schedule {
         }
     }
 
-    /// Starts at a smaller β, in parts of an inequality's share of the cost.
+    /// Starts at a smaller β, relative to the share of the cost per inequality.
     pub(super) fn start_at(&mut self, part: f64) {
         self.penalty.beta = (part * self.share).max(self.last);
     }
 
-    /// Lowers β or raises ρ where the subproblem is solved, its stationarity and violations to `error`; `false` where
-    /// nothing changed.
+    /// Lowers β or raises ρ if the subproblem is solved, where `error` is its largest stationarity and violation.
+    /// Returns `false` if nothing changed.
     pub(super) fn tighten(&mut self, error: f64, now: &Measure) -> bool {
         let Penalty { beta, rho } = self.penalty;
         let part = beta / self.share;
@@ -128,7 +128,7 @@ impl Schedule {
         false
     }
 
-    /// What has become of the inequalities.
+    /// The state of the inequalities.
     pub(super) fn satisfied(&self, now: &Measure) -> Satisfied {
         let within = now.violation <= self.tolerances.violation
             && self.complementarity(now) <= self.tolerances.complementarity;
@@ -145,12 +145,12 @@ impl Schedule {
         }
     }
 
-    /// The largest product of slack and multiplier in parts of the cost.
+    /// The largest product of slack and multiplier, relative to the cost.
     pub(super) fn complementarity(&self, now: &Measure) -> f64 {
         now.product / self.cost
     }
 
-    /// Whether a violation remains at the highest price.
+    /// True if a violation remains with the highest ρ.
     fn hopeless(&self, now: &Measure) -> bool {
         now.violation > self.tolerances.violation && now.multiplier > HOPELESS * self.highest
     }

@@ -13,7 +13,7 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) commands: Vec<CommandInequality<U>>,
     pub(super) states: Vec<Placed>,
     pub(super) schedule: Schedule,
-    /// A row for each interval and command inequality, and the gradient there.
+    /// A row and its gradient for each interval and command inequality.
     pub(super) command_rows: Vec<(Row, SVector<f64, U>)>,
     /// A row for each interval and state inequality.
     pub(super) state_rows: Vec<StateRow>,
@@ -23,13 +23,13 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) slope: f64,
 }
 
-/// An inequality on the state, and where its place lies in z.
+/// A state inequality and the index of its coordinate in z.
 pub(super) struct Placed {
     pub(super) inequality: StateInequality,
     pub(super) offset: usize,
-    /// Whether it applies at the end of each interval.
+    /// For each interval, true if the inequality applies at its end.
     applies: Vec<bool>,
-    /// Intervals at whose ends there is something to plan.
+    /// Intervals whose end states are not fixed.
     planned: Range<usize>,
 }
 
@@ -38,7 +38,7 @@ impl Placed {
         self.applies[interval] && self.planned.contains(&interval)
     }
 
-    /// The value at the end of an interval; none exceeds one where it does not apply.
+    /// The value at the end of an interval, or `−∞` if the inequality does not apply there.
     fn value(&self, interval: usize, state: &BodyState) -> f64 {
         if self.applies[interval] {
             self.inequality.value(state)
@@ -52,44 +52,44 @@ impl Placed {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StateRow {
     pub(super) row: Row,
-    /// The gradient by the place.
+    /// The gradient by the coordinate.
     pub(super) gradient: Vector3<f64>,
-    /// What `g` and its derivatives are multiplied by.
+    /// Factor of `g` and its derivatives.
     pub(super) scale: f64,
 }
 
-/// Which states nothing is left to plan of.
+/// States that are fixed by start and target.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Given {
-    /// The pose at the end of the first step.
+    /// True if the pose at the end of the first step is fixed.
     pub(crate) first: bool,
-    /// The position at the end.
+    /// True if the final position is fixed.
     pub(crate) last_position: bool,
-    /// The attitude at the end.
+    /// True if the final attitude is fixed.
     pub(crate) last_attitude: bool,
 }
 
-/// An inequality that does not hold, and where.
+/// A violated inequality and its step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Violation {
-    /// Which constraint, from 0.
+    /// Index of the constraint, from 0.
     pub(crate) constraint: usize,
-    /// During, or at the end of, which step, from 0.
+    /// Index of the step, from 0: the step itself for a command, its end for a state.
     pub(crate) step: usize,
     /// `g`
     pub(crate) amount: f64,
-    /// The same in parts of the limit, or as [`StateInequality::excess`] has it.
+    /// The violation relative to the limit, or as defined by [`StateInequality::excess`].
     pub(crate) excess: f64,
 }
 
-/// The slack that multipliers start from at least.
+/// Least slack assumed for the initial multipliers.
 const SLACK: f64 = 0.1;
-/// The β of multipliers that are known, in parts of an inequality's share of the cost.
+/// Initial β for known multipliers, relative to the share of the cost per inequality.
 const RESUMED: f64 = 1e-4;
 
 impl<const X: usize, const U: usize> Barrier<X, U> {
-    /// Those of `set` over `intervals`, where `selection` makes the actuation's commands of the `U` that are planned and
-    /// `offsets` say where δx and ζ lie in z, if at all; `cost` is the size of the cost.
+    /// The inequalities of `set` over `intervals`. `selection` makes the actuation's commands of the `U` planned ones,
+    /// `offsets` are the indices of δx and ζ in z if they are planned, and `cost` is the size of the cost.
     pub(crate) fn new(
         set: &InequalitySet,
         selection: &SMatrix<f64, 6, U>,
@@ -133,15 +133,15 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         }
     }
 
-    /// Starts the multipliers at states `s_1 … s_N` and commands `w_1 … w_N`.
+    /// Initializes the multipliers for states `s_1 … s_N` and commands `w_1 … w_N`.
     pub(crate) fn start(&mut self, states: &[BodyState], commands: &[SVector<f64, U>]) {
         self.each(states, commands, |schedule, row, value, _| {
             row.multiplier = schedule.penalty.start(value, SLACK);
         });
     }
 
-    /// Starts the multipliers of a point that is nearly a solution: `forces` has `Σ y ∂g/∂z` and `Σ y ∂g/∂w` of every
-    /// interval, from which each multiplier is taken as if it were the only one there.
+    /// Initializes the multipliers near a solution. `forces` holds `Σ y ∂g/∂z` and `Σ y ∂g/∂w` of every interval; each
+    /// multiplier is computed as if its inequality were the only one of the interval.
     pub(crate) fn resume(
         &mut self,
         states: &[BodyState],
@@ -164,7 +164,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         });
     }
 
-    /// The largest violation of states `s_1 … s_N` where nothing is left to plan, if it is one.
+    /// The largest violation of states `s_1 … s_N` where they are fixed, or `None` if it is within the tolerance.
     pub(crate) fn given_violation(&self, states: &[BodyState]) -> Option<Violation> {
         let mut worst = None::<Violation>;
         for placed in &self.states {
@@ -185,7 +185,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         worst
     }
 
-    /// The largest violation of the present iterate, if it is one.
+    /// The largest violation of the current iterate, or `None` if it is within the tolerance.
     pub(crate) fn violated(&self) -> Option<Violation> {
         let commands = self.command_rows.iter().map(|(row, _)| row.value);
         let states = self.state_rows.iter();
@@ -193,7 +193,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         self.largest(commands, states)
     }
 
-    /// The largest violation of states `s_1 … s_N` and commands `w_1 … w_N`, if it is one.
+    /// The largest violation of states `s_1 … s_N` and commands `w_1 … w_N`, or `None` if it is within the tolerance.
     pub(crate) fn worst(
         &self,
         states: &[BodyState],
@@ -209,7 +209,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         self.largest(of_commands, of_states)
     }
 
-    /// The largest of values by interval and inequality, if it is a violation.
+    /// The largest of values by interval and inequality, or `None` if it is within the tolerance.
     fn largest(
         &self,
         commands: impl Iterator<Item = f64>,
@@ -239,7 +239,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         (worst.amount > self.schedule.tolerances.violation).then_some(worst)
     }
 
-    /// How far the subproblem is solved at the present iterate.
+    /// The errors of the subproblem at the current iterate.
     pub(super) fn measure(&self) -> Measure {
         let mut now = Measure::default();
         for (row, _) in &self.command_rows {
@@ -254,7 +254,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         now
     }
 
-    /// Visits every row that is planned with the value and the gradient of its inequality.
+    /// Calls `visit` for every planned row with the value and the gradient of its inequality.
     fn each(
         &mut self,
         states: &[BodyState],
@@ -285,14 +285,14 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     }
 }
 
-/// Where a row is and what it depends on.
+/// The interval and the gradient of a row.
 struct Along<const U: usize> {
     interval: usize,
     gradient: Gradient<U>,
 }
 
 enum Gradient<const U: usize> {
-    /// By three coordinates of z from an offset on.
+    /// By three coordinates of z, starting at an index.
     State(usize, Vector3<f64>),
     Command(SVector<f64, U>),
 }

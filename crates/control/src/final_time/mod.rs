@@ -10,49 +10,49 @@ use crate::steps::HalfError;
 use crate::{Plan, Transfer, TransferError};
 use root::{Next, Root};
 
-/// A free final time `T = N h` and what it costs.
+/// A free final time `T = N h` and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinalTime {
-    /// `T` at least.
+    /// Lower bound of `T`.
     pub shortest: f64,
-    /// `T` at most.
+    /// Upper bound of `T`.
     pub longest: f64,
-    /// Cost of a unit of time: `J + weight·T` is minimized.
+    /// Cost per unit of time: `J + weight·T` is minimized.
     pub weight: f64,
     /// Relative tolerance of `T`.
     pub tolerance: f64,
 }
 
-/// Where the final time ends.
+/// Optimality of the final time found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeOptimality {
-    /// Where any change of it costs more.
+    /// Any change of the final time increases the cost.
     Stationary,
-    /// At the shortest, though a shorter one would cost less.
+    /// The shortest final time, although a shorter one would cost less.
     Shortest,
-    /// At the longest, though a longer one would cost less.
+    /// The longest final time, although a longer one would cost less.
     Longest,
 }
 
 /// A plan with its final time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedPlan {
-    /// The plan; its step is `T/N`.
+    /// The plan; its step size is `T/N`.
     pub plan: Plan,
     /// `T`
     pub final_time: f64,
-    /// Where it ends.
+    /// Optimality of `T`.
     pub optimality: TimeOptimality,
-    /// `d(J + weight·T)/dT` there.
+    /// `d(J + weight·T)/dT` at `T`.
     pub slope: f64,
-    /// Transfers solved.
+    /// Number of transfers solved.
     pub solves: u32,
 }
 
-/// Why there is no plan with a free final time.
+/// The reason why no plan with a free final time was found.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FinalTimeError {
-    /// The range is none.
+    /// The range of final times is invalid.
     #[error(
         "the final time ranges from {shortest} to {longest}, expected finite numbers, 0 < shortest <= longest"
     )]
@@ -62,43 +62,43 @@ pub enum FinalTimeError {
         /// Its upper end.
         longest: f64,
     },
-    /// The cost of time or the tolerance is not a number that can be used.
+    /// The cost of time is not finite, or the tolerance is not finite and positive.
     #[error("{what} is {value}, expected a finite number {expected}")]
     Value {
-        /// Of what.
+        /// Name of the parameter.
         what: &'static str,
         /// The value.
         value: f64,
-        /// What was expected.
+        /// The expected range.
         expected: &'static str,
     },
-    /// There is no plan at the first final time, nor nearer and nearer to one where there was.
+    /// No plan was found at a final time: at the first one, or closer and closer to one that had a plan.
     #[error("final time {final_time}: {source}")]
     Plan {
         /// `T`
         final_time: f64,
-        /// Why.
+        /// The error of the solver.
         source: Box<PlanError>,
     },
-    /// The derivative cannot be had.
+    /// The derivative of the cost cannot be computed.
     #[error(transparent)]
     Slope(#[from] HalfError),
-    /// The search has not ended.
+    /// The search has not converged.
     #[error(
         "the final time is not found after {solves} transfers: slope {slope:.3e} at {final_time}"
     )]
     NotConverged {
-        /// Transfers solved.
+        /// Number of transfers solved.
         solves: u32,
         /// The last `T`.
         final_time: f64,
-        /// The slope there.
+        /// The slope at that `T`.
         slope: f64,
     },
 }
 
 impl Transfer {
-    /// The same number of steps in another time `T`.
+    /// The transfer with the same number of steps in another final time `T`.
     pub fn with_final_time(self, final_time: f64) -> Result<Self, TransferError> {
         let h = final_time / self.intervals as f64;
         if !(h.is_finite() && h > 0.0) {
@@ -108,17 +108,19 @@ impl Transfer {
     }
 }
 
-/// Transfers solved at most.
+/// Maximum number of transfers solved.
 const MOST: u32 = 100;
 
-/// How often a step to another final time is halved where there is no plan.
+/// Maximum number of times that a step to another final time is halved because no plan was found.
 const HALVINGS: u32 = 12;
 
-/// Minimizes `J + weight·T`: finds the local minimum downhill from the transfer's own final time, or from the end of the
-/// range that is nearest to it. Each transfer starts from the path of the plan before, so that the attitude winds the same way.
+/// Minimizes `J + weight·T`. Finds the local minimum downhill from the transfer's own final time, or from the nearest
+/// end of the range. Each transfer starts from the path of the previous plan, so that the winding of the attitude is
+/// kept.
 ///
 /// # Assumptions and limitations
-/// `J` may have several minima by `T`; one is found. The number of intervals stays, so steps grow with `T`.
+/// `J` may have several minima over `T`; one of them is found. The number of intervals is fixed, so that the step size
+/// grows with `T`.
 pub fn solve_final_time(
     transfer: &Transfer,
     time: &FinalTime,
@@ -192,7 +194,7 @@ pub fn solve_final_time(
     })
 }
 
-/// The plan's path at another step: momenta go as `1/h`, commands and multipliers as `1/h²`.
+/// The plan's path with another step size: momenta scale as `1/h`, commands and multipliers as `1/h²`.
 fn retimed(plan: &Plan, h: f64) -> Plan {
     let ratio = plan.h / h;
     let mut plan = plan.clone();

@@ -1,36 +1,36 @@
-/// A search for the minimum of a function in a range by its slope, downhill from where it starts.
+/// A search for the minimum of a function in a range by its slope, downhill from a start.
 ///
-/// While the slope has one sign, by steps that a secant suggests; then by secants between both signs, halving the interval
-/// where two of them have not halved the slope. Converges superlinearly.
+/// While the slope has one sign, the steps follow the secant. Then secants between both signs are used, with bisection
+/// whenever two of them have not halved the slope. The search converges superlinearly.
 pub(super) struct Root {
     range: [f64; 2],
     tolerance: f64,
-    /// What was tried, in turn: place and slope.
+    /// Points tried so far: argument and slope.
     tried: Vec<[f64; 2]>,
-    /// The nearest places where the function falls and rises.
+    /// The nearest arguments at which the function falls and rises.
     falls: Option<f64>,
     rises: Option<f64>,
 }
 
-/// What comes next.
+/// The next action of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Next {
-    /// The slope here.
+    /// Evaluate the slope at this argument.
     Try(f64),
-    /// Nothing: the last place is the minimum.
+    /// Stop: the last argument is the minimum.
     Minimum,
-    /// Nothing: the function falls to the lower end of the range.
+    /// Stop: the function falls to the lower end of the range.
     Lower,
-    /// Nothing: it falls to the upper end.
+    /// Stop: the function falls to the upper end of the range.
     Upper,
 }
 
-/// Factors by which a place changes at most, and at first.
+/// Largest factor by which the argument changes, and the factor of the first step.
 const LONGEST: f64 = 1.2;
 const FIRST: f64 = 1.05;
 
 impl Root {
-    /// In `range` (positive), to a relative `tolerance` of the place.
+    /// A search in `range` (positive), to a relative `tolerance` of the argument.
     pub(super) fn new(range: [f64; 2], tolerance: f64) -> Self {
         Self {
             range,
@@ -41,7 +41,7 @@ impl Root {
         }
     }
 
-    /// Takes the slope at a place.
+    /// Takes the slope at an argument and returns the next action.
     pub(super) fn next(&mut self, place: f64, slope: f64) -> Next {
         let [low, high] = self.range;
         self.tried.push([place, slope]);
@@ -75,7 +75,7 @@ impl Root {
         })
     }
 
-    /// Where the line through the last two slopes crosses zero.
+    /// The zero of the line through the last two slopes.
     fn secant(&self) -> Option<f64> {
         let [.., [a, f], [b, g]] = self.tried[..] else {
             return None;
@@ -84,11 +84,11 @@ impl Root {
         next.is_finite().then_some(next)
     }
 
-    /// Downhill from the only side that is known.
+    /// The next argument downhill, while only one sign of the slope is known.
     fn onward(&self, place: f64, slope: f64, secant: Option<f64>) -> f64 {
         let up = slope < 0.0;
         let ratio = secant.map(|next| if up { next / place } else { place / next });
-        // A little beyond, to see the other sign.
+        // A little beyond the secant's zero, to find the other sign.
         let factor = match ratio {
             Some(ratio) if ratio > 1.0 => (1.0 + 1.2 * (ratio - 1.0)).min(LONGEST),
             Some(_) => LONGEST,
@@ -98,7 +98,7 @@ impl Root {
         next.clamp(self.range[0], self.range[1])
     }
 
-    /// Whether the last two tries halved the slope.
+    /// True if the last two evaluations halved the slope.
     fn quick(&self) -> bool {
         let [.., [_, before], _, [_, now]] = self.tried[..] else {
             return true;
@@ -111,7 +111,7 @@ impl Root {
 mod tests {
     use super::*;
 
-    /// Tries until the end: what it is, where, and after how many.
+    /// Runs a search. Returns its end, the last argument and the number of evaluations.
     fn search(range: [f64; 2], start: f64, slope: impl Fn(f64) -> f64) -> (Next, f64, usize) {
         let mut root = Root::new(range, 1e-12);
         let mut place = start;

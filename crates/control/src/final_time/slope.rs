@@ -5,9 +5,10 @@ use crate::problem::{Vector12, block};
 use crate::steps::{HalfCommands, HalfError, KickDriftKick, Linearization, Steps};
 use crate::{Dynamics, Motion, Plan, Transfer};
 
-/// `dJ/dh` of a transfer's solution, exact: by the envelope theorem the derivative of the Lagrangian by the step at fixed
-/// states, commands and multipliers, `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions and inequalities do not know the step, so
-/// they have no part in it. What a plan leaves to the free flight depends on the step, and the rest of it on that.
+/// The exact derivative `dJ/dh` of a transfer's solution. By the envelope theorem it is the derivative of the
+/// Lagrangian by the step size at fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions
+/// and inequalities do not depend on the step size and do not contribute. Coordinates that follow the free flight do
+/// depend on it, and the planned coordinates depend on them.
 pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, HalfError> {
     let motion = if is_whole(transfer.motion, plan) {
         Motion::Full
@@ -48,8 +49,8 @@ pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, HalfError
     }
 }
 
-/// Whether all coordinates were planned: half a motion that is planned beside the free flight of the other half has no
-/// multipliers of that.
+/// True if all coordinates were planned. A half that is planned beside the free flight of the other half has no
+/// multipliers for the other half.
 fn is_whole(motion: Motion, plan: &Plan) -> bool {
     let other = match motion {
         Motion::Full => return true,
@@ -60,8 +61,8 @@ fn is_whole(motion: Motion, plan: &Plan) -> bool {
     plan.multipliers.iter().any(|lambda| rows(lambda) > 0.0)
 }
 
-/// The Lagrangian's derivative where the plan's coordinates begin with the one numbered `first`, and the others change
-/// as `free` tells, if there are others.
+/// The derivative of the Lagrangian. The plan's coordinates begin with index `first`; the others, if any, change with
+/// the step size as given by `free`.
 fn lagrangian<S: Steps<X, U>, const X: usize, const U: usize>(
     transfer: &Transfer,
     plan: &Plan,
@@ -89,12 +90,13 @@ fn lagrangian<S: Steps<X, U>, const X: usize, const U: usize>(
     Ok(slope)
 }
 
-/// `[0, δγ, 0, δΠ]` at the beginning and at the end of a step that together are `∂Φ/∂h = A begin + end`.
+/// `[0, δγ, 0, δΠ]` at the beginning and at the end of a step, with `∂Φ/∂h = A begin + end`.
 ///
-/// A step is a kick, a drift and a kick, and knows `h` only by `h m` and `h² load`, `m` the momenta: with `c h`, `m/c`
-/// and `load/c²` it leads to the same pose and to momenta `m⁺/c`. With `m_b` and `m_d` the momenta where the drift begins and
-/// ends, Euler's theorem on homogeneous functions gives `h ∂Φ/∂h = A [0, 2 m_b − m] + [0, m⁺ − 2 m_d]`. (Lie–Euler has
-/// `m_b = m`.) To this comes what coordinates that are not planned, `free` at both ends, change of the kicks.
+/// A step is a kick, a drift and a kick. It depends on `h` only through `h m` and `h² load`, where `m` are the momenta:
+/// with `c h`, `m/c` and `load/c²` it leads to the same pose and to momenta `m⁺/c`. Let `m_b` and `m_d` be the momenta
+/// at the beginning and at the end of the drift. Euler's theorem on homogeneous functions gives `h ∂Φ/∂h = A [0, 2 m_b
+/// − m] + [0, m⁺ − 2 m_d]`. (Lie–Euler has `m_b = m`.) Coordinates that are not planned change the kicks in addition;
+/// `free` holds their changes at both ends.
 fn changes(
     transfer: &Transfer,
     ends: &[BodyState],
@@ -129,8 +131,8 @@ fn changes(
     })
 }
 
-/// How the free flight's states at `0 … N` change with the step: six coordinates from the one numbered `first` on, the
-/// others zero.
+/// The derivatives of the free flight's states at `0 … N` by the step size: six coordinates starting at index `first`;
+/// the others are zero.
 fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, HalfError> {
     let steps = KickDriftKick::full(transfer);
     let mut linear = Linearization {

@@ -1,4 +1,4 @@
-//! The local minima of a transfer, ranked.
+//! The local minima of a transfer, sorted by cost.
 
 mod paths;
 mod winding;
@@ -15,14 +15,14 @@ use crate::{Plan, Transfer};
 use paths::Detours;
 pub use winding::Winding;
 
-/// How local minima are searched.
+/// Settings of a search for local minima.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchSettings {
-    /// Paths to start from, the cold start included.
+    /// Number of initial paths, including the cold start.
     pub starts: u32,
-    /// Of the random ones among them.
+    /// Seed of the random paths.
     pub seed: u64,
-    /// Of each solution.
+    /// Settings of each solution.
     pub newton: NewtonSettings,
 }
 
@@ -41,28 +41,28 @@ impl Default for SearchSettings {
 pub struct Minimum {
     /// The plan.
     pub plan: Plan,
-    /// How it turns the body.
+    /// The winding of the attitude.
     pub winding: Winding,
-    /// How many starts led to it at the coarse resolution.
+    /// Number of starts that led to it at the coarse resolution.
     pub starts: u32,
 }
 
-/// Costs and multipliers of one minimum agree to this, relatively.
+/// Relative tolerance within which costs and multipliers of the same minimum agree.
 const SAME: f64 = 1e-6;
 
-/// Searches local minima of `transfer` from paths that wind otherwise about the geodesic's axis and the body's, and from
-/// random ones; each found once, the cheapest first.
+/// Searches for local minima of `transfer`, starting from paths with different windings about the axis of the geodesic
+/// and the axes of the body, and from random paths. Each minimum is returned once, the cheapest first.
 ///
-/// The first start is that of [`crate::solve`], at all intervals, so that the cheapest is never dearer than its plan. Other minima
-/// are searched at the solver's coarse resolution and then refined, the cheapest first. `observe` sees the iterations of
-/// all, counted through; if it returns `false`, the search ends with what there is at all intervals, if there is something.
+/// The first start is that of [`crate::solve`] with all intervals, so that the cheapest minimum never costs more than
+/// its plan. Other minima are searched for at the solver's coarse resolution and then refined, the cheapest first.
+/// `observe` is called with the iterations of all solutions, counted consecutively. If it returns `false`, the search
+/// ends with the minima already known at all intervals, if any.
 ///
 /// # Assumptions and limitations
-/// A search proves nothing about what it has not found. Of plans that are no strict minima only that of the first start is
-/// returned.
+/// The search is not exhaustive. Plans that are not strict minima are not returned, except that of the first start.
 ///
 /// # Errors
-/// What the solver says of the cold start, if no start leads to a minimum.
+/// Returns the solver's error of the cold start if no start leads to a minimum.
 pub fn search(
     transfer: &Transfer,
     settings: &SearchSettings,
@@ -95,7 +95,7 @@ fn search_in_own_units(
     };
     let end = end(transfer);
     let stopped = Cell::new(false);
-    // Iterations and trials of the solutions before, and of this one too.
+    // Iterations and trials before the current solution, and including it.
     let (before, made) = (Cell::new([0; 2]), Cell::new([0; 2]));
     let mut watch = |now: &Progress| {
         let [iteration, trials] = before.get();
@@ -156,14 +156,14 @@ fn rank(minima: &mut [Minimum]) {
     minima.sort_by(|a, b| a.plan.cost.total_cmp(&b.plan.cost));
 }
 
-/// [`count`], where the plan is a strict minimum.
+/// [`count`], if the plan is a strict minimum.
 fn keep(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
     if plan.certificate.sufficient {
         count(found, plan, starts);
     }
 }
 
-/// Adds a plan to which so many starts led, or counts them to it.
+/// Adds a plan to which `starts` starts led, or adds them to those of a known plan.
 fn count(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
     match found.iter_mut().find(|known| same(&known.plan, &plan)) {
         Some(known) => known.starts += starts,
@@ -182,7 +182,7 @@ fn same(a: &Plan, b: &Plan) -> bool {
     (a.cost - b.cost).abs() <= SAME * a.cost.abs() && apart <= SAME * SAME * size
 }
 
-/// An end for paths to lead to: what the terminal set leaves free is as at the start.
+/// A final state for paths. Coordinates that the terminal set leaves free are those of the initial state.
 fn end(transfer: &Transfer) -> BodyState {
     let mut end = transfer.initial;
     transfer.terminal.aim(&mut end);

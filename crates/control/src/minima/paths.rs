@@ -9,26 +9,26 @@ use rand_pcg::Pcg64Mcg;
 use crate::newton::guess::hermite;
 use crate::{Certificate, Plan, Transfer};
 
-/// A detour from the path between both ends: what is added to it on the way.
+/// A detour that is added to the path between both ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Detour {
-    /// Turns along the geodesic of the attitude, beyond the shortest.
+    /// Additional turns along the geodesic of the attitude.
     along: f64,
-    /// Whole turns by the way, about a unit vector of the body frame.
+    /// Whole turns along the way, times a unit vector in the body frame.
     loops: Vector3<f64>,
-    /// Greatest shift of the position, in units of the distance.
+    /// Greatest shift of the position, in units of the distance between both ends.
     position: Vector3<f64>,
-    /// Greatest turn of the attitude off the path (rad).
+    /// Greatest rotation of the attitude off the path (rad).
     attitude: Vector3<f64>,
 }
 
-/// Detours in turn: windings of the attitude about the geodesic's axis and the body's, and random ones from then on.
+/// A sequence of detours: windings about the axis of the geodesic and the axes of the body, then random ones.
 pub(super) struct Detours {
     rng: Pcg64Mcg,
     given: usize,
 }
 
-/// Turns along the geodesic that are tried first.
+/// Numbers of turns along the geodesic that are tried first.
 const ALONG: [f64; 4] = [-1.0, 1.0, -2.0, 2.0];
 
 impl Detours {
@@ -87,8 +87,8 @@ impl Iterator for Detours {
     }
 }
 
-/// A path between both ends by a detour, as a plan to start from: momenta from differences of the path, commands that
-/// come nearest to what Lie–Euler steps need to follow it.
+/// A path with a detour between both ends, as an initial plan. The momenta are differences of the path; the commands
+/// come nearest to the loads with which Lie–Euler steps follow it.
 pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan {
     let Transfer {
         body,

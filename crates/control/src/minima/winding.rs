@@ -3,17 +3,17 @@ use nalgebra::Vector3;
 
 use crate::Plan;
 
-/// How a plan turns the body from one attitude to the other: what tells local minima apart.
+/// The winding of the attitude of a plan, which distinguishes local minima.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Winding {
-    /// `∫ Ω dt` (rad), body frame: the rotation vectors of the steps, added.
+    /// `∫ Ω dt` (rad) in the body frame: the sum of the rotation vectors of the steps.
     pub rotation: Vector3<f64>,
     /// `∫ |Ω| dt` (rad)
     pub angle: f64,
 }
 
 impl Plan {
-    /// How it turns the body.
+    /// The winding of the attitude.
     pub fn winding(&self) -> Winding {
         let mut winding = Winding::default();
         for pair in self.states.windows(2) {

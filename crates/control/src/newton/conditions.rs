@@ -1,4 +1,4 @@
-//! What a plan obeys beside its dynamics, as the Newton iteration sees it.
+//! Conditions on a plan besides its dynamics, as the Newton iteration sees them.
 
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
@@ -17,16 +17,16 @@ pub(crate) trait Ending<const X: usize> {
 
 /// Inequalities, treated by an interior point method.
 ///
-/// Interval `k = 0 … N−1` has its command `w_{k+1}` and the state `s_{k+1}` at its end. Slacks and multipliers belong to
-/// the implementation. A Newton step calls [`Inequalities::add_state`] and [`Inequalities::add_command`] for every
+/// Interval `k = 0 … N−1` has the command `w_{k+1}` and the state `s_{k+1}` at its end. Slacks and multipliers belong
+/// to the implementation. A Newton step calls [`Inequalities::add_state`] and [`Inequalities::add_command`] for every
 /// interval, then [`Inequalities::direct`] for every interval, then the merit of trials, then
 /// [`Inequalities::advance`].
 pub(crate) trait Inequalities<const X: usize, const U: usize> {
-    /// Whether there are none.
+    /// True if there are no inequalities.
     const NONE: bool = false;
 
-    /// Adds what the interval's inequalities on the state contribute to gradient and Hessian at `state`, slacks and
-    /// multipliers eliminated, with `curvature` times the second derivatives.
+    /// Adds the contributions of the interval's state inequalities at `state` to the gradient and the Hessian, with
+    /// slacks and multipliers eliminated. The second derivatives are multiplied by `curvature`.
     fn add_state(
         &mut self,
         interval: usize,
@@ -36,7 +36,7 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
         gradient: &mut SVector<f64, X>,
     );
 
-    /// The same for its inequalities on the command.
+    /// Adds the contributions of the interval's command inequalities in the same way.
     fn add_command(
         &mut self,
         interval: usize,
@@ -45,47 +45,49 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
         gradient: &mut SVector<f64, U>,
     );
 
-    /// `Σ y ∂g/∂z`: the gradient of the Lagrangian's inequalities by the interval's state, for the costate.
+    /// `Σ y ∂g/∂z`: the contribution of the inequalities to the gradient of the Lagrangian by the interval's state,
+    /// used for the costate.
     fn state_force(&self, interval: usize, state: &BodyState) -> SVector<f64, X>;
 
-    /// `Σ y ∂g/∂w`: the same by the interval's command, for the stationarity.
+    /// `Σ y ∂g/∂w`: the contribution to the gradient by the interval's command, used for the stationarity.
     fn command_force(&self, interval: usize, command: &SVector<f64, U>) -> SVector<f64, U>;
 
-    /// Takes the direction of the interval's state and command, from which that of its multipliers follows.
+    /// Takes the Newton direction of the interval's state and command, and computes that of its multipliers.
     fn direct(&mut self, interval: usize, z: &SVector<f64, X>, v: &SVector<f64, U>);
 
-    /// The longest step of the multipliers, at most 1, that leaves them positive, for all intervals.
+    /// The longest step, at most 1, that keeps all multipliers of all intervals positive.
     fn reach(&self) -> f64;
 
-    /// The penalty that the interval adds to the merit of a trial.
+    /// The penalty of the interval in the merit of a trial.
     fn merit(&self, interval: usize, state: &BodyState, command: &SVector<f64, U>) -> f64;
 
     /// The derivative of the penalties along the direction, for all intervals.
     fn slope(&self) -> f64;
 
-    /// Takes a step of the multipliers.
+    /// Moves the multipliers by a step.
     fn advance(&mut self, step: f64);
 
-    /// Largest violation `max(g, 0)`, and largest product of slack and multiplier in parts of the cost, for all intervals.
+    /// The largest violation `max(g, 0)` and the largest product of slack and multiplier relative to the cost, over all
+    /// intervals.
     fn residuals(&self) -> (f64, f64);
 
-    /// Lowers β when the subproblem with this β is solved to `error`; `false` when nothing changed.
+    /// Lowers β if the subproblem with the current β is solved to `error`. Returns `false` if nothing changed.
     fn tighten(&mut self, error: f64) -> bool;
 
-    /// Whether a point that solves the last subproblem satisfies them.
+    /// Reports whether a point that solves the last subproblem satisfies the inequalities.
     fn satisfied(&self) -> Satisfied;
 }
 
-/// What has become of the inequalities.
+/// State of the inequalities at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Satisfied {
-    /// They hold, with multipliers that are complementary to them.
+    /// They hold, and the multipliers are complementary.
     Yes,
-    /// They do, and the multipliers are as good as rounding leaves them.
+    /// They hold, and the multipliers are as accurate as rounding allows.
     ToRounding,
-    /// Not yet.
+    /// They do not hold yet.
     NotYet,
-    /// They cannot: this point violates them least of all near it.
+    /// They cannot be satisfied: the point is a local minimum of their violation.
     Never,
 }
 

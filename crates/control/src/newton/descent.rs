@@ -1,4 +1,4 @@
-//! Away from a stationary point that is no minimum, along a direction of negative curvature.
+//! Descent along a direction of negative curvature, from a stationary point that is not a minimum.
 
 use nalgebra::SVector;
 
@@ -10,23 +10,24 @@ use super::search::CORRECTIONS;
 use super::trial::{Merit, Move, Trial};
 use crate::steps::Steps;
 
-/// Augmentations under which the Hessian is looked at: the more of it, the nearer the direction keeps to the conditions.
+/// Augmentations for which the Hessian is tested. The larger the augmentation, the closer the direction stays to the
+/// terminal conditions.
 const AUGMENTATIONS: [f64; 3] = [1e7, 1e5, 1e3];
-/// The model whose policies keep trial points near their path, and meet the conditions.
+/// The model whose policies keep trial points near their path and meet the conditions.
 const POLICIES: Kind = Kind {
     curvature: 0.0,
     augmentation: 10.0,
     damping: 0.0,
     gains: false,
 };
-/// Lengths tried, as powers of two of that at which the direction by itself costs as much as the plan.
+/// Trial lengths, as powers of two times the length at which the direction alone costs as much as the plan.
 const LENGTHS: std::ops::RangeInclusive<i32> = -10..=3;
-/// Differences of merits that are rounding, relative.
+/// Relative difference of merits below which they differ by rounding only.
 const ROUNDING: f64 = 1e-10;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
-    /// From a stationary iterate without defects to a point of less merit along a direction of negative curvature; `None`
-    /// where the Hessian has none, or none that leads down.
+    /// Goes from a stationary iterate without defects to a point of lower merit along a direction of negative
+    /// curvature. Returns `None` if the Hessian has no such direction or if none lowers the merit.
     pub(crate) fn downhill<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -57,8 +58,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         })
     }
 
-    /// Takes the direction that begins with the command along which the model is not convex at `stage`, and goes on as the
-    /// policies of the later stages have it.
+    /// Sets the direction: it starts at `stage` with the command along which the model is not convex, and continues
+    /// with the policies of the later stages.
     fn take_direction_from(&mut self, stage: usize) {
         let (model, direction) = (&self.model, &mut self.direction);
         direction.nu = self.iterate.nu;
@@ -79,8 +80,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// The point of least merit among some along the direction, to either side; `None` where all have more than the
-    /// iterate.
+    /// Returns the trial point of least merit along the direction, on either side, or `None` if no trial has a lower
+    /// merit than the iterate.
     fn lowest<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -116,7 +117,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         lowest
     }
 
-    /// The merit of the spare iterate, moved this far along the direction and back to the conditions.
+    /// Moves the iterate by `length` along the direction, corrects it back to the terminal conditions and stores it as
+    /// the spare iterate. Returns its merit.
     fn along<S, E, Q>(
         &mut self,
         length: f64,

@@ -1,4 +1,4 @@
-//! The last steps, by a model that is good for more than one.
+//! The last steps of the iteration, which reuse one model for several steps.
 
 use super::conditions::{Ending, Inequalities};
 use super::iteration::{Ended, Newton, Standing, Tolerances};
@@ -7,13 +7,13 @@ use super::search::CORRECTIONS;
 use super::trial::{Move, Trial};
 use crate::steps::Steps;
 
-/// The most error, relative, that a model made elsewhere corrects, and the least part by which it must.
+/// The largest relative error that a reused model corrects, and the factor by which each step must reduce the error.
 const FOLLOWED: f64 = 0.02;
 const FALL: f64 = 0.2;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
-    /// Goes on with the model that there is, its second derivatives those of where it was made (the chord method), as long
-    /// as that converges fast; `None` where it does not.
+    /// Continues with the existing model and its old second derivatives (the chord method) as long as this converges
+    /// fast. Returns `None` when it does not.
     pub(super) fn follow<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -69,7 +69,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// Flies the policies until the terminal miss is `wanted` or stays, and gives what it is then.
+    /// Flies the policies until the terminal miss is at most `wanted` or no longer decreases. Returns the final miss.
     pub(super) fn fly_home<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,

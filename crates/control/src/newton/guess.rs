@@ -1,4 +1,4 @@
-//! Where a plan starts from when nothing is known: a path between both ends, and what would fly it.
+//! Initial guesses for a cold start: a path between both ends and the commands that would follow it.
 
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, RigidBody};
@@ -9,12 +9,14 @@ use super::problem::{Iterate, Problem};
 use crate::riccati::Policy;
 use crate::steps::{Linearization, Steps};
 
-/// Angle (rad) below which the mean spin of both ends says nothing of how often to turn.
+/// Angle (rad) below which the mean spin of both ends says nothing about the number of turns.
 const HALF_TURN: f64 = std::f64::consts::PI;
 
-/// Position and attitude at `0 … N` between the two states: cubics by Hermite, the attitude's in the rotation vector
-/// that is left over a frame which turns at the mean of both angular velocities. Of motions between given rates over a
-/// given time the cheapest is near their mean, so that what is left, taken the shorter way, tells how often to turn.
+/// Position and attitude at the stages `0 … N` between two states, as cubic Hermite interpolants. The attitude is
+/// interpolated as the rotation vector relative to a frame that turns at the mean of both angular velocities.
+///
+/// The cheapest motion between given rates over a given time turns at about their mean. The shorter way of the
+/// remaining rotation therefore gives the right number of turns.
 pub(crate) fn hermite(
     body: &RigidBody,
     duration: f64,
@@ -59,8 +61,8 @@ pub(crate) fn hermite(
         .collect()
 }
 
-/// The iterate that follows a path as far as the actuation can: momenta from differences of the path, commands that
-/// come nearest to what the steps then miss.
+/// Returns the iterate that follows a path as closely as the actuation can. The momenta are differences of the path;
+/// the commands minimize the remaining defects of the steps.
 pub(crate) fn along<S, E, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     body: &RigidBody,
@@ -93,13 +95,13 @@ where
         b: SMatrix::zeros(),
     };
     let idle = SVector::zeros();
-    // What commands do hardly differs from step to step.
+    // The effect of commands hardly differs from step to step.
     problem
         .steps
         .linearize(0, &states[0], &idle, &mut linear)
         .map_err(|source| (0, source))?;
     let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
-    // So little of the cost that commands are bounded where they have no effect.
+    // A share of the cost so small that it only bounds commands that have no effect.
     let normal = weighted.tr_mul(&linear.b) + (1e-9 * h) * problem.weight;
     let factor = normal.cholesky();
     let mut commands = Vec::with_capacity(problem.intervals);
@@ -121,7 +123,7 @@ where
     })
 }
 
-/// An iterate of other intervals over the same time, linear between its stages.
+/// Resamples an iterate to the problem's intervals over the same time, linearly between its stages.
 pub(crate) fn resampled<S, E, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     from: &Iterate<X, U>,
@@ -161,7 +163,8 @@ where
     }
 }
 
-/// The flight over more intervals that the policies of a model keep near its iterate; `None` where it ends early.
+/// Returns the flight over more intervals that the policies of a model keep near `from`, or `None` if a step fails or
+/// the state is not finite.
 pub(crate) fn kept<S, E, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     from: &Iterate<X, U>,
@@ -189,11 +192,12 @@ where
     Some(iterate)
 }
 
-/// The path of `states` with other intervals over the same time: cubics between them, with slopes from the neighbors.
+/// The path of `states` over another number of intervals in the same time: cubics with slopes from the neighboring
+/// stages.
 pub(crate) fn refined(states: &[BodyState], intervals: usize) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let last = states.len() - 1;
     let turn = |from: usize, to: usize| log(&states[from].attitude.tr_mul(&states[to].attitude));
-    // Displacement and turn a coarse interval, at a coarse stage.
+    // Displacement and rotation per coarse interval, at a coarse stage.
     let slope = |k: usize| {
         let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
         let share = ((after - before) as f64).recip();

@@ -6,33 +6,33 @@ use super::problem::{Iterate, Problem};
 use super::trial::{Direction, Weights};
 use crate::steps::Steps;
 
-/// The iteration at one N, with all its memory.
+/// The Newton iteration for one N, with all its buffers.
 pub(crate) struct Newton<const X: usize, const U: usize> {
     pub(crate) model: Model<X, U>,
-    /// The error where the model was made, if it is exact and has gains.
+    /// The error at the point where the model was made, if the model is exact and has gains; otherwise infinite.
     pub(crate) solved_at: f64,
     pub(super) direction: Direction<X, U>,
     pub(super) weights: Weights<X>,
-    /// Where it is.
+    /// The current iterate.
     pub(crate) iterate: Iterate<X, U>,
     pub(super) spare: Iterate<X, U>,
     pub(super) third: Iterate<X, U>,
 }
 
-/// How an iteration goes on.
+/// Settings of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tolerances {
-    /// Of defects and terminal conditions.
+    /// Tolerance of defects and terminal conditions.
     pub(crate) violation: f64,
-    /// Of the stationarity, relative to the largest multiplier.
+    /// Tolerance of the stationarity, relative to the largest multiplier.
     pub(crate) stationarity: f64,
-    /// Of both, where a full step is taken to have converged.
+    /// Error below which a full step from there is assumed to converge.
     pub(crate) near: f64,
-    /// Newton steps at most.
+    /// Maximum number of Newton steps.
     pub(crate) iterations: u32,
 }
 
-/// Where an iteration stands.
+/// Current state of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Standing {
     /// Newton steps so far.
@@ -45,7 +45,7 @@ pub(crate) struct Standing {
     pub(crate) curvature: f64,
     /// Largest norm of defects and terminal conditions.
     pub(crate) violation: f64,
-    /// Largest component of the Lagrangian's gradient by commands, relative to the largest term.
+    /// Largest component of the gradient of the Lagrangian by commands, relative to the largest term.
     pub(crate) stationarity: f64,
     /// `J`
     pub(crate) cost: f64,
@@ -65,35 +65,36 @@ impl Default for Standing {
     }
 }
 
-/// How it ended.
+/// The way an iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Ended {
-    /// Within the tolerances.
+    /// The tolerances are met.
     Converged,
     /// The caller asked to stop.
     Stopped,
-    /// At the cap.
+    /// The maximum number of Newton steps was reached.
     Capped,
     /// The inequalities cannot be satisfied.
     Infeasible,
     /// No step along the direction lowers the merit.
     Stuck,
-    /// There is no model.
+    /// The model could not be built or solved.
     Failed(ModelError),
 }
 
-/// Augmentations in the order of trial: a slender axis is less stiff than others by the square of the inertia.
+/// Augmentations in the order of trial. A slender axis is less stiff than the others by the square of the ratio of
+/// inertias.
 const AUGMENTATIONS: [f64; 5] = [10.0, 300.0, 1e4, 1e6, 1e8];
-/// The least damping that is not zero, and the most.
+/// The least nonzero damping, and the largest.
 const DAMPINGS: [f64; 2] = [1e-7, 1e8];
-/// Damping of the first step from a rough start.
+/// Damping of the first step from a rough guess.
 const BEGIN: f64 = 10.0;
-/// Factors by which damping rises and falls.
+/// Factors by which the damping is raised and lowered.
 const RAISE: f64 = 8.0;
 const LOWER: f64 = 4.0;
-/// What a step between stationary iterates must leave of the violation at most.
+/// A step between stationary iterates must reduce the violation at least by this factor.
 const LEFT: f64 = 0.99;
-/// Stationarity from which a full step may lead to where the same model is good for more.
+/// Stationarity below which a model may be reused after a full step.
 const CLOSE: f64 = 2e-3;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
@@ -112,8 +113,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// Iterates until within `tolerances`; a `rough` start takes its first step by Gauss and Newton, for want of
-    /// multipliers, and damped.
+    /// Iterates until `tolerances` are met. With a `rough` initial guess, which has no multipliers, the first step is a
+    /// damped Gauss–Newton step.
     pub(crate) fn run<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -138,7 +139,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
-        // Violation of the last iterate that was stationary, by the same barrier.
+        // Violation of the last stationary iterate with the same barrier parameter.
         let mut left = f64::INFINITY;
         let mut tightened = false;
         loop {
@@ -172,7 +173,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 Satisfied::Yes if meets && stationary => return Ended::Converged,
                 Satisfied::ToRounding if meets => return Ended::Converged,
                 Satisfied::Never => return Ended::Infeasible,
-                // Conditions that no command moves, to first order.
+                // The commands do not change these conditions to first order.
                 Satisfied::Yes if stationary && standing.violation > LEFT * left => {
                     return Ended::Stuck;
                 }
@@ -212,7 +213,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     }
                 }
                 kind.curvature = 1.0;
-                // Those of a level's first model, made far from where it leads, are of no use.
+                // Gains of a level's first model are of no use: it is made far from the solution.
                 kind.gains = true;
                 if standing.length < 1.0 {
                     kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
@@ -230,13 +231,15 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// Whether the step just taken from where `standing` was must have converged, quadratically.
+    /// Returns true if the step just taken was full and started so close that it must have converged quadratically.
+    /// `standing` holds the errors before that step.
     fn is_near(&self, tolerances: &Tolerances, standing: &Standing) -> bool {
         let near = tolerances.near;
         standing.length == 1.0 && standing.violation <= near && standing.stationarity <= near
     }
 
-    /// The model with as much augmentation as makes it convex, or that of Gauss and Newton, damped if it must be.
+    /// Solves the exact model with as much augmentation as makes it convex. If that fails, solves the Gauss–Newton
+    /// model, damped if necessary.
     fn model_convex<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,

@@ -1,5 +1,5 @@
-//! Newton's method on all stages (multiple shooting): states, commands and multipliers together, a linear-quadratic
-//! problem an iteration.
+//! Newton's method on all stages (multiple shooting): states, commands and multipliers are solved for together, with
+//! one linear-quadratic problem per iteration.
 
 mod conditions;
 mod descent;

@@ -6,56 +6,55 @@ use super::problem::{Iterate, Problem};
 use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
 use crate::steps::{Curvature, Linearization, Steps};
 
-/// What a model takes in.
+/// Settings of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Kind {
-    /// Share of the second derivatives of dynamics and terminal conditions: 1 is Newton's method, 0 that of Gauss and
-    /// Newton.
+    /// Factor of the second derivatives of dynamics and terminal conditions: 1 for Newton's method, 0 for Gauss–Newton.
     pub(crate) curvature: f64,
-    /// By how much the terminal conditions are augmented, in multiples of the end's stiffness.
+    /// Weight of the augmentation of the terminal conditions, in multiples of the stiffness at the end.
     pub(crate) augmentation: f64,
-    /// By how much variations are damped, in multiples of the problem's metric.
+    /// Damping of the variations, in multiples of the problem's metric.
     pub(crate) damping: f64,
-    /// Whether gains are wanted, where there is room for them.
+    /// True if gains are computed, provided that room for them was allocated.
     pub(crate) gains: bool,
 }
 
-/// The linear-quadratic model of all stages round an iterate, and its solution.
+/// The linear-quadratic model of all stages about an iterate, and its solution.
 pub(crate) struct Model<const X: usize, const U: usize> {
     /// `A_k`, `B_k`
     pub(crate) dynamics: Vec<Linearization<X, U>>,
-    /// `d_k`: by how much the step from `s_k` misses `s_{k+1}`.
+    /// `d_k`: the difference between `s_{k+1}` and the result of the step from `s_k`.
     pub(crate) defects: Vec<SVector<f64, X>>,
-    /// `λ_k`, of the iterate's ν: the multiplier equation (4.26), solved backwards.
+    /// `λ_k` for the iterate's ν: the multiplier equation (4.26), solved backward.
     pub(crate) costates: Vec<SVector<f64, X>>,
-    /// Of the commands.
+    /// Policies of the commands.
     pub(crate) policies: Vec<Policy<X, U>>,
     /// `c`
     pub(crate) miss: SVector<f64, X>,
     /// [`Problem::strictness`] of the conditions.
     pub(crate) strictness: SVector<f64, X>,
-    /// `ρ`, the weights of the terminal conditions' augmentation; zero for rows without one.
+    /// `ρ`, the weights of the augmentation of the terminal conditions; zero for rows without a condition.
     pub(crate) augmentation: SVector<f64, X>,
-    /// Gains of the neighboring extremals (see [`CostToGo::gain`]), where they are wanted.
+    /// Gains of the neighboring extremals (see [`CostToGo::gain`]); empty if they are not wanted.
     pub(crate) gains: Vec<SMatrix<f64, U, X>>,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
     /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`, in [`Problem::command_units`].
     pub(crate) stationarity: f64,
-    /// Largest component of any of its terms, likewise.
+    /// Largest component of any of its terms, in the same units.
     pub(crate) largest: f64,
-    /// Scratch.
+    /// Scratch space.
     stage: StageModel<X, U>,
 }
 
-/// Why there is no model with a solution.
+/// The reason why no model with a solution exists.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ModelError {
-    /// The iterate's step cannot be made.
+    /// A step of the iterate cannot be made.
     Step { step: usize, source: Unsolvable },
-    /// The model is not convex from this stage on.
+    /// The model is not convex at this stage of the backward sweep.
     NotConvex { stage: usize },
-    /// The commands cannot meet the terminal conditions independently.
+    /// The terminal conditions are dependent: the commands cannot meet them independently.
     Dependent,
 }
 
@@ -95,12 +94,12 @@ impl<const X: usize, const U: usize> Model<X, U> {
         }
     }
 
-    /// Makes room for gains.
+    /// Allocates room for gains.
     pub(crate) fn want_gains(&mut self) {
         self.gains = vec![SMatrix::zeros(); self.policies.len()];
     }
 
-    /// Builds the model round `iterate` and solves it backwards.
+    /// Builds the model about `iterate` and solves it backward.
     pub(crate) fn solve<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -204,11 +203,11 @@ impl<const X: usize, const U: usize> Model<X, U> {
         Ok(())
     }
 
-    /// Moves the model to an iterate without defects near the one that it was solved round, where there are no
-    /// inequalities: first derivatives are those of the new iterate, second derivatives and policies stay. Gives the change
-    /// of ν that the model then calls for, its constants `κ` being those of the change.
+    /// Moves the model to an iterate without defects near the one about which it was solved. The problem must have no
+    /// inequalities. The first derivatives are those of the new iterate; second derivatives and policies stay. Returns
+    /// the change of ν that the model then requires; the constants `κ` of the policies are relative to the current ν.
     ///
-    /// With the costate of the new iterate the Lagrangian's gradient by states vanishes, so that only its gradient by
+    /// With the costate of the new iterate, the gradient of the Lagrangian by states vanishes. Only its gradient by
     /// commands, the terminal conditions and their augmentation are left to correct.
     pub(crate) fn follow<S, E>(
         &mut self,
@@ -248,13 +247,14 @@ impl<const X: usize, const U: usize> Model<X, U> {
 }
 
 impl<const X: usize, const U: usize> Model<X, U> {
-    /// The norm of a miss of the terminal conditions, as the tolerance counts it.
+    /// The norm of a terminal miss, as it is compared with the tolerance.
     pub(crate) fn terminal(&self, miss: &SVector<f64, X>) -> f64 {
         self.strictness.component_mul(miss).norm()
     }
 }
 
-/// The model of the end, its conditions augmented, and the multipliers' share in the last costate.
+/// Returns the contribution of the terminal multipliers to the last costate, and the model of the end with augmented
+/// conditions.
 fn end_model<S, E, Q, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     inequalities: &mut Q,
@@ -304,11 +304,12 @@ where
     (jacobian.tr_mul(&iterate.nu), model)
 }
 
-/// Part of the duration, and intervals at least, for which feedback keeps the terminal conditions soft.
+/// Part of the duration, and the least number of intervals, over which feedback keeps the terminal conditions soft.
 const SOFT: f64 = 0.02;
 const SOFT_INTERVALS: f64 = 3.0;
 
-/// What a terminal condition gives way by, a unit of its multiplier: as if it were met in the time that is soft.
+/// The compliance of each terminal condition: how far it gives way per unit of its multiplier, as if it were met within
+/// the soft part of the duration.
 fn softness<S, E, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     jacobian: &SMatrix<f64, X, X>,
@@ -316,7 +317,7 @@ fn softness<S, E, const X: usize, const U: usize>(
     let part = SOFT.max(SOFT_INTERVALS / problem.intervals as f64).min(1.0);
     SVector::from_fn(|row, _| {
         let compliance = |column: usize| {
-            // Poses, then momenta, by threes.
+            // The columns are poses and momenta in turn, three each.
             let power = if (column / 3).is_multiple_of(2) { 3 } else { 1 };
             let share = (0..power).fold(1.0, |share, _| share * part);
             jacobian[(row, column)] * jacobian[(row, column)] * share / problem.stiffness[column]

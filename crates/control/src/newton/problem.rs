@@ -7,37 +7,38 @@ use super::turning::Turning;
 pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     /// `s_{k+1} = Φ_k(s_k, w_{k+1})`
     pub(crate) steps: &'p S,
-    /// Where it is to end.
+    /// The terminal conditions.
     pub(crate) ending: &'p E,
-    /// Where it starts.
+    /// The initial state.
     pub(crate) initial: BodyState,
     /// `h`
     pub(crate) h: f64,
     /// `N`
     pub(crate) intervals: usize,
-    /// `W`, of the cost `Σ (h/2) wᵀ W w`.
+    /// `W` of the cost `Σ (h/2) wᵀ W w`.
     pub(crate) weight: SMatrix<f64, U, U>,
-    /// `1/√W_ii`: what gradients by commands are measured in, so that their units do not matter.
+    /// `1/√W_ii`: units of the gradients by commands, so that the units of the commands do not matter.
     pub(crate) command_units: SVector<f64, U>,
-    /// What a unit of each coordinate costs at the end, squared and halved, roughly: the augmentation's metric.
+    /// Approximate stiffness of each coordinate at the end, the metric of the augmentation: a displacement `δ` costs
+    /// about `½ stiffness δ²`.
     pub(crate) stiffness: SVector<f64, X>,
-    /// Where body-frame vectors turn with the attitude.
+    /// Positions of the body-frame vectors that turn with the attitude.
     pub(crate) turning: Option<Turning>,
-    /// What variations of a state weigh by its coordinates, a unit of time.
+    /// Weight of variations of a state per unit of time, by coordinate.
     pub(crate) metric: SVector<f64, X>,
-    /// What rounding makes of each coordinate at the end, in multiples of the tolerance.
+    /// Rounding error of each coordinate at the end, in multiples of the tolerance.
     pub(crate) rounding: SVector<f64, X>,
 }
 
 impl<S, E, const X: usize, const U: usize> Problem<'_, S, E, X, U> {
-    /// The [`strictness`] towards terminal conditions with this `jacobian`.
+    /// The [`strictness`] for terminal conditions with this `jacobian`.
     pub(crate) fn strictness(&self, jacobian: &SMatrix<f64, X, X>) -> SVector<f64, X> {
         strictness(&(jacobian.abs() * self.rounding))
     }
 }
 
-/// By what misses are multiplied before they are compared with the tolerance: by less than 1 where `rounding`, in multiples
-/// of the tolerance, exceeds it.
+/// Factors by which misses are multiplied before they are compared with the tolerance: less than 1 where `rounding`, in
+/// multiples of the tolerance, exceeds 1.
 pub(crate) fn strictness<const X: usize>(rounding: &SVector<f64, X>) -> SVector<f64, X> {
     rounding.map(|rounding| rounding.max(1.0).recip())
 }

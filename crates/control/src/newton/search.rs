@@ -1,4 +1,4 @@
-//! How far to go along a direction.
+//! Line search along a direction.
 
 use nalgebra::SVector;
 
@@ -8,11 +8,11 @@ use super::problem::Problem;
 use super::trial::{Merit, Move, Trial};
 use crate::steps::Steps;
 
-/// The shortest step tried before damping rises.
+/// The shortest step tried before the damping is raised.
 const SHORTEST: f64 = 0.2;
-/// Armijo's share of the predicted decrease.
+/// Armijo's fraction of the predicted decrease.
 const ARMIJO: f64 = 1e-4;
-/// Corrections of a trial's terminal miss.
+/// Maximum number of corrections of a trial's terminal miss.
 pub(super) const CORRECTIONS: u32 = 3;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
@@ -49,7 +49,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let predicted = slope - now.violation;
         let reach = inequalities.reach();
         let mut length = 1.0;
-        // Below this, differences of merits are rounding.
+        // Differences of merits below this are rounding.
         let rounding = 1e-10 * (now.objective.abs() + now.violation);
         while length >= SHORTEST {
             let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
@@ -64,7 +64,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         false
     }
 
-    /// Whether a step of this length gets the merit down to `wanted`: flown, its terminal miss corrected, or straight.
+    /// Tries a step of this length, flown first, then with its terminal miss corrected, then straight. Returns true if
+    /// the merit falls to `wanted`.
     fn step<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
@@ -114,8 +115,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             .is_ok_and(|merit| merit.total() <= wanted)
     }
 
-    /// Weights of the merit that exceed the multipliers, those there are and those the direction calls for, so that it
-    /// descends.
+    /// Sets weights of the merit that exceed the current multipliers and those of the direction, so that the direction
+    /// is a descent direction.
     fn reweigh<S, E: Ending<X>>(&mut self, problem: &Problem<'_, S, E, X, U>) {
         let end = &self.iterate.states[problem.intervals];
         let mut costate = problem.ending.jacobian(end).tr_mul(&self.direction.nu);

@@ -12,7 +12,7 @@ pub(crate) struct Direction<const X: usize, const U: usize> {
     pub(crate) states: Vec<SVector<f64, X>>,
     /// `v_1 … v_N`
     pub(crate) commands: Vec<SVector<f64, U>>,
-    /// The multipliers that the model calls for.
+    /// The multipliers `ν` after a full step.
     pub(crate) nu: SVector<f64, X>,
 }
 
@@ -24,14 +24,14 @@ pub(crate) struct Weights<const X: usize> {
     pub(crate) miss: SVector<f64, X>,
 }
 
-/// What counts of a point.
+/// The merit of a point, by parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Merit<const X: usize> {
     /// `J`
     pub(crate) cost: f64,
-    /// `J`, penalties included.
+    /// `J` plus penalties.
     pub(crate) objective: f64,
-    /// Weighted violation.
+    /// The weighted violation.
     pub(crate) violation: f64,
     /// `c`
     pub(crate) miss: SVector<f64, X>,
@@ -52,7 +52,8 @@ impl<const X: usize, const U: usize> Direction<X, U> {
         }
     }
 
-    /// Forwards through the model with multipliers `nu`, which its constants take to be those beyond `before`.
+    /// Solves forward through the model. `nu` is the change of the multipliers beyond `before`, to which the constants
+    /// of the policies refer.
     pub(crate) fn solve(
         &mut self,
         model: &Model<X, U>,
@@ -73,24 +74,24 @@ impl<const X: usize, const U: usize> Direction<X, U> {
     }
 }
 
-/// How a trial point comes about.
+/// The way in which a trial point is made.
 #[derive(Clone, Copy)]
 pub(crate) enum Move<'d, const X: usize, const U: usize> {
-    /// States and commands move along a direction by themselves: steps may miss.
+    /// States and commands move along a direction independently, which may cause defects.
     Straight(&'d Direction<X, U>, f64),
-    /// Commands move along a direction, corrected by the policies: the misses that were there shrink, no new ones arise.
+    /// Commands move along a direction and are corrected by the policies. Existing defects shrink; no new ones arise.
     Flown(&'d Direction<X, U>, f64),
-    /// The policies' response to a change of ν: no miss of a step changes.
+    /// The policies respond to a change of ν. No defect changes.
     Conditions(SVector<f64, X>),
 }
 
-/// A place to judge trial points from.
+/// The data that trial points are made and judged with.
 pub(crate) struct Trial<'t, 'p, S, E, Q, const X: usize, const U: usize> {
     pub(crate) problem: &'t Problem<'p, S, E, X, U>,
     pub(crate) inequalities: &'t Q,
     pub(crate) model: &'t Model<X, U>,
     pub(crate) weights: &'t Weights<X>,
-    /// Length of the step, for defects.
+    /// Length of the step, by which defects shrink.
     pub(crate) length: f64,
 }
 
@@ -100,7 +101,7 @@ where
     E: Ending<X>,
     Q: Inequalities<X, U>,
 {
-    /// Moves `from` to `to` and weighs where that is.
+    /// Moves `from` to `to` and returns the merit there.
     pub(crate) fn make(
         &self,
         how: Move<'_, X, U>,

@@ -1,23 +1,25 @@
 //! Variations that turn with the body.
 //!
-//! Momentum and moment are vectors in the body frame. Where the attitude moves by a large ζ, as it may about the axis of a
-//! slender body at next to no cost, they stay what they are in space only if they turn back: `exp(−S(ζ)) (Π + δΠ + ζ × Π)`
-//! agrees with `Π + δΠ` to first order and is what large variations mean.
+//! Momentum and moment are vectors in the body frame. The attitude may move by a large ζ, for example about the axis of
+//! a slender body, where this costs next to nothing. The vectors then keep their direction in space only if their
+//! components turn back: `exp(−S(ζ)) (Π + δΠ + ζ × Π)` agrees with `Π + δΠ` to first order and remains valid for large
+//! variations.
 
 use lgvi_lie::{exp, hat};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-/// Where the attitude is among coordinates and moments are among commands.
+/// Positions of the attitude among the coordinates and of the moment among the commands.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turning {
-    /// Of ζ; Π is three further on.
+    /// Index of ζ; Π begins three later.
     pub(crate) attitude: usize,
-    /// Of the moment, where commands are moments themselves.
+    /// Index of the moment. The commands must be moments themselves.
     pub(crate) moment: usize,
 }
 
 impl Turning {
-    /// Makes δΠ of a difference of states that of turned variations, between `from` and `to`.
+    /// Replaces δΠ in the difference `z` of two states by that of turned variations from the momentum `from` to the
+    /// momentum `to`. Returns ζ.
     pub(crate) fn difference<const X: usize>(
         self,
         from: &Vector3<f64>,
@@ -30,7 +32,7 @@ impl Turning {
         zeta
     }
 
-    /// Turns the moment of `command`, whose variation is `v`, with an attitude that has moved by ζ.
+    /// Turns the moment of `command`, varied from that of the command `from`, with an attitude that has moved by ζ.
     pub(crate) fn command<const U: usize>(
         self,
         zeta: &Vector3<f64>,
@@ -44,7 +46,7 @@ impl Turning {
             .copy_from(&(exp(&-zeta) * varied));
     }
 
-    /// Adds what the turning contributes to second derivatives where the Lagrangian's gradient by the command is not 0:
+    /// Adds the second derivatives that turning causes where the gradient of the Lagrangian by the command is nonzero:
     /// those of `−r · (ζ × v + ½ ζ × (ζ × u))`.
     pub(crate) fn curve<const X: usize, const U: usize>(
         self,

@@ -6,10 +6,11 @@ use thiserror::Error;
 
 use super::transfer::invert;
 
-/// How commands `w` become force and moment, `u = B w`, and what they cost, `(h/2) wᵀ W w` an interval.
+/// The map from commands `w` to force and moment, `u = B w`, and their cost per interval, `(h/2) wᵀ W w`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
-    /// `B`: rows force (inertial frame) and moment (body frame), a column a command; columns beyond the last are zero.
+    /// `B`: rows are force (inertial frame) and moment (body frame), with one column per command; columns beyond the
+    /// last command are zero.
     matrix: SMatrix<f64, 6, 6>,
     /// `W`, symmetric positive definite; the identity beyond the last command.
     weight: SMatrix<f64, 6, 6>,
@@ -17,50 +18,50 @@ pub struct Actuation {
     commands: usize,
     /// `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺`
     pseudo_inverse: SMatrix<f64, 6, 6>,
-    /// `W_f⁻¹` and `W_m⁻¹` where commands are force and moment themselves.
+    /// `W_f⁻¹` and `W_m⁻¹` if the commands are force and moment themselves.
     gains: Option<[Matrix3<f64>; 2]>,
 }
 
-/// Sizes of a column's components and of weights: what is formed of them, `B W⁻¹ Bᵀ`, has a norm.
+/// Allowed sizes of nonzero components of a column and of weights, for which `B W⁻¹ Bᵀ` has a finite norm.
 const SIZES: RangeInclusive<f64> = 1e-30..=1e30;
 
-/// Iterations after which there is no hope for singular values: a finite matrix takes a few dozen.
+/// Iteration limit of the singular value decomposition; a finite matrix takes a few dozen.
 const MOST: usize = 1000;
 
-/// Singular values below this part of the norm count as none.
+/// Singular values below this part of the norm count as zero.
 const RANK: f64 = 1e-12;
 
-/// Why an actuation is none.
+/// The reason why an actuation is invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuationError {
     /// A weight is not symmetric positive definite.
     #[error("the {which} weight is not symmetric positive definite: {rows:?}")]
     Weight {
-        /// Which weight.
+        /// Name of the weight, "force" or "moment".
         which: &'static str,
         /// Its rows.
         rows: [[f64; 3]; 3],
     },
-    /// A command's weight is not positive.
+    /// A command's weight is not a number from 1e-30 to 1e30.
     #[error("the weight of command {command} is {weight:e}, expected a number from 1e-30 to 1e30")]
     CommandWeight {
-        /// Which command, from 0.
+        /// Index of the command, from 0.
         command: usize,
         /// Its weight.
         weight: f64,
     },
-    /// Not one to six columns.
+    /// The number of columns is not 1 to 6.
     #[error("the actuation has {found} commands, expected 1 to 6")]
     Commands {
-        /// How many.
+        /// Number of columns.
         found: usize,
     },
-    /// A column that does nothing, or is beyond the range of numbers.
+    /// A column is zero, or a component is out of range.
     #[error(
         "column {command} of the actuation is {column:?}, expected 0 or numbers of a size from 1e-30 to 1e30, not all 0"
     )]
     Column {
-        /// Which column, from 0.
+        /// Index of the column, from 0.
         command: usize,
         /// Force and moment.
         column: [f64; 6],
@@ -68,8 +69,8 @@ pub enum ActuationError {
 }
 
 impl Actuation {
-    /// Force and moment themselves are the commands, with weights (3×3, symmetric positive definite) in the inertial
-    /// frame for forces and in the body frame for moments.
+    /// Makes an actuation whose commands are force and moment themselves. The weights (3×3, symmetric positive
+    /// definite) are in the inertial frame for forces and in the body frame for moments.
     pub fn full(
         force_weight: &Matrix3<f64>,
         moment_weight: &Matrix3<f64>,
@@ -90,7 +91,7 @@ impl Actuation {
         })
     }
 
-    /// One to six actuators, each with the force and moment of a unit command and its weight.
+    /// Makes an actuation of one to six actuators, each given by the force and moment of a unit command and its weight.
     pub fn actuators(columns: &[([f64; 6], f64)]) -> Result<Self, ActuationError> {
         let commands = columns.len();
         if !(1..=6).contains(&commands) {
@@ -111,7 +112,8 @@ impl Actuation {
         }
         let inverse = SMatrix::<f64, 6, 6>::from_diagonal(&weights.diagonal().map(f64::recip));
         let mut reach = matrix * inverse * matrix.transpose();
-        // In units of each component's own reach: what comes nearest does not depend on those of force and moment.
+        // Each component is measured in units of its own reach, so that the nearest load does not depend on the units
+        // of force and moment.
         let units = reach.diagonal().map(|reach| {
             if reach > 0.0 {
                 reach.sqrt().recip()
@@ -136,7 +138,8 @@ impl Actuation {
         })
     }
 
-    /// The same in units of force and moment `loads`, of `commands`, and of cost a time.
+    /// The actuation with the given units of force and moment (`loads`), of commands, and of cost per time
+    /// (`rate`).
     pub(crate) fn in_units(
         &self,
         loads: &SVector<f64, 6>,
@@ -160,7 +163,7 @@ impl Actuation {
         Self::actuators(&columns)
     }
 
-    /// Number of commands.
+    /// The number of commands.
     pub fn commands(&self) -> usize {
         self.commands
     }
@@ -180,7 +183,7 @@ impl Actuation {
         self.gains.as_ref()
     }
 
-    /// The same commands, but that only those in the range of `selection` (6×U) do anything.
+    /// The actuation with the same commands, but only those in the range of `selection` (6×U) have an effect.
     pub(crate) fn limited_to<const U: usize>(&self, selection: &SMatrix<f64, 6, U>) -> Self {
         let kept = selection * selection.transpose();
         Self {
@@ -200,12 +203,12 @@ impl Actuation {
         }
     }
 
-    /// What an interval's command costs: `(h/2) wᵀ W w`.
+    /// The cost of an interval's command: `(h/2) wᵀ W w`.
     pub fn cost(&self, h: f64, command: &SVector<f64, 6>) -> f64 {
         0.5 * h * command.dot(&(self.weight * command))
     }
 
-    /// The cheapest command whose load this is, or comes nearest to it: `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺ u`.
+    /// The cheapest command whose load is `load`, or comes nearest to it: `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺ u`.
     pub fn command(&self, load: &Load) -> SVector<f64, 6> {
         let load = SVector::from_iterator(load.force.iter().chain(&load.moment).copied());
         if self.gains.is_some() {
@@ -214,7 +217,7 @@ impl Actuation {
         self.pseudo_inverse * load
     }
 
-    /// What an interval's load costs: that of the cheapest command that has this load, or comes nearest to it.
+    /// The cost of an interval's load: that of the cheapest command with this load, or with the load nearest to it.
     pub fn cost_of(&self, h: f64, load: &Load) -> f64 {
         self.cost(h, &self.command(load))
     }
@@ -226,7 +229,7 @@ mod tests {
 
     use super::*;
 
-    /// The decomposition of what is formed of greater ones would not end.
+    /// With values beyond these limits, the singular value decomposition would not terminate.
     #[test]
     fn actuators_and_weights_beyond_the_limits_are_refused() {
         let push = |size: f64| [size, 0.0, 0.0, 0.0, 0.5 * size, 0.0];
@@ -253,7 +256,7 @@ mod tests {
             for weight in [1e-30, 1.0, 1e30] {
                 let actuation = Actuation::actuators(&[(push(size), weight)]).unwrap();
                 let command = actuation.command(&load)[0] * size;
-                // Half way: force and moment that it exerts count alike.
+                // Halfway, because the errors of force and moment count equally.
                 assert!(
                     (command - 0.5).abs() < 1e-12,
                     "{size:e} {weight:e}: {command}"

@@ -1,8 +1,8 @@
 use std::any::Any;
 
-/// Values that compare with those of any type. Every type that is `PartialEq` is one.
+/// A value that can be compared with values of any type. Every type that is `PartialEq` implements it.
 pub trait Comparable: Any {
-    /// Whether `other` is of the same type and equal.
+    /// Returns true if `other` is of the same type and equal.
     fn equals(&self, other: &dyn Any) -> bool;
 }
 

@@ -1,4 +1,4 @@
-//! What is asked: dynamics, boundary conditions, actuation, cost and constraints.
+//! The statement of a problem: dynamics, boundary conditions, actuation, cost and constraints.
 
 mod actuation;
 mod comparable;

@@ -4,20 +4,20 @@ use lgvi_lie::orthogonality_error;
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
-/// A parameter of a constraint or a terminal condition out of its range.
+/// An error for a parameter of a constraint or a terminal condition that is out of range.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("`{name}` is {value}, expected {expected}")]
 pub struct ParameterError {
-    /// The name of the parameter, as scenes spell it.
+    /// The name of the parameter, as spelled in scenes.
     pub name: &'static str,
     /// Its value.
     pub value: String,
-    /// The range of its values.
+    /// The expected range.
     pub expected: String,
 }
 
 impl ParameterError {
-    /// A parameter with a value out of the expected range.
+    /// An error for a value out of the expected range.
     pub fn new(
         name: &'static str,
         value: impl std::fmt::Debug,
@@ -31,7 +31,7 @@ impl ParameterError {
     }
 }
 
-/// A positive limit, infinity included.
+/// Checks a limit: positive, possibly infinite.
 pub(in crate::problem) fn limit(value: f64) -> Result<(), ParameterError> {
     if value > 0.0 {
         return Ok(());
@@ -39,7 +39,7 @@ pub(in crate::problem) fn limit(value: f64) -> Result<(), ParameterError> {
     Err(ParameterError::new("limit", value, "a number > 0"))
 }
 
-/// A positive finite length.
+/// Checks a length: positive and finite.
 pub(in crate::problem) fn length(name: &'static str, value: f64) -> Result<f64, ParameterError> {
     if value > 0.0 && value.is_finite() {
         return Ok(value);
@@ -47,7 +47,7 @@ pub(in crate::problem) fn length(name: &'static str, value: f64) -> Result<f64, 
     Err(ParameterError::new(name, value, "a finite number > 0"))
 }
 
-/// A half-angle in `(0, below)`.
+/// Checks a half-angle: in `(0, below)`.
 pub(in crate::problem) fn angle(value: f64, below: f64, text: &str) -> Result<f64, ParameterError> {
     if value > 0.0 && value < below {
         return Ok(value);
@@ -56,7 +56,7 @@ pub(in crate::problem) fn angle(value: f64, below: f64, text: &str) -> Result<f6
     Err(ParameterError::new("half_angle", value, expected))
 }
 
-/// The unit vector along one of any length; one that is a unit vector to rounding stays as it is.
+/// Normalizes a vector of any length but zero. A vector that is a unit vector to rounding is returned unchanged.
 pub(in crate::problem) fn direction(
     name: &'static str,
     value: Vector3<f64>,
@@ -72,7 +72,7 @@ pub(in crate::problem) fn direction(
     Err(ParameterError::new(name, value.as_slice(), expected))
 }
 
-/// A finite point.
+/// Checks that a point is finite.
 pub(in crate::problem) fn point(
     name: &'static str,
     value: Vector3<f64>,
@@ -84,10 +84,10 @@ pub(in crate::problem) fn point(
     Err(ParameterError::new(name, value.as_slice(), expected))
 }
 
-/// How far a matrix may be from a rotation.
+/// Tolerance of the orthogonality error of a rotation.
 const ORTHOGONALITY: f64 = 1e-9;
 
-/// A rotation.
+/// Checks that a matrix is a rotation.
 pub(in crate::problem) fn rotation(
     name: &'static str,
     value: Matrix3<f64>,

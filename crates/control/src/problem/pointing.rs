@@ -1,9 +1,9 @@
-//! How far a body axis points along a direction, with its derivatives.
+//! The component of a body axis along an inertial direction, with its derivatives.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// `q · R a` of a body axis `a`, with its gradient and Hessian by ζ where `R` moves to `R exp S(ζ)`:
-/// `a × b` and `½ (a bᵀ + b aᵀ) − (a · b) I` with `b = Rᵀ q`.
+/// `q · R a` for a body axis `a`, with its gradient and Hessian by ζ where `R` moves to `R exp S(ζ)`: `a × b` and `½ (a
+/// bᵀ + b aᵀ) − (a · b) I` with `b = Rᵀ q`.
 pub(crate) struct Pointing {
     pub(crate) value: f64,
     pub(crate) gradient: Vector3<f64>,
@@ -23,8 +23,8 @@ impl Pointing {
     }
 }
 
-/// Two unit vectors that make a right-handed triad with the unit vector `n`, smooth but at `n = −ẑ`, where the sign of
-/// its last component steps.
+/// Two unit vectors that form a right-handed triad with the unit vector `n`. They are smooth in `n` except where the
+/// sign of its last component changes.
 pub(crate) fn across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let sign = 1.0_f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);

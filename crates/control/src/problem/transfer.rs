@@ -11,14 +11,13 @@ use super::{
     Terminal, TerminalSet,
 };
 
-/// Components in the order `[x, γ, R, Π]`, three each.
+/// A vector of components in the order `[x, γ, R, Π]`, three each.
 pub(crate) type Vector12 = SVector<f64, 12>;
 
-/// The discrete optimal control problem (§4.2): from a state into a terminal set in a fixed number of steps, at the least
-/// cost `Σ (h/2) wᵀ W w` of the commands.
+/// The discrete optimal control problem (§4.2): from a state into a terminal set in a fixed number of steps, with the
+/// least cost `Σ (h/2) wᵀ W w` of the commands.
 ///
-/// [`Transfer::new`] asks for a plan of the full motion by Lie–Euler steps without inequalities; the `with_…` methods
-/// change that.
+/// [`Transfer::new`] plans the full motion by Lie–Euler steps without inequalities; the `with_…` methods change that.
 #[derive(Clone)]
 pub struct Transfer {
     pub(crate) body: RigidBody,
@@ -32,34 +31,34 @@ pub struct Transfer {
     pub(crate) motion: Motion,
     pub(crate) terminal: TerminalSet,
     pub(crate) inequalities: InequalitySet,
-    /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, where that is known.
+    /// Rounding error of `[δx, δγ, ζ, δΠ]` at the end, or zero if it is not known.
     pub(crate) rounding: Vector12,
 }
 
-/// Why a transfer is not a problem.
+/// The reason why a transfer is invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum TransferError {
-    /// The step is not a positive number.
+    /// The step size is not a finite positive number.
     #[error("the step is {0}, expected a finite number > 0")]
     Step(f64),
-    /// There are too few steps.
+    /// The number of steps is less than 2.
     #[error(
         "the transfer has {0} steps, expected at least 2: one interval cannot reach all twelve coordinates"
     )]
     Steps(usize),
-    /// The body does not move as loads tell.
+    /// The body is not free to move and turn.
     #[error("the body is {0:?}, expected one that is free to move and turn")]
     Mobility(Mobility),
     /// The initial state is not finite.
     #[error("the initial state is {0:?}, expected finite numbers")]
     Initial(Box<BodyState>),
-    /// The body is none.
+    /// The body is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// The actuation is none.
+    /// The actuation is invalid.
     #[error(transparent)]
     Actuation(#[from] ActuationError),
-    /// The target is none.
+    /// The target is invalid.
     #[error("the target's {0}")]
     Terminal(#[from] ParameterError),
 }
@@ -71,11 +70,11 @@ impl From<Infallible> for TransferError {
 }
 
 impl Transfer {
-    /// From `initial` into `target` in `intervals` steps of `h`.
+    /// A transfer from `initial` into `target` in `intervals` steps of size `h`.
     ///
     /// # Errors
-    /// A step that is not positive, fewer than two steps, a body that is held or driven, an initial state or a target that is
-    /// none.
+    /// Returns an error if the step size is not positive and finite, if there are fewer than two steps, if the body is
+    /// held or driven, or if the initial state or the target is invalid.
     pub fn new(
         body: RigidBody,
         field: impl Field + 'static,
@@ -97,7 +96,7 @@ impl Transfer {
         )
     }
 
-    /// [`Transfer::new`] in a field that others may share.
+    /// [`Transfer::new`] in a field that may be shared.
     pub(crate) fn in_field(
         body: RigidBody,
         field: Arc<dyn Field>,
@@ -136,12 +135,12 @@ impl Transfer {
         })
     }
 
-    /// The same by other discrete dynamics.
+    /// The transfer with other discrete dynamics.
     pub fn with_dynamics(self, dynamics: Dynamics) -> Self {
         Self { dynamics, ..self }
     }
 
-    /// The same for other motions.
+    /// The transfer for another part of the motion.
     pub fn with_motion(self, motion: Motion) -> Self {
         Self { motion, ..self }
     }
@@ -156,7 +155,7 @@ impl Transfer {
         }
     }
 
-    /// `W_f⁻¹` and `W_m⁻¹` of a problem whose necessary conditions are (4.19)–(4.26); `None` for all others.
+    /// `W_f⁻¹` and `W_m⁻¹` if the necessary conditions of the problem are (4.19)–(4.26), otherwise `None`.
     pub(crate) fn gains(&self) -> Option<&[Matrix3<f64>; 2]> {
         let plain = self.dynamics == Dynamics::LieEuler
             && self.motion == Motion::Full
@@ -164,28 +163,28 @@ impl Transfer {
         self.actuation.gains().filter(|_| plain)
     }
 
-    /// Number of control intervals `N`.
+    /// The number of control intervals `N`.
     pub fn intervals(&self) -> usize {
         self.intervals
     }
 
-    /// The step `h`.
+    /// The step size `h`.
     pub fn h(&self) -> f64 {
         self.h
     }
 
-    /// Where it starts.
+    /// The initial state.
     pub fn initial(&self) -> &BodyState {
         &self.initial
     }
 
-    /// Where it is to end.
+    /// The terminal set.
     pub fn target(&self) -> &Terminal {
         &self.target
     }
 }
 
-/// By how much `end` misses `target`: `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`.
+/// The amount by which `end` misses `target`: `[x − x_d, γ − γ_d, log(R_dᵀ R), Π − Π_d]`.
 pub fn miss(target: &BodyState, end: &BodyState) -> SVector<f64, 12> {
     let mut miss = Vector12::zeros();
     let parts = [
@@ -200,7 +199,7 @@ pub fn miss(target: &BodyState, end: &BodyState) -> SVector<f64, 12> {
     miss
 }
 
-/// Block `which` (0 … 3) of a vector of twelve.
+/// Block `which` (0 … 3) of a vector of twelve components.
 pub(crate) fn block(v: &Vector12, which: usize) -> Vector3<f64> {
     v.fixed_rows::<3>(3 * which).into_owned()
 }

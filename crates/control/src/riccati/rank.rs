@@ -1,17 +1,17 @@
-//! Conditions that the commands cannot meet independently.
+//! Terminal conditions that the commands cannot meet independently.
 
 use nalgebra::SVector;
 
 use super::CostToGo;
 
-/// What a condition keeps at least of its length beside others to count as independent, squared.
+/// The square of the least relative length that a condition must keep orthogonal to the others to count as independent.
 const APART: f64 = 1e-12;
-/// What of their terms conditions leave that agree.
+/// Relative residual up to which dependent conditions count as consistent.
 const AGREE: f64 = 1e-6;
 
 impl<const X: usize> CostToGo<X> {
-    /// The multipliers of conditions that are not independent, where those that depend on others, to first order, hold
-    /// with them to rounding or within `miss`; `None` where they do not.
+    /// The multipliers of dependent conditions. Returns `None` if the conditions that depend on others to first order
+    /// are not met along with them, to rounding or within `miss`.
     pub(crate) fn dependent_multipliers(&mut self, miss: f64) -> Option<SVector<f64, X>> {
         let gram = self.gram;
         self.drop_dependent();
@@ -22,10 +22,10 @@ impl<const X: usize> CostToGo<X> {
         agree.then_some(nu)
     }
 
-    /// Takes conditions out of the Gram matrix M until those left are independent, to first order: the others hold with
-    /// them or not at all.
+    /// Removes conditions from the Gram matrix M until the remaining ones are independent to first order. The removed
+    /// conditions are met with the others or not at all.
     ///
-    /// Cholesky's factorization of −M, its diagonal scaled to 1, with the greatest pivot next.
+    /// Uses the Cholesky factorization of −M, scaled to a diagonal of 1, with the greatest pivot next.
     fn drop_dependent(&mut self) {
         let scale = self.gram.diagonal().map(|diagonal| {
             if diagonal < 0.0 {
@@ -66,7 +66,7 @@ mod tests {
 
     use super::super::{CostToGo, EndModel};
 
-    /// Of four conditions `c = −M ν`, with `c₂ = 2 c₀ + c₁` and one that nothing moves.
+    /// Four conditions `c = −M ν`, with `c₂ = 2 c₀ + c₁` and one that no command affects.
     #[test]
     fn conditions_that_depend_on_others_follow_them() {
         let by_commands = SMatrix::<f64, 4, 2>::new(1.0, 0.0, 3.0, 1e3, 5.0, 1e3, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! The sweep against the whole system of optimality conditions, solved densely.
+//! The sweep compared with a dense solution of the optimality conditions.
 
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
@@ -9,10 +9,10 @@ fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f
     SMatrix::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
 }
 
-/// A stage's model and dynamics.
+/// The model and the dynamics of a stage.
 type Stage<const X: usize, const U: usize> = (StageModel<X, U>, Linearization<X, U>);
 
-/// A random problem with `conditions` of its X conditions, convex by `convexity`.
+/// A random problem with `conditions` of its X terminal conditions; `convexity` shifts the state Hessians.
 fn problem<const X: usize, const U: usize>(
     rng: &mut Rng,
     intervals: usize,
@@ -59,7 +59,7 @@ fn problem<const X: usize, const U: usize>(
 type Swept<const X: usize, const U: usize> =
     (Vec<SVector<f64, X>>, Vec<SVector<f64, U>>, SVector<f64, X>);
 
-/// They by the sweep.
+/// Solves the problem by the sweep.
 fn swept<const X: usize, const U: usize>(
     stages: &[Stage<X, U>],
     end: &EndModel<X>,
@@ -81,7 +81,8 @@ fn swept<const X: usize, const U: usize>(
     Ok((states, commands, nu))
 }
 
-/// Commands and states by LU of the optimality conditions in all unknowns at once: `[v_k, z_{k+1}]`, `λ_k`, ν.
+/// Solves the problem by LU factorization of the optimality conditions in all unknowns at once: `[v_k, z_{k+1}]`,
+/// `λ_k`, ν.
 fn dense<const X: usize, const U: usize>(
     stages: &[Stage<X, U>],
     end: &EndModel<X>,
@@ -160,7 +161,8 @@ fn the_sweep_solves_the_optimality_conditions() {
     agrees::<6, 3>(7, 8, 3);
 }
 
-/// An indefinite end without conditions is refused; conditions that fix what is indefinite, augmented, make it convex.
+/// An indefinite end without augmentation is rejected. Conditions that fix the indefinite directions make it convex
+/// when they are augmented.
 #[test]
 fn convexity_is_that_of_what_the_conditions_leave_free() {
     let mut rng = Rng::with_seed(3);
@@ -176,7 +178,8 @@ fn convexity_is_that_of_what_the_conditions_leave_free() {
     }
 }
 
-/// The double integrator brought to rest: `v` is linear in time, at every number of stages; the conditions are met.
+/// The double integrator with a terminal state: `v` is linear in time for every number of stages, and the conditions
+/// are met.
 #[test]
 fn long_arcs_lose_nothing() {
     for intervals in [2_usize, 1000, 100_000] {
@@ -218,7 +221,7 @@ fn long_arcs_lose_nothing() {
     }
 }
 
-/// Under the gain, commands follow a change of state as the optimum does, while many stages are left.
+/// With many stages left, commands under the gain follow a change of state as the optimum does.
 #[test]
 fn gains_are_those_of_neighboring_optima() {
     let mut rng = Rng::with_seed(11);
@@ -233,7 +236,8 @@ fn gains_are_those_of_neighboring_optima() {
     for i in 0..6 {
         let mut off = SVector::<f64, 6>::zeros();
         off[i] = 1.0;
-        // A start off by `off` is a first defect and command gradient off by what it would have contributed.
+        // A start off by `off` is equivalent to a change of the first defect and of the first command gradient by its
+        // contributions.
         let mut moved = stages.clone();
         moved[0].0.defect += stages[0].1.a * off;
         moved[0].0.command_gradient += stages[0].0.hessian.mixed.tr_mul(&off);

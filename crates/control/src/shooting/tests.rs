@@ -8,8 +8,8 @@ mod case;
 
 use case::Case;
 
-/// The same method, written independently, takes the same path as long as both line searches accept the same steps,
-/// which depends on the `α` of Armijo's rule.
+/// An independent implementation of the same method follows the same path as long as both line searches accept the same
+/// steps, which depends on the `α` of Armijo's rule.
 #[test]
 fn damped_iterations_follow_the_independent_prototype() {
     for (set, same) in [("C_i", 11), ("Q_i", 11), ("B_i", 11), ("B_ii", 11)] {

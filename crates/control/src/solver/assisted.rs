@@ -1,8 +1,9 @@
-//! From a body with actuators for all directions to one with fewer.
+//! Initial guesses for underactuated bodies, by continuation from a fully actuated body.
 //!
-//! Two wheels turn a body about the third axis only by way of the others: at rest the conditions are not controllable at
-//! first order, and no Newton step leads away. With the missing actuators added the plan is an ordinary one; as they grow
-//! dear it comes to do without them, and keeps away from rest.
+//! Two wheels turn a body about the third axis only by combined turns about the other two. At rest the terminal
+//! conditions are then not controllable to first order, and no Newton step leads away from rest. With the missing
+//! actuators added, the problem is an ordinary one. As the weights of these actuators grow, the plan uses them less and
+//! stays away from rest.
 
 use lgvi_lie::{exp, log};
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -15,25 +16,25 @@ use super::resolution::resolved;
 use crate::newton::{Iterate, Newton, Tolerances, guess};
 use crate::{Actuation, Transfer};
 
-/// Weights of the missing actuators, in multiples of the cheapest of those there are.
+/// Weights of the missing actuators, in multiples of the cheapest weight of the existing ones.
 const WEIGHTS: [f64; 5] = [1.0, 10.0, 100.0, 1e3, 1e4];
-/// From this weight on own commands are to do something.
+/// From this weight on, the body's own actuators must contribute to the plan.
 const DEAR: f64 = 100.0;
-/// Their share of the cost that counts as nothing.
+/// Their share of the cost below which they count as idle.
 const IDLE: f64 = 1e-6;
-/// How far a loop goes aside (rad).
+/// Amplitude of a loop (rad).
 const ASIDE: f64 = 0.5;
-/// Newton steps at most at each of them.
+/// Maximum number of Newton steps for each weight.
 const PATIENCE: u32 = 25;
-/// What a direction keeps at least of its length beside others to count as missing.
+/// The part of a column's length that must be orthogonal to the other columns for it to count as independent.
 const APART: f64 = 1e-6;
 
-/// Load of a unit command, and weight.
+/// The load of a unit command, and its weight.
 type Column = (Vector6<f64>, f64);
 
 impl<C> Solver<'_, C> {
-    /// At the first resolution, with the missing actuators at a weight that grows and then without them; `None` where
-    /// none are missing or the commands leave no place for them.
+    /// Solves at the first resolution with the missing actuators at increasing weights, then without them. Returns
+    /// `None` if no actuators are missing or if the commands leave no room for them.
     pub(super) fn assisted<const X: usize, const U: usize>(
         &mut self,
     ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
@@ -61,7 +62,7 @@ impl<C> Solver<'_, C> {
                 ..tolerances
             };
             let mut found = self.at(&view, known, 0.0);
-            // A turn about the missing axis alone is stationary at any weight: to leave it takes a path aside.
+            // A turn about the missing axis alone is stationary at any weight. A path with a loop leads away from it.
             if weight >= DEAR
                 && matches!(&found, Ok(Ok(newton)) if self.is_idle(&view, newton, own.len()))
             {
@@ -82,7 +83,7 @@ impl<C> Solver<'_, C> {
         Some(self.at(&view, known, 0.0))
     }
 
-    /// Whether the first commands, `own` in number, are next to none of the cost.
+    /// Returns true if the first `own` commands contribute next to nothing to the cost.
     fn is_idle<const X: usize, const U: usize>(
         &self,
         view: &Transfer,
@@ -102,7 +103,7 @@ impl<C> Solver<'_, C> {
         first < IDLE * all
     }
 
-    /// The class's commands.
+    /// The commands of the class.
     fn own_columns<const X: usize, const U: usize>(&self) -> Vec<Column>
     where
         C: Class<X, U>,
@@ -116,7 +117,7 @@ impl<C> Solver<'_, C> {
             .collect()
     }
 
-    /// The plan of a view, from that of another or from a smooth path that loops.
+    /// Solves the problem of `view`, from a known iterate or from a smooth path with a loop.
     fn at<const X: usize, const U: usize>(
         &mut self,
         view: &Transfer,
@@ -152,7 +153,8 @@ impl<C> Solver<'_, C> {
     }
 }
 
-/// Makes a path go round its own, across the axis of `turn`, as far as `aside` (rad) and from rest to rest.
+/// Adds a loop to the attitudes of a path, about axes perpendicular to that of `turn`. The loop has the amplitude
+/// `aside` (rad) and is at rest at both ends.
 fn looped(path: &mut [(Vector3<f64>, Matrix3<f64>)], turn: &Vector3<f64>, aside: f64) {
     let Some(axis) = turn.try_normalize(f64::MIN_POSITIVE) else {
         return;
@@ -167,12 +169,13 @@ fn looped(path: &mut [(Vector3<f64>, Matrix3<f64>)], turn: &Vector3<f64>, aside:
     }
 }
 
-/// Directions of forces and of moments, if of these, that commands do not span: orthonormal, and orthogonal to theirs.
+/// Directions that the commands do not span, among those of forces if `forces` and of moments if `moments`. They are
+/// orthonormal, and orthogonal to the commands.
 fn missing_directions(own: &[Column], [forces, moments]: [bool; 2]) -> Vec<Vector6<f64>> {
     let mut basis: Vec<Vector6<f64>> = Vec::new();
     let apart = |basis: &[Vector6<f64>], from: &Vector6<f64>| {
         let mut rest = *from;
-        // Once more against rounding.
+        // Each projection is applied twice against rounding errors.
         for direction in basis.iter().chain(basis) {
             rest -= direction * direction.dot(&rest);
         }
@@ -202,7 +205,8 @@ fn missing_directions(own: &[Column], [forces, moments]: [bool; 2]) -> Vec<Vecto
     basis.split_off(spanned)
 }
 
-/// Commands and, at a multiple of the least weight of a unit load by any of them, missing ones.
+/// The commands together with the missing ones, whose weight is `multiple` times the least weight of a unit load by any
+/// command.
 fn completed(own: &[Column], missing: &[Vector6<f64>], multiple: f64) -> Option<Actuation> {
     let cheapest = own
         .iter()

@@ -9,7 +9,7 @@ use crate::newton::{Ended, Iterate, Newton, Problem, Standing, Tolerances, Uncon
 use crate::steps::Steps;
 use crate::{Plan, Transfer};
 
-/// One call's worth of attempts.
+/// The state of one call of the solver.
 pub(super) struct Solver<'s, C> {
     pub(super) class: C,
     pub(super) transfer: &'s Transfer,
@@ -19,20 +19,20 @@ pub(super) struct Solver<'s, C> {
     pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
 }
 
-/// Paths to start from.
+/// Kinds of initial guesses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Guess {
-    /// A smooth path between both ends, the attitude by the shorter way round or with further turns.
+    /// A smooth path between both ends. The attitude turns the shorter way or with additional turns.
     Smooth { turns: f64 },
-    /// The plans of ever less stout bodies.
+    /// The plans of a sequence of bodies that become more slender.
     Stout,
-    /// The plans to targets ever farther from where the free flight ends.
+    /// The plans of a sequence of targets that start where the free flight ends.
     Drifted,
-    /// The plans with actuators that are missing, ever dearer.
+    /// The plans with the missing actuators added, at increasing weights.
     Assisted,
 }
 
-/// In the order of trial, in groups.
+/// Guesses in the order of trial, in groups.
 const GUESSES: [&[Guess]; 2] = [
     &[
         Guess::Assisted,
@@ -43,18 +43,18 @@ const GUESSES: [&[Guess]; 2] = [
     &[Guess::Smooth { turns: -1.0 }, Guess::Smooth { turns: 1.0 }],
 ];
 
-/// Newton steps at most over a few intervals.
+/// Maximum number of Newton steps at a coarse resolution.
 const COARSE_ITERATIONS: u32 = 40;
-/// What suffices of a plan over a few intervals, to start from.
+/// Tolerances of plans at a coarse resolution, which serve as initial guesses.
 pub(super) const ROUGH: f64 = 3e-3;
-/// How often a plan that is no minimum is gone on from.
+/// Maximum number of descents from plans that are not minima.
 pub(super) const DESCENTS: u32 = 5;
-/// By what part a plan must be cheaper to be another.
+/// Relative decrease of the cost from which a plan counts as cheaper.
 const CHEAPER: f64 = 1e-9;
-/// By how much stages may multiply at once.
+/// Largest factor by which the number of intervals grows in one refinement.
 const REFINEMENT: usize = 5;
 
-/// An iteration that did not converge, and where it is.
+/// An iteration that did not converge: how it ended, and its last state.
 pub(super) type Failure<const X: usize, const U: usize> = (Ended, Box<Newton<X, U>>);
 
 impl<'s, C> Solver<'s, C> {
@@ -71,7 +71,7 @@ impl<'s, C> Solver<'s, C> {
             tolerances: Tolerances {
                 violation: settings.violation.max(f64::EPSILON),
                 stationarity: settings.stationarity,
-                // A full step from there squares the error.
+                // A full step from this error squares it.
                 near: settings.stationarity.sqrt(),
                 iterations: settings.iterations,
             },
@@ -80,7 +80,7 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// The problem of `view`, a resolution of the transfer.
+    /// The problem of `view`, which is the transfer at some resolution.
     pub(super) fn problem<'p, S, const X: usize, const U: usize>(
         &self,
         view: &'p Transfer,
@@ -106,7 +106,7 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// The whole strategy; where a warm start fails, from nothing if `again`.
+    /// Runs the whole strategy. If a warm start fails and `again` is true, a cold start follows.
     pub(super) fn solve<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
@@ -131,8 +131,8 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// Guess after guess, until one leads to a plan. What has not converged over a few intervals is refined only where no
-    /// other guess of its group leads to one.
+    /// Tries one guess after the other until one leads to a plan. A coarse iteration that has not converged is refined
+    /// only if no other guess of its group leads to a plan.
     pub(super) fn cold<const X: usize, const U: usize>(
         &mut self,
     ) -> Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>
@@ -179,7 +179,7 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// At the first resolution from a guess, where that can be made.
+    /// Solves at the first resolution from a guess. Returns `None` if the guess does not apply.
     fn coarse<const X: usize, const U: usize>(
         &mut self,
         guess: Guess,
@@ -195,7 +195,7 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// From a plan over a few intervals to all.
+    /// Refines a coarse plan to all intervals.
     pub(super) fn refine<const X: usize, const U: usize>(
         &mut self,
         mut newton: Newton<X, U>,
@@ -240,13 +240,13 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// Whether an iteration that did not converge is worth refining: at few intervals a slender body may turn so far in a
-    /// step that there is no minimum, and yet be near that of more.
+    /// Returns true if an iteration that did not converge is worth refining. At a coarse resolution a slender body may
+    /// turn so far in a step that no minimum exists, and yet the iterate may be near the minimum of a finer resolution.
     fn goes_on<const X: usize, const U: usize>(&self, ended: Ended, newton: &Newton<X, U>) -> bool {
         ended == Ended::Capped && newton.iterate.commands.len() < self.transfer.intervals
     }
 
-    /// At one resolution, without inequalities.
+    /// Solves at one resolution, without inequalities.
     pub(super) fn level<S, const X: usize, const U: usize>(
         &mut self,
         problem: &Problem<'_, S, C::Ending, X, U>,
@@ -285,8 +285,8 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// The plan, iterated on where its certificate does not confirm that it has converged, and gone on from where it is no
-    /// minimum.
+    /// Completes the plan. If its certificate does not confirm convergence, the iteration continues; if it is not a
+    /// minimum, a descent follows.
     pub(super) fn certified<const X: usize, const U: usize>(
         mut self,
         newton: Newton<X, U>,
@@ -315,8 +315,8 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// `plan`, which `iterate` is, or where it is not known to be a minimum a cheaper one that a direction of negative
-    /// curvature leads to.
+    /// Returns `plan`, which belongs to `iterate`. If it is not known to be a minimum, returns a cheaper plan that is
+    /// found along a direction of negative curvature.
     pub(super) fn lowered<const X: usize, const U: usize>(
         &mut self,
         mut plan: Plan,
@@ -356,7 +356,7 @@ impl<'s, C> Solver<'s, C> {
     }
 }
 
-/// Whether a plan that was gone on to is to be taken instead of the one before.
+/// Returns true if `found` is cheaper than `before` and replaces it.
 pub(super) fn is_cheaper(found: &Plan, before: &Plan) -> bool {
     found.cost < before.cost * (1.0 - CHEAPER)
 }

@@ -1,4 +1,4 @@
-//! Classes of motion: what the iteration sees of a transfer that plans all coordinates or half of them.
+//! Classes of motion: the iteration's view of a transfer that plans all coordinates or half of them.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
@@ -11,13 +11,13 @@ use crate::{Actuation, Transfer};
 
 /// A class of motion of `X` coordinates under `U` commands.
 pub(super) trait Class<const X: usize, const U: usize> {
-    /// Its steps.
+    /// The steps of the class.
     type Steps<'t>: Steps<X, U>;
-    /// Its terminal conditions.
+    /// The terminal conditions of the class.
     type Ending: Ending<X>;
-    /// Where its coordinates begin among the twelve.
+    /// Index of the first of its coordinates among the twelve.
     const FIRST: usize;
-    /// Where δx and ζ lie in z, if at all.
+    /// Indices of δx and ζ in z, if they are coordinates of the class.
     const OFFSETS: [Option<usize>; 2];
 
     /// The class under the commands of `actuation`.
@@ -29,19 +29,19 @@ pub(super) trait Class<const X: usize, const U: usize> {
 
     fn ending<'t>(&self, transfer: &'t Transfer) -> &'t Self::Ending;
 
-    /// `W` of its commands.
+    /// `W` of the commands of the class.
     fn weight(&self, transfer: &Transfer) -> SMatrix<f64, U, U>;
 
-    /// The actuation's commands, those of the class given.
+    /// The actuation's commands for given commands of the class; all others are zero.
     fn widened(&self, command: &SVector<f64, U>) -> SVector<f64, 6>;
 
-    /// Those of the actuation's commands that are the class's.
+    /// The commands of the class, taken from the actuation's commands.
     fn narrowed(&self, command: &SVector<f64, 6>) -> SVector<f64, U>;
 
-    /// Where moments are among its commands, if commands are moments themselves.
+    /// Index of the moment among the commands, if commands are moments themselves.
     fn moments(&self, transfer: &Transfer) -> Option<usize>;
 
-    /// Where body-frame vectors turn with the attitude.
+    /// Indices of the body-frame vectors that turn with the attitude.
     fn turning(&self, transfer: &Transfer) -> Option<Turning> {
         let [_, attitude] = Self::OFFSETS;
         Some(Turning {
@@ -50,7 +50,7 @@ pub(super) trait Class<const X: usize, const U: usize> {
         })
     }
 
-    /// `w = S w_U`, by columns.
+    /// The matrix `S` of `w = S w_U`.
     fn selection(&self) -> SMatrix<f64, 6, U> {
         let mut selection = SMatrix::<f64, 6, U>::zeros();
         for column in 0..U {

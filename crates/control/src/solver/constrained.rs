@@ -11,14 +11,15 @@ use crate::problem::{InequalitySet, Place, StateInequality};
 use crate::units::ROUNDING;
 use crate::{Dynamics, Plan};
 
-/// Newton steps at most, in multiples of those without inequalities.
+/// Maximum number of Newton steps, in multiples of that without inequalities.
 const PATIENCE: u32 = 3;
 
-/// States and commands, and what inequalities add to the gradient of the Lagrangian there, interval by interval.
+/// States and commands, and the contributions of the inequalities to the gradient of the Lagrangian by interval.
 type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<Force<X, U>>);
 
 impl<C> Solver<'_, C> {
-    /// Imposes the inequalities on a plan that nearly meets them or, where there is none, on the best without them.
+    /// Imposes the inequalities on a plan that nearly satisfies them. Without such a plan, imposes them on the best
+    /// plan without inequalities.
     pub(super) fn constrained<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
@@ -48,7 +49,7 @@ impl<C> Solver<'_, C> {
         }
     }
 
-    /// From a plan with its multipliers, or where it is of other intervals from the path that it is.
+    /// Starts from a plan with its multipliers. If the plan has another number of intervals, only its path is used.
     fn resumed<const X: usize, const U: usize>(&mut self, plan: &Plan) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
@@ -62,7 +63,8 @@ impl<C> Solver<'_, C> {
         self.impose(newton, None, set)
     }
 
-    /// A plan of as many intervals as an iterate, with the multipliers of its terminal conditions and inequalities.
+    /// Takes a plan with as many intervals as the transfer as an iterate, with the multipliers of its terminal
+    /// conditions and inequalities. Returns `None` if the number of intervals differs.
     pub(super) fn known<const X: usize, const U: usize>(
         &self,
         plan: &Plan,
@@ -82,7 +84,7 @@ impl<C> Solver<'_, C> {
         let mut states = plan.states.clone();
         states[0] = transfer.initial;
         let jacobian = problem.ending.jacobian(&states[transfer.intervals]);
-        // `Cᵀ ν = λ_{N−1}` at its best; rows without a condition keep ν = 0.
+        // Least squares for `Cᵀ ν = λ_{N−1}`; rows without a condition keep ν = 0.
         let mut normal = jacobian * jacobian.transpose();
         for row in 0..X {
             if normal[(row, row)] == 0.0 {
@@ -108,8 +110,9 @@ impl<C> Solver<'_, C> {
         Ok(Some((Newton::new(transfer.intervals, iterate), forces)))
     }
 
-    /// What it costs, roughly, to leave what the states of a plan violate the most, and at least what rounding does: the
-    /// size of the cost under inequalities where there is none without.
+    /// Estimates the cost of leaving the region where the states of a plan violate the inequalities the most. The depth
+    /// is at least that of rounding. The estimate serves as the size of the cost if the plan without inequalities costs
+    /// nothing.
     fn detour<S, const X: usize, const U: usize>(
         &self,
         problem: &Problem<'_, S, C::Ending, X, U>,
@@ -138,7 +141,7 @@ impl<C> Solver<'_, C> {
             .sum()
     }
 
-    /// The best plan near one without inequalities that meets those of `set`.
+    /// The best plan that satisfies the inequalities of `set`, near a plan without inequalities.
     pub(super) fn impose<const X: usize, const U: usize>(
         &mut self,
         newton: Newton<X, U>,
@@ -171,7 +174,7 @@ impl<C> Solver<'_, C> {
         Ok(best.plan)
     }
 
-    /// A point below a plan that is no minimum.
+    /// A point of lower merit near a plan that is not a minimum.
     fn below<const X: usize, const U: usize>(
         &self,
         from: &mut Imposed<X, U>,
@@ -186,7 +189,7 @@ impl<C> Solver<'_, C> {
         Ok(lower.map(|iterate| Newton::new(problem.intervals, iterate)))
     }
 
-    /// The stationary point that the interior point method leads to.
+    /// The stationary point to which the interior point method converges.
     fn imposed<const X: usize, const U: usize>(
         &mut self,
         mut newton: Newton<X, U>,
@@ -252,7 +255,7 @@ impl<C> Solver<'_, C> {
         }
     }
 
-    /// The inequalities of `set` with what the cost of `iterate` says of their multipliers.
+    /// The inequalities of `set`, with multipliers scaled to the cost of `iterate`.
     pub(super) fn barrier<S, const X: usize, const U: usize>(
         &self,
         problem: &Problem<'_, S, C::Ending, X, U>,
@@ -286,13 +289,13 @@ impl<C> Solver<'_, C> {
 /// A stationary point under inequalities.
 struct Imposed<const X: usize, const U: usize> {
     plan: Plan,
-    /// What it is of.
+    /// The iterate of the plan.
     iterate: Iterate<X, U>,
-    /// With the multipliers there.
+    /// The inequalities, with their multipliers at the plan.
     barrier: Barrier<X, U>,
 }
 
-/// Those of inequalities on states whose rounding may exceed what is asked.
+/// Barrier tolerances; the violation is at least the rounding error of the state inequalities.
 fn tolerances(inequalities: &InequalitySet) -> BarrierTolerances {
     let default = BarrierTolerances::default();
     let rounding = inequalities

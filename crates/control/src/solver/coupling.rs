@@ -1,8 +1,8 @@
-//! One half of a motion that gravity couples to the other.
+//! Planning of one half of a motion that gravity couples to the other half.
 //!
-//! Half a motion is planned beside the free flight of the other half. A body that is no sphere is pulled and turned
-//! otherwise where the plan leads it: the plan as flown misses. Where it misses by more than the tolerance, the whole motion
-//! is planned, under the commands of the half and to its target.
+//! A half is planned beside the free flight of the other half. Gravity acts differently on a body that is not a sphere
+//! where the plan moves or turns it, so that the plan misses its target when both halves are flown. If it misses by
+//! more than the tolerance, the whole motion is planned, with the commands of the half and to its target.
 
 use super::attempt::Solver;
 use super::class::{Both, Class};
@@ -13,7 +13,7 @@ use crate::newton::Ending;
 use crate::steps::{KickDriftKick, Steps};
 use crate::{Motion, Plan, Transfer};
 
-/// Solves the half of `transfer` that is the class's, as it is flown.
+/// Plans the half of `transfer` that belongs to the class so that it holds when both halves are flown.
 pub(super) fn half<C, const X: usize, const U: usize>(
     class: &C,
     transfer: &Transfer,
@@ -46,7 +46,7 @@ where
     Solver::new(Both, &whole, settings, &mut watch).solve(Start::Warm(&plan), again)
 }
 
-/// By how much a plan misses its target where both halves are flown; `None` where it cannot be flown.
+/// The terminal miss of a plan when both halves are flown, or `None` if it cannot be flown.
 fn miss<C, const X: usize, const U: usize>(
     class: &C,
     transfer: &Transfer,
@@ -65,7 +65,7 @@ where
         .then(|| class.ending(transfer).residual(&state).norm())
 }
 
-/// The transfer of the whole motion under the commands of the class, to where it is to lead its half.
+/// The transfer of the whole motion, with the commands of the class and the terminal conditions of its half only.
 fn whole<C, const X: usize, const U: usize>(class: &C, transfer: &Transfer) -> Transfer
 where
     C: Class<X, U>,

@@ -1,4 +1,4 @@
-//! From the free flight to the target: by bending it, and by targets on the way.
+//! Initial guesses from the free flight: by bending it to the target, and by a sequence of intermediate targets.
 
 use lgvi_dynamics::BodyState;
 use lgvi_lie::{exp, log, right_jacobian_inverse};
@@ -13,14 +13,14 @@ use crate::newton::{Ended, Iterate, Newton};
 use crate::problem::{Terminal, TerminalSet};
 use crate::steps::Steps;
 
-/// The first part of the way that is tried at once, and the least.
+/// The first part of the way that is tried in one step, and the least.
 const STRIDES: [f64; 2] = [0.25, 0.01];
-/// How much longer a part is tried after one that has a plan.
+/// Factor by which a step grows after a success.
 const LONGER: f64 = 1.5;
 
 impl<C> Solver<'_, C> {
-    /// At the first resolution, from the flight without commands to where it ends by plans to targets between that and the
-    /// transfer's own; `None` where that is not one state, or there is no such flight.
+    /// Solves at the first resolution for a sequence of targets between the end of the free flight and the target of
+    /// the transfer. Returns `None` if the target is not a single state or if the free flight fails.
     pub(super) fn drifted<const X: usize, const U: usize>(
         &mut self,
     ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
@@ -62,8 +62,9 @@ impl<C> Solver<'_, C> {
         }
     }
 
-    /// Positions and attitudes of the free flight at the first resolution, bent to end as the goal does: round the origin
-    /// and to its distance where both are on orbits. `None` where there is no such flight.
+    /// Positions and attitudes of the free flight at the first resolution, bent to end at the goal. If both ends are on
+    /// orbits, the flight is turned about the origin and scaled to the goal's distance. Returns `None` if the free
+    /// flight fails.
     pub(super) fn bent<const X: usize, const U: usize>(
         &self,
     ) -> Option<Vec<(Vector3<f64>, Matrix3<f64>)>>
@@ -126,7 +127,8 @@ impl<C> Solver<'_, C> {
     }
 }
 
-/// The state at this part of the way from one to another, round the origin where both are on orbits.
+/// The state at the fraction `part` of the way from one state to another, turned about the origin if both are on
+/// orbits.
 fn between(from: &BodyState, to: &BodyState, part: f64) -> BodyState {
     let turn = match (frame(from), frame(to)) {
         (Some(first), Some(last)) => log(&(last * first.transpose())),
@@ -143,7 +145,7 @@ fn between(from: &BodyState, to: &BodyState, part: f64) -> BodyState {
     }
 }
 
-/// Outwards, along and across the plane of an orbit about the origin; `None` where there is no such plane.
+/// The radial, along-track and normal directions of an orbit about the origin, or `None` if its plane is not defined.
 fn frame(state: &BodyState) -> Option<Matrix3<f64>> {
     let normal = state.position.cross(&state.linear_momentum);
     let least = 1e-3 * state.position.norm() * state.linear_momentum.norm();

@@ -4,60 +4,60 @@ use thiserror::Error;
 use crate::steps::HalfError;
 use crate::{Plan, TransferError};
 
-/// Why there is no plan.
+/// The reason why no plan was found.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PlanError {
-    /// Start or target violate an inequality themselves.
+    /// Start or target violate an inequality.
     #[error(
         "the transfer is infeasible: start or target decide step {step}, which violates constraint {constraint} by \
          {violation:.3e} (in parts of a limit, a radius or a length, in radians of a cone)"
     )]
     Infeasible {
-        /// Which constraint, from 0.
+        /// Index of the constraint, from 0.
         constraint: usize,
-        /// Where, from 0.
+        /// Index of the step, from 0.
         step: usize,
-        /// By what part of a sphere's radius or a corridor's length, or by how many radians of a cone.
+        /// The violation, in parts of a sphere's radius or a corridor's length, or in radians of a cone.
         violation: f64,
     },
-    /// No plan that meets the inequalities was found, though there may be one.
+    /// No plan that satisfies the inequalities was found, although one may exist.
     #[error(
         "no feasible plan found: of those found the nearest violates constraint {constraint} by {violation:.3e} in \
          step {step} (in parts of a limit, a radius or a length, in radians of a cone)"
     )]
     NotFound {
-        /// Which constraint, from 0.
+        /// Index of the constraint, from 0.
         constraint: usize,
-        /// Where, from 0.
+        /// Index of the step, from 0.
         step: usize,
-        /// The smallest violation found, in parts of a limit, of a sphere's radius or of a corridor's length, or in radians
-        /// of a cone.
+        /// The smallest violation found, in parts of a limit, of a sphere's radius or of a corridor's length, or in
+        /// radians of a cone.
         violation: f64,
     },
-    /// No guess led to a solution.
+    /// No initial guess led to a solution.
     #[error(
         "not converged after {iterations} iterations: violation {violation:.3e} relative to the size of each quantity, \
          expected at most {tolerance:.1e} or what rounding makes of it; stationarity {stationarity:.3e}"
     )]
     NotConverged {
-        /// The best iterate, as flown, where it can be flown.
+        /// The best iterate as flown, if it can be flown.
         best: Option<Box<Plan>>,
         /// Newton steps made.
         iterations: u32,
-        /// Of the last iterate.
+        /// Violation of the last iterate.
         violation: f64,
-        /// Of the last iterate.
+        /// Stationarity of the last iterate.
         stationarity: f64,
-        /// The violation asked for.
+        /// Tolerance of the violation.
         tolerance: f64,
     },
     /// The caller asked to stop.
     #[error("stopped")]
     Stopped {
-        /// The iterate, as flown, where it can be flown.
+        /// The last iterate as flown, if it can be flown.
         best: Option<Box<Plan>>,
     },
-    /// The transfer's numbers are too far apart.
+    /// The transfer's values overflow or underflow in its own units.
     #[error("the transfer leaves the range of numbers in units of its own size: {0}")]
     Units(Box<TransferError>),
     /// One half of the motion cannot be planned by itself.
@@ -68,7 +68,7 @@ pub enum PlanError {
     Dynamics {
         /// The step, from 0.
         step: usize,
-        /// By how much.
+        /// The turn that is too large.
         source: Unsolvable,
     },
 }

@@ -10,7 +10,7 @@ use crate::steps::Steps;
 use crate::{Certificate, Plan};
 
 impl<C> Solver<'_, C> {
-    /// A state of the terminal set to draw paths to, and where the body drifts to where that is free.
+    /// A state of the terminal set that paths lead to. Free coordinates are those of the drift without loads.
     pub(super) fn goal(&self) -> BodyState {
         let transfer = self.transfer;
         let (body, initial) = (&transfer.body, &transfer.initial);
@@ -30,10 +30,10 @@ impl<C> Solver<'_, C> {
         goal
     }
 
-    /// The plan with all that it carries, computed from its states and commands alone.
+    /// The complete plan, computed from its states and commands alone.
     ///
-    /// Where the last model was solved so near that the plan is but a small step away, gains, condition and convexity are
-    /// that model's; what the plan misses is always computed anew.
+    /// If the plan is only a small step away from the point of the last model, gains, condition and convexity are taken
+    /// from that model. Misses are always computed anew.
     pub(super) fn finish<Q, const X: usize, const U: usize>(
         &self,
         mut newton: Newton<X, U>,
@@ -97,7 +97,7 @@ impl<C> Solver<'_, C> {
         wide
     }
 
-    /// What comes of an iteration that ended without a plan: the best there is, stopped or not converged.
+    /// The error of an iteration that ended without a plan, with the best iterate as flown: stopped or not converged.
     pub(super) fn unsolved<const X: usize, const U: usize>(
         &self,
         ended: Ended,
@@ -119,7 +119,7 @@ impl<C> Solver<'_, C> {
         })
     }
 
-    /// The commands of an iterate as flown, without feedback or certificate; `None` where they cannot be flown.
+    /// The commands of an iterate as flown, without feedback and certificate, or `None` if they cannot be flown.
     pub(super) fn flown<const X: usize, const U: usize>(
         &self,
         iterate: &Iterate<X, U>,
@@ -162,12 +162,12 @@ impl<C> Solver<'_, C> {
     }
 }
 
-/// The error, relative, from which the step that follows is so small that gains and condition change by a percent at most:
-/// less than feedback is good for. Convexity with a margin, as the pivots have it, survives such steps.
+/// Relative error below which the next step changes gains and condition by one percent at most, which is less than the
+/// accuracy that feedback needs. Convexity with the margin of the pivots survives these steps.
 const REUSED: f64 = 2e-3;
 
-/// Models to certify a plan by: the exact Hessian, augmented more and more, and that of Gauss and Newton, which is always
-/// convex, for gains where the plan is no minimum.
+/// Models that certify a plan: the exact Hessian with increasing augmentation, then the Gauss–Newton model. The latter
+/// is always convex and gives gains for plans that are not minima.
 const KINDS: [Kind; 5] = [
     exact(10.0),
     exact(1e3),

@@ -1,4 +1,4 @@
-//! Plans over a few intervals, from nothing.
+//! Cold starts at the first resolution.
 
 use lgvi_dynamics::{BodyState, RigidBody};
 
@@ -9,14 +9,14 @@ use super::progress::Phase;
 use super::resolution::{resolved, slenderness, stouter};
 use crate::newton::{Iterate, Newton, Problem, guess};
 
-/// Slenderness of the first stout body, and how fast it falls.
+/// Slenderness of the first stout body, and the factor by which it decreases.
 const STOUT: f64 = 0.3;
 const THINNER: f64 = 0.6;
-/// How far a body may turn in a step of the first resolution (rad), by what is known before.
+/// Limit of the turn of the body in a step of the first resolution (rad), by an estimate from both ends.
 const TURN: f64 = 0.3;
 
 impl<C> Solver<'_, C> {
-    /// Intervals of the first resolution: enough that the body turns little in a step.
+    /// Number of intervals of the first resolution: enough that the body turns little in a step.
     pub(super) fn first_intervals(&self) -> usize {
         let transfer = self.transfer;
         let duration = transfer.h * transfer.intervals as f64;
@@ -28,7 +28,8 @@ impl<C> Solver<'_, C> {
         self.coarse.max(least as usize).min(transfer.intervals)
     }
 
-    /// At the first resolution, from a smooth path or, if that is cheaper to follow, the free flight bent to the goal.
+    /// Solves at the first resolution, from a smooth path or from the free flight bent to the goal, whichever is
+    /// cheaper to follow.
     pub(super) fn smooth<const X: usize, const U: usize>(
         &mut self,
         turns: f64,
@@ -61,8 +62,8 @@ impl<C> Solver<'_, C> {
         Ok(self.level(&problem, iterate, true, Phase::Coarse))
     }
 
-    /// At the first resolution, from the plan of a stout body to that of the body by less and less stout ones; `None`
-    /// where the body is not slender.
+    /// Solves at the first resolution for a stout body and then for ever more slender ones, up to the body itself.
+    /// Returns `None` if the body is not slender.
     pub(super) fn stout<const X: usize, const U: usize>(
         &mut self,
     ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
@@ -119,7 +120,7 @@ impl<C> Solver<'_, C> {
     }
 }
 
-/// What the commands of an iterate cost.
+/// The cost of an iterate's commands.
 fn cost<S, E, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     iterate: &Iterate<X, U>,
@@ -131,7 +132,7 @@ fn cost<S, E, const X: usize, const U: usize>(
     each.sum()
 }
 
-/// `state` of `body` as one of `other` with the same velocities.
+/// `state` of `body` as a state of `other` with the same velocities.
 fn spun(body: &RigidBody, other: &RigidBody, state: &BodyState) -> BodyState {
     BodyState {
         angular_momentum: other.inertia().matrix() * state.angular_velocity(body),

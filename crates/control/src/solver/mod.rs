@@ -1,5 +1,5 @@
-//! The whole strategy of the structured solver behind one call: guesses, a few stages first, then all, then the
-//! inequalities, then what the plan carries with it.
+//! The whole strategy of the structured solver behind one call: initial guesses at a coarse resolution, refinement to
+//! all intervals, the inequalities, and the completion of the plan.
 
 mod assisted;
 mod attempt;
@@ -28,15 +28,16 @@ use crate::{Motion, Plan, Transfer};
 use attempt::Solver;
 use class::{Both, Class, Rotation, Translation};
 
-/// Solves `transfer` by Newton's method on all stages, from a plan or from nothing.
+/// Solves `transfer` by Newton's method on all stages, from a plan or by a cold start.
 ///
-/// Cold starts go from smooth paths over a few stages to all of them. What comes back flies: its states are those of its
-/// commands, to rounding. `observe` sees every iteration and may end it by returning `false`.
+/// A cold start leads from smooth paths over a few intervals to all intervals. The states of the returned plan are
+/// those of its commands, to rounding. `observe` is called with every iteration and stops the solver by returning
+/// `false`.
 ///
 /// # Assumptions and limitations
-/// A plan is a local minimum; windings of the attitude make others. Inequalities are imposed on the plan that is best
-/// without them, and hold where they are sampled. Conditions that no command moves at first order are reached by way of
-/// additional actuators that grow dear, where the actuation has places left for them among its commands.
+/// A plan is a local minimum; other windings of the attitude give other minima. Inequalities are imposed on the best
+/// plan without them, and hold where they are sampled. Conditions that no command affects to first order are met by
+/// means of additional actuators at increasing weights, if the actuation has room for further commands.
 pub fn solve(
     transfer: &Transfer,
     start: Start<'_>,
@@ -59,7 +60,7 @@ pub fn solve(
         .map_err(|error| units.leave_error(error))
 }
 
-/// [`solve`] of a transfer that is stated in units of its own size.
+/// [`solve`] for a transfer in its own units.
 pub(crate) fn solve_in_own_units(
     transfer: &Transfer,
     start: Start<'_>,
@@ -69,7 +70,7 @@ pub(crate) fn solve_in_own_units(
     by_class(transfer, start, true, settings, &mut observe)
 }
 
-/// [`solve_in_own_units`] from a guess, and not from nothing where that fails.
+/// [`solve_in_own_units`] from an initial guess, without a cold start if it fails.
 pub(crate) fn from_guess(
     transfer: &Transfer,
     guess: &Plan,
@@ -100,10 +101,10 @@ fn by_class(
     }
 }
 
-/// The plan that an extremal is which ends at the target, with all that a plan carries.
+/// The complete plan of an extremal that ends at the target.
 ///
 /// # Errors
-/// Its commands cannot be flown.
+/// Returns an error if the commands of the extremal cannot be flown.
 pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanError> {
     let units = Units::of(transfer);
     let own = units.transfer(transfer)?;
@@ -111,7 +112,7 @@ pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanE
     let iterate = Iterate {
         states: extremal.states.clone(),
         commands: extremal.controls.iter().map(stacked).collect(),
-        // At the target the conditions vary as the state does: `ν = λ_{N−1}`.
+        // At the target, the variations of the conditions are those of the state: `ν = λ_{N−1}`.
         nu: extremal.multipliers.last().copied().unwrap_or_default(),
     };
     let mut unobserved = |_: &Progress| true;

@@ -1,22 +1,22 @@
 use crate::Plan;
 use crate::newton::Standing;
 
-/// How the solver goes about it.
+/// Settings of the solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
-    /// Largest norm of the terminal miss at which a plan is accepted, relative to the size of each quantity. What rounding
-    /// makes of a quantity always is.
+    /// Largest norm of the terminal miss at which a plan is accepted, relative to the size of each quantity. The
+    /// rounding error of a quantity is always accepted.
     ///
-    /// A position is as large as the greatest distance from the origin at either end; a momentum as the greatest at either
-    /// end, or the one that covers that distance in the duration; an attitude is 1 rad; an angular momentum is as large as
-    /// the greatest at either end, or the one that turns the body by 1 rad in the duration. Sizes are rounded down to powers
-    /// of two of the transfer's own units.
+    /// The size of a position is the greatest distance from the origin at either end. The size of a momentum is the
+    /// greatest at either end, or the momentum that covers that distance in the duration. The size of an attitude is 1
+    /// rad. The size of an angular momentum is the greatest at either end, or the one that turns the body by 1 rad in
+    /// the duration. Sizes are rounded down to powers of two of the transfer's own units.
     pub violation: f64,
     /// [`Certificate::stationarity`](crate::Certificate::stationarity) at which a plan is accepted.
     pub stationarity: f64,
-    /// Newton steps at most, for each resolution and guess.
+    /// Maximum number of Newton steps for each resolution and initial guess.
     pub iterations: u32,
-    /// Intervals of the first resolution at least.
+    /// Minimum number of intervals of the first resolution.
     pub coarse: usize,
 }
 
@@ -31,27 +31,27 @@ impl Default for NewtonSettings {
     }
 }
 
-/// Where a solution starts from.
+/// The starting point of a solution.
 #[derive(Clone, Copy, Debug)]
 pub enum Start<'p> {
-    /// From nothing.
+    /// A cold start without a known plan.
     Cold,
-    /// From a plan of a similar transfer.
+    /// A warm start from the plan of a similar transfer.
     Warm(&'p Plan),
 }
 
-/// What the solver is at.
+/// The phase of a solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// At fewer intervals than asked for.
+    /// Fewer intervals than the transfer has.
     Coarse,
-    /// At all intervals, without inequalities.
+    /// All intervals, without inequalities.
     Fine,
-    /// At all intervals, under inequalities.
+    /// All intervals, with inequalities.
     Constrained,
 }
 
-/// Where the iteration stands.
+/// Progress of the iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Newton steps so far.
@@ -62,11 +62,11 @@ pub struct Progress {
     pub step_length: f64,
     /// Largest norm of a defect or the terminal miss, relative to the size of each quantity.
     pub violation: f64,
-    /// Largest component of the Lagrangian's gradient by commands, relative to the largest term.
+    /// Largest component of the gradient of the Lagrangian by commands, relative to the largest term.
     pub stationarity: f64,
     /// The objective.
     pub cost: f64,
-    /// What the solver is at.
+    /// The phase of the solution.
     pub phase: Phase,
 }
 

@@ -1,4 +1,4 @@
-//! Inequalities imposed little by little, where they cannot be at once.
+//! Gradual imposition of the inequalities, for cases where imposing them at once fails.
 
 use super::attempt::Solver;
 use super::class::Class;
@@ -6,19 +6,19 @@ use super::error::PlanError;
 use crate::Plan;
 use crate::newton::Newton;
 
-/// Part of the slack that a first attempt leaves, and the largest that one does before it is given up.
+/// The part of the slack that a first attempt keeps, and the largest part that is tried before giving up.
 const PARTS: [f64; 2] = [0.5, 0.95];
-/// Slack, in parts of the first, below which there is to be none.
+/// Part of the first slack below which the slack is set to zero.
 const LITTLE: f64 = 0.02;
-/// Attempts at most.
+/// Maximum number of attempts.
 const ATTEMPTS: u32 = 24;
-/// Newton steps at most at each of them, in parts of those of a plan.
+/// Divisor of the maximum number of Newton steps, for each attempt.
 const PATIENCE: u32 = 4;
 
 impl<C> Solver<'_, C> {
-    /// From the plan without inequalities to that with all of them by plans with less and less slack, the same for all
-    /// (their greatest violation is what is lowered); `failure` with the least slack that has a plan, where none without
-    /// is found.
+    /// Goes from the plan without inequalities to one with all of them, by plans with decreasing slack. The slack is
+    /// the same for all inequalities, so that the greatest violation is lowered. If no plan without slack is found,
+    /// returns the violation of the plan with the least slack, or `failure` if there is none.
     pub(super) fn by_relaxation<const X: usize, const U: usize>(
         &mut self,
         free: Newton<X, U>,

@@ -1,4 +1,4 @@
-//! The same transfer in other steps or with another body, for the solver's way there.
+//! Variants of a transfer at another resolution or with another body, for intermediate steps of the solver.
 
 use lgvi_dynamics::{Inertia, MassDistribution, RigidBody};
 use lgvi_lie::symmetric_eigen;
@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::Transfer;
 
-/// The same transfer in `intervals` steps over the same time.
+/// The transfer in `intervals` steps over the same time.
 pub(super) fn resolved(transfer: &Transfer, intervals: usize) -> Transfer {
     Transfer {
         h: transfer.h * (transfer.intervals as f64 / intervals as f64),
@@ -15,7 +15,7 @@ pub(super) fn resolved(transfer: &Transfer, intervals: usize) -> Transfer {
     }
 }
 
-/// `body` with no principal moment of inertia below `least` times the greatest; `None` where there is no such body.
+/// `body` with principal moments of inertia of at least `least` times the greatest, or `None` if that body is invalid.
 pub(super) fn stouter(body: &RigidBody, least: f64) -> Option<RigidBody> {
     let eigen = symmetric_eigen(body.inertia().matrix())?;
     let floor = least * eigen.eigenvalues.max();
@@ -30,7 +30,7 @@ pub(super) fn stouter(body: &RigidBody, least: f64) -> Option<RigidBody> {
     .ok()
 }
 
-/// The least principal moment of inertia by the greatest.
+/// The ratio of the least principal moment of inertia to the greatest.
 pub(super) fn slenderness(body: &RigidBody) -> f64 {
     let moments = Vector3::from(body.inertia().principal_moments());
     moments.min() / moments.max()

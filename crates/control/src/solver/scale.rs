@@ -1,11 +1,11 @@
-//! What variations weigh: the metrics of augmentation and damping.
+//! The metrics of augmentation and damping.
 
 use nalgebra::{SMatrix, SVector};
 
 use crate::Transfer;
 use crate::problem::Vector12;
 
-/// What a unit of each coordinate costs at the end, from the rest-to-rest motion of a free body in the time given.
+/// The stiffness of each coordinate at the end: that of a rest-to-rest motion of a free body in the duration.
 pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
     let duration = transfer.h * transfer.intervals as f64;
     let actuation = &transfer.actuation;
@@ -35,9 +35,9 @@ pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
     })
 }
 
-/// What a unit of each coordinate weighs all along the way, a unit of time: displacements by the stiffness of the
-/// stiffest axis, momenta by the displacement they make in the time given. Slender axes count as much as others: not
-/// what turning costs limits a step, but how far it turns.
+/// The weight of each coordinate along the way, per unit of time. Displacements weigh as much as the stiffness of the
+/// stiffest axis, momenta as the displacement that they cause in the duration. Slender axes count as much as others,
+/// because a step is limited by the angle of a turn and not by its cost.
 pub(super) fn metric(transfer: &Transfer) -> Vector12 {
     let duration = transfer.h * transfer.intervals as f64;
     let stiffness = stiffness(transfer);

@@ -9,7 +9,7 @@ use super::progress::NewtonSettings;
 use crate::newton::{Iterate, Newton, Unconstrained};
 use crate::{Actuation, Plan, Progress, Transfer, miss};
 
-/// From rest to rest by .5 rad about z, far from all that attracts.
+/// A rest-to-rest turn by 0.5 rad about z in a negligible field.
 fn turn() -> Transfer {
     let inertia = Inertia::principal([0.2, 0.3, 0.4]).unwrap();
     let body = RigidBody::new(1.0, inertia, vec![]).unwrap();
@@ -25,7 +25,7 @@ fn turn() -> Transfer {
     Transfer::new(body, field, 0.02, 100, rest(0.0), rest(0.5), actuation).unwrap()
 }
 
-/// The stationary point with this many turns more about z, and where it is gone on to.
+/// The stationary point with the given number of additional turns about z, and the plan that the solver continues to.
 fn plans(transfer: &Transfer, turns: f64) -> [Plan; 2] {
     let mut observe = |_: &Progress| true;
     let mut solver = Solver::new(Both, transfer, &NewtonSettings::default(), &mut observe);
@@ -36,7 +36,7 @@ fn plans(transfer: &Transfer, turns: f64) -> [Plan; 2] {
     [stationary, solver.certified(again).unwrap()]
 }
 
-/// Two turns more are stationary by symmetry, but a tilt lets them shrink.
+/// A plan with two more turns is stationary by symmetry, but a tilt reduces its cost.
 #[test]
 fn a_saddle_is_stationary_not_sufficient_and_left_for_a_minimum() {
     let transfer = turn();
@@ -52,7 +52,7 @@ fn a_saddle_is_stationary_not_sufficient_and_left_for_a_minimum() {
     assert!(lower.certificate.sufficient && lower.cost < 0.9 * wound.cost);
 }
 
-/// One command altered by hand: where it then ends, and by how much it is not stationary.
+/// One command is altered: the certificate must show the terminal miss and the stationarity error.
 #[test]
 fn a_certificate_sees_an_altered_command() {
     let transfer = turn();

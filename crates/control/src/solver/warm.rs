@@ -1,4 +1,4 @@
-//! From the plan of a similar transfer.
+//! Warm starts from the plan of a similar transfer.
 
 use lgvi_dynamics::Load;
 use nalgebra::SVector;
@@ -26,7 +26,7 @@ impl<C> Solver<'_, C> {
         Ok(self.level(&problem, iterate, false, Phase::Fine))
     }
 
-    /// A plan as an iterate of the transfer's intervals.
+    /// A plan as an iterate, resampled to the transfer's intervals.
     pub(super) fn resampled<const X: usize, const U: usize>(
         &self,
         plan: &Plan,
@@ -54,7 +54,8 @@ impl<C> Solver<'_, C> {
         Ok(iterate)
     }
 
-    /// Flies a plan over the same intervals with its feedback, from where the transfer starts.
+    /// Flies a plan over the same intervals with its feedback, from the transfer's initial state. The iterate is left
+    /// unchanged if the intervals differ or the flight fails.
     fn corrected<S, const X: usize, const U: usize>(
         &self,
         problem: &Problem<'_, S, C::Ending, X, U>,

@@ -1,4 +1,4 @@
-//! The extremal and its sensitivity against automatic differentiation of equations written anew.
+//! The extremal and its sensitivity compared with automatic differentiation of an independent implementation.
 
 use nalgebra::SVector;
 use num_dual::{Dual, Dual64};
@@ -9,7 +9,8 @@ use crate::steps::tests::model::{Scene, State, scenes};
 use crate::{Actuation, Transfer};
 use nalgebra::{Matrix3, SMatrix};
 
-/// `λ` of `Aᵀ λ = μ`, `A` the derivative of the step from `state` with any control, by elimination with row exchanges.
+/// The solution `λ` of `Aᵀ λ = μ` by elimination with row exchanges, where `A` is the derivative of the step from
+/// `state` with any control.
 fn multipliers(scene: &Scene, state: &State<Dual64>, mu: [Dual64; 12]) -> [Dual64; 12] {
     let lift = Dual::<Dual64, f64>::from_re;
     let begin = state.map(lift);
@@ -42,7 +43,7 @@ fn multipliers(scene: &Scene, state: &State<Dual64>, mu: [Dual64; 12]) -> [Dual6
     std::array::from_fn(|i| rows[i][12] / rows[i][i])
 }
 
-/// The end of the extremal from `λ_0`, of steps and multiplier equations made of potentials alone.
+/// The end of the extremal from `λ_0`, with steps and multiplier equations computed from potentials only.
 fn end(
     scene: &Scene,
     transfer: &Transfer,

@@ -3,45 +3,45 @@ use thiserror::Error;
 
 use crate::Actuation;
 
-/// Why an actuation's commands do not plan one half of a motion.
+/// The error that an actuation's commands cannot plan one half of a motion.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error(
     "{found} of the commands have a {what} and nothing else, expected 1 to 3 where the rest of the motion is that of \
      the free flight"
 )]
 pub struct CommandsError {
-    /// Force or moment.
+    /// "force" or "moment".
     what: &'static str,
-    /// How many commands.
+    /// Number of commands.
     found: usize,
 }
 
 /// The commands of an actuation that move one half of the motion and leave the other alone.
 ///
-/// A command with both force and moment would take the other half off its free flight: it stays at zero, like those of the
-/// other half.
+/// A command with both force and moment would disturb the free flight of the other half. It stays at zero, like the
+/// commands of the other half.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HalfCommands {
-    /// Their columns in the actuation.
+    /// Indices of their columns in the actuation.
     columns: [Option<usize>; 3],
-    /// Force or moment of unit commands; zero beyond the last.
+    /// Force or moment of unit commands; zero beyond the last command.
     matrix: Matrix3<f64>,
-    /// Their weight; the identity beyond the last.
+    /// The weight of the commands; the identity beyond the last command.
     weight: Matrix3<f64>,
 }
 
 impl HalfCommands {
-    /// Those with a force alone.
+    /// The commands with a force only.
     pub(crate) fn forces(actuation: &Actuation) -> Result<Self, CommandsError> {
         Self::of(actuation, "force", [0, 3])
     }
 
-    /// Those with a moment alone.
+    /// The commands with a moment only.
     pub(crate) fn moments(actuation: &Actuation) -> Result<Self, CommandsError> {
         Self::of(actuation, "moment", [3, 0])
     }
 
-    /// Those whose load is in the three rows from `own` on, and none in those from `other` on.
+    /// The commands whose load is in the three rows starting at `own`, with none in the rows starting at `other`.
     fn of(
         actuation: &Actuation,
         what: &'static str,
@@ -88,7 +88,7 @@ impl HalfCommands {
         &self.weight
     }
 
-    /// The actuation's commands `w`, those of the half given.
+    /// The actuation's commands `w` for given commands of the half; all others are zero.
     pub(crate) fn widened(&self, half: &Vector3<f64>) -> Vector6<f64> {
         let mut all = SVector::zeros();
         for (place, column) in self.columns.iter().enumerate() {
@@ -99,7 +99,7 @@ impl HalfCommands {
         all
     }
 
-    /// Those of the actuation's commands `w` that are the half's.
+    /// The commands of the half, taken from the actuation's commands `w`.
     pub(crate) fn narrowed(&self, all: &Vector6<f64>) -> Vector3<f64> {
         Vector3::from_fn(|place, _| self.columns[place].map_or(0.0, |column| all[column]))
     }

@@ -1,4 +1,4 @@
-//! Which coordinates of a body a plan moves.
+//! The coordinates of a body that a plan moves.
 
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
@@ -9,12 +9,12 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use super::drift::Drift;
 use crate::problem::{Vector12, block, miss};
 
-/// Derivatives of `N` times three coordinates by as many.
+/// Derivatives of `N` groups of three coordinates by as many.
 pub(crate) type Blocks<const N: usize> = [[Matrix3<f64>; N]; N];
 
-/// `N` times three coordinates of pose and as many of momentum: how a drift moves them and how gravity kicks them.
+/// `N` groups of three coordinates of pose and of momentum, with their drift and their kick by gravity.
 pub(crate) trait Coordinates<const N: usize> {
-    /// `state`, with the coordinates that do not move where they are at step `k`.
+    /// `state`, with the coordinates that are not planned set to their values at step `k`.
     fn at(&self, k: usize, state: &BodyState) -> BodyState;
 
     /// Moves `state` from step `k` to the next by the free motion over `h`.
@@ -29,13 +29,13 @@ pub(crate) trait Coordinates<const N: usize> {
     /// Adds impulses to the momenta.
     fn kick(&self, impulses: &[Vector3<f64>; N], state: &mut BodyState);
 
-    /// What gravity exerts.
+    /// The loads of gravity.
     fn load(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; N];
 
-    /// Its first derivatives by the pose.
+    /// The first derivatives of these loads by the pose.
     fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<N>;
 
-    /// Second derivatives of its product with `weights`, symmetric.
+    /// The symmetric second derivatives of the product of these loads and `weights`.
     fn curvature(
         &self,
         field: &dyn Field,
@@ -45,7 +45,7 @@ pub(crate) trait Coordinates<const N: usize> {
     ) -> Blocks<N>;
 }
 
-/// States as variations `z` of others, [`Steps::difference`](super::Steps::difference) and
+/// Variations `z` of states, as in [`Steps::difference`](super::Steps::difference) and
 /// [`Steps::moved`](super::Steps::moved).
 pub(crate) trait Variations<const X: usize> {
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;
@@ -106,7 +106,7 @@ impl Coordinates<2> for Full {
     }
 }
 
-/// What counts, along one exponential, of a derivative by two turns one after the other: `½ (H_RR + H_RRᵀ)`.
+/// The second derivative along one exponential, from a derivative by two successive rotations: `½ (H_RR + H_RRᵀ)`.
 #[inline]
 pub(crate) fn symmetric(h_rr: &Matrix3<f64>) -> Matrix3<f64> {
     0.5 * (h_rr + h_rr.transpose())

@@ -1,6 +1,6 @@
-//! Free motion over a step, of the center of mass and of the attitude, and what small changes make of it.
+//! The free motion of the center of mass and of the attitude over a step, with its derivatives.
 //!
-//! A change `[p, m]` of pose and momentum becomes `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
+//! A variation `[p, m]` of pose and momentum becomes `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
 use lgvi_dynamics::rotation::{self, Unsolvable};
 use lgvi_dynamics::{BodyState, RigidBody};
@@ -9,11 +9,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::stage::inverse;
 
-/// A free motion made.
+/// The data of a completed drift.
 pub(crate) enum Drift {
     /// `x⁺ = x + (h/m) γ`: `P_p = M_m = I`, `P_m = (h/m) I`.
     Glide(f64),
-    /// The turn of the attitude.
+    /// The rotation of the attitude.
     Turn(Turn),
 }
 
@@ -30,7 +30,7 @@ pub(crate) enum DriftGradient {
     },
 }
 
-/// Second derivatives of a drift in the direction of multipliers; by pose twice there are none.
+/// Second derivatives of a drift in the direction of multipliers. Those by pose twice are zero.
 pub(crate) struct DriftCurvature {
     pub(crate) pose_momentum: Matrix3<f64>,
     /// Symmetric.
@@ -64,7 +64,7 @@ impl Drift {
         }
     }
 
-    /// Of the product of pose and momentum after the drift with multipliers `λ_p` and `λ_m`.
+    /// Second derivatives of the product of pose and momentum after the drift with the multipliers `λ_p` and `λ_m`.
     #[inline]
     pub(crate) fn curvature(
         &self,
@@ -118,11 +118,11 @@ impl DriftGradient {
     }
 }
 
-/// The turn of a drift: `h S(Π) = F J_d − J_d Fᵀ`, `R⁺ = R F`, `P = Π⁺ = FᵀΠ`.
+/// The rotation of a drift: `h S(Π) = F J_d − J_d Fᵀ`, `R⁺ = R F`, `P = Π⁺ = FᵀΠ`.
 ///
-/// With `F exp S(η)` the turn of `Π + δ`, to second order `η = Ξδ + ½Ξ₂(δ, δ)`: `Ξ = h Fᵀ B⁻¹`, `B = tr[F J_d] I − F J_d`,
-/// and `w·Ξ₂(δ, δ) = aᵀ(Q − tr[Q] I) a`, `a = Ξδ`, `Q = J_d S(v) F`, `v = B⁻ᵀ F w`. A change ζ before the drift becomes
-/// `log(exp S(Fᵀζ) exp S(η)) = Fᵀζ + η + ½ Fᵀζ × η + …`, and `Π⁺ = exp S(η)ᵀ (P + Fᵀδ)`.
+/// Let `F exp S(η)` be the rotation for `Π + δ`. To second order, `η = Ξδ + ½Ξ₂(δ, δ)` with `Ξ = h Fᵀ B⁻¹`, `B = tr[F
+/// J_d] I − F J_d` and `w·Ξ₂(δ, δ) = aᵀ(Q − tr[Q] I) a`, `a = Ξδ`, `Q = J_d S(v) F`, `v = B⁻ᵀ F w`. A variation ζ
+/// before the drift becomes `log(exp S(Fᵀζ) exp S(η)) = Fᵀζ + η + ½ Fᵀζ × η + …`, and `Π⁺ = exp S(η)ᵀ (P + Fᵀδ)`.
 pub(crate) struct Turn {
     h: f64,
     /// `F`
@@ -159,7 +159,7 @@ impl Turn {
         }
     }
 
-    /// Of `λ³·log + λ⁴·Π⁺`: with `w = λ³ + λ⁴ × P`, `Q' = Q + λ⁴ Pᵀ` and `X = F S(λ⁴) Ξ`,
+    /// Second derivatives of `λ³·log + λ⁴·Π⁺`. With `w = λ³ + λ⁴ × P`, `Q' = Q + λ⁴ Pᵀ` and `X = F S(λ⁴) Ξ` they are
     /// `H_ζΠ = −½ F S(λ³) Ξ`, `H_ΠΠ = Ξᵀ(½(Q' + Q'ᵀ) − tr[Q'] I) Ξ − X − Xᵀ`.
     #[inline]
     fn curvature(

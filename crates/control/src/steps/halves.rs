@@ -1,9 +1,10 @@
-//! Steps of one half of a body's motion, the other half being that of the free flight.
+//! Steps of one half of a body's motion, with the other half taken from the free flight.
 //!
 //! # Assumptions and limitations
-//! The other half is frozen: what the half planned does to it by gravity (a body elsewhere in its orbit is turned
-//! otherwise, one turned otherwise is pulled otherwise) is left out. For a body of size ρ at the distance r it is of the
-//! order `(ρ/r)²` of the loads. The full propagator misses a plan's end by that, which the solver checks.
+//! The other half is frozen: the effect of the planned half on it through gravity is neglected. (Gravity turns a body
+//! differently at another point of its orbit, and pulls it differently at another attitude.) For a body of size ρ at
+//! the distance r this effect is of the order `(ρ/r)²` of the loads. The full propagator misses a plan's end by that
+//! amount, which the solver checks.
 
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
@@ -18,15 +19,15 @@ use super::drift::Drift;
 use super::{KickDriftKick, Steps};
 use crate::Transfer;
 
-/// Why one half of a motion cannot be planned by itself.
+/// The reason why one half of a motion cannot be planned separately.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum HalfError {
-    /// The free flight, which the other half follows, turns too far.
+    /// The body turns too far in a step of the free flight that the other half follows.
     #[error("step {step} of the free flight: {source}")]
     Unsolvable {
         /// The step, from 0.
         step: usize,
-        /// By how much.
+        /// The turn that is too large.
         source: Unsolvable,
     },
     /// The free flight overflows or hits a source.
@@ -35,17 +36,17 @@ pub enum HalfError {
         /// The step, from 0.
         step: usize,
     },
-    /// The actuation does not suit.
+    /// The actuation has no suitable commands.
     #[error(transparent)]
     Commands(#[from] CommandsError),
 }
 
-/// The center of mass; attitude and angular momentum are those of the free flight.
+/// The center of mass. Attitude and angular momentum follow the free flight.
 pub(crate) struct Translation {
     history: Vec<BodyState>,
 }
 
-/// The attitude; position and linear momentum are those of the free flight.
+/// The attitude. Position and linear momentum follow the free flight.
 pub(crate) struct Rotation {
     history: Vec<BodyState>,
 }
@@ -69,7 +70,7 @@ fn free_flight(transfer: &Transfer) -> Result<Vec<BodyState>, HalfError> {
 }
 
 impl<'t> KickDriftKick<'t, Translation, 1, 3> {
-    /// Those of the center of mass under the actuation's forces.
+    /// The steps of the center of mass under the actuation's forces.
     pub(crate) fn translation(
         transfer: &'t Transfer,
         commands: &HalfCommands,
@@ -84,7 +85,7 @@ impl<'t> KickDriftKick<'t, Translation, 1, 3> {
 }
 
 impl<'t> KickDriftKick<'t, Rotation, 1, 3> {
-    /// Those of the attitude under the actuation's moments.
+    /// The steps of the attitude under the actuation's moments.
     pub(crate) fn rotation(
         transfer: &'t Transfer,
         commands: &HalfCommands,
@@ -99,7 +100,7 @@ impl<'t> KickDriftKick<'t, Rotation, 1, 3> {
 }
 
 impl Translation {
-    /// `state` at step `k` of the free flight's rotation.
+    /// `state` with the rotational half of the free flight at step `k`.
     fn joined(&self, k: usize, state: &BodyState) -> BodyState {
         BodyState {
             position: state.position,
@@ -110,7 +111,7 @@ impl Translation {
 }
 
 impl Rotation {
-    /// `state` at step `k` of the free flight's translation.
+    /// `state` with the translational half of the free flight at step `k`.
     fn joined(&self, k: usize, state: &BodyState) -> BodyState {
         BodyState {
             attitude: state.attitude,

@@ -1,4 +1,4 @@
-//! A kick before a map whose derivatives are known.
+//! Derivatives of a kick followed by a map whose derivatives are known.
 
 use nalgebra::{Matrix3, SMatrix};
 
@@ -14,17 +14,17 @@ pub(crate) struct Kick<'c, const N: usize, const U: usize> {
     pub(crate) commands: &'c [SMatrix<f64, 3, U>; N],
 }
 
-/// Where in `z` the pose of a block of three coordinates begins.
+/// The index in `z` of the pose of a block.
 pub(crate) const fn pose(block: usize) -> usize {
     6 * block
 }
 
-/// Where in `z` the momentum of a block of three coordinates begins.
+/// The index in `z` of the momentum of a block.
 pub(crate) const fn momentum(block: usize) -> usize {
     6 * block + 3
 }
 
-/// Adds `part` to the three rows and columns from those given on.
+/// Adds `part` to the 3×3 block at `row` and `column`.
 fn add<const X: usize>(
     sum: &mut SMatrix<f64, X, X>,
     row: usize,
@@ -36,14 +36,14 @@ fn add<const X: usize>(
 }
 
 impl<const N: usize, const U: usize> Kick<'_, N, U> {
-    /// Rows of the kick by the momentum that they kick: where that is in `z`, `τ G` and `τ B`.
+    /// The rows of the kick by block: the index of the momentum in `z`, `τ G` and `τ B`.
     #[inline]
     fn rows(&self) -> impl Iterator<Item = (usize, &[Matrix3<f64>; N], SMatrix<f64, 3, U>)> {
         let rows = self.by_pose.iter().zip(self.commands).enumerate();
         rows.map(|(block, (by_pose, columns))| (momentum(block), by_pose, self.tau * columns))
     }
 
-    /// Puts the kick before the map that has the first derivatives `a`, `b`.
+    /// Composes the kick with a following map that has the first derivatives `a`, `b`.
     #[inline]
     pub(crate) fn precede<const X: usize>(&self, Linearization { a, b }: &mut Linearization<X, U>) {
         for (at, by_pose, by_command) in self.rows() {
@@ -56,8 +56,8 @@ impl<const N: usize, const U: usize> Kick<'_, N, U> {
         }
     }
 
-    /// Puts the kick before the map that has the second derivatives `into.state` and whose commands do nothing else;
-    /// `own` are the kick's own second derivatives by poses.
+    /// Composes the kick with a following map that has the second derivatives `into.state` and does not depend on the
+    /// commands otherwise. `own` are the second derivatives of the kick by poses.
     #[inline]
     pub(crate) fn precede_twice<const X: usize>(
         &self,

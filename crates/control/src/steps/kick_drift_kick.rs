@@ -1,8 +1,8 @@
-//! Steps that are a kick, a drift and a kick: both schemes, for all motions.
+//! Steps that consist of a kick, a drift and a kick: both schemes, for all motions.
 //!
-//! A kick over τ adds `τ (load + control)` to the momenta where poses are; a drift over h is free motion. Lie–Euler is a
-//! drift and a whole kick, the LGVI a drift between two halves. For changes `p` of pose, `m` of momentum and `v` of command
-//! a kick is `m⁺ = m + τ (G p + B v)`, a drift `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
+//! A kick over τ adds `τ (load + control)` to the momenta at fixed poses; a drift over h is free motion. Lie–Euler is a
+//! drift and a whole kick, the LGVI a drift between two half kicks. For variations `p` of pose, `m` of momentum and `v`
+//! of command a kick is `m⁺ = m + τ (G p + B v)`, and a drift is `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
 use std::array;
 
@@ -24,14 +24,14 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     coordinates: C,
     /// `B`: force, moment or both of unit commands.
     pub(super) commands: [SMatrix<f64, 3, U>; N],
-    /// Length of the kick before the drift, if there is one.
+    /// Duration of the kick before the drift, if there is one.
     pub(super) before: Option<f64>,
-    /// Length of the kick after the drift.
+    /// Duration of the kick after the drift.
     pub(super) after: f64,
 }
 
 impl<'t> KickDriftKick<'t, Full, 2, 6> {
-    /// Those of position and attitude by the transfer's dynamics.
+    /// The steps of position and attitude with the transfer's dynamics.
     pub(crate) fn full(transfer: &'t Transfer) -> Self {
         let matrix = transfer.actuation.matrix();
         let commands = [0, 3].map(|row| matrix.fixed_rows::<3>(row).into_owned());
@@ -71,7 +71,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         self.coordinates.kick(&impulses, state);
     }
 
-    /// Where the drift of step `k` begins.
+    /// The state at the beginning of the drift of step `k`.
     #[inline]
     pub(super) fn begin(
         &self,
@@ -105,7 +105,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         }
     }
 
-    /// Second derivatives, by poses, of `weights` times a kick at `state`.
+    /// Second derivatives by poses of the product of `weights` and a kick at `state`.
     #[inline(always)]
     pub(super) fn kick_curvature(
         &self,

@@ -1,4 +1,4 @@
-//! The discrete dynamics with exact first and second derivatives, as the structured solver sees them.
+//! The discrete dynamics with exact first and second derivatives, for the structured solver.
 
 mod commands;
 mod coordinates;
@@ -23,9 +23,9 @@ pub(crate) use self::{
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.
 ///
-/// Variations `z` are `[δx, δγ, ζ, δΠ]`, or its half that moves. States move along `z` by [`Steps::moved`]:
-/// `x + δx`, `γ + δγ`, `R exp S(ζ)`, `Π + δΠ`. Derivatives are those of
-/// `z ↦ difference(Φ(s, w), Φ(moved(s, z), w + v))` at 0.
+/// Variations `z` are `[δx, δγ, ζ, δΠ]`, or the half of them that is planned. States move along `z` by
+/// [`Steps::moved`]: `x + δx`, `γ + δγ`, `R exp S(ζ)`, `Π + δΠ`. Derivatives are those of `z ↦ difference(Φ(s, w),
+/// Φ(moved(s, z), w + v))` at 0.
 pub(crate) trait Steps<const X: usize, const U: usize> {
     /// The state after step `k`.
     fn next(
@@ -44,8 +44,8 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         into: &mut Linearization<X, U>,
     ) -> Result<BodyState, Unsolvable>;
 
-    /// Second derivatives of `λ · Φ` (symmetric, in the exponential coordinates of [`Steps::moved`]) at fixed λ, where
-    /// [`Steps::linearize`] is possible.
+    /// Second derivatives of `λ · Φ` at fixed λ (symmetric, in the exponential coordinates of [`Steps::moved`]). Fails
+    /// if and only if [`Steps::linearize`] does.
     fn curvature(
         &self,
         k: usize,
@@ -55,7 +55,7 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         into: &mut Curvature<X, U>,
     ) -> Result<(), Unsolvable>;
 
-    /// [`Steps::linearize`] and [`Steps::curvature`] at once, at less than the cost of one after the other.
+    /// [`Steps::linearize`] and [`Steps::curvature`] at once, at less than their total cost.
     fn expand(
         &self,
         k: usize,
@@ -69,10 +69,10 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         self.linearize(k, state, command, first)
     }
 
-    /// `z` with `moved(from, z) = to`.
+    /// The variation `z` with `moved(from, z) = to`.
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;
 
-    /// The state at `z` from `state`.
+    /// The state that `z` leads to from `state`.
     fn moved(&self, state: &BodyState, z: &SVector<f64, X>) -> BodyState;
 }
 

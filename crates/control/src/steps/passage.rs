@@ -1,7 +1,8 @@
-//! Derivatives of a step, kick by drift by kick.
+//! Derivatives of a step, composed of those of its kicks and its drift.
 //!
-//! First derivatives multiply. Second derivatives of a composition are those of the later map, taken along the first
-//! derivatives of the earlier, and those of the earlier in the direction of the multipliers before the later.
+//! First derivatives are multiplied. The second derivatives of a composition are those of the later map, taken along
+//! the first derivatives of the earlier map, plus those of the earlier map in the direction of the multipliers before
+//! the later map.
 
 use std::array;
 
@@ -14,20 +15,20 @@ use super::drift::{Drift, DriftGradient};
 use super::kick::{Kick, momentum, pose};
 use super::{Curvature, KickDriftKick, Linearization};
 
-/// A step on its way to its last kick, with its first derivatives.
+/// A step up to its last kick, with the first derivatives of its parts.
 pub(super) struct Passage<'s, C, const N: usize, const U: usize> {
     steps: &'s KickDriftKick<'s, C, N, U>,
-    /// Where the drift begins.
+    /// The state at the beginning of the drift.
     begun: BodyState,
-    /// Where it ends.
+    /// The state at the end of the drift.
     drifted: BodyState,
     drifts: [Drift; N],
     gradients: [DriftGradient; N],
     /// The kick before the drift, if there is one.
     before: Option<Kick<'s, N, U>>,
-    /// The kick after it.
+    /// The kick after the drift.
     after: Kick<'s, N, U>,
-    /// Momenta at the end by momenta where the drift begins.
+    /// Derivatives of the final momenta by the momenta at the beginning of the drift.
     carried: Blocks<N>,
 }
 
@@ -90,7 +91,7 @@ impl<'s, C: Coordinates<N>, const N: usize, const U: usize> Passage<'s, C, N, U>
         }
     }
 
-    /// Second derivatives of `λ` times a step.
+    /// Second derivatives of the product of `λ` and a step.
     #[inline(always)]
     pub(super) fn second<const X: usize>(
         &self,
@@ -151,7 +152,7 @@ impl<'s, C: Coordinates<N>, const N: usize, const U: usize> Passage<'s, C, N, U>
         into.command.fill_lower_triangle_with_upper_triangle();
     }
 
-    /// Where a step ends.
+    /// The state at the end of the step.
     pub(super) fn end(&self, controls: &[Vector3<f64>; N]) -> BodyState {
         let mut end = self.drifted;
         self.steps.kick(self.steps.after, controls, &mut end);

@@ -1,4 +1,4 @@
-//! The derivatives of steps against automatic differentiation of steps written anew, from potentials alone.
+//! The derivatives of steps compared with automatic differentiation of an independent implementation from potentials.
 
 pub(crate) mod model;
 
@@ -15,7 +15,7 @@ fn random<const N: usize>(rng: &mut fastrand::Rng, scale: f64) -> SVector<f64, N
     SVector::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0))
 }
 
-/// Asserts that `found` is `expected` to 1e-12 of its largest entry.
+/// Asserts that `found` agrees with `expected` to 1e-12 of its largest entry.
 fn assert_close<const R: usize, const C: usize>(
     found: &SMatrix<f64, R, C>,
     expected: &SMatrix<f64, R, C>,
@@ -29,7 +29,7 @@ fn assert_close<const R: usize, const C: usize>(
     );
 }
 
-/// First derivatives and those of `λ·Φ` twice by all `X` coordinates of state and `U` commands.
+/// First derivatives of a step, and second derivatives of `λ·Φ`, by all `X` state coordinates and `U` commands.
 fn differentiated<const X: usize, const U: usize>(
     lambda: &SVector<f64, X>,
     step: impl Fn([HyperDual64; X], [HyperDual64; U]) -> [HyperDual64; X],
@@ -157,7 +157,7 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
     }
 }
 
-/// The model's other half is put where it is in the free flight before each kick.
+/// The other half of the model is set to the free flight before each kick.
 #[test]
 fn halves_have_the_derivatives_of_steps_made_of_potentials() {
     let mut rng = fastrand::Rng::with_seed(32);
@@ -169,7 +169,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
             let one = free.next(0, &scene.state, &SVector::zeros()).unwrap();
             let two = free.next(1, &one, &SVector::zeros()).unwrap();
             let history = [one, two].map(|state| State::of(&state));
-            // Off the free flight in its own half, and with a stale other half.
+            // Off the free flight in the planned half, and with an outdated other half.
             let state = free.moved(&one, &random(&mut rng, 0.05));
             let (command, lambda) = (random::<3>(&mut rng, 0.5), random::<6>(&mut rng, 1.0));
 
@@ -242,7 +242,7 @@ fn control<const R: usize, const U: usize>(
     })
 }
 
-/// Flown by the propagator's integrator, a plan's controls lead to the plan's states.
+/// The propagator's integrator leads from a plan's controls to the plan's states.
 #[test]
 fn propagators_fly_the_same_steps() {
     let mut rng = fastrand::Rng::with_seed(33);

@@ -8,13 +8,14 @@ use super::Units;
 
 /// A field in other units.
 ///
-/// It acts on the body that it was made for, whatever body it is asked about: bodies of other inertia are pulled alike.
+/// It always acts on the body that it was made for, whatever body is passed: bodies with modified inertia feel the same
+/// loads.
 #[derive(Clone)]
 pub(crate) struct Rescaled {
     field: Arc<dyn Field>,
     body: RigidBody,
     length: f64,
-    /// The reciprocals of those of force and moment.
+    /// The reciprocals of the units of force and moment.
     force: f64,
     moment: f64,
 }

@@ -1,11 +1,11 @@
-//! Units of a transfer's own size, so that no answer depends on those in which it is stated.
+//! Units of a transfer's own size, so that results do not depend on the units in which the transfer is stated.
 //!
-//! Every unit is a power of two: into them and back, numbers change their exponents alone. A transfer stated in other units
-//! that are powers of two apart is the same transfer in its own, bit for bit, and so is its plan.
+//! Every unit is a power of two, so that conversions only change exponents. Two statements of a transfer whose units
+//! differ by powers of two become the same transfer in its own units, bit for bit, and so do their plans.
 //!
-//! Momenta have units of their own, not those of `mass · length / time`: a spacecraft's angular momentum is nothing beside
-//! its mass times its orbit's radius times its speed. Mass and inertia follow from them, so that steps stay what they are:
-//! `δx = (h/m) γ` and `Ω = J⁻¹ Π`.
+//! Momenta have independent units instead of `mass · length / time`: a spacecraft's angular momentum is negligible
+//! compared with its mass times its orbit's radius times its speed. The units of mass and inertia follow from them, so
+//! that the steps keep their form: `δx = (h/m) γ` and `Ω = J⁻¹ Π`.
 
 mod field;
 mod problem;
@@ -20,7 +20,7 @@ pub(crate) use field::Rescaled;
 
 use crate::{Actuation, Transfer};
 
-/// What a quantity misses by rounding at least, relative to its size.
+/// The least rounding error of a quantity, relative to its size.
 pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The size of each unit; all are powers of two.
@@ -30,15 +30,15 @@ pub(crate) struct Units {
     length: f64,
     linear_momentum: f64,
     angular_momentum: f64,
-    /// Of each command.
+    /// The unit of each command.
     commands: SVector<f64, 6>,
     cost: f64,
 }
 
 impl Units {
-    /// Those of a transfer: its duration; the greatest distance from the origin at either end; the greatest momentum at
-    /// either end, or the one that covers that distance in the duration; the greatest angular momentum at either end, or the
-    /// one that turns the body by a radian in the duration.
+    /// The units of a transfer. Time: its duration. Length: the greatest distance from the origin at either end. Linear
+    /// momentum: the greatest at either end, or the one that covers that distance in the duration. Angular momentum:
+    /// the greatest at either end, or the one that turns the body by a radian in the duration.
     pub(crate) fn of(transfer: &Transfer) -> Self {
         let Transfer {
             body,
@@ -63,7 +63,7 @@ impl Units {
         let distance = initial.position.norm().max(size(placed, &end.position));
         let lengths = [
             distance.max(h * momentum / mass),
-            // Nothing moves the center of mass but what the body itself does.
+            // The body's own size, for a center of mass that stays at the origin.
             (inertia / mass).sqrt(),
         ];
         let length = lengths.into_iter().find(|length| *length > 0.0);
@@ -85,7 +85,7 @@ impl Units {
         without_commands.with_commands(&transfer.actuation)
     }
 
-    /// Units of one, those of the transfer itself.
+    /// Units of one: those in which the transfer is stated.
     pub(crate) fn ones() -> Self {
         Self {
             time: 1.0,
@@ -105,7 +105,8 @@ impl Units {
         &self.commands
     }
 
-    /// Those of commands, by which none exerts more than a unit, and of the cost, by which none weighs more.
+    /// Adds the units of the commands and of the cost. Each command's largest load component and the largest weight
+    /// become numbers from 1 to 2.
     fn with_commands(mut self, actuation: &Actuation) -> Self {
         let count = actuation.commands();
         let loads = self.loads();
@@ -120,7 +121,7 @@ impl Units {
         self
     }
 
-    /// Their reciprocals: what is stated in these units is stated in the transfer's by them.
+    /// The reciprocals of the units, which convert back to the units in which the transfer is stated.
     pub(crate) fn inverse(&self) -> Self {
         Self {
             time: self.time.recip(),
@@ -148,12 +149,12 @@ impl Units {
         self.angular_momentum / self.time
     }
 
-    /// Of force and moment.
+    /// The units of force and moment.
     fn loads(&self) -> SVector<f64, 6> {
         SVector::from_fn(|row, _| if row < 3 { self.force() } else { self.moment() })
     }
 
-    /// Of `[δx, δγ, ζ, δΠ]`.
+    /// The units of `[δx, δγ, ζ, δΠ]`.
     pub(crate) fn variations(&self) -> SVector<f64, 12> {
         let units = [
             self.length,
@@ -165,7 +166,7 @@ impl Units {
     }
 }
 
-/// The greatest power of two up to `size`; 1 where there is none.
+/// The greatest power of two up to `size`, or 1 if `size` is not a normal number.
 fn power(size: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
     if size.is_normal() {

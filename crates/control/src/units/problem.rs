@@ -1,4 +1,4 @@
-//! A transfer in units of its own.
+//! Conversion of a transfer to its own units.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ impl Units {
     /// `transfer` in these units.
     ///
     /// # Errors
-    /// Numbers that leave the range of floating point.
+    /// Returns an error if a value leaves the range of floating-point numbers.
     pub(crate) fn transfer(&self, transfer: &Transfer) -> Result<Transfer, TransferError> {
         let own = self.inverse();
         let body = &transfer.body;
@@ -40,7 +40,7 @@ impl Units {
         })
     }
 
-    /// `state` times the units.
+    /// `state` multiplied by the units.
     pub(crate) fn state(&self, state: &BodyState) -> BodyState {
         BodyState {
             position: self.length * state.position,

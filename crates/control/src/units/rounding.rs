@@ -5,10 +5,10 @@ use crate::Transfer;
 use crate::problem::Vector12;
 
 impl Units {
-    /// What rounding makes of `[δx, δγ, ζ, δΠ]` at the end, in these units.
+    /// The rounding error of `[δx, δγ, ζ, δΠ]` at the end, in these units.
     ///
-    /// Gravity turns a body by what is left of large moments: those of its points, which all but cancel. Their rounding may
-    /// be far more than that of the angular momentum itself.
+    /// The moment of gravity is the small difference of the large moments of the body's points. Their rounding error
+    /// may far exceed that of the angular momentum itself.
     pub(super) fn rounding(&self, transfer: &Transfer) -> Vector12 {
         let Transfer {
             body,

@@ -1,4 +1,4 @@
-//! Solutions into units of their own and back.
+//! Conversion of solutions to the transfer's own units and back.
 
 use lgvi_dynamics::Load;
 use nalgebra::SVector;
@@ -8,17 +8,17 @@ use crate::extremal::Extremal;
 use crate::{Iteration, Plan, PlanError, Progress, ShootingError};
 
 impl Units {
-    /// A plan of the transfer as one of [`Units::transfer`].
+    /// Converts a plan of the transfer to a plan of [`Units::transfer`].
     pub(crate) fn enter(&self, plan: &Plan) -> Plan {
         self.inverse().scaled(plan.clone())
     }
 
-    /// A plan of [`Units::transfer`] as one of the transfer.
+    /// Converts a plan of [`Units::transfer`] to a plan of the transfer.
     pub(crate) fn leave(&self, plan: Plan) -> Plan {
         self.scaled(plan)
     }
 
-    /// The same of an error, which may have a plan.
+    /// Converts an error back, with its plan if it has one.
     pub(crate) fn leave_error(&self, error: PlanError) -> PlanError {
         let leave = |plan: Box<Plan>| Box::new(self.leave(*plan));
         match error {
@@ -42,7 +42,7 @@ impl Units {
         }
     }
 
-    /// The same of where a solution stands.
+    /// Converts the progress of a solution back.
     pub(crate) fn leave_progress(&self, now: &Progress) -> Progress {
         Progress {
             cost: self.cost * now.cost,
@@ -50,7 +50,7 @@ impl Units {
         }
     }
 
-    /// The same of where shooting stands.
+    /// Converts the progress of shooting back.
     pub(crate) fn leave_iteration(&self, now: &Iteration) -> Iteration {
         Iteration {
             cost: self.cost * now.cost,
@@ -58,7 +58,7 @@ impl Units {
         }
     }
 
-    /// The same of why shooting ended.
+    /// Converts the error of shooting back.
     pub(crate) fn leave_shooting(&self, error: ShootingError) -> ShootingError {
         let leave = |now: Iteration| self.leave_iteration(&now);
         match error {
@@ -73,27 +73,27 @@ impl Units {
         }
     }
 
-    /// An extremal of the transfer as one of [`Units::transfer`].
+    /// Converts an extremal of the transfer to one of [`Units::transfer`].
     pub(crate) fn enter_extremal(&self, extremal: &Extremal) -> Extremal {
         self.inverse().scaled_extremal(extremal.clone())
     }
 
-    /// An extremal of [`Units::transfer`] as one of the transfer.
+    /// Converts an extremal of [`Units::transfer`] to one of the transfer.
     pub(crate) fn leave_extremal(&self, extremal: Extremal) -> Extremal {
         self.scaled_extremal(extremal)
     }
 
-    /// Multipliers of the transfer as those of [`Units::transfer`].
+    /// Converts multipliers of the transfer to those of [`Units::transfer`].
     pub(crate) fn enter_multipliers(&self, multipliers: &SVector<f64, 12>) -> SVector<f64, 12> {
         multipliers.component_mul(&self.inverse().multipliers())
     }
 
-    /// Multipliers of [`Units::transfer`] as those of the transfer.
+    /// Converts multipliers of [`Units::transfer`] to those of the transfer.
     pub(crate) fn leave_multipliers(&self, multipliers: &SVector<f64, 12>) -> SVector<f64, 12> {
         multipliers.component_mul(&self.multipliers())
     }
 
-    /// Of what pairs with variations to a cost.
+    /// The units of multipliers, which pair with variations to give a cost.
     fn multipliers(&self) -> SVector<f64, 12> {
         self.variations().map(|unit| self.cost / unit)
     }

@@ -43,7 +43,7 @@ fn transfer(dynamics: Dynamics) -> Transfer {
     .with_dynamics(dynamics)
 }
 
-/// The states of a plan are what its controls fly in the units of the transfer, bit for bit.
+/// The states of a plan are those of its controls in the units of the transfer, bit for bit.
 #[test]
 fn plans_fly_in_the_units_that_they_are_stated_in() {
     for dynamics in [Dynamics::LieEuler, Dynamics::Lgvi] {
@@ -61,7 +61,7 @@ fn plans_fly_in_the_units_that_they_are_stated_in() {
     }
 }
 
-/// A transfer in its own units has no others.
+/// The units of a transfer in its own units are one.
 #[test]
 fn units_of_a_transfer_in_its_own_are_ones() {
     let transfer = transfer(Dynamics::Lgvi);

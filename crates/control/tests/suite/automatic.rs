@@ -1,4 +1,4 @@
-//! Automatic differentiation by `[δx, δγ, ζ, δΠ]`, against which functions of a state are tested.
+//! Automatic differentiation by `[δx, δγ, ζ, δΠ]`, to test functions of a state.
 
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -7,7 +7,7 @@ use num_dual::{DualNum, HyperDual64};
 pub type Number = HyperDual64;
 pub type Triple = [Number; 3];
 
-/// A state in the arithmetic that differentiates; the attitude by rows.
+/// A state in differentiating arithmetic, with the attitude by rows.
 pub struct Moved {
     pub position: Triple,
     pub linear_momentum: Triple,
@@ -38,7 +38,7 @@ pub fn norm(a: Triple) -> Number {
     dot(a, a).sqrt()
 }
 
-/// `m a` of matrix by rows.
+/// `m a` for a matrix given by rows.
 pub fn product(m: &[Triple; 3], a: Triple) -> Triple {
     m.map(|row| dot(row, a))
 }
@@ -46,7 +46,7 @@ pub fn product(m: &[Triple; 3], a: Triple) -> Triple {
 fn moved(state: &BodyState, z: &[Number; 12]) -> Moved {
     let shifted = |v: &Vector3<f64>, at: usize| std::array::from_fn(|i| z[at + i] + v[i]);
     let zeta = [z[6], z[7], z[8]];
-    // Rᵀ's columns turn by exp(−S(ζ)), of which second derivatives see no more than this.
+    // The columns of Rᵀ turn by exp(−S(ζ)), expanded to second order, which second derivatives require.
     let turned = |i: usize| {
         let row = constant(&state.attitude.row(i).transpose());
         let first = cross(row, zeta);
@@ -90,7 +90,7 @@ pub fn random_state(rng: &mut fastrand::Rng) -> BodyState {
     }
 }
 
-/// Rows of a matrix in the arithmetic that differentiates.
+/// The rows of a matrix in differentiating arithmetic.
 pub fn rows(m: &Matrix3<f64>) -> [Triple; 3] {
     std::array::from_fn(|i| constant(&m.row(i).transpose()))
 }

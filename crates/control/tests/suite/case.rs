@@ -1,4 +1,4 @@
-//! Reference solutions of `tests/truth/optimal_control.json` at the workspace's root.
+//! Reference solutions from `tests/truth/optimal_control.json` at the root of the workspace.
 
 use lgvi_control::{Actuation, Transfer};
 use lgvi_dynamics::gravity::Central;
@@ -72,7 +72,7 @@ impl Case {
         self.with_axial(n, None)
     }
 
-    /// With another moment of inertia about the dumbbell's axis.
+    /// The transfer with another moment of inertia about the dumbbell's axis.
     pub fn with_axial(&self, n: usize, axial: Option<f64>) -> Transfer {
         let boundary = |which: &str| {
             let part = |name: &str| &self.json["bc"][format!("{name}{which}")];
@@ -102,7 +102,7 @@ impl Case {
         .expect("a transfer")
     }
 
-    /// Solutions with a free final time: N, T, J.
+    /// Reference solutions with a free final time: N, T, J.
     pub fn free_final_times() -> Vec<(usize, f64, f64)> {
         let all = Self::load("free_T_i").json;
         let entry = |(n, found): (&String, &Value)| {
@@ -113,7 +113,8 @@ impl Case {
         entries.iter().map(entry).collect()
     }
 
-    /// The terminal error before each Newton iteration of a prototype of the same method, from zero at N = 200.
+    /// The terminal error before each Newton iteration of an independent prototype of the shooting method, from zero
+    /// multipliers at N = 200.
     #[allow(dead_code, reason = "the crate's own tests read it")]
     pub fn prototype_history(&self) -> Vec<f64> {
         let history = &self.json["paper_newton_armijo_from_zero_N200"]["hist"];

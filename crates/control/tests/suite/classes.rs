@@ -1,4 +1,4 @@
-//! Classes of transfers with known solutions: half motions, few actuators, bounds.
+//! Classes of transfers with known solutions: half motions, few actuators, limits.
 
 use lgvi_control::constraint::{ComponentLimit, NormLimit, Place};
 use lgvi_control::terminal::{FinalAttitude, FinalPosition};
@@ -29,7 +29,7 @@ fn full() -> Actuation {
     Actuation::full(&Matrix3::identity(), &Matrix3::identity()).expect("weights")
 }
 
-/// From rest at the origin without gravity.
+/// A transfer from rest at the origin without gravity.
 fn transfer(
     target: impl TryInto<Terminal, Error: Into<TransferError>>,
     actuation: Actuation,
@@ -47,8 +47,8 @@ fn plan(transfer: &Transfer) -> Plan {
     solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true).expect("a plan")
 }
 
-/// The double integrator `x⁺ = x + h v`, `v⁺ = v + (h/m) u` from rest over `distance` to rest: of least energy,
-/// `u_k = c (N + 1 − 2k)`, k = 1 … N, with `Σ u = 0` and `(h²/m) Σ (N − k) u_k = distance`.
+/// The forces of least energy for the double integrator `x⁺ = x + h v`, `v⁺ = v + (h/m) u`, from rest to rest over
+/// `distance`: `u_k = c (N + 1 − 2k)`, k = 1 … N, with `Σ u = 0` and `(h²/m) Σ (N − k) u_k = distance`.
 fn energy_optimal(distance: f64, inertia: f64) -> Vec<f64> {
     let shape: Vec<f64> = (1..=N).map(|k| (N + 1) as f64 - 2.0 * k as f64).collect();
     let reach: f64 = (1..=N).map(|k| (N - k) as f64 * shape[k - 1]).sum();
@@ -72,7 +72,7 @@ fn energy_optimal_translations_have_forces_linear_in_time() {
     }
 }
 
-/// About a principal axis `Π⁺ = Π + h M` and `sin θ = h Π/J` a step, which is the double integrator to `O(h²)`.
+/// About a principal axis, a step has `Π⁺ = Π + h M` and `sin θ = h Π/J`, which is the double integrator to `O(h²)`.
 #[test]
 fn rest_to_rest_rotations_stay_on_a_principal_axis() {
     for motion in [Motion::Full, Motion::Rotation] {
@@ -88,7 +88,7 @@ fn rest_to_rest_rotations_stay_on_a_principal_axis() {
             assert!(load.moment.x.abs() + load.moment.z.abs() + load.force.norm() < 1e-11);
             assert!((load.moment.y - expected).abs() < 2e-3 * expected.abs().max(1.0));
         }
-        // By symmetry in time.
+        // Holds by symmetry in time.
         for k in 0..N {
             let mirrored = plan.controls[N - 1 - k].moment.y;
             assert!((plan.controls[k].moment.y + mirrored).abs() < 0.05);
@@ -96,11 +96,11 @@ fn rest_to_rest_rotations_stay_on_a_principal_axis() {
     }
 }
 
-/// Of all forces within a bound, that of least time accelerates by the bound and then brakes by it; at a little more
-/// time than that needs, the bounded plan is close to it.
+/// The force of least time within a bound accelerates at the bound and then brakes at the bound. If the time is
+/// slightly longer than the least time, the bounded plan is close to it.
 #[test]
 fn a_bound_near_the_least_one_gives_bang_bang() {
-    // `u = ±b` halves: distance = (h²/m) b Σ (N − k) sign.
+    // With `u = ±b` in two halves: distance = (h²/m) b Σ (N − k) sign.
     let distance = 1.0;
     let reach: f64 = (1..=N)
         .map(|k| (N - k) as f64 * if k <= N / 2 { 1.0 } else { -1.0 })
@@ -170,7 +170,7 @@ fn free_ends_are_cheaper_the_freer_they_are_and_end_with_costate_zero_where_free
     let first = plan(&transfer(goal, full()));
     let second = free(Terminal::FREE.with(position).with(attitude));
     assert!(second.cost < 0.5 * first.cost);
-    // Of least energy to a position with free momentum: a quarter, in continuous time.
+    // The least energy to reach a position with free momentum is a quarter, in continuous time.
     assert!((second.cost / first.cost - 0.25).abs() < 0.05);
     let last = second.multipliers[N - 1];
     assert!(last.fixed_rows::<3>(3).norm() + last.fixed_rows::<3>(9).norm() < 1e-12 * last.norm());

@@ -1,4 +1,4 @@
-//! Plans under inequalities and into other terminal sets, against IPOPT on the same discrete problem
+//! Plans under inequalities and into other terminal sets, compared with IPOPT on the same discrete problem
 //! (`tests/truth/constrained_control.json`).
 
 use lgvi_control::constraint::{
@@ -67,7 +67,7 @@ fn sphere(center: Vector3<f64>, radius: f64) -> Constraint {
     Constraint::state(KeepOutSphere::new(center, radius).expect("a sphere"))
 }
 
-/// The terminal set of a case, by its names.
+/// The terminal set of a case, by the names in the file.
 fn terminal(kinds: &Value, state: &BodyState) -> Terminal {
     let mut terminal = Terminal::try_from(*state).expect("a state");
     match kinds["translation"].as_str() {
@@ -152,7 +152,7 @@ fn planned(transfer: &Transfer, start: Start<'_>) -> (Plan, u32) {
     (plan.expect("a plan"), iterations)
 }
 
-/// Checks that a constraint holds at every sample, by its own words.
+/// Checks a constraint at every sample by its definition.
 fn assert_holds(constraint: &Constraint, plan: &Plan) {
     if let Some(limits) = constraint.downcast_ref::<ComponentLimit>() {
         for load in &plan.controls {
@@ -196,7 +196,7 @@ fn constrained_costs_are_those_of_ipopt() {
         let name = case["name"].as_str().expect("a name");
         let problem = transfer(&file, case);
         let (plan, cold) = planned(&problem, Start::Cold);
-        // Without constraints, any of the minima that IPOPT found from several starts.
+        // Without constraints, any of the minima that IPOPT found from several starts counts.
         let minima = match case["constraints"].as_array() {
             Some(none) if none.is_empty() => case["free_minima"].as_array().expect("minima"),
             _ => std::slice::from_ref(&case["cost"]),
@@ -212,14 +212,14 @@ fn constrained_costs_are_those_of_ipopt() {
         );
         assert!(error.abs() < 1e-7, "{name}: {} by {error:e}", plan.cost);
         assert!((again.cost / plan.cost - 1.0).abs() < 1e-8, "{name}");
-        // With two wheels the conditions at rest depend on each other to first order.
+        // With two wheels, the conditions at rest depend on each other to first order.
         assert!(warm < cold || name.contains("wheels"), "{name}");
         assert!(
             found.terminal <= 1e-12 && found.inequality <= 1e-9,
             "{name}"
         );
         assert!(found.complementarity <= 1e-9, "{name}");
-        // Where a corridor ends at its apex, rounding limits the multipliers.
+        // If a corridor ends at its apex, rounding limits the accuracy of the multipliers.
         let stationarity = if name == "corridor" { 1e-5 } else { 1e-8 };
         assert!(found.stationarity <= stationarity, "{name}: {found:?}");
         assert!(found.sufficient, "{name}");
@@ -233,7 +233,7 @@ fn constrained_costs_are_those_of_ipopt() {
     }
 }
 
-/// `|u| ≤ b` has the conditions `u + λ² = −y u` with `y ≥ 0`, and `y = 0` where `|u| < b`.
+/// The conditions of `|u| ≤ b` are `u + λ² = −y u` with `y ≥ 0`, and `y = 0` if `|u| < b`.
 #[test]
 fn bounded_forces_are_along_the_costate_and_at_the_bound_where_they_differ_from_it() {
     let free = Case::load("C_i").transfer(100);
@@ -270,7 +270,8 @@ fn bounded_forces_are_along_the_costate_and_at_the_bound_where_they_differ_from_
     }
 }
 
-/// A unit of mass goes a unit of length in 2 units of time: by a unit of force, first one way, then the other, at the least.
+/// A unit mass moves a unit of length in 2 units of time. The least peak force is one unit, first in one direction,
+/// then in the other.
 #[test]
 fn limits_down_to_the_least_peak_have_plans_and_below_it_the_least_excess_is_told() {
     let rest = |x: f64| BodyState {
@@ -328,7 +329,7 @@ fn only_what_is_proved_is_infeasible_and_the_rest_is_not_found_with_the_place() 
         other => panic!("{other:?}"),
     }
 
-    // The start decides the first step's end, the target the last's.
+    // The start fixes the end of the first step, the target fixes that of the last.
     let blocked = |center: Vector3<f64>| {
         let constraints = [far.clone(), sphere(center, 0.05)];
         infeasible(&free.clone().with_constraints(&constraints))
@@ -350,7 +351,7 @@ fn an_observer_stops_a_constrained_plan_with_what_there_is() {
     assert!(matches!(stopped, Err(PlanError::Stopped { best: Some(_) })));
 }
 
-/// Every kind of terminal set, and freer ends cost less.
+/// Every kind of terminal set is reached, and freer ends cost less.
 #[test]
 fn all_kinds_of_ends_are_reached_cold() {
     for set in ["C_i", "C_ii"] {

@@ -1,4 +1,4 @@
-//! Half a motion of bodies whose other half gravity does not leave alone.
+//! Half motions of bodies whose other half is affected by gravity.
 
 use lgvi_control::{Actuation, Motion, NewtonSettings, Place, Plan, Start, Transfer, miss, solve};
 use lgvi_dynamics::gravity::Central;
@@ -31,7 +31,7 @@ fn transfer(motion: Motion) -> Transfer {
     .with_motion(motion)
 }
 
-/// Where the propagator flies a plan to.
+/// The state to which the propagator flies a plan.
 fn flown(transfer: &Transfer, plan: &Plan) -> BodyState {
     let gravity = Box::new(Central { gm: 1.0 });
     let system = System::new(vec![Case::load("C_i").body()], vec![gravity]);
@@ -46,7 +46,7 @@ fn flown(transfer: &Transfer, plan: &Plan) -> BodyState {
     flight.states()[0]
 }
 
-/// A dumbbell of a quarter of the orbit's radius.
+/// The body is a dumbbell whose size is a quarter of the orbit's radius.
 #[test]
 fn half_a_motion_arrives_as_flown_where_gravity_couples_it_to_the_other() {
     let target = Case::load("C_i")

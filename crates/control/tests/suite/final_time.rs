@@ -1,4 +1,4 @@
-//! Free final times against reference solutions, and the derivative by which they are found.
+//! Free final times compared with reference solutions, and the derivative used to find them.
 
 use lgvi_control::constraint::{NormLimit, Place};
 use lgvi_control::{
@@ -40,7 +40,7 @@ fn free(n: usize, duration: f64, time: &FinalTime) -> TimedPlan {
 #[test]
 fn free_final_times_are_those_of_the_references() {
     for (n, final_time, cost) in Case::free_final_times() {
-        // There are other local minima; that of the references continues the best plan of set B.
+        // Other local minima exist; the reference continues the best plan of set B.
         let set = Case::load("B_i").transfer(n);
         let minima = search(&set, &SearchSettings::default(), |_| true).expect("minima");
         let plan = &minima[0].plan;
@@ -63,7 +63,7 @@ fn free_final_times_are_those_of_the_references() {
     }
 }
 
-/// The slope found at a bound is the derivative of the cost, by central differences of sixth order.
+/// The slope at a bound is the derivative of the cost, by central differences of sixth order.
 #[test]
 fn the_slope_is_the_derivative_of_the_cost_by_time_in_all_classes() {
     for motion in [Motion::Full, Motion::Translation, Motion::Rotation] {
@@ -95,7 +95,7 @@ fn the_slope_is_the_derivative_of_the_cost_by_time_in_all_classes() {
     }
 }
 
-/// A limit of the force that holds most of the way does not know the step either.
+/// A force limit that is active most of the way does not depend on the step size either.
 #[test]
 fn the_slope_is_the_derivative_of_the_cost_under_inequalities() {
     let free = solve(&transfer(60, 1.2), Start::Cold, &settings(), |_| true).expect("a plan");
@@ -110,7 +110,7 @@ fn the_slope_is_the_derivative_of_the_cost_under_inequalities() {
         plan.expect("a plan")
     };
     assert!(plan(1.2).cost > 1.001 * free.cost);
-    // Where a limit takes hold at one more step the second derivative jumps: a short step.
+    // The second derivative jumps where the limit becomes active at another step, hence the small difference step.
     let step = 5e-5;
     let difference = (plan(1.2 + step).cost - plan(1.2 - step).cost) / (2.0 * step);
     let bounds = between(1.2, 1.2);
@@ -147,7 +147,7 @@ fn time_that_costs_is_saved() {
     assert!(dear.plan.cost + dear.final_time < free_of_cost.plan.cost + free_of_cost.final_time);
 }
 
-/// A unit of mass goes a unit of length under a unit of force: in less than 2 units of time there is no plan.
+/// A unit mass moves a unit of length with at most a unit of force: no plan exists for less than 2 units of time.
 #[test]
 fn durations_without_a_feasible_plan_are_left_for_longer_ones() {
     let rest = |x: f64| BodyState {

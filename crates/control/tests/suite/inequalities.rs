@@ -1,4 +1,4 @@
-//! Inequalities on states against their geometry, their derivatives against automatic differentiation.
+//! Inequalities on states compared with their geometry, and their derivatives compared with automatic differentiation.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ fn start() -> BodyState {
     random_state(&mut fastrand::Rng::with_seed(1))
 }
 
-/// The constraint of a transfer that starts and ends at [`start`].
+/// The constraint adapted to a transfer that starts and ends at [`start`].
 fn between_ends(constraint: &Constraint) -> Arc<dyn StateConstraint> {
     let Constraint::State(constraint) = constraint else {
         panic!("{constraint:?}");
@@ -26,7 +26,7 @@ fn between_ends(constraint: &Constraint) -> Arc<dyn StateConstraint> {
         .unwrap_or_else(|| constraint.clone())
 }
 
-/// The constraints on the state, and what they are in any arithmetic, up to a positive factor.
+/// A state constraint and an independent formula for it in differentiating arithmetic, up to a positive factor.
 type Written = (Constraint, Box<dyn Fn(&Moved) -> Number>);
 
 fn written(rng: &mut fastrand::Rng) -> [Written; 3] {

@@ -1,4 +1,4 @@
-//! Tests against outside data and automatic differentiation, apart from the unit tests beside the code.
+//! Tests against external data and automatic differentiation; the unit tests are beside the code.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 

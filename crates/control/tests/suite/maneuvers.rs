@@ -1,11 +1,11 @@
-//! Random maneuvers from nothing.
+//! Random maneuvers from a cold start.
 
 use lgvi_control::{NewtonSettings, Settings, Start, certified, shooting, solve};
 use lgvi_truth::maneuvers::{Class, SEED, Varied, maneuver, varied};
 use nalgebra::SVector;
 
-/// At least 99 % of 1000 are solved (`lgvi_bench maneuvers`); of the first 60 all but one at most, and far more than by
-/// plain shooting.
+/// At least 99 % of 1000 maneuvers are solved (`lgvi_bench maneuvers`). Of the first 60 at most one fails, while plain
+/// shooting solves far fewer.
 #[test]
 fn random_maneuvers_are_solved_from_nothing() {
     const COUNT: u64 = 60;
@@ -22,7 +22,7 @@ fn random_maneuvers_are_solved_from_nothing() {
             }
             Err(error) => failed.push((index, error.to_string())),
         }
-        // Few iterations: it is slow where it fails.
+        // Few iterations, because shooting is slow where it fails.
         let settings = Settings {
             max_iterations: 40,
             ..Settings::default()
@@ -35,7 +35,7 @@ fn random_maneuvers_are_solved_from_nothing() {
     assert!(shot < 15, "shooting solves {shot} of 30 in orbit");
 }
 
-/// From a smooth path between both ends none of them is found.
+/// None of them is solved from a smooth path between both ends.
 #[test]
 fn transfers_over_revolutions_are_solved_by_way_of_the_free_flight() {
     for index in [325, 463, 512] {
@@ -47,7 +47,7 @@ fn transfers_over_revolutions_are_solved_by_way_of_the_free_flight() {
     }
 }
 
-/// At once they lead to commands that cannot be flown, which was taken for a stop.
+/// Imposed at once, they lead to commands that cannot be flown, which was once taken for a stop by the observer.
 #[test]
 fn inequalities_that_cannot_be_imposed_at_once_are_imposed_little_by_little() {
     let Varied {
@@ -63,7 +63,7 @@ fn inequalities_that_cannot_be_imposed_at_once_are_imposed_little_by_little() {
     assert!(shown.len() < 1000, "{shown}");
 }
 
-/// Shooting ends in a saddle here.
+/// Shooting converges to a saddle here.
 #[test]
 fn an_extremal_that_is_no_minimum_is_left_for_a_cheaper_one() {
     let transfer = maneuver(SEED, 38).expect("a maneuver").transfer;

@@ -1,4 +1,4 @@
-//! Local minima of the change of inclination.
+//! Local minima of an inclination change.
 
 use lgvi_control::{
     Minimum, NewtonSettings, PlanError, SearchSettings, Settings, Start, Transfer, search,
@@ -17,7 +17,7 @@ fn minima(settings: &SearchSettings) -> Vec<Minimum> {
     search(&transfer(), settings, |_| true).expect("minima")
 }
 
-/// Costs that another solver found.
+/// Costs found by another solver.
 const KNOWN: [f64; 4] = [12.9478, 12.9611, 13.0054, 13.0373];
 
 #[test]
@@ -48,7 +48,7 @@ fn the_minima_that_are_known_are_found_and_ranked() {
     }
 }
 
-/// Shooting, which integrates the necessary conditions forward, confirms each from its multipliers.
+/// Shooting integrates the necessary conditions forward and confirms each minimum from its multipliers.
 #[test]
 fn minima_are_extremals() {
     let transfer = transfer();
@@ -94,7 +94,7 @@ fn a_search_that_is_stopped_returns_what_is_refined_or_says_so() {
         assert!(seen <= after + whole.len() as u32);
         found
     };
-    // The last iterations may be those of minima that turn out to be the same.
+    // The last iterations may belong to minima that turn out to be known already.
     let some = [5, 10, 20, 40, 80]
         .into_iter()
         .map(|before| stopped(all - before).expect("minima"))
@@ -126,7 +126,7 @@ fn iterations_of_all_solutions_are_counted_through() {
     assert!(three >= one + 2, "{three} and {one}");
 }
 
-/// Over few intervals these have other minima, or dearer ones alone.
+/// Over few intervals these maneuvers have other minima, or only more expensive ones.
 #[test]
 fn a_search_is_never_dearer_than_the_plan_without_one() {
     for index in [133, 254, 277] {

@@ -1,10 +1,10 @@
-//! The structured solver against reference solutions and on slender bodies, and what its certificate sees.
+//! The structured solver on reference solutions and slender bodies, and its certificate.
 
 use lgvi_control::{NewtonSettings, Phase, Plan, PlanError, Start, Transfer, solve};
 
 use crate::case::Case;
 
-/// Moments of inertia about the dumbbells' axis; the other two are .0315.
+/// Moments of inertia about the dumbbell's axis; the other two are 0.0315.
 const AXIAL: [f64; 9] = [
     0.009, 0.007, 0.005, 0.004, 0.003, 0.002, 0.001, 0.0007, 0.0005,
 ];
@@ -134,7 +134,7 @@ fn a_cap_ends_it_with_the_best_iterate() {
     }
 }
 
-/// A plan with one command off: its certificate is that of the plan as it is, and says by how much.
+/// A rough plan: its certificate must state its actual errors.
 #[test]
 fn certificates_see_what_is_wrong() {
     let transfer = Case::load("C_i").transfer(100);
@@ -152,7 +152,7 @@ fn certificates_see_what_is_wrong() {
     let target = transfer.target().state().expect("a state");
     let end = rough.states.last().expect("an end");
     let terminal = rough.certificate.terminal;
-    // All sizes are 1, but for the angular momentum that turns the body by a radian: .08, rounded down to 1/16.
+    // All sizes are 1, except for the angular momentum that turns the body by a radian: 0.08, rounded down to 1/16.
     let mut miss = lgvi_control::miss(&target, end);
     miss.fixed_rows_mut::<3>(9).scale_mut(16.0);
     assert!((terminal - miss.norm()).abs() < 1e-15);

@@ -1,4 +1,4 @@
-//! Constraints and terminal conditions that are a user's own.
+//! User-defined constraints and terminal conditions.
 
 use std::ops::RangeInclusive;
 
@@ -21,7 +21,7 @@ use crate::case::Case;
 const N: usize = 40;
 const H: f64 = 0.05;
 
-/// Stays out of `|A (x − c)| < 1` in a part of the time: `g = ½ (1 − |A (x − c)|²)`.
+/// Keeps out of `|A (x − c)| < 1` from the time fraction `from` on: `g = ½ (1 − |A (x − c)|²)`.
 #[derive(Clone, Debug, PartialEq)]
 struct Ellipsoid {
     center: Vector3<f64>,
@@ -57,7 +57,7 @@ impl StateConstraint for Ellipsoid {
     }
 }
 
-/// Ends at a distance from a point, anywhere there with any momentum: `c = ½ (|x − p|²/r² − 1)`.
+/// Ends at a given distance from a point with any momentum: `c = ½ (|x − p|²/r² − 1)`.
 #[derive(Clone, Debug, PartialEq)]
 struct Distance {
     point: Vector3<f64>,
@@ -99,7 +99,7 @@ impl TerminalCondition for Distance {
     }
 }
 
-/// Force within a norm, as [`NormLimit`] has it.
+/// A limit on the norm of the force, like [`NormLimit`].
 #[derive(Debug, PartialEq)]
 struct Thrust(f64);
 
@@ -127,7 +127,7 @@ fn at(position: Vector3<f64>, velocity: Vector3<f64>) -> BodyState {
     }
 }
 
-/// Of a unit mass without gravity, the center of mass alone.
+/// A transfer of the center of mass alone, with unit mass and without gravity.
 fn free<T>(initial: BodyState, target: T, weight: &Matrix3<f64>) -> Transfer
 where
     T: TryInto<Terminal, Error: Into<TransferError>>,
@@ -237,7 +237,7 @@ fn an_own_ellipsoid_that_is_a_sphere_gives_the_plan_of_the_sphere() {
     assert!(apart(&own, &ours) < 1e-8, "{:e}", apart(&own, &ours));
 }
 
-/// `y = A x` makes a unit sphere of the ellipsoid and `A⁻ᵀ W A⁻¹` of the weight.
+/// `y = A x` turns the ellipsoid into a unit sphere and the weight into `A⁻ᵀ W A⁻¹`.
 #[test]
 fn an_own_ellipsoid_gives_the_plan_past_a_sphere_in_stretched_coordinates() {
     let [initial, target] = across();
@@ -292,8 +292,8 @@ fn an_own_limit_of_commands_is_the_limit_that_it_repeats() {
     assert!((own.controls[0].force.norm() - limit).abs() < 1e-6);
 }
 
-/// Without gravity the least energy to a position goes with the square of its distance from where the body drifts to:
-/// the cheapest place on the sphere is the nearest.
+/// Without gravity, the least energy to reach a position grows with the square of its distance from the end of the
+/// drift. The cheapest point of the sphere is therefore the nearest.
 #[test]
 fn an_own_target_is_reached_at_its_cheapest_place() {
     let initial = at(Vector3::new(2.0, 0.0, 0.0), Vector3::new(0.0, 0.7, 0.2));
@@ -315,7 +315,7 @@ fn an_own_target_is_reached_at_its_cheapest_place() {
     }
 }
 
-/// Where the end is free along the sphere and in all else, the costate there is across the sphere and zero in all else.
+/// If the end is free along the sphere and in all else, its costate is normal to the sphere and zero in all else.
 #[test]
 fn an_own_target_ends_with_the_costate_across_it() {
     let case = Case::load("C_i");

@@ -1,4 +1,4 @@
-//! Plans flown by accurate integrators, each control constant over its step: by how much they miss.
+//! Plans flown by accurate integrators with each control constant over its step, and their misses.
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
 use lgvi_control::{
@@ -15,7 +15,7 @@ use crate::case::Case;
 const EXACT: Method = Method::DormandPrince853 { tolerance: 1e-13 };
 const LGVI: Method = Method::Lgvi(Rotor::Discrete);
 
-/// Norm of the miss where `controls` lead from the true initial state.
+/// Norm of the miss when `controls` are flown from the true initial state.
 fn miss_of(case: &Case, n: usize, controls: &[Load], method: Method) -> f64 {
     let transfer = case.transfer(n);
     let gravity = Central { gm: 1.0 };
@@ -36,8 +36,8 @@ fn plan(transfer: &Transfer, start: Start<'_>) -> Plan {
     solve(transfer, start, &NewtonSettings::default(), |_| true).expect("a plan")
 }
 
-/// Halving the step halves what a plain Lie–Euler plan misses by, and quarters what processed plans and those of the LGVI
-/// do; the cost of processed plans comes four times nearer to its limit.
+/// Halving the step size halves the miss of plain Lie–Euler plans and quarters that of processed plans and of LGVI
+/// plans. The error of the cost of processed plans falls by a factor of four.
 #[test]
 fn processed_plans_and_those_of_the_lgvi_miss_by_the_square_of_the_step() {
     for set in ["C_i", "C_ii"] {
@@ -92,7 +92,7 @@ fn processed_plans_and_those_of_the_lgvi_miss_by_the_square_of_the_step() {
     }
 }
 
-/// The state at `z` from `state`, and back.
+/// The state at `z` from `state`.
 fn moved(state: &BodyState, z: &SVector<f64, 12>) -> BodyState {
     let part = |row: usize| z.fixed_rows::<3>(row).into_owned();
     BodyState {
@@ -103,8 +103,8 @@ fn moved(state: &BodyState, z: &SVector<f64, 12>) -> BodyState {
     }
 }
 
-/// From the initial state to the target; corrections and products with the costate are the same for a deviation and for
-/// what half a drift makes of it.
+/// The converted plan leads from the initial state to the target. Corrections and products with the costate are the
+/// same for a deviation as for the deviation half a drift later.
 #[test]
 fn plans_as_flown_pair_with_states_as_flown() {
     let case = Case::load("C_i");

@@ -1,4 +1,4 @@
-//! Plans made again on the way.
+//! Replanning during the flight.
 
 use lgvi_control::{NewtonSettings, Plan, Start, TooLate, Transfer, solve};
 use lgvi_dynamics::BodyState;
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use crate::case::Case;
 
-/// A plan with its number of Newton steps.
+/// A plan and its number of Newton steps.
 fn plan(transfer: &Transfer, start: Start<'_>) -> (Plan, u32) {
     let mut iterations = 0;
     let plan = solve(transfer, start, &NewtonSettings::default(), |now| {

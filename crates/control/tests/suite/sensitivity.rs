@@ -1,4 +1,4 @@
-//! The exact sensitivity of the extremal's end against differences of extremals.
+//! The exact sensitivity of the end of an extremal compared with finite differences.
 
 use lgvi_control::extremal::{integrate, integrate_with_sensitivity};
 use lgvi_dynamics::BodyState;
@@ -7,7 +7,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::case::Case;
 
-/// `[x, γ, log(R_refᵀ R), Π]` of the end that `lambda` leads to.
+/// `[x, γ, log(R_refᵀ R), Π]` at the end of the extremal from `lambda`.
 fn end(
     case: &Case,
     n: usize,
@@ -31,7 +31,7 @@ fn sensitivity_is_the_derivative_of_the_end() {
     for (set, n) in [("C_i", 50), ("C_ii", 50), ("B_i", 100)] {
         let case = Case::load(set);
         let reference = case.references().remove(0);
-        // Off the solution too, so that no term vanishes by optimality.
+        // Also away from the solution, so that no term vanishes by optimality.
         for scale in [1.0, 0.6] {
             let lambda = reference.lambda0 * scale;
             let (extremal, exact) =

@@ -1,4 +1,5 @@
-//! Residuals against formulas written anew, Jacobians and curvatures against automatic differentiation of those.
+//! Terminal residuals compared with independent formulas, and their derivatives compared with automatic differentiation
+//! of these formulas.
 
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;
@@ -15,7 +16,7 @@ use crate::automatic::{
     rows,
 };
 
-/// The two unit vectors that span the plane across `n`, by which conditions have their components.
+/// Two unit vectors perpendicular to `n`, along which conditions have their components.
 fn across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let sign = 1.0_f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);
@@ -53,14 +54,14 @@ fn both(
 const MASS: f64 = 1.7;
 const GM: f64 = 0.8;
 
-/// Weights `ν` applied to conditions written anew, `[x, γ]` in six rows and `[R, Π]` in six.
+/// Independent formulas of conditions, weighted by `ν`: six rows for `[x, γ]` and six for `[R, Π]`.
 type Weighted = Box<dyn Fn(&Moved, &SVector<f64, 12>) -> Number>;
 
 fn weigh(nu: &SVector<f64, 12>, from: usize, c: Triple) -> Number {
     c[0] * nu[from] + c[1] * nu[from + 1] + c[2] * nu[from + 2]
 }
 
-/// `θ/sin θ`: its series in sin² θ to an angle of 0.3, else by the arctangent.
+/// `θ/sin θ`: its series in sin² θ up to an angle of about 0.3, otherwise by the arctangent.
 fn angle_over_sine(sine_squared: Number, cosine: Number) -> Number {
     if sine_squared.re < 0.09 && cosine.re > 0.0 {
         let mut sum = Number::from(1.0);
@@ -75,7 +76,7 @@ fn angle_over_sine(sine_squared: Number, cosine: Number) -> Number {
     sine.atan2(cosine) / sine
 }
 
-/// `log(R_dᵀ R)` from the skew part and the trace.
+/// `log(R_dᵀ R)` from the skew-symmetric part and the trace.
 fn logarithm(target: &Matrix3<f64>, attitude: &[Triple; 3]) -> Triple {
     let columns: [Triple; 3] = std::array::from_fn(|j| attitude.map(|row| row[j]));
     let relative = columns.map(|column| product(&rows(&target.transpose()), column));
@@ -148,7 +149,7 @@ fn rotation(target: &Terminal) -> Weighted {
     })
 }
 
-/// Every kind of target, near to and far from `state`.
+/// Every kind of target, at small and large distances from `state`.
 fn targets(rng: &mut fastrand::Rng, state: &BodyState) -> Vec<Terminal> {
     let mut all = Vec::new();
     for angle in [0.0, 1e-5, 0.19, 0.21, 0.7, 2.0, 3.0] {
@@ -212,7 +213,7 @@ fn conditions_and_both_derivatives_are_those_of_automatic_differentiation() {
     }
 }
 
-/// A state on the orbit at another phase, by Kepler's equation.
+/// A state on the orbit at the true anomaly `anomaly`.
 fn later(
     center: Vector3<f64>,
     arm: Vector3<f64>,

@@ -1,4 +1,4 @@
-//! What is no terminal set and no constraint is refused with what is wrong.
+//! Invalid terminal sets and constraints are rejected with the cause.
 
 use std::f64::consts::FRAC_PI_2;
 

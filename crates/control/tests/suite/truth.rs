@@ -1,4 +1,4 @@
-//! Both maneuvers of §4.7 against reference solutions from independent solvers.
+//! Both maneuvers of §4.7 compared with reference solutions of independent solvers.
 
 use lgvi_control::extremal::ExtremalError;
 use lgvi_control::{Settings, ShootingError, shooting};

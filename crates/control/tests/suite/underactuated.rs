@@ -1,4 +1,4 @@
-//! Transfers with fewer commands than coordinates, from nothing.
+//! Transfers with fewer commands than coordinates, from a cold start.
 
 use lgvi_control::terminal::{FinalPosition, SpinAxis};
 use lgvi_control::{
@@ -21,14 +21,14 @@ fn at_rest(position: Vector3<f64>, turn: Vector3<f64>) -> BodyState {
     }
 }
 
-/// Commands of unit weight: forces along axes 0 to 2, moments about 3 to 5.
+/// Commands of unit weight: forces along axes 0 to 2, moments about axes 3 to 5.
 fn along(axes: &[usize]) -> Actuation {
     let unit = |axis: usize| std::array::from_fn(|i| f64::from(u8::from(i == axis)));
     let columns: Vec<_> = axes.iter().map(|&axis| (unit(axis), 1.0)).collect();
     Actuation::actuators(&columns).expect("actuators")
 }
 
-/// From rest without gravity in 2 units of time.
+/// A transfer from rest without gravity in 2 units of time.
 fn transfer(
     n: usize,
     target: impl TryInto<Terminal, Error: Into<TransferError>>,
@@ -54,7 +54,7 @@ fn planned(transfer: &Transfer) -> (Plan, u32) {
     (plan.expect("a plan"), iterations)
 }
 
-/// At rest a moment about the third axis is out of the reach of first derivatives.
+/// At rest, the first derivatives do not reach rotations about the third axis.
 #[test]
 fn two_wheels_turn_a_body_to_any_attitude() {
     let turns = [
@@ -83,7 +83,7 @@ fn two_wheels_turn_a_body_to_any_attitude() {
     }
 }
 
-/// The center of mass does not care for wheels, nor the cost for the number of steps.
+/// Wheels do not affect the center of mass, and the number of steps does not affect the cost.
 #[test]
 fn two_wheels_cost_the_same_in_the_full_motion_and_in_many_steps() {
     let target = at_rest(Vector3::zeros(), Vector3::new(0.3, -0.2, 0.7));
@@ -100,8 +100,8 @@ fn two_wheels_cost_the_same_in_the_full_motion_and_in_many_steps() {
     assert!((moved.cost / (coarse.cost + pushed.cost) - 1.0).abs() < 1e-8);
 }
 
-/// Forces with an arm turn the body by what they push: the momentum about the third axis is bound to those along the
-/// others, and a condition on it that agrees with theirs adds nothing.
+/// Forces with an arm turn the body as they push it. The momentum about the third axis is tied to the momenta along the
+/// other axes, so that a consistent condition on it adds nothing.
 #[test]
 fn conditions_that_follow_from_others_are_harmless() {
     let arm = 0.5;

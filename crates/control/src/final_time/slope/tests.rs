@@ -1,4 +1,4 @@
-//! The derivative by the step against differences.
+//! The derivative by the step size compared with finite differences.
 
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{Inertia, PointMass, RigidBody};
@@ -36,7 +36,7 @@ fn wave<const D: usize>(seed: usize) -> SVector<f64, D> {
     SVector::from_fn(|i, _| libm::sin((7 * seed + 3 * i) as f64 + 0.4))
 }
 
-/// What is done with the steps of any motion.
+/// An operation on the steps of any motion.
 trait Visit {
     fn visit<S: Steps<X, U>, const X: usize, const U: usize>(
         &mut self,
@@ -101,7 +101,7 @@ impl Visit for Product<'_> {
     }
 }
 
-/// A flight under any commands of the motion, with any multipliers: the derivative of the Lagrangian is that of central
+/// For a flight with arbitrary commands and multipliers, the derivative of the Lagrangian agrees with central
 /// differences of sixth order.
 #[test]
 fn the_derivative_of_the_lagrangian_is_that_of_differences() {

@@ -34,7 +34,7 @@ impl CommandInequality {
         }
     }
 
-    /// The inequality with `slack` of room, `g ≤ slack`.
+    /// The inequality relaxed by `slack`: `g ≤ slack`.
     pub(super) fn relaxed(&self, slack: f64) -> Self {
         Self {
             bound: self.bound + slack,
@@ -42,7 +42,7 @@ impl CommandInequality {
         }
     }
 
-    /// The inequality on the commands that `selection` (6×U) makes of others, `w = E v`.
+    /// The inequality on commands `v` from which `selection` (6×V) makes the commands `w = E v`.
     pub(crate) fn of<const V: usize>(
         &self,
         selection: &SMatrix<f64, 6, V>,
@@ -62,7 +62,7 @@ impl<const U: usize> CommandInequality<U> {
         (0.5 * (self.hessian * command) + self.linear).dot(command) - self.bound
     }
 
-    /// The part of the limit by which a command exceeds it where the inequality has the value `g`.
+    /// The relative amount by which a command exceeds its limit when the inequality has the value `g`.
     pub(crate) fn excess(&self, g: f64) -> f64 {
         let reached = g + self.bound;
         if self.hessian.amax() == 0.0 {
@@ -77,7 +77,7 @@ impl<const U: usize> CommandInequality<U> {
         self.hessian * command + self.linear
     }
 
-    /// `∂²g/∂w²`, the same everywhere.
+    /// `∂²g/∂w²`, which is constant.
     pub(crate) fn hessian(&self) -> &SMatrix<f64, U, U> {
         &self.hessian
     }

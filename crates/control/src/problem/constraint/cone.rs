@@ -8,7 +8,7 @@ use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction};
 use crate::problem::pointing::Pointing;
 
-/// A cone that a body axis stays out of: `g = (d · R a − cos α)/sin α`.
+/// A cone that a body axis must stay out of: `g = (d · R a − cos α)/sin α`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeepOutCone {
     axis: Vector3<f64>,
@@ -19,8 +19,8 @@ pub struct KeepOutCone {
 }
 
 impl KeepOutCone {
-    /// The body axis along `axis` and the cone round the inertial `direction`, of any length both, with a half-angle in
-    /// `(0, π)` (rad).
+    /// A constraint for the body axis `axis` and the cone about the inertial direction `along`, with a half-angle in
+    /// `(0, π)` (rad). Both vectors may have any length but zero.
     pub fn new(
         axis: Vector3<f64>,
         along: Vector3<f64>,
@@ -36,12 +36,12 @@ impl KeepOutCone {
         })
     }
 
-    /// Unit vector in the body frame.
+    /// The unit vector of the axis in the body frame.
     pub fn axis(&self) -> Vector3<f64> {
         self.axis
     }
 
-    /// Unit vector in the inertial frame.
+    /// The unit vector of the direction in the inertial frame.
     pub fn direction(&self) -> Vector3<f64> {
         self.direction
     }
@@ -74,7 +74,7 @@ impl StateConstraint for KeepOutCone {
         1.0
     }
 
-    /// The angle inside the cone (rad).
+    /// The angle by which the axis is inside the cone (rad).
     fn excess(&self, g: f64) -> f64 {
         let cosine = (self.cosine + self.sine * g).clamp(-1.0, 1.0);
         libm::atan2(self.sine, self.cosine) - libm::acos(cosine)

@@ -8,11 +8,11 @@ use super::{Place, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, point};
 
-/// A cone that the center of mass stays in: `g = (cos α (r − ε) − n · ρ)/L` with `ρ = x − apex`, `r = √(|ρ|² + ε²)`:
-/// convex, and smooth at the apex.
+/// A cone that the center of mass must stay in: `g = (cos α (r − ε) − n · ρ)/L` with `ρ = x − apex`, `r = √(|ρ|² +
+/// ε²)`. `g` is convex, and smooth at the apex.
 ///
-/// `L` is the distance of start or target from the apex, whichever is farther, and 1 where both are there. The apex is
-/// rounded off by `ε = 1e-12 L`.
+/// `L` is the distance of start or target from the apex, whichever is farther, or 1 if both are at the apex. The apex
+/// is rounded off by `ε = 1e-12 L`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corridor {
     apex: Vector3<f64>,
@@ -24,11 +24,12 @@ pub struct Corridor {
 
 /// `ε/L`
 const ROUNDING: f64 = 1e-12;
-/// The least distance from an apex that counts, in parts of `L`.
+/// The least distance from the apex used to scale `g`, in parts of `L`.
 const NEAREST: f64 = 1e-4;
 
 impl Corridor {
-    /// The cone from `apex` along `axis` (inertial frame, of any length), with a half-angle in `(0, π/2)` (rad).
+    /// The cone from `apex` along `axis` (inertial frame, of any length but zero), with a half-angle in `(0, π/2)`
+    /// (rad).
     pub fn new(
         apex: Vector3<f64>,
         axis: Vector3<f64>,
@@ -49,7 +50,7 @@ impl Corridor {
         self.apex
     }
 
-    /// Unit vector in the inertial frame, from the apex into the cone.
+    /// The unit vector from the apex into the cone, in the inertial frame.
     pub fn axis(&self) -> Vector3<f64> {
         self.axis
     }
@@ -94,7 +95,7 @@ impl StateConstraint for Corridor {
         self.length
     }
 
-    /// Makes `g` relative to the distance from the apex.
+    /// A factor that makes `g` relative to the distance from the apex.
     fn scale(&self, state: &BodyState) -> f64 {
         1.0 / ((state.position - self.apex).norm() / self.length).clamp(NEAREST, 1.0)
     }

@@ -5,20 +5,21 @@ use crate::problem::Actuation;
 use crate::problem::ParameterError;
 use crate::problem::parameter::limit;
 
-/// A limit of each command: `|w_i| ≤ limit_i`. An infinite limit is none.
+/// A limit on each command: `|w_i| ≤ limit_i`. An infinite limit is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandLimit {
     limit: [f64; 6],
 }
 
-/// A limit of each component of the control force (inertial frame) or moment (body frame). An infinite limit is none.
+/// A limit on each component of the control force (inertial frame) or moment (body frame). An infinite limit is no
+/// limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ComponentLimit {
     place: Place,
     limit: Vector3<f64>,
 }
 
-/// A limit of the norm of the control force or moment. An infinite limit is none.
+/// A limit on the norm of the control force or moment. An infinite limit is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormLimit {
     place: Place,
@@ -26,7 +27,7 @@ pub struct NormLimit {
 }
 
 impl CommandLimit {
-    /// One positive limit a command; those beyond the commands of the actuation are ignored.
+    /// A positive limit for each command; limits beyond the commands of the actuation are ignored.
     pub fn new(limits: [f64; 6]) -> Result<Self, ParameterError> {
         limits.into_iter().try_for_each(limit)?;
         Ok(Self { limit: limits })
@@ -52,7 +53,7 @@ impl CommandConstraint for CommandLimit {
 }
 
 impl ComponentLimit {
-    /// Positive limits of the components of the force that moves the position, or of the moment that turns the attitude.
+    /// Positive limits on the components of the force ([`Place::Position`]) or of the moment ([`Place::Attitude`]).
     pub fn new(place: Place, limits: Vector3<f64>) -> Result<Self, ParameterError> {
         limits.iter().copied().try_for_each(limit)?;
         Ok(Self {
@@ -61,7 +62,7 @@ impl ComponentLimit {
         })
     }
 
-    /// What the limited load moves.
+    /// The coordinate that the limited load moves.
     pub fn place(&self) -> Place {
         self.place
     }
@@ -93,7 +94,7 @@ impl CommandConstraint for ComponentLimit {
 }
 
 impl NormLimit {
-    /// A positive limit of the norm of the force that moves the position, or of the moment that turns the attitude.
+    /// A positive limit on the norm of the force ([`Place::Position`]) or of the moment ([`Place::Attitude`]).
     pub fn new(place: Place, value: f64) -> Result<Self, ParameterError> {
         limit(value)?;
         Ok(Self {
@@ -102,7 +103,7 @@ impl NormLimit {
         })
     }
 
-    /// What the limited load moves.
+    /// The coordinate that the limited load moves.
     pub fn place(&self) -> Place {
         self.place
     }
@@ -134,7 +135,7 @@ impl CommandConstraint for NormLimit {
     }
 }
 
-/// The rows of the actuation's matrix that make the force or the moment.
+/// The rows of the actuation's matrix for the force or the moment.
 fn load(actuation: &Actuation, place: Place) -> Matrix3x6<f64> {
     let first = match place {
         Place::Position => 0,
@@ -143,7 +144,7 @@ fn load(actuation: &Actuation, place: Place) -> Matrix3x6<f64> {
     actuation.matrix().fixed_rows::<3>(first).into_owned()
 }
 
-/// `|row · w| ≤ limit`, where commands reach the row at all.
+/// `|row · w| ≤ limit` as two inequalities; none if the limit is infinite or no command affects the row.
 fn within(row: SVector<f64, 6>, limit: f64) -> Vec<CommandInequality> {
     if limit.is_infinite() || row == SVector::<f64, 6>::zeros() {
         return Vec::new();

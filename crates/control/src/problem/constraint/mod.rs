@@ -1,10 +1,11 @@
 //! Inequalities on commands and states, as smooth functions `g ≤ 0` with two derivatives.
 //!
-//! Each is scaled to have no dimension: a limit is exceeded by `g` of itself, a sphere is entered by `g` of its radius, a
-//! cone by `g` rad, a corridor left by `g` of its length, all to first order.
+//! Each `g` is dimensionless. To first order it is the excess over a limit relative to that limit, the depth inside a
+//! sphere relative to its radius, the angle inside a cone (rad), or the distance outside a corridor relative to its
+//! length.
 //!
-//! Other inequalities implement [`StateConstraint`] or [`CommandConstraint`]. Each object is one inequality; several at
-//! once are several constraints.
+//! Further inequalities implement [`StateConstraint`] or [`CommandConstraint`]. Each [`StateConstraint`] is one
+//! inequality; several inequalities at once are several constraints.
 
 mod command;
 mod cone;
@@ -33,22 +34,22 @@ pub use limits::{CommandLimit, ComponentLimit, NormLimit};
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use sphere::KeepOutSphere;
 
-/// An inequality, imposed on each control interval or on the state at the end of each step.
+/// An inequality on the commands of each interval or on the state at the end of each step.
 ///
 /// # Assumptions and limitations
 ///
-/// States are held to it at the ends of steps, not between them. Where start and target decide a state (the end of the
-/// first Lie–Euler step, the last state of a transfer to one state), nothing is left to plan, and the inequality is only
-/// checked there.
+/// State inequalities hold at the ends of steps, not between them. Some states are fixed by start and target: the end
+/// of the first Lie–Euler step, and the last state of a transfer to a single state. There the inequality is only
+/// checked.
 #[derive(Clone, Debug)]
 pub enum Constraint {
-    /// On the commands of each interval.
+    /// An inequality on the commands of each interval.
     Commands(Arc<dyn CommandConstraint>),
-    /// On the state at the end of each step.
+    /// An inequality on the state at the end of each step.
     State(Arc<dyn StateConstraint>),
 }
 
-/// One of the two coordinates of a pose.
+/// A coordinate of a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// `x`, with derivatives by δx.
@@ -59,38 +60,39 @@ pub enum Place {
 
 /// An inequality `g(s) ≤ 0` on position or attitude, in the units of the transfer.
 pub trait StateConstraint: Comparable + Debug + Send + Sync {
-    /// The kind of constraint, as scenes and messages name it.
+    /// The kind of constraint, as it is named in scenes and messages.
     fn name(&self) -> &'static str;
 
     /// The coordinate that `g` depends on.
     fn place(&self) -> Place;
 
-    /// The part of the transfer's time in which it applies, from 0 at the start to 1 at the end.
+    /// The part of the transfer's duration in which it applies, from 0 at the start to 1 at the end.
     fn applies(&self) -> RangeInclusive<f64> {
         0.0..=1.0
     }
 
-    /// `g`, without dimension.
+    /// The dimensionless `g`.
     fn value(&self, state: &BodyState) -> f64;
 
-    /// Gradient and symmetric Hessian of `g` by δx, where `x` moves to `x + δx`, or by ζ, where `R` moves to
-    /// `R exp S(ζ)`.
+    /// The gradient and the symmetric Hessian of `g` by δx, where `x` moves to `x + δx`, or by ζ, where `R` moves to `R
+    /// exp S(ζ)`.
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>);
 
     /// The displacement (rad of the attitude) that changes `g` by 1, to first order at the boundary.
     fn size(&self) -> f64;
 
-    /// A factor of `g` near `state` that keeps its meaning there.
+    /// A factor of `g` that keeps the scale of `g` meaningful near `state`.
     fn scale(&self, _state: &BodyState) -> f64 {
         1.0
     }
 
-    /// The violation that is reported where `g` has this value.
+    /// The violation that is reported when `g` has this value.
     fn excess(&self, g: f64) -> f64 {
         g
     }
 
-    /// The constraint of a transfer from a position to another, if that is one point; `None` where it is the same for all.
+    /// The constraint adapted to a transfer from `start` to `end`, where `end` is `None` if the final position is not
+    /// fixed. Returns `None` if the constraint is the same for all transfers.
     fn between(
         &self,
         _start: &Vector3<f64>,
@@ -102,13 +104,13 @@ pub trait StateConstraint: Comparable + Debug + Send + Sync {
 
 /// Inequalities on the commands of an interval.
 pub trait CommandConstraint: Comparable + Debug + Send + Sync {
-    /// The kind of constraint, as scenes and messages name it.
+    /// The kind of constraint, as it is named in scenes and messages.
     fn name(&self) -> &'static str;
 
-    /// The inequalities that it makes of the commands of an actuation, in the units of the transfer.
+    /// The inequalities on the commands of an actuation, in the units of the transfer.
     fn inequalities(&self, actuation: &Actuation) -> Vec<CommandInequality>;
 
-    /// The coordinate whose motion it limits; `None` where it limits both.
+    /// The coordinate whose motion it limits, or `None` if it limits both.
     fn place(&self) -> Option<Place> {
         None
     }
@@ -125,7 +127,7 @@ impl Constraint {
         Self::Commands(Arc::new(constraint))
     }
 
-    /// The kind of constraint, as scenes and messages name it.
+    /// The kind of constraint, as it is named in scenes and messages.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Commands(constraint) => constraint.name(),
@@ -133,7 +135,7 @@ impl Constraint {
         }
     }
 
-    /// The coordinate whose motion it limits; `None` where it limits both.
+    /// The coordinate whose motion it limits, or `None` if it limits both.
     pub fn place(&self) -> Option<Place> {
         match self {
             Self::Commands(constraint) => constraint.place(),
@@ -141,7 +143,7 @@ impl Constraint {
         }
     }
 
-    /// The constraint as one of type `T`, if it is.
+    /// The constraint as a `T`, if it is one.
     pub fn downcast_ref<T: 'static>(&self) -> Option<&T> {
         self.any().downcast_ref()
     }

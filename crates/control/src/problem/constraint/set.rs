@@ -10,26 +10,26 @@ use crate::units::Units;
 /// All inequalities of a transfer.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InequalitySet {
-    /// On each interval's commands.
+    /// Inequalities on each interval's commands.
     pub(crate) command: Vec<CommandInequality>,
-    /// On the state at the end of each step.
+    /// Inequalities on the state at the end of each step.
     pub(crate) state: Vec<StateInequality>,
 }
 
-/// A constraint on states of a transfer in units of its own.
+/// A state constraint of a transfer in its own units.
 #[derive(Clone, Debug)]
 pub(crate) struct StateInequality {
     /// The index of the constraint.
     pub(crate) index: usize,
     constraint: Arc<dyn StateConstraint>,
-    /// The units of the transfer's states in those of the constraint.
+    /// The units of the transfer's states, expressed in the units of the constraint.
     units: Units,
-    /// The violation that is allowed.
+    /// The allowed violation.
     slack: f64,
 }
 
 impl InequalitySet {
-    /// The inequalities that `constraints` state under an actuation, between a start and a target.
+    /// The inequalities of `constraints` for an actuation, a start and a target.
     pub(crate) fn new(
         constraints: &[Constraint],
         actuation: &Actuation,
@@ -61,12 +61,12 @@ impl InequalitySet {
         all
     }
 
-    /// Whether there are none.
+    /// True if there are no inequalities.
     pub(crate) fn is_empty(&self) -> bool {
         self.command.is_empty() && self.state.is_empty()
     }
 
-    /// The inequalities of the transfer in units of its own.
+    /// The inequalities of the transfer in its own units.
     pub(crate) fn in_units(&self, units: &Units) -> Self {
         let commands = SMatrix::from_diagonal(units.commands());
         let state = |row: &StateInequality| StateInequality {
@@ -79,7 +79,7 @@ impl InequalitySet {
         }
     }
 
-    /// The inequalities with `slack` of room each, `g ≤ slack`.
+    /// The inequalities, each relaxed by `slack`: `g ≤ slack`.
     pub(crate) fn relaxed(&self, slack: f64) -> Self {
         let state = |row: &StateInequality| StateInequality {
             slack: row.slack + slack,
@@ -98,7 +98,7 @@ impl StateInequality {
         self.constraint.place()
     }
 
-    /// Those of so many intervals at whose ends it applies.
+    /// For each of `intervals` intervals, true if the inequality applies at its end.
     pub(crate) fn applies(&self, intervals: usize) -> Vec<bool> {
         let range = self.constraint.applies();
         let ends = (1..=intervals).map(|end| end as f64 / intervals as f64);
@@ -113,7 +113,7 @@ impl StateInequality {
         }
     }
 
-    /// A factor of `g` near `state` that keeps its meaning there.
+    /// A factor of `g` that keeps the scale of `g` meaningful near `state`.
     pub(crate) fn scale(&self, state: &BodyState) -> f64 {
         self.constraint.scale(&self.units.state(state))
     }
@@ -123,17 +123,18 @@ impl StateInequality {
         self.constraint.size() / self.unit()
     }
 
-    /// `g(s)`, less the slack.
+    /// `g(s)` minus the slack.
     pub(crate) fn value(&self, state: &BodyState) -> f64 {
         self.constraint.value(&self.units.state(state)) - self.slack
     }
 
-    /// The violation that is reported where the inequality has the value `g`.
+    /// The violation that is reported when the inequality has the value `g`.
     pub(crate) fn excess(&self, g: f64) -> f64 {
         self.constraint.excess(g + self.slack)
     }
 
-    /// Gradient and Hessian of `g` by [`StateInequality::place`], the Hessian symmetric and along `Steps::moved`.
+    /// The gradient and the symmetric Hessian of `g` by [`StateInequality::place`], with variations as in
+    /// `Steps::moved`.
     pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.units.state(state));
         let unit = self.unit();

@@ -5,7 +5,7 @@ use super::{Place, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{length, point};
 
-/// A sphere that the center of mass stays out of: `g = ½ (1 − |x − c|²/r²)`.
+/// A sphere that the center of mass must stay out of: `g = ½ (1 − |x − c|²/r²)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeepOutSphere {
     center: Vector3<f64>,
@@ -13,7 +13,7 @@ pub struct KeepOutSphere {
 }
 
 impl KeepOutSphere {
-    /// The sphere of a positive `radius` round `center` (inertial frame).
+    /// The sphere with a positive `radius` about `center` (inertial frame).
     pub fn new(center: Vector3<f64>, radius: f64) -> Result<Self, ParameterError> {
         Ok(Self {
             center: point("center", center)?,
@@ -21,7 +21,7 @@ impl KeepOutSphere {
         })
     }
 
-    /// The center, in the inertial frame.
+    /// The center in the inertial frame.
     pub fn center(&self) -> Vector3<f64> {
         self.center
     }

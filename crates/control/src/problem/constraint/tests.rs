@@ -1,4 +1,4 @@
-//! Inequalities on commands against the limits that they stand for.
+//! Command inequalities compared with the limits that they express.
 
 use lgvi_dynamics::Load;
 use nalgebra::{Matrix3, Vector3, Vector6};

@@ -6,7 +6,7 @@ use super::{Row, TerminalCondition};
 use crate::problem::parameter::{point, rotation};
 use crate::problem::{ParameterError, Place};
 
-/// An attitude, with one momentum or with any: `[log(R_dᵀ R), Π − Π_d]`.
+/// A final attitude, optionally with a final momentum: `[log(R_dᵀ R), Π − Π_d]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinalAttitude {
     attitude: Matrix3<f64>,
@@ -14,7 +14,7 @@ pub struct FinalAttitude {
 }
 
 impl FinalAttitude {
-    /// The rotation `R_d` and `Π_d` (body frame).
+    /// The condition with the rotation `R_d` and the momentum `Π_d` (body frame), or any momentum if `None`.
     pub fn new(
         attitude: Matrix3<f64>,
         angular_momentum: Option<Vector3<f64>>,

@@ -2,9 +2,9 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use crate::problem::pointing::{Pointing, across};
 
-/// Two conditions that point a body axis `a` along a direction `d`: the components across `d` of the rotation that turns
-/// `d` into `R a` by the shortest way, but for a quarter turn: `φ(d·Ra) (p·Ra)` and `φ(d·Ra) (q·Ra)` with `d`, `p`, `q`
-/// a triad and `φ = θ/sin θ`. Their norm is the angle θ between the two, up to a half turn.
+/// Two conditions that align a body axis `a` with a direction `d`: `φ(d·Ra) (p·Ra)` and `φ(d·Ra) (q·Ra)`, with the
+/// triad `d`, `p`, `q` and `φ = θ/sin θ`. Up to a quarter turn about `d`, they are the components perpendicular to `d`
+/// of the shortest rotation from `d` to `R a`. Their norm is the angle θ between the two, up to half a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Direction {
     pub(super) axis: Vector3<f64>,
@@ -12,17 +12,17 @@ pub(super) struct Direction {
     plane: [Vector3<f64>; 2],
 }
 
-/// Above this cosine φ uses its series in `1 − cos θ`.
+/// Above this cosine, φ is computed from its series in `1 − cos θ`.
 const SERIES: f64 = 0.8;
 
-/// The series' terms fall by about a tenth each.
+/// Number of terms of the series; each is about a tenth of the one before.
 const TERMS: u32 = 18;
 
-/// The sine of the angle at which an axis that points exactly the other way is taken to lie off it.
+/// The sine of the angle that is assumed when an axis points exactly opposite to the direction.
 const ANTIPODE: f64 = 1e-8;
 
 impl Direction {
-    /// The body axis `axis` along `direction`, both unit vectors.
+    /// The condition that aligns the body axis `axis` with `direction`, both unit vectors.
     pub(super) fn new(axis: Vector3<f64>, direction: Vector3<f64>) -> Self {
         let plane = across(&direction);
         Self {
@@ -69,10 +69,10 @@ impl Direction {
     }
 }
 
-/// `φ = θ/sin θ` and its first two derivatives by `cos θ`, the component along the direction; those across it are the
-/// sine's.
+/// `φ = θ/sin θ` and its first two derivatives by `cos θ`. The component along the direction is `cos θ`; those across
+/// it give `sin θ`.
 ///
-/// It solves `sin²θ φ' = cos θ φ − 1`; near θ = 0 it is `Σ 2ⁿ n!²/(2n+1)! (1 − cos θ)ⁿ`.
+/// φ solves `sin²θ φ' = cos θ φ − 1`; near θ = 0 it is `Σ 2ⁿ n!²/(2n+1)! (1 − cos θ)ⁿ`.
 fn angle_over_sine(along: &Pointing, p: &Pointing, q: &Pointing) -> [f64; 3] {
     let cosine = along.value;
     let sine_squared = p.value * p.value + q.value * q.value;

@@ -1,6 +1,6 @@
 //! Sets of states in which a transfer may end, as conditions `c = 0` with two derivatives.
 //!
-//! Other conditions implement [`TerminalCondition`].
+//! Further conditions implement [`TerminalCondition`].
 
 mod attitude;
 mod direction;
@@ -24,54 +24,55 @@ pub use spin_axis::SpinAxis;
 
 use super::{Comparable, ParameterError, Place};
 
-/// Conditions on position and linear momentum, or on attitude and angular momentum, at the end of a transfer, in its
-/// units.
+/// Conditions on position and linear momentum, or on attitude and angular momentum, at the end of a transfer, in the
+/// units of the transfer.
 pub trait TerminalCondition: Comparable + Debug + Send + Sync {
-    /// What the condition asks for, such as "a spin axis", for messages.
+    /// The name of the condition in messages, such as "a spin axis".
     fn name(&self) -> &'static str;
 
-    /// The coordinate that, with its momentum, it is a condition on.
+    /// The coordinate that is restricted, together with its momentum.
     fn place(&self) -> Place;
 
-    /// The quantity of each row of the residual. Conditions of which three are a [`Row::Pose`] leave one pose only.
+    /// The quantity of each row of the residual. Conditions with three rows of [`Row::Pose`] must fix a single pose.
     fn rows(&self) -> [Row; 6];
 
-    /// `c`, which is zero in the set; rows without a condition are zero, here and in the derivatives.
+    /// `c`, which is zero in the set; rows without a condition are zero in `c` and in its derivatives.
     fn residual(&self, end: &BodyState) -> SVector<f64, 6>;
 
-    /// First derivatives of `c` by `[δx, δγ]`, where `x` moves to `x + δx`, or by `[ζ, δΠ]`, where `R` moves to
-    /// `R exp S(ζ)`.
+    /// First derivatives of `c` by `[δx, δγ]`, where `x` moves to `x + δx`, or by `[ζ, δΠ]`, where `R` moves to `R exp
+    /// S(ζ)`.
     fn jacobian(&self, end: &BodyState) -> SMatrix<f64, 6, 6>;
 
-    /// Second derivatives of `ν · c` by the same, symmetric.
+    /// The symmetric second derivatives of `ν · c` by the same variations.
     fn curvature(&self, end: &BodyState, nu: &SVector<f64, 6>) -> SMatrix<f64, 6, 6>;
 
-    /// Moves pose and momentum of `state` into the set, for a first guess; `false` for each of them that is left as it is.
+    /// Moves pose and momentum of `state` into the set, for an initial guess. Returns `false` for each of the two that
+    /// is left unchanged.
     fn aim(&self, _state: &mut BodyState) -> [bool; 2] {
         [false; 2]
     }
 
-    /// By how much `end` misses the set, in the units of pose and momentum.
+    /// The amount by which `end` misses the set, in the units of pose and momentum.
     fn miss(&self, end: &BodyState) -> SVector<f64, 6> {
         self.residual(end)
     }
 }
 
 impl dyn TerminalCondition {
-    /// The condition as one of type `T`, if it is.
+    /// The condition as a `T`, if it is one.
     pub fn downcast_ref<T: 'static>(&self) -> Option<&T> {
         (self as &dyn Any).downcast_ref()
     }
 }
 
-/// The quantity of a row of terminal conditions.
+/// The quantity of a row of a terminal condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Row {
     /// No condition.
     None,
-    /// A number without dimension, or an angle.
+    /// A dimensionless number or an angle.
     Number,
-    /// Measured as the pose is: a length, or radians.
+    /// A quantity in the units of the pose: a length, or radians.
     Pose,
     /// A linear or angular momentum.
     Momentum,
@@ -89,14 +90,14 @@ impl Terminal {
         conditions: [None, None],
     };
 
-    /// The states that meet the condition too, in the place of any other on the same half.
+    /// Adds a condition, which replaces any other condition on the same half.
     pub fn with(mut self, condition: impl TerminalCondition) -> Self {
         let half = half(condition.place());
         self.conditions[half] = Some(Arc::new(condition));
         self
     }
 
-    /// The set without conditions on a half.
+    /// Removes the condition on a half.
     pub fn without(mut self, place: Place) -> Self {
         self.conditions[half(place)] = None;
         self
@@ -107,12 +108,12 @@ impl Terminal {
         self.conditions[half(place)].as_deref()
     }
 
-    /// The only state of the set; `None` where there are more.
+    /// The only state of the set, or `None` if the set has several.
     pub fn state(&self) -> Option<BodyState> {
         TerminalSet::from(self).state()
     }
 
-    /// By how much `end` misses the set: `[x, γ, R, Π]`, where what is free is not missed.
+    /// The amount by which `end` misses the set: `[x, γ, R, Π]`, zero where there is no condition.
     pub fn miss(&self, end: &BodyState) -> SVector<f64, 12> {
         let mut miss = SVector::<f64, 12>::zeros();
         for (half, condition) in self.conditions.iter().enumerate() {

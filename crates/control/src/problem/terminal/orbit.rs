@@ -7,12 +7,12 @@ use crate::problem::parameter::{length, point};
 use crate::problem::pointing::across;
 use crate::problem::{ParameterError, Place};
 
-/// Any phase of a Kepler ellipse, as five conditions on position and momentum, all without dimension: with `r = x − center`,
-/// `H = r × γ/m` and the eccentricity vector `e = (γ × (r × γ))/(m² GM) − r/|r|`,
-/// `(H − H_d)/|H_d|` and the two components of `e − e_d` in the plane of the orbit.
+/// Any phase of a Kepler ellipse, as five dimensionless conditions on position and momentum: `(H − H_d)/|H_d|` and the
+/// two components of `e − e_d` in the plane of the orbit, with `r = x − center`, `H = r × γ/m` and the eccentricity
+/// vector `e = (γ × (r × γ))/(m² GM) − r/|r|`.
 ///
-/// The third component of `e` follows from `H · e = 0`. The conditions are independent on every ellipse, the circle
-/// included, and vanish together on the orbit only.
+/// The third component of `e` follows from `H · e = 0`. The conditions are independent on every ellipse, including the
+/// circle, and vanish together only on the orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeplerOrbit {
     gm: f64,
@@ -26,18 +26,18 @@ pub struct KeplerOrbit {
     scale: f64,
     /// `H_d/|H_d|`
     normal: Vector3<f64>,
-    /// Two unit vectors that span the plane.
+    /// Two unit vectors that span the plane of the orbit.
     plane: [Vector3<f64>; 2],
-    /// The components of `e_d` along them.
+    /// The components of `e_d` along `plane`.
     eccentricity: [f64; 2],
 }
 
-/// Below this part of `|r| |v|`, `|r × v|` is no orbit but a fall.
+/// If `|r × v|` is below this part of `|r| |v|`, the motion is radial and not an orbit.
 const RADIAL: f64 = 1e-9;
 
 impl KeplerOrbit {
-    /// The elliptic orbit, round an attractor of gravitational parameter `gm` at `center`, of a body of `mass` through a
-    /// position with a velocity (inertial frame).
+    /// The elliptic orbit of a body of `mass` about an attractor with gravitational parameter `gm` at `center`, through
+    /// `position` with `velocity` (inertial frame).
     pub fn new(
         gm: f64,
         center: Vector3<f64>,
@@ -99,7 +99,7 @@ impl KeplerOrbit {
         self.position
     }
 
-    /// The velocity there.
+    /// The velocity at that position.
     pub fn velocity(&self) -> Vector3<f64> {
         self.velocity
     }
@@ -192,7 +192,8 @@ impl TerminalCondition for KeplerOrbit {
         [true; 2]
     }
 
-    /// The difference of the eccentricity vectors times the distance, and that of the angular momenta over the distance.
+    /// The difference of the eccentricity vectors times the distance, and the difference of the angular momenta divided
+    /// by the distance.
     fn miss(&self, end: &BodyState) -> SVector<f64, 6> {
         let found = self.elements(&end.position, &end.linear_momentum);
         let wanted = self.elements(&self.position, &(self.mass * self.velocity));

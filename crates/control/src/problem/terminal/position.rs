@@ -5,7 +5,7 @@ use super::{Row, TerminalCondition};
 use crate::problem::parameter::point;
 use crate::problem::{ParameterError, Place};
 
-/// A position, with one momentum or with any: `[x − x_d, γ − γ_d]`.
+/// A final position, optionally with a final momentum: `[x − x_d, γ − γ_d]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinalPosition {
     position: Vector3<f64>,
@@ -13,7 +13,8 @@ pub struct FinalPosition {
 }
 
 impl FinalPosition {
-    /// `x_d` and `γ_d`, both in the inertial frame and finite.
+    /// The condition with `x_d` and `γ_d`, both finite and in the inertial frame; any momentum if `linear_momentum` is
+    /// `None`.
     pub fn new(
         position: Vector3<f64>,
         linear_momentum: Option<Vector3<f64>>,

@@ -14,11 +14,11 @@ pub(crate) struct TerminalSet {
     pub(crate) rotation: HalfSet,
 }
 
-/// The conditions on one half of a transfer in units of its own.
+/// The conditions on one half of a transfer in its own units.
 #[derive(Clone, Debug)]
 pub(crate) struct HalfSet {
     condition: Option<Arc<dyn TerminalCondition>>,
-    /// The units of the transfer's states in those of the conditions.
+    /// The units of the transfer's states, expressed in the units of the conditions.
     units: Units,
     /// The units of the variations of pose and momentum.
     variations: SVector<f64, 6>,
@@ -33,7 +33,7 @@ impl From<&Terminal> for TerminalSet {
 }
 
 impl TerminalSet {
-    /// The conditions of `terminal` for a transfer in these units.
+    /// The conditions of `terminal` for a transfer in `units`.
     pub(crate) fn new(terminal: &Terminal, units: &Units) -> Self {
         let half = |half: usize| {
             let variations = units.variations().fixed_rows::<6>(6 * half).into_owned();
@@ -57,7 +57,7 @@ impl TerminalSet {
         }
     }
 
-    /// The only state of the set; `None` where there are more.
+    /// The only state of the set, or `None` if the set has several.
     pub(crate) fn state(&self) -> Option<BodyState> {
         let mut state = BodyState {
             position: Vector3::zeros(),
@@ -72,24 +72,24 @@ impl TerminalSet {
         (single && aimed == [[true; 2]; 2]).then_some(state)
     }
 
-    /// Moves `state` into the set, as [`TerminalCondition::aim`] does, each half by itself.
+    /// Moves `state` into the set as [`TerminalCondition::aim`] does, each half separately.
     pub(crate) fn aim(&self, state: &mut BodyState) -> [[bool; 2]; 2] {
         [self.translation.aim(state), self.rotation.aim(state)]
     }
 }
 
 impl HalfSet {
-    /// Drops the conditions.
+    /// Removes the conditions.
     pub(crate) fn release(&mut self) {
         self.condition = None;
     }
 
-    /// Whether there are no conditions.
+    /// True if there are no conditions.
     pub(crate) fn is_free(&self) -> bool {
         self.condition.is_none()
     }
 
-    /// Whether the pose at the end is one point or one rotation.
+    /// True if the final pose is a single point or a single rotation.
     pub(crate) fn fixes_pose(&self) -> bool {
         self.fixes(Row::Pose)
     }

@@ -7,7 +7,7 @@ use super::{Row, TerminalCondition};
 use crate::problem::parameter::{direction, point};
 use crate::problem::{ParameterError, Place};
 
-/// Any attitude that points a body axis in a direction, with a momentum.
+/// Any attitude that aligns a body axis with a direction, and one angular momentum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinAxis {
     direction: Direction,
@@ -15,7 +15,8 @@ pub struct SpinAxis {
 }
 
 impl SpinAxis {
-    /// The body axis along `axis`, the inertial direction `along`, of any length both, and `Π_d` (body frame).
+    /// The condition that aligns the body axis `axis` with the inertial direction `along`, with the momentum `Π_d`
+    /// (body frame). Both vectors may have any length but zero.
     pub fn new(
         axis: Vector3<f64>,
         along: Vector3<f64>,
@@ -28,12 +29,12 @@ impl SpinAxis {
         })
     }
 
-    /// Unit vector in the body frame.
+    /// The unit vector of the axis in the body frame.
     pub fn axis(&self) -> Vector3<f64> {
         self.direction.axis
     }
 
-    /// Unit vector in the inertial frame.
+    /// The unit vector of the direction in the inertial frame.
     pub fn direction(&self) -> Vector3<f64> {
         self.direction.direction
     }
@@ -85,7 +86,7 @@ impl TerminalCondition for SpinAxis {
         curvature
     }
 
-    /// By the shortest way.
+    /// Turns the axis by the shortest way.
     fn aim(&self, state: &mut BodyState) -> [bool; 2] {
         let pointing = state.attitude * self.axis();
         state.attitude = exp(&between(&pointing, &self.direction())) * state.attitude;
@@ -93,7 +94,7 @@ impl TerminalCondition for SpinAxis {
         [true; 2]
     }
 
-    /// The least rotation that points the axis, and the difference of the momenta.
+    /// The smallest rotation that aligns the axis, and the difference of the momenta.
     fn miss(&self, end: &BodyState) -> SVector<f64, 6> {
         let wanted = end.attitude.tr_mul(&self.direction());
         let (sine, cosine) = (wanted.cross(&self.axis()), wanted.dot(&self.axis()));
@@ -110,7 +111,7 @@ impl TerminalCondition for SpinAxis {
     }
 }
 
-/// The rotation vector of the shortest way from one direction to another.
+/// The rotation vector of the shortest rotation from one direction to another.
 fn between(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
     let cross = from.cross(to);
     let (sine, cosine) = (cross.norm(), from.dot(to));
@@ -120,7 +121,7 @@ fn between(from: &Vector3<f64>, to: &Vector3<f64>) -> Vector3<f64> {
     if cosine > 0.0 {
         return Vector3::zeros();
     }
-    // Half a turn about any axis across.
+    // Half a turn about any perpendicular axis.
     let least = Vector3::ith(from.iamin(), 1.0);
     from.cross(&least).normalize() * std::f64::consts::PI
 }

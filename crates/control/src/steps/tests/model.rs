@@ -1,4 +1,4 @@
-//! A body in a field and its steps in any arithmetic, from potentials alone.
+//! A body in a field and its steps in any arithmetic, from potentials only.
 
 use lgvi_dynamics::gravity::{Fixed, Moments, Multipole, Polyhedron, PolyhedronField, Sources};
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
@@ -30,7 +30,7 @@ fn scaled<T: Number>(a: Triple<T>, s: T) -> Triple<T> {
     a.map(|component| component * s)
 }
 
-/// A state whose attitude is kept as the three columns of `R`.
+/// A state whose attitude is stored as the three columns of `R`.
 #[derive(Clone, Copy)]
 pub(crate) struct State<T> {
     pub(crate) x: Triple<T>,
@@ -62,7 +62,7 @@ impl<T: Number> State<T> {
         }
     }
 
-    /// The same in an arithmetic made of this one.
+    /// The state in an arithmetic built on this one.
     pub(crate) fn map<D>(&self, lift: impl Fn(T) -> D + Copy) -> State<D> {
         State {
             x: self.x.map(lift),
@@ -77,7 +77,7 @@ impl<T: Number> State<T> {
         std::array::from_fn(|i| (0..3).fold(T::from(0.0), |sum, j| sum + self.r[j][i] * v[j]))
     }
 
-    /// `[x, γ, log(R_endᵀ R), Π]` less those of `end`; the logarithm to second order.
+    /// `[x, γ, log(R_endᵀ R), Π]` minus the values of `end`; the logarithm is correct to second order.
     pub(crate) fn minus(&self, end: &Self) -> [T; 12] {
         let m = |i: usize, j: usize| dot(end.r[i], self.r[j]);
         let log = [m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)];
@@ -95,7 +95,7 @@ impl<T: Number> State<T> {
         self.x = add(self.x, scaled(self.gamma, T::from(H / MASS)));
     }
 
-    /// `h S(Π) = F J_d − J_d Fᵀ` by Newton's method on the Cayley form, `R ← R F`, `Π ← Fᵀ Π`.
+    /// Solves `h S(Π) = F J_d − J_d Fᵀ` by Newton's method in Cayley form; `R ← R F`, `Π ← Fᵀ Π`.
     pub(crate) fn turn(&mut self, j: &Matrix3<f64>) {
         let g = scaled(self.pi, T::from(H));
         let zero = T::from(0.0);
@@ -136,11 +136,11 @@ impl<T: Number> State<T> {
     }
 }
 
-/// What attracts, as its potential alone and as the library has it.
+/// The attracting sources, each with its potential and its implementation in the library.
 enum Attraction {
     One(Source),
     Several(Vec<Source>),
-    /// A cuboid of these semi-axes.
+    /// A cuboid with these semi-axes.
     Cuboid([f64; 3]),
 }
 
@@ -153,8 +153,8 @@ pub(crate) struct Scene {
     actuation: Actuation,
 }
 
-/// `−Gσ ∫ dV/r` over a cuboid from outside its slabs, corner by corner (W. D. MacMillan, *The Theory of the Potential*,
-/// 1930), `Gσ = 1`.
+/// `−Gσ ∫ dV/r` of a cuboid with `Gσ = 1`, at points outside its slabs, corner by corner (W. D. MacMillan, *The Theory
+/// of the Potential*, 1930).
 fn cuboid<T: Number>(axes: [f64; 3], d: Triple<T>) -> T {
     let mut sum = T::from(0.0);
     for corner in 0..8 {
@@ -193,7 +193,7 @@ impl Attraction {
         })
     }
 
-    /// Potential of a unit mass, and the monopoles that a body's own multipole meets.
+    /// Potential of a unit mass.
     fn potential<T: Number>(&self, x: Triple<T>) -> T {
         match self {
             Self::One(source) => source.potential(x),
@@ -229,14 +229,14 @@ impl Scene {
             .with_dynamics(dynamics)
     }
 
-    /// Three Lie–Euler steps, of which nothing but the dynamics matters.
+    /// Three Lie–Euler steps; only the dynamics matter.
     pub(crate) fn transfer_by(&self, actuation: Actuation) -> Transfer {
         let Self { body, state, .. } = self;
         let (body, field) = (body.clone(), self.field());
         Transfer::new(body, field, H, 3, *state, *state, actuation).unwrap()
     }
 
-    /// `U`, the body's points placed about `x` by `place`.
+    /// `U`, with the body's points placed about `x` by `place`.
     fn potential<T: Number>(&self, x: Triple<T>, place: impl Fn(Triple<T>) -> Triple<T>) -> T {
         if let Kind::Series(_) = self.cloud.kind {
             let mut sum = self.attraction.potential(x) * MASS;
@@ -254,7 +254,7 @@ impl Scene {
         sum
     }
 
-    /// Force and moment: derivatives of `−U` by x and by a turn in the body's frame.
+    /// Force and moment: the derivatives of `−U` by x and by a rotation in the body frame.
     pub(crate) fn load<T: Number>(&self, state: &State<T>) -> [T; 6] {
         std::array::from_fn(|axis| {
             let along = |which: usize| -> Triple<Dual<T, f64>> {
@@ -284,7 +284,7 @@ impl Scene {
         }
     }
 
-    /// A step as the equations have it: (4.19)–(4.23), (3.22)–(3.26).
+    /// A step as defined by the equations (4.19)–(4.23), (3.22)–(3.26).
     pub(crate) fn step<T: Number>(
         &self,
         dynamics: Dynamics,
@@ -300,7 +300,7 @@ impl Scene {
     }
 }
 
-/// How long a scheme kicks before and after its drift.
+/// Durations of a scheme's kicks before and after its drift.
 pub(crate) fn scheme(dynamics: Dynamics) -> [f64; 2] {
     match dynamics {
         Dynamics::LieEuler => [0.0, H],
@@ -313,7 +313,7 @@ fn inertia(points: &[PointMass]) -> Inertia {
     Inertia::new(Matrix3::from_diagonal_element(second.trace()) - second).unwrap()
 }
 
-/// A body of a kind and mass [`MASS`], off its principal axes.
+/// A body of the given kind and of mass [`MASS`], not aligned with its principal axes.
 fn body(cloud: &Cloud) -> RigidBody {
     let inertia = inertia(&cloud.points);
     let multipole = match cloud.kind {
@@ -400,7 +400,7 @@ pub(crate) fn scenes(rng: &mut fastrand::Rng) -> Vec<Scene> {
         ];
         for (name, attraction) in attractions {
             let rate = body.inertia().matrix() * vector(rng, 2.0);
-            // Two of force, two of moment, two of both.
+            // Two forces, two moments, two of both.
             let columns = [
                 [1.0, 0.0],
                 [1.0, 0.0],

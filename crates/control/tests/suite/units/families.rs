@@ -1,4 +1,4 @@
-//! Random maneuvers of every family.
+//! Random maneuvers of all families.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ const EARTH: f64 = 3.986_004_418e14;
 const RADIUS: f64 = 6.378_137e6;
 const J2: f64 = 1.082_63e-3;
 
-/// What a family is called, and one of its maneuvers.
+/// The name of a family and the generator of its maneuvers.
 pub type Family = (&'static str, fn(&mut fastrand::Rng) -> Stated);
 
 pub const FAMILIES: [Family; 10] = [
@@ -47,7 +47,7 @@ fn dynamics(rng: &mut fastrand::Rng) -> Dynamics {
     }
 }
 
-/// A state on a circular orbit, turned by `phase` and with its plane by `tilt`.
+/// Position and momentum on a circular orbit at `phase`, with its plane tilted by `tilt`.
 fn circular(
     mass: f64,
     gm: f64,
@@ -60,7 +60,7 @@ fn circular(
     (radius * turn.column(0), mass * speed * turn.column(1))
 }
 
-/// From one circular orbit to another near it, in part of a revolution, and turning.
+/// From one circular orbit to a nearby one, in part of a revolution, with a rotation.
 fn orbits(rng: &mut fastrand::Rng, radius: f64, [mass, size]: [f64; 2], gm: f64) -> Stated {
     let arc = between(rng, 0.6, 2.0);
     let rate = (gm / radius).sqrt() / radius;
@@ -152,10 +152,10 @@ fn terminal_sets(rng: &mut fastrand::Rng) -> Stated {
     stated
 }
 
-/// Away from the origin, where a field without strength has no value either.
+/// A place away from the origin, where a field of zero strength is not defined either.
 const PLACE: Vector3<f64> = Vector3::new(4.0, 3.0, 1.0);
 
-/// By a meter or so, from rest to rest, without gravity.
+/// A rest-to-rest motion by about a meter without gravity.
 fn hop(rng: &mut fastrand::Rng) -> Stated {
     let duration = between(rng, 5.0, 50.0);
     let mass = between(rng, 1.0, 10.0);
@@ -186,7 +186,7 @@ fn hop(rng: &mut fastrand::Rng) -> Stated {
 
 fn limits(rng: &mut fastrand::Rng) -> Stated {
     let mut stated = hop(rng);
-    // From rest to rest over d the least force that suffices is 4 m d/T², and the cheapest peaks at 6.
+    // The least peak force that covers d from rest to rest is 4 m d/T²; the peak of the cheapest force is 6 m d/T².
     let distance = 2.0 * (stated.initial.position - PLACE).norm();
     let least = 4.0 * stated.mass * distance / (stated.duration * stated.duration);
     let limit = least * between(rng, 1.1, 1.4);
@@ -214,7 +214,7 @@ fn corridor(rng: &mut fastrand::Rng) -> Stated {
     stated
 }
 
-/// Of a body at rest of the size of a CubeSat, or of a station.
+/// A rest-to-rest rotation of a body of the size of a CubeSat or a station.
 fn slew(rng: &mut fastrand::Rng) -> Stated {
     let size = if rng.bool() { 0.1 } else { 20.0 };
     let mass = 1000.0 * size * size * size;
@@ -237,7 +237,7 @@ fn at_rest(attitude: Matrix3<f64>) -> Terminal {
 fn cone(rng: &mut fastrand::Rng) -> Stated {
     let angle = between(rng, 1.0, 2.0);
     let half_angle = between(rng, 0.1, 0.4);
-    // Near the middle of the way from x to where it is to point.
+    // Near the middle of the way from x to the target direction.
     let middle = 0.5 * angle;
     let aside = between(rng, 0.02, 0.5) * half_angle;
     let direction =
@@ -253,7 +253,7 @@ fn cone(rng: &mut fastrand::Rng) -> Stated {
     }
 }
 
-/// Wheels that weigh otherwise than thrusters, or two wheels alone.
+/// Wheels and thrusters of different weights, or two wheels alone.
 fn actuators(rng: &mut fastrand::Rng) -> Stated {
     let unit = |axis: usize, size: f64| std::array::from_fn(|i| if i == axis { size } else { 0.0 });
     if rng.bool() {

@@ -1,4 +1,4 @@
-//! No plan depends on the units in which its maneuver is stated, nor on the scale of its weights.
+//! Plans do not depend on the units of their maneuver nor on the scale of its weights.
 
 mod families;
 mod stated;
@@ -8,7 +8,7 @@ use lgvi_control::{Dynamics, NewtonSettings, Plan, PlanError, Settings, Start, s
 use families::FAMILIES;
 use stated::{Factors, Stated, assert_same};
 
-/// The plan and its Newton iterations.
+/// The plan and its number of Newton iterations.
 fn planned(stated: &Stated) -> (Result<Plan, PlanError>, u32) {
     let mut iterations = 0;
     let settings = NewtonSettings::default();
@@ -19,7 +19,7 @@ fn planned(stated: &Stated) -> (Result<Plan, PlanError>, u32) {
     (found, iterations)
 }
 
-/// A power of two of either sign.
+/// A random power of two with an exponent of at most `most` in size.
 fn power(rng: &mut fastrand::Rng, most: i32) -> f64 {
     f64::from(rng.i32(-most..=most)).exp2()
 }
@@ -54,7 +54,7 @@ fn powers_of_two_of_the_units_and_of_the_weights_change_no_bit() {
     }
 }
 
-/// In kilometers, hours and tons, and in units of its own size.
+/// In kilometers, in kilometers, hours and tons, with a smaller cost, and in units of the maneuver's own size.
 #[test]
 fn plans_are_the_same_in_any_units() {
     let mut rng = fastrand::Rng::with_seed(5);
@@ -92,7 +92,7 @@ fn plans_are_the_same_in_any_units() {
                 let Ok(other) = other else {
                     panic!("{name}, {by:?}: {other:?}");
                 };
-                // Rounding takes long iterations along other paths.
+                // Rounding leads long iterations along other paths.
                 assert!(
                     others.abs_diff(iterations) <= 2 + iterations / 4,
                     "{name}: {others} for {iterations}"
@@ -103,7 +103,7 @@ fn plans_are_the_same_in_any_units() {
     }
 }
 
-/// Shooting accepts in meters what Newton's method has found.
+/// Shooting in meters accepts the solutions of Newton's method.
 #[test]
 fn shooting_reaches_a_low_orbit_in_metres() {
     let mut rng = fastrand::Rng::with_seed(6);

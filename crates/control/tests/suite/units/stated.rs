@@ -7,7 +7,7 @@ use lgvi_dynamics::gravity::Multipole;
 use lgvi_dynamics::{BodyState, Inertia, Load, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
-/// By what numbers are multiplied.
+/// Factors between two systems of units.
 #[derive(Clone, Copy, Debug)]
 pub struct Factors {
     pub length: f64,
@@ -57,7 +57,7 @@ impl Factors {
     }
 }
 
-/// What is commanded.
+/// The commands of a maneuver.
 #[derive(Clone, Debug)]
 pub enum Commands {
     /// Force and moment, with these weights.
@@ -66,12 +66,12 @@ pub enum Commands {
     Actuators(Vec<([f64; 6], f64)>),
 }
 
-/// A maneuver in numbers.
+/// A maneuver, stated in numbers.
 #[derive(Clone, Debug)]
 pub struct Stated {
     pub mass: f64,
     pub moments: [f64; 3],
-    /// Half the length of the body's dumbbell; a sphere where it is 0.
+    /// Half the length of the body's dumbbell; 0 for a sphere.
     pub arm: f64,
     pub gm: f64,
     pub j2: f64,
@@ -120,7 +120,7 @@ impl Stated {
         .with_constraints(&self.constraints)
     }
 
-    /// The same maneuver in other units.
+    /// The maneuver stated in other units.
     pub fn times(&self, by: &Factors) -> Self {
         let speed = by.length / by.time;
         let weight = |load: f64| by.cost / (by.time * load * load);
@@ -138,7 +138,7 @@ impl Stated {
                 *force *= weight(by.force());
                 *moment *= weight(by.moment());
             }
-            // Their commands stay the numbers that they are.
+            // Commands of actuators keep their values.
             Commands::Actuators(columns) => {
                 for (column, own) in columns {
                     for (row, component) in column.iter_mut().enumerate() {
@@ -207,8 +207,8 @@ fn constrain(constraint: &mut Constraint, by: &Factors) {
     *constraint = scaled;
 }
 
-/// Whether a plan is another one in other units: to the bit, or to `tolerance` of the greatest control and
-/// 1e-8 of the cost.
+/// Asserts that `other` is `plan` in other units: exactly if `tolerance` is 0, otherwise to `tolerance` of the greatest
+/// control and 1e-8 of the cost.
 pub fn assert_same(plan: &Plan, other: &Plan, by: &Factors, tolerance: f64, name: &str) {
     let expected: Vec<_> = plan.controls.iter().map(|load| by.load(load)).collect();
     if tolerance == 0.0 {

@@ -1,8 +1,8 @@
 //! The linear-quadratic problem of a Newton step, solved by a backward sweep over the stages.
 //!
-//! Stage k has the model `½ [z; v]ᵀ H [z; v] + g · [z; v]` and the dynamics `z⁺ = A z + B v + d`. The end has `½ zᵀ P z
-//! + p · z` and the conditions `C z + c = 0` with multipliers ν. The cost to go from stage k is `½ zᵀ P z + p · z + νᵀ
-//! (Gᵀ z + m) + ½ νᵀ M ν` (the sweep of Bryson and Ho), minimal in the commands and stationary in ν.
+//! Stage k has the model `½ [z; v]ᵀ H [z; v] + g · [z; v]` and the dynamics `z⁺ = A z + B v + d`. The end has
+//! `½ zᵀ P z + p · z` and the conditions `C z + c = 0` with multipliers ν. The cost to go from stage k is
+//! `½ zᵀ P z + p · z + νᵀ (Gᵀ z + m) + ½ νᵀ M ν` (the sweep of Bryson and Ho), minimal in the commands and stationary in ν.
 //!
 //! With `Q_vv = H_vv + BᵀPB = L D Lᵀ` the command is `v = K z + N ν + κ`. −M is a Gram matrix of the commands: it is
 //! positive definite if the conditions can be met independently. Add a sufficient multiple of `CᵀC` to the end's P. The

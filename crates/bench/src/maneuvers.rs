@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lgvi_control::{NewtonSettings, Settings, Start, shooting, solve};
+use lgvi_control::{NewtonSettings, Start, shooting, solve};
 use lgvi_truth::maneuvers::{Class, Maneuver, maneuver};
 use nalgebra::SVector;
 use serde::Serialize;
@@ -150,9 +150,9 @@ fn newton(index: u64, maneuver: &Maneuver) -> Attempt {
 }
 
 fn shoot(index: u64, maneuver: &Maneuver) -> Attempt {
-    let settings = Settings {
+    let settings = shooting::Settings {
         tolerance: SOLVED,
-        ..Settings::default()
+        ..shooting::Settings::default()
     };
     let mut iterations = 0;
     let begun = Moment::now();

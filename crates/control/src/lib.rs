@@ -25,9 +25,9 @@
 //! # }
 //! ```
 //!
-//! Pure mathematics: no I/O, no clock, no thread. A [`Transfer`] states the problem. [`extremal`] integrates the
-//! necessary conditions forward from initial multipliers, with their sensitivities on demand; [`shooting`] finds the
-//! multipliers that reach the target.
+//! Pure mathematics: no I/O, no clock, no thread. A [`Transfer`] states the problem, and [`solve`] plans it by Newton's method on all steps.
+//! [`shooting`] is the method of the paper: it integrates the necessary conditions forward from initial multipliers and
+//! finds those that reach the target.
 //!
 //! Equation numbers are those of M. Leok, *An Overview of Lie Group Variational Integrators and Their Applications to
 //! Optimal Control*. Variations are `z = [δx, δγ, ζ, δΠ] ∈ ℝ¹²` with `δR = R S(ζ)`; multipliers `λ` pair with them.
@@ -37,9 +37,9 @@
 extern crate self as lgvi_control;
 
 mod barrier;
-pub mod extremal;
+mod discrete;
 mod final_time;
-mod minima;
+mod multistart;
 mod newton;
 mod plan;
 mod problem;
@@ -48,14 +48,12 @@ mod replan;
 mod riccati;
 pub mod shooting;
 mod solver;
-mod stage;
-mod steps;
 mod units;
 
 pub use lgvi_lie::nalgebra;
 
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
-pub use minima::{Minimum, SearchSettings, Winding, search};
+pub use multistart::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan};
 pub use problem::{
     Actuation, ActuationError, Comparable, Constraint, Dynamics, Motion, ParameterError, Place,
@@ -63,5 +61,4 @@ pub use problem::{
 };
 pub use problem::{constraint, terminal};
 pub use replan::TooLate;
-pub use shooting::{Iteration, Settings, ShootingError, Solution};
 pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, certified, solve};

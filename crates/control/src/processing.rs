@@ -14,8 +14,8 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{Matrix3, SMatrix};
 use thiserror::Error;
 
+use crate::discrete::{Coordinates, Full};
 use crate::problem::Dynamics;
-use crate::steps::{Coordinates, Full};
 use crate::{Plan, Transfer, TransferError};
 
 /// The reason why a transfer or a plan cannot be processed.

@@ -11,7 +11,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::steps::{Curvature, Linearization};
+use crate::discrete::{Curvature, Linearization};
 
 /// A quadratic model of a stage: `½ zᵀ H_zz z + zᵀ H_zv v + ½ vᵀ H_vv v + g_z · z + g_v · v`.
 #[derive(Clone, Debug)]

@@ -1,5 +1,5 @@
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, Motion, Settings, Terminal, Transfer, TransferError,
+    Actuation, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError, shooting,
 };
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Load, Method};
@@ -59,9 +59,9 @@ pub struct Solver {
 
 impl Solver {
     /// The settings of the shooting.
-    pub fn shooting(&self) -> Settings {
-        let defaults = Settings::default();
-        Settings {
+    pub fn shooting(&self) -> shooting::Settings {
+        let defaults = shooting::Settings::default();
+        shooting::Settings {
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
             ..defaults

@@ -1,6 +1,6 @@
 //! The solvers of `lgvi_control`, timed.
 
-use lgvi_control::{NewtonSettings, Phase, Plan, Progress, Settings, Start, Transfer, shooting};
+use lgvi_control::{NewtonSettings, Phase, Plan, Progress, Start, Transfer, shooting};
 use lgvi_dynamics::Load;
 use nalgebra::SVector;
 
@@ -75,8 +75,13 @@ pub(crate) struct Shot {
 /// By plain shooting from the free drift.
 pub(crate) fn shot(transfer: &Transfer) -> Result<Shot, BenchError> {
     let begun = Moment::now();
-    let found = shooting::solve(transfer, SVector::zeros(), &Settings::default(), |_| true)
-        .map_err(|error| BenchError::Plan(error.to_string()))?;
+    let found = shooting::solve(
+        transfer,
+        SVector::zeros(),
+        &shooting::Settings::default(),
+        |_| true,
+    )
+    .map_err(|error| BenchError::Plan(error.to_string()))?;
     Ok(Shot {
         seconds: begun.elapsed(),
         iterations: found.last.iteration,

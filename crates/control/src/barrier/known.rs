@@ -1,8 +1,8 @@
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
+use crate::discrete::{DiscreteDynamics, Linearization};
 use crate::newton::{Iterate, Problem};
-use crate::steps::{Linearization, Steps};
 
 /// The contribution of inequalities to the gradient of the Lagrangian at an interval.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub(crate) fn forces<S, E, const X: usize, const U: usize>(
     costates: &[SVector<f64, X>],
 ) -> Result<Vec<Force<X, U>>, Unsolvable>
 where
-    S: Steps<X, U>,
+    S: DiscreteDynamics<X, U>,
 {
     let mut dynamics = Linearization {
         a: SMatrix::zeros(),

@@ -5,8 +5,8 @@ mod slope;
 
 use thiserror::Error;
 
+use crate::discrete::DecouplingError;
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve};
-use crate::steps::HalfError;
 use crate::{Plan, Transfer, TransferError};
 use root::{Next, Root};
 
@@ -82,7 +82,7 @@ pub enum FinalTimeError {
     },
     /// The derivative of the cost cannot be computed.
     #[error(transparent)]
-    Slope(#[from] HalfError),
+    Slope(#[from] DecouplingError),
     /// The search has not converged.
     #[error(
         "the final time is not found after {solves} transfers: slope {slope:.3e} at {final_time}"

@@ -1,15 +1,17 @@
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SMatrix, SVector};
 
+use crate::discrete::{
+    DecoupledCommands, DecouplingError, DiscreteDynamics, KickDriftKick, Linearization,
+};
 use crate::problem::{Vector12, block};
-use crate::steps::{HalfCommands, HalfError, KickDriftKick, Linearization, Steps};
 use crate::{Dynamics, Motion, Plan, Transfer};
 
 /// The exact derivative `dJ/dh` of a transfer's solution. By the envelope theorem it is the derivative of the
 /// Lagrangian by the step size at fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions
 /// and inequalities do not depend on the step size and do not contribute. Coordinates that follow the free flight do
 /// depend on it, and the planned coordinates depend on them.
-pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, HalfError> {
+pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, DecouplingError> {
     let motion = if is_whole(transfer.motion, plan) {
         Motion::Full
     } else {
@@ -21,7 +23,7 @@ pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, HalfError
             lagrangian(transfer, plan, &steps, 0, |command| *command, &[])
         }
         Motion::Translation => {
-            let commands = HalfCommands::forces(&transfer.actuation)?;
+            let commands = DecoupledCommands::forces(&transfer.actuation)?;
             let steps = KickDriftKick::translation(transfer, &commands)?;
             let free = free_flight(transfer, 6)?;
             lagrangian(
@@ -34,7 +36,7 @@ pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, HalfError
             )
         }
         Motion::Rotation => {
-            let commands = HalfCommands::moments(&transfer.actuation)?;
+            let commands = DecoupledCommands::moments(&transfer.actuation)?;
             let steps = KickDriftKick::rotation(transfer, &commands)?;
             let free = free_flight(transfer, 0)?;
             lagrangian(
@@ -63,14 +65,14 @@ fn is_whole(motion: Motion, plan: &Plan) -> bool {
 
 /// The derivative of the Lagrangian. The plan's coordinates begin with index `first`; the others, if any, change with
 /// the step size as given by `free`.
-fn lagrangian<S: Steps<X, U>, const X: usize, const U: usize>(
+fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
     transfer: &Transfer,
     plan: &Plan,
     steps: &S,
     first: usize,
     narrowed: impl Fn(&SVector<f64, 6>) -> SVector<f64, U>,
     free: &[Vector12],
-) -> Result<f64, HalfError> {
+) -> Result<f64, DecouplingError> {
     let own = |all: &Vector12| all.fixed_rows::<X>(first).into_owned();
     let mut linear = Linearization {
         a: SMatrix::zeros(),
@@ -81,7 +83,7 @@ fn lagrangian<S: Steps<X, U>, const X: usize, const U: usize>(
     for (k, ((command, lambda), ends)) in intervals.zip(plan.states.windows(2)).enumerate() {
         steps
             .linearize(k, &ends[0], &narrowed(command), &mut linear)
-            .map_err(|source| HalfError::Unsolvable { step: k, source })?;
+            .map_err(|source| DecouplingError::Unsolvable { step: k, source })?;
         let control = transfer.actuation.load(command);
         let [begin, end] = changes(transfer, ends, &control, free.get(k..k + 2));
         let change = linear.a * own(&begin) + own(&end);
@@ -133,7 +135,7 @@ fn changes(
 
 /// The derivatives of the free flight's states at `0 … N` by the step size: six coordinates starting at index `first`;
 /// the others are zero.
-fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, HalfError> {
+fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, DecouplingError> {
     let steps = KickDriftKick::full(transfer);
     let mut linear = Linearization {
         a: SMatrix::zeros(),
@@ -151,7 +153,7 @@ fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, HalfE
     for step in 0..transfer.intervals {
         let next = steps
             .linearize(step, &state, &SVector::zeros(), &mut linear)
-            .map_err(|source| HalfError::Unsolvable { step, source })?;
+            .map_err(|source| DecouplingError::Unsolvable { step, source })?;
         let [begin, end] = changes(transfer, &[state, next], &Load::default(), None);
         change = linear.a * (change + begin) + end;
         all.push(half(&change));

@@ -8,7 +8,7 @@ use super::model::{Kind, ModelError};
 use super::problem::{Iterate, Problem};
 use super::search::CORRECTIONS;
 use super::trial::{Merit, Move, Trial};
-use crate::steps::Steps;
+use crate::discrete::DiscreteDynamics;
 
 /// Augmentations for which the Hessian is tested. The larger the augmentation, the closer the direction stays to the
 /// terminal conditions.
@@ -34,7 +34,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         inequalities: &mut Q,
     ) -> Option<Iterate<X, U>>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
@@ -88,7 +88,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         inequalities: &Q,
     ) -> Option<Iterate<X, U>>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
@@ -126,7 +126,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         inequalities: &Q,
     ) -> Option<Merit<X>>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {

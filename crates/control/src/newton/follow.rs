@@ -5,7 +5,7 @@ use super::iteration::{Ended, Newton, Standing, Tolerances};
 use super::problem::Problem;
 use super::search::CORRECTIONS;
 use super::trial::{Move, Trial};
-use crate::steps::Steps;
+use crate::discrete::DiscreteDynamics;
 
 /// The largest relative error that a reused model corrects, and the factor by which each step must reduce the error.
 const FOLLOWED: f64 = 0.02;
@@ -24,7 +24,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         observe: &mut impl FnMut(&Standing) -> bool,
     ) -> Option<Ended>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
@@ -78,7 +78,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         standing: &mut Standing,
     ) -> f64
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {

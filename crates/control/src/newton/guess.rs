@@ -6,8 +6,8 @@ use lgvi_lie::{exp, log, right_jacobian_inverse, vee};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::problem::{Iterate, Problem};
+use crate::discrete::{DiscreteDynamics, Linearization};
 use crate::riccati::Policy;
-use crate::steps::{Linearization, Steps};
 
 /// Angle (rad) below which the mean spin of both ends says nothing about the number of turns.
 const HALF_TURN: f64 = std::f64::consts::PI;
@@ -70,7 +70,7 @@ pub(crate) fn along<S, E, const X: usize, const U: usize>(
     to: &BodyState,
 ) -> Result<Iterate<X, U>, (usize, Unsolvable)>
 where
-    S: Steps<X, U>,
+    S: DiscreteDynamics<X, U>,
 {
     let h = problem.h;
     let mut states: Vec<_> = path
@@ -129,7 +129,7 @@ pub(crate) fn resampled<S, E, const X: usize, const U: usize>(
     from: &Iterate<X, U>,
 ) -> Iterate<X, U>
 where
-    S: Steps<X, U>,
+    S: DiscreteDynamics<X, U>,
 {
     let (coarse, fine) = (from.commands.len(), problem.intervals);
     let ratio = coarse as f64 / fine as f64;
@@ -171,7 +171,7 @@ pub(crate) fn kept<S, E, const X: usize, const U: usize>(
     policies: &[Policy<X, U>],
 ) -> Option<Iterate<X, U>>
 where
-    S: Steps<X, U>,
+    S: DiscreteDynamics<X, U>,
 {
     let mut iterate = resampled(problem, from);
     let ratio = policies.len() as f64 / problem.intervals as f64;

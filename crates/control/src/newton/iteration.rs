@@ -4,7 +4,7 @@ use super::conditions::{Ending, Inequalities, Satisfied};
 use super::model::{Kind, Model, ModelError};
 use super::problem::{Iterate, Problem};
 use super::trial::{Direction, Weights};
-use crate::steps::Steps;
+use crate::discrete::DiscreteDynamics;
 
 /// The Newton iteration for one N, with all its buffers.
 pub(crate) struct Newton<const X: usize, const U: usize> {
@@ -125,7 +125,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         mut observe: impl FnMut(&Standing) -> bool,
     ) -> Ended
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
@@ -247,7 +247,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         kind: &mut Kind,
     ) -> Result<(), ModelError>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {

@@ -3,8 +3,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::conditions::{Ending, Inequalities};
 use super::problem::{Iterate, Problem};
+use crate::discrete::{Curvature, DiscreteDynamics, Linearization};
 use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
-use crate::steps::{Curvature, Linearization, Steps};
 
 /// Settings of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         kind: Kind,
     ) -> Result<(), ModelError>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
@@ -215,7 +215,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         iterate: &Iterate<X, U>,
     ) -> Result<SVector<f64, X>, ModelError>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
     {
         let steps = problem.steps;

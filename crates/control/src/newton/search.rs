@@ -6,7 +6,7 @@ use super::conditions::{Ending, Inequalities};
 use super::iteration::{Newton, Standing};
 use super::problem::Problem;
 use super::trial::{Merit, Move, Trial};
-use crate::steps::Steps;
+use crate::discrete::DiscreteDynamics;
 
 /// The shortest step tried before the damping is raised.
 const SHORTEST: f64 = 0.2;
@@ -23,7 +23,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         standing: &mut Standing,
     ) -> bool
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
@@ -75,7 +75,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         standing: &mut Standing,
     ) -> bool
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use super::conditions::{Ending, Inequalities};
 use super::model::Model;
 use super::problem::{Iterate, Problem};
-use crate::steps::Steps;
+use crate::discrete::DiscreteDynamics;
 
 /// The solution of a model: variations of states, commands and terminal multipliers.
 pub(crate) struct Direction<const X: usize, const U: usize> {
@@ -97,7 +97,7 @@ pub(crate) struct Trial<'t, 'p, S, E, Q, const X: usize, const U: usize> {
 
 impl<S, E, Q, const X: usize, const U: usize> Trial<'_, '_, S, E, Q, X, U>
 where
-    S: Steps<X, U>,
+    S: DiscreteDynamics<X, U>,
     E: Ending<X>,
     Q: Inequalities<X, U>,
 {

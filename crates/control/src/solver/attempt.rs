@@ -5,8 +5,8 @@ use super::error::PlanError;
 use super::progress::{NewtonSettings, Phase, Progress, Start};
 use super::resolution::resolved;
 use super::scale::{metric, stiffness};
+use crate::discrete::DiscreteDynamics;
 use crate::newton::{Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained, guess};
-use crate::steps::Steps;
 use crate::{Plan, Transfer};
 
 /// The state of one call of the solver.
@@ -25,7 +25,7 @@ enum Guess {
     /// A smooth path between both ends. The attitude turns the shorter way or with additional turns.
     Smooth { turns: f64 },
     /// The plans of a sequence of bodies that become more slender.
-    Stout,
+    InertiaHomotopy,
     /// The plans of a sequence of targets that start where the free flight ends.
     Drifted,
     /// The plans with the missing actuators added, at increasing weights.
@@ -37,7 +37,7 @@ const GUESSES: [&[Guess]; 2] = [
     &[
         Guess::Assisted,
         Guess::Smooth { turns: 0.0 },
-        Guess::Stout,
+        Guess::InertiaHomotopy,
         Guess::Drifted,
     ],
     &[Guess::Smooth { turns: -1.0 }, Guess::Smooth { turns: 1.0 }],
@@ -190,7 +190,7 @@ impl<'s, C> Solver<'s, C> {
         match guess {
             Guess::Smooth { turns } => Some(self.smooth(turns)),
             Guess::Assisted => self.assisted(),
-            Guess::Stout => self.stout(),
+            Guess::InertiaHomotopy => self.inertia_homotopy(),
             Guess::Drifted => self.drifted(),
         }
     }
@@ -255,7 +255,7 @@ impl<'s, C> Solver<'s, C> {
         phase: Phase,
     ) -> Result<Newton<X, U>, Failure<X, U>>
     where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         C: Class<X, U>,
     {
         let mut newton = Newton::new(problem.intervals, iterate);

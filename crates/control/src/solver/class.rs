@@ -2,17 +2,18 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
+use crate::discrete::{
+    DecoupledCommands, DecouplingError, DiscreteDynamics, Full, KickDriftKick, RotationOnly,
+    TranslationOnly,
+};
 use crate::newton::{Ending, Turning};
 use crate::problem::{HalfSet, TerminalSet};
-use crate::steps::{
-    Full, HalfCommands, HalfError, KickDriftKick, RotationHalf, Steps, TranslationHalf,
-};
 use crate::{Actuation, Transfer};
 
 /// A class of motion of `X` coordinates under `U` commands.
 pub(super) trait Class<const X: usize, const U: usize> {
     /// The steps of the class.
-    type Steps<'t>: Steps<X, U>;
+    type Steps<'t>: DiscreteDynamics<X, U>;
     /// The terminal conditions of the class.
     type Ending: Ending<X>;
     /// Index of the first of its coordinates among the twelve.
@@ -21,11 +22,11 @@ pub(super) trait Class<const X: usize, const U: usize> {
     const OFFSETS: [Option<usize>; 2];
 
     /// The class under the commands of `actuation`.
-    fn of(actuation: &Actuation) -> Result<Self, HalfError>
+    fn of(actuation: &Actuation) -> Result<Self, DecouplingError>
     where
         Self: Sized;
 
-    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError>;
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, DecouplingError>;
 
     fn ending<'t>(&self, transfer: &'t Transfer) -> &'t Self::Ending;
 
@@ -71,11 +72,11 @@ impl Class<12, 6> for Both {
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), Some(6)];
 
-    fn of(_: &Actuation) -> Result<Self, HalfError> {
+    fn of(_: &Actuation) -> Result<Self, DecouplingError> {
         Ok(Self)
     }
 
-    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError> {
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, DecouplingError> {
         Ok(KickDriftKick::full(transfer))
     }
 
@@ -102,19 +103,19 @@ impl Class<12, 6> for Both {
 
 /// The center of mass alone.
 #[derive(Clone)]
-pub(super) struct Translation(pub(super) HalfCommands);
+pub(super) struct Translation(pub(super) DecoupledCommands);
 
 impl Class<6, 3> for Translation {
-    type Steps<'t> = KickDriftKick<'t, TranslationHalf, 1, 3>;
+    type Steps<'t> = KickDriftKick<'t, TranslationOnly, 1, 3>;
     type Ending = HalfSet;
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), None];
 
-    fn of(actuation: &Actuation) -> Result<Self, HalfError> {
-        Ok(Self(HalfCommands::forces(actuation)?))
+    fn of(actuation: &Actuation) -> Result<Self, DecouplingError> {
+        Ok(Self(DecoupledCommands::forces(actuation)?))
     }
 
-    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError> {
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, DecouplingError> {
         KickDriftKick::translation(transfer, &self.0)
     }
 
@@ -141,19 +142,19 @@ impl Class<6, 3> for Translation {
 
 /// The attitude alone.
 #[derive(Clone)]
-pub(super) struct Rotation(pub(super) HalfCommands);
+pub(super) struct Rotation(pub(super) DecoupledCommands);
 
 impl Class<6, 3> for Rotation {
-    type Steps<'t> = KickDriftKick<'t, RotationHalf, 1, 3>;
+    type Steps<'t> = KickDriftKick<'t, RotationOnly, 1, 3>;
     type Ending = HalfSet;
     const FIRST: usize = 6;
     const OFFSETS: [Option<usize>; 2] = [None, Some(0)];
 
-    fn of(actuation: &Actuation) -> Result<Self, HalfError> {
-        Ok(Self(HalfCommands::moments(actuation)?))
+    fn of(actuation: &Actuation) -> Result<Self, DecouplingError> {
+        Ok(Self(DecoupledCommands::moments(actuation)?))
     }
 
-    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, HalfError> {
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, DecouplingError> {
         KickDriftKick::rotation(transfer, &self.0)
     }
 

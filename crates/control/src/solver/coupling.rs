@@ -9,8 +9,8 @@ use super::class::{Both, Class};
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
 use super::resolution::resolved;
+use crate::discrete::{DiscreteDynamics, KickDriftKick};
 use crate::newton::Ending;
-use crate::steps::{KickDriftKick, Steps};
 use crate::{Motion, Plan, Transfer};
 
 /// Plans the half of `transfer` that belongs to the class so that it holds when both halves are flown.

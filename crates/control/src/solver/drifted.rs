@@ -9,9 +9,9 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::resolved;
+use crate::discrete::DiscreteDynamics;
 use crate::newton::{Ended, Iterate, Newton};
 use crate::problem::{Terminal, TerminalSet};
-use crate::steps::Steps;
 
 /// The first part of the way that is tried in one step, and the least.
 const STRIDES: [f64; 2] = [0.25, 0.01];

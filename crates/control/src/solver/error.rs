@@ -1,7 +1,7 @@
 use lgvi_dynamics::rotation::Unsolvable;
 use thiserror::Error;
 
-use crate::steps::HalfError;
+use crate::discrete::DecouplingError;
 use crate::{Plan, TransferError};
 
 /// The reason why no plan was found.
@@ -62,7 +62,7 @@ pub enum PlanError {
     Units(Box<TransferError>),
     /// One half of the motion cannot be planned by itself.
     #[error(transparent)]
-    Half(#[from] HalfError),
+    Decoupling(#[from] DecouplingError),
     /// The body turns too far in a step on every path that was tried.
     #[error("step {step}: {source}")]
     Dynamics {

@@ -5,8 +5,8 @@ use nalgebra::{SMatrix, SVector};
 use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
+use crate::discrete::DiscreteDynamics;
 use crate::newton::{Ended, Ending, Inequalities, Iterate, Kind, Newton};
-use crate::steps::Steps;
 use crate::{Certificate, Plan};
 
 impl<C> Solver<'_, C> {

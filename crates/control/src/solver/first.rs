@@ -6,12 +6,13 @@ use super::attempt::{Failure, Solver};
 use super::class::Class;
 use super::error::PlanError;
 use super::progress::Phase;
-use super::resolution::{resolved, slenderness, stouter};
+use super::resolution::{resolved, slenderness, with_least_ratio};
 use crate::newton::{Iterate, Newton, Problem, guess};
 
-/// Slenderness of the first stout body, and the factor by which it decreases.
-const STOUT: f64 = 0.3;
-const THINNER: f64 = 0.6;
+/// Ratio of the least moment of inertia to the greatest of the first body of the homotopy, and the factor by which it
+/// decreases.
+const FIRST_RATIO: f64 = 0.3;
+const RATIO_DECREASE: f64 = 0.6;
 /// Limit of the turn of the body in a step of the first resolution (rad), by an estimate from both ends.
 const TURN: f64 = 0.3;
 
@@ -62,25 +63,26 @@ impl<C> Solver<'_, C> {
         Ok(self.level(&problem, iterate, true, Phase::Coarse))
     }
 
-    /// Solves at the first resolution for a stout body and then for ever more slender ones, up to the body itself.
+    /// Solves at the first resolution for a body with similar moments of inertia, then for ever more slender bodies, up to
+    /// the body itself.
     /// Returns `None` if the body is not slender.
-    pub(super) fn stout<const X: usize, const U: usize>(
+    pub(super) fn inertia_homotopy<const X: usize, const U: usize>(
         &mut self,
     ) -> Option<Result<Result<Newton<X, U>, Failure<X, U>>, PlanError>>
     where
         C: Class<X, U>,
     {
         let own = slenderness(&self.transfer.body);
-        if own >= STOUT {
+        if own >= FIRST_RATIO {
             return None;
         }
         let goal = self.goal();
-        let mut least = STOUT;
+        let mut least = FIRST_RATIO;
         let mut plan: Option<Newton<X, U>> = None;
         loop {
             let mut view = resolved(self.transfer, self.first_intervals());
             if least > own {
-                view.body = stouter(&view.body, least)?;
+                view.body = with_least_ratio(&view.body, least)?;
                 view.initial = spun(&self.transfer.body, &view.body, &view.initial);
             }
             let goal = spun(&self.transfer.body, &view.body, &goal);
@@ -115,7 +117,7 @@ impl<C> Solver<'_, C> {
                 Ok(newton) => plan = Some(newton),
                 failure => return Some(Ok(failure)),
             }
-            least = (least * THINNER).max(own);
+            least = (least * RATIO_DECREASE).max(own);
         }
     }
 }

@@ -21,8 +21,8 @@ mod warm;
 pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
-use crate::extremal::{Extremal, stacked};
 use crate::newton::{Iterate, Newton, Unconstrained};
+use crate::shooting::{Extremal, stacked};
 use crate::units::Units;
 use crate::{Motion, Plan, Transfer};
 use attempt::Solver;

@@ -16,7 +16,7 @@ pub(super) fn resolved(transfer: &Transfer, intervals: usize) -> Transfer {
 }
 
 /// `body` with principal moments of inertia of at least `least` times the greatest, or `None` if that body is invalid.
-pub(super) fn stouter(body: &RigidBody, least: f64) -> Option<RigidBody> {
+pub(super) fn with_least_ratio(body: &RigidBody, least: f64) -> Option<RigidBody> {
     let eigen = symmetric_eigen(body.inertia().matrix())?;
     let floor = least * eigen.eigenvalues.max();
     let moments = eigen.eigenvalues.map(|moment| moment.max(floor));

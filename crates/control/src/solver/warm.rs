@@ -8,8 +8,8 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::Phase;
 use crate::Plan;
+use crate::discrete::DiscreteDynamics;
 use crate::newton::{Iterate, Newton, Problem, guess};
-use crate::steps::Steps;
 
 impl<C> Solver<'_, C> {
     pub(super) fn warm<const X: usize, const U: usize>(
@@ -62,7 +62,7 @@ impl<C> Solver<'_, C> {
         plan: &Plan,
         iterate: &mut Iterate<X, U>,
     ) where
-        S: Steps<X, U>,
+        S: DiscreteDynamics<X, U>,
         C: Class<X, U>,
     {
         let lengths = [

@@ -4,8 +4,8 @@ use lgvi_dynamics::Load;
 use nalgebra::SVector;
 
 use super::Units;
-use crate::extremal::Extremal;
-use crate::{Iteration, Plan, PlanError, Progress, ShootingError};
+use crate::shooting::{Extremal, Iteration, ShootingError};
+use crate::{Plan, PlanError, Progress};
 
 impl Units {
     /// Converts a plan of the transfer to a plan of [`Units::transfer`].

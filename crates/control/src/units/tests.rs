@@ -4,7 +4,7 @@ use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3};
 
 use super::Units;
-use crate::steps::{KickDriftKick, Steps};
+use crate::discrete::{DiscreteDynamics, KickDriftKick};
 use crate::{Actuation, Dynamics, NewtonSettings, Start, Transfer, solve};
 
 /// A satellite in a low orbit, in meters: it moves ahead by a kilometer and turns.

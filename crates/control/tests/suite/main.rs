@@ -10,7 +10,7 @@ mod coupling;
 mod final_time;
 mod inequalities;
 mod maneuvers;
-mod minima;
+mod multistart;
 mod newton;
 mod own;
 mod processing;

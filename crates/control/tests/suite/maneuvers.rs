@@ -1,6 +1,6 @@
 //! Random maneuvers from a cold start.
 
-use lgvi_control::{NewtonSettings, Settings, Start, certified, shooting, solve};
+use lgvi_control::{NewtonSettings, Start, certified, shooting, solve};
 use lgvi_truth::maneuvers::{Class, SEED, Varied, maneuver, varied};
 use nalgebra::SVector;
 
@@ -23,9 +23,9 @@ fn random_maneuvers_are_solved_from_nothing() {
             Err(error) => failed.push((index, error.to_string())),
         }
         // Few iterations, because shooting is slow where it fails.
-        let settings = Settings {
+        let settings = shooting::Settings {
             max_iterations: 40,
-            ..Settings::default()
+            ..shooting::Settings::default()
         };
         let zero = SVector::zeros();
         let shooting = shooting::solve(&maneuver.transfer, zero, &settings, |_| true);
@@ -68,7 +68,8 @@ fn inequalities_that_cannot_be_imposed_at_once_are_imposed_little_by_little() {
 fn an_extremal_that_is_no_minimum_is_left_for_a_cheaper_one() {
     let transfer = maneuver(SEED, 38).expect("a maneuver").transfer;
     let zero = SVector::zeros();
-    let shot = shooting::solve(&transfer, zero, &Settings::default(), |_| true).expect("a saddle");
+    let shot = shooting::solve(&transfer, zero, &shooting::Settings::default(), |_| true)
+        .expect("a saddle");
     let saddle = certified(&transfer, &shot.extremal).expect("a plan");
     assert!(saddle.certificate.stationarity < 1e-8 && !saddle.certificate.sufficient);
     let settings = NewtonSettings::default();

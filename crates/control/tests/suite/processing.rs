@@ -1,9 +1,7 @@
 //! Plans flown by accurate integrators with each control constant over its step, and their misses.
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
-use lgvi_control::{
-    Dynamics, NewtonSettings, Place, Plan, Settings, Start, Transfer, miss, shooting, solve,
-};
+use lgvi_control::{Dynamics, NewtonSettings, Place, Plan, Start, Transfer, miss, shooting, solve};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Load, Method, Simulation, System};
@@ -50,7 +48,8 @@ fn processed_plans_and_those_of_the_lgvi_miss_by_the_square_of_the_step() {
         for n in [50, 100, 200, 400, 800] {
             let mut shoot = |which: usize, transfer: &Transfer| {
                 let start = lambda[which];
-                let found = shooting::solve(transfer, start, &Settings::default(), |_| true);
+                let found =
+                    shooting::solve(transfer, start, &shooting::Settings::default(), |_| true);
                 let found = found.expect("a solution");
                 lambda[which] = found.multipliers;
                 found.extremal

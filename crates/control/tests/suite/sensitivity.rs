@@ -1,6 +1,6 @@
 //! The exact sensitivity of the end of an extremal compared with finite differences.
 
-use lgvi_control::extremal::{integrate, integrate_with_sensitivity};
+use lgvi_control::shooting::{integrate, integrate_with_sensitivity};
 use lgvi_dynamics::BodyState;
 use lgvi_lie::log;
 use nalgebra::{SMatrix, SVector};

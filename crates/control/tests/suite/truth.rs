@@ -1,7 +1,8 @@
 //! Both maneuvers of §4.7 compared with reference solutions of independent solvers.
 
-use lgvi_control::extremal::ExtremalError;
-use lgvi_control::{Settings, ShootingError, shooting};
+use lgvi_control::shooting;
+use lgvi_control::shooting::ExtremalError;
+use lgvi_control::shooting::{Settings, ShootingError};
 use nalgebra::SVector;
 
 use crate::case::Case;

@@ -52,7 +52,7 @@ fn only_the_maneuverd_body_starts_elsewhere_and_the_plan_from_the_nominal_state(
     // The flight starts from there, the plan does not.
     let simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
     assert_eq!(simulation.states()[0], craft);
-    let plan = lgvi_control::extremal::integrate(
+    let plan = lgvi_control::shooting::integrate(
         &scene.transfer().unwrap().unwrap(),
         &nalgebra::SVector::zeros(),
     );

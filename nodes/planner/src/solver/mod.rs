@@ -335,7 +335,7 @@ impl From<PlanError> for Unsolved {
             PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, best),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
-            PlanError::Half(_) | PlanError::Units(_) => (Reason::Refused, None),
+            PlanError::Decoupling(_) | PlanError::Units(_) => (Reason::Refused, None),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),
         };
         Self {

@@ -1,4 +1,4 @@
-use lgvi_control::{Plan, PlanError, ShootingError, Start, Transfer, certified, shooting};
+use lgvi_control::{Plan, PlanError, Start, Transfer, certified, shooting};
 use lgvi_scene::Solver;
 use nalgebra::SVector;
 
@@ -18,7 +18,7 @@ pub(super) fn solve(
     })
     .map_err(|error| {
         let reason = match error {
-            ShootingError::Stopped(_) => Reason::Cancelled,
+            shooting::ShootingError::Stopped(_) => Reason::Cancelled,
             _ => Reason::NotConverged,
         };
         Unsolved::new(reason, error)
@@ -44,8 +44,8 @@ pub(super) fn solve(
     }
 }
 
-impl From<&lgvi_control::Iteration> for Iteration {
-    fn from(now: &lgvi_control::Iteration) -> Self {
+impl From<&shooting::Iteration> for Iteration {
+    fn from(now: &shooting::Iteration) -> Self {
         Self {
             iteration: now.iteration,
             trials: now.trials,

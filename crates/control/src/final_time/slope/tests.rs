@@ -38,7 +38,7 @@ fn wave<const D: usize>(seed: usize) -> SVector<f64, D> {
 
 /// An operation on the steps of any motion.
 trait Visit {
-    fn visit<S: Steps<X, U>, const X: usize, const U: usize>(
+    fn visit<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
         &mut self,
         steps: &S,
         first: usize,
@@ -51,12 +51,12 @@ fn with_steps(transfer: &Transfer, visit: &mut impl Visit) {
     match transfer.motion {
         Motion::Full => visit.visit(&KickDriftKick::full(transfer), 0, &|w| *w),
         Motion::Translation => {
-            let commands = HalfCommands::forces(actuation).unwrap();
+            let commands = DecoupledCommands::forces(actuation).unwrap();
             let steps = KickDriftKick::translation(transfer, &commands).unwrap();
             visit.visit(&steps, 0, &|w| commands.narrowed(w));
         }
         Motion::Rotation => {
-            let commands = HalfCommands::moments(actuation).unwrap();
+            let commands = DecoupledCommands::moments(actuation).unwrap();
             let steps = KickDriftKick::rotation(transfer, &commands).unwrap();
             visit.visit(&steps, 6, &|w| commands.narrowed(w));
         }
@@ -67,7 +67,7 @@ fn with_steps(transfer: &Transfer, visit: &mut impl Visit) {
 struct Fly<'p>(&'p mut Plan);
 
 impl Visit for Fly<'_> {
-    fn visit<S: Steps<X, U>, const X: usize, const U: usize>(
+    fn visit<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
         &mut self,
         steps: &S,
         _: usize,
@@ -86,7 +86,7 @@ impl Visit for Fly<'_> {
 struct Product<'p>(&'p Plan, f64);
 
 impl Visit for Product<'_> {
-    fn visit<S: Steps<X, U>, const X: usize, const U: usize>(
+    fn visit<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
         &mut self,
         steps: &S,
         first: usize,

@@ -134,7 +134,7 @@ impl StateInequality {
     }
 
     /// The gradient and the symmetric Hessian of `g` by [`StateInequality::place`], with variations as in
-    /// `Steps::moved`.
+    /// `DiscreteDynamics::moved`.
     pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.units.state(state));
         let unit = self.unit();

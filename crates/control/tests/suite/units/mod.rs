@@ -3,7 +3,7 @@
 mod families;
 mod stated;
 
-use lgvi_control::{Dynamics, NewtonSettings, Plan, PlanError, Settings, Start, shooting, solve};
+use lgvi_control::{Dynamics, NewtonSettings, Plan, PlanError, Start, shooting, solve};
 
 use families::FAMILIES;
 use stated::{Factors, Stated, assert_same};
@@ -114,7 +114,7 @@ fn shooting_reaches_a_low_orbit_in_metres() {
         };
         let (plan, _) = planned(&stated);
         let plan = plan.expect("a plan");
-        let settings = Settings::default();
+        let settings = shooting::Settings::default();
         let start = plan.multipliers[0];
         let found = shooting::solve(&stated.transfer(), start, &settings, |_| true);
         let found = found.expect("a solution");

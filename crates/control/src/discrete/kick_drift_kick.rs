@@ -11,10 +11,10 @@ use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::coordinates::{Blocks, Coordinates, Full, Variations};
+use super::derivatives::StepDerivatives;
 use super::drift::Drift;
 use super::kick::Kick;
-use super::passage::Passage;
-use super::{Curvature, Linearization, Steps};
+use super::{Curvature, DiscreteDynamics, Linearization};
 use crate::Transfer;
 use crate::problem::Dynamics;
 
@@ -120,7 +120,8 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     }
 }
 
-impl<C, const X: usize, const N: usize, const U: usize> Steps<X, U> for KickDriftKick<'_, C, N, U>
+impl<C, const X: usize, const N: usize, const U: usize> DiscreteDynamics<X, U>
+    for KickDriftKick<'_, C, N, U>
 where
     C: Coordinates<N> + Variations<X>,
 {
@@ -145,9 +146,9 @@ where
         into: &mut Linearization<X, U>,
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
-        let passage = Passage::new(self, k, state, &controls)?;
-        passage.first(into);
-        Ok(passage.end(&controls))
+        let derivatives = StepDerivatives::new(self, k, state, &controls)?;
+        derivatives.first(into);
+        Ok(derivatives.end(&controls))
     }
 
     fn curvature(
@@ -159,8 +160,8 @@ where
         into: &mut Curvature<X, U>,
     ) -> Result<(), Unsolvable> {
         let controls = self.controls(command);
-        let passage = Passage::new(self, k, state, &controls)?;
-        passage.second(lambda, into);
+        let derivatives = StepDerivatives::new(self, k, state, &controls)?;
+        derivatives.second(lambda, into);
         Ok(())
     }
 
@@ -174,10 +175,10 @@ where
         second: &mut Curvature<X, U>,
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
-        let passage = Passage::new(self, k, state, &controls)?;
-        passage.first(first);
-        passage.second(lambda, second);
-        Ok(passage.end(&controls))
+        let derivatives = StepDerivatives::new(self, k, state, &controls)?;
+        derivatives.first(first);
+        derivatives.second(lambda, second);
+        Ok(derivatives.end(&controls))
     }
 
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X> {

@@ -45,8 +45,8 @@ pub(crate) trait Coordinates<const N: usize> {
     ) -> Blocks<N>;
 }
 
-/// Variations `z` of states, as in [`Steps::difference`](super::Steps::difference) and
-/// [`Steps::moved`](super::Steps::moved).
+/// Variations `z` of states, as in [`DiscreteDynamics::difference`](super::DiscreteDynamics::difference) and
+/// [`DiscreteDynamics::moved`](super::DiscreteDynamics::moved).
 pub(crate) trait Variations<const X: usize> {
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;
 

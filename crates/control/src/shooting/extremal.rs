@@ -6,9 +6,9 @@ use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{Matrix3, SMatrix, SVector};
 use thiserror::Error;
 
+use super::step::{Sensitivity, Step};
 use crate::Transfer;
 use crate::problem::{Vector12, block};
-use crate::stage::{Sensitivity, Stage};
 
 /// The reason why an extremal does not reach its end.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -70,9 +70,9 @@ pub fn integrate_with_sensitivity(
     lambda0: &SVector<f64, 12>,
 ) -> Result<(Extremal, SMatrix<f64, 12, 12>), ExtremalError> {
     let mut sensitivity = Sensitivity::initial();
-    let extremal = sweep(transfer, lambda0, |stage, step, previous, lambda| {
+    let extremal = sweep(transfer, lambda0, |conditions, step, previous, lambda| {
         let before = (step > 0).then_some(previous);
-        stage.vary(before, lambda, &mut sensitivity);
+        conditions.vary(before, lambda, &mut sensitivity);
     })?;
     let mut end = SMatrix::<f64, 12, 12>::zeros();
     for (which, rows) in sensitivity.state.iter().enumerate() {
@@ -81,12 +81,12 @@ pub fn integrate_with_sensitivity(
     Ok((extremal, end))
 }
 
-/// Integrates the extremal. `visit` is called for each stage with its index, the multipliers of the stage before and
+/// Integrates the extremal. `visit` is called for each step with its index, the multipliers of the previous step and
 /// its own.
 fn sweep(
     transfer: &Transfer,
     lambda0: &Vector12,
-    mut visit: impl FnMut(&Stage<'_>, usize, &Vector12, &Vector12),
+    mut visit: impl FnMut(&Step<'_>, usize, &Vector12, &Vector12),
 ) -> Result<Extremal, ExtremalError> {
     let gains = transfer.gains().ok_or(ExtremalError::Unsupported)?;
     let mut states = Vec::with_capacity(transfer.intervals + 1);
@@ -97,16 +97,16 @@ fn sweep(
     let mut previous = *lambda0;
     states.push(state);
     for step in 0..transfer.intervals {
-        let stage = Stage::new(transfer, gains, state)
+        let conditions = Step::new(transfer, gains, state)
             .map_err(|source| ExtremalError::Unsolvable { step, source })?;
         let lambda = if step == 0 {
             previous
         } else {
-            stage.multipliers(&previous)
+            conditions.multipliers(&previous)
         };
-        visit(&stage, step, &previous, &lambda);
+        visit(&conditions, step, &previous, &lambda);
         let control = control(gains, &lambda);
-        state = stage.next(&control);
+        state = conditions.next(&control);
         if !(state.is_finite() && control.is_finite()) {
             return Err(ExtremalError::NotFinite { step });
         }

@@ -2,11 +2,11 @@
 
 mod commands;
 mod coordinates;
+mod decoupled;
+mod derivatives;
 mod drift;
-mod halves;
 mod kick;
 mod kick_drift_kick;
-mod passage;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -15,18 +15,18 @@ use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SMatrix, SVector};
 
 pub(crate) use self::{
-    commands::HalfCommands,
+    commands::DecoupledCommands,
     coordinates::{Coordinates, Full},
-    halves::{HalfError, Rotation as RotationHalf, Translation as TranslationHalf},
+    decoupled::{DecouplingError, RotationOnly, TranslationOnly},
     kick_drift_kick::KickDriftKick,
 };
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.
 ///
 /// Variations `z` are `[δx, δγ, ζ, δΠ]`, or the half of them that is planned. States move along `z` by
-/// [`Steps::moved`]: `x + δx`, `γ + δγ`, `R exp S(ζ)`, `Π + δΠ`. Derivatives are those of `z ↦ difference(Φ(s, w),
+/// [`DiscreteDynamics::moved`]: `x + δx`, `γ + δγ`, `R exp S(ζ)`, `Π + δΠ`. Derivatives are those of `z ↦ difference(Φ(s, w),
 /// Φ(moved(s, z), w + v))` at 0.
-pub(crate) trait Steps<const X: usize, const U: usize> {
+pub(crate) trait DiscreteDynamics<const X: usize, const U: usize> {
     /// The state after step `k`.
     fn next(
         &self,
@@ -44,8 +44,8 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         into: &mut Linearization<X, U>,
     ) -> Result<BodyState, Unsolvable>;
 
-    /// Second derivatives of `λ · Φ` at fixed λ (symmetric, in the exponential coordinates of [`Steps::moved`]). Fails
-    /// if and only if [`Steps::linearize`] does.
+    /// Second derivatives of `λ · Φ` at fixed λ (symmetric, in the exponential coordinates of [`DiscreteDynamics::moved`]). Fails
+    /// if and only if [`DiscreteDynamics::linearize`] does.
     fn curvature(
         &self,
         k: usize,
@@ -55,7 +55,7 @@ pub(crate) trait Steps<const X: usize, const U: usize> {
         into: &mut Curvature<X, U>,
     ) -> Result<(), Unsolvable>;
 
-    /// [`Steps::linearize`] and [`Steps::curvature`] at once, at less than their total cost.
+    /// [`DiscreteDynamics::linearize`] and [`DiscreteDynamics::curvature`] at once, at less than their total cost.
     fn expand(
         &self,
         k: usize,

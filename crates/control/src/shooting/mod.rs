@@ -1,10 +1,18 @@
 //! Newton–Armijo shooting on the initial multipliers (§4.6), the paper's method.
+//!
+//! [`integrate`] integrates the necessary conditions forward from initial multipliers; [`solve`] finds the multipliers
+//! that reach the target.
+
+mod extremal;
+mod step;
 
 use lgvi_lie::right_jacobian_inverse;
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
+pub(crate) use self::extremal::stacked;
+pub use self::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
+pub(crate) use self::step::inverse;
 use crate::newton::strictness;
 use crate::problem::{Vector12, block, miss};
 use crate::units::Units;

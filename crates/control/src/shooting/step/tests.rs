@@ -3,9 +3,9 @@
 use nalgebra::SVector;
 use num_dual::{Dual, Dual64};
 
-use crate::extremal::{integrate, integrate_with_sensitivity};
+use crate::discrete::tests::model::{Scene, State, scenes};
 use crate::problem::{Dynamics, Vector12};
-use crate::steps::tests::model::{Scene, State, scenes};
+use crate::shooting::{integrate, integrate_with_sensitivity};
 use crate::{Actuation, Transfer};
 use nalgebra::{Matrix3, SMatrix};
 

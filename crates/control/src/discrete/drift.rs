@@ -7,7 +7,7 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::stage::inverse;
+use crate::shooting::inverse;
 
 /// The data of a completed drift.
 pub(crate) enum Drift {

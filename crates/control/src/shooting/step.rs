@@ -46,7 +46,7 @@ impl Sensitivity {
 }
 
 /// The quantities of a step from `state` that do not depend on its control.
-pub(crate) struct Stage<'t> {
+pub(crate) struct Step<'t> {
     transfer: &'t Transfer,
     /// `W_f⁻¹` and `W_m⁻¹`
     gains: &'t [Matrix3<f64>; 2],
@@ -65,7 +65,7 @@ pub(crate) struct Stage<'t> {
     adjoint: Matrix3<f64>,
 }
 
-impl<'t> Stage<'t> {
+impl<'t> Step<'t> {
     /// The step from `state`: (4.19), (4.21), (4.22) and gravity at its end.
     pub(crate) fn new(
         transfer: &'t Transfer,
@@ -140,8 +140,8 @@ impl<'t> Stage<'t> {
         (position, attitude, xi)
     }
 
-    /// Differentiates the stage: [`Stage::next`] and, if `before` holds the multipliers of the previous stage,
-    /// [`Stage::multipliers`].
+    /// Differentiates the step: [`Step::next`] and, if `before` holds the multipliers of the previous step,
+    /// [`Step::multipliers`].
     pub(crate) fn vary(
         &self,
         before: Option<&Vector12>,
@@ -155,7 +155,7 @@ impl<'t> Stage<'t> {
         self.vary_state(moved, sensitivity);
     }
 
-    /// Differentiates [`Stage::multipliers`]: replaces the sensitivity of `previous` by that of `lambda`, for the
+    /// Differentiates [`Step::multipliers`]: replaces the sensitivity of `previous` by that of `lambda`, for the
     /// sensitivity of the state at the start of the step.
     fn vary_multipliers(
         &self,
@@ -211,7 +211,7 @@ impl<'t> Stage<'t> {
         sensitivity.multipliers = [first, second, third, fourth];
     }
 
-    /// Differentiates [`Stage::next`], with the control given by the sensitivity's multipliers.
+    /// Differentiates [`Step::next`], with the control given by the sensitivity's multipliers.
     fn vary_state(
         &self,
         (position, attitude, xi): (Rows, Rows, Rows),

@@ -8,7 +8,9 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
 use self::model::{Scene, State, scenes, scheme};
-use super::{Curvature, HalfCommands, HalfError, KickDriftKick, Linearization, Steps};
+use super::{
+    Curvature, DecoupledCommands, DecouplingError, DiscreteDynamics, KickDriftKick, Linearization,
+};
 use crate::problem::Dynamics;
 
 fn random<const N: usize>(rng: &mut fastrand::Rng, scale: f64) -> SVector<f64, N> {
@@ -77,7 +79,7 @@ fn differentiated<const X: usize, const U: usize>(
 }
 
 fn found<const X: usize, const U: usize>(
-    steps: &impl Steps<X, U>,
+    steps: &impl DiscreteDynamics<X, U>,
     k: usize,
     state: &BodyState,
     command: &SVector<f64, U>,
@@ -173,7 +175,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
             let state = free.moved(&one, &random(&mut rng, 0.05));
             let (command, lambda) = (random::<3>(&mut rng, 0.5), random::<6>(&mut rng, 1.0));
 
-            let commands = HalfCommands::forces(&transfer.actuation).unwrap();
+            let commands = DecoupledCommands::forces(&transfer.actuation).unwrap();
             let steps = KickDriftKick::translation(&transfer, &commands).unwrap();
             let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
             assert_eq!(
@@ -196,7 +198,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
             });
             assert_same(&(first, second), &expected, &format!("{what}, translation"));
 
-            let commands = HalfCommands::moments(&transfer.actuation).unwrap();
+            let commands = DecoupledCommands::moments(&transfer.actuation).unwrap();
             let steps = KickDriftKick::rotation(&transfer, &commands).unwrap();
             let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
             assert_eq!(
@@ -284,8 +286,8 @@ fn moving_by_the_difference_arrives() {
     let scene = &scenes(&mut rng)[0];
     let transfer = scene.transfer(Dynamics::Lgvi);
     let full = KickDriftKick::full(&transfer);
-    let forces = HalfCommands::forces(&transfer.actuation).unwrap();
-    let moments = HalfCommands::moments(&transfer.actuation).unwrap();
+    let forces = DecoupledCommands::forces(&transfer.actuation).unwrap();
+    let moments = DecoupledCommands::moments(&transfer.actuation).unwrap();
     let translation = KickDriftKick::translation(&transfer, &forces).unwrap();
     let rotation = KickDriftKick::rotation(&transfer, &moments).unwrap();
     for _ in 0..20 {
@@ -305,16 +307,19 @@ fn moving_by_the_difference_arrives() {
 fn a_free_flight_that_turns_too_far_is_an_error_with_its_step() {
     let mut rng = fastrand::Rng::with_seed(36);
     let mut transfer = scenes(&mut rng)[0].transfer(Dynamics::LieEuler);
-    let forces = HalfCommands::forces(&transfer.actuation).unwrap();
+    let forces = DecoupledCommands::forces(&transfer.actuation).unwrap();
     transfer.initial.angular_momentum *= 100.0;
     let steps = KickDriftKick::translation(&transfer, &forces);
     assert!(matches!(
         steps.err(),
-        Some(HalfError::Unsolvable { step: 0, source }) if source.turn > 1.0
+        Some(DecouplingError::Unsolvable { step: 0, source }) if source.turn > 1.0
     ));
     transfer.initial.angular_momentum.fill(0.0);
     transfer.initial.position.fill(0.0);
     transfer.initial.linear_momentum.fill(0.0);
     let steps = KickDriftKick::translation(&transfer, &forces);
-    assert!(matches!(steps.err(), Some(HalfError::NotFinite { .. })));
+    assert!(matches!(
+        steps.err(),
+        Some(DecouplingError::NotFinite { .. })
+    ));
 }

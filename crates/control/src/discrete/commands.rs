@@ -21,7 +21,7 @@ pub struct CommandsError {
 /// A command with both force and moment would disturb the free flight of the other half. It stays at zero, like the
 /// commands of the other half.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct HalfCommands {
+pub(crate) struct DecoupledCommands {
     /// Indices of their columns in the actuation.
     columns: [Option<usize>; 3],
     /// Force or moment of unit commands; zero beyond the last command.
@@ -30,7 +30,7 @@ pub(crate) struct HalfCommands {
     weight: Matrix3<f64>,
 }
 
-impl HalfCommands {
+impl DecoupledCommands {
     /// The commands with a force only.
     pub(crate) fn forces(actuation: &Actuation) -> Result<Self, CommandsError> {
         Self::of(actuation, "force", [0, 3])
@@ -118,7 +118,7 @@ mod tests {
             ([0.0, 0.0, 4.0, 0.0, 0.0, 0.0], 7.0),
         ];
         let actuation = Actuation::actuators(&columns).unwrap();
-        let forces = HalfCommands::forces(&actuation).unwrap();
+        let forces = DecoupledCommands::forces(&actuation).unwrap();
         let half = Vector3::new(0.1, 0.2, 0.3);
         let all = forces.widened(&half);
         assert_eq!(all, Vector6::new(0.0, 0.1, 0.0, 0.2, 0.0, 0.0));
@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(load.moment, Vector3::zeros());
         let weight = Matrix3::from_diagonal(&Vector3::new(3.0, 7.0, 1.0));
         assert_eq!(forces.weight(), &weight);
-        let moments = HalfCommands::moments(&actuation).unwrap();
+        let moments = DecoupledCommands::moments(&actuation).unwrap();
         assert_eq!(moments.widened(&half), Vector6::ith(0, 0.1));
     }
 
@@ -137,8 +137,8 @@ mod tests {
         let [force, moment] =
             [2.0, 3.0].map(|w| Matrix3::new(w, 0.5, 0.0, 0.5, w, 0.0, 0.0, 0.0, w));
         let actuation = Actuation::full(&force, &moment).unwrap();
-        let forces = HalfCommands::forces(&actuation).unwrap();
-        let moments = HalfCommands::moments(&actuation).unwrap();
+        let forces = DecoupledCommands::forces(&actuation).unwrap();
+        let moments = DecoupledCommands::moments(&actuation).unwrap();
         assert_eq!((forces.weight(), moments.weight()), (&force, &moment));
         assert_eq!(moments.matrix(), &Matrix3::identity());
         let half = Vector3::new(0.1, 0.2, 0.3);
@@ -153,7 +153,7 @@ mod tests {
         let thruster = |x: f64| ([x, 1.0, 0.0, 0.0, 0.0, 0.0], 1.0);
         let four = Actuation::actuators(&[1.0, 2.0, 3.0, 4.0].map(thruster)).unwrap();
         let refused = |what, found| Err(CommandsError { what, found });
-        assert_eq!(HalfCommands::forces(&four), refused("force", 4));
-        assert_eq!(HalfCommands::moments(&four), refused("moment", 0));
+        assert_eq!(DecoupledCommands::forces(&four), refused("force", 4));
+        assert_eq!(DecoupledCommands::moments(&four), refused("moment", 0));
     }
 }

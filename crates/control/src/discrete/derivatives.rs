@@ -16,7 +16,7 @@ use super::kick::{Kick, momentum, pose};
 use super::{Curvature, KickDriftKick, Linearization};
 
 /// A step up to its last kick, with the first derivatives of its parts.
-pub(super) struct Passage<'s, C, const N: usize, const U: usize> {
+pub(super) struct StepDerivatives<'s, C, const N: usize, const U: usize> {
     steps: &'s KickDriftKick<'s, C, N, U>,
     /// The state at the beginning of the drift.
     begun: BodyState,
@@ -32,7 +32,7 @@ pub(super) struct Passage<'s, C, const N: usize, const U: usize> {
     carried: Blocks<N>,
 }
 
-impl<'s, C: Coordinates<N>, const N: usize, const U: usize> Passage<'s, C, N, U> {
+impl<'s, C: Coordinates<N>, const N: usize, const U: usize> StepDerivatives<'s, C, N, U> {
     #[inline(always)]
     pub(super) fn new(
         steps: &'s KickDriftKick<'s, C, N, U>,

@@ -1,8 +1,7 @@
 //! Local minima of an inclination change.
 
 use lgvi_control::{
-    Minimum, NewtonSettings, PlanError, SearchSettings, Settings, Start, Transfer, search,
-    shooting, solve,
+    Minimum, NewtonSettings, PlanError, SearchSettings, Start, Transfer, search, shooting, solve,
 };
 use lgvi_truth::maneuvers::{SEED, varied};
 
@@ -54,8 +53,13 @@ fn minima_are_extremals() {
     let transfer = transfer();
     for Minimum { plan, .. } in minima(&SearchSettings::default()).iter().take(5) {
         let multipliers = plan.multipliers[0];
-        let found = shooting::solve(&transfer, multipliers, &Settings::default(), |_| true)
-            .expect("an extremal");
+        let found = shooting::solve(
+            &transfer,
+            multipliers,
+            &shooting::Settings::default(),
+            |_| true,
+        )
+        .expect("an extremal");
         let moved = (found.multipliers - multipliers).norm() / multipliers.norm();
         assert!(found.last.iteration <= 3 && moved < 1e-6, "{moved:e}");
         assert!((found.extremal.cost / plan.cost - 1.0).abs() < 1e-9);

@@ -13,15 +13,15 @@ use lgvi_lie::{exp, log};
 use nalgebra::{SVector, Vector3};
 use thiserror::Error;
 
-use super::commands::{CommandsError, HalfCommands};
+use super::commands::{CommandsError, DecoupledCommands};
 use super::coordinates::{Blocks, Coordinates, Full, Variations, symmetric};
 use super::drift::Drift;
-use super::{KickDriftKick, Steps};
+use super::{DiscreteDynamics, KickDriftKick};
 use crate::Transfer;
 
 /// The reason why one half of a motion cannot be planned separately.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum HalfError {
+pub enum DecouplingError {
     /// The body turns too far in a step of the free flight that the other half follows.
     #[error("step {step} of the free flight: {source}")]
     Unsolvable {
@@ -42,17 +42,17 @@ pub enum HalfError {
 }
 
 /// The center of mass. Attitude and angular momentum follow the free flight.
-pub(crate) struct Translation {
+pub(crate) struct TranslationOnly {
     history: Vec<BodyState>,
 }
 
 /// The attitude. Position and linear momentum follow the free flight.
-pub(crate) struct Rotation {
+pub(crate) struct RotationOnly {
     history: Vec<BodyState>,
 }
 
 /// The states at `0 … N` of the transfer's body without control.
-fn free_flight(transfer: &Transfer) -> Result<Vec<BodyState>, HalfError> {
+fn free_flight(transfer: &Transfer) -> Result<Vec<BodyState>, DecouplingError> {
     let steps = KickDriftKick::full(transfer);
     let mut state = transfer.initial;
     let mut history = Vec::with_capacity(transfer.intervals + 1);
@@ -60,46 +60,46 @@ fn free_flight(transfer: &Transfer) -> Result<Vec<BodyState>, HalfError> {
     for step in 0..transfer.intervals {
         state = steps
             .next(step, &state, &SVector::zeros())
-            .map_err(|source| HalfError::Unsolvable { step, source })?;
+            .map_err(|source| DecouplingError::Unsolvable { step, source })?;
         if !state.is_finite() {
-            return Err(HalfError::NotFinite { step });
+            return Err(DecouplingError::NotFinite { step });
         }
         history.push(state);
     }
     Ok(history)
 }
 
-impl<'t> KickDriftKick<'t, Translation, 1, 3> {
+impl<'t> KickDriftKick<'t, TranslationOnly, 1, 3> {
     /// The steps of the center of mass under the actuation's forces.
     pub(crate) fn translation(
         transfer: &'t Transfer,
-        commands: &HalfCommands,
-    ) -> Result<Self, HalfError> {
+        commands: &DecoupledCommands,
+    ) -> Result<Self, DecouplingError> {
         let history = free_flight(transfer)?;
         Ok(Self::new(
             transfer,
-            Translation { history },
+            TranslationOnly { history },
             [*commands.matrix()],
         ))
     }
 }
 
-impl<'t> KickDriftKick<'t, Rotation, 1, 3> {
+impl<'t> KickDriftKick<'t, RotationOnly, 1, 3> {
     /// The steps of the attitude under the actuation's moments.
     pub(crate) fn rotation(
         transfer: &'t Transfer,
-        commands: &HalfCommands,
-    ) -> Result<Self, HalfError> {
+        commands: &DecoupledCommands,
+    ) -> Result<Self, DecouplingError> {
         let history = free_flight(transfer)?;
         Ok(Self::new(
             transfer,
-            Rotation { history },
+            RotationOnly { history },
             [*commands.matrix()],
         ))
     }
 }
 
-impl Translation {
+impl TranslationOnly {
     /// `state` with the rotational half of the free flight at step `k`.
     fn joined(&self, k: usize, state: &BodyState) -> BodyState {
         BodyState {
@@ -110,7 +110,7 @@ impl Translation {
     }
 }
 
-impl Rotation {
+impl RotationOnly {
     /// `state` with the translational half of the free flight at step `k`.
     fn joined(&self, k: usize, state: &BodyState) -> BodyState {
         BodyState {
@@ -121,7 +121,7 @@ impl Rotation {
     }
 }
 
-impl Coordinates<1> for Translation {
+impl Coordinates<1> for TranslationOnly {
     fn at(&self, k: usize, state: &BodyState) -> BodyState {
         self.joined(k, state)
     }
@@ -166,7 +166,7 @@ impl Coordinates<1> for Translation {
     }
 }
 
-impl Variations<6> for Translation {
+impl Variations<6> for TranslationOnly {
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, 6> {
         let position = to.position - from.position;
         let momentum = to.linear_momentum - from.linear_momentum;
@@ -182,7 +182,7 @@ impl Variations<6> for Translation {
     }
 }
 
-impl Coordinates<1> for Rotation {
+impl Coordinates<1> for RotationOnly {
     fn at(&self, k: usize, state: &BodyState) -> BodyState {
         self.joined(k, state)
     }
@@ -227,7 +227,7 @@ impl Coordinates<1> for Rotation {
     }
 }
 
-impl Variations<6> for Rotation {
+impl Variations<6> for RotationOnly {
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, 6> {
         let turn = log(&from.attitude.tr_mul(&to.attitude));
         let momentum = to.angular_momentum - from.angular_momentum;

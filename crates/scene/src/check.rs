@@ -1,4 +1,4 @@
-//! Checks of single values, each naming its key.
+//! Checks of single values. Every error names the key of the value.
 
 use lgvi_lie::{orthogonality_error, polish};
 use nalgebra::{Matrix3, Vector3};
@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::SceneError;
 use crate::file::AttitudeFile;
 
-/// How far a matrix may be from a rotation, so that decimals may be rounded but nothing else passes.
+/// Largest deviation from orthogonality of an attitude: allows for rounded decimals and nothing more.
 const ROTATION_TOLERANCE: f64 = 1e-9;
 
 pub(crate) fn positive(key: &str, value: f64) -> Result<f64, SceneError> {
@@ -29,7 +29,7 @@ pub(crate) fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }
 
-/// A rotation matrix, rid of its decimals' rounding.
+/// Returns the rotation matrix, orthogonalized to remove the rounding of its decimals.
 pub(crate) fn rotation(key: &str, attitude: &AttitudeFile) -> Result<Matrix3<f64>, SceneError> {
     match attitude {
         AttitudeFile::Matrix(rows) => {
@@ -64,7 +64,7 @@ pub(crate) fn rotation(key: &str, attitude: &AttitudeFile) -> Result<Matrix3<f64
     }
 }
 
-/// A name that can be part of a ROS topic and a tf frame, short enough for a shared-memory sample.
+/// Checks that a name is valid in a ROS topic and as a tf frame, and fits into a shared-memory sample.
 pub(crate) fn name(key: &str, value: &str) -> Result<(), SceneError> {
     let mut characters = value.chars();
     let legal = characters.next().is_some_and(|c| c.is_ascii_alphabetic())

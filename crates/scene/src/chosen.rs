@@ -1,4 +1,4 @@
-//! What an automatic integrator has chosen, kept with the scene so that nothing has to choose it again.
+//! The choice that an automatic integrator has made, stored with the scene so that the search runs only once.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -11,18 +11,19 @@ use serde::Deserialize;
 use crate::integrator::IntegratorFile;
 use crate::{Integration, Scene, SceneError};
 
-/// What flies a scene whose integrator is automatic.
+/// The method and substeps chosen for a scene whose integrator is automatic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chosen {
     /// The method.
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
-    /// What is not as asked, or not known to be.
+    /// Describes how the choice falls short of the requested accuracy, or that its accuracy is not known.
     pub warning: Option<String>,
 }
 
-/// `chosen = { integrator = { name = "nystrom", order = 8 }, substeps = 4 }`, which a flight's scene begins with.
+/// The entry `chosen = { integrator = { name = "nystrom", order = 8 }, substeps = 4 }` at the beginning of a flight's
+/// scene.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChosenFile {
@@ -32,7 +33,7 @@ pub(crate) struct ChosenFile {
 }
 
 impl Chosen {
-    /// From the file, for a scene with this integrator.
+    /// Compiles the file's entry for a scene with this integrator.
     pub(crate) fn compile(
         file: ChosenFile,
         integration: Integration,
@@ -74,7 +75,7 @@ impl From<&Choice> for Chosen {
 }
 
 impl fmt::Display for Chosen {
-    /// As the scene's key has it.
+    /// Writes the value of the scene's `chosen` key.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{{ integrator = ")?;
         match self.method {
@@ -87,7 +88,7 @@ impl fmt::Display for Chosen {
             }
             Method::Nystrom { order } => write!(f, "{{ name = \"nystrom\", order = {order} }}")?,
             Method::Lgvi(Rotor::Discrete) => write!(f, "\"lgvi\"")?,
-            // Not among the candidates.
+            // Never chosen automatically.
             other => write!(f, "\"{other}\"")?,
         }
         write!(f, ", substeps = {}", self.substeps)?;
@@ -99,7 +100,7 @@ impl fmt::Display for Chosen {
 }
 
 impl Scene {
-    /// The accuracy that a method and substeps are to be chosen for; none where they are known.
+    /// The accuracy for which a method and substeps still have to be chosen, or `None` if they are known.
     pub fn undecided(&self) -> Option<f64> {
         match self.integration {
             Integration::Auto { tolerance } if self.chosen.is_none() => Some(tolerance),
@@ -107,8 +108,9 @@ impl Scene {
         }
     }
 
-    /// Method and substeps that reach this accuracy at the least predicted cost, and why. The same on every machine.
-    /// `progress` is told about which part is done, some times a second, and may end the search.
+    /// Chooses the method and substeps that reach this accuracy at the least predicted cost, and gives the reason. The
+    /// result is the same on every machine. `progress` receives an estimate of the completed fraction several times a
+    /// second and can stop the search.
     pub fn choice(
         &self,
         tolerance: f64,
@@ -121,7 +123,7 @@ impl Scene {
         choose(&mut self.system(), &self.states(), run, tolerance, progress)
     }
 
-    /// The same with what was chosen, as [`Chosen`] writes it, also in its text.
+    /// Returns the scene with this choice, in the form that [`Chosen`] writes, also added to its text.
     pub fn decided(&self, chosen: &str) -> Result<Self, SceneError> {
         let text = format!("chosen = {chosen}\n{}", self.text);
         Self::parse(&self.name, &text)

@@ -1,4 +1,4 @@
-//! From the file's form to a scene that can be flown.
+//! Compiles the parsed file to a scene that can be flown.
 
 mod body;
 mod disturbance;
@@ -16,11 +16,11 @@ use crate::file::{BodyFile, SceneFile};
 use crate::scene::{NamedBody, Publishing, Scene};
 use crate::{Chosen, LONGEST, SceneError, SceneGravity, Units, check, numbers};
 
-/// Bodies of the largest scene: each has a topic of its own.
+/// Largest number of bodies in a scene, each of which has its own topic.
 const MAX_BODIES: usize = 1024;
 
 impl Scene {
-    /// The scene called `name` with this text (TOML).
+    /// Parses the scene called `name` from its text (TOML).
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
         if text.len() > LONGEST {
             return Err(SceneError::TooLong);
@@ -87,7 +87,7 @@ impl Scene {
     }
 }
 
-/// Everything that leaves the nodes is finite in SI, at the start at least.
+/// Checks that all published quantities are finite in SI, at least at the start.
 fn check_si(scene: &Scene) -> Result<(), SceneError> {
     let units = &scene.units;
     let derived = [

@@ -1,4 +1,5 @@
-//! How far a maneuver's steps lead from the continuous motion under the same controls.
+//! The discretization error of a maneuver: the distance of its steps from the continuous motion under the same
+//! controls.
 
 use std::iter::repeat_n;
 
@@ -7,19 +8,20 @@ use lgvi_dynamics::{BodyState, Load, Method, Simulation};
 
 use crate::{Scene, Scheme};
 
-/// Tolerance of what is taken for the continuous motion, of what is asked for.
+/// Tolerance of the reference solution for the continuous motion, relative to the requested accuracy.
 const REFERENCE: f64 = 1e-3;
 
-/// By how much fewer errors than are allowed are wanted of the steps that are said to do.
+/// Safety factor on the error in the estimate of the steps needed.
 const MARGIN: f64 = 1.2;
 
-/// The least such tolerance.
+/// Smallest tolerance of the reference solution.
 const FINEST: f64 = 1e-14;
 
 impl Scene {
-    /// The error at the end of a maneuver that `scheme` flies, constant `controls` acting on its body in each step: against
-    /// the continuous motion under the same controls, as [`Accuracy`] measures it. Without controls it is that of the free
-    /// flight until the end of the run. None without a maneuver, and where one of the two cannot be flown.
+    /// Returns the error at the end of a maneuver flown by `scheme`, with constant `controls` acting on its body in
+    /// each step. The reference is the continuous motion under the same controls, and [`Accuracy`] defines the measure.
+    /// If `controls` is empty, the result is the error of the free flight until the end of the run. Returns `None`
+    /// without a maneuver, or if either of the two flights fails.
     pub fn discretization_error(&self, scheme: Scheme, controls: &[Load]) -> Option<f64> {
         let body = self.maneuver.as_ref()?.body;
         let start: Vec<_> = self.bodies.iter().map(|named| named.state).collect();
@@ -31,7 +33,7 @@ impl Scene {
         let simulate = |h| Simulation::new(self.system(), start.clone(), reference, h).ok();
         let (flown, truth) = if controls.is_empty() {
             let free = |steps| repeat_n(Load::default(), steps);
-            // In one go: its steps are as long as they may be.
+            // In one step of the run, so that the reference method chooses its step sizes freely.
             let whole = fly(simulate(self.duration)?, body, free(1))?;
             (fly(flown, body, free(self.steps as usize))?, whole)
         } else {
@@ -43,7 +45,8 @@ impl Scene {
         Some(Accuracy::new(system.bodies(), &start).error(&flown, &truth))
     }
 
-    /// What is to be said where a maneuver's steps lead farther from the continuous motion than `auto` was asked for.
+    /// Returns a warning if a maneuver's steps deviate from the continuous motion by more than the accuracy asked of
+    /// `auto`.
     pub fn coarse_steps(&self, scheme: Scheme, controls: &[Load]) -> Option<String> {
         let accuracy = self.accuracy?;
         let error = self.discretization_error(scheme, controls)?;
@@ -64,7 +67,7 @@ impl Scene {
     }
 }
 
-/// Where a simulation ends with these loads on a body, one a step.
+/// Returns the final states of a simulation under these loads on one body, one load per step.
 fn fly(
     mut simulation: Simulation,
     body: usize,

@@ -6,42 +6,42 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::Scene;
 
-/// What sets a flight apart from its plan: standard deviations, in the scene's units, of the maneuverd body's initial state
-/// and of its actuators' errors. The seed decides what they come to, the same on every machine.
+/// The difference of a flight from its plan: standard deviations, in the scene's units, of the initial state of the
+/// maneuvered body and of the errors of its actuators. The seed determines the values drawn, equally on every machine.
 ///
 /// # Assumptions and limitations
 /// - All deviations are normally distributed and independent of each other, axis by axis.
-/// - An actuator's error is a factor that stays the same over the flight; it acts on the axes in which the control is given,
-///   inertial ones for the force and those of the body for the moment.
+/// - An actuator's error is a factor that stays constant over the flight. It acts on the axes in which the control is
+///   given, which are inertial for the force and body axes for the moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbance {
-    /// What decides.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Of the factor of each component of the force.
+    /// Standard deviation of the factor on each component of the force.
     pub force_error: f64,
-    /// Of the factor of each component of the moment.
+    /// Standard deviation of the factor on each component of the moment.
     pub moment_error: f64,
-    /// Of each component of `x`.
+    /// Standard deviation of each component of `x`.
     pub position: f64,
-    /// Of each component of `ẋ`.
+    /// Standard deviation of each component of `ẋ`.
     pub velocity: f64,
-    /// Of each component of the rotation vector `v` (rad), by which the attitude is `R exp(v)`.
+    /// Standard deviation of each component of the rotation vector `v` (rad), which changes the attitude to `R exp(v)`.
     pub attitude: f64,
-    /// Of each component of `Ω`, body frame.
+    /// Standard deviation of each component of `Ω`, body frame.
     pub angular_velocity: f64,
 }
 
-/// Factors by which a control acts other than it is meant.
+/// Factors between the intended and the actual control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorErrors {
-    /// Of the force's components, inertial frame.
+    /// Factors on the components of the force, inertial frame.
     pub force: Vector3<f64>,
-    /// Of the moment's components, body frame.
+    /// Factors on the components of the moment, body frame.
     pub moment: Vector3<f64>,
 }
 
 impl ActuatorErrors {
-    /// What acts where `load` is meant.
+    /// Returns the load that acts if `load` is commanded.
     pub fn apply(&self, load: &Load) -> Load {
         Load {
             force: load.force.component_mul(&self.force),
@@ -51,7 +51,7 @@ impl ActuatorErrors {
 }
 
 impl Disturbance {
-    /// The errors of the actuators.
+    /// Returns the errors of the actuators.
     pub fn actuator_errors(&self) -> ActuatorErrors {
         let [.., force, moment] = self.draw();
         ActuatorErrors {
@@ -60,7 +60,7 @@ impl Disturbance {
         }
     }
 
-    /// The state in which `body` starts instead of its nominal one.
+    /// Returns the disturbed initial state of `body`.
     pub fn initial_state(&self, body: &RigidBody, nominal: &BodyState) -> BodyState {
         let [position, velocity, attitude, angular_velocity, ..] = self.draw();
         BodyState {
@@ -71,7 +71,8 @@ impl Disturbance {
         }
     }
 
-    /// What the seed makes of the standard deviations: three numbers of each, the same ones whatever the others are.
+    /// Draws three numbers for each standard deviation. The underlying normal numbers depend on the seed only, not on
+    /// the other deviations.
     fn draw(&self) -> [Vector3<f64>; 6] {
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
         [
@@ -87,7 +88,7 @@ impl Disturbance {
 }
 
 impl Scene {
-    /// The bodies' states at step 0 as they are flown: with the deviations of the disturbance if there is one.
+    /// Returns the bodies' states at step 0 of the flight, including the deviations of the disturbance, if any.
     pub fn initial_states(&self) -> Vec<BodyState> {
         let mut states: Vec<_> = self.bodies.iter().map(|body| body.state).collect();
         if let (Some(disturbance), Some(maneuver)) = (&self.disturbance, &self.maneuver) {
@@ -98,21 +99,22 @@ impl Scene {
         states
     }
 
-    /// Which body's controls act other than they are meant, and by how much; `None` without a disturbance.
+    /// Returns the index of the controlled body and the errors of its actuators, or `None` without a disturbance.
     pub fn actuator_errors(&self) -> Option<(usize, ActuatorErrors)> {
         let (disturbance, maneuver) = (self.disturbance.as_ref()?, self.maneuver.as_ref()?);
         Some((maneuver.body, disturbance.actuator_errors()))
     }
 }
 
-/// Three numbers of the standard normal distribution.
+/// Draws three numbers from the standard normal distribution.
 pub(crate) fn normals(rng: &mut impl Rng) -> Vector3<f64> {
     let [x, y] = box_muller(rng);
     let [z, _] = box_muller(rng);
     Vector3::new(x, y, z)
 }
 
-/// Two numbers of the standard normal distribution by Box and Muller, `√(−2 ln u) (cos 2πv, sin 2πv)`, `u ∈ (0, 1]`.
+/// Draws two numbers from the standard normal distribution by the Box–Muller transform, `√(−2 ln u) (cos 2πv, sin
+/// 2πv)`, `u ∈ (0, 1]`.
 fn box_muller(rng: &mut impl Rng) -> [f64; 2] {
     let mut uniform = || (rng.next_u64() >> 11) as f64 * (0.5 * f64::EPSILON);
     let radius = (-2.0 * libm::log(1.0 - uniform())).sqrt();
@@ -146,7 +148,7 @@ mod tests {
         (body, state)
     }
 
-    /// A sample of 3 × 4000 numbers: mean and variance within 5 of their standard errors, and so the kurtosis 3.
+    /// Checks the mean and variance of 3 × 4000 numbers within 5 standard errors, and likewise that the kurtosis is 3.
     #[test]
     fn deviations_are_standard_normal_over_the_seeds() {
         let sample: Vec<f64> = (0..4000)
@@ -198,7 +200,7 @@ mod tests {
         assert_eq!(none.initial_state(&body, &nominal), nominal);
     }
 
-    /// Twice the deviation is twice the difference, in the units and frames that are said.
+    /// Doubling the deviation doubles the difference, in the documented units and frames.
     #[test]
     fn deviations_are_those_of_velocity_and_rotation_vector() {
         let (body, nominal) = nominal();
@@ -231,8 +233,8 @@ mod tests {
         }
     }
 
-    /// The same bits on every machine and in every version: numbers that PCG64-MCG and Box–Muller, written anew in Python,
-    /// give as well, to the last digit but one.
+    /// The numbers drawn are the same bits on every machine and in every version. An independent implementation of
+    /// PCG64-MCG and Box–Muller in Python gives the same numbers up to the last digit.
     #[test]
     fn a_seed_means_the_same_for_ever() {
         let disturbance = Disturbance {

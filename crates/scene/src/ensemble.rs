@@ -7,47 +7,48 @@ use rand_pcg::Pcg64Mcg;
 use crate::disturbance::normals;
 use crate::{ActuatorErrors, NamedBody, Scene};
 
-/// What the samples of an ensemble differ in: standard deviations, in the scene's units. Seed and index decide what they come
-/// to in a sample, the same on every machine, whatever other samples there are.
+/// Standard deviations of the samples of an ensemble, in the scene's units. Seed and index determine the values of a
+/// sample, equally on every machine and independently of the other samples.
 ///
 /// # Assumptions and limitations
-/// - All deviations are independent of each other, axis by axis. Those of the state and the actuators are normally
-///   distributed, those of mass and inertia log-normally: a factor `exp(σn)`, n normal.
-/// - Mass scales inertia and points along. Inertia is that of the body stretched along its axes, the moments `∫ρ_i² dm`
-///   by a factor each: so it stays that of a rigid body. Points stay where they are.
-/// - An actuator's error is a factor that stays the same over the flight, as in a [`Disturbance`](crate::Disturbance).
+/// - All deviations are independent of each other, axis by axis. State and actuators deviate normally, mass and inertia
+///   log-normally: by a factor `exp(σn)`, n normal.
+/// - A deviation of the mass scales inertia and points with it. A deviation of the inertia stretches the body along its
+///   axes: each moment `∫ρ_i² dm` is multiplied by its own factor, so that the result is the inertia of a rigid body.
+///   Points keep their positions.
+/// - An actuator's error is a factor that stays constant over the flight, as in a [`Disturbance`](crate::Disturbance).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ensemble {
-    /// How many samples there are.
+    /// Number of samples.
     pub samples: u64,
-    /// What decides.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Of the factor of each component of the maneuver's force.
+    /// Standard deviation of the factor on each component of the maneuver's force.
     pub force_error: f64,
-    /// Of the factor of each component of the maneuver's moment.
+    /// Standard deviation of the factor on each component of the maneuver's moment.
     pub moment_error: f64,
-    /// Of the bodies, one each.
+    /// Standard deviations of the bodies, one entry per body.
     pub spreads: Vec<Spread>,
 }
 
 /// Standard deviations of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
-    /// Of each component of `x`.
+    /// Standard deviation of each component of `x`.
     pub position: f64,
-    /// Of each component of `ẋ`.
+    /// Standard deviation of each component of `ẋ`.
     pub velocity: f64,
-    /// Of each component of the rotation vector `v` (rad), by which the attitude is `R exp(v)`.
+    /// Standard deviation of each component of the rotation vector `v` (rad), which changes the attitude to `R exp(v)`.
     pub attitude: f64,
-    /// Of each component of `Ω`, body frame.
+    /// Standard deviation of each component of `Ω`, body frame.
     pub angular_velocity: f64,
-    /// Of the logarithm of the mass.
+    /// Standard deviation of the logarithm of the mass.
     pub mass: f64,
-    /// Of the logarithm of each moment `∫ρ_i² dm`.
+    /// Standard deviation of the logarithm of each moment `∫ρ_i² dm`.
     pub inertia: f64,
 }
 
-/// What one body deviates by.
+/// Deviations of one body in a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
     /// `δx`.
@@ -58,27 +59,27 @@ pub struct Deviation {
     pub attitude: Vector3<f64>,
     /// `δΩ`.
     pub angular_velocity: Vector3<f64>,
-    /// Logarithm of the mass' factor.
+    /// Logarithm of the factor on the mass.
     pub mass: f64,
-    /// Logarithms of the factors of `∫ρ_i² dm`.
+    /// Logarithms of the factors on `∫ρ_i² dm`.
     pub inertia: Vector3<f64>,
 }
 
-/// One of an ensemble.
+/// One sample of an ensemble.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// What it deviates by, one a body.
+    /// Deviations from the nominal scene, one entry per body.
     pub deviations: Vec<Deviation>,
-    /// How the maneuver's controls act.
+    /// Errors of the maneuver's actuators.
     pub actuators: ActuatorErrors,
 }
 
 impl Ensemble {
-    /// The sample with this index.
+    /// Returns the sample with this index.
     pub fn sample(&self, index: u64) -> Sample {
         let mut rng =
             Pcg64Mcg::seed_from_u64(mixed(self.seed).wrapping_add(index.wrapping_mul(GOLDEN)));
-        // The same numbers whatever the deviations are.
+        // Draws the same normal numbers whatever the standard deviations are.
         let actuators = [self.force_error, self.moment_error]
             .map(|deviation| (deviation * normals(&mut rng)).add_scalar(1.0));
         let deviations = self.spreads.iter().map(|spread| Deviation {
@@ -100,10 +101,10 @@ impl Ensemble {
 }
 
 impl Sample {
-    /// The bodies of `scene` as they are in this sample, with their gravity, and their states at step 0.
+    /// Returns the bodies of `scene` in this sample with their gravity, and their states at step 0.
     ///
     /// # Errors
-    /// Deviations that leave no rigid body.
+    /// Returns an error if the deviations make a body's mass or inertia invalid.
     pub fn system(&self, scene: &Scene) -> Result<(System, Vec<BodyState>), BodyError> {
         let each = scene.bodies.iter().zip(&self.deviations);
         let each = each.map(|(nominal, deviation)| deviation.apply(nominal));
@@ -113,7 +114,8 @@ impl Sample {
 }
 
 impl Deviation {
-    /// The body and its state, with nominal velocities where they do not deviate; nothing that does not deviate is touched.
+    /// Returns the body and its state. Velocities without a deviation keep their nominal values, and quantities without
+    /// a deviation keep their bits.
     fn apply(&self, nominal: &NamedBody) -> Result<(RigidBody, BodyState), BodyError> {
         let NamedBody { body, state, .. } = nominal;
         let mut body = body.clone();
@@ -143,8 +145,8 @@ impl Deviation {
 
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Mixes a seed's bits, so that near seeds have samples far apart: the end of SplitMix64 (G. L. Steele, D. Lea, C. H. Flood,
-/// *Fast splittable pseudorandom number generators*, OOPSLA 2014).
+/// Mixes the bits of a seed, so that similar seeds give unrelated samples. This is the final mixing function of
+/// SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, *Fast splittable pseudorandom number generators*, OOPSLA 2014).
 fn mixed(seed: u64) -> u64 {
     let z = seed.wrapping_add(GOLDEN);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

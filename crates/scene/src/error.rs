@@ -3,34 +3,34 @@ use lgvi_dynamics::MethodError;
 use lgvi_dynamics::auto::ChoiceError;
 use thiserror::Error;
 
-/// The longest text of a scene (bytes). What TOML makes of it may take a hundred times as much.
+/// Maximum length of a scene's text (bytes). The parsed TOML can take a hundred times as much memory.
 pub const LONGEST: usize = 4 << 20;
 
-/// Why a scene cannot be flown.
+/// The reason that a scene cannot be flown.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
-    /// Not TOML, an unknown or missing key, or a value of the wrong type; with its line.
+    /// The text is not TOML, a key is unknown or missing, or a value has the wrong type. The message includes the line.
     #[error("{0}")]
     Syntax(String),
-    /// More text than any scene needs.
+    /// The text is longer than [`LONGEST`].
     #[error("it is longer than {LONGEST} bytes")]
     TooLong,
-    /// A value out of its range.
+    /// A value is out of its range.
     #[error("`{key}` is {value}, expected {expected}")]
     Value {
         /// Path of the key, such as `bodies[0].inertia`.
         key: String,
-        /// What the file says.
+        /// The value in the file.
         value: String,
-        /// What would do.
+        /// A description of valid values.
         expected: String,
     },
 }
 
-/// Letters of a value that are told.
+/// Maximum number of characters of a value in a message.
 const MOST: usize = 300;
 
-/// All of a text, or its beginning and how long it is.
+/// Returns the whole text, or its beginning and its length if it is long.
 fn excerpt(text: &str) -> String {
     match text.char_indices().nth(MOST) {
         None => text.to_owned(),
@@ -39,7 +39,8 @@ fn excerpt(text: &str) -> String {
 }
 
 impl SceneError {
-    /// What is no scene's form; the line that is shown may be as long as the file.
+    /// Converts a TOML error. Each line of the message is shortened, because a line that it quotes may be as long as
+    /// the file.
     pub(crate) fn syntax(error: &toml::de::Error) -> Self {
         let text = error.to_string();
         let lines: Vec<_> = text.lines().map(excerpt).collect();
@@ -58,7 +59,7 @@ impl SceneError {
         }
     }
 
-    /// For a parameter of a constraint or a terminal condition that is written at `key`.
+    /// Returns the error for a parameter of a constraint or a terminal condition that is written at `key`.
     pub(crate) fn parameter(key: impl Into<String>, error: ParameterError) -> Self {
         Self::Value {
             key: key.into(),
@@ -67,7 +68,7 @@ impl SceneError {
         }
     }
 
-    /// For a key that is not there and should be.
+    /// Returns the error for a required key that is missing.
     pub(crate) fn missing(key: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Value {
             key: key.into(),
@@ -77,13 +78,13 @@ impl SceneError {
     }
 }
 
-/// Why there is no integrator for a scene.
+/// The reason that a scene has no integrator.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SchemeError {
     /// The method cannot integrate the bodies.
     #[error(transparent)]
     Method(#[from] MethodError),
-    /// No method was chosen.
+    /// The automatic choice of a method failed.
     #[error("no integrator was chosen: {0}")]
     Choice(#[from] ChoiceError),
 }

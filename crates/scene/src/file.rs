@@ -1,4 +1,4 @@
-//! The file's form: what serde reads, key by key, before anything is checked.
+//! The types that serde deserializes, key by key, before any validation.
 
 mod body;
 mod disturbance;

@@ -1,15 +1,16 @@
 use nalgebra::{Matrix3, Vector3};
 
-/// A frame that stays where it is in another one: a docking port, a camera, a thruster.
+/// A frame fixed in its parent frame, such as a docking port, a camera or a thruster.
 ///
-/// The one called like the scene's inertial frame says instead what that frame hangs on: its parent is outside of the scene.
+/// A frame with the name of the scene's inertial frame instead defines the parent of the inertial frame, which is
+/// outside the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Its name.
+    /// Name of the frame.
     pub name: String,
-    /// Name of the frame that it stays in.
+    /// Name of the parent frame.
     pub parent: String,
-    /// Its origin, on the parent's axes, in the scene's units.
+    /// Origin of the frame, in the parent frame and the scene's units.
     pub position: Vector3<f64>,
     /// Rotation matrix from this frame to the parent's.
     pub attitude: Matrix3<f64>,

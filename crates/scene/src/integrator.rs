@@ -1,4 +1,4 @@
-//! How a scene names its integrator: by a word, or by a table with a `name` and what else the integrator can be told.
+//! The integrator entry of a scene: a name, or a table with a `name` and the integrator's options.
 
 use std::fmt;
 
@@ -8,38 +8,39 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// What a scene asks for.
+/// The integrator that a scene asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integration {
-    /// This method.
+    /// A given method.
     Method(Method),
-    /// The method and the number of substeps that reach an accuracy at the least predicted cost.
+    /// The method and number of substeps that reach an accuracy at the least predicted cost.
     Auto {
-        /// Greatest error at the end of the run, as [`Accuracy`](lgvi_dynamics::Accuracy) measures it: of positions
-        /// relative to the size of the scene, of attitudes in rad.
+        /// Maximum error at the end of the run, as measured by [`Accuracy`](lgvi_dynamics::Accuracy): position errors
+        /// relative to the size of the scene, attitude errors in rad.
         tolerance: f64,
     },
 }
 
-/// What flies a scene.
+/// The method that flies a scene, with its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     /// The method.
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
-    /// What is left out.
+    /// Computations that are skipped.
     pub skip: Skip,
 }
 
-/// What a scene allows to be left out of its computation.
+/// Computations that a scene allows to be skipped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Skipping {
-    /// Nothing.
+    /// None.
     Nothing,
-    /// What makes no difference but rounding.
+    /// Computations that affect the result only by rounding errors.
     Exact,
-    /// That, and what changes the end of the run by no more, as [`Accuracy`](lgvi_dynamics::Accuracy) measures it.
+    /// Also computations that change the end of the run by no more than this, as measured by
+    /// [`Accuracy`](lgvi_dynamics::Accuracy).
     Within(f64),
 }
 
@@ -190,7 +191,7 @@ enum QuadratureFile {
 }
 
 impl QuadratureFile {
-    /// With as many points as make the order twice the degree, if not told.
+    /// Returns the rule. The default number of points makes the order twice the degree.
     fn rule(self, degree: u32, points: Option<u32>) -> Quadrature {
         match self {
             Self::Gauss => Quadrature::Gauss(points.unwrap_or(degree)),
@@ -217,7 +218,7 @@ impl From<OriginFile> for ChartOrigin {
 }
 
 impl IntegratorFile {
-    /// The integration that is asked for.
+    /// Returns the requested integration.
     pub(crate) fn integration(&self) -> Integration {
         Integration::Method(match self.0 {
             Table::Auto { tolerance } => return Integration::Auto { tolerance },

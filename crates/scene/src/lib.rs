@@ -1,4 +1,4 @@
-//! Scene files: what a user writes in TOML, validated and compiled to what is flown.
+//! Scene files: descriptions in TOML, validated and compiled for the simulation.
 //!
 //! ```
 //! use lgvi_dynamics::Load;
@@ -32,9 +32,9 @@
 //! # }
 //! ```
 //!
-//! [`Scene::parse`] takes the text and either returns a [`Scene`] that can be flown or a [`SceneError`] that names the
-//! key, the value and what was expected. Numbers stay in the scene's own units; [`Units`] converts what leaves to SI and
-//! what comes back.
+//! [`Scene::parse`] takes the text and returns a [`Scene`] that can be flown, or a [`SceneError`] that names the key,
+//! the value and the expected values. Numbers stay in the scene's own units. [`Units`] converts outputs to SI and
+//! inputs back.
 
 mod check;
 mod chosen;

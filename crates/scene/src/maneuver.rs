@@ -6,59 +6,59 @@ use lgvi_dynamics::{BodyState, Load, Method};
 
 use crate::{Scene, Scheme};
 
-/// A controlled body that is to reach a target at the end of the run, or earlier.
+/// A controlled body that has to reach a target by the end of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Maneuver {
-    /// Which of the scene's bodies.
+    /// Index of the controlled body in the scene.
     pub body: usize,
-    /// Where it may end.
+    /// Set of final states in which it may end.
     pub target: Terminal,
-    /// What its commands do and cost.
+    /// Effects and costs of its commands.
     pub actuation: Actuation,
-    /// The steps that it is planned in.
+    /// Discrete dynamics of the plan.
     pub dynamics: Dynamics,
-    /// Whether the boundary states are those of the processed Lie–Euler method (§4.5).
+    /// True if the boundary states belong to the processed Lie–Euler method (§4.5).
     pub processed: bool,
-    /// Which motions are planned.
+    /// The planned motions.
     pub motion: Motion,
-    /// What holds on the way.
+    /// Constraints along the path.
     pub constraints: Vec<Constraint>,
-    /// The range of durations; `None` where it is that of the run.
+    /// Range of durations, or `None` if the duration is fixed to that of the run.
     pub final_time: Option<FinalTime>,
-    /// How it is solved.
+    /// Settings of the solver.
     pub solver: Solver,
-    /// Where the best of several local minima is wanted.
+    /// Search for the best of several local minima, if wanted.
     pub search: Option<Search>,
-    /// Where it is planned anew in flight.
+    /// Replanning in flight, if wanted.
     pub replan: Option<Replan>,
-    /// Whether feedback along the plan is flown.
+    /// True if the flight applies feedback along the plan.
     pub feedback: bool,
 }
 
-/// A duration that is found with the plan, as a whole number of the run's steps.
+/// A free duration, optimized with the plan as a whole number of the run's steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinalTime {
     /// Steps of the shortest maneuver.
     pub min_steps: u64,
-    /// Steps of the longest.
+    /// Steps of the longest maneuver.
     pub max_steps: u64,
-    /// What a unit of time costs, beside the commands.
+    /// Cost of a unit of time, in addition to the cost of the commands.
     pub weight: f64,
 }
 
-/// How a maneuver is solved.
+/// Solver of a maneuver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Solver {
     /// The method.
     pub method: SolverMethod,
-    /// Terminal error at which a plan is accepted; `None` for the method's own.
+    /// Terminal error below which a plan is accepted, or `None` for the method's default.
     pub tolerance: Option<f64>,
-    /// Most iterations; `None` for the method's own.
+    /// Maximum number of iterations, or `None` for the method's default.
     pub max_iterations: Option<u32>,
 }
 
 impl Solver {
-    /// The settings of the shooting.
+    /// Returns the settings of the shooting method.
     pub fn shooting(&self) -> shooting::Settings {
         let defaults = shooting::Settings::default();
         shooting::Settings {
@@ -69,7 +69,7 @@ impl Solver {
     }
 }
 
-/// The methods that solve maneuvers.
+/// The available solvers of maneuvers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolverMethod {
     /// Structured Newton iteration on all steps.
@@ -82,25 +82,26 @@ pub enum SolverMethod {
 /// A search for the best of several local minima.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Search {
-    /// Starts of the solver.
+    /// Number of starts of the solver.
     pub starts: u32,
-    /// Of their random numbers.
+    /// Seed of the random starts.
     pub seed: u64,
 }
 
-/// Planning anew in flight.
+/// Replanning in flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Replan {
     /// Steps from one plan to the next.
     pub every: u64,
-    /// Wall-clock time from the state that is planned from to the plan (s).
+    /// Wall-clock time from the state at which a plan starts to its delivery (s).
     pub deadline: f64,
 }
 
 impl Replan {
-    /// The step that the plan made at `step` begins at in a flight in lockstep with its planner, whose steps last
-    /// `step_size` (s): the one that real time would have reached by the deadline. `None` where no plan is made at `step`,
-    /// and where fewer than [`Replan::every`] steps, or two, would be left to it before the arrival at step `arrival`.
+    /// Returns the first step of the plan made at `step` in a flight in lockstep with its planner: the step that real
+    /// time would have reached by the deadline, with steps of length `step_size` (s). Returns `None` if no plan is made
+    /// at `step`, or if fewer than [`Replan::every`] steps, and at least two, would remain before the arrival at step
+    /// `arrival`.
     pub fn in_lockstep(&self, step: u64, step_size: f64, arrival: u64) -> Option<u64> {
         let due = step > 0 && step.is_multiple_of(self.every);
         let lead = (self.deadline / step_size).ceil().max(1.0) as u64;
@@ -111,14 +112,15 @@ impl Replan {
 }
 
 impl Maneuver {
-    /// What a control of one step `h` costs.
+    /// Returns the cost of a control over one step `h`.
     pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
         self.actuation.cost_of(h, control)
     }
 }
 
 impl Scene {
-    /// The optimal control problem of the scene's maneuver over the longest time it may take; `None` without one.
+    /// Returns the optimal control problem of the scene's maneuver with the longest allowed duration, or `None` without
+    /// a maneuver.
     pub fn transfer(&self) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
         let steps = match maneuver.final_time {
@@ -129,7 +131,8 @@ impl Scene {
         self.transfer_from(initial, steps as usize)
     }
 
-    /// That of the rest of a maneuver: from `initial` in `intervals` steps of the run; `None` without one.
+    /// Returns the optimal control problem of the rest of a maneuver, from `initial` in `intervals` steps of the run,
+    /// or `None` without a maneuver.
     pub fn transfer_from(
         &self,
         initial: BodyState,
@@ -153,8 +156,8 @@ impl Scene {
         }))
     }
 
-    /// What is to be said where the maneuver is flown in other steps than it is planned in, and misses its target by what
-    /// the two differ in. A processed plan is meant for other steps.
+    /// Returns a warning if the flight uses other steps than the plan. The maneuver then misses its target by the
+    /// difference of the two. A processed plan is meant for other steps and gives no warning.
     pub fn flown_otherwise(&self, scheme: Scheme) -> Option<String> {
         let maneuver = self.maneuver.as_ref()?;
         let planned = match (maneuver.dynamics, scheme.method) {

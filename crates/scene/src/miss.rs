@@ -4,18 +4,19 @@ use nalgebra::SVector;
 use crate::Scene;
 
 impl Scene {
-    /// By how much the planned body's state `end` misses the target, in the order `[x, γ, R, Π]`, where what is free is
-    /// not missed; `None` without a maneuver.
+    /// Returns the terminal error of the planned body's state `end` in the order `[x, γ, R, Π]`, with zeros for free
+    /// components, or `None` without a maneuver.
     ///
-    /// Of an orbit it is the difference of the eccentricity vectors times the distance, and that of the angular momenta
-    /// over the distance; of a spin axis the least rotation that points it.
+    /// For an orbit, the entries are the difference of the eccentricity vectors times the distance, and the difference
+    /// of the angular momenta divided by the distance. For a spin axis, the entry is the smallest rotation that aligns
+    /// it.
     pub fn miss(&self, end: &BodyState) -> Option<SVector<f64, 12>> {
         let nominal = &self.bodies[self.maneuver.as_ref()?.body].body;
         self.miss_of(nominal, end)
     }
 
-    /// The same of a body that takes the planned one's place: it misses the momenta that it would have at the target's
-    /// velocities.
+    /// Returns [`Scene::miss`] for a body that replaces the planned one: its momenta are compared with those that it
+    /// would have at the target's velocities.
     pub fn miss_of(&self, body: &RigidBody, end: &BodyState) -> Option<SVector<f64, 12>> {
         let maneuver = self.maneuver.as_ref()?;
         let nominal = &self.bodies[maneuver.body].body;

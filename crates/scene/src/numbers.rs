@@ -1,15 +1,15 @@
-//! The limits of numbers, which hold for every number of a scene whatever it measures.
+//! Limits that apply to every number of a scene, whatever it measures.
 
 use toml::de::{DeTable, DeValue};
 
 use crate::SceneError;
 
-/// The cube of a number within these limits is a number. Zero is none too small.
+/// Bounds on the size of nonzero numbers, chosen so that their cubes are representable.
 const LEAST: f64 = 1e-100;
 const GREATEST: f64 = 1e100;
 
-/// Refuses the first number of a text that is beyond the limits, by its key. What is not finite is for each key to refuse, with
-/// what it expects.
+/// Refuses the first number of a text that is beyond the limits, naming its key. Numbers that are not finite are left
+/// to the check of each key, which knows the expected values.
 pub(crate) fn check(text: &str) -> Result<(), SceneError> {
     let table = DeTable::parse(text).map_err(|error| SceneError::syntax(&error))?;
     check_table(table.get_ref(), "")

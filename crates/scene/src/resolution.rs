@@ -1,4 +1,5 @@
-//! Whether steps are short enough for what they follow, and whether energy says that they were.
+//! Checks that the steps are short enough for the motion, before a flight from its rates and afterwards from its
+//! energy.
 
 use std::f64::consts::TAU;
 
@@ -8,29 +9,31 @@ use nalgebra::Vector3;
 
 use crate::{Integration, Scene, Scheme};
 
-/// Angle in a step above which methods of second order are inaccurate (rad): its cube over 24 is about the error.
+/// Angle per step above which methods of second order are inaccurate (rad). The error is about its cube over 24.
 const FAR: f64 = 0.3;
 
-/// The same of methods of higher order, which look at the motion several times a step, for each order of eight.
+/// Angle per step above which methods of higher order are inaccurate (rad). They evaluate the motion several times a
+/// step, so the limit grows in proportion to the order above order 8.
 const FAR_OF_HIGH_ORDER: f64 = 1.0;
 
-/// Change of energy, of the kinetic and potential energy together, that bounded errors of steps short enough stay below.
+/// Relative change of energy, with respect to kinetic plus potential energy, that steps short enough do not exceed.
 const ENERGY: f64 = 1e-2;
 
-/// The same where the energy changes its sign: what was bound is not.
+/// Limit on the relative change of energy if the energy changes its sign, as a bound system becomes unbound or vice
+/// versa.
 const SIGN: f64 = 1e-6;
 
-/// How fast the bodies of a scene move round something, in the scene's units.
+/// Angular velocities of the motion of a scene's bodies, in the scene's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
-    /// The greatest angular velocity of a body that turns by itself.
+    /// Largest angular velocity of a body whose rotation is not prescribed.
     pub turn: f64,
-    /// The greatest angular velocity of a circular orbit at a body's place, about the attractor or another body.
+    /// Largest angular velocity of a circular orbit at a body's position, about the attractor or another body.
     pub orbit: f64,
 }
 
 impl Rates {
-    /// The greater of each.
+    /// Returns the maximum of each rate.
     pub fn max(self, other: Self) -> Self {
         Self {
             turn: self.turn.max(other.turn),
@@ -39,17 +42,17 @@ impl Rates {
     }
 }
 
-/// Energy in its two kinds, in the scene's units.
+/// Kinetic and potential energy, in the scene's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energies {
-    /// Of motion.
+    /// Kinetic energy.
     pub kinetic: f64,
-    /// Of place.
+    /// Potential energy.
     pub potential: f64,
 }
 
 impl Energies {
-    /// Those of `states`.
+    /// Computes the energies of `states`.
     pub fn of(system: &System, states: &[BodyState]) -> Self {
         let potential = system.potential(states);
         Self {
@@ -68,7 +71,7 @@ impl Energies {
 }
 
 impl Scene {
-    /// How fast its bodies move in `states`.
+    /// Computes the rates of the scene's bodies in `states`.
     pub fn rates(&self, states: &[BodyState]) -> Rates {
         let mut squared: f64 = 0.0;
         let mut turn: f64 = 0.0;
@@ -100,7 +103,7 @@ impl Scene {
         }
     }
 
-    /// What is to be said where a body turns so far in a step of `scheme` that the method is inaccurate.
+    /// Returns a warning if a body turns so far in a step of `scheme` that the method is inaccurate.
     pub fn long_turn(&self, scheme: Scheme, rates: Rates) -> Option<String> {
         let turn = self.substep(scheme) * rates.turn;
         let exact = scheme.method.rotor() == Some(Rotor::Exact);
@@ -115,7 +118,7 @@ impl Scene {
         })
     }
 
-    /// The same where a step of `scheme` is a great part of an orbit.
+    /// Returns a warning if a step of `scheme` covers so much of an orbit that the method is inaccurate.
     pub fn long_orbit(&self, scheme: Scheme, rates: Rates) -> Option<String> {
         if self.subdivides(scheme) {
             return None;
@@ -133,7 +136,7 @@ impl Scene {
         })
     }
 
-    /// What is to be said of a flight without controls whose energy has changed by more than sound steps let it.
+    /// Returns a warning if the energy of a flight without controls has changed by more than sound steps allow.
     pub fn changed_energy(&self, [start, end]: [Energies; 2]) -> Option<String> {
         if self.is_driven() {
             return None;
@@ -141,7 +144,7 @@ impl Scene {
         let change = end.total() - start.total();
         let size = start.size().max(end.size());
         let reversed = start.total() * end.total() < 0.0;
-        // What is no number is no small change.
+        // A NaN compares false and counts as unsound.
         let sound = change.abs() <= if reversed { SIGN } else { ENERGY } * size;
         let unit = self.units.energy();
         (!sound).then(|| {
@@ -159,7 +162,7 @@ impl Scene {
         })
     }
 
-    /// Whether a body is moved whatever acts on it.
+    /// Returns true if the motion of a body is prescribed.
     fn is_driven(&self) -> bool {
         let mut bodies = self.bodies.iter();
         bodies.any(|named| matches!(named.body.mobility(), Mobility::Driven(_)))
@@ -169,7 +172,8 @@ impl Scene {
         self.h() / f64::from(scheme.substeps)
     }
 
-    /// Angle in a step from which the method is inaccurate; none where it measures its errors or has none.
+    /// Returns the angle per step above which the method is inaccurate, or `None` if the method controls its error or
+    /// has no order, or if the rotation is `exact` and the method of higher order.
     fn far(&self, scheme: Scheme, exact: bool) -> Option<f64> {
         if scheme.method.has_error_control() || matches!(self.integration, Integration::Auto { .. })
         {
@@ -183,7 +187,7 @@ impl Scene {
     }
 }
 
-/// The square of the angular velocity of a circular orbit.
+/// Returns the square of the angular velocity of a circular orbit.
 fn kepler(gm: f64, from: &Vector3<f64>) -> f64 {
     let distance = from.norm();
     gm.abs() / (distance * distance * distance)

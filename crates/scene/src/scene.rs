@@ -13,66 +13,66 @@ use crate::{
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Short name, that of the file.
+    /// Short name, equal to that of the file.
     pub name: String,
-    /// What the file says it is.
+    /// Title given in the file.
     pub title: String,
-    /// The file's text.
+    /// Text of the file.
     pub text: String,
     /// Name of the inertial frame.
     pub frame: String,
-    /// What its numbers measure.
+    /// Units of its numbers.
     pub units: Units,
     /// Simulation time of step 0 (ns since the UNIX epoch).
     pub epoch: i64,
-    /// The integrator that is asked for.
+    /// The requested integrator.
     pub integration: Integration,
-    /// What `auto` was asked for where a maneuver says what flies it.
+    /// Accuracy asked of `auto` if a maneuver determines the method instead.
     pub accuracy: Option<f64>,
-    /// What an automatic integrator has chosen, once it has.
+    /// The choice of an automatic integrator, once made.
     pub chosen: Option<Chosen>,
-    /// What may be left out of the computation.
+    /// Computations that may be skipped.
     pub skipping: Skipping,
-    /// Steps of the integrator in each step of the run, unless it chooses them.
+    /// Steps of the integrator per step of the run, unless the integrator is automatic.
     pub substeps: u32,
-    /// How often a step that cannot be made as one may be halved; 0 for never.
+    /// How often a step that fails as a whole may be halved, or 0 for never.
     pub subdivide: u32,
     /// Duration of the run.
     pub duration: f64,
     /// Steps of the run.
     pub steps: u64,
-    /// What is published how often.
+    /// Rates of publication.
     pub publishing: Publishing,
     /// The bodies and their states at the epoch.
     pub bodies: Vec<NamedBody>,
-    /// Further frames, those that others hang on first.
+    /// Additional frames, parents first.
     pub frames: Vec<Frame>,
-    /// What acts on the bodies.
+    /// Gravity that acts on the bodies.
     pub gravity: SceneGravity,
-    /// What is to be planned and flown.
+    /// The maneuver to be planned and flown.
     pub maneuver: Option<Maneuver>,
-    /// What sets the flight of the maneuver apart from its plan.
+    /// Deviations of the maneuver's flight from its plan.
     pub disturbance: Option<Disturbance>,
-    /// What an ensemble of the scene's flights differs in.
+    /// Distribution of an ensemble of the scene's flights.
     pub ensemble: Option<Ensemble>,
 }
 
 /// A body with its name and its state at the epoch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedBody {
-    /// Name, also of its topics.
+    /// Name of the body, also part of its topics.
     pub name: String,
-    /// Name of its frame: its own, behind the prefix of the scene's frames.
+    /// Name of its frame: the body's name after the prefix of the scene's frames.
     pub frame: String,
     /// The body.
     pub body: RigidBody,
     /// State at the epoch.
     pub state: BodyState,
-    /// Its surface, where the scene tells it.
+    /// Its surface, if the scene gives one.
     pub mesh: Option<Arc<Polyhedron>>,
 }
 
-/// How often states are published, in steps.
+/// Intervals of publication, in steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Publishing {
     /// Steps from one full-rate state to the next.
@@ -82,24 +82,24 @@ pub struct Publishing {
 }
 
 impl Scene {
-    /// The step `h`, in the scene's time unit.
+    /// Returns the step size `h`, in the scene's time unit.
     pub fn h(&self) -> f64 {
         self.duration / self.steps as f64
     }
 
-    /// Time at `step` since the epoch (s).
+    /// Returns the time at `step` since the epoch (s).
     pub fn seconds(&self, step: u64) -> f64 {
         step as f64 * self.h() * self.units.time
     }
 
-    /// Simulation time at `step` (ns since the UNIX epoch), rounded.
+    /// Returns the simulation time at `step` (ns since the UNIX epoch), rounded.
     pub fn stamp(&self, step: u64) -> i64 {
         self.epoch
             .saturating_add((self.seconds(step) * 1e9).round() as i64)
     }
 
-    /// The scene with `prefix` before the names of its frames, so that they differ from those of other flights. What its
-    /// inertial frame hangs on is of others, and keeps its name.
+    /// Returns the scene with `prefix` before the names of its frames, which distinguishes them from those of other
+    /// flights. The parent of the inertial frame is outside the scene and keeps its name.
     #[must_use]
     pub fn with_frame_prefix(mut self, prefix: &str) -> Self {
         for frame in &mut self.frames {
@@ -115,19 +115,19 @@ impl Scene {
         self
     }
 
-    /// Index of the body called `name`.
+    /// Returns the index of the body called `name`.
     pub fn body_index(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|body| body.name == name)
     }
 
-    /// The bodies and their gravity.
+    /// Returns the bodies and their gravity.
     pub fn system(&self) -> System {
         let bodies = self.bodies.iter().map(|body| body.body.clone()).collect();
         System::new(bodies, self.gravity.of_system())
     }
 
-    /// What flies the scene. An automatic integrator is chosen here, unless it has been, and what may be left out is found,
-    /// both by flights that may take a while.
+    /// Returns the scheme that flies the scene. Chooses an automatic integrator, unless that has been done, and
+    /// determines the computations that may be skipped. Both use pilot flights, which may take a while.
     pub fn scheme(&self) -> Result<Scheme, SchemeError> {
         let (method, substeps) = match self.integration {
             Integration::Method(method) => (method, self.substeps),
@@ -142,7 +142,7 @@ impl Scene {
         Ok(self.scheme_by(method, substeps))
     }
 
-    /// A method as it flies the scene, leaving out what the scene allows.
+    /// Returns the scheme of a given method, with the skips that the scene allows.
     pub fn scheme_by(&self, method: Method, substeps: u32) -> Scheme {
         let skip = match self.skipping {
             Skipping::Nothing => Skip::Nothing,
@@ -158,8 +158,8 @@ impl Scene {
         }
     }
 
-    /// Why nothing is left out by the scene's tolerance; none where something is, or where there is no tolerance. Found by
-    /// pilot flights, as in [`Scene::scheme`].
+    /// Returns the reason that the scene's tolerance allows no skips, or `None` if it does or if there is no tolerance.
+    /// Uses pilot flights, as [`Scene::scheme`] does.
     pub fn skip_refusal(&self) -> Option<Refusal> {
         match self.skipping {
             Skipping::Nothing | Skipping::Exact => None,
@@ -170,7 +170,7 @@ impl Scene {
         }
     }
 
-    /// What of the scene a scheme computes, and what it leaves out.
+    /// Summarizes the computations that a scheme performs and those that it skips.
     pub fn summary(&self, scheme: Scheme) -> Summary {
         Summary::new(
             &mut self.system(),
@@ -180,17 +180,17 @@ impl Scene {
         )
     }
 
-    /// The bodies' states at the epoch, undisturbed.
+    /// Returns the bodies' states at the epoch, undisturbed.
     pub(crate) fn states(&self) -> Vec<BodyState> {
         self.bodies.iter().map(|body| body.state).collect()
     }
 
-    /// The simulation by a scheme, at step 0 from [`Scene::initial_states`].
+    /// Returns the simulation by a scheme, at step 0 from [`Scene::initial_states`].
     pub fn simulation(&self, scheme: Scheme) -> Result<Simulation, SchemeError> {
         self.simulation_from(self.initial_states(), scheme)
     }
 
-    /// The simulation by a scheme from other states, one a body.
+    /// Returns the simulation by a scheme from other states, one per body.
     pub fn simulation_from(
         &self,
         states: Vec<BodyState>,
@@ -206,7 +206,7 @@ impl Scene {
         Ok(simulation.with_skips(scheme.skip))
     }
 
-    /// Whether steps by this scheme are cut where they cannot be made as one.
+    /// Returns true if this scheme subdivides steps that fail as a whole.
     pub fn subdivides(&self, scheme: Scheme) -> bool {
         self.subdivide > 0 && !scheme.method.has_error_control()
     }

@@ -1,4 +1,4 @@
-//! What a body looks like, as far as the scene tells.
+//! The shape of a body for display, derived from the scene.
 
 use lgvi_dynamics::gravity::Polyhedron;
 use lgvi_dynamics::{MassDistribution, PointMass, RigidBody};
@@ -7,37 +7,38 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::NamedBody;
 
-/// The least size of a part, of the whole's: what is thinner would not be seen.
+/// Smallest size of a part relative to the whole body, so that it stays visible.
 const LEAST: f64 = 0.02;
 
 /// A solid in the frame of its body, in the scene's units.
 ///
 /// # Assumptions and limitations
-/// It is a picture, which nothing is computed from. Parts that would be thinner than 2 % of the body are drawn so thick.
+/// The shape is for display only and enters no computation. Parts thinner than 2 % of the body are drawn with that
+/// thickness.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape<'a> {
     /// The body's polyhedron.
     Mesh(&'a Polyhedron),
-    /// Equal spheres at the body's points of mass, so large that they have the inertia that the points alone lack.
+    /// Equal spheres at the body's point masses. Their radius supplies the inertia that the points alone lack.
     Spheres {
-        /// Where they are.
+        /// Centers of the spheres.
         centers: Vec<Vector3<f64>>,
-        /// Their radius.
+        /// Radius of the spheres.
         radius: f64,
     },
-    /// The homogeneous ellipsoid of the body's mass and inertia.
+    /// The homogeneous ellipsoid with the body's mass and inertia.
     Ellipsoid {
-        /// Its center, which is the center of mass.
+        /// Center of the ellipsoid, which is the center of mass.
         center: Vector3<f64>,
-        /// Its axes, the columns of a rotation matrix.
+        /// Principal axes, the columns of a rotation matrix.
         axes: Matrix3<f64>,
-        /// Half of its length along each.
+        /// Semi-axis along each principal axis.
         semi_axes: Vector3<f64>,
     },
 }
 
 impl NamedBody {
-    /// The body's polyhedron, or spheres at its points, or the ellipsoid of its inertia.
+    /// Returns the body's polyhedron, or else spheres at its points, or else the ellipsoid of its inertia.
     pub fn shape(&self) -> Shape<'_> {
         if let Some(mesh) = &self.mesh {
             return Shape::Mesh(mesh);
@@ -50,7 +51,7 @@ impl NamedBody {
 }
 
 impl Shape<'_> {
-    /// Radius of a sphere about the origin of the body's frame that holds all of it.
+    /// Returns the radius of a sphere about the origin of the body's frame that contains the shape.
     pub fn extent(&self) -> f64 {
         match self {
             Self::Mesh(mesh) => mesh.bounding_radius(),
@@ -62,7 +63,7 @@ impl Shape<'_> {
     }
 }
 
-/// A sphere of mass m has the trace 6/5 m r² of its inertia, a point m at ρ has 2 m ρ².
+/// A sphere of mass m and radius r has an inertia of trace 6/5 m r², a point mass m at ρ one of trace 2 m ρ².
 fn spheres(body: &RigidBody, points: &[PointMass]) -> Shape<'static> {
     let centers: Vec<_> = points.iter().map(|point| point.position).collect();
     let of_points = points
@@ -79,7 +80,7 @@ fn spheres(body: &RigidBody, points: &[PointMass]) -> Shape<'static> {
 /// An ellipsoid with these semi-axes has `J_d = ∫ρρᵀ dm = m/5 diag(a², b², c²)`, (3.6).
 fn ellipsoid(body: &RigidBody) -> Shape<'static> {
     let mass = body.mass();
-    // Off the origin in a pivoted body only.
+    // The center differs from the origin in a pivoted body only.
     let moments = body
         .points()
         .iter()

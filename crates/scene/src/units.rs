@@ -2,7 +2,7 @@ use lgvi_dynamics::{BodyState, Load};
 
 use crate::SceneError;
 
-/// The SI size of a scene's units, and the conversions of what crosses its border. A factor of 1 is exact.
+/// The SI sizes of a scene's units, with conversions of its inputs and outputs. A factor of 1 is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
     /// Length unit (m).
@@ -13,7 +13,7 @@ pub struct Units {
     pub time: f64,
 }
 
-/// What a unit measures, with the symbols that are understood and their SI sizes.
+/// A physical quantity, with the accepted symbols of units and their SI sizes.
 struct Quantity {
     key: &'static str,
     symbols: &'static [(&'static str, f64)],
@@ -33,7 +33,7 @@ const TIME: Quantity = Quantity {
 };
 
 impl Quantity {
-    /// The SI size of a text such as `7000 km`.
+    /// Returns the SI size of a text such as `7000 km`.
     fn parse(&self, text: &str) -> Result<f64, SceneError> {
         let refuse = || {
             let symbols: Vec<_> = self.symbols.iter().map(|(symbol, _)| *symbol).collect();
@@ -72,27 +72,27 @@ impl Units {
         })
     }
 
-    /// Momentum unit (kg m/s).
+    /// Returns the unit of momentum (kg m/s).
     pub fn momentum(&self) -> f64 {
         self.mass * self.length / self.time
     }
 
-    /// Angular momentum unit (kg m²/s).
+    /// Returns the unit of angular momentum (kg m²/s).
     pub fn angular_momentum(&self) -> f64 {
         self.momentum() * self.length
     }
 
-    /// Energy and moment unit (J), (N m).
+    /// Returns the unit of energy (J), which is also that of moments (N m).
     pub fn energy(&self) -> f64 {
         self.momentum() * self.length / self.time
     }
 
-    /// Force unit (N).
+    /// Returns the unit of force (N).
     pub fn force(&self) -> f64 {
         self.momentum() / self.time
     }
 
-    /// A state in SI.
+    /// Converts a state to SI.
     pub fn state_to_si(&self, state: &BodyState) -> BodyState {
         BodyState {
             position: state.position * self.length,
@@ -102,7 +102,7 @@ impl Units {
         }
     }
 
-    /// A load in SI.
+    /// Converts a load to SI.
     pub fn load_to_si(&self, load: &Load) -> Load {
         Load {
             force: load.force * self.force(),
@@ -110,7 +110,7 @@ impl Units {
         }
     }
 
-    /// A load from SI.
+    /// Converts a load from SI.
     pub fn load_from_si(&self, load: &Load) -> Load {
         Load {
             force: load.force / self.force(),

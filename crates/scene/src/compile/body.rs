@@ -9,7 +9,7 @@ use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile,
 use crate::scene::NamedBody;
 use crate::{SceneError, check};
 
-/// The body whose keys begin with `key`; what its cloud costs is taken from `work`.
+/// Compiles the body whose keys begin with `key`. Subtracts the cost of its point cloud from `work`.
 pub(super) fn body(key: &str, file: &BodyFile, work: &mut u64) -> Result<NamedBody, SceneError> {
     check::name(&format!("{key}.name"), &file.name)?;
     let mobility = mobility(&format!("{key}.mobility"), &file.mobility)?;
@@ -47,7 +47,7 @@ fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {
     })
 }
 
-/// The body, and its surface where that is told.
+/// Returns the body, and its surface if the file gives one.
 fn rigid_body(
     key: &str,
     file: &BodyFile,
@@ -91,7 +91,7 @@ fn rigid_body(
     }
 }
 
-/// A body that is given by its `polyhedron`, and that.
+/// Returns a body that is defined by its `polyhedron`, and the polyhedron.
 fn solid(
     key: &str,
     file: &BodyFile,
@@ -129,7 +129,7 @@ fn solid(
     Ok((body, polyhedron))
 }
 
-/// The inertia and the series of a body that is given by its `multipole`.
+/// Returns the inertia and the multipole expansion of a body that is defined by its `multipole`.
 fn expansion(
     key: &str,
     file: &BodyFile,
@@ -171,7 +171,7 @@ fn expansion(
         }
         (4, None) if !points.is_empty() => {
             let inertia = given_inertia(key, file)?;
-            // The checks of points are the same whether they are kept or not.
+            // Validate the points even though the body does not keep them.
             RigidBody::new(mass, inertia.clone(), points.clone()).map_err(|error| {
                 let expected = format!("the masses of a rigid body: {error}");
                 SceneError::value(key, &file.name, expected)
@@ -215,7 +215,7 @@ fn given_inertia(key: &str, file: &BodyFile) -> Result<Inertia, SceneError> {
     })
 }
 
-/// The inertia that belongs to the moments `∫ρρᵀ dm` of an ellipsoid.
+/// Returns the inertia that follows from the moments `∫ρρᵀ dm` of an ellipsoid.
 fn homogeneous(key: &str, axes: [f64; 3], second: &Matrix3<f64>) -> Result<Inertia, SceneError> {
     let matrix = Matrix3::from_diagonal_element(second.trace()) - second;
     Inertia::new(matrix).map_err(|error| {
@@ -224,7 +224,7 @@ fn homogeneous(key: &str, axes: [f64; 3], second: &Matrix3<f64>) -> Result<Inert
     })
 }
 
-/// The state at the epoch, of what moves the way it moves.
+/// Returns the state at the epoch. Only velocities that the mobility leaves free may and must be given.
 fn state(key: &str, file: &BodyFile, body: &RigidBody) -> Result<BodyState, SceneError> {
     let position = check::vector(&format!("{key}.position"), file.position)?;
     let attitude = check::rotation(&format!("{key}.attitude"), &file.attitude)?;

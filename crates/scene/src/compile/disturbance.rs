@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use crate::file::DisturbanceFile;
 use crate::{Disturbance, Scene, SceneError};
 
-/// The disturbance of a scene that has all but that.
+/// Compiles the disturbance of a scene that is complete except for it.
 pub(super) fn disturbance(
     scene: &Scene,
     file: &DisturbanceFile,
@@ -23,7 +23,7 @@ pub(super) fn disturbance(
     })
 }
 
-/// The disturbed states can be flown as the nominal ones can.
+/// Checks that the disturbed states can be flown like the nominal ones.
 pub(super) fn check_states(scene: &Scene) -> Result<(), SceneError> {
     let Some(disturbance) = &scene.disturbance else {
         return Ok(());
@@ -54,7 +54,8 @@ pub(super) fn check_states(scene: &Scene) -> Result<(), SceneError> {
     }
 }
 
-/// Beyond half a turn it would say no more about the attitude, and rounding would leave no rotation.
+/// Limits the deviation of the attitude to half a turn. A larger one would add no information, and rounding errors
+/// would destroy the rotation matrix.
 fn rotation_deviation(value: f64) -> Result<f64, SceneError> {
     let value = deviation("attitude", value)?;
     if value <= PI {

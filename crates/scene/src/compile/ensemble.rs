@@ -5,13 +5,14 @@ use lgvi_dynamics::{MassDistribution, Mobility};
 use crate::file::{EnsembleFile, SpreadFile};
 use crate::{Ensemble, Scene, SceneError, Spread};
 
-/// Samples of the largest ensemble: summaries have all their numbers in memory.
+/// Largest number of samples: summaries hold all their numbers in memory.
 const MOST_SAMPLES: u64 = 10_000_000;
 
-/// The greatest relative deviation, beyond which the least of a million samples would be a millionth of the nominal value.
+/// Largest standard deviation of the logarithm of mass or inertia. At this limit, the smallest of a million samples is
+/// about a ten-thousandth of the nominal value.
 const MOST_RELATIVE: f64 = 2.0;
 
-/// The ensemble of a scene that has all but that.
+/// Compiles the ensemble of a scene that is complete except for it.
 pub(super) fn ensemble(scene: &Scene, file: &EnsembleFile) -> Result<Ensemble, SceneError> {
     if !(1..=MOST_SAMPLES).contains(&file.samples) {
         let expected = format!("1 to {MOST_SAMPLES} samples");

@@ -5,10 +5,11 @@ use nalgebra::{Matrix3, Vector3};
 use crate::file::FrameFile;
 use crate::{Frame, Scene, SceneError, check};
 
-/// Frames of the largest scene: all of them are one message.
+/// Largest number of frames in a scene: a single message holds all of them.
 const MAX_FRAMES: usize = 1024;
 
-/// The frames of the scene, which has none yet. Each hangs on one that is there before it, so that there are no cycles.
+/// Compiles the frames of a scene that has none yet. The parent of a frame must be defined before it, which excludes
+/// cycles.
 pub(super) fn frames(scene: &Scene, files: &[FrameFile]) -> Result<Vec<Frame>, SceneError> {
     if files.len() > MAX_FRAMES {
         let expected = format!("{MAX_FRAMES} frames at most");
@@ -41,7 +42,7 @@ pub(super) fn frames(scene: &Scene, files: &[FrameFile]) -> Result<Vec<Frame>, S
     Ok(frames)
 }
 
-/// What a frame hangs on is of the scene.
+/// Checks that the parent of a frame belongs to the scene.
 fn check_inside(
     key: &str,
     scene: &Scene,
@@ -49,7 +50,7 @@ fn check_inside(
     parent: &str,
 ) -> Result<(), SceneError> {
     let bodies = scene.bodies.iter().map(|body| body.name.as_str());
-    // The inertial frame is there whether or not it hangs on another one.
+    // The inertial frame always exists, whether or not it has a parent.
     let earlier = earlier.iter().map(|frame| frame.name.as_str());
     let earlier = earlier.filter(|name| *name != scene.frame);
     let known: Vec<_> = once(scene.frame.as_str())
@@ -66,7 +67,8 @@ fn check_inside(
     Err(SceneError::value(key, parent, expected))
 }
 
-/// What the inertial frame hangs on is not of the scene, where everything hangs on the inertial frame.
+/// Checks that the parent of the inertial frame is outside the scene, in which all frames descend from the inertial
+/// frame.
 fn check_outside(
     key: &str,
     scene: &Scene,

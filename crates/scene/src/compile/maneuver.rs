@@ -13,10 +13,10 @@ use crate::file::{DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile};
 use crate::scene::{NamedBody, Scene};
 use crate::{Integration, Maneuver, SceneError};
 
-/// Steps of the longest maneuver: what the planner keeps in memory, and a sequence in one message.
+/// Largest number of steps of a maneuver: the planner keeps all of them in memory, and one message holds the sequence.
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
 
-/// The maneuver in the scene, which has none yet.
+/// Compiles the maneuver of a scene that has none yet.
 pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, SceneError> {
     let body = scene.body_index(&file.body).ok_or_else(|| {
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
@@ -55,12 +55,13 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     Ok(maneuver)
 }
 
-/// Whether an axis of the motion is planned.
+/// Returns if translation is planned, and if rotation is planned.
 fn moves(motion: Motion) -> (bool, bool) {
     (motion != Motion::Rotation, motion != Motion::Translation)
 }
 
-/// What a maneuver asks for, or what flies it, or what comes nearest to that.
+/// Returns the dynamics that the maneuver asks for. By default these are the dynamics of the scene's integrator, or
+/// those closest to it.
 fn dynamics(scene: &Scene, file: &ManeuverFile) -> Dynamics {
     match (file.dynamics, scene.integration) {
         (Some(DynamicsFile::LieEuler), _) => Dynamics::LieEuler,
@@ -71,8 +72,9 @@ fn dynamics(scene: &Scene, file: &ManeuverFile) -> Dynamics {
     }
 }
 
-/// What flies a maneuver whose scene leaves the choice: the steps that it is planned in, or for a processed plan those
-/// that it is conjugate to. By default those of second order, unless the solver knows the others only.
+/// Returns the method that flies a maneuver if the scene leaves the choice open: the method of the planned steps, or
+/// for a processed plan the method that it is conjugate to. The default is of second order, unless the solver only
+/// supports Lie–Euler steps.
 pub(super) fn method(file: &ManeuverFile) -> Method {
     let shot = matches!(file.solver.method, SolverMethodFile::Shooting);
     match file.dynamics {
@@ -83,7 +85,7 @@ pub(super) fn method(file: &ManeuverFile) -> Method {
     }
 }
 
-/// The planner knows one free body in a field that does not change.
+/// Checks the planner's assumption: one free body in a field that does not change with time.
 fn check_field(scene: &Scene, body: usize) -> Result<(), SceneError> {
     let controlled = &scene.bodies[body];
     if *controlled.body.mobility() != Mobility::Free {

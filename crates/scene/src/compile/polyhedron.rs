@@ -6,25 +6,25 @@ use nalgebra::Vector3;
 use crate::SceneError;
 use crate::file::PolyhedronFile;
 
-/// Subdivisions of an ellipsoid's mesh, if not told: 1280 faces.
+/// Default number of subdivisions of an ellipsoid's mesh: 1280 faces.
 const SUBDIVISIONS: u32 = 3;
 
-/// Degree of the cloud of points that other fields act on, if not told: 35 points.
+/// Default degree of the point cloud on which other fields act: 35 points.
 pub(super) const DEGREE: usize = 4;
 
-/// What the clouds of all bodies of a scene may cost together, as points times moments: seconds, and 200 MB. A scene of a few
-/// lines can ask for hours.
+/// Limit on the cost of the point clouds of all bodies of a scene together, counted as points times moments. It
+/// corresponds to seconds and 200 MB. Without it, a scene of a few lines could ask for hours.
 pub(super) const MOST_WORK: u64 = 500_000_000;
 
-/// What it costs to find the cloud of this degree: Gauss points of a tetrahedron on each face, thinned out with all moments
-/// up to the degree.
+/// Cost of computing the cloud of this degree. The Gauss points of one tetrahedron per face are thinned out, preserving
+/// all moments up to the degree.
 pub(super) fn work(shape: &Polyhedron, degree: usize) -> u64 {
     let n = degree.min(10) as u64;
     let (points, moments) = ((n / 2 + 1).pow(3), (n + 1) * (n + 2) * (n + 3) / 6);
     shape.faces().len() as u64 * points * moments
 }
 
-/// The polyhedron with this mass about its center of mass; `key` is that of the polyhedron.
+/// Returns the polyhedron with this mass, centered at its center of mass. `key` is the key of the polyhedron.
 pub(super) fn polyhedron(
     key: &str,
     file: &PolyhedronFile,

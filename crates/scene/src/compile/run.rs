@@ -10,16 +10,16 @@ use crate::{Integration, Scene, SceneError, Skipping};
 /// J2000, 2000-01-01T12:00:00Z (ns since the UNIX epoch).
 pub(super) const J2000: i64 = 946_728_000_000_000_000;
 
-/// The last second that a ROS time can say.
+/// The last second that a ROS time can represent.
 const MAX_ROS_SECOND: i64 = i32::MAX as i64;
 
-/// Accuracies that an automatic integrator can be asked for.
+/// Range of accuracies that an automatic integrator accepts.
 const TOLERANCES: RangeInclusive<f64> = 1e-14..=0.1;
 
-/// Depth of subdivision up to which a step is cut, a million times.
+/// Greatest depth of subdivision, which cuts a step into about a million parts.
 const MAX_SUBDIVIDE: u32 = 20;
 
-/// The epoch (ns since the UNIX epoch).
+/// Returns the epoch (ns since the UNIX epoch).
 pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
     let Some(datetime) = run.epoch else {
         return Ok(J2000);
@@ -29,7 +29,7 @@ pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
     let refuse = || SceneError::value("run.epoch", &text, expected);
     let parsed = chrono::DateTime::parse_from_rfc3339(&text).map_err(|_| refuse())?;
     let nanoseconds = parsed.timestamp_nanos_opt().ok_or_else(refuse)?;
-    // A stamp of 0 is one that nobody has set.
+    // A stamp of 0 means that the stamp was not set.
     if nanoseconds > 0 && parsed.timestamp() < MAX_ROS_SECOND {
         Ok(nanoseconds)
     } else {
@@ -37,7 +37,7 @@ pub(super) fn epoch(run: &RunFile) -> Result<i64, SceneError> {
     }
 }
 
-/// What is to fly the scene. What suits a maneuver best are the steps that it is planned in.
+/// Returns the scene's integrator. For a maneuver, `auto` becomes the method of the planned steps.
 pub(super) fn integration(
     run: &RunFile,
     planned: Option<&ManeuverFile>,
@@ -54,7 +54,7 @@ pub(super) fn integration(
     }
 }
 
-/// What an automatic integrator is asked for where a maneuver says what flies it.
+/// Returns the accuracy asked of an automatic integrator if a maneuver determines the method instead.
 pub(super) fn accuracy(run: &RunFile, planned: Option<&ManeuverFile>) -> Option<f64> {
     match run.integrator.integration() {
         Integration::Auto { tolerance } => planned.map(|_| tolerance),
@@ -62,10 +62,10 @@ pub(super) fn accuracy(run: &RunFile, planned: Option<&ManeuverFile>) -> Option<
     }
 }
 
-/// Part of an automatic integrator's tolerance that may go into what is left out.
+/// Part of an automatic integrator's tolerance that skipped computations may use up.
 const SKIPPED: f64 = 0.1;
 
-/// What may be left out; beside an automatic integrator a part of its tolerance, unless the scene says otherwise.
+/// Returns what the computation may skip. The default with an automatic integrator is a part of its tolerance.
 pub(super) fn skipping(run: &RunFile, integration: Integration) -> Result<Skipping, SceneError> {
     match (run.skip, integration) {
         (Some(SkipFile::Nothing), _) => Ok(Skipping::Nothing),
@@ -111,7 +111,7 @@ pub(super) fn subdivide(run: &RunFile) -> Result<u32, SceneError> {
     }
 }
 
-/// Steps and substeps are numbers.
+/// Checks that the lengths of steps and substeps are normal numbers.
 pub(super) fn check_step(scene: &Scene) -> Result<(), SceneError> {
     let substep = scene.h() / f64::from(scene.substeps);
     if scene.h().is_normal() && substep.is_normal() {
@@ -124,7 +124,7 @@ pub(super) fn check_step(scene: &Scene) -> Result<(), SceneError> {
     Err(SceneError::value("run.duration", scene.duration, expected))
 }
 
-/// The end is in the range of ROS times.
+/// Checks that the end is in the range of ROS times.
 pub(super) fn check_end(scene: &Scene) -> Result<(), SceneError> {
     let end = scene.epoch as f64 * 1e-9 + scene.seconds(scene.steps);
     if end <= MAX_ROS_SECOND as f64 {
@@ -134,7 +134,7 @@ pub(super) fn check_end(scene: &Scene) -> Result<(), SceneError> {
     Err(SceneError::value("run.duration", scene.duration, expected))
 }
 
-/// The method that the scene asks for can fly it.
+/// Checks that the scene's method can integrate it.
 pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneError> {
     match scene.integration {
         Integration::Method(method) => match method.integrator(system) {
@@ -145,7 +145,7 @@ pub(super) fn check_method(scene: &Scene, system: &System) -> Result<(), SceneEr
     }
 }
 
-/// Why a method cannot fly the scene, by the key that tells so.
+/// Returns the reason that a method cannot fly the scene, with the key that is at fault.
 fn refused(scene: &Scene, error: MethodError) -> SceneError {
     match error {
         MethodError::Parameter {

@@ -66,7 +66,7 @@ fn the_epoch_is_j2000_unless_said() {
     assert_eq!(scene.epoch, J2000);
 }
 
-/// Each wrong file is refused with its key, its value and what was expected.
+/// Each invalid file is refused, and the error names the key, the value and the expected values.
 #[test]
 fn wrong_values_are_named() {
     let inertia = "inertia = [0.009, 0.0315, 0.0315]";

@@ -19,21 +19,21 @@ pub(crate) struct CentralFile {
     radius: f64,
 }
 
-/// An attractor that does not move.
+/// A fixed attractor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentralAttractor {
     /// Gravitational parameter `GM`.
     pub gm: f64,
-    /// Its center, inertial frame.
+    /// Position of the center, inertial frame.
     pub position: Vector3<f64>,
-    /// Radius that no body may enter, 0 for none.
+    /// Radius that no body may enter, or 0 for no limit.
     pub radius: f64,
-    /// By what it differs from a sphere.
+    /// Deviation of the field from spherical symmetry.
     pub oblateness: Option<Oblateness>,
     source: Source,
 }
 
-/// An attractor as it acts; one that needs no frame of its own has none.
+/// The attractor's field. A point mass at the origin needs no frame of its own.
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
     Point(Central),
@@ -41,19 +41,19 @@ enum Source {
     Oblate(Fixed<Multipole>),
 }
 
-/// The zonal harmonic of second degree.
+/// The zonal harmonic of degree 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Oblateness {
     /// `J₂`.
     pub j2: f64,
-    /// The radius that belongs to it.
+    /// The reference radius of `J₂`.
     pub reference_radius: f64,
     /// Direction of the pole, inertial frame, a unit vector.
     pub pole: Vector3<f64>,
 }
 
 impl CentralAttractor {
-    /// As the scene's file has it.
+    /// Creates the attractor from the scene file.
     pub(super) fn parse(file: &CentralFile) -> Result<Self, SceneError> {
         let gm = check::positive("gravity.central.gm", file.gm)?;
         let position = check::vector("gravity.central.position", file.position)?;
@@ -63,7 +63,7 @@ impl CentralAttractor {
         })
     }
 
-    /// An attractor at `position`; an error where the radius is none.
+    /// Creates an attractor at `position`. Returns an error if the radius is invalid.
     fn new(
         gm: f64,
         position: Vector3<f64>,
@@ -145,8 +145,8 @@ fn oblateness(file: &CentralFile) -> Result<Option<Oblateness>, SceneError> {
     }))
 }
 
-/// The least rotation that turns the third axis to the line through `pole`, whose two directions are the same to an
-/// oblate planet.
+/// Returns the smallest rotation that takes the third axis to the line through `pole`. Both directions of the pole are
+/// equivalent for an oblate planet.
 fn upright(pole: &Vector3<f64>) -> Matrix3<f64> {
     let up = if pole.z < 0.0 { -pole } else { *pole };
     let s = lgvi_lie::hat(&Vector3::z().cross(&up));

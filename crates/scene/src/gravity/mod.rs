@@ -1,4 +1,4 @@
-//! What acts on the bodies of a scene: on all of them as they fly, and on one of them as the planner sees it.
+//! Gravity of a scene: the fields that act on all bodies in flight, and on one body in the planner.
 
 mod central;
 
@@ -11,14 +11,14 @@ use serde::Deserialize;
 use crate::{NamedBody, SceneError, check};
 use central::CentralFile;
 
-/// Gravity of a scene, in its units; each kind is there or not.
+/// Gravity of a scene, in its units. Each contribution is optional.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneGravity {
-    /// An attractor that does not move.
+    /// The fixed attractor.
     pub central: Option<CentralAttractor>,
-    /// Acceleration of a field that is the same everywhere, inertial frame.
+    /// Acceleration of a uniform field, inertial frame.
     pub uniform: Option<Vector3<f64>>,
-    /// Gravitational constant of the bodies' attraction on each other.
+    /// Gravitational constant of the bodies' mutual attraction.
     pub mutual: Option<f64>,
 }
 
@@ -42,7 +42,7 @@ struct MutualFile {
     constant: f64,
 }
 
-/// Takes sources of whatever type.
+/// A collection of sources of any type.
 trait Collection {
     fn add(&mut self, source: impl Field + 'static);
 }
@@ -60,7 +60,7 @@ impl Collection for Vec<Box<dyn Field>> {
 }
 
 impl SceneGravity {
-    /// As the scene's file has it.
+    /// Creates the gravity from the scene file.
     pub(crate) fn parse(file: &GravityFile) -> Result<Self, SceneError> {
         let (central, uniform, mutual) = (&file.central, &file.uniform, &file.mutual);
         Ok(Self {
@@ -76,12 +76,12 @@ impl SceneGravity {
         })
     }
 
-    /// Whether nothing acts.
+    /// Returns true if no gravity acts.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 
-    /// What acts on all bodies.
+    /// Returns the gravity that acts on all bodies.
     pub fn of_system(&self) -> Vec<Box<dyn Gravity>> {
         let mut all: Vec<Box<dyn Gravity>> = Vec::new();
         self.add_fixed(&mut all);
@@ -91,7 +91,7 @@ impl SceneGravity {
         all
     }
 
-    /// What acts on the body with this index among `bodies`, the others being held.
+    /// Returns the field that acts on the body with this index among `bodies`, with the other bodies held in place.
     pub(crate) fn on_body(&self, index: usize, bodies: &[NamedBody]) -> Sources {
         let mut all: Vec<Box<dyn Field>> = Vec::new();
         self.add_fixed(&mut all);

@@ -14,7 +14,7 @@ fn body(body: &str) -> NamedBody {
     scene.bodies.remove(0)
 }
 
-/// The body without what says how it moves.
+/// Returns the body without its velocities, with this mobility instead.
 fn still(mobility: &str) -> String {
     let text = with(BODY, "velocity = [0.0, 0.5, 0.0]\n", mobility);
     with(&text, "angular_velocity = [0.1, 0.2, 0.3]\n", "")
@@ -62,7 +62,7 @@ const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -
 const CORNER: &str = "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], \
     faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]";
 
-/// A body with this shape and no inertia but the shape's.
+/// Returns a body with this shape, whose inertia follows from the shape.
 fn solid(shape: &str) -> String {
     let text = with(BODY, "inertia = [1.0, 2.0, 2.5]\n", "");
     with(

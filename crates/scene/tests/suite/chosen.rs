@@ -1,4 +1,4 @@
-//! What an automatic integrator has chosen goes with the scene.
+//! The choice of an automatic integrator, stored with the scene.
 
 use std::ops::ControlFlow;
 

@@ -1,4 +1,4 @@
-//! What a scene can ask of a plan, what it compiles to, and what is said of what does not go together.
+//! The options of a maneuver, the problems that they compile to, and the errors for invalid combinations.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,7 +17,7 @@ use crate::{BODY, RUN, assert_refused, with};
 
 const STATE: &str = "position = [3, 1, 0]\nvelocity = [0, 1, 0]\nattitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0.1, 0, 0]";
 
-/// A scene whose maneuver has these keys and this target.
+/// Returns a scene whose maneuver has these keys and this target.
 fn text(keys: &str, target: &str) -> String {
     format!(
         "{RUN}\n[gravity.central]\ngm = 4.0\n[[bodies]]\nname = \"craft\"{BODY}\n\
@@ -150,7 +150,7 @@ fn options_are_what_the_file_says_and_modest_unless_it_does() {
     assert_eq!(maneuver(rotation, target).motion, Motion::Rotation);
 }
 
-/// 100 steps of 0.01: bounds that fall between steps move inwards.
+/// With 100 steps of 0.01, bounds between two steps are rounded inwards.
 #[test]
 fn a_final_time_is_a_whole_number_of_steps() {
     let final_time = |keys: &str| maneuver(keys, STATE).final_time.unwrap();
@@ -170,7 +170,7 @@ fn a_final_time_is_a_whole_number_of_steps() {
     assert_eq!((rest.intervals(), rest.h()), (7, scene.h()));
 }
 
-/// A plan is made for what flies it, and an automatic integrator is what the plan is made for.
+/// The plan uses the dynamics of the scene's integrator, and an automatic integrator becomes the method of the plan.
 #[test]
 fn a_plan_obeys_the_dynamics_that_fly_it() {
     let rotor = Rotor::default();
@@ -457,7 +457,7 @@ fn wrong_maneuvers_are_named() {
     assert_refused(&nowhere, &["`maneuver.target.orbit`", "gravity.central"]);
 }
 
-/// What is free is not missed, and the rest by as much as it is missed.
+/// Free components contribute nothing to the miss, and the others contribute their error.
 #[test]
 fn a_miss_is_that_of_the_target() {
     let end = |position: [f64; 3], momentum: [f64; 3], turn: Vector3<f64>, spin: Vector3<f64>| {
@@ -507,7 +507,8 @@ fn a_miss_is_that_of_the_target() {
             < 1e-7
     );
 
-    // A circle of radius 4 and speed 1, mass 2: another place on it misses nothing, a speed more by 1 % twice that.
+    // Circle of radius 4 and speed 1, mass 2. Another point on it has no miss. A speed greater by 1 % gives these
+    // errors.
     let orbit = "orbit = { position = [4, 0, 0], velocity = [0, 1, 0] }";
     let there = end([0.0, 4.0, 0.0], [-2.0, 0.0, 0.0], turn, about);
     near(parts(orbit, &there), [0.0; 4]);

@@ -1,10 +1,10 @@
-//! What `auto` keeps of its promise where a maneuver says what flies it.
+//! The discretization error of a maneuver that replaces `auto` by the method of its plan.
 
 use lgvi_dynamics::{Load, Method};
 use lgvi_scene::Scene;
 use nalgebra::Vector3;
 
-/// A CubeSat that turns in a low orbit, in SI.
+/// A CubeSat that performs a slew in a low orbit, in SI.
 const SLEW: &str = r#"
 title = "A slew in low orbit"
 [run]
@@ -35,7 +35,7 @@ fn scene(change: [&str; 2]) -> Scene {
     Scene::parse("slew", &SLEW.replace(line, instead)).unwrap()
 }
 
-/// Turns it one way and back.
+/// Returns controls that turn the satellite one way and back.
 fn controls(steps: usize) -> Vec<Load> {
     let moment = |step: usize| if step < steps / 2 { 6e-7 } else { -6e-7 };
     let load = |step| Load {
@@ -57,7 +57,7 @@ fn a_slew_by_auto_ends_within_the_tolerance() {
     }
 }
 
-/// What the first order does to the orbit is said with the error, and so is what steps ten times as long do.
+/// Reports the error of a first-order method on the orbit, and likewise that of a tolerance too tight for the steps.
 #[test]
 fn what_misses_the_tolerance_is_said() {
     let first_order = scene(["motion =", "dynamics = \"lie_euler\"\nmotion ="]);
@@ -80,7 +80,7 @@ fn what_misses_the_tolerance_is_said() {
     assert_eq!(asked_for.coarse_steps(scheme, &[]), None);
 }
 
-/// As many steps as are said to do, do.
+/// The recommended number of steps meets the tolerance.
 #[test]
 fn the_steps_that_are_said_to_do_do() {
     let of = |steps: usize| {
@@ -92,7 +92,7 @@ fn the_steps_that_are_said_to_do_do() {
     let said = few.coarse_steps(scheme, &controls(400)).unwrap();
     let (_, end) = said.split_once("about ").unwrap();
     let steps: usize = end.split_once(' ').unwrap().0.parse().unwrap();
-    // The same controls, each for several steps.
+    // The same controls, each held for several steps.
     let each = steps.div_ceil(400);
     let many = of(400 * each);
     let same = controls(400).into_iter();
@@ -102,7 +102,7 @@ fn the_steps_that_are_said_to_do_do() {
     assert_eq!(many.coarse_steps(scheme, &same), None, "{said}");
 }
 
-/// A method of second order errs a quarter as much in steps half as long.
+/// Halving the steps of a second-order method reduces the error to a quarter.
 #[test]
 fn the_error_is_that_of_the_method() {
     let error = |steps: usize| {

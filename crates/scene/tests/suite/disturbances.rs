@@ -28,7 +28,7 @@ fn only_the_maneuverd_body_starts_elsewhere_and_the_plan_from_the_nominal_state(
     };
     assert_eq!(rock, scene.bodies[1].state);
     let difference = lgvi_control::miss(&scene.bodies[0].state, &craft);
-    // Mass 2 and inertia up to 2.5: within 5 standard deviations, and not nothing.
+    // Mass 2 and inertia up to 2.5: nonzero and within 5 standard deviations.
     for (which, deviation) in [0.001, 2.0 * 0.002, 0.003, 2.5 * 0.004]
         .into_iter()
         .enumerate()
@@ -49,7 +49,7 @@ fn only_the_maneuverd_body_starts_elsewhere_and_the_plan_from_the_nominal_state(
             .iter()
             .all(|factor| (factor - 1.0).abs() < 0.05)
     );
-    // The flight starts from there, the plan does not.
+    // The flight starts from the disturbed state, the plan from the nominal one.
     let simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
     assert_eq!(simulation.states()[0], craft);
     let plan = lgvi_control::shooting::integrate(

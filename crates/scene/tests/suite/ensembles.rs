@@ -33,7 +33,7 @@ fn ensemble(scene: &Scene) -> &Ensemble {
     scene.ensemble.as_ref().unwrap()
 }
 
-/// The second body and its state in sample k.
+/// Returns the second body and its state in sample k.
 fn second(scene: &Scene, k: u64) -> (RigidBody, BodyState) {
     let (system, states) = ensemble(scene).sample(k).system(scene).unwrap();
     assert_eq!(states[0], scene.bodies[0].state);
@@ -41,7 +41,7 @@ fn second(scene: &Scene, k: u64) -> (RigidBody, BodyState) {
     (system.bodies()[1].clone(), states[1])
 }
 
-/// What was drawn, recovered from bodies and states, each component over its standard deviation.
+/// Recovers the drawn numbers from bodies and states, each component divided by its standard deviation.
 fn recovered(scene: &Scene, k: u64) -> Vec<f64> {
     let (body, state) = second(scene, k);
     let (nominal, start) = (&scene.bodies[1].body, &scene.bodies[1].state);
@@ -63,8 +63,8 @@ fn recovered(scene: &Scene, k: u64) -> Vec<f64> {
     all
 }
 
-/// Means, variances and covariances of 4000 samples of all that deviates, and of each with the next sample's, are those of
-/// independent standard normal numbers within 5 standard errors.
+/// The means, variances and covariances of 4000 samples, and the covariances with the respective next sample, are those
+/// of independent standard normal numbers within 5 standard errors.
 #[test]
 fn samples_have_the_covariances_they_are_told() {
     let scene = Scene::parse("test", &text(ENSEMBLE)).unwrap();
@@ -101,7 +101,7 @@ fn a_sample_is_the_same_whatever_the_others_and_the_other_deviations_are() {
     assert_eq!(two.velocity, Vector3::zeros());
 }
 
-/// What does not deviate is the nominal body to the last bit.
+/// Without deviations, the body is the nominal one to the last bit.
 #[test]
 fn without_deviations_a_sample_is_the_scene() {
     let table = "\n[ensemble]\nsamples = 3\nseed = 1\n";

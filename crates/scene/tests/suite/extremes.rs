@@ -1,4 +1,4 @@
-//! Numbers as great and as small as there are, at every key: a scene is refused, or it can be begun.
+//! Extreme numbers at every key: a scene is either refused or can be started.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use lgvi_dynamics::Load;
 use lgvi_scene::{Integration, Scene, Skipping};
 use toml::{Table, Value};
 
-/// Keys that the shipped scenes do not have.
+/// Scenes with keys that the shipped scenes do not have.
 const OTHERS: [&str; 3] = [
     r#"
     title = "A craft with thrusters, its moon and its frames"
@@ -122,7 +122,7 @@ const OTHERS: [&str; 3] = [
     "#,
 ];
 
-/// Beyond the limits of numbers, and no numbers.
+/// Numbers beyond the limits, and values that are not finite.
 const REFUSED: [f64; 8] = [
     1e160,
     1e-160,
@@ -134,10 +134,10 @@ const REFUSED: [f64; 8] = [
     f64::NEG_INFINITY,
 ];
 
-/// Just within them, or where others end.
+/// Numbers just within the limits of scenes, or at the limits of single keys.
 const ALLOWED: [f64; 8] = [1e100, 1e-100, -1e100, 1e50, 1e-50, 1e30, 1e-30, 0.0];
 
-/// All numbers of a table, in their order.
+/// Returns all numbers of a table in order.
 fn numbers(value: &mut Value) -> Vec<&mut Value> {
     match value {
         Value::Float(_) | Value::Integer(_) => vec![value],
@@ -159,7 +159,8 @@ fn with(scene: &Table, changes: &[(usize, Value)]) -> String {
     toml::to_string(&scene).unwrap()
 }
 
-/// What every program does with a scene before it flies, and a step where that is no flight of thousands by itself.
+/// Does what every program does with a scene before it flies, and takes a step unless pilot flights or error control
+/// could make it long.
 fn begin(text: &str) {
     let Ok(mut scene) = Scene::parse("extreme", text) else {
         return;
@@ -199,16 +200,15 @@ fn scenes() -> Vec<Table> {
     scenes
 }
 
-/// The keys that a scene's numbers have, without the indices of arrays.
 fn count(scene: &Table) -> usize {
     numbers(&mut Value::Table(scene.clone())).len()
 }
 
-/// Where one of these is let pass, a solver, a decomposition or a flight may go on for ever.
+/// If a scene with one of these numbers were accepted, a solver, a decomposition or a flight might never end.
 #[test]
 fn no_number_of_any_key_is_beyond_the_limits() {
     for scene in scenes() {
-        // The same keys again and again: one is as good as all.
+        // Arrays repeat the same keys, so the first numbers suffice.
         for index in 0..count(&scene).min(120) {
             for number in REFUSED {
                 let text = with(&scene, &[(index, Value::Float(number))]);
@@ -242,7 +242,7 @@ fn scenes_of_extreme_numbers_are_refused_or_begun() {
     }
 }
 
-/// A text of a megabyte where a word is expected is not told in full.
+/// A message does not quote a text of a megabyte in full.
 #[test]
 fn what_is_said_of_a_long_text_is_short() {
     let long = "a".repeat(1 << 20);

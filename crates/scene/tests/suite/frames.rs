@@ -58,7 +58,7 @@ fn the_inertial_frame_may_hang_on_one_from_elsewhere() {
         attitude: Matrix3::identity(),
     };
     assert_eq!(scene.frames[0], expected);
-    // Last or first, it does not matter to those that hang on it.
+    // The order of the frames does not matter to the children of the inertial frame.
     let last = Scene::parse("test", &text(&format!("{FRAMES}{hung}"))).unwrap();
     assert_eq!(last.frames[3], expected);
     for inside in ["craft", "inertial", "port"] {

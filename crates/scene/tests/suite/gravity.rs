@@ -8,7 +8,7 @@ fn text(gravity: &str) -> String {
     format!("{RUN}\n{gravity}\n[[bodies]]\nname = \"body\"{BODY}")
 }
 
-/// The force on the body at (3, 0, 0) with mass 2.
+/// Returns the force on the body of mass 2 at (3, 0, 0).
 fn force(gravity: &str) -> Vector3<f64> {
     let scene = Scene::parse("test", &text(gravity)).unwrap();
     let mut loads = [Load::default()];

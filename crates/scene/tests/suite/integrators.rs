@@ -170,7 +170,7 @@ fn unknown_integrators_and_keys_are_named() {
     }
 }
 
-/// A body on a circular orbit is where the circle is, to the tolerance, after the steps that were chosen.
+/// After the chosen steps, a body on a circular orbit is at its exact position within the tolerance.
 #[test]
 fn an_automatic_integrator_meets_its_tolerance() {
     for tolerance in [1e-4, 1e-9] {
@@ -229,7 +229,7 @@ fn a_method_that_cannot_fly_a_body_says_which() {
     );
 }
 
-/// Ten substeps are ten steps, and end in the same state.
+/// Ten substeps are equivalent to ten steps and end in the same state.
 #[test]
 fn substeps_are_steps_of_the_method() {
     let flown = |text: &str| {
@@ -248,7 +248,7 @@ fn substeps_are_steps_of_the_method() {
     assert!((coarse.position - fine.position).norm() < 1e-14);
 }
 
-/// A body that turns too far in one step is flown when the step may be cut, and the cuts are reported.
+/// A body that turns too far in one step can be flown if the step may be subdivided, and the subdivisions are reported.
 #[test]
 fn steps_are_cut_as_deep_as_the_scene_allows() {
     let fast = |run: &str| {

@@ -1,4 +1,4 @@
-//! Scenes as their users write them: what they compile to, how they fly, and what is said of mistakes.
+//! Scenes as users write them: their compilation, their flights, and the errors for mistakes.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -39,13 +39,13 @@ attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
 angular_velocity = [0.1, 0.2, 0.3]
 "#;
 
-/// A text with something in it exchanged.
+/// Returns the text with `line` replaced by `instead`.
 fn with(text: &str, line: &str, instead: &str) -> String {
     assert!(text.contains(line), "{line}");
     text.replace(line, instead)
 }
 
-/// What is said of a text: a wrong value by its key, a wrong form by its line.
+/// Returns the error message of a text. Invalid values are reported by key, invalid syntax by line.
 fn refused(text: &str) -> String {
     match Scene::parse("test", text) {
         Ok(scene) => panic!("{text}: {scene:?}"),
@@ -57,7 +57,7 @@ fn refused(text: &str) -> String {
     }
 }
 
-/// Checks that what is said of a text has all these parts.
+/// Checks that the error message of a text contains all these parts.
 fn assert_refused(text: &str, parts: &[&str]) {
     let said = refused(text);
     for part in parts {

@@ -31,7 +31,7 @@ pub(crate) fn text(gravity: &str, rock: &str) -> String {
     format!("{run}\n{gravity}\n[[bodies]]\nname = \"craft\"{BODY}{rock}{MANEUVER}")
 }
 
-/// The plan, flown by the simulation with the scene's own gravity, ends where the planner says.
+/// Checks that the simulation of the plan, with the scene's own gravity, ends in the planned state.
 fn assert_flown_as_planned(text: &str) {
     let scene = Scene::parse("test", text).unwrap();
     assert_eq!(scene.flown_otherwise(scene.scheme().unwrap()), None);
@@ -83,7 +83,7 @@ fn the_planner_refuses_fields_that_move() {
     let free = "velocity = [0, 0, 0]\nangular_velocity = [0, 0, 0]";
     let free = with(ROCK, "mobility = \"fixed\"", free);
     assert_refused(&text(mutual, &free), &parts);
-    // What does not attract may move.
+    // A body that does not attract others may move.
     Scene::parse("test", &text("", &spinning)).unwrap();
     let pivoted = text("", ROCK);
     let pivoted = with(

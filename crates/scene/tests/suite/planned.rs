@@ -1,4 +1,4 @@
-//! The shipped scenes of each class are planned, and flown as planned.
+//! Plans of the shipped scenes of each class, flown as planned.
 
 use lgvi_control::constraint::{ComponentLimit, Corridor, KeepOutCone, NormLimit};
 use lgvi_control::{NewtonSettings, Plan, Start, solve};
@@ -13,7 +13,7 @@ fn plan(scene: &Scene) -> Plan {
     solve(&transfer, Start::Cold, &settings, |_| true).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Flies a plan by the scene's own integrator, without disturbance; the planned body's states, one a step.
+/// Flies a plan by the scene's own integrator without disturbance and returns the planned body's states, one per step.
 fn flown(scene: &Scene, plan: &Plan) -> Vec<BodyState> {
     let body = scene.maneuver.as_ref().unwrap().body;
     let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
@@ -43,7 +43,7 @@ fn the_telescope_turns_past_the_sun_within_the_moment_of_its_wheels() {
         .iter()
         .map(|state| direction.angle(&(state.attitude * axis)));
     let nearest = angles.fold(f64::INFINITY, f64::min);
-    // The shortest way goes straight through the cone: what keeps out touches it.
+    // The shortest path leads straight through the cone, so the optimal path touches its surface.
     assert!((nearest - cone.half_angle()).abs() < 1e-4, "{nearest}");
     let largest = plan
         .controls

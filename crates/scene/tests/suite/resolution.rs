@@ -1,11 +1,11 @@
-//! What is said of steps that are too long, and of what has come of them.
+//! Warnings about steps that are too long, before and after a flight.
 
 use lgvi_dynamics::Load;
 use lgvi_scene::{Energies, Rates, Scene};
 
 use crate::shipped::{all, shipped};
 
-/// Two bodies that fall on each other from far away, at a fixed step.
+/// Two bodies that fall towards each other from a large distance, with a fixed step.
 const APPROACH: &str = r#"
 title = "A close passage"
 [run]
@@ -32,7 +32,7 @@ attitude = { w = 1.0, x = 0.0, y = 0.0, z = 0.0 }
 angular_velocity = [0.0, 0.0, 0.0]
 "#;
 
-/// What is said of a scene's flight without controls: of turns, of orbits, of the energy.
+/// Returns the warnings about a scene's flight without controls: about turns, orbits and energy.
 fn said(scene: &Scene, most: u64) -> [Option<String>; 3] {
     let scheme = scene.scheme().unwrap();
     let mut simulation = scene.simulation(scheme).unwrap();
@@ -95,14 +95,14 @@ fn a_passage_that_the_steps_do_not_resolve_is_told_by_the_energy() {
         "{energy}"
     );
 
-    // Cut where it has to be, the same passage ends bound, though not all too exact.
+    // With subdivision where needed, the bodies of the same passage stay bound, though the flight is not very accurate.
     let cut = with(APPROACH, &[("steps = 400", "steps = 400\nsubdivide = 20")]);
     let [turn, orbit, energy] = said(&cut, 400);
     assert_eq!([turn, orbit], [None, None]);
     assert!(energy.is_none_or(|said| !said.contains("loose")));
 }
 
-/// What fits its steps by itself, or moves its bodies, has other reasons for what it does.
+/// Methods with error control give no warning, and neither do driven bodies, whose energy may change.
 #[test]
 fn methods_that_measure_their_error_are_believed_and_driven_bodies_may_work() {
     let oblate = shipped("oblate_orbit").text;

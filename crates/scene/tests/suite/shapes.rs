@@ -10,7 +10,7 @@ fn body(text: &str) -> NamedBody {
     Scene::parse("test", &text).unwrap().bodies.remove(0)
 }
 
-/// The scene says so itself: its inertia is that of two spheres of radius 0.15, at ±0.15.
+/// As the scene file says, its inertia is that of two spheres of radius 0.15 at ±0.15.
 #[test]
 fn a_dumbbells_spheres_make_up_its_inertia() {
     let scene = shipped("inclination_change");
@@ -24,7 +24,7 @@ fn a_dumbbells_spheres_make_up_its_inertia() {
     assert!((shape.extent() - 0.3).abs() < 1e-15);
 }
 
-/// Whatever its axes: the inertia of the ellipsoid is that of the body, by its moments.
+/// The ellipsoid has the moments of inertia of the body, whatever its axes.
 #[test]
 fn an_ellipsoid_has_the_bodys_mass_and_inertia() {
     let turned = "inertia = [[1.5, 0.3, -0.2], [0.3, 2.0, 0.1], [-0.2, 0.1, 2.2]]";
@@ -58,7 +58,7 @@ fn a_pendulum_hangs_below_its_pivot() {
         panic!("{shape:?}")
     };
     assert_eq!(*center, Vector3::new(0.0, 0.0, 0.3));
-    // About the center of mass J = diag(0.04, 0.19, 0.17): J_d = diag(0.16, 0.01, 0.03), a = √(5 J_d/m).
+    // About the center of mass, J = diag(0.04, 0.19, 0.17), so that J_d = diag(0.16, 0.01, 0.03) and a = √(5 J_d/m).
     let mut squared: Vec<_> = semi_axes.iter().map(|a| a * a).collect();
     squared.sort_by(f64::total_cmp);
     for (found, expected) in squared.into_iter().zip([0.05, 0.15, 0.8]) {
@@ -68,7 +68,7 @@ fn a_pendulum_hangs_below_its_pivot() {
 
 #[test]
 fn what_is_flat_can_still_be_seen() {
-    // A needle along x, and two points that make up all of the inertia.
+    // A needle along x, and two points that account for the whole inertia.
     let needle = body(&with(BODY, "[1.0, 2.0, 2.5]", "[1e-9, 2.0, 2.0]"));
     let Shape::Ellipsoid { semi_axes, .. } = needle.shape() else {
         panic!("{needle:?}")

@@ -14,7 +14,7 @@ pub(crate) fn shipped(name: &str) -> Scene {
     Scene::parse(name, &text).unwrap_or_else(|error| panic!("{path:?}: {error}"))
 }
 
-/// All shipped scenes.
+/// Returns all shipped scenes.
 pub(crate) fn all() -> Vec<Scene> {
     let entries = std::fs::read_dir(folder()).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
@@ -36,7 +36,7 @@ fn fly(simulation: &mut Simulation, steps: u64) {
     }
 }
 
-/// Every scene flies without controls, and keeps its energy where nothing is driven.
+/// Every scene can be flown without controls and conserves its energy unless a body is driven.
 #[test]
 fn every_shipped_scene_flies() {
     for scene in all() {
@@ -57,13 +57,13 @@ fn every_shipped_scene_flies() {
     }
 }
 
-/// They start as the references do, and go where those go as far as their step allows.
+/// The scenes start in the states of the reference cases and follow them as closely as their steps allow.
 #[test]
 fn scenes_of_the_references_follow_them() {
     for (name, case, until, bound) in [
-        // h = 5 ms, second order: (h × 8 rad/s)²/24 a radian, over 8 rad
+        // h = 5 ms, second order: an error of (h × 8 rad/s)²/24 per radian, over 8 rad.
         ("pendulum", "c3_3d_pendulum_regular_small", 1.0, 1e-3),
-        // meters; beyond rounding nothing is left at order 8
+        // In meters. At order 8, only rounding errors remain.
         ("binary_asteroid", "e_kw4_like", 86_400.0, 1e-5),
     ] {
         let scene = shipped(name);
@@ -82,7 +82,7 @@ fn scenes_of_the_references_follow_them() {
     }
 }
 
-/// A sun-synchronous orbit turns by one turn a year, 0.9856° a day, and gravity holds the satellite upright.
+/// A sun-synchronous orbit turns by one revolution per year, 0.9856° per day, and gravity keeps the satellite upright.
 #[test]
 fn the_oblate_earth_turns_the_orbit_with_the_sun() {
     let scene = shipped("oblate_orbit");
@@ -106,7 +106,7 @@ fn the_oblate_earth_turns_the_orbit_with_the_sun() {
     assert!(tilt < 0.15, "{tilt}");
 }
 
-/// Round an asteroid of 535 m the spacecraft neither falls nor leaves, on an orbit far from Kepler's.
+/// Around an asteroid of 535 m, the spacecraft neither falls nor escapes, on an orbit far from Keplerian.
 #[test]
 fn the_orbiter_stays_with_its_asteroid() {
     let scene = shipped("asteroid_orbiter");

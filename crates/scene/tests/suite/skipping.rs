@@ -1,4 +1,4 @@
-//! What scenes may leave out, and that they fly as without.
+//! Skipped computations of scenes, and comparisons with full flights.
 
 use lgvi_dynamics::Accuracy;
 use lgvi_dynamics::gravity::Level;
@@ -9,7 +9,7 @@ use lgvi_scene::{Scene, Scheme, Skipping};
 use crate::shipped::{all, shipped};
 use crate::{BODY, RUN, assert_refused, with};
 
-/// Steps that a scene of dear gravity is flown.
+/// Number of steps flown in a scene with expensive gravity.
 const MOST: u64 = 150;
 const DEAR: f64 = 500.0;
 
@@ -22,8 +22,9 @@ fn fly(scene: &Scene, scheme: Scheme, steps: u64) -> Simulation {
     simulation
 }
 
-/// Whole flights but for scenes of dear gravity, without controls: the same bits where the rotor is not exact and nothing is
-/// left out within a tolerance, the same but for rounding where that is exact, and within the tolerance elsewhere.
+/// Compares whole flights (shorter ones with expensive gravity) without controls. The results are the same bits unless
+/// the rotor is exact or a tolerance allows skips, equal except for rounding errors with an exact rotor, and within the
+/// tolerance otherwise.
 #[test]
 fn every_shipped_scene_flies_as_without_skips() {
     for scene in all() {
@@ -56,7 +57,7 @@ fn every_shipped_scene_flies_as_without_skips() {
     }
 }
 
-/// Most of the rocks do not matter to each other; their own rotation is free.
+/// Most of the rocks do not influence each other, and their rotation is free.
 #[test]
 fn rocks_round_an_asteroid_are_mostly_alone() {
     let scene = shipped("rocks");
@@ -132,7 +133,7 @@ fn scenes_say_what_may_be_left_out() {
     }
 }
 
-/// A free body moves uniformly; beside a tolerance there is nothing to leave out, and no flight to find that.
+/// A free body moves uniformly. A tolerance then has nothing to skip, which is known without a pilot flight.
 #[test]
 fn free_bodies_move_uniformly() {
     let text = format!("{RUN}\n[[bodies]]\nname = \"body\"{BODY}");
@@ -150,7 +151,7 @@ fn free_bodies_move_uniformly() {
     assert!(plan.interactions.is_empty() && plan.costs == [0.0; 2]);
 }
 
-/// Two bodies that meet in the middle of the only step of their run, by the method and with the skips that `auto` chooses.
+/// Two bodies meet in the middle of the only step of their run. The method and skips are those that `auto` chooses.
 #[test]
 fn an_automatic_choice_sees_a_meeting_within_a_step() {
     let body = |name: &str, mass: f64, motion: &str| {

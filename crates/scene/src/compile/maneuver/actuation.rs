@@ -5,7 +5,7 @@ use super::moves;
 use crate::file::{ActuatorFile, ManeuverFile, WeightFile};
 use crate::{SceneError, check};
 
-/// The maneuver's commands: force and moment themselves with their weights, or those of its actuators.
+/// Compiles the maneuver's commands: force and moment with their weights, or the commands of its actuators.
 pub(super) fn actuation(file: &ManeuverFile, motion: Motion) -> Result<Actuation, SceneError> {
     let Some(actuators) = &file.actuators else {
         let force = weight("maneuver.force_weight", file.force_weight)?;
@@ -30,7 +30,7 @@ pub(super) fn actuation(file: &ManeuverFile, motion: Motion) -> Result<Actuation
     Actuation::actuators(&columns).map_err(refuse)
 }
 
-/// Force and moment of a unit command, and its weight.
+/// Returns the force and moment of a unit command, and its weight.
 fn column(key: &str, file: &ActuatorFile, motion: Motion) -> Result<([f64; 6], f64), SceneError> {
     let (translates, rotates) = moves(motion);
     for (name, value, used) in [

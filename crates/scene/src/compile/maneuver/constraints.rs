@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::moves;
 use crate::SceneError;
 
-/// A constraint as scenes write it: one variant and one arm of [`constraint`] a kind.
+/// A constraint in the form of the scene file. Each kind has one variant here and one arm in [`constraint`].
 #[derive(Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum ConstraintFile {
@@ -54,7 +54,6 @@ pub(crate) enum LimitFile {
     Each(Vec<f64>),
 }
 
-/// The constraints of a maneuver.
 pub(super) fn constraints(
     files: &[ConstraintFile],
     motion: Motion,
@@ -73,7 +72,7 @@ pub(super) fn constraints(
         .collect()
 }
 
-/// What does not move has no constraints.
+/// Refuses a constraint on a motion that is not planned.
 fn check_motion(key: &str, constraint: &Constraint, motion: Motion) -> Result<(), SceneError> {
     let (translates, rotates) = moves(motion);
     let planned = match constraint.place() {
@@ -142,7 +141,7 @@ fn limits(file: &LimitFile, count: usize) -> Result<Vec<f64>, ParameterError> {
     limits.into_iter().map(finite).collect()
 }
 
-/// Scenes leave out what is not limited.
+/// Refuses an infinite limit: a scene omits what is not limited.
 fn finite(limit: f64) -> Result<f64, ParameterError> {
     if limit.is_finite() {
         return Ok(limit);

@@ -9,13 +9,13 @@ use crate::{
     check,
 };
 
-/// Starts of the longest search.
+/// Largest number of starts of a search.
 const MAX_STARTS: u32 = 10_000;
 
-/// Steps of the longest sequence with feedback: what shared memory carries.
+/// Largest number of steps of a sequence with feedback: the capacity of shared memory.
 const MAX_FEEDBACK_STEPS: u64 = 100_000;
 
-/// How far the bounds of a duration may be from whole steps, in steps.
+/// Tolerance within which the bounds of a duration count as whole steps (steps).
 const ROUNDING: f64 = 1e-6;
 
 pub(super) fn solver(file: &SolverFile) -> Result<Solver, SceneError> {
@@ -32,7 +32,7 @@ pub(super) fn solver(file: &SolverFile) -> Result<Solver, SceneError> {
     })
 }
 
-/// The durations in whole steps of the run: what is flown in steps is planned in them.
+/// Converts the durations to whole steps of the run, because the plan uses the steps of the flight.
 pub(super) fn final_time(
     scene: &Scene,
     file: Option<&FinalTimeFile>,
@@ -103,7 +103,7 @@ pub(super) fn replan(
     Ok(Some(Replan { every, deadline }))
 }
 
-/// Refuses by name what does not go together.
+/// Refuses combinations of options that are not supported, naming the key.
 pub(super) fn check_combination(
     scene: &Scene,
     maneuver: &Maneuver,
@@ -139,7 +139,7 @@ pub(super) fn check_combination(
     Ok(())
 }
 
-/// Refuses what goes beyond an open-loop plan of the full motion to a state by Lie–Euler steps.
+/// Refuses any option beyond an open-loop plan of the full motion to a fixed state by Lie–Euler steps.
 fn check_plain(maneuver: &Maneuver, beyond: &[(&str, bool)], why: &str) -> Result<(), SceneError> {
     let always = [
         ("motion", maneuver.motion != Motion::Full),

@@ -5,7 +5,7 @@ use super::moves;
 use crate::file::TargetFile;
 use crate::{Scene, SceneError, check};
 
-/// The set in which the maneuver may end: what the file leaves out is free.
+/// Compiles the set in which the maneuver may end. Quantities that the file omits are free.
 pub(super) fn target(
     scene: &Scene,
     body: usize,
@@ -22,7 +22,7 @@ pub(super) fn target(
     Ok(target)
 }
 
-/// What does not move has no target.
+/// Refuses a target for a motion that is not planned.
 fn check_motion(file: &TargetFile, motion: Motion) -> Result<(), SceneError> {
     let (translates, rotates) = moves(motion);
     let given = [

@@ -1,4 +1,4 @@
-//! A Monte Carlo run over starts that are a little off: `cargo run --release -p lgvi_ensemble --example monte_carlo`.
+//! A Monte Carlo run with dispersed initial states: `cargo run --release -p lgvi_ensemble --example monte_carlo`.
 
 #![allow(clippy::print_stdout)]
 

@@ -8,7 +8,7 @@ use crate::row::Failure;
 use crate::table::{Columns, Ends};
 use crate::{EnsembleError, Guidance, Identity, Row};
 
-/// What of a scene's ensemble is told otherwise.
+/// Values that override those of the scene's ensemble.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Settings {
     /// Number of samples.
@@ -29,27 +29,28 @@ pub struct Campaign<'a> {
     columns: Columns,
 }
 
-/// What flies the samples. Their numbers are the same wherever lanes know all that is in the scene.
+/// The implementation that flies the samples. Both give the same numbers if lanes support everything in the scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FlownBy {
-    /// Many side by side.
+    /// SIMD lanes, many samples side by side.
     Lanes,
-    /// One at a time.
+    /// One simulation per sample, one at a time.
     Simulation {
-        /// Why.
+        /// The reason that lanes cannot be used.
         reason: String,
     },
 }
 
-/// Samples of the largest ensemble: a [`Summary`](crate::Summary) has all their numbers in memory at once.
+/// Largest number of samples of an ensemble: a [`Summary`](crate::Summary) holds all their numbers in memory at once.
 const MOST_SAMPLES: u64 = 10_000_000;
 
 impl<'a> Campaign<'a> {
-    /// Of a scene that has an ensemble, its maneuver flown by `guidance`.
+    /// Creates the campaign of a scene with an ensemble, whose maneuver is controlled by `guidance`.
     ///
     /// # Errors
-    /// A scene without an `ensemble` table; a number of samples out of range; a maneuver without commands, and the other way
-    /// round; no integrator; a scene that no simulation flies.
+    /// Returns an error if the scene has no `ensemble` table, if the number of samples is out of range, if a maneuver
+    /// lacks commands or commands lack a maneuver, if the scene has no integrator, or if the simulation cannot be
+    /// created.
     pub fn new(
         scene: &'a Scene,
         settings: Settings,
@@ -67,7 +68,7 @@ impl<'a> Campaign<'a> {
         let mut scheme = scene.scheme()?;
         scene.simulation(scheme)?;
         let fit = lanes::fit(&scene.system(), scheme.method);
-        // What lanes fly is the same where a simulation has to, and they leave nothing out.
+        // Lanes skip nothing. A simulation in their place must therefore not skip either, to give the same numbers.
         if fit.is_ok() && scheme.skip == Skip::Exact {
             scheme.skip = Skip::Nothing;
         }
@@ -92,32 +93,33 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    /// What it is.
+    /// Returns the identity of the ensemble.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
 
-    /// What flies it.
+    /// Returns the implementation that flies the samples.
     pub fn flown_by(&self) -> &FlownBy {
         &self.flown_by
     }
 
-    /// Samples in all.
+    /// Returns the total number of samples.
     pub fn samples(&self) -> u64 {
         self.ensemble.samples
     }
 
-    /// Steps of each flight.
+    /// Returns the number of steps of each flight.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Names of the numbers of a sample.
+    /// Returns the names of the numbers of a sample.
     pub fn columns(&self) -> &[String] {
         self.columns.names()
     }
 
-    /// Flies the samples with these indices; the width decides how many side by side, not what they come to.
+    /// Flies the samples with these indices. The width sets how many fly side by side and does not affect their
+    /// results.
     pub fn fly(&self, indices: Range<u64>, width: Width) -> Vec<Row> {
         let mut rows = Vec::new();
         let (mut flown, mut members) = (Vec::new(), Vec::new());
@@ -142,7 +144,7 @@ impl<'a> Campaign<'a> {
         rows
     }
 
-    /// The bodies of a sample at step 0.
+    /// Returns the bodies of a sample at step 0.
     fn member(&self, sample: &Sample) -> Result<Member, Failure> {
         let (system, mut states) = sample.system(self.scene)?;
         system.constrain(&mut states);
@@ -179,11 +181,11 @@ impl<'a> Campaign<'a> {
                 return outcomes.into_iter().map(Ok).collect();
             }
         }
-        // Whatever it was that lanes could not fly: the numbers of others are the same either way.
+        // Lanes could not fly all members. Falling back to simulations does not change the numbers of the others.
         members.iter().map(|member| self.alone(member)).collect()
     }
 
-    /// The flight of one sample by itself.
+    /// Flies one sample by itself.
     fn alone(&self, member: &Member) -> Result<Outcome, Failure> {
         let bodies = member.system.bodies().to_vec();
         let system = System::new(bodies, self.scene.gravity.of_system());
@@ -225,7 +227,7 @@ impl<'a> Campaign<'a> {
     }
 }
 
-/// Whether samples can fly side by side, and if not, why.
+/// Returns the implementation for the samples: lanes, or simulations with the reason.
 fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance, unfit: Option<Unfit>) -> FlownBy {
     let reason = if matches!(guidance, Guidance::Feedback(_)) {
         Some("feedback answers to each sample by itself".into())

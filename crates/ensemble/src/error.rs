@@ -5,21 +5,21 @@ use std::path::{Path, PathBuf};
 use lgvi_scene::SchemeError;
 use thiserror::Error;
 
-/// Why there is no ensemble, or no more of it.
+/// The reason that an ensemble cannot be created, flown or read.
 #[derive(Debug, Error)]
 pub enum EnsembleError {
-    /// The scene does not say what samples differ in.
+    /// The scene does not define deviations of samples.
     #[error("the scene has no `ensemble` table, expected one with `samples` and `seed`")]
     NoTable,
-    /// An empty ensemble, or one too large.
+    /// The ensemble is empty or too large.
     #[error("{0} samples, expected 1 to 10000000")]
     Samples(u64),
-    /// Samples that are not there.
+    /// Samples outside the ensemble were requested.
     #[error("samples {}..{} are asked for, expected a part of 0..{samples} that is not empty", range.start, range.end)]
     Range {
-        /// What is asked for.
+        /// The requested samples.
         range: Range<u64>,
-        /// Samples of the ensemble.
+        /// Number of samples of the ensemble.
         samples: u64,
     },
     /// A maneuver without a plan, or a plan without a maneuver.
@@ -31,80 +31,80 @@ pub enum EnsembleError {
     /// A file or directory cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
-        /// Which.
+        /// The file or directory.
         path: PathBuf,
-        /// Why.
+        /// The underlying error.
         source: std::io::Error,
     },
-    /// A part that is no part.
+    /// The file of a part is damaged.
     #[error("{}: {reason}; without that file its samples can be flown again", path.display())]
     Damaged {
-        /// Its file.
+        /// The file of the part.
         path: PathBuf,
-        /// What is wrong with it.
+        /// A description of the damage.
         reason: String,
     },
-    /// A part of another ensemble.
+    /// The part belongs to another ensemble.
     #[error("{}: {what} is {found}, expected {expected}", path.display())]
     Foreign {
-        /// Its file.
+        /// The file of the part.
         path: PathBuf,
-        /// In what it differs.
+        /// The property that differs.
         what: &'static str,
-        /// What it says.
+        /// The value in the part.
         found: String,
-        /// What was expected.
+        /// The expected value.
         expected: String,
     },
-    /// A part that is cut otherwise, with samples missing beside it.
+    /// A part with other boundaries, beside which samples are missing.
     #[error(
         "{}: only a part of the samples that fly together; fly {}..{} by `--range` too, or all elsewhere",
         path.display(), missing.start, missing.end
     )]
     Cut {
-        /// Its file.
+        /// The file of the part.
         path: PathBuf,
-        /// The first samples that are missing.
+        /// The first missing samples.
         missing: Range<u64>,
     },
-    /// Parts that have samples in common.
+    /// Two parts have samples in common.
     #[error("{} and {} overlap", first.display(), second.display())]
     Overlap {
-        /// One of them.
+        /// The file of one part.
         first: PathBuf,
-        /// The other.
+        /// The file of the other part.
         second: PathBuf,
     },
-    /// Samples that nobody flew.
+    /// Samples that have not been flown.
     #[error("samples {}..{} are missing", range.start, range.end)]
     Gap {
-        /// The first that are.
+        /// The first missing samples.
         range: Range<u64>,
     },
-    /// No parts at all.
+    /// A directory without parts.
     #[error("{}: no parts of an ensemble", path.display())]
     Nothing {
-        /// Where they were looked for.
+        /// The directory.
         path: PathBuf,
     },
-    /// A file where a directory should be.
+    /// A file in place of a directory.
     #[error("{}: no directory", path.display())]
     NotDirectory {
-        /// Which.
+        /// Its path.
         path: PathBuf,
     },
-    /// A directory to be made is there and has something in it.
+    /// The directory to be created exists already and is not empty.
     #[error("{}: not empty, expected a directory to be made", path.display())]
     Occupied {
-        /// Which.
+        /// The directory.
         path: PathBuf,
     },
     /// A picture cannot be drawn.
     #[error("{}: {reason}", path.display())]
     Picture {
-        /// Its file.
+        /// The file of the picture.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
@@ -127,7 +127,7 @@ impl EnsembleError {
         }
     }
 
-    /// Whether it was the machine that failed, not what it was given.
+    /// Returns true if the machine failed, as opposed to the input being invalid.
     pub fn is_io(&self) -> bool {
         matches!(self, Self::Io { .. } | Self::Picture { .. })
     }

@@ -1,26 +1,26 @@
 use lgvi_dynamics::{BodyState, Load};
 
-/// What acts on the maneuverd body, for its nominal actuators.
+/// Loads on the maneuvered body, as commanded to its nominal actuators.
 pub enum Guidance {
-    /// Nothing: the scene has no maneuver.
+    /// None: the scene has no maneuver.
     None,
-    /// A plan, whatever comes of it: one load a step from step 0 on.
+    /// A plan flown without correction: one load per step from step 0 on.
     OpenLoop(Vec<Load>),
     /// A plan corrected by its feedback law.
     Feedback(Box<dyn Commands>),
 }
 
-/// Commands that answer to the state.
+/// Commands that depend on the state.
 pub trait Commands: Send + Sync {
-    /// Steps until the plan arrives.
+    /// Returns the number of steps until the plan arrives.
     fn steps(&self) -> u64;
 
-    /// The load during `step` on the body that is in `state` at its start.
+    /// Returns the load during `step` on the body, which is in `state` at the start of the step.
     fn at(&self, step: u64, state: &BodyState) -> Load;
 }
 
 impl Guidance {
-    /// Steps until the plan arrives; `None` without one.
+    /// Returns the number of steps until the plan arrives, or `None` without a plan.
     pub(crate) fn steps(&self) -> Option<u64> {
         match self {
             Self::None => None,
@@ -29,7 +29,7 @@ impl Guidance {
         }
     }
 
-    /// What it is called.
+    /// Returns the name of the guidance.
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::None => "none",

@@ -4,22 +4,22 @@ use sha2::{Digest, Sha256};
 
 use crate::{Guidance, part};
 
-/// What an ensemble is: samples of equal identity belong together, whoever flew them.
+/// Identity of an ensemble. Samples with equal identity belong together, whoever flew them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// SHA-256 of everything that decides a sample: scene, seed, integrator, commands and version of the program.
+    /// SHA-256 of everything that determines a sample: scene, seed, integrator, commands and version of the program.
     pub hash: String,
     /// Name of the scene.
     pub scene: String,
-    /// Of the samples.
+    /// Seed of the samples.
     pub seed: u64,
-    /// How many samples there are in all.
+    /// Total number of samples.
     pub samples: u64,
-    /// What flies them.
+    /// The integrator with its substeps.
     pub scheme: String,
     /// Version of the program.
     pub version: String,
-    /// Samples of a part: they are cut at its multiples.
+    /// Number of samples in a part. Parts begin and end at its multiples.
     pub part: u64,
 }
 
@@ -44,7 +44,7 @@ impl Identity {
         add(format!("{:?}, {}", scheme.method, scheme.substeps).as_bytes());
         add(guidance.name().as_bytes());
         if let (Some(maneuver), Some(steps)) = (&scene.maneuver, guidance.steps()) {
-            // What is commanded in the nominal state says which plan it is.
+            // The commands in the nominal state identify the plan.
             let state: &BodyState = &scene.bodies[maneuver.body].state;
             for step in 0..steps {
                 let load = guidance.at(step, state).unwrap_or_default();

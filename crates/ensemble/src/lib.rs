@@ -1,10 +1,11 @@
-//! Monte Carlo flights: a scene flown many times over, each sample with deviations of its own.
+//! Monte Carlo ensembles: a scene flown many times, each sample with its own random deviations.
 //!
-//! A [`Campaign`] knows what is flown; [`run()`] spreads it over cores, as many samples side by side as a vector register has
-//! lanes, and keeps what comes of it in Parquet files of some samples each, so that a run that was ended goes on from
-//! whole parts; [`merge()`] joins parts that were flown elsewhere; [`Summary`] says what all samples come to.
+//! A [`Campaign`] defines what is flown. [`run()`] distributes it over the cores, with as many samples side by side as
+//! a vector register has lanes. It stores the results in Parquet files of some samples each, so that an interrupted run
+//! can continue from complete parts. [`merge()`] joins parts that were flown elsewhere. [`Summary`] computes the
+//! statistics of all samples.
 //!
-//! A sample depends on scene, seed and index alone, and its numbers not on the number of threads or lanes.
+//! A sample depends on scene, seed and index alone. Its numbers do not depend on the number of threads or lanes.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -6,27 +6,28 @@ use crate::read::{Part, files};
 use crate::store::{check_apart, gaps};
 use crate::{EnsembleError, Row, Store, temporary};
 
-/// What a merge may do.
+/// Options of a merge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MergeOptions {
-    /// Whether samples may be missing.
+    /// True if samples may be missing.
     pub allow_gaps: bool,
 }
 
-/// What a merge has made.
+/// The result of a merge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Merged {
-    /// Samples that are there.
+    /// Number of samples present.
     pub samples: u64,
-    /// Samples that are missing.
+    /// Number of samples missing.
     pub missing: u64,
 }
 
-/// Joins the parts in `directories` to those of a run that was not cut, byte by byte, in `output`.
+/// Joins the parts in `directories` in the new directory `output`. The result is byte for byte the same as that of one
+/// uninterrupted run.
 ///
 /// # Errors
-/// No parts; parts of different ensembles, or not what was written; samples that are there twice; samples that are missing,
-/// unless they may; an output that is there and not empty.
+/// Returns an error if there are no parts, if parts belong to different ensembles or are damaged, if samples occur
+/// twice, if samples are missing unless that is allowed, or if the output exists and is not empty.
 pub fn merge(
     directories: &[PathBuf],
     output: &Path,
@@ -84,7 +85,7 @@ pub fn merge(
         write(&store, &mut waiting, false)?;
     }
     write(&store, &mut waiting, true)?;
-    // All of it is there at once.
+    // The output appears as a whole by the rename.
     std::fs::rename(temporary.path(), output).map_err(EnsembleError::io(output))?;
     let _ = temporary.keep();
     let store = Store::create(output, &identity, part.columns())?;
@@ -92,7 +93,7 @@ pub fn merge(
     Ok((store, Merged { samples, missing }))
 }
 
-/// Whether there is nothing at `path`, or a directory with nothing in it.
+/// Returns true if `path` does not exist or is an empty directory.
 fn is_free(path: &Path) -> Result<bool, EnsembleError> {
     match path.read_dir() {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(true),
@@ -100,7 +101,7 @@ fn is_free(path: &Path) -> Result<bool, EnsembleError> {
     }
 }
 
-/// Writes the parts that rows in a row make: the whole ones, and what is left where none follow.
+/// Writes the complete parts among consecutive rows, and also the remainder if no further rows follow.
 fn write(store: &Store, rows: &mut Vec<Row>, ended: bool) -> Result<(), EnsembleError> {
     let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
         return Ok(());

@@ -14,23 +14,25 @@ use sha2::{Digest, Sha256};
 
 use crate::{EnsembleError, Identity, Row, temporary};
 
-/// Samples of the largest part, and of the smallest.
+/// Largest and smallest number of samples in a part.
 const LARGEST: u64 = 1024;
 const SMALLEST: u64 = 32;
 
-/// Steps of all bodies that a part may have if it is not the smallest: some minutes of a core.
+/// Maximum number of steps of all bodies in a part, except for the smallest parts: some minutes of computing on one
+/// core.
 const STEPS: u64 = 1 << 26;
 
-/// Samples of a part of flights with so many steps of all bodies; those of an ensemble are cut at its multiples.
+/// Returns the number of samples in a part if a flight has this number of steps of all bodies. Parts begin and end at
+/// its multiples.
 pub(crate) fn size(steps: u64) -> u64 {
     let fitting = (STEPS / steps.max(1)).clamp(SMALLEST, LARGEST);
     1 << fitting.ilog2()
 }
 
-/// Columns before the numbers.
+/// Columns that precede the numbers.
 pub(crate) const FIRST: [&str; 4] = ["index", "steps", "failure", "message"];
 
-/// The parts of `size` samples that others are cut into.
+/// Splits the range into parts at the multiples of `size`.
 pub(crate) fn parts(range: Range<u64>, size: u64) -> impl Iterator<Item = Range<u64>> {
     let mut start = range.start;
     std::iter::from_fn(move || {
@@ -41,12 +43,12 @@ pub(crate) fn parts(range: Range<u64>, size: u64) -> impl Iterator<Item = Range<
     })
 }
 
-/// The file of a part.
+/// Returns the file name of a part.
 pub(crate) fn file_name(range: &Range<u64>) -> String {
     format!("samples_{:010}_{:010}.parquet", range.start, range.end)
 }
 
-/// The part that a file of this name has; `None` of any other file.
+/// Returns the samples of the part with this file name, or `None` for other files.
 pub(crate) fn range_of(name: &str) -> Option<Range<u64>> {
     let numbers = name.strip_prefix("samples_")?.strip_suffix(".parquet")?;
     let (start, end) = numbers.split_once('_')?;
@@ -54,7 +56,7 @@ pub(crate) fn range_of(name: &str) -> Option<Range<u64>> {
     (range.start < range.end && file_name(&range) == name).then_some(range)
 }
 
-/// Writes a part to the directory: whole or not at all.
+/// Writes a part to the directory atomically.
 pub(crate) fn write(
     directory: &Path,
     identity: &Identity,
@@ -119,7 +121,7 @@ fn write_column<T: parquet::data_type::DataType>(
     Ok(())
 }
 
-/// What parts say of their ensemble, by key.
+/// Returns the metadata of a part about its ensemble, as keys and values.
 pub(crate) fn entries(identity: &Identity) -> [(&'static str, String); 7] {
     [
         ("lgvi.identity", identity.hash.clone()),
@@ -132,10 +134,10 @@ pub(crate) fn entries(identity: &Identity) -> [(&'static str, String); 7] {
     ]
 }
 
-/// The key of the [`checksum`].
+/// The metadata key of the [`checksum`].
 pub(crate) const CHECKSUM: &str = "lgvi.checksum";
 
-/// SHA-256 of everything that a part has.
+/// Returns the SHA-256 of all contents of a part.
 pub(crate) fn checksum(identity: &Identity, columns: &[String], rows: &[Row]) -> String {
     let mut hash = Sha256::new();
     let text = |hash: &mut Sha256, text: &str| {
@@ -161,7 +163,7 @@ pub(crate) fn checksum(identity: &Identity, columns: &[String], rows: &[Row]) ->
     hexadecimal(&hash.finalize())
 }
 
-/// In lower case.
+/// Formats bytes in lower-case hexadecimal.
 pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -5,21 +5,21 @@ use plotters::prelude::*;
 
 use crate::{EnsembleError, Summary};
 
-/// Histograms in a row, and in all.
+/// Number of histograms per row, and maximum number in total.
 const ACROSS: usize = 3;
 const MOST: usize = 12;
 
-/// Width and height of a histogram (px), and height of the heading.
+/// Width and height of a histogram (px), and height of the heading (px).
 const SIZE: (u32, u32) = (360, 240);
 const HEADING: u32 = 40;
 
-/// Bars of a histogram.
+/// Number of bars of a histogram.
 const BARS: usize = 40;
 
 const COLOR: RGBColor = RGBColor(0, 114, 178);
 const GRID: RGBColor = RGBColor(225, 225, 225);
 
-/// What is drawn first, where it varies.
+/// Parts of column names in order of relevance. Only columns that vary are drawn.
 const TELLING: [&str; 4] = [
     "miss.",
     "change.",
@@ -27,10 +27,10 @@ const TELLING: [&str; 4] = [
     ".final.angular_velocity.",
 ];
 
-/// Draws histograms of what tells most to an SVG file; `false` where nothing varies.
+/// Draws histograms of the most relevant columns to an SVG file. Returns `false` if no column varies.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// Returns an error if the file cannot be written.
 pub fn draw(summary: &Summary, path: &Path) -> Result<bool, EnsembleError> {
     let chosen = chosen(summary);
     if chosen.is_empty() {
@@ -44,7 +44,7 @@ pub fn draw(summary: &Summary, path: &Path) -> Result<bool, EnsembleError> {
     Ok(true)
 }
 
-/// Columns that vary, the most telling ones.
+/// Returns the most relevant columns that vary.
 fn chosen(summary: &Summary) -> Vec<usize> {
     let varies = |column: &usize| {
         let statistics = summary.columns[*column].1;
@@ -63,8 +63,8 @@ fn chosen(summary: &Summary) -> Vec<usize> {
     chosen
 }
 
-/// Width of the bars from `low` to `high`; `None` where that is no range, or one too narrow for the ends of its bars to be
-/// different numbers.
+/// Returns the width of the bars from `low` to `high`, or `None` if the range is empty, infinite or so narrow that the
+/// ends of a bar would be the same number.
 fn bar_width(low: f64, high: f64) -> Option<f64> {
     let width = (high - low) / BARS as f64;
     (width.is_finite() && low < low + width && high - width < high).then_some(width)
@@ -132,7 +132,7 @@ fn histogram<'a>(
     Ok(())
 }
 
-/// A number with as many digits as tell ticks apart.
+/// Formats a number with enough digits to distinguish the ticks.
 fn tick(value: f64, size: f64, range: f64) -> String {
     let digits = (size / range).log10().ceil().clamp(0.0, 14.0) as usize + 1;
     if (1e-2..1e4).contains(&size) {

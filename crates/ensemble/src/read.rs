@@ -1,4 +1,4 @@
-//! Parts as they are read again.
+//! Reads parts from files.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -15,14 +15,14 @@ use crate::part::{CHECKSUM, FIRST, checksum, entries, range_of};
 use crate::row::{Failure, FailureKind};
 use crate::{EnsembleError, Identity, Row};
 
-/// A part in a file.
+/// The file of a part and its samples.
 #[derive(Clone, Debug)]
 pub(crate) struct PartFile {
     pub(crate) path: PathBuf,
     pub(crate) range: Range<u64>,
 }
 
-/// The parts in a directory, by their first samples; none where there is no such directory.
+/// Returns the parts in a directory, ordered by their first samples. The list is empty if the directory does not exist.
 pub(crate) fn files(directory: &Path) -> Result<Vec<PartFile>, EnsembleError> {
     let listing = match std::fs::read_dir(directory) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -40,7 +40,7 @@ pub(crate) fn files(directory: &Path) -> Result<Vec<PartFile>, EnsembleError> {
     Ok(files)
 }
 
-/// A part's file, opened.
+/// An open part.
 pub(crate) struct Part {
     file: PartFile,
     reader: SerializedFileReader<File>,
@@ -95,12 +95,12 @@ impl Part {
         })
     }
 
-    /// Names of its numbers.
+    /// Returns the names of its numbers.
     pub(crate) fn columns(&self) -> &[String] {
         &self.columns
     }
 
-    /// What it says it is a part of.
+    /// Returns the identity of the ensemble that the part declares.
     pub(crate) fn identity(&self) -> Result<Identity, EnsembleError> {
         let entry = |key: &str| self.entry(key).map(str::to_owned);
         let number = |key: &str| {
@@ -133,7 +133,8 @@ impl Part {
             .ok_or_else(missing)
     }
 
-    /// Refuses a part of another ensemble, by what tells most about it.
+    /// Returns an error if the part belongs to another ensemble. The error names the most specific property that
+    /// differs.
     pub(crate) fn check(&self, expected: &Identity) -> Result<(), EnsembleError> {
         let found = self.identity()?;
         let names = [
@@ -150,7 +151,7 @@ impl Part {
             .zip(entries(expected))
             .zip(names);
         let mut differing = each.filter(|(((_, found), (_, expected)), _)| found != expected);
-        // The hash comes first and says least.
+        // The hash comes first but is the least specific.
         let first = differing.next();
         match differing.next().or(first) {
             None => Ok(()),
@@ -163,7 +164,7 @@ impl Part {
         }
     }
 
-    /// What is in it.
+    /// Returns the samples after checking them against the checksum.
     pub(crate) fn rows(&self) -> Result<Vec<Row>, EnsembleError> {
         let indices = self.column::<Int64Type>(0)?;
         let steps = self.column::<Int64Type>(1)?;
@@ -238,7 +239,8 @@ impl Part {
     }
 }
 
-/// The crate parquet asserts of some damaged pages what it should refuse.
+/// Turns a panic into an error: on some damaged pages, the crate parquet fails an assertion instead of returning an
+/// error.
 fn caught<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
     catch_unwind(AssertUnwindSafe(read))
         .unwrap_or_else(|_| Err(ParquetError::General("it cannot be decoded".into())))

@@ -2,40 +2,40 @@ use std::fmt;
 
 use lgvi_dynamics::{BodyError, MethodError, StepError};
 
-/// One sample's results.
+/// The results of one sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Its index.
+    /// Index of the sample.
     pub index: u64,
-    /// Steps made.
+    /// Number of completed steps.
     pub steps: u64,
-    /// Why no more; `None` at the end of the flight.
+    /// The failure that ended the flight early, or `None` for a complete flight.
     pub failure: Option<Failure>,
-    /// The numbers by the columns of [`Campaign::columns`](crate::Campaign::columns).
+    /// Numbers in the order of [`Campaign::columns`](crate::Campaign::columns).
     pub numbers: Vec<f64>,
 }
 
-/// Why a flight ended early.
+/// The reason that a flight ended early.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// What kind.
+    /// The kind of failure.
     pub kind: FailureKind,
-    /// In words.
+    /// A description for the user.
     pub message: String,
 }
 
 /// The kinds of failures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FailureKind {
-    /// The deviations left no body, or a start inside another.
+    /// The deviations make a body invalid, or it starts inside another one.
     Start,
     /// A body turns too far in one step.
     Turn,
-    /// A state that is not finite.
+    /// A state is not finite.
     NotFinite,
-    /// A body where another is.
+    /// Two bodies come too close to each other.
     CloseApproach,
-    /// Anything else that the integrator says.
+    /// Any other error of the integrator.
     Integrator,
 }
 
@@ -48,7 +48,7 @@ impl FailureKind {
         Self::Integrator,
     ];
 
-    /// What it is called in tables.
+    /// Returns the name of the kind in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Start => "start",

@@ -9,61 +9,62 @@ use lgvi_dynamics::lanes::Width;
 
 use crate::{Campaign, EnsembleError, Row, Store};
 
-/// How samples are flown; what they come to does not depend on it.
+/// Options of a run. They do not affect the results.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Which samples; all without.
+    /// Samples to fly, or `None` for all.
     pub range: Option<Range<u64>>,
-    /// Threads, 0 for one a core.
+    /// Number of threads, or 0 for one per core.
     pub threads: usize,
-    /// How many samples fly side by side.
+    /// Number of samples that fly side by side.
     pub width: Width,
 }
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Samples that are there, flown now or before; some of them in parts that are not whole yet.
+    /// Number of samples that have been flown now or before. Some may belong to parts that are not complete yet.
     pub done: u64,
-    /// Samples that are asked for.
+    /// Number of samples requested.
     pub wanted: u64,
 }
 
-/// What a run has done.
+/// Result of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// Samples that were there already.
+    /// Number of samples that the store already held.
     pub kept: u64,
-    /// Samples that were flown.
+    /// Number of samples flown by this run.
     pub flown: u64,
-    /// Samples that are asked for.
+    /// Number of samples requested.
     pub wanted: u64,
 }
 
 impl Report {
-    /// Whether all are there.
+    /// Returns true if all requested samples are present.
     pub fn is_complete(&self) -> bool {
         self.kept + self.flown == self.wanted
     }
 }
 
-/// Samples that a thread flies at a time: a few registers of lanes.
+/// Number of samples that a thread flies at a time: a few registers of lanes.
 const UNIT: u64 = 32;
 
-/// How often it is looked whether to stop.
+/// Interval between checks of the stop condition.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// A unit's samples, and the number of the part that they belong to.
+/// The samples of a unit, and the index of their part.
 struct Unit {
     part: usize,
     samples: Range<u64>,
 }
 
-/// Flies the samples that are not in `store` yet, and writes their parts. Once `stop` says so, it ends with the parts that
-/// have been begun.
+/// Flies the samples that `store` lacks and writes their parts. After `stop` returns true, the run completes the parts
+/// that have been started and ends.
 ///
 /// # Errors
-/// Samples that are not there; parts in the store that do not belong to the campaign; what cannot be written.
+/// Returns an error if samples outside the ensemble are requested, if parts in the store do not belong to the campaign,
+/// or if writing fails.
 pub fn run(
     campaign: &Campaign<'_>,
     store: &Store,
@@ -128,19 +129,19 @@ fn units(missing: &[Range<u64>]) -> Vec<Unit> {
     units
 }
 
-/// What the threads of a run share.
+/// State shared by the threads of a run.
 struct Shared<'a> {
     campaign: &'a Campaign<'a>,
     width: Width,
     units: &'a [Unit],
-    /// The unit that is flown next.
+    /// Index of the next unit to fly.
     next: AtomicUsize,
-    /// The part after which it ends.
+    /// Index of the last part to fly.
     last_part: AtomicUsize,
 }
 
 impl Shared<'_> {
-    /// Flies unit after unit until none is left.
+    /// Flies units until none is left.
     fn work(&self, rows: &SyncSender<(usize, Vec<Row>)>) {
         loop {
             let next = self.next.fetch_add(1, Ordering::SeqCst);
@@ -151,14 +152,15 @@ impl Shared<'_> {
                 return;
             }
             let flown = self.campaign.fly(unit.samples.clone(), self.width);
-            // Nobody listens any more where a part could not be written.
+            // The receiver is gone if a part could not be written.
             if rows.send((unit.part, flown)).is_err() {
                 return;
             }
         }
     }
 
-    /// Writes each part once all of its samples are there; says of each unit that it is. Returns how many samples are written.
+    /// Writes each part when all its samples have been flown, and reports progress after each unit. Returns the number
+    /// of samples written.
     fn collect(
         &self,
         rows: &Receiver<(usize, Vec<Row>)>,

@@ -13,11 +13,11 @@ pub struct Store {
 }
 
 impl Store {
-    /// The directory, made by a [run](crate::run()) if it is not there, for parts of this ensemble with these columns of
-    /// numbers.
+    /// Creates a store in the directory for parts of this ensemble with these columns of numbers. The directory itself
+    /// is created by a [run](crate::run()) if necessary.
     ///
     /// # Errors
-    /// Something else in its place.
+    /// Returns an error if the path is not a directory.
     pub fn create(
         directory: &Path,
         identity: &Identity,
@@ -34,10 +34,10 @@ impl Store {
         })
     }
 
-    /// The directory with the parts that are in it.
+    /// Opens the store with the parts in the directory.
     ///
     /// # Errors
-    /// None there; a part that cannot be read.
+    /// Returns an error if there are no parts, or if the first part cannot be read.
     pub fn open(directory: &Path) -> Result<Self, EnsembleError> {
         let files = files(directory)?;
         let first = files.first().ok_or_else(|| EnsembleError::Nothing {
@@ -51,25 +51,25 @@ impl Store {
         })
     }
 
-    /// Where it is.
+    /// Returns the directory.
     pub fn directory(&self) -> &Path {
         &self.directory
     }
 
-    /// What it has parts of.
+    /// Returns the identity of the ensemble.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
 
-    /// Names of a sample's numbers.
+    /// Returns the names of a sample's numbers.
     pub fn columns(&self) -> &[String] {
         &self.columns
     }
 
-    /// Its parts, by their first samples.
+    /// Returns the parts, ordered by their first samples.
     ///
     /// # Errors
-    /// A part of another ensemble, or one that cannot be read; parts that overlap.
+    /// Returns an error if a part belongs to another ensemble or cannot be read, or if parts overlap.
     pub(crate) fn parts(&self) -> Result<Vec<PartFile>, EnsembleError> {
         let files = files(&self.directory)?;
         for file in &files {
@@ -83,10 +83,10 @@ impl Store {
         Ok(files)
     }
 
-    /// The parts of `range` that are not there yet.
+    /// Returns the parts of `range` that are missing.
     ///
     /// # Errors
-    /// As [`parts`](Self::parts); one of them that is not what was written; one that is there only in part.
+    /// Returns the errors of [`parts`](Self::parts), and an error if one of the parts is damaged or incomplete.
     pub(crate) fn missing(&self, range: Range<u64>) -> Result<Vec<Range<u64>>, EnsembleError> {
         let present = self.parts()?;
         let mut missing = Vec::new();
@@ -113,10 +113,10 @@ impl Store {
         part::write(&self.directory, &self.identity, &self.columns, rows)
     }
 
-    /// Gives each sample that is there to `each`, by index.
+    /// Passes each sample to `each`, in the order of the indices.
     ///
     /// # Errors
-    /// As for parts that cannot be read, are foreign or overlap.
+    /// Returns an error if parts cannot be read, belong to another ensemble or overlap.
     pub fn for_each(&self, mut each: impl FnMut(Row)) -> Result<(), EnsembleError> {
         for file in self.parts()? {
             Part::open(&file)?.rows()?.into_iter().for_each(&mut each);
@@ -124,14 +124,15 @@ impl Store {
         Ok(())
     }
 
-    /// Makes the directory where it is not there, and removes from it what killed runs have left of parts.
+    /// Creates the directory if necessary, and removes temporary files that killed runs have left behind.
     pub(crate) fn tidy(&self) -> Result<(), EnsembleError> {
         std::fs::create_dir_all(&self.directory).map_err(EnsembleError::io(&self.directory))?;
         temporary::tidy(&self.directory).map_err(EnsembleError::io(&self.directory))
     }
 }
 
-/// What of `range` none of the parts has, which are in the order of their first samples and apart.
+/// Returns the ranges of `range` that are not covered by the parts. The parts must be ordered by their first samples
+/// and must not overlap.
 pub(crate) fn gaps(range: &Range<u64>, files: &[PartFile]) -> Vec<Range<u64>> {
     let mut gaps = Vec::new();
     let mut next = range.start;
@@ -144,7 +145,7 @@ pub(crate) fn gaps(range: &Range<u64>, files: &[PartFile]) -> Vec<Range<u64>> {
     gaps
 }
 
-/// Refuses parts in the order of their first samples that have some in common.
+/// Returns an error if parts overlap. The parts must be ordered by their first samples.
 pub(crate) fn check_apart(files: &[PartFile]) -> Result<(), EnsembleError> {
     match files
         .windows(2)

@@ -6,49 +6,49 @@ use serde::ser::{SerializeMap, Serializer};
 
 use crate::{EnsembleError, Identity, Store};
 
-/// What the samples of an ensemble come to.
+/// Statistics of the samples of an ensemble.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the scene.
     pub scene: String,
-    /// What decides the samples.
+    /// Hash of everything that determines the samples.
     pub identity: String,
-    /// Of the samples.
+    /// Seed of the samples.
     pub seed: u64,
-    /// What flew them.
+    /// The integrator with its substeps.
     pub integrator: String,
-    /// Samples of the ensemble.
+    /// Number of samples of the ensemble.
     pub samples: u64,
-    /// Samples that are there.
+    /// Number of samples present.
     pub present: u64,
-    /// Samples that flew to the end; the statistics are theirs.
+    /// Number of samples that flew to the end. The statistics describe these samples.
     pub complete: u64,
-    /// How many others failed, by kind.
+    /// Number of failed samples by kind.
     pub failures: BTreeMap<&'static str, u64>,
-    /// Of each column, in its order.
+    /// Statistics of each column, in order.
     #[serde(serialize_with = "as_map")]
     pub columns: Vec<(String, Statistics)>,
-    /// Each column's values in ascending order.
+    /// The values of each column in ascending order.
     #[serde(skip)]
     pub(crate) sorted: Vec<Vec<f64>>,
 }
 
-/// What a column comes to. All are NaN where there is no sample, and the deviation where there is but one.
+/// Statistics of a column. All are NaN if there are no samples, and the standard deviation is NaN for a single sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Statistics {
     /// Mean.
     pub mean: f64,
-    /// Standard deviation, of a sample: over one less than the number.
+    /// Sample standard deviation, with the divisor n − 1.
     pub standard_deviation: f64,
-    /// Least value.
+    /// Minimum.
     pub least: f64,
-    /// Quantiles at 5, 25, 50, 75 and 95 %, interpolated between the two nearest values.
+    /// Quantiles at 5, 25, 50, 75 and 95 %, by linear interpolation between the two nearest values.
     pub quantiles: [f64; 5],
-    /// Greatest value.
+    /// Maximum.
     pub greatest: f64,
 }
 
-/// Where quantiles are taken.
+/// Levels of the quantiles.
 const LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 fn as_map<S: Serializer>(
@@ -63,10 +63,10 @@ fn as_map<S: Serializer>(
 }
 
 impl Summary {
-    /// Of the samples in a store.
+    /// Computes the statistics of the samples in a store.
     ///
     /// # Errors
-    /// Parts that cannot be read.
+    /// Returns an error if parts cannot be read.
     pub fn of(store: &Store) -> Result<Self, EnsembleError> {
         let Identity {
             hash,
@@ -108,7 +108,7 @@ impl Summary {
 }
 
 impl Statistics {
-    /// Of values by index, which are in ascending order afterwards.
+    /// Computes the statistics of values given in the order of their indices, and sorts the values.
     fn of(values: &mut [f64]) -> Self {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
@@ -127,7 +127,7 @@ impl Statistics {
     }
 }
 
-/// A mean that rounding has not taken beyond its values; NaN stays.
+/// Clamps a mean to the range of its values, in case of rounding errors. NaN stays NaN.
 fn within(mean: f64, least: f64, greatest: f64) -> f64 {
     if mean < least {
         least
@@ -138,7 +138,7 @@ fn within(mean: f64, least: f64, greatest: f64) -> f64 {
     }
 }
 
-/// Of values in ascending order.
+/// Returns a quantile of values in ascending order.
 fn quantile(sorted: &[f64], level: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
@@ -147,7 +147,7 @@ fn quantile(sorted: &[f64], level: f64) -> f64 {
     let below = place.floor();
     let (low, high) = (below as usize, (below as usize + 1).min(last));
     let part = place - below;
-    // Where both are the same, infinite ones too, so is what lies between.
+    // Equal values, including infinite ones, need no interpolation.
     if part == 0.0 || sorted[low] == sorted[high] {
         sorted[low]
     } else {
@@ -200,7 +200,7 @@ impl fmt::Display for Summary {
 mod tests {
     use super::*;
 
-    /// Figures of numpy for the same numbers: `mean`, `std(ddof=1)`, `quantile`.
+    /// Expected values from numpy: `mean`, `std(ddof=1)`, `quantile`.
     #[test]
     fn statistics_are_those_of_textbooks() {
         let mut values = [4.0, 1.0, 3.0, 2.0, 10.0];

@@ -1,4 +1,4 @@
-//! What is kept of a sample, in SI.
+//! The numbers stored for each sample, in SI.
 
 use lgvi_dynamics::lanes::{Member, Outcome};
 use lgvi_dynamics::{BodyState, Invariants, System};
@@ -12,12 +12,12 @@ use crate::row::{Failure, Row};
 pub(crate) struct Columns {
     names: Vec<String>,
     spreads: Vec<Spread>,
-    /// Whether force and moment of the maneuver err.
+    /// True if force and moment of the maneuver have errors, respectively.
     errors: [bool; 2],
     units: Units,
 }
 
-/// A flight and its end.
+/// The sample of a flight and its outcome.
 pub(crate) struct Ends<'a> {
     pub(crate) member: &'a Member,
     pub(crate) outcome: Outcome,
@@ -70,7 +70,7 @@ impl Columns {
         &self.names
     }
 
-    /// What is kept of a sample, of its flight if it could start.
+    /// Returns the row of a sample, including the results of its flight if it could start.
     pub(crate) fn row(
         &self,
         scene: &Scene,
@@ -97,7 +97,7 @@ impl Columns {
         }
     }
 
-    /// What a sample deviates by, where anything does.
+    /// Adds the deviations of a sample, where the standard deviation is not zero.
     fn start(&self, cells: &mut Cells, scene: &Scene, sample: &Sample) {
         let each = scene
             .bodies
@@ -148,7 +148,7 @@ impl Columns {
     }
 }
 
-/// What a flight from the first to the second states comes to.
+/// Adds the results of a flight from the first to the second states.
 fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyState]; 2]) {
     let Units { length, time, .. } = scene.units;
     for ((named, body), state) in scene.bodies.iter().zip(system.bodies()).zip(states[1]) {
@@ -184,14 +184,14 @@ fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyStat
     }
 }
 
-/// Changes of energy and momenta: relative to the sum of the magnitudes of what they are made of at start or end, whichever
-/// is greater, so that nothing is divided by what cancels or is not there yet.
+/// Adds the relative changes of energy and momenta. The reference is the sum of the magnitudes of their terms, at the
+/// start or the end, whichever is greater. It stays meaningful if terms cancel or are zero at the start.
 fn changes(cells: &mut Cells, system: &System, states: [&[BodyState]; 2]) {
     let [from, to] = states.map(|states| Invariants::of(system, states));
     let sizes = [(states[0], from.energy), (states[1], to.energy)]
         .map(|(states, energy)| terms(system, states, energy));
     let [energy, linear, angular] = [0, 1, 2].map(|which| sizes[0][which].max(sizes[1][which]));
-    // No change is more than twice the greater sum: what is divided by zero is zero.
+    // A change is at most twice the reference, so that a reference of zero implies a change of zero.
     let relative = |change: f64, size: f64| if change == 0.0 { 0.0 } else { change / size };
     let linear_change = (to.linear_momentum - from.linear_momentum).norm();
     let angular_change = (to.angular_momentum - from.angular_momentum).norm();
@@ -200,7 +200,7 @@ fn changes(cells: &mut Cells, system: &System, states: [&[BodyState]; 2]) {
     cells.push("change.angular_momentum", relative(angular_change, angular));
 }
 
-/// Sums of the magnitudes of what energy, linear and angular momentum are made of.
+/// Returns the sums of the magnitudes of the terms of energy, linear momentum and angular momentum.
 fn terms(system: &System, states: &[BodyState], energy: f64) -> [f64; 3] {
     let potential = system.potential(states);
     let (mut linear, mut angular) = (0.0, 0.0);

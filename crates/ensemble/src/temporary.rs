@@ -1,4 +1,4 @@
-//! Files and directories that are not whole yet.
+//! Temporary files and directories for incomplete output.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, ErrorKind};
@@ -10,25 +10,25 @@ const PART: &str = ".samples_";
 const FOLDER: &str = ".merge_";
 const SUFFIX: &str = ".tmp";
 
-/// A file beside the parts, locked as long as it is written to, so that nobody [tidies](tidy) it away.
+/// Creates a file beside the parts. It is locked while it is written, so that other runs do not [tidy](tidy) it away.
 pub(crate) fn file(directory: &Path) -> io::Result<NamedTempFile> {
     loop {
         let file = builder(PART, 0o666).tempfile_in(directory)?;
-        // Where a file system has no locks nobody tidies.
+        // On a file system without locks, no run removes temporary files.
         let _ = file.as_file().try_lock();
-        // Somebody may have tidied before it was locked.
+        // Another run may have removed the file before it was locked.
         if file.path().try_exists()? {
             return Ok(file);
         }
     }
 }
 
-/// A directory beside others.
+/// Creates a temporary directory in `parent`.
 pub(crate) fn directory(parent: &Path) -> io::Result<TempDir> {
     builder(FOLDER, 0o777).tempdir_in(parent)
 }
 
-/// Removes the files that killed writers have left: those that nobody has locked.
+/// Removes the files that killed writers have left behind. Their locks are free.
 pub(crate) fn tidy(directory: &Path) -> io::Result<()> {
     for entry in directory.read_dir()? {
         let entry = entry?;
@@ -38,7 +38,7 @@ pub(crate) fn tidy(directory: &Path) -> io::Result<()> {
             .is_some_and(|name| name.starts_with(PART) && name.ends_with(SUFFIX));
         if temporary {
             match tidy_one(&entry.path()) {
-                // It has become a part, or is somebody else's.
+                // The file has become a part, or belongs to another user.
                 Err(error)
                     if [ErrorKind::NotFound, ErrorKind::PermissionDenied]
                         .contains(&error.kind()) => {}
@@ -57,7 +57,7 @@ fn tidy_one(path: &Path) -> io::Result<()> {
     }
 }
 
-/// With these permissions as far as the umask leaves them.
+/// Returns a builder with these permissions, subject to the umask.
 fn builder(prefix: &'static str, mode: u32) -> Builder<'static, 'static> {
     let mut builder = Builder::new();
     builder.prefix(prefix).suffix(SUFFIX);

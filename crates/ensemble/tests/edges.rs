@@ -1,4 +1,5 @@
-//! Ensembles at the edges: starts at rest, bodies of other mass, damaged and half-filled directories, dear samples.
+//! Edge cases of ensembles: starts at rest, bodies of other mass, damaged and incomplete directories, expensive
+//! samples.
 
 #![allow(clippy::unwrap_used)]
 
@@ -86,8 +87,7 @@ fn numbers(statistics: &Statistics) -> impl Iterator<Item = f64> {
         .chain(quantiles)
 }
 
-/// All there is of energy and momentum at the end was not there at the start: no change is more than twice what it is
-/// relative to.
+/// All energy and momentum at the end has been gained in the flight. The relative changes are still at most 2.
 #[test]
 fn a_start_at_rest_has_finite_changes_and_a_picture() {
     let scene = of(&[
@@ -127,7 +127,7 @@ fn a_start_at_rest_has_finite_changes_and_a_picture() {
     );
 }
 
-/// Coasting along the target's orbit, which is that of any mass, on the target's attitude.
+/// The body coasts along the target's orbit, which does not depend on the mass, and in the target's attitude.
 #[test]
 fn a_heavier_body_on_the_targets_orbit_misses_as_little_as_the_nominal_one() {
     let orbit =
@@ -171,7 +171,7 @@ fn a_heavier_body_on_the_targets_orbit_misses_as_little_as_the_nominal_one() {
         };
         let flown =
             |name: &str| -> Vec<f64> { rows.iter().map(|row| row.numbers[column(name)]).collect() };
-        // The first order method is off by about half a step of the unit orbit.
+        // The error of the first-order method is about half a step on the unit orbit.
         let parts = match motion {
             "rotation" => &["miss.angular_momentum"][..],
             _ => &["miss.position", "miss.linear_momentum"],
@@ -183,7 +183,7 @@ fn a_heavier_body_on_the_targets_orbit_misses_as_little_as_the_nominal_one() {
     }
 }
 
-/// Ten steps of a body that falls and turns.
+/// Returns a scene with ten steps of a body that falls and turns.
 fn falling(more: &str) -> Scene {
     let text = of_text(more).replace("steps = 50", "steps = 10");
     Scene::parse("edges", &text).unwrap()
@@ -194,7 +194,7 @@ fn of_text(more: &str) -> String {
     [&run, AT_REST, UNIFORM, ENSEMBLE, "attitude = 0.1", more].concat()
 }
 
-/// What lanes can fly is flown as they do where only a simulation can, whatever the scene lets it leave out.
+/// A simulation gives the same numbers as lanes for flights that lanes support, whatever the scene allows it to skip.
 #[test]
 fn numbers_do_not_depend_on_what_flies_the_samples() {
     let lanes = falling("");
@@ -213,7 +213,7 @@ fn numbers_do_not_depend_on_what_flies_the_samples() {
     assert!(ends[0] == ends[1]);
 }
 
-/// Whichever bit of a part is flipped: it is refused, or every number is still there.
+/// After any single bit of a part is flipped, the part is refused or all its numbers are unchanged.
 #[test]
 fn a_flipped_bit_is_found_or_changes_nothing() {
     let scene = falling("");
@@ -239,7 +239,7 @@ fn a_flipped_bit_is_found_or_changes_nothing() {
         }
     }
     assert!(found > tried / 2, "{found}");
-    // A run that is gone on with looks at what is there, before it flies anything.
+    // A run that continues checks the existing parts before it flies anything.
     let mut bytes = bytes;
     bytes[100] ^= 1;
     fs::write(&part, bytes).unwrap();
@@ -331,7 +331,7 @@ fn a_merge_makes_a_directory_of_its_own() {
     assert!(!refused.unwrap().is_io());
 }
 
-/// Parts are small where samples are dear, whatever flies them, and progress is told between them.
+/// Parts of expensive samples are small for any implementation, and progress is reported between them.
 #[test]
 fn dear_samples_are_kept_in_small_parts() {
     let cheap = falling("");

@@ -1,4 +1,4 @@
-//! Ensembles as a whole: the same bytes whatever the threads, lanes, shards and interruptions.
+//! Complete ensembles: the same bytes for all numbers of threads and lanes, shards and interruptions.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -20,7 +20,7 @@ use tempfile::TempDir;
 const DUMBBELLS: &str = include_str!("../../../scenes/two_dumbbells.toml");
 const CAPTURE: &str = include_str!("../../../scenes/orbital_capture.toml");
 
-/// Samples of a part of so short flights.
+/// Number of samples in a part for flights this short.
 const PART: u64 = 1024;
 
 const SPREAD: &str = r#"
@@ -41,7 +41,7 @@ velocity = 0.02
 angular_velocity = 0.3
 "#;
 
-/// Two dumbbells for some steps, with deviations.
+/// Returns a scene with two dumbbells, few steps and deviations.
 fn dumbbells(more: &[(&str, &str)]) -> Scene {
     let mut text = format!("{DUMBBELLS}{SPREAD}");
     let short = [
@@ -70,7 +70,7 @@ fn fly(campaign: &Campaign<'_>, directory: &Path, options: &Options) -> Report {
     run(campaign, &store, options, &|| false, &mut |_| ()).unwrap()
 }
 
-/// Names and bytes of all files in a directory.
+/// Returns the names and contents of all files in a directory.
 fn contents(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap());
     let read = |entry: fs::DirEntry| {
@@ -80,7 +80,7 @@ fn contents(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     entries.map(read).collect()
 }
 
-/// A run that was not cut, by one thread, one sample at a time.
+/// Makes an uninterrupted run by one thread, one sample at a time.
 fn whole(campaign: &Campaign<'_>, temporary: &TempDir) -> (PathBuf, BTreeMap<String, Vec<u8>>) {
     let directory = temporary.path().join("whole");
     let options = Options {
@@ -123,7 +123,7 @@ fn results_do_not_depend_on_threads_and_lanes() {
     }
 }
 
-/// Shards with ends at any samples, merged in any order.
+/// Merges shards with arbitrary boundaries in arbitrary order.
 #[test]
 fn merged_shards_are_the_run_that_was_not_cut() {
     let temporary = TempDir::new().unwrap();
@@ -210,7 +210,7 @@ fn merged_shards_are_the_run_that_was_not_cut() {
     assert!(matches!(again, EnsembleError::Occupied { .. }), "{again}");
 }
 
-/// A run is ended on the way and left with half a part, and goes on to the same end.
+/// A run is stopped midway, leaves half a part behind, and continues to the same result.
 #[test]
 fn an_ended_run_goes_on_from_its_parts() {
     let temporary = TempDir::new().unwrap();
@@ -293,7 +293,7 @@ fn parts_of_others_and_damaged_ones_are_refused() {
             "{error}"
         );
     }
-    // A part under another's name.
+    // A part with a wrong file name.
     fs::write(&part, &bytes).unwrap();
     fs::rename(
         &part,
@@ -304,11 +304,11 @@ fn parts_of_others_and_damaged_ones_are_refused() {
     assert!(matches!(error, EnsembleError::Damaged { .. }), "{error}");
 }
 
-/// What lanes cannot fly is flown one by one, to the same numbers where both can.
+/// Flights that lanes do not support are flown one by one, with the same numbers where both are possible.
 #[test]
 fn lanes_and_simulations_come_to_the_same_rows() {
     let lanes = dumbbells(&[]);
-    // Subdivision that is never needed asks for a simulation.
+    // Subdivision requires a simulation even if it is never needed.
     let simulated = dumbbells(&[("steps = 30\n", "steps = 30\nsubdivide = 1\n")]);
     let (one, other) = (campaign(&lanes), campaign(&simulated));
     assert!(matches!(other.flown_by(), FlownBy::Simulation { .. }));
@@ -447,7 +447,7 @@ fn samples_that_fail_are_counted_by_kind_and_leave_the_others_alone() {
     assert!(drawn.contains("dumbbell1.final.position.x") && drawn.matches("<rect").count() > 200);
 }
 
-/// A push along x that lets the spacecraft coast with the wrong momentum, corrected or not.
+/// A push along x that leaves the spacecraft coasting with the wrong momentum, with or without correction.
 struct Push {
     corrected: bool,
 }
@@ -490,7 +490,7 @@ fn maneuvers_are_flown_with_errors_of_their_actuators() {
         assert!(factor != 1.0 && (factor - 1.0).abs() < 0.5);
         let gained = value(&open, row, "spacecraft.final.velocity.x")
             - value(&idle, coasting, "spacecraft.final.velocity.x");
-        // Gravity changes little by the push over the flight, and that is all that the two differ in.
+        // The push changes gravity little over the flight, so that it accounts for the whole difference.
         assert!(
             (gained / (0.2 * factor * scene.duration) - 1.0).abs() < 0.2,
             "{gained}"
@@ -540,7 +540,7 @@ fn what_is_no_ensemble_is_refused() {
         .unwrap();
     assert!(matches!(error, EnsembleError::Commands), "{error}");
 
-    // What a single flight would be refused for.
+    // An error that a single flight would also return.
     let scene = dumbbells(&[("duration = 0.06", "duration = 1e-38")]);
     let error = of(&scene, Settings::default());
     assert!(matches!(error, EnsembleError::Scheme(_)), "{error}");

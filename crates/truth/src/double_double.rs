@@ -1,12 +1,12 @@
-//! Numbers of twice the precision, as sums of two: a value and what rounding has left of it (Dekker 1971).
+//! Double-double arithmetic: numbers represented as the sum of a value and its rounding error (Dekker 1971).
 
 use std::ops::{Add, Mul, Sub};
 
-/// The sum of both, the second at most half a unit in the last place of the first.
+/// The sum of both numbers. The second is at most half a unit in the last place of the first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DoubleDouble(pub f64, pub f64);
 
-/// A whole turn.
+/// 2π.
 pub(crate) const TAU: DoubleDouble =
     DoubleDouble(std::f64::consts::TAU, 2.449_293_598_294_706_4e-16);
 
@@ -27,7 +27,7 @@ impl DoubleDouble {
         inverse + inverse * (Self::from(1.0) - self * inverse)
     }
 
-    /// Without its whole turns, in −π … π.
+    /// Returns the angle modulo 2π, in −π … π.
     pub(crate) fn reduced(self) -> f64 {
         let turns = (self.0 / TAU.0).round();
         (self - TAU * Self::from(turns)).0

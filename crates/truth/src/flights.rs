@@ -1,10 +1,15 @@
-//! Random flights for the automatic choice of an integrator: the same for the same seed and index on every machine.
+//! Random flights for the automatic choice of an integrator. The same seed and index give the same flight on every
+//! machine.
 //!
-//! Units are such that `GM`, the semi-major axis and the mass of what is heaviest are of the order of 1. Every model of gravity
-//! and every mobility has its [`Class`]. Eccentricities are uniform up to 0.97 (of three in four extended bodies about a
-//! center up to 0.05, for librations are chaotic beyond; of bodies that attract each other up to 0.3), starts anywhere on the
-//! orbit, periods log-uniform in 1 … 1000 (up to 100 and 10 where gravity is dear or the motion may become chaotic), tolerances
-//! log-uniform in 1e-13 … 1e-3.
+//! In the units used, `GM`, the semi-major axis and the mass of the heaviest body are of the order of 1. Every model of
+//! gravity and every mobility has its [`Class`]. The distributions are:
+//!
+//! - Eccentricities are uniform up to 0.97. For three in four extended bodies about a center the limit is 0.05, because
+//!   librations are chaotic beyond. For bodies that attract each other the limit is 0.3.
+//! - Starts are anywhere on the orbit.
+//! - Numbers of periods are log-uniform in 1 … 1000. The limit is 100 or 10 if gravity is expensive or the motion may
+//!   become chaotic.
+//! - Tolerances are log-uniform in 1e-13 … 1e-3.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -20,35 +25,35 @@ use nalgebra::{Matrix3, Vector3};
 use crate::kepler::{self, eccentric_anomaly};
 use crate::random::Random;
 
-/// What kind of flight.
+/// The class of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// A sphere about a center.
+    /// A sphere about a fixed center.
     Kepler,
-    /// A body of points about a center, librating.
+    /// A librating body of point masses about a fixed center.
     Points,
-    /// A cuboid by its multipole about a center, librating.
+    /// A librating cuboid, represented by its multipole, about a fixed center.
     Cuboid,
     /// A sphere about an oblate planet.
     Oblate,
     /// A pivoted body in a uniform field.
     Pendulum,
-    /// Two or three spheres that attract each other.
+    /// Two or three spheres with mutual attraction.
     Spheres,
-    /// Two bodies of points that attract each other.
+    /// Two bodies of point masses with mutual attraction.
     Rubble,
-    /// Two bodies that attract each other by their multipoles.
+    /// Two bodies with mutual attraction by their multipoles.
     Multipoles,
     /// A small body about a polyhedron.
     Polyhedron,
-    /// A small body about one of points that is held or driven.
+    /// A small body about a body of point masses that is fixed or driven.
     Given,
-    /// Bodies on which nothing acts.
+    /// A free body without gravity.
     Free,
 }
 
 impl Class {
-    /// All of them.
+    /// All classes.
     pub const ALL: [Self; 11] = [
         Self::Kepler,
         Self::Points,
@@ -64,45 +69,45 @@ impl Class {
     ];
 }
 
-/// A flight.
+/// A random flight.
 #[derive(Clone)]
 pub struct Flight {
-    /// What kind.
+    /// The class.
     pub class: Class,
     /// The bodies.
     pub bodies: Vec<RigidBody>,
-    /// Where they start, one a body.
+    /// Initial states, one per body.
     pub states: Vec<BodyState>,
-    /// How long it is.
+    /// Duration and number of steps.
     pub run: Run,
-    /// What error is allowed at its end.
+    /// Error allowed at the end.
     pub tolerance: f64,
     gravity: Arc<dyn Fn() -> Vec<Box<dyn Gravity>> + Send + Sync>,
 }
 
-/// Where a flight ends.
+/// The reference solution at the end of a flight.
 pub struct Truth {
     states: Vec<BodyState>,
     accuracy: Accuracy,
-    /// How far two independent solutions are apart; 0 for a solution in closed form.
+    /// Difference of two independent solutions, or 0 for a solution in closed form.
     pub doubt: f64,
 }
 
-/// Steps of the finest flight that a truth is compared with.
+/// Number of steps of the finest flight that is compared with a reference solution.
 const FINEST: u64 = 1 << 19;
 
 impl Flight {
-    /// Flight `index` of `seed`.
+    /// Returns flight `index` of `seed`.
     ///
     /// # Panics
-    /// Never: all numbers drawn make bodies.
+    /// Never panics: the numbers drawn always define valid bodies.
     pub fn random(seed: u64, index: u64) -> Self {
         let mut random = Random::new(seed, index);
         let class = Class::ALL[(index % Class::ALL.len() as u64) as usize];
         Self::drawn(class, &mut random)
     }
 
-    /// A sphere of no spin about a center, which starts at periapsis or apoapsis.
+    /// Returns the flight of a sphere without spin about a fixed center, from periapsis or apoapsis.
     ///
     /// # Panics
     /// Never.
@@ -167,7 +172,7 @@ impl Flight {
                     let multipole = Multipole::of_inertia(1.0, &inertia);
                     made(RigidBody::with_multipole(inertia, multipole))
                 };
-                // Turning with the orbit, but for a libration.
+                // Rotation with the orbit, plus a libration.
                 let radial = position.normalize();
                 let frame = Matrix3::from_columns(&[radial, normal.cross(&radial), normal]);
                 let rate = position.cross(&velocity).norm() / position.norm_squared();
@@ -289,13 +294,15 @@ impl Flight {
         }
     }
 
-    /// The bodies and what acts on them.
+    /// Returns the bodies and their gravity.
     pub fn system(&self) -> System {
         System::new(self.bodies.clone(), (self.gravity)())
     }
 
-    /// Where it ends: in closed form, or else by Fehlberg's method with an allowance below rounding, and how far a Nyström
-    /// splitting ends from there, steps made finer until it is well within the tolerance or as near as it gets.
+    /// Returns the reference solution at the end, in closed form if available. Otherwise Fehlberg's method computes it
+    /// with a tolerance below the rounding error. Its uncertainty is the distance to a Nyström splitting, whose steps
+    /// are refined until the distance is well below the flight's tolerance or stops decreasing. Returns `None` if a
+    /// step of Fehlberg's method fails.
     pub fn truth(&self) -> Option<Truth> {
         let system = self.system();
         let mut states = self.states.clone();
@@ -319,7 +326,7 @@ impl Flight {
         let nystrom = Method::Nystrom { order: 8 };
         let mut doubt = f64::INFINITY;
         let mut steps = 256;
-        // Flights that have come no nearer.
+        // Number of refinements without progress.
         let mut vain = 0;
         while steps <= FINEST && doubt > 0.1 * self.tolerance && vain < 3 {
             if let Some(other) = self.fly(nystrom, steps, 1) {
@@ -340,7 +347,7 @@ impl Flight {
         })
     }
 
-    /// Where a method ends; none where it cannot make a step.
+    /// Returns the final states by a method, or `None` if it fails.
     pub fn fly(&self, method: Method, steps: u64, substeps: u32) -> Option<Vec<BodyState>> {
         let h = self.run.duration / steps as f64;
         let simulation = Simulation::new(self.system(), self.states.clone(), method, h).ok()?;
@@ -354,7 +361,7 @@ impl Flight {
 }
 
 impl Truth {
-    /// The error of states at the end.
+    /// Returns the error of the given final states.
     pub fn error(&self, states: &[BodyState]) -> f64 {
         self.accuracy.error(states, &self.states)
     }
@@ -370,7 +377,7 @@ fn start(
     BodyState::from_velocities(body, position, velocity, attitude, spin)
 }
 
-/// Position and velocity anywhere on an orbit of semi-major axis 1.
+/// Draws the position and velocity at a random point of an orbit of semi-major axis 1.
 fn orbit(random: &mut Random, eccentricity: f64) -> [Vector3<f64>; 2] {
     let frame = random.rotation();
     let anomaly = eccentric_anomaly(random.uniform(0.0, TAU), eccentricity);
@@ -388,7 +395,7 @@ fn sphere(mass: f64, radius: f64) -> RigidBody {
     made(RigidBody::new(mass, inertia, vec![]))
 }
 
-/// Moments of inertia of a cuboid of about this size.
+/// Draws the moments of inertia of a cuboid of about this size.
 fn cuboid(random: &mut Random, mass: f64, size: f64) -> Inertia {
     let [a, b, c] = [0.4, 0.7, 1.0].map(|axis| {
         let axis = size * axis * random.uniform(0.85, 1.15);
@@ -397,7 +404,7 @@ fn cuboid(random: &mut Random, mass: f64, size: f64) -> Inertia {
     made(Inertia::principal([a + b, a + c, b + c]))
 }
 
-/// Three pairs of points on axes of unequal length.
+/// Draws three pairs of points on axes of unequal length.
 fn cluster(random: &mut Random, mass: f64, size: f64) -> RigidBody {
     let axes = [1.0, 0.7, 0.4].map(|axis| size * axis * random.uniform(0.85, 1.15));
     let mut points = Vec::new();
@@ -417,7 +424,7 @@ fn cluster(random: &mut Random, mass: f64, size: f64) -> RigidBody {
     made(Inertia::new(inertia).map(|inertia| made(RigidBody::new(mass, inertia, points))))
 }
 
-/// What cannot fail with the numbers drawn.
+/// Unwraps a result that is always `Ok` for the numbers drawn.
 #[allow(clippy::expect_used)]
 fn made<T, E: std::fmt::Debug>(result: Result<T, E>) -> T {
     result.expect("numbers that make a body")

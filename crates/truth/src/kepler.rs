@@ -1,4 +1,4 @@
-//! Kepler orbits, and the motion along them in closed form.
+//! Kepler orbits and their motion in closed form.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::double_double::DoubleDouble;
 use crate::random::Random;
 
-/// A place on a Kepler orbit about the origin, `GM = 1`.
+/// A state on a Kepler orbit about the origin, with `GM = 1`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Orbit {
     pub position: Vector3<f64>,
@@ -17,7 +17,8 @@ pub(crate) struct Orbit {
 }
 
 impl Orbit {
-    /// Semi-major axis log-uniform in 1 … 2.5, eccentricity 0 … 0.5, plane, periapsis and mean anomaly uniform.
+    /// Draws an orbit: semi-major axis log-uniform in 1 … 2.5, eccentricity uniform in 0 … 0.5, plane, periapsis and
+    /// mean anomaly uniform.
     pub(crate) fn random(random: &mut Random) -> Self {
         let semi_major_axis = random.log_uniform(1.0, 2.5);
         let eccentricity = random.uniform(0.0, 0.5);
@@ -36,17 +37,18 @@ impl Orbit {
         }
     }
 
-    /// Mean motion.
+    /// Returns the mean motion.
     pub(crate) fn rate(&self) -> f64 {
         1.0 / (self.semi_major_axis * self.semi_major_axis.sqrt())
     }
 
-    /// Distance at periapsis.
+    /// Returns the distance at periapsis.
     pub(crate) fn periapsis(&self) -> f64 {
         self.semi_major_axis * (1.0 - self.eccentricity)
     }
 
-    /// Unit vectors along the velocity, across it in the plane, and along the normal, right-handed.
+    /// Returns the unit vectors along the velocity, across it in the orbital plane, and along the normal. They are
+    /// right-handed.
     pub(crate) fn axes(&self) -> [Vector3<f64>; 3] {
         let along = self.velocity.normalize();
         let normal = self.position.cross(&self.velocity).normalize();
@@ -54,7 +56,8 @@ impl Orbit {
     }
 }
 
-/// `E` of `E − e sin E = M`, by Newton's method from where it converges for all `M` and `e < 1`.
+/// Solves Kepler's equation `E − e sin E = M` for `E` by Newton's method. The initial guess π converges for all `M` and
+/// `e < 1`.
 pub(crate) fn eccentric_anomaly(mean: f64, eccentricity: f64) -> f64 {
     let mut anomaly = std::f64::consts::PI;
     for _ in 0..50 {
@@ -68,8 +71,8 @@ pub(crate) fn eccentric_anomaly(mean: f64, eccentricity: f64) -> f64 {
     anomaly
 }
 
-/// Where a body is after `t` on an elliptic Kepler orbit about the origin, to rounding however many revolutions that are:
-/// the mean anomaly is counted in twice the precision.
+/// Returns the position after time `t` on an elliptic Kepler orbit about the origin. The result is exact except for
+/// rounding errors for any number of revolutions, because the mean anomaly is computed in double-double precision.
 ///
 /// # Assumptions and limitations
 /// The orbit is an ellipse.
@@ -83,7 +86,7 @@ pub fn position(gm: f64, x: &Vector3<f64>, v: &Vector3<f64>, t: f64) -> Vector3<
     let curvature = exact(2.0) * radius.reciprocal() - dot(v, v) * gm.reciprocal();
     let rate = (gm * curvature).square_root() * curvature;
     let mean = (rate * exact(t)).reduced();
-    // e cos E and e sin E at the start
+    // 1 − e cos E and e sin E at the start
     let (from_one, sine) = (
         (radius * curvature).0,
         (dot(x, v) * (curvature * gm.reciprocal()).square_root()).0,
@@ -122,8 +125,8 @@ pub fn position(gm: f64, x: &Vector3<f64>, v: &Vector3<f64>, t: f64) -> Vector3<
     x * f + v * g
 }
 
-/// The attitude of a sphere that has turned with a constant angular velocity (body frame) for `t`, to rounding however many
-/// turns that are.
+/// Returns the attitude of a sphere after it has turned with a constant angular velocity (body frame) for time `t`. The
+/// result is exact except for rounding errors for any number of revolutions.
 pub fn spun(attitude: &Matrix3<f64>, spin: &Vector3<f64>, t: f64) -> Matrix3<f64> {
     let exact = DoubleDouble::from;
     let squared = (0..3).fold(exact(0.0), |sum, i| sum + exact(spin[i]) * exact(spin[i]));

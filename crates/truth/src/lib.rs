@@ -1,7 +1,8 @@
 //! Reference trajectories from independent methods in extended precision, for tests and benchmarks.
 //!
-//! The files lie in `tests/truth` at the workspace's root, with a README that says where they come from. [`maneuvers`] are
-//! random problems for the planner, [`flights`] for the choice of an integrator, by seed and index.
+//! The files are in `tests/truth` at the workspace's root. A README there describes their origin. [`maneuvers`]
+//! generates random problems for the planner, and [`flights`] generates random flights for the choice of an integrator,
+//! both by seed and index.
 
 mod double_double;
 pub mod flights;
@@ -17,7 +18,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use thiserror::Error;
 
-/// Flights of the cases on which the automatic choice of an integrator is tested and measured: case, duration and steps.
+/// Flights on which the automatic choice of an integrator is tested and measured: case, duration and number of steps.
 pub const RUNS: [(&str, f64, u64); 12] = [
     ("a1_two_dumbbells_regular", 10.0, 100),
     ("a1_two_dumbbells_regular", 30.0, 300),
@@ -36,7 +37,7 @@ pub const RUNS: [(&str, f64, u64); 12] = [
 /// A reference trajectory.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Case {
-    /// Name of the file, without its ending.
+    /// Name of the file, without its extension.
     pub case: String,
     potential: String,
     parameters: Parameters,
@@ -78,52 +79,52 @@ struct Reference {
     y: Vec<f64>,
 }
 
-/// Why a case cannot be had.
+/// The reason that a case cannot be loaded or compared.
 #[derive(Debug, Error)]
 pub enum TruthError {
     /// The file cannot be read.
     #[error("{path}: {source}")]
     Read {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
-        /// Why.
+        /// The underlying error.
         source: std::io::Error,
     },
-    /// The file is not a case.
+    /// The file does not contain a valid case.
     #[error("{path}: {reason}")]
     Form {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// A description of the fault.
         reason: String,
     },
-    /// The case has no state at that time.
+    /// The case has no state at the requested time.
     #[error("{case} has no state at t = {t}, but at {times:?}")]
     Time {
-        /// The case.
+        /// Name of the case.
         case: String,
-        /// The time asked for.
+        /// The requested time.
         t: f64,
-        /// The times there are.
+        /// The available times.
         times: Vec<f64>,
     },
 }
 
-/// Largest deviations over the bodies; NaN where one is.
+/// Largest errors over all bodies, or NaN if any error is NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// Of `x`.
+    /// Error of `x`.
     pub position: f64,
-    /// Of `ẋ`.
+    /// Error of `ẋ`.
     pub velocity: f64,
-    /// Of `R`, Frobenius norm.
+    /// Error of `R`, Frobenius norm.
     pub attitude: f64,
-    /// Of `Ω`.
+    /// Error of `Ω`.
     pub angular_velocity: f64,
 }
 
 impl Errors {
-    /// The largest of the four; NaN if any is.
+    /// Returns the largest of the four errors, or NaN if any is NaN.
     pub fn greatest(&self) -> f64 {
         let all = [
             self.position,
@@ -135,13 +136,13 @@ impl Errors {
     }
 }
 
-/// The greater of two numbers; NaN if one is, unlike `f64::max`.
+/// Returns the larger of two numbers, or NaN if either is NaN, unlike `f64::max`.
 fn greater(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
 impl Case {
-    /// The case in the file called `name`.
+    /// Loads the case from the file called `name`.
     pub fn load(name: &str) -> Result<Self, TruthError> {
         let path = Self::path(name);
         let text = std::fs::read_to_string(&path).map_err(|source| TruthError::Read {
@@ -154,18 +155,18 @@ impl Case {
         })
     }
 
-    /// Where the case called `name` lies.
+    /// Returns the path of the case called `name`.
     pub fn path(name: &str) -> PathBuf {
         let truth = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/truth");
         PathBuf::from(truth).join(name).with_extension("json")
     }
 
-    /// The times of the reference states.
+    /// Returns the times of the reference states.
     pub fn times(&self) -> Vec<f64> {
         self.states.iter().map(|state| state.t).collect()
     }
 
-    /// The bodies, what acts on them, and their states at the start.
+    /// Returns the system of bodies and gravity, and the initial states.
     pub fn system(&self) -> Result<(System, Vec<BodyState>), TruthError> {
         let form = |reason: String| TruthError::Form {
             path: Self::path(&self.case),
@@ -198,7 +199,7 @@ impl Case {
         Ok((System::new(bodies, gravity), states))
     }
 
-    /// How far `states` are from the reference at `t`.
+    /// Returns the errors of `states` with respect to the reference at `t`.
     pub fn errors(
         &self,
         t: f64,

@@ -1,31 +1,36 @@
-//! Random maneuvers: the same transfer for the same seed and index on every machine.
+//! Random maneuvers for tests of the planner. The same seed and index give the same transfer on every machine.
 //!
-//! Units are such that lengths, times, masses and, in orbit, `GM` are of the order of 1.
+//! In the units used, lengths, times, masses and, in orbit, `GM` are of the order of 1.
 //!
-//! **Bodies.** Mass log-uniform in 0.5 … 2. At rest: a radius of gyration log-uniform in 0.1 … 0.5 and second moments of the
-//! mass in ratios to the greatest log-uniform in 0.008 … 1, of one third in 0.008 … 0.03, so that inertias obey the triangle
-//! inequality and many are as slender as 1 : 30; for one half the body frame is not the principal one; gravity acts at the
-//! center of mass or, where it has a gradient, on six points. In orbit: dumbbells of length 0.05 … 0.4 and spheres of radius 0.1 …
-//! 0.5 of it (axial to transverse inertia 0.016 … 0.29), or three pairs of points on axes of unequal length.
+//! **Bodies.** The mass is log-uniform in 0.5 … 2. Bodies of rest-to-rest maneuvers have a radius of gyration
+//! log-uniform in 0.1 … 0.5. The ratios of their second moments of mass to the greatest one are log-uniform in 0.008 …
+//! 1, and in 0.008 … 0.03 for one third of the bodies. Inertias therefore satisfy the triangle inequality, and many are
+//! as slender as 1 : 30. For one half of the bodies, the body frame is not the principal one. Gravity acts at the
+//! center of mass or, if it has a gradient, on six points. Bodies in orbit are dumbbells or three pairs of points on
+//! axes of unequal length. Dumbbells have a length of 0.05 … 0.4 and spheres with radii of 0.1 … 0.5 times the length
+//! (ratio of axial to transverse inertia 0.016 … 0.29).
 //!
-//! **Weights.** Diagonal: of forces log-uniform in 0.3 … 3; of moments log-uniform in 0.03 … 3 divided by the square of the
-//! body's radius of gyration `ρ = √(tr J / 2m)`, for a moment is what thrusters at the radius of gyration make of a force
-//! (in the paper's examples it is 0.036/ρ²). Weights that do not know the body's size would make turning a small body a part in
-//! 10⁸ of the cost, and its plan a matter of rounding.
+//! **Weights.** All weights are diagonal. Those of forces are log-uniform in 0.3 … 3. Those of moments are log-uniform
+//! in 0.03 … 3, divided by the square of the body's radius of gyration `ρ = √(tr J / 2m)`, because thrusters at the
+//! radius of gyration convert a force to a moment (in the paper's examples the weight is 0.036/ρ²). With weights
+//! independent of the body's size, turning a small body would contribute 10⁻⁸ of the cost, and its plan would be
+//! dominated by rounding errors.
 //!
-//! **Rest to rest.** Attitudes uniform on SO(3) at both ends, distances log-uniform in 0.1 … 5, durations log-uniform in 1 …
-//! 10; without gravity, in a uniform field of up to 0.1, or in the field of an attractor so far away that a circular orbit
-//! there would turn by 0.05 … 0.5 rad in the time.
+//! **Rest to rest.** Attitudes are uniform on SO(3) at both ends, distances log-uniform in 0.1 … 5, durations
+//! log-uniform in 1 … 10. There is no gravity, a uniform field of up to 0.1, or the field of an attractor so far away
+//! that a circular orbit at that distance would turn by 0.05 … 0.5 rad in the duration.
 //!
-//! **Orbit to orbit.** Kepler elements at both ends: semi-major axis log-uniform in 1 … 2.5, eccentricity 0 … 0.5, plane,
-//! periapsis and mean anomaly uniform (retrograde ones are half of them). Attitude and spin as the orbit has them (body
-//! x along the velocity, z along the orbit's normal, turning once a revolution) or an attitude uniform on SO(3) with a
-//! spin of up to one mean motion about any axis. Durations 0.1 … 0.7 of the shorter period.
+//! **Orbit to orbit.** Kepler elements are drawn for both ends: semi-major axis log-uniform in 1 … 2.5, eccentricity
+//! uniform in 0 … 0.5, plane, periapsis and mean anomaly uniform (half of the orbits are retrograde). Attitude and spin
+//! either follow the orbit (body x along the velocity, z along the orbit's normal, one turn per revolution), or the
+//! attitude is uniform on SO(3) with a spin of up to one mean motion about any axis. Durations are 0.1 … 0.7 of the
+//! shorter period.
 //!
-//! Ends are drawn anew while the path of least effort without gravity, a cubic in time, comes nearer to the attractor than
-//! half of the smaller distance at periapsis: nothing is forced through the attractor, though a plan may still fly by.
+//! The ends are drawn again while the path of least effort without gravity, a cubic in time, comes closer to the
+//! attractor than half of the smaller periapsis distance. This excludes paths forced through the attractor, though a
+//! plan may still fly by closely.
 //!
-//! Steps: 50 to 200 in both classes.
+//! The number of steps is 50 to 200 in both classes.
 
 mod orbit;
 mod rest;
@@ -43,7 +48,7 @@ pub use varied::{Family, Varied, varied};
 /// The seed of the published success rates.
 pub const SEED: u64 = 1;
 
-/// What kind of maneuver.
+/// The class of a maneuver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// From rest to rest.
@@ -53,10 +58,10 @@ pub enum Class {
 }
 
 impl Class {
-    /// Both.
+    /// All classes.
     pub const ALL: [Self; 2] = [Self::RestToRest, Self::OrbitToOrbit];
 
-    /// In words.
+    /// Returns the name of the class.
     pub fn name(self) -> &'static str {
         match self {
             Self::RestToRest => "rest to rest",
@@ -68,37 +73,37 @@ impl Class {
 /// A random maneuver.
 #[derive(Clone)]
 pub struct Maneuver {
-    /// What kind.
+    /// The class.
     pub class: Class,
-    /// What flies.
+    /// The controlled body.
     pub body: RigidBody,
-    /// What attracts it.
+    /// The gravitational field.
     pub field: Sources,
-    /// What is asked.
+    /// The optimal control problem.
     pub transfer: Transfer,
 }
 
-/// Why there is no such maneuver; all numbers drawn make one.
+/// The reason that a maneuver cannot be created. The random numbers drawn never cause an error.
 #[derive(Debug, Error)]
 pub enum ManeuverError {
-    /// No inertia.
+    /// The inertia is invalid.
     #[error(transparent)]
     Inertia(#[from] InertiaError),
-    /// No body.
+    /// The body is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// No weights.
+    /// The weights are invalid.
     #[error(transparent)]
     Actuation(#[from] ActuationError),
-    /// No transfer.
+    /// The transfer is invalid.
     #[error(transparent)]
     Transfer(#[from] TransferError),
-    /// No inequalities.
+    /// A constraint is invalid.
     #[error(transparent)]
     Constraint(#[from] ParameterError),
 }
 
-/// Maneuver `index` of `seed`: even ones from rest to rest, odd ones from orbit to orbit.
+/// Returns maneuver `index` of `seed`. Even indices are rest to rest, odd ones orbit to orbit.
 pub fn maneuver(seed: u64, index: u64) -> Result<Maneuver, ManeuverError> {
     let mut random = Random::new(seed, index);
     let intervals = 50 + random.below(151);
@@ -122,7 +127,7 @@ fn finish(
     let mut weight = |least: f64| {
         Matrix3::from_diagonal(&Vector3::from_fn(|_, _| random.log_uniform(least, 3.0)))
     };
-    // A moment is what thrusters at the radius of gyration make of a force.
+    // Thrusters at the radius of gyration convert a force to a moment.
     let squared_radius = 0.5 * body.inertia().matrix().trace() / body.mass();
     let actuation = Actuation::full(&weight(0.3), &(weight(0.03) / squared_radius))?;
     Ok(Maneuver {
@@ -141,7 +146,8 @@ fn finish(
     })
 }
 
-/// Three pairs of equal points with the mean squares `spread` of their coordinates along the columns of `frame`.
+/// Returns three pairs of equal points. The mean squares of their coordinates along the columns of `frame` are
+/// `spread`.
 fn pairs(mass: f64, frame: &Matrix3<f64>, spread: &Vector3<f64>) -> Vec<PointMass> {
     let arms = (0..3).map(|axis| frame.column(axis) * (3.0 * spread[axis]).sqrt());
     let pair = |arm: Vector3<f64>| [arm, -arm];
@@ -168,7 +174,7 @@ mod tests {
         }
     }
 
-    /// Published rates name maneuvers by their index: their bits must stay.
+    /// Published rates refer to maneuvers by index, so their bits must not change.
     #[test]
     fn the_first_maneuvers_are_those_of_the_published_rates() {
         let h = [0, 1].map(|index| maneuver(SEED, index).unwrap().transfer.h().to_bits());

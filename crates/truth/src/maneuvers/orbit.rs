@@ -8,7 +8,7 @@ use super::{Class, Maneuver, ManeuverError, finish, pairs};
 use crate::kepler::Orbit;
 use crate::random::Random;
 
-/// A maneuver from one orbit to another.
+/// Draws a maneuver from one orbit to another.
 pub(super) fn to_orbit(random: &mut Random, intervals: usize) -> Result<Maneuver, ManeuverError> {
     let mass = random.log_uniform(0.5, 2.0);
     let body = if random.below(2) == 0 {
@@ -53,14 +53,14 @@ pub(super) fn to_orbit(random: &mut Random, intervals: usize) -> Result<Maneuver
     )
 }
 
-/// Two spheres on a massless rod along body x.
+/// Draws two spheres on a massless rod along body x.
 fn dumbbell(random: &mut Random, mass: f64) -> Result<RigidBody, ManeuverError> {
     let length = random.log_uniform(0.05, 0.4);
     let radius = length * random.log_uniform(0.1, 0.5);
     spheres_on_a_rod(mass, length, 0.4 * mass * radius * radius)
 }
 
-/// Two spheres on a massless rod along body x, with this moment about it.
+/// Returns two spheres on a massless rod along body x, with the moment of inertia `axial` about it.
 pub(super) fn spheres_on_a_rod(
     mass: f64,
     length: f64,
@@ -76,7 +76,7 @@ pub(super) fn spheres_on_a_rod(
     Ok(RigidBody::new(mass, inertia, points.to_vec())?)
 }
 
-/// The least distance from the origin of the cubic in time through both ends, sampled.
+/// Returns the least distance from the origin of the cubic in time through both ends, sampled.
 fn closest_approach([from, to]: &[Orbit; 2], duration: f64) -> f64 {
     const SAMPLES: u32 = 100;
     let at = |sample: u32| {

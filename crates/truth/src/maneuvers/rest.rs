@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Class, Maneuver, ManeuverError, finish, pairs};
 use crate::random::Random;
 
-/// A maneuver from rest to rest.
+/// Draws a maneuver from rest to rest.
 pub(super) fn to_rest(random: &mut Random, intervals: usize) -> Result<Maneuver, ManeuverError> {
     let duration = random.log_uniform(1.0, 10.0);
     let mass = random.log_uniform(0.5, 2.0);
@@ -13,7 +13,7 @@ pub(super) fn to_rest(random: &mut Random, intervals: usize) -> Result<Maneuver,
     let mut ratio = || random.log_uniform(0.008, widest);
     let axes = Vector3::new(1.0, ratio(), ratio());
     let gyration = random.log_uniform(0.1, 0.5);
-    // the mean squares of the mass's coordinates along the principal axes
+    // Mean squares of the coordinates of the mass along the principal axes.
     let spread = axes * (gyration * gyration / axes.sum());
     let frame = if random.below(2) == 0 {
         Matrix3::identity()

@@ -1,9 +1,10 @@
-//! Maneuvers of many kinds, with and without inequalities, in the units in which they would be stated.
+//! Maneuvers of several families, with and without inequality constraints, in units as a user might choose them.
 //!
-//! **Slews** are from rest to rest over a uniform attitude, by body axes of unequal inertia, alone or past a cone that is kept
-//! out of. **Transfers** are of a point mass or a dumbbell from one near-circular orbit to another, 0.3 to 3 revolutions.
-//! **Limited** ones are slews and transfers whose forces or moments are bounded at 1.01 to 3 times the least at which a plan
-//! was found. **Spheres** lie on the way of a rest-to-rest motion or a transfer; **corridors** end at the target.
+//! **Slews** go from rest to rest between uniformly distributed attitudes, with bodies of three unequal principal
+//! moments, either free or around a keep-out cone. **Transfers** take a point mass or a dumbbell from one near-circular
+//! orbit to another in 0.3 to 3 revolutions. **Limited** maneuvers are slews and transfers whose forces or moments are
+//! bounded at 1.01 to 3 times the estimated least feasible limits. **Spheres** obstruct the path of a rest-to-rest
+//! motion or a transfer. **Corridors** end at the target.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,25 +18,25 @@ use super::ManeuverError;
 use super::orbit::spheres_on_a_rod;
 use crate::random::Random;
 
-/// What kind of maneuver.
+/// The family of a maneuver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// From rest to rest by attitude alone.
     Slew,
     /// From orbit to orbit.
     Transfer,
-    /// Under limits of force and moment.
+    /// With limits of force and moment.
     Limited,
-    /// A slew past a cone.
+    /// A slew around a keep-out cone.
     Cone,
-    /// Past a sphere.
+    /// Around a keep-out sphere.
     Sphere,
-    /// Down a corridor.
+    /// Along a corridor.
     Corridor,
 }
 
 impl Family {
-    /// All.
+    /// All families.
     pub const ALL: [Self; 6] = [
         Self::Slew,
         Self::Transfer,
@@ -45,7 +46,7 @@ impl Family {
         Self::Corridor,
     ];
 
-    /// In words.
+    /// Returns the name of the family.
     pub fn name(self) -> &'static str {
         match self {
             Self::Slew => "slews",
@@ -61,23 +62,23 @@ impl Family {
 /// A maneuver of a family.
 #[derive(Clone)]
 pub struct Varied {
-    /// What kind.
+    /// The family.
     pub family: Family,
-    /// What flies.
+    /// The controlled body.
     pub body: RigidBody,
     /// Weights of force and moment.
     pub weights: [Matrix3<f64>; 2],
-    /// What attracts it, from the origin.
+    /// Gravitational parameter of the attractor at the origin.
     pub gm: f64,
-    /// What is asked.
+    /// The optimal control problem.
     pub transfer: Transfer,
-    /// Under these inequalities.
+    /// The inequality constraints of the problem.
     pub constraints: Vec<Constraint>,
-    /// Units of length, mass and time in which it would be stated.
+    /// Units of length, mass and time of the [stated](Self::stated) problem.
     pub units: [f64; 3],
 }
 
-/// Maneuver `index` of `seed` in so many steps; families take turns.
+/// Returns maneuver `index` of `seed` with this number of steps. The index cycles through the families.
 pub fn varied(seed: u64, index: u64, intervals: usize) -> Result<Varied, ManeuverError> {
     let mut random = Random::new(seed, index);
     let family = Family::ALL[(index % Family::ALL.len() as u64) as usize];
@@ -116,7 +117,7 @@ pub fn varied(seed: u64, index: u64, intervals: usize) -> Result<Varied, Maneuve
     })
 }
 
-/// A slew from rest to rest, at rest in space.
+/// Draws a slew from rest to rest at a fixed position.
 fn slew(random: &mut Random, family: Family, intervals: usize) -> Result<Varied, ManeuverError> {
     let body = brick(random)?;
     let ends = [0, 1].map(|_| BodyState {
@@ -129,7 +130,7 @@ fn slew(random: &mut Random, family: Family, intervals: usize) -> Result<Varied,
     finish(random, family, body, 0.0, duration, intervals, ends)
 }
 
-/// From rest to rest elsewhere, by a slew.
+/// Draws a motion from rest to rest at another position, with a slew.
 fn crossing(
     random: &mut Random,
     family: Family,
@@ -147,7 +148,7 @@ fn crossing(
     finish(random, family, body, 0.0, duration, intervals, ends)
 }
 
-/// From a near-circular orbit to another, the body x axis along the velocity at both ends.
+/// Draws a transfer from one near-circular orbit to another, with the body x axis along the velocity at both ends.
 fn orbits(random: &mut Random, family: Family, intervals: usize) -> Result<Varied, ManeuverError> {
     let body = if random.below(2) == 0 {
         brick(random)?
@@ -186,7 +187,7 @@ fn orbits(random: &mut Random, family: Family, intervals: usize) -> Result<Varie
     finish(random, family, body, 1.0, duration, intervals, ends)
 }
 
-/// A body of three unequal axes whose field is that of its center.
+/// Draws a body with three unequal axes, on which gravity acts at the center of mass.
 fn brick(random: &mut Random) -> Result<RigidBody, ManeuverError> {
     let mass = random.log_uniform(0.3, 3.0);
     let axes = Vector3::from_fn(|_, _| random.log_uniform(0.05, 0.3));
@@ -196,7 +197,7 @@ fn brick(random: &mut Random) -> Result<RigidBody, ManeuverError> {
     Ok(RigidBody::new(mass, inertia, Vec::new())?)
 }
 
-/// Two spheres on a rod along body x.
+/// Draws two spheres on a rod along body x.
 fn dumbbell(random: &mut Random) -> Result<RigidBody, ManeuverError> {
     let mass = random.log_uniform(0.3, 3.0);
     let length = random.log_uniform(0.05, 0.3);
@@ -244,7 +245,7 @@ impl Varied {
         }
     }
 
-    /// The transfer in its own units; it costs the same number.
+    /// Returns the transfer in its own units. Its optimal cost is the same number.
     pub fn stated(&self) -> Result<Transfer, ManeuverError> {
         let [l, m, t] = self.units;
         let (force, moment) = (m * l / (t * t), m * l * l / (t * t));
@@ -298,7 +299,8 @@ impl Varied {
     }
 }
 
-/// Limits of the norms, in multiples of the least found; both are in proportion to what the plan without limits exerts.
+/// Adds limits to the norms, in multiples of the estimated least feasible ones. Both limits are proportional to the
+/// maxima of the plan without limits.
 fn limited(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
     let multiple = random.uniform(1.01, 3.0);
     let orbits = free.gm > 0.0;
@@ -337,10 +339,11 @@ fn limited(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
     Ok(free.under(limits((multiple * least).min(1.0))?))
 }
 
-/// A part of what the plan without limits exerts with which no plan is expected.
+/// Fraction of the maxima of the plan without limits at which no plan is expected to exist.
 const HOPELESS: f64 = 0.2;
 
-/// A cone that neither end is in, round a direction that the axis passes near on its shortest way.
+/// Adds a keep-out cone that contains neither end, around a direction close to the axis's path in the shortest
+/// rotation.
 fn past_a_cone(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
     let target = free.transfer.target().state();
     let [from, to] = [Some(*free.transfer.initial()), target]
@@ -361,7 +364,7 @@ fn past_a_cone(random: &mut Random, free: Varied) -> Result<Varied, ManeuverErro
     Ok(free)
 }
 
-/// A sphere near the middle of the plan without it.
+/// Adds a keep-out sphere near the middle of the plan without it.
 fn past_a_sphere(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
     let Ok(plan) = solve(
         &free.transfer,
@@ -384,7 +387,7 @@ fn past_a_sphere(random: &mut Random, free: Varied) -> Result<Varied, ManeuverEr
     Ok(free.under(vec![Constraint::state(sphere)]))
 }
 
-/// A corridor to the target with the start inside.
+/// Adds a corridor to the target that contains the start.
 fn down_a_corridor(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
     let initial = free.transfer.initial().position;
     let target = free.transfer.target().state();

@@ -1,4 +1,4 @@
-//! Makes tables of a bag, and prints what was made as JSON:
+//! Converts the topics of a bag to tables and prints the result as JSON:
 //!
 //! ```text
 //! cargo run -p lgvi_tables --example tables -- bags/orbital_capture /tmp/tables parquet

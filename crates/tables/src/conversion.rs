@@ -1,4 +1,4 @@
-//! What is asked for, what is made, and what can go wrong.
+//! Options, result and errors of a conversion.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::cdr::DecodeError;
 use crate::table::TableError;
 
-/// Format of tables.
+/// File format of the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Comma-separated values.
@@ -20,7 +20,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Name of the format, and of its files' extension.
+    /// Returns the name of the format, which is also the file extension.
     pub fn name(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -29,18 +29,19 @@ impl Format {
     }
 }
 
-/// What is converted, and how.
+/// Options of a conversion.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Format of the tables.
     pub format: Format,
-    /// Names of topics; all if there are none.
+    /// Names of the topics to convert, or empty for all.
     pub topics: Vec<String>,
-    /// Arrays of up to this many elements have a column for each, if their length is the same in all messages.
+    /// Maximum number of elements for an array to get one column per element, if its length is the same in all
+    /// messages.
     pub max_elements: usize,
 }
 
-/// What was converted, and what was not.
+/// Result of a conversion.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Conversion {
     /// The tables.
@@ -49,7 +50,7 @@ pub struct Conversion {
     pub left_out: Vec<LeftOut>,
 }
 
-/// A table.
+/// A table that was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TableFile {
     /// Name of the topic.
@@ -57,25 +58,25 @@ pub struct TableFile {
     /// Type of the topic, `pkg/msg/Type`.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// Messages of the topic.
+    /// Number of messages of the topic.
     pub rows: u64,
-    /// Columns, in their order.
+    /// Columns in order.
     pub columns: Vec<TableColumn>,
 }
 
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TableColumn {
-    /// As `pose.position.x`, or `bodies.0.name`.
+    /// Name of the column, such as `pose.position.x` or `bodies.0.name`.
     pub name: String,
-    /// Its type in `.msg` files, `list of` one, `bytes`, `timestamp`, or `JSON`.
+    /// Type as in `.msg` files, `list of` such a type, `bytes`, `timestamp`, or `JSON`.
     #[serde(rename = "type")]
     pub type_name: String,
 }
 
-/// A topic without table.
+/// A topic without a table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
     /// Name of the topic.
@@ -83,42 +84,42 @@ pub struct LeftOut {
     /// Type of the topic, `pkg/msg/Type`.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// Why it has no table.
+    /// The reason that the topic has no table.
     pub reason: String,
 }
 
-/// Why a bag cannot be converted.
+/// The reason that a bag cannot be converted.
 #[derive(Debug, Error)]
 pub enum ConvertError {
     /// The bag cannot be read.
     #[error(transparent)]
     Bag(#[from] BagError),
-    /// A topic was asked for that the bag does not have.
+    /// A requested topic does not exist in the bag.
     #[error("no topic {topic}; there are {known}")]
     UnknownTopic {
-        /// The topic asked for.
+        /// The requested topic.
         topic: String,
         /// Names of all topics.
         known: String,
     },
-    /// Nothing is ever overwritten.
+    /// The output directory exists and is not empty. Files are never overwritten.
     #[error("{path}: exists and is not an empty directory", path = .path.display())]
     Exists {
-        /// Where the tables were to be made.
+        /// The output directory.
         path: PathBuf,
     },
-    /// Where the tables were to be made, there is no name at the end, as in `a/..`.
+    /// The output path does not end with a name, as in `a/..`.
     #[error("{path}: ends without the name of a directory to make", path = .path.display())]
     NoName {
-        /// Where the tables were to be made.
+        /// The output path.
         path: PathBuf,
     },
     /// A file operation failed.
     #[error("{path}: {source}", path = .path.display())]
     Io {
-        /// File or directory.
+        /// The file or directory.
         path: PathBuf,
-        /// What the system says.
+        /// The error reported by the system.
         source: io::Error,
     },
     /// A table could not be written.
@@ -126,15 +127,15 @@ pub enum ConvertError {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The underlying error.
         source: TableError,
     },
-    /// A message is another than it was a moment ago.
+    /// The content of a message has changed since it was first read.
     #[error("{topic}: the bag changes while it is read: {source}")]
     Changed {
         /// The topic.
         topic: String,
-        /// What is wrong with the message.
+        /// The error in the message.
         source: DecodeError,
     },
 }

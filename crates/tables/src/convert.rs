@@ -1,4 +1,4 @@
-//! From a bag to a directory of tables.
+//! Conversion of a bag to a directory of tables.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -12,25 +12,26 @@ use crate::file_names::{self, FileNames};
 use crate::layout::Layout;
 use crate::open::{Learnt, Open};
 
-/// Tables that are open at a time, of the 1024 files or fewer that a process may have open.
+/// Maximum number of tables open at a time. A process may typically have at most 1024 files open.
 const MAX_OPEN: usize = 200;
 
-/// Rows of all tables together take this much memory before the longest table's are written.
+/// Limit on the memory for the rows of all tables together (bytes). Above it, the table with the most rows in memory is
+/// flushed.
 const MAX_BUFFERED: usize = 64 << 20;
 
 const NO_DEFINITION: &str = "it has no definition";
 
-/// Makes a table of each topic in the directory `output`, which must not exist, or be empty.
+/// Writes a table of each topic to the directory `output`, which must be empty or not exist.
 ///
-/// The bag is read once to learn the columns, and to write them once for each 64 MiB of short topics, whose messages are
-/// held, and once for each 200 long ones. Memory is bounded by what the bag's reader needs and by these 64 MiB, which are
-/// those of one row group, too. The directory has its name only when all tables are
-/// complete.
+/// The bag is first read once to determine the columns. To write the tables, it is read once for each 64 MiB of short
+/// topics, whose messages are held in memory, and once for each 200 long topics. Memory is bounded by the needs of the
+/// bag's reader plus these 64 MiB, which also limit the size of a row group. The directory gets its final name only
+/// when all tables are complete.
 ///
-/// Topics whose definition or messages cannot be understood are left out as a whole and told in the result.
+/// Topics whose definition or messages cannot be decoded have no table and are listed in the result.
 ///
 /// # Errors
-/// See [`ConvertError`].
+/// Returns an error as described in [`ConvertError`].
 pub fn convert(
     bag: &BagReader,
     output: &Path,
@@ -39,7 +40,7 @@ pub fn convert(
     convert_within(bag, output, options, MAX_BUFFERED)
 }
 
-/// As [`convert`], with at most `buffered` bytes of rows in memory.
+/// Converts like [`convert`], with at most `buffered` bytes of rows in memory.
 pub(crate) fn convert_within(
     bag: &BagReader,
     output: &Path,
@@ -85,14 +86,14 @@ fn check_topics(bag: &BagReader, wanted: &[String]) -> Result<(), ConvertError> 
     }
 }
 
-/// Name and type, of which a bag has no topic twice.
+/// Name and type of a topic, which together are unique in a bag.
 type Key<'b> = (&'b str, &'b str);
 
 fn key(topic: &Topic) -> Key<'_> {
     (&topic.name, &topic.type_name)
 }
 
-/// Shows all messages to the layouts of their topics.
+/// Determines the layouts of the topics from all messages.
 fn learn<'b>(
     bag: &'b BagReader,
     options: &Options,
@@ -170,7 +171,7 @@ fn begin(topic: &Topic, max_elements: usize) -> Result<Learnt<'_>, String> {
     })
 }
 
-/// A message without fields has an empty definition, too.
+/// Returns true if the topic has a definition. A message without fields also has an empty one.
 fn has_definition(topic: &Topic) -> bool {
     !topic.definition.trim().is_empty()
 }
@@ -228,10 +229,10 @@ fn write<'b>(
     Ok(files)
 }
 
-/// A table's file and what is to be in it.
+/// The path of a table and its layout.
 type Named<'b> = (PathBuf, Learnt<'b>);
 
-/// Makes tables one after another, of messages that are in memory together.
+/// Writes tables one after another, with the messages of all of them in memory.
 fn write_held<'b>(
     bag: &'b BagReader,
     tables: Vec<Named<'b>>,
@@ -258,7 +259,7 @@ fn write_held<'b>(
     Ok(())
 }
 
-/// Writes the rows of tables that are open.
+/// Writes the rows of the open tables.
 fn write_open<'b>(
     bag: &'b BagReader,
     open: &mut BTreeMap<Key<'b>, Open<'b>>,
@@ -275,7 +276,7 @@ fn write_open<'b>(
     Ok(())
 }
 
-/// Writes the longest tables until no more than `buffered` bytes are in memory.
+/// Flushes the tables with the most bytes in memory until at most `buffered` bytes remain.
 fn flush(open: &mut BTreeMap<Key<'_>, Open<'_>>, buffered: usize) -> Result<(), ConvertError> {
     let mut total: usize = open.values().map(Open::buffered).sum();
     while total > buffered {

@@ -1,4 +1,4 @@
-//! A CSV file: RFC 4180 with line feeds, a heading, and text in UTF-8.
+//! CSV tables according to RFC 4180 with line feeds, a header line, and text in UTF-8.
 
 use std::fs::File;
 
@@ -10,7 +10,7 @@ use crate::text;
 
 pub(crate) struct CsvTable {
     writer: Writer<File>,
-    /// Of the cell that is being written.
+    /// Buffer for the text of the current cell.
     text: String,
 }
 

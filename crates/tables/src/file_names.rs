@@ -1,17 +1,17 @@
-//! Topics as names of files.
+//! File names for topics.
 
 use std::collections::BTreeSet;
 
-/// File systems take names of 255 bytes, of which some are for a number and extensions.
+/// Maximum length of a name. File systems allow 255 bytes, some of which are reserved for a number and extensions.
 const MAX_LENGTH: usize = 255 - "~65535.parquet.part".len();
 
-/// Names of files without extension, of which no two are the same on any file system.
+/// Generates file names without extension that are unique on any file system.
 ///
-/// `/lgvi_propagator/state` becomes `lgvi_propagator.state`. What may not be in a topic's name becomes `%` and two
-/// hexadecimal digits; a name that is taken gets `~2`, `~3`, ….
+/// `/lgvi_propagator/state` becomes `lgvi_propagator.state`. Characters that are not allowed in the name of a topic
+/// become `%` and two hexadecimal digits per byte. A name that is taken gets a suffix `~2`, `~3`, ….
 #[derive(Default)]
 pub(crate) struct FileNames {
-    /// In lower case, since some file systems do not tell it from upper case.
+    /// Names in lower case, because some file systems do not distinguish case.
     taken: BTreeSet<String>,
 }
 
@@ -28,7 +28,7 @@ impl FileNames {
     }
 }
 
-/// Says why no file can be named after a topic.
+/// Returns an error if the name of a topic is too long for a file name.
 pub(crate) fn check(topic: &str) -> Result<(), String> {
     let length = encoded(topic).len();
     if length <= MAX_LENGTH {

@@ -1,18 +1,20 @@
-//! Bags as tables: a CSV or Parquet file of each topic, for pandas, polars, DuckDB, MATLAB and the like.
+//! Conversion of bags to tables: a CSV or Parquet file per topic, for pandas, polars, DuckDB, MATLAB and similar tools.
 //!
-//! Messages are taken apart by the definitions in the bag, so that any type will do: [`convert`] knows none. Columns:
+//! [`convert`] decodes messages by the definitions in the bag and therefore supports any message type. The columns are:
 //!
-//! - `log_time` and `publish_time` (ns since the UNIX epoch; a timestamp in Parquet) and `sequence`, with an underscore
-//!   before the name where the message has such a field itself;
-//! - every field, nested ones with dots: `header.stamp.sec`;
-//! - every element, `bodies.0.position.2`, of an array that has the same length in all messages of the topic, at least
-//!   one and at most [`Options::max_elements`];
-//! - where that would be more than [`MAX_COLUMNS`], arrays have one column from the innermost on;
-//! - other arrays have one column: a list in Parquet, a JSON array in CSV; lists of messages are JSON texts in both;
-//! - arrays of `uint8`, `byte` or `char` always have one column: bytes in Parquet, hexadecimal digits in CSV.
+//! - `log_time` and `publish_time` (ns since the UNIX epoch, a timestamp in Parquet) and `sequence`. The name gets an
+//!   underscore in front if the message has a field with the same name.
+//! - Every field, with dots for nested fields: `header.stamp.sec`.
+//! - Every element, such as `bodies.0.position.2`, of an array that has the same length in all messages of the topic,
+//!   at least one and at most [`Options::max_elements`].
+//! - If this results in more than [`MAX_COLUMNS`] columns, arrays get a single column, starting with the innermost
+//!   ones.
+//! - Other arrays have a single column: a list in Parquet, a JSON array in CSV. Lists of messages are JSON texts in
+//!   both.
+//! - Arrays of `uint8`, `byte` or `char` always have a single column: bytes in Parquet, hexadecimal digits in CSV.
 //!
-//! Numbers in CSV are the shortest texts that give the same value again, or `NaN`, `inf`, `-inf`; JSON has the latter
-//! three as texts. In Parquet, each number keeps its type.
+//! Numbers in CSV are the shortest texts that parse to the same value, or `NaN`, `inf`, `-inf`. JSON stores the latter
+//! three as strings. In Parquet, each number keeps its type.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

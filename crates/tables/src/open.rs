@@ -1,4 +1,4 @@
-//! A topic's table between its first row and its last.
+//! A topic's table while its rows are written.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -13,12 +13,12 @@ use crate::layout::{Cell, Column, Kind, Layout};
 use crate::parquet_table::ParquetTable;
 use crate::table::{Table, TableError};
 
-/// A topic, and how its messages are taken apart.
+/// A topic and its layout.
 pub(crate) struct Learnt<'b> {
     pub(crate) topic: &'b Topic,
     pub(crate) layout: Layout,
     pub(crate) rows: u64,
-    /// Memory that its messages take together.
+    /// Memory for all its messages together (bytes).
     pub(crate) bytes: usize,
 }
 
@@ -79,12 +79,12 @@ impl<'b> Open<'b> {
         added.map_err(|source| self.error(source))
     }
 
-    /// Bytes of the rows that are in memory.
+    /// Returns the number of bytes of rows in memory.
     pub(crate) fn buffered(&self) -> usize {
         self.table.buffered()
     }
 
-    /// Writes the rows that are in memory.
+    /// Writes the rows in memory to the file.
     pub(crate) fn flush(&mut self) -> Result<(), ConvertError> {
         let flushed = self.table.flush();
         flushed.map_err(|source| self.error(source))
@@ -97,7 +97,7 @@ impl<'b> Open<'b> {
         }
     }
 
-    /// Completes the file, whose name is told without the directory.
+    /// Completes the file. The result contains its name without the directory.
     pub(crate) fn finish(self) -> Result<TableFile, ConvertError> {
         let path = self.path;
         let name = path.file_name().map(PathBuf::from);
@@ -119,7 +119,8 @@ impl<'b> Open<'b> {
     }
 }
 
-/// The bag's columns, whose names yield to those of the message's own fields, and the message's.
+/// Returns the columns of the bag's own data, followed by those of the message. The former are renamed if a field of
+/// the message has the same name.
 fn columns(layout: &Layout) -> Vec<Column> {
     let fields = layout.columns();
     let own = [
@@ -132,7 +133,7 @@ fn columns(layout: &Layout) -> Vec<Column> {
         .map(|(name, kind)| {
             let taken = fields.iter().any(|field| field.name == name);
             Column {
-                // No field's name begins so.
+                // No field name begins with an underscore.
                 name: format!("{}{name}", if taken { "_" } else { "" }),
                 kind,
             }
@@ -142,7 +143,7 @@ fn columns(layout: &Layout) -> Vec<Column> {
     columns
 }
 
-/// What a Parquet file tells of itself.
+/// Returns the metadata of a Parquet file.
 fn metadata(bag: &BagReader, topic: &Topic) -> Vec<(&'static str, String)> {
     let custom: serde_json::Map<_, _> = bag
         .custom()

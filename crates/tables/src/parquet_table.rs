@@ -1,4 +1,4 @@
-//! A Parquet file, compressed with zstd. Rows are kept in memory until they make a row group.
+//! Parquet tables, compressed with zstd. Rows are kept in memory until they form a row group.
 
 use std::fs::File;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub(crate) struct ParquetTable {
 }
 
 impl ParquetTable {
-    /// Tells readers all of `metadata` by key.
+    /// Creates the table. Readers find the entries of `metadata` by key.
     pub fn create(
         file: File,
         columns: &[Column],
@@ -132,7 +132,7 @@ fn number_leaf(name: &str, number: Number) -> Result<Type> {
     leaf(name, physical, logical)
 }
 
-/// A list in the three levels that the format's description of lists asks for.
+/// Returns a list type in the three-level structure that the Parquet format specifies.
 fn list(name: &str, element: Type) -> Result<Type> {
     let elements = Type::group_type_builder("list")
         .with_repetition(Repetition::REPEATED)
@@ -145,10 +145,10 @@ fn list(name: &str, element: Type) -> Result<Type> {
         .build()
 }
 
-/// A column's values until they are written.
+/// The values of a column until they are written.
 struct Buffer {
     values: Values,
-    /// Of a list: whether there is an element, and whether it continues the row.
+    /// Definition and repetition levels of a list: if an element is present, and if it continues the row.
     levels: Option<(Vec<i16>, Vec<i16>)>,
 }
 
@@ -181,7 +181,7 @@ impl Buffer {
         }
     }
 
-    /// Returns how many bytes that takes.
+    /// Adds a cell and returns the number of bytes that it takes.
     fn push(&mut self, cell: Cell<'_>) -> usize {
         match cell {
             Cell::Number(value) => self.values.push(value),
@@ -203,7 +203,7 @@ impl Buffer {
         }
     }
 
-    /// Adds the levels of a list of `count` elements.
+    /// Adds the levels of a list of `count` elements and returns the number of bytes that they take.
     fn levels(&mut self, count: usize) -> usize {
         let Some((definition, repetition)) = &mut self.levels else {
             return 0;
@@ -246,7 +246,8 @@ impl Buffer {
 }
 
 impl Values {
-    /// Unsigned integers are kept as the signed ones of the same bits, as the format asks.
+    /// Adds a number and returns the number of bytes that it takes. Unsigned integers are stored as signed ones with
+    /// the same bits, as the format specifies.
     fn push(&mut self, value: Value) -> usize {
         match (&mut *self, value) {
             (Self::Bool(values), Value::Bool(value)) => values.push(value),
@@ -260,7 +261,7 @@ impl Values {
             (Self::Int64(values), Value::Uint64(value)) => values.push(value.cast_signed()),
             (Self::Float(values), Value::Float32(value)) => values.push(value),
             (Self::Double(values), Value::Float64(value)) => values.push(value),
-            // A column's buffer is made for the numbers of its type.
+            // The buffer is created for the type of its column.
             _ => debug_assert!(false, "{value:?} in a column of another type"),
         }
         size_of::<u64>()

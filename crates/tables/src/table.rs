@@ -1,4 +1,4 @@
-//! What a file of either format does.
+//! The common interface of both file formats.
 
 use std::io;
 
@@ -6,22 +6,22 @@ use thiserror::Error;
 
 use crate::layout::Cell;
 
-/// A file that rows are written to.
+/// A file to which rows are written.
 pub(crate) trait Table {
-    /// Adds a row: a cell for each column.
+    /// Adds a row with one cell per column.
     fn row(&mut self, cells: Vec<Cell<'_>>) -> Result<(), TableError>;
 
-    /// Bytes in memory that [`flush`](Self::flush) would write.
+    /// Returns the number of bytes in memory that [`flush`](Self::flush) would write.
     fn buffered(&self) -> usize;
 
-    /// Writes what is in memory.
+    /// Writes the rows in memory to the file.
     fn flush(&mut self) -> Result<(), TableError>;
 
     /// Completes the file.
     fn finish(self: Box<Self>) -> Result<(), TableError>;
 }
 
-/// Why a file cannot be written.
+/// The reason that a file cannot be written.
 #[derive(Debug, Error)]
 pub enum TableError {
     /// A file operation failed.

@@ -1,13 +1,13 @@
-//! Values as text: numbers as CSV and JSON have them, and JSON of what has no columns of its own.
+//! Conversion of values to text: numbers for CSV and JSON, and JSON for values without columns of their own.
 
 use std::fmt::Write;
 
 use crate::cdr::{DecodeError, Reader, Value, Values};
 use crate::definition::{Length, Type};
 
-/// Appends a number: the shortest text that gives the same value again, `NaN`, `inf` or `-inf`.
+/// Appends a number: the shortest text that parses to the same value, or `NaN`, `inf` or `-inf`.
 pub(crate) fn number(text: &mut String, value: Value) {
-    // A string takes whatever is written.
+    // Writing to a string cannot fail.
     let _ = match value {
         Value::Bool(value) => write!(text, "{value}"),
         Value::Int8(value) => write!(text, "{value}"),
@@ -35,14 +35,15 @@ pub(crate) fn numbers(text: &mut String, values: Values<'_>) {
     list(text, values.iter(), json_number);
 }
 
-/// Appends a JSON array of texts.
+/// Appends a JSON array of strings.
 pub(crate) fn texts<'a>(text: &mut String, texts: impl IntoIterator<Item = &'a str>) {
     list(text, texts, json_text);
 }
 
 /// Appends the next value as JSON.
 ///
-/// Bytes are hexadecimal texts, numbers that JSON does not know are the texts of [`number`].
+/// Byte arrays become hexadecimal strings. Numbers that JSON cannot represent become strings with the text of
+/// [`number`].
 pub(crate) fn json(
     text: &mut String,
     reader: &mut Reader<'_>,
@@ -69,7 +70,7 @@ pub(crate) fn json(
     Ok(())
 }
 
-/// Appends the next array as [`json`] has it.
+/// Appends the next array in the form of [`json`].
 pub(crate) fn json_array(
     text: &mut String,
     reader: &mut Reader<'_>,

@@ -1,4 +1,4 @@
-//! What is wrong with payloads.
+//! Errors in payloads.
 
 use std::fmt::Display;
 
@@ -6,13 +6,13 @@ use thiserror::Error;
 
 use super::{HEADER, MAX_PADDING};
 
-/// A payload that is not what its definition says.
+/// An error in a payload with respect to its definition.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}{fault}", prefix(.path))]
 pub struct DecodeError {
-    /// The field, as `pose.position.x`; empty for the payload as a whole.
+    /// Path of the field, such as `pose.position.x`. It is empty for the payload as a whole.
     pub path: String,
-    /// What is wrong with it.
+    /// The fault of the field.
     pub fault: Fault,
 }
 
@@ -24,16 +24,16 @@ fn prefix(path: &str) -> String {
     }
 }
 
-/// What is wrong with a payload.
+/// A fault in a payload.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Fault {
-    /// Fewer bytes than the encapsulation header has.
+    /// The payload is shorter than the encapsulation header.
     #[error("{length} bytes are too few for the encapsulation header of {HEADER}")]
     NoHeader {
-        /// Bytes found.
+        /// Number of bytes found.
         length: usize,
     },
-    /// An encapsulation other than plain CDR.
+    /// The encapsulation is not plain CDR.
     #[error("encapsulation {found:#06x}, expected plain CDR: 0x0000 or 0x0001")]
     Encapsulation {
         /// The identifier found.
@@ -42,20 +42,20 @@ pub enum Fault {
     /// The payload ends before the value does.
     #[error("needs {needed} bytes at byte {position}, {left} are left")]
     Short {
-        /// Where, counted from the start of the payload.
+        /// Position in bytes from the start of the payload.
         position: usize,
-        /// Bytes that are needed.
+        /// Number of bytes needed.
         needed: usize,
-        /// Bytes that are left.
+        /// Number of bytes left.
         left: usize,
     },
-    /// A truth value is neither 0 nor 1.
+    /// A Boolean is neither 0 nor 1.
     #[error("truth value {found}, expected 0 or 1")]
     Truth {
         /// The octet found.
         found: u8,
     },
-    /// More elements, bytes or units than the definition allows.
+    /// A value has more elements, bytes or code units than the definition allows.
     #[error("length {found}, expected at most {bound}")]
     Bound {
         /// The length found.
@@ -63,34 +63,34 @@ pub enum Fault {
         /// The bound of the definition.
         bound: usize,
     },
-    /// Another number of elements than all messages before.
+    /// The number of elements differs from that of all previous messages.
     #[error("{found} elements, expected {expected} as in all messages before")]
     Length {
         /// The length found.
         found: usize,
-        /// The length of the others.
+        /// The length in the previous messages.
         expected: usize,
     },
     /// A `string` does not end with a zero.
     #[error("text of {length} bytes does not end with a zero")]
     Unterminated {
-        /// Its length with what should be the zero.
+        /// Length of the text including the missing zero.
         length: usize,
     },
-    /// A text is no Unicode.
+    /// A text is not valid Unicode.
     #[error("text is no valid Unicode after {valid} bytes or units")]
     Unicode {
-        /// How much of it is.
+        /// Length of the valid part.
         valid: usize,
     },
-    /// More bytes than the message and its padding take.
+    /// The payload is longer than the message and its padding.
     #[error(
         "ends after {consumed} of {length} bytes, expected at most {MAX_PADDING} bytes of padding"
     )]
     Trailing {
-        /// Bytes that the message takes, encapsulation header included.
+        /// Number of bytes of the message, including the encapsulation header.
         consumed: usize,
-        /// Bytes found.
+        /// Number of bytes found.
         length: usize,
     },
 }
@@ -105,7 +105,7 @@ impl From<Fault> for DecodeError {
 }
 
 impl DecodeError {
-    /// The error of a field or element, as that of what has it.
+    /// Returns the error with `segment` prepended to its path.
     pub(crate) fn within(self, segment: impl Display) -> Self {
         let Self { path, fault } = self;
         let path = if path.is_empty() {

@@ -1,7 +1,7 @@
-//! Plain CDR of either byte order, read value by value as the definition says.
+//! Reader of plain CDR in either byte order, value by value according to the definition.
 //!
-//! Nothing is allocated for a length that the payload claims before the payload has been found to be long enough.
-//! Alignment counts from the end of the encapsulation header. Source: OMG DDS-XTypes 1.3, 7.4.1 (`PLAIN_CDR`).
+//! A length claimed by the payload leads to an allocation only after the payload has been found to be long enough.
+//! Alignment is relative to the end of the encapsulation header. Source: OMG DDS-XTypes 1.3, 7.4.1 (`PLAIN_CDR`).
 
 mod error;
 mod reader;
@@ -11,8 +11,8 @@ pub use error::{DecodeError, Fault};
 pub(crate) use reader::Reader;
 pub(crate) use value::{Value, Values};
 
-/// Bytes of the encapsulation header.
+/// Size of the encapsulation header in bytes.
 const HEADER: usize = 4;
 
-/// Payloads are padded to four bytes, so that up to this many may follow the message.
+/// Maximum number of bytes after the message, because payloads are padded to a multiple of four bytes.
 const MAX_PADDING: usize = 3;

@@ -1,4 +1,4 @@
-//! From the start of a payload to its end.
+//! Sequential reader of a payload.
 
 use std::borrow::Cow;
 
@@ -6,10 +6,10 @@ use super::value::value;
 use super::{DecodeError, Fault, HEADER, MAX_PADDING, Value, Values};
 use crate::definition::{Length, Message, Number, Text, Type};
 
-/// Goes through a payload.
+/// Reads a payload from start to end.
 pub(crate) struct Reader<'a> {
     payload: &'a [u8],
-    /// In the payload.
+    /// Current position in the payload.
     position: usize,
     big_endian: bool,
 }
@@ -34,7 +34,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Nothing but padding may be left.
+    /// Checks that only padding is left.
     pub fn finish(self) -> Result<(), Fault> {
         if self.payload.len() - self.position > MAX_PADDING {
             return Err(Fault::Trailing {
@@ -45,7 +45,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Bytes that are aligned to multiples of `alignment`.
+    /// Takes `length` bytes, starting at a multiple of `alignment`.
     fn take(&mut self, length: usize, alignment: usize) -> Result<&'a [u8], Fault> {
         let start = (self.position - HEADER).next_multiple_of(alignment) + HEADER;
         let left = self.payload.get(start..).unwrap_or_default();
@@ -64,10 +64,10 @@ impl<'a> Reader<'a> {
         Ok(value(number, bytes, self.big_endian))
     }
 
-    /// Numbers of one type.
+    /// Reads `count` numbers of one type.
     pub fn numbers(&mut self, number: Number, count: usize) -> Result<Values<'a>, Fault> {
         let size = number.size();
-        // Where there are none, nothing is aligned.
+        // An empty array has no alignment.
         let alignment = if count == 0 { 1 } else { size };
         let bytes = self.take(count.saturating_mul(size), alignment)?;
         check_truth(number, bytes)?;
@@ -86,7 +86,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Number of an array's elements, for which the payload is long enough.
+    /// Returns the number of elements of an array, after checking that the payload is long enough for them.
     pub fn count(&mut self, length: Length, element: &Type) -> Result<usize, Fault> {
         let count = match length {
             Length::Fixed(count) => count,
@@ -114,7 +114,7 @@ impl<'a> Reader<'a> {
             return self.wide_text(within(length, bound)?).map(Cow::Owned);
         }
         let bytes = self.take(length, 1)?;
-        // Some writers give an empty text no zero.
+        // Some writers omit the zero of an empty text.
         let bytes = match bytes.split_last() {
             Some((0, bytes)) => bytes,
             None => bytes,
@@ -127,13 +127,13 @@ impl<'a> Reader<'a> {
         Ok(Cow::Borrowed(text))
     }
 
-    /// Units of UTF-16 in four bytes each, as all of ROS 2's middleware writes them, without a zero at the end.
+    /// Reads UTF-16 code units in four bytes each without a terminating zero, as all ROS 2 middleware writes them.
     fn wide_text(&mut self, length: usize) -> Result<String, Fault> {
         let mut units = self.numbers(Number::Uint32, length)?.iter();
         let mut text = String::new();
         let mut valid = 0;
         let units = std::iter::from_fn(|| match units.next()? {
-            // What is no unit becomes half a character, which is refused below.
+            // Numbers that do not fit a code unit are replaced by a lone surrogate, which is refused below.
             Value::Uint32(unit) => Some(u16::try_from(unit).unwrap_or(0xd800)),
             _ => None,
         });
@@ -145,9 +145,10 @@ impl<'a> Reader<'a> {
         Ok(text)
     }
 
-    /// To be called before the fields of a message: one without fields has an octet instead.
+    /// Starts a message. The caller must call this before reading its fields. A message without fields has one octet
+    /// instead.
     pub fn open(&mut self, message: &Message) -> Result<(), Fault> {
-        // Some writers leave it out where the message is all of the payload.
+        // Some writers omit the octet if the message is the whole payload.
         let all = self.payload.len() == HEADER;
         if message.fields.is_empty() && !all {
             self.take(1, 1)?;
@@ -155,7 +156,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads a value for nothing but its faults.
+    /// Reads a value only to check it.
     pub fn skip(&mut self, kind: &Type) -> Result<(), DecodeError> {
         match kind {
             Type::Number(number) => self.number(*number).map(drop)?,
@@ -175,7 +176,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads elements of an array for nothing but their faults.
+    /// Reads elements of an array only to check them.
     pub fn skip_elements(&mut self, element: &Type, count: usize) -> Result<(), DecodeError> {
         if let Type::Number(number) = *element {
             self.numbers(number, count)?;

@@ -1,4 +1,4 @@
-//! Numbers of a payload.
+//! Numeric values of a payload.
 
 use crate::definition::Number;
 
@@ -18,7 +18,7 @@ pub(crate) enum Value {
     Float64(f64),
 }
 
-/// Numbers of one type, one after the other.
+/// An array of numbers of one type.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Values<'a> {
     pub(super) number: Number,
@@ -32,13 +32,13 @@ impl<'a> Values<'a> {
         chunks.map(move |bytes| value(self.number, bytes, self.big_endian))
     }
 
-    /// Their bytes, if each has one.
+    /// Returns the bytes of the numbers if they are of type `uint8`.
     pub fn octets(self) -> Option<&'a [u8]> {
         (self.number == Number::Uint8).then_some(self.bytes)
     }
 }
 
-/// The number of a few bytes.
+/// Decodes a number from its bytes.
 pub(super) fn value(number: Number, bytes: &[u8], big_endian: bool) -> Value {
     let append = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
     let bits = if big_endian {

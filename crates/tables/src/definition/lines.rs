@@ -1,10 +1,10 @@
-//! The text of a definition, line by line.
+//! Parser for the lines of a definition.
 
 use std::collections::BTreeSet;
 
 use super::{DefinitionError, Length, Number, Text};
 
-/// The text of one message.
+/// The parsed text of one message.
 #[derive(Debug)]
 pub(super) struct Source {
     /// `pkg/Type`
@@ -12,12 +12,12 @@ pub(super) struct Source {
     pub fields: Vec<SourceField>,
 }
 
-/// A field as it is written, the messages it names not looked up yet.
+/// A parsed field. The message types that it names are not resolved yet.
 #[derive(Debug)]
 pub(super) struct SourceField {
     pub name: String,
     pub base: Base,
-    /// None for a single value.
+    /// The length of an array, or `None` for a single value.
     pub length: Option<Length>,
 }
 
@@ -29,10 +29,10 @@ pub(super) enum Base {
     Message(String),
 }
 
-/// Lines of at least as many `=`, and nothing else, stand between messages.
+/// Prefix of the separator between messages, a line of at least this many `=` and nothing else.
 const SEPARATOR: &str = "==========";
 
-/// `pkg/Type` for `pkg/msg/Type`, or whatever stands between.
+/// Returns `pkg/Type` for `pkg/msg/Type` or any other middle part.
 pub(super) fn base_name(name: &str) -> String {
     match (name.split_once('/'), name.rsplit_once('/')) {
         (Some((package, _)), Some((_, kind))) => format!("{package}/{kind}"),
@@ -40,7 +40,7 @@ pub(super) fn base_name(name: &str) -> String {
     }
 }
 
-/// All messages of a definition, the one it is about first.
+/// Returns all messages of a definition, starting with the defined one.
 pub(super) fn messages(type_name: &str, text: &str) -> Result<Vec<Source>, DefinitionError> {
     let mut messages = vec![Source {
         name: base_name(type_name),
@@ -85,7 +85,7 @@ pub(super) fn messages(type_name: &str, text: &str) -> Result<Vec<Source>, Defin
     Ok(messages)
 }
 
-/// The field of a line, if it has one: constants, comments and empty lines have none.
+/// Returns the field defined by a line, or `None` for constants, comments and empty lines.
 fn field(number: usize, line: &str, package: &str) -> Result<Option<SourceField>, DefinitionError> {
     if line.is_empty() || line.starts_with('#') {
         return Ok(None);
@@ -107,7 +107,7 @@ fn field(number: usize, line: &str, package: &str) -> Result<Option<SourceField>
         return Ok(None);
     }
     let comment = after.is_empty() || after.starts_with('#');
-    // A default value, which no message has, is set apart.
+    // A default value must be separated by white space. Messages cannot have one.
     if !comment && after.len() == rest.len() {
         return Err(syntax(number, "a field's name", line));
     }

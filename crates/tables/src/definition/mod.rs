@@ -1,4 +1,5 @@
-//! Message definitions as rosbag2 stores them: the message's `.msg` text followed by those of all messages it needs.
+//! Message definitions as stored by rosbag2: the `.msg` text of the message, followed by the texts of all messages that
+//! it contains.
 //!
 //! Source of the language: <https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html>.
 
@@ -11,57 +12,57 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-/// Why a definition cannot be used.
+/// The reason that a definition cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum DefinitionError {
-    /// A line is not of the language of `.msg` files.
+    /// A line does not follow the syntax of `.msg` files.
     #[error("definition, line {line}: expected {expected}, found {found:?}")]
     Syntax {
         /// Number of the line, counted from 1.
         line: usize,
-        /// What should be there.
+        /// A description of the expected text.
         expected: &'static str,
-        /// What is there.
+        /// The text found.
         found: String,
     },
-    /// Two fields of a message have one name.
+    /// Two fields of a message have the same name.
     #[error("definition, line {line}: a second field {name}")]
     Duplicate {
         /// Number of the line, counted from 1.
         line: usize,
-        /// The field.
+        /// Name of the field.
         name: String,
     },
-    /// A message is needed whose text is not there.
+    /// The text of a required message is missing.
     #[error("the definition has no text of {missing}, which {message} needs")]
     Missing {
-        /// The message that needs it.
+        /// The message that requires it.
         message: String,
-        /// The message that is not there.
+        /// The missing message.
         missing: String,
     },
     /// A message contains itself.
     #[error("{cycle}: a message cannot contain itself")]
     Recursive {
-        /// The messages on the way, joined by `→`.
+        /// The messages of the cycle, joined by `→`.
         cycle: String,
     },
-    /// Messages are nested beyond [`MAX_DEPTH`].
+    /// Messages are nested more deeply than [`MAX_DEPTH`].
     #[error("{message}: messages are nested more than {MAX_DEPTH} deep")]
     TooDeep {
-        /// The message that is too deep.
+        /// The message at which the limit is exceeded.
         message: String,
     },
 }
 
-/// Messages may be nested this deep; those of ROS 2 are less than ten.
+/// Maximum nesting depth of messages. Those of ROS 2 have depths less than ten.
 pub const MAX_DEPTH: usize = 64;
 
 /// A message type.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Message {
     pub fields: Vec<Field>,
-    /// No message of the type has fewer bytes.
+    /// Minimum size of a message of this type in bytes.
     pub least: usize,
 }
 
@@ -81,12 +82,12 @@ pub(crate) enum Type {
     Array { element: Box<Type>, length: Length },
 }
 
-/// Numbers, among which ROS counts truth values.
+/// Numeric types. ROS includes Booleans among them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Number {
     Bool,
     Int8,
-    /// `byte` and `char` too.
+    /// Also `byte` and `char`.
     Uint8,
     Int16,
     Uint16,
@@ -102,11 +103,11 @@ pub(crate) enum Number {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Text {
     pub wide: bool,
-    /// At most this many bytes, or units of UTF-16.
+    /// Maximum number of bytes, or of UTF-16 code units if wide.
     pub bound: Option<usize>,
 }
 
-/// Number of an array's elements.
+/// Number of elements of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Length {
     Fixed(usize),
@@ -115,14 +116,14 @@ pub(crate) enum Length {
 }
 
 impl Message {
-    /// The message `type_name` (`pkg/msg/Type`) of a definition.
+    /// Parses the definition of the message `type_name` (`pkg/msg/Type`).
     pub fn parse(type_name: &str, definition: &str) -> Result<Arc<Self>, DefinitionError> {
         resolve::resolve(type_name, &lines::messages(type_name, definition)?)
     }
 }
 
 impl Type {
-    /// No value of the type has fewer bytes.
+    /// Returns the minimum size of a value of this type in bytes.
     pub fn least(&self) -> usize {
         match self {
             Self::Number(number) => number.size(),
@@ -131,14 +132,14 @@ impl Type {
                 element,
                 length: Length::Fixed(length),
             } => element.least().saturating_mul(*length),
-            // Their length is told first.
+            // The encoding starts with the length.
             Self::Text(_) | Self::Array { .. } => Number::Uint32.size(),
         }
     }
 }
 
 impl Number {
-    /// Bytes, to multiples of which it is aligned.
+    /// Returns the size in bytes, which is also the alignment.
     pub fn size(self) -> usize {
         match self {
             Self::Bool | Self::Int8 | Self::Uint8 => 1,
@@ -148,7 +149,7 @@ impl Number {
         }
     }
 
-    /// Its name in `.msg` files.
+    /// Returns the name in `.msg` files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bool => "bool",

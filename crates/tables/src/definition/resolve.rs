@@ -1,4 +1,4 @@
-//! From the names of messages to the messages.
+//! Resolution of the message types that fields name.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -7,17 +7,17 @@ use super::{
     lines::{Base, Source, base_name},
 };
 
-/// Messages whose texts some recorders leave out: seconds and nanoseconds.
+/// Messages whose texts some recorders omit. Both consist of seconds and nanoseconds.
 const TIMES: [&str; 2] = ["builtin_interfaces/Time", "builtin_interfaces/Duration"];
 
-/// The message `type_name` of the texts.
+/// Returns the message `type_name`, resolved from the texts.
 pub(super) fn resolve(
     type_name: &str,
     sources: &[Source],
 ) -> Result<Arc<Message>, DefinitionError> {
     let mut by_name = BTreeMap::new();
     for source in sources {
-        // The first may be a mere heading of the same name.
+        // The first entry may be an empty heading with the same name.
         let known = by_name.entry(&*source.name).or_insert(source);
         if known.fields.is_empty() {
             *known = source;
@@ -34,9 +34,9 @@ pub(super) fn resolve(
 
 struct Resolver<'s> {
     sources: BTreeMap<&'s str, &'s Source>,
-    /// With the number of messages nested in each other, itself included.
+    /// Resolved messages with their nesting depth, including the message itself.
     resolved: BTreeMap<String, (Arc<Message>, usize)>,
-    /// Messages that are being resolved, the outermost first.
+    /// Messages that are being resolved, starting with the outermost.
     path: Vec<String>,
 }
 
@@ -73,7 +73,7 @@ impl Resolver<'_> {
         });
         let message = Message {
             fields,
-            // A message without fields has one octet, which says nothing.
+            // A message without fields is encoded as one meaningless octet.
             least: least.max(1),
         };
         let known = (Arc::new(message), depth);
@@ -81,7 +81,7 @@ impl Resolver<'_> {
         Ok(known)
     }
 
-    /// The fields of a message, and its depth.
+    /// Returns the fields of a message, and its nesting depth.
     fn fields(&mut self, name: &str, user: &str) -> Result<(Vec<Field>, usize), DefinitionError> {
         let Some(&source) = self.sources.get(name) else {
             let missing = || DefinitionError::Missing {

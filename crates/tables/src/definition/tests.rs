@@ -151,7 +151,7 @@ fn a_message_cannot_contain_itself() {
     refused(definition, "pkg/B → pkg/C → pkg/B");
 }
 
-/// `pkg/A` with fields of the types `M<index>`, of which each has the one before it.
+/// Returns a definition of `pkg/A` with fields of the types `M<index>`, each of which contains the previous one.
 fn nested(fields: &[usize], count: usize) -> String {
     let fields = fields.iter().map(|index| format!("M{index} m{index}\n"));
     let messages = (0..count).map(|index| {

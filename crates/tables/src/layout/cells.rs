@@ -1,4 +1,4 @@
-//! A message's values by column.
+//! Distribution of a message's values over the columns.
 
 use super::Cell;
 use super::shape::{Shape, Spread};
@@ -54,7 +54,7 @@ fn append<'a>(
     Ok(())
 }
 
-/// An array that has one column.
+/// Reads an array that has a single column.
 fn whole<'a>(
     element: &Type,
     length: Length,

@@ -1,7 +1,7 @@
-//! Which columns a topic has, and which values of a message go into them.
+//! The columns of a topic, and the distribution of a message's values over them.
 //!
-//! All messages of a topic are shown to a [`Layout`] first: it learns which arrays have one length in all of them. Then
-//! it takes them apart. In what order they are shown makes no difference.
+//! All messages of a topic are first shown to a [`Layout`], which determines the arrays whose length is the same in all
+//! of them. Afterwards it splits messages into cells. The order of the messages does not affect the layout.
 
 mod cells;
 mod columns;
@@ -18,13 +18,13 @@ use self::shape::{Maker, Shape, collapse, count, depth};
 use crate::cdr::{DecodeError, Reader, Value, Values};
 use crate::definition::{MAX_DEPTH, Message, Number};
 
-/// Columns that a topic's fields may have.
+/// Maximum number of columns for the fields of a topic.
 pub const MAX_COLUMNS: usize = 10_000;
 
-/// Fields and elements of a topic, and what has them, that are kept in mind.
+/// Maximum number of shapes of a topic: fields, elements, and the messages and arrays that contain them.
 const MAX_SHAPES: usize = 1 << 17;
 
-/// What a column holds.
+/// Kind of the values of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Nanoseconds since the UNIX epoch.
@@ -41,7 +41,7 @@ pub(crate) enum Kind {
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Column {
-    /// As `pose.position.x`, or `bodies.0.name`.
+    /// Name of the column, such as `pose.position.x` or `bodies.0.name`.
     pub name: String,
     pub kind: Kind,
 }
@@ -60,7 +60,7 @@ impl Kind {
     }
 }
 
-/// What one column holds of one message.
+/// The value of one message in one column.
 pub(crate) enum Cell<'a> {
     Number(Value),
     Text(Cow<'a, str>),
@@ -70,7 +70,7 @@ pub(crate) enum Cell<'a> {
     Json(String),
 }
 
-/// Why a message has no place in the table.
+/// The reason that a message does not fit into a table.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub(crate) enum LayoutError {
     #[error(transparent)]
@@ -83,14 +83,14 @@ pub(crate) enum LayoutError {
 pub(crate) struct Layout {
     message: Arc<Message>,
     fields: Vec<Shape>,
-    /// Arrays of more elements have one column.
+    /// Maximum number of elements of an array with one column per element.
     elements: usize,
-    /// Arrays within so many others have one column.
+    /// Number of nested arrays from which on an inner array has a single column.
     depth: usize,
 }
 
 impl Layout {
-    /// Arrays of more than `elements` elements become one column.
+    /// Creates the layout of a message type. Arrays of more than `elements` elements get a single column.
     pub fn new(message: Arc<Message>, elements: usize) -> Result<Self, LayoutError> {
         let make = |depth| {
             let mut maker = Maker::new(elements, depth);
@@ -118,7 +118,7 @@ impl Layout {
         })
     }
 
-    /// Learns from a message.
+    /// Updates the layout with the array lengths of a message.
     pub fn observe(&mut self, payload: &[u8]) -> Result<(), LayoutError> {
         let sizes = Sizes::of(&self.message, payload, self.elements, self.depth)?;
         let depth = sizes.depth_within(MAX_SHAPES);
@@ -131,7 +131,8 @@ impl Layout {
         maker.observe_fields(&self.message, &mut self.fields, 0, &mut reader)
     }
 
-    /// Ends learning. Where there are too many columns, arrays become one column each: first those within the most others.
+    /// Completes the layout. If it has too many columns, arrays are reduced to a single column each, starting with the
+    /// most deeply nested ones.
     pub fn finish(&mut self) -> Result<(), LayoutError> {
         let mut depth = depth(&self.fields);
         while count(&self.fields) > MAX_COLUMNS {
@@ -141,14 +142,14 @@ impl Layout {
         Ok(())
     }
 
-    /// All columns.
+    /// Returns all columns.
     pub fn columns(&self) -> Vec<Column> {
         let mut columns = Vec::new();
         columns::append_fields("", &self.message, &self.fields, &mut columns);
         columns
     }
 
-    /// Takes a message apart: a cell for each column, in their order.
+    /// Splits a message into cells, one per column in order.
     pub fn cells<'a>(&self, payload: &'a [u8]) -> Result<Vec<Cell<'a>>, DecodeError> {
         let mut reader = Reader::new(payload)?;
         let mut cells = Vec::new();

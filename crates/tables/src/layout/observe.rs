@@ -1,20 +1,21 @@
-//! What messages show of their arrays.
+//! Array lengths observed in messages.
 
 use super::LayoutError;
 use super::shape::{Maker, Shape, Spread, is_spread};
 use crate::cdr::{DecodeError, Reader};
 use crate::definition::{Message, Type};
 
-/// How many shapes a message has, by the number of spread arrays around them. It is found before any are made.
+/// Number of shapes of a message, by the number of spread arrays around them. It is determined before any shapes are
+/// created.
 pub(super) struct Sizes {
     elements: usize,
-    /// Arrays within so many others are not looked into.
+    /// Arrays within this many others are not spread.
     depth: usize,
     shapes: Vec<usize>,
 }
 
 impl Sizes {
-    /// Of a message that is read to its end.
+    /// Counts the shapes of a message, and checks the whole message.
     pub fn of(
         message: &Message,
         payload: &[u8],
@@ -32,7 +33,7 @@ impl Sizes {
         Ok(sizes)
     }
 
-    /// How deep arrays may be spread for there to be no more than `limit` shapes.
+    /// Returns the depth to which arrays may be spread so that there are at most `limit` shapes.
     pub fn depth_within(&self, limit: usize) -> usize {
         let mut left = limit;
         for (depth, shapes) in self.shapes.iter().enumerate() {
@@ -98,7 +99,7 @@ impl Sizes {
     }
 }
 
-/// Shows the shapes of a message, of which [`Sizes`] has found no fault, how long its arrays are.
+/// Updates shapes with the array lengths of a message. [`Sizes`] has already checked the message.
 impl Maker {
     pub fn observe_fields(
         &mut self,

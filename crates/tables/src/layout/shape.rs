@@ -1,11 +1,11 @@
-//! How a topic's values are spread over columns.
+//! Distribution of a topic's values over columns.
 
 use std::sync::Arc;
 
 use super::{LayoutError, MAX_SHAPES};
 use crate::definition::{Length, Message, Number, Text, Type};
 
-/// How a value is spread over columns.
+/// Distribution of a value over columns.
 pub(super) enum Shape {
     Number(Number),
     Text(Text),
@@ -18,15 +18,15 @@ pub(super) enum Shape {
 }
 
 pub(super) enum Spread {
-    /// No message was seen yet.
+    /// No message has been observed yet.
     Unseen,
-    /// All have as many elements; each has its own columns.
+    /// All arrays so far have the same length. Each element has its own columns.
     Elements(Vec<Shape>),
-    /// One column.
+    /// The array has a single column.
     Whole,
 }
 
-/// Makes shapes. Depths count the arrays around a value that are spread.
+/// Creates shapes. Depths count the spread arrays around a value.
 pub(super) struct Maker {
     elements: usize,
     depth: usize,
@@ -34,7 +34,7 @@ pub(super) struct Maker {
 }
 
 impl Maker {
-    /// Spreads arrays of up to `elements` elements within less than `depth` others.
+    /// Creates a maker that spreads arrays of up to `elements` elements within fewer than `depth` others.
     pub fn new(elements: usize, depth: usize) -> Self {
         Self {
             elements,
@@ -43,7 +43,7 @@ impl Maker {
         }
     }
 
-    /// Shapes that may still be made.
+    /// Returns the number of shapes that may still be created.
     pub fn left(&self) -> usize {
         self.left
     }
@@ -74,7 +74,7 @@ impl Maker {
         })
     }
 
-    /// How an array of `count` elements is spread.
+    /// Returns the distribution of an array of `count` elements.
     pub fn spread(
         &mut self,
         element: &Type,
@@ -89,12 +89,12 @@ impl Maker {
     }
 }
 
-/// Whether an array of `count` elements may be spread.
+/// Returns true if an array of `count` elements may be spread.
 pub(super) fn is_spread(element: &Type, count: usize, elements: usize) -> bool {
     *element != Type::Number(Number::Uint8) && (1..=elements).contains(&count)
 }
 
-/// Columns of shapes.
+/// Returns the number of columns of the shapes.
 pub(super) fn count(shapes: &[Shape]) -> usize {
     let columns = shapes.iter().map(|shape| match shape {
         Shape::Number(_) | Shape::Text(_) => 1,
@@ -107,7 +107,7 @@ pub(super) fn count(shapes: &[Shape]) -> usize {
     columns.sum()
 }
 
-/// How many arrays within each other are spread.
+/// Returns the maximum number of nested spread arrays.
 pub(super) fn depth(shapes: &[Shape]) -> usize {
     let depths = shapes.iter().map(|shape| match shape {
         Shape::Message(_, shapes) => depth(shapes),
@@ -120,7 +120,7 @@ pub(super) fn depth(shapes: &[Shape]) -> usize {
     depths.max().unwrap_or(0)
 }
 
-/// Makes arrays within `depth` others one column each.
+/// Reduces arrays within `depth` others to a single column each.
 pub(super) fn collapse(shapes: &mut [Shape], depth: usize) {
     for shape in shapes {
         match shape {

@@ -1,4 +1,4 @@
-//! Bags to be converted.
+//! Bags for conversion.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use lgvi_bag::{BagOptions, BagReader, BagWriter, Qos, Topic};
 use super::little_endian;
 use crate::{Format, Options, convert};
 
-/// A bag of one topic, `/topic`, with the bodies of its messages.
+/// Creates a bag with the single topic `/topic` and messages with these bodies.
 pub fn bag(directory: &Path, definition: &str, bodies: &[&[u8]]) -> BagReader {
     let path = directory.join("bag");
     let mut writer = BagWriter::create(&path, BagOptions::default()).unwrap();
@@ -44,7 +44,7 @@ pub fn options(format: Format) -> Options {
     }
 }
 
-/// All of the CSV file.
+/// Converts a bag and returns the text of the CSV file.
 pub fn csv(definition: &str, bodies: &[&[u8]]) -> String {
     let directory = tempfile::tempdir().unwrap();
     let bag = bag(directory.path(), definition, bodies);

@@ -1,4 +1,4 @@
-//! Which columns a topic has.
+//! Columns of topics.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -68,7 +68,7 @@ fn lists_of_messages_are_json() {
         text.ends_with(&format!(",bs\n1000,900,0,[]\n1001,901,1,{json}\n")),
         "{text}"
     );
-    // Of one length, they are spread, and so is what they have.
+    // With equal lengths, they are spread, and so are their elements.
     let text = csv(definition, &[&[b"\x01\0\0\0", &element[..]].concat()]);
     assert!(
         text.ends_with(",bs.0.s,bs.0.b,bs.0.x\n1000,900,0,\"\"\"\n\",ab,NaN\n"),
@@ -106,7 +106,8 @@ fn numbers_survive() {
     assert!(csv("uint64 x", &[&[0xff; 8]]).ends_with(",18446744073709551615\n"));
 }
 
-/// A bag of two topics, the second of which has a message that is no such message.
+/// Creates a bag of three topics: a valid one, one with a malformed message, and one with a definition in another
+/// language.
 fn partly_good(directory: &Path) -> BagReader {
     let path = directory.join("bag");
     let mut writer = BagWriter::create(&path, BagOptions::default()).unwrap();
@@ -224,7 +225,7 @@ fn attempts_that_are_ended_leave_no_tables() {
     let directory = tempfile::tempdir().unwrap();
     let bag = partly_good(directory.path());
     let [output, part] = ["tables", "tables.part"].map(|name| directory.path().join(name));
-    // As one leaves it that is killed.
+    // Leftovers of a killed conversion.
     fs::create_dir(&part).unwrap();
     for name in [".unfinished", "good.csv"] {
         fs::write(part.join(name), "x").unwrap();
@@ -244,7 +245,7 @@ fn attempts_that_are_ended_leave_no_tables() {
     assert!(!output.exists() && !part.exists());
 }
 
-/// By the reader of the crate that has written them; `check_tables.py` uses another.
+/// Reads a file with the crate that has written it. `check_tables.py` uses another reader.
 fn parquet(file: &Path) -> (usize, Vec<String>) {
     let reader = SerializedFileReader::new(fs::File::open(file).unwrap()).unwrap();
     let rows = reader.get_row_iter(None).unwrap();

@@ -1,4 +1,4 @@
-//! Payloads that are not what they should be.
+//! Malformed payloads.
 
 use super::random::Writer;
 use super::{json, little_endian};
@@ -164,7 +164,7 @@ fn truncated_and_altered_payloads_never_panic() {
         let payload = Writer::message(&message, 3, false);
         for length in 0..payload.len() {
             let cut = json(&message, &payload[..length]);
-            // An empty message may be without its octet.
+            // An empty message may lack its octet.
             assert!(
                 cut.is_err() || message.fields.is_empty(),
                 "{}: {length}",
@@ -185,7 +185,7 @@ fn truncated_and_altered_payloads_never_panic() {
     }
 }
 
-/// Few lines that mean a great many values: 40 messages, each with the next in it.
+/// Returns a short definition with a huge number of values: 40 messages, each containing the next.
 fn growing(inner: &str) -> String {
     let text: String = (0..40)
         .map(|index| {

@@ -1,4 +1,4 @@
-//! Against typed decoding, which `lgvi_msgs` does in another way; and what is hostile.
+//! Comparisons with the independent typed decoding of `lgvi_msgs`, and tests of malformed input.
 
 mod bags;
 mod columns;
@@ -13,7 +13,7 @@ use crate::cdr::{DecodeError, Reader};
 use crate::definition::{Message, Type};
 use crate::text;
 
-/// A whole message as JSON.
+/// Decodes a whole message to JSON.
 fn json(message: &Arc<Message>, payload: &[u8]) -> Result<serde_json::Value, DecodeError> {
     let mut reader = Reader::new(payload)?;
     let mut json = String::new();
@@ -22,7 +22,7 @@ fn json(message: &Arc<Message>, payload: &[u8]) -> Result<serde_json::Value, Dec
     Ok(serde_json::from_str(&json).expect(&json))
 }
 
-/// Plain CDR of little endian.
+/// Returns a payload in little-endian plain CDR.
 fn little_endian(body: &[u8]) -> Vec<u8> {
     [&[0, 1, 0, 0], body].concat()
 }

@@ -1,4 +1,4 @@
-//! Random messages of any type, as bytes.
+//! Random payloads of any message type.
 
 use fastrand::Rng;
 
@@ -12,7 +12,7 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// The payload of a random message.
+    /// Returns the payload of a random message.
     pub fn message(message: &Message, seed: u64, big_endian: bool) -> Vec<u8> {
         let mut writer = Self {
             random: Rng::with_seed(seed),

@@ -1,4 +1,4 @@
-//! What is read by definitions is what typed decoding reads.
+//! Decoding by definitions gives the same values as typed decoding.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,8 @@ use super::json;
 use super::random::Writer;
 use crate::definition::{Message, Number, Type};
 
-/// What typed decoding reads, after it has written the same bytes again (without padding) where they are of little endian.
+/// Returns the result of typed decoding. For a little-endian payload, encoding it again must give the same bytes
+/// (without padding).
 fn typed<M: RosMessage>(payload: &[u8]) -> Value {
     let message: M = cdr::decode(payload).expect(M::TYPE_NAME);
     if payload[1] == 1 {
@@ -29,14 +30,14 @@ macro_rules! decoders {
     };
 }
 
-/// By name of the type.
+/// Returns the typed decoders by the name of the message type.
 fn decoders() -> BTreeMap<&'static str, Decode> {
     BTreeMap::from(lgvi_msgs::for_every_message!(decoders))
 }
 
 fn same(kind: &Type, typed: &Value, ours: &Value, at: &str) {
     match (kind, typed, ours) {
-        // serde_json has no NaN and no infinity.
+        // serde_json represents NaN and infinities as null.
         (Type::Number(Number::Float32 | Number::Float64), Value::Null, Value::String(text)) => {
             assert!(["NaN", "inf", "-inf"].contains(&&**text), "{at}: {text}");
         }

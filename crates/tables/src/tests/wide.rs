@@ -1,4 +1,4 @@
-//! More elements than there may be columns.
+//! Arrays with more elements than there may be columns.
 
 use super::little_endian;
 use crate::definition::Message;
@@ -16,7 +16,7 @@ float32 y
 float32 z
 ";
 
-/// A message of [`POINTS`]: how many points each of its elements has.
+/// Returns a message of [`POINTS`] with these numbers of points in its elements.
 fn points(lengths: &[usize]) -> Vec<u8> {
     let length = |length: usize| u32::try_from(length).unwrap().to_le_bytes();
     let elements = lengths
@@ -46,7 +46,7 @@ fn columns<'m>(
     columns
 }
 
-/// The columns, which must be the same in either order of two messages.
+/// Returns the columns after checking that they are the same in either order of two messages.
 fn either_order(definition: &str, elements: usize, messages: [Vec<u8>; 2]) -> Vec<String> {
     let found = columns(definition, elements, &messages);
     let reversed = columns(definition, elements, messages.iter().rev());
@@ -100,7 +100,7 @@ fn arrays_of_several_lengths_take_no_room() {
     assert_eq!((&*found[0], &*found[6_000]), ("xs", "ys.5999"));
 }
 
-/// One of them alone has more elements than are kept in mind.
+/// The large message alone exceeds the limit on shapes.
 #[test]
 fn huge_messages_make_no_difference_by_their_place() {
     let definition = "\

@@ -177,7 +177,7 @@ fn interactions(scene: &Scene, summary: &Summary, rest: &'static str) -> Vec<Int
                 match one.interaction.partner {
                     Partner::Body(other) => name(other),
                     Partner::Source(_) => "the attractor".into(),
-                    Partner::Field => "the uniform field".into(),
+                    Partner::Field => "the field".into(),
                 },
             ],
             computed: match one.level {
@@ -205,8 +205,10 @@ fn why(scene: &Scene, summary: &InteractionSummary, rest: &'static str) -> &'sta
     match (interaction.exact, level) {
         (Level::Dropped, Level::Dropped) => "it moves neither",
         (Level::Monopole, Level::Monopole) => match interaction.partner {
-            Partner::Field => "a uniform field has no moment about the center of mass",
-            Partner::Body(_) | Partner::Source(_) => "points of mass have no moment",
+            Partner::Field if interaction.remainder.is_some() => {
+                "a uniform field has no moment about the center of mass"
+            }
+            _ => "points of mass have no moment",
         },
         (_, Level::Dropped | Level::Monopole | Level::Quadrupole) => {
             "the distance makes the rest negligible"

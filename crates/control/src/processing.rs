@@ -20,6 +20,7 @@ use crate::{Plan, Transfer, TransferError};
 
 /// The reason why a transfer or a plan cannot be processed.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ProcessingError {
     /// The dynamics are already of second order.
     #[error("the LGVI needs no processing: expected Lie–Euler dynamics")]

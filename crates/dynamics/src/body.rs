@@ -38,6 +38,7 @@ pub struct RigidBody {
 
 /// Reasons why a mass and its distribution do not describe a rigid body.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum BodyError {
     /// The mass is not a positive number.
     #[error("mass is {0}, expected a finite number > 0")]

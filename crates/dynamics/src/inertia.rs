@@ -15,6 +15,7 @@ pub struct Inertia {
 
 /// Reasons why a matrix is not the inertia of a rigid body.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum InertiaError {
     /// An entry is NaN or infinite.
     #[error("entry ({row}, {column}) is {value}, expected a finite number")]

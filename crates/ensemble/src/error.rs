@@ -7,6 +7,7 @@ use thiserror::Error;
 
 /// The reason that an ensemble cannot be created, flown or read.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum EnsembleError {
     /// The scene does not define deviations of samples.
     #[error("the scene has no `ensemble` table, expected one with `samples` and `seed`")]

@@ -26,6 +26,7 @@ pub struct Failure {
 
 /// The kinds of failures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum FailureKind {
     /// The deviations make a body invalid, or it starts inside another one.
     Start,

@@ -8,6 +8,7 @@ pub const LONGEST: usize = 4 << 20;
 
 /// The reason that a scene cannot be flown.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum SceneError {
     /// The text is not TOML, a key is unknown or missing, or a value has the wrong type. The message includes the line.
     #[error("{0}")]
@@ -80,6 +81,7 @@ impl SceneError {
 
 /// The reason that a scene has no integrator.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum SchemeError {
     /// The method cannot integrate the bodies.
     #[error(transparent)]

@@ -21,6 +21,7 @@ use crate::Transfer;
 
 /// The reason why one half of a motion cannot be planned separately.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum DecouplingError {
     /// The body turns too far in a step of the free flight that the other half follows.
     #[error("step {step} of the free flight: {source}")]

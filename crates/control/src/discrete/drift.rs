@@ -12,18 +12,18 @@ use crate::shooting::inverse;
 /// The data of a completed drift.
 pub(crate) enum Drift {
     /// `x⁺ = x + (h/m) γ`: `P_p = M_m = I`, `P_m = (h/m) I`.
-    Glide(f64),
+    Translation(f64),
     /// The rotation of the attitude.
-    Turn(Turn),
+    Rotation(RotationDrift),
 }
 
 /// First derivatives of a drift.
 #[expect(clippy::large_enum_variant, reason = "one of each, on the stack")]
 pub(crate) enum DriftGradient {
     /// `h/m`
-    Glide(f64),
+    Translation(f64),
     /// `P_p = Fᵀ`, `P_m = Ξ`, `M_m = Fᵀ + S(P) Ξ`.
-    Turn {
+    Rotation {
         pose: Matrix3<f64>,
         pose_by_momentum: Matrix3<f64>,
         momentum: Matrix3<f64>,
@@ -43,7 +43,7 @@ impl Drift {
     pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) -> Self {
         let by_momentum = h / body.mass();
         state.position += by_momentum * state.linear_momentum;
-        Self::Glide(by_momentum)
+        Self::Translation(by_momentum)
     }
 
     /// Turns the attitude.
@@ -53,14 +53,14 @@ impl Drift {
         h: f64,
         state: &mut BodyState,
     ) -> Result<Self, Unsolvable> {
-        Turn::new(body, h, state).map(Self::Turn)
+        RotationDrift::new(body, h, state).map(Self::Rotation)
     }
 
     #[inline]
     pub(crate) fn gradient(&self) -> DriftGradient {
         match self {
-            Self::Glide(by_momentum) => DriftGradient::Glide(*by_momentum),
-            Self::Turn(turn) => turn.gradient(),
+            Self::Translation(by_momentum) => DriftGradient::Translation(*by_momentum),
+            Self::Rotation(turn) => turn.gradient(),
         }
     }
 
@@ -74,8 +74,8 @@ impl Drift {
     ) -> DriftCurvature {
         match (self, gradient) {
             (
-                Self::Turn(turn),
-                DriftGradient::Turn {
+                Self::Rotation(turn),
+                DriftGradient::Rotation {
                     pose_by_momentum, ..
                 },
             ) => turn.curvature(pose_by_momentum, by_pose, by_momentum),
@@ -92,11 +92,11 @@ impl DriftGradient {
     #[inline]
     pub(crate) fn matrices(&self) -> [Matrix3<f64>; 3] {
         match self {
-            Self::Glide(by_momentum) => {
+            Self::Translation(by_momentum) => {
                 let unit = Matrix3::identity();
                 [unit, Matrix3::from_diagonal_element(*by_momentum), unit]
             }
-            Self::Turn {
+            Self::Rotation {
                 pose,
                 pose_by_momentum,
                 momentum,
@@ -108,8 +108,8 @@ impl DriftGradient {
     #[inline]
     pub(crate) fn before(&self, m: &Matrix3<f64>) -> [Matrix3<f64>; 2] {
         match self {
-            Self::Glide(by_momentum) => [*m, *by_momentum * m],
-            Self::Turn {
+            Self::Translation(by_momentum) => [*m, *by_momentum * m],
+            Self::Rotation {
                 pose,
                 pose_by_momentum,
                 ..
@@ -123,7 +123,7 @@ impl DriftGradient {
 /// Let `F exp S(η)` be the rotation for `Π + δ`. To second order, `η = Ξδ + ½Ξ₂(δ, δ)` with `Ξ = h Fᵀ B⁻¹`, `B = tr[F
 /// J_d] I − F J_d` and `w·Ξ₂(δ, δ) = aᵀ(Q − tr[Q] I) a`, `a = Ξδ`, `Q = J_d S(v) F`, `v = B⁻ᵀ F w`. A variation ζ
 /// before the drift becomes `log(exp S(Fᵀζ) exp S(η)) = Fᵀζ + η + ½ Fᵀζ × η + …`, and `Π⁺ = exp S(η)ᵀ (P + Fᵀδ)`.
-pub(crate) struct Turn {
+pub(crate) struct RotationDrift {
     h: f64,
     /// `F`
     relative: Matrix3<f64>,
@@ -132,7 +132,7 @@ pub(crate) struct Turn {
     j_d: Matrix3<f64>,
 }
 
-impl Turn {
+impl RotationDrift {
     #[inline]
     fn new(body: &RigidBody, h: f64, state: &mut BodyState) -> Result<Self, Unsolvable> {
         let turn = rotation::solve(body.inertia(), &(h * state.angular_momentum))?;
@@ -152,7 +152,7 @@ impl Turn {
         let f_jd = self.relative * self.j_d;
         let b = Matrix3::from_diagonal_element(f_jd.trace()) - f_jd;
         let xi = f_t * (self.h * inverse(&b));
-        DriftGradient::Turn {
+        DriftGradient::Rotation {
             pose: f_t,
             pose_by_momentum: xi,
             momentum: f_t + hat(&self.momentum) * xi,

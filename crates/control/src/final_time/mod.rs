@@ -51,6 +51,7 @@ pub struct TimedPlan {
 
 /// The reason why no plan with a free final time was found.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum FinalTimeError {
     /// The range of final times is invalid.
     #[error(

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::conditions::{Ending, Inequalities};
 use super::iteration::Newton;
-use super::model::{Kind, ModelError};
+use super::model::{ModelError, ModelSettings};
 use super::problem::{Iterate, Problem};
 use super::search::CORRECTIONS;
 use super::trial::{Merit, Move, Trial};
@@ -14,7 +14,7 @@ use crate::discrete::DiscreteDynamics;
 /// terminal conditions.
 const AUGMENTATIONS: [f64; 3] = [1e7, 1e5, 1e3];
 /// The model whose policies keep trial points near their path and meet the conditions.
-const POLICIES: Kind = Kind {
+const POLICIES: ModelSettings = ModelSettings {
     curvature: 0.0,
     augmentation: 10.0,
     damping: 0.0,
@@ -41,12 +41,14 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         self.weights.defects.fill(0.0);
         self.weights.miss = 2.0 * self.iterate.nu.abs();
         AUGMENTATIONS.into_iter().find_map(|augmentation| {
-            let kind = Kind {
+            let settings = ModelSettings {
                 curvature: 1.0,
                 augmentation,
                 ..POLICIES
             };
-            let found = self.model.solve(problem, inequalities, &self.iterate, kind);
+            let found = self
+                .model
+                .solve(problem, inequalities, &self.iterate, settings);
             let Err(ModelError::NotConvex { stage }) = found else {
                 return None;
             };

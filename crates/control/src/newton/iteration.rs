@@ -1,7 +1,7 @@
 use nalgebra::SVector;
 
 use super::conditions::{Ending, Inequalities, Satisfied};
-use super::model::{Kind, Model, ModelError};
+use super::model::{Model, ModelError, ModelSettings};
 use super::problem::{Iterate, Problem};
 use super::trial::{Direction, Weights};
 use crate::discrete::DiscreteDynamics;
@@ -131,7 +131,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     {
         let begun = standing.iteration;
         let last = begun + tolerances.iterations;
-        let mut kind = Kind {
+        let mut settings = ModelSettings {
             curvature: if rough { 0.0 } else { 1.0 },
             augmentation: AUGMENTATIONS[0],
             damping: if rough { BEGIN } else { 0.0 },
@@ -143,7 +143,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let mut left = f64::INFINITY;
         let mut tightened = false;
         loop {
-            if let Err(error) = self.model_convex(problem, inequalities, &mut kind) {
+            if let Err(error) = self.model_convex(problem, inequalities, &mut settings) {
                 return Ended::Failed(error);
             }
             let start = &mut self.model.start;
@@ -154,8 +154,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
-            let exact = kind.curvature == 1.0 && kind.damping == 0.0;
-            self.solved_at = if exact && kind.gains {
+            let exact = settings.curvature == 1.0 && settings.damping == 0.0;
+            self.solved_at = if exact && settings.gains {
                 standing.violation.max(standing.stationarity)
             } else {
                 f64::INFINITY
@@ -193,7 +193,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             standing.iteration += 1;
             let close = standing.stationarity <= CLOSE;
             if self.search(problem, inequalities, standing) {
-                if self.is_near(tolerances, standing) && kind.damping == 0.0 {
+                if self.is_near(tolerances, standing) && settings.damping == 0.0 {
                     let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
                     if miss <= tolerances.violation && inequalities.satisfied() == Satisfied::Yes {
                         standing.violation = miss;
@@ -212,19 +212,19 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                         return ended;
                     }
                 }
-                kind.curvature = 1.0;
+                settings.curvature = 1.0;
                 // Gains of a level's first model are of no use: it is made far from the solution.
-                kind.gains = true;
+                settings.gains = true;
                 if standing.length < 1.0 {
-                    kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
+                    settings.damping = (settings.damping * RAISE).max(DAMPINGS[0]);
                 } else {
-                    kind.damping /= LOWER;
-                    if kind.damping < DAMPINGS[0] {
-                        kind.damping = 0.0;
+                    settings.damping /= LOWER;
+                    if settings.damping < DAMPINGS[0] {
+                        settings.damping = 0.0;
                     }
                 }
-            } else if kind.damping < DAMPINGS[1] {
-                kind.damping = (kind.damping * RAISE * RAISE).max(DAMPINGS[0] * RAISE);
+            } else if settings.damping < DAMPINGS[1] {
+                settings.damping = (settings.damping * RAISE * RAISE).max(DAMPINGS[0] * RAISE);
             } else {
                 return Ended::Stuck;
             }
@@ -244,7 +244,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
-        kind: &mut Kind,
+        settings: &mut ModelSettings,
     ) -> Result<(), ModelError>
     where
         S: DiscreteDynamics<X, U>,
@@ -254,18 +254,18 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         loop {
             match self
                 .model
-                .solve(problem, inequalities, &self.iterate, *kind)
+                .solve(problem, inequalities, &self.iterate, *settings)
             {
                 Err(ModelError::NotConvex { stage }) => {
                     let more = AUGMENTATIONS
                         .iter()
-                        .find(|&&augmentation| augmentation > kind.augmentation);
+                        .find(|&&augmentation| augmentation > settings.augmentation);
                     if let Some(&augmentation) = more {
-                        kind.augmentation = augmentation;
-                    } else if kind.curvature > 0.0 {
-                        kind.curvature = 0.0;
-                    } else if kind.damping < DAMPINGS[1] {
-                        kind.damping = (kind.damping * RAISE).max(DAMPINGS[0]);
+                        settings.augmentation = augmentation;
+                    } else if settings.curvature > 0.0 {
+                        settings.curvature = 0.0;
+                    } else if settings.damping < DAMPINGS[1] {
+                        settings.damping = (settings.damping * RAISE).max(DAMPINGS[0]);
                     } else {
                         return Err(ModelError::NotConvex { stage });
                     }

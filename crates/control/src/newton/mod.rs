@@ -1,6 +1,7 @@
 //! Newton's method on all stages (multiple shooting): states, commands and multipliers are solved for together, with
 //! one linear-quadratic problem per iteration.
 
+mod body_frame;
 mod conditions;
 mod descent;
 mod follow;
@@ -10,10 +11,9 @@ mod model;
 mod problem;
 mod search;
 mod trial;
-mod turning;
 
+pub(crate) use body_frame::BodyFrame;
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
-pub(crate) use model::Kind;
+pub(crate) use model::ModelSettings;
 pub(crate) use problem::{Iterate, Problem, strictness};
-pub(crate) use turning::Turning;

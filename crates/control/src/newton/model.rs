@@ -8,7 +8,7 @@ use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
 
 /// Settings of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Kind {
+pub(crate) struct ModelSettings {
     /// Factor of the second derivatives of dynamics and terminal conditions: 1 for Newton's method, 0 for Gauss–Newton.
     pub(crate) curvature: f64,
     /// Weight of the augmentation of the terminal conditions, in multiples of the stiffness at the end.
@@ -105,7 +105,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         iterate: &Iterate<X, U>,
-        kind: Kind,
+        settings: ModelSettings,
     ) -> Result<(), ModelError>
     where
         S: DiscreteDynamics<X, U>,
@@ -113,11 +113,16 @@ impl<const X: usize, const U: usize> Model<X, U> {
         Q: Inequalities<X, U>,
     {
         let steps = problem.steps;
-        let curvature = kind.curvature;
+        let curvature = settings.curvature;
         let last = problem.intervals;
         let end = &iterate.states[last];
-        let (mut costate, end_model) =
-            end_model(problem, inequalities, iterate, kind, &mut self.augmentation);
+        let (mut costate, end_model) = end_model(
+            problem,
+            inequalities,
+            iterate,
+            settings,
+            &mut self.augmentation,
+        );
         self.miss = end_model.residual;
         self.strictness = problem.strictness(&end_model.jacobian);
         let softness = softness(problem, &end_model.jacobian);
@@ -163,16 +168,16 @@ impl<const X: usize, const U: usize> Model<X, U> {
                     stage.hessian.mixed *= curvature;
                     stage.hessian.command *= curvature;
                 }
-                if let Some(turning) = problem.turning {
+                if let Some(body_frame) = problem.body_frame {
                     let Curvature { state, mixed, .. } = &mut stage.hessian;
-                    turning.curve(&residual, command, state, mixed);
+                    body_frame.curve(&residual, command, state, mixed);
                 }
             }
             stage.hessian.command += weight;
-            if kind.damping > 0.0 {
-                stage.hessian.command += kind.damping * weight;
+            if settings.damping > 0.0 {
+                stage.hessian.command += settings.damping * weight;
                 for (i, metric) in problem.metric.iter().enumerate() {
-                    stage.hessian.state[(i, i)] += kind.damping * problem.h * metric;
+                    stage.hessian.state[(i, i)] += settings.damping * problem.h * metric;
                 }
             }
             inequalities.add_command(
@@ -194,7 +199,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             }
             cost.sweep(stage, dynamics, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
-            if let (true, Some(gain)) = (kind.gains, self.gains.get_mut(k)) {
+            if let (true, Some(gain)) = (settings.gains, self.gains.get_mut(k)) {
                 *gain = cost.gain(&self.policies[k], &softness);
             }
             self.defects[k] = stage.defect;
@@ -259,7 +264,7 @@ fn end_model<S, E, Q, const X: usize, const U: usize>(
     problem: &Problem<'_, S, E, X, U>,
     inequalities: &mut Q,
     iterate: &Iterate<X, U>,
-    kind: Kind,
+    settings: ModelSettings,
     augmentation: &mut SVector<f64, X>,
 ) -> (SVector<f64, X>, EndModel<X>)
 where
@@ -277,7 +282,7 @@ where
             .map(|(c, stiffness)| c * c / stiffness)
             .sum();
         *weight = if compliance > 0.0 {
-            kind.augmentation / compliance
+            settings.augmentation / compliance
         } else {
             0.0
         };
@@ -285,13 +290,13 @@ where
     }
     let mut hessian = jacobian.tr_mul(&augmented);
     let mut gradient = augmented.tr_mul(&residual);
-    if kind.curvature > 0.0 {
-        hessian += kind.curvature * problem.ending.curvature(end, &iterate.nu);
+    if settings.curvature > 0.0 {
+        hessian += settings.curvature * problem.ending.curvature(end, &iterate.nu);
     }
     inequalities.add_state(
         problem.intervals - 1,
         end,
-        kind.curvature,
+        settings.curvature,
         &mut hessian,
         &mut gradient,
     );

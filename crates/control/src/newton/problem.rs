@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
-use super::turning::Turning;
+use super::body_frame::BodyFrame;
 
 /// A discrete optimal control problem of `X` coordinates and `U` commands, as the Newton iteration sees it.
 pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
@@ -23,7 +23,7 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     /// about `½ stiffness δ²`.
     pub(crate) stiffness: SVector<f64, X>,
     /// Positions of the body-frame vectors that turn with the attitude.
-    pub(crate) turning: Option<Turning>,
+    pub(crate) body_frame: Option<BodyFrame>,
     /// Weight of variations of a state per unit of time, by coordinate.
     pub(crate) metric: SVector<f64, X>,
     /// Rounding error of each coordinate at the end, in multiples of the tolerance.

@@ -127,11 +127,11 @@ where
             let state = to.states[k];
             let policy = &model.policies[k];
             let mut off = steps.difference(&from.states[k], &state);
-            let turned = problem.turning.map(|turning| {
+            let turned = problem.body_frame.map(|body_frame| {
                 let momenta = [&from.states[k], &state].map(|state| &state.angular_momentum);
                 (
-                    turning,
-                    turning.difference(momenta[0], momenta[1], &mut off),
+                    body_frame,
+                    body_frame.difference(momenta[0], momenta[1], &mut off),
                 )
             });
             let v = match how {
@@ -143,8 +143,8 @@ where
                 Move::Conditions(nu) => policy.state.tr_mul(&off) + policy.conditions.tr_mul(&nu),
             };
             let mut command = from.commands[k] + v;
-            if let Some((turning, zeta)) = turned {
-                turning.command(&zeta, &from.commands[k], &mut command);
+            if let Some((body_frame, zeta)) = turned {
+                body_frame.command(&zeta, &from.commands[k], &mut command);
             }
             let next = steps.next(k, &state, &command)?;
             let (end, defect) = match how {

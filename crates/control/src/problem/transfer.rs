@@ -37,6 +37,7 @@ pub struct Transfer {
 
 /// The reason why a transfer is invalid.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum TransferError {
     /// The step size is not a finite positive number.
     #[error("the step is {0}, expected a finite number > 0")]

@@ -12,6 +12,7 @@ use crate::problem::{Vector12, block};
 
 /// The reason why an extremal does not reach its end.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ExtremalError {
     /// The transfer is not covered by the conditions (4.19)–(4.26).
     #[error(

@@ -71,6 +71,7 @@ pub struct Solution {
 
 /// The reason why shooting ended without a solution.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ShootingError {
     /// The transfer's values overflow or underflow in its own units.
     #[error("the transfer leaves the range of numbers in units of its own size: {0}")]

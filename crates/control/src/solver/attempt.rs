@@ -99,7 +99,7 @@ impl<'s, C> Solver<'s, C> {
             intervals: view.intervals,
             weight,
             command_units: weight.diagonal().map(|weight| weight.sqrt().recip()),
-            turning: self.class.turning(view),
+            body_frame: self.class.body_frame(view),
             stiffness: own(stiffness(view)),
             metric: own(metric(view)),
             rounding: own(view.rounding / self.tolerances.violation),

@@ -6,7 +6,7 @@ use crate::discrete::{
     DecoupledCommands, DecouplingError, DiscreteDynamics, Full, KickDriftKick, RotationOnly,
     TranslationOnly,
 };
-use crate::newton::{Ending, Turning};
+use crate::newton::{BodyFrame, Ending};
 use crate::problem::{HalfSet, TerminalSet};
 use crate::{Actuation, Transfer};
 
@@ -43,9 +43,9 @@ pub(super) trait Class<const X: usize, const U: usize> {
     fn moments(&self, transfer: &Transfer) -> Option<usize>;
 
     /// Indices of the body-frame vectors that turn with the attitude.
-    fn turning(&self, transfer: &Transfer) -> Option<Turning> {
+    fn body_frame(&self, transfer: &Transfer) -> Option<BodyFrame> {
         let [_, attitude] = Self::OFFSETS;
-        Some(Turning {
+        Some(BodyFrame {
             attitude: attitude?,
             moment: self.moments(transfer)?,
         })

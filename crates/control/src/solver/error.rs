@@ -6,6 +6,7 @@ use crate::{Plan, TransferError};
 
 /// The reason why no plan was found.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum PlanError {
     /// Start or target violate an inequality.
     #[error(

@@ -6,7 +6,7 @@ use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{Ended, Ending, Inequalities, Iterate, Kind, Newton};
+use crate::newton::{Ended, Ending, Inequalities, Iterate, ModelSettings, Newton};
 use crate::{Certificate, Plan};
 
 impl<C> Solver<'_, C> {
@@ -56,9 +56,12 @@ impl<C> Solver<'_, C> {
         let Newton { model, iterate, .. } = &mut newton;
         if !sufficient {
             model.want_gains();
-            for kind in KINDS {
-                if model.solve(&problem, inequalities, iterate, kind).is_ok() {
-                    sufficient = kind.curvature == 1.0;
+            for settings in MODELS {
+                if model
+                    .solve(&problem, inequalities, iterate, settings)
+                    .is_ok()
+                {
+                    sufficient = settings.curvature == 1.0;
                     break;
                 }
             }
@@ -168,19 +171,19 @@ const REUSED: f64 = 2e-3;
 
 /// Models that certify a plan: the exact Hessian with increasing augmentation, then the Gauss–Newton model. The latter
 /// is always convex and gives gains for plans that are not minima.
-const KINDS: [Kind; 5] = [
+const MODELS: [ModelSettings; 5] = [
     exact(10.0),
     exact(1e3),
     exact(1e5),
     exact(1e7),
-    Kind {
+    ModelSettings {
         curvature: 0.0,
         ..exact(10.0)
     },
 ];
 
-const fn exact(augmentation: f64) -> Kind {
-    Kind {
+const fn exact(augmentation: f64) -> ModelSettings {
+    ModelSettings {
         curvature: 1.0,
         augmentation,
         damping: 0.0,

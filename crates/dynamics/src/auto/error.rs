@@ -8,6 +8,7 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=0.1;
 
 /// Reasons why no method could be chosen.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ChoiceError {
     /// The duration is not a positive number.
     #[error("duration is {0}, expected a finite number > 0")]

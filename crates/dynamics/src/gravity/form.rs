@@ -2,6 +2,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// The parameters of a gravity model, for code that evaluates it for many systems at once; see [`lanes`](crate::lanes).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Form {
     /// A stationary attractor.
     Attractor {
@@ -24,6 +25,7 @@ pub enum Form {
 
 /// An attractor in its own frame.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SourceShape {
     /// A point or a sphere.
     Point {

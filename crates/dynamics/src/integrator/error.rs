@@ -5,6 +5,7 @@ use crate::rotation::Unsolvable;
 
 /// Reasons why a step could not be made. Bodies are counted from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum StepError {
     /// The number of controls differs from the number of bodies.
     #[error("there are {found} controls for {expected} bodies")]
@@ -106,6 +107,7 @@ impl StepError {
 
 /// Reasons why a method cannot integrate a system. Bodies are counted from 0.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum MethodError {
     /// The method does not support bodies of this mobility.
     #[error("{method} cannot integrate body {body}: {expected}")]

@@ -18,6 +18,7 @@ pub enum Rotor {
 
 /// The integrators by name.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Method {
     /// The Lie group variational integrator in Hamiltonian form (3.22)–(3.26), [`Splitting::lgvi`].
     Lgvi(Rotor),

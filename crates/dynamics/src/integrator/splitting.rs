@@ -16,7 +16,7 @@ use crate::{BodyState, Load, RigidBody, System};
 /// step returns [`StepError::Unsolvable`].
 pub struct Splitting {
     /// Coefficients of kicks and drifts, each drift after its kick.
-    stages: Vec<Stage>,
+    stages: Vec<KickDrift>,
     /// Coefficient of the kick after all drifts.
     last_kick: f64,
     loads: Loads,
@@ -33,7 +33,7 @@ pub struct Splitting {
 
 /// A kick `K(bh)`, followed by a drift `D(ah)`.
 #[derive(Clone, Copy)]
-struct Stage {
+struct KickDrift {
     b: f64,
     a: f64,
 }
@@ -41,7 +41,7 @@ struct Stage {
 impl Splitting {
     /// Creates a splitting with the coefficients `b` of the kicks, one more than the coefficients `a` of the drifts.
     pub(super) fn new(kicks: &[f64], drifts: &[f64], rotor: Rotor, bodies: &[RigidBody]) -> Self {
-        let stages = kicks.iter().zip(drifts).map(|(&b, &a)| Stage { b, a });
+        let stages = kicks.iter().zip(drifts).map(|(&b, &a)| KickDrift { b, a });
         Self {
             once: rotor == Rotor::Exact && drifts.len() > 1,
             stages: stages.collect(),
@@ -161,7 +161,7 @@ impl Splitting {
         h: f64,
         index: usize,
     ) -> Result<u32, StepError> {
-        let Stage { b, a } = self.stages[index];
+        let KickDrift { b, a } = self.stages[index];
         let loads = self.loads.at(system, states, controls, (b, index == 0));
         let kick = (loads, b * h);
         let coasting = if (self.once || self.rests) && controls.is_empty() {

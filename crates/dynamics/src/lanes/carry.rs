@@ -1,9 +1,9 @@
 //! Application of a rotation to a body in every lane.
 
 use crate::lane::{Lane, Matrix, Vector};
-use crate::rotation::Rotation;
+use crate::rotation::LaneQuaternion;
 
-impl<T: Lane> Rotation<T> {
+impl<T: Lane> LaneQuaternion<T> {
     /// Both `R F` and `Fᵀ p`, as [`Quaternion::carry`].
     #[inline(always)]
     pub(super) fn carry(&self, r: &Matrix<T>, p: Vector<T>) -> (Matrix<T>, Vector<T>) {

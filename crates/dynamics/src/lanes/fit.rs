@@ -7,6 +7,7 @@ use crate::{MassDistribution, Method, System};
 
 /// Reasons why lanes cannot integrate a system. Bodies are counted from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum Unfit {
     /// The method is not a splitting with the discrete rotor.
     #[error(

@@ -106,6 +106,7 @@ fn eight<S: Simd>(simd: S, batch: &Batch, outcomes: &mut Vec<Outcome>) {
 
 /// Reasons why a flight cannot be made.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
 pub enum FlyError {
     /// The input is invalid for any simulation.
     #[error(transparent)]

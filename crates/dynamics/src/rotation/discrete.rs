@@ -43,7 +43,7 @@ pub(crate) struct DiscreteRotation<T> {
 
 /// The quaternion `(w, u)` of a rotation, of any length.
 #[derive(Clone, Copy)]
-pub(crate) struct Rotation<T> {
+pub(crate) struct LaneQuaternion<T> {
     pub(crate) w: T,
     pub(crate) u: Vector<T>,
 }
@@ -51,7 +51,7 @@ pub(crate) struct Rotation<T> {
 /// A rotation, the correction of s, and a mask whose bit k is set if they are the solution in lane k.
 #[derive(Clone, Copy)]
 pub(crate) struct Solution<T> {
-    pub(crate) rotation: Rotation<T>,
+    pub(crate) rotation: LaneQuaternion<T>,
     pub(crate) correction: T,
     pub(crate) lanes: u32,
 }
@@ -157,7 +157,7 @@ impl<T: Lane> DiscreteRotation<T> {
         let miss = (s - guess) * reciprocal;
         let residual = miss * miss * u.norm_squared();
         Solution {
-            rotation: Rotation { w, u },
+            rotation: LaneQuaternion { w, u },
             correction: s - leading,
             lanes: residual.at_most(gamma * SOLVED) & s.below(self.limit),
         }
@@ -179,7 +179,7 @@ impl<T: Lane> Solution<T> {
         let solved = open & self.lanes;
         let (u, others) = (self.rotation.u, other.rotation.u);
         Self {
-            rotation: Rotation {
+            rotation: LaneQuaternion {
                 w: self.rotation.w.where_in(solved, other.rotation.w),
                 u: Vector::new(
                     u.x.where_in(solved, others.x),
@@ -222,7 +222,7 @@ impl DiscreteRotation<f64> {
     ) -> Option<(Quaternion, f64)> {
         let solution = self.pass(&self.given(h, p.into()), guess);
         (solution.lanes == 1).then(|| {
-            let Rotation { w, u } = self.in_body_axes(solution).rotation;
+            let LaneQuaternion { w, u } = self.in_body_axes(solution).rotation;
             (Quaternion { w, u: u.into() }, solution.correction)
         })
     }
@@ -240,13 +240,13 @@ impl DiscreteRotation<f64> {
                     margin,
                 })?;
             iterations = corrections;
-            solution.rotation = Rotation {
+            solution.rotation = LaneQuaternion {
                 w: 1.0,
                 u: (&cayley).into(),
             };
             solution.correction = g.dot(&cayley) - given.leading;
         }
-        let Rotation { w, u } = self.in_body_axes(solution).rotation;
+        let LaneQuaternion { w, u } = self.in_body_axes(solution).rotation;
         Ok(Solved {
             rotation: Quaternion { w, u: u.into() },
             correction: solution.correction,

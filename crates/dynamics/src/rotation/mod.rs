@@ -19,7 +19,7 @@ use thiserror::Error;
 
 pub use free::FreeRotation;
 
-pub(crate) use discrete::{DiscreteRotation, Rotation, Solved};
+pub(crate) use discrete::{DiscreteRotation, LaneQuaternion, Solved};
 pub(crate) use principal::PrincipalAxes;
 
 use crate::Inertia;

@@ -35,6 +35,7 @@ pub struct Allowance {
 
 /// Reasons why a tolerance does not permit omissions.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum Refusal {
     /// Nothing would be negligible in the initial states.
     #[error("nothing would be negligible at the start, even if errors grew as in free motion")]

@@ -335,8 +335,8 @@ impl From<PlanError> for Unsolved {
             PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, best),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
-            PlanError::Decoupling(_) | PlanError::Units(_) => (Reason::Refused, None),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),
+            _ => (Reason::Refused, None),
         };
         Self {
             reason,

@@ -2,6 +2,7 @@ use thiserror::Error;
 
 /// Reasons why vertices and faces do not form a homogeneous polyhedron. Vertices, faces and axes are counted from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum PolyhedronError {
     /// The density is not a positive number.
     #[error("density is {0}, expected a finite number > 0")]
@@ -91,6 +92,7 @@ pub enum PolyhedronError {
 
 /// Reasons why a text is not a polyhedron in the Wavefront OBJ format. Lines are counted from 1.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ObjError {
     /// A vertex has fewer than three coordinates, or one that is not a finite number.
     #[error("line {line}: `{text}` is not a vertex, expected `v` and three finite numbers")]

@@ -164,15 +164,19 @@ fn momenta_are_the_discrete_legendre_transforms() {
 
             let last = degree as usize - 1;
             let motion = &galerkin.motion;
-            let positions = motion.gliding.iter().zip(&begin).map(|(gliding, state)| {
-                let points = &gliding.as_ref().unwrap().curve.points;
-                let mut positions = vec![state.position];
-                positions.extend(points.iter().map(|point| state.position + point));
-                positions
-            });
-            let inner = motion.turning.iter();
+            let positions = motion
+                .translations
+                .iter()
+                .zip(&begin)
+                .map(|(translation, state)| {
+                    let points = &translation.as_ref().unwrap().curve.points;
+                    let mut positions = vec![state.position];
+                    positions.extend(points.iter().map(|point| state.position + point));
+                    positions
+                });
+            let inner = motion.rotations.iter();
             let inner =
-                inner.map(|turning| turning.as_ref().unwrap().curve.points[..last].to_vec());
+                inner.map(|rotation| rotation.as_ref().unwrap().curve.points[..last].to_vec());
             let path = Path {
                 origin,
                 positions: positions.collect(),

@@ -3,13 +3,13 @@
 mod basis;
 mod curve;
 mod elimination;
-mod gliding;
 mod iteration;
 #[cfg(test)]
 mod legendre;
 mod motion;
 mod quadrature;
-mod turning;
+mod rotation;
+mod translation;
 
 pub use quadrature::Quadrature;
 
@@ -118,13 +118,13 @@ impl Galerkin {
             if let Mobility::Driven(drive) = body.mobility() {
                 next = drive.advance(body, state, h);
             }
-            if let Some(turning) = &motion.turning[index] {
-                turning.check(basis, index)?;
+            if let Some(rotation) = &motion.rotations[index] {
+                rotation.check(basis, index)?;
                 (next.attitude, next.angular_momentum) =
-                    turning.end(basis, &state.attitude, &state.angular_momentum);
+                    rotation.end(basis, &state.attitude, &state.angular_momentum);
             }
-            if let Some(gliding) = &motion.gliding[index] {
-                next.position += gliding.curve.points[basis.degree - 1];
+            if let Some(translation) = &motion.translations[index] {
+                next.position += translation.curve.points[basis.degree - 1];
                 for (load, weight) in motion.loads_on(index).zip(&basis.weights) {
                     next.linear_momentum += h * weight * load.force;
                 }

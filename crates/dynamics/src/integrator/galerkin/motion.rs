@@ -1,8 +1,8 @@
 use super::basis::Basis;
 use super::curve::{Curve, Guess};
-use super::gliding::Gliding;
 use super::iteration::{Progress, Stall, iterate};
-use super::turning::Turning;
+use super::rotation::RotationPath;
+use super::translation::TranslationPath;
 use crate::{BodyState, Load, Mobility, RigidBody, System};
 
 /// Limit of passes.
@@ -31,8 +31,8 @@ impl Step<'_> {
 /// The motion of all bodies within a step: their unknowns, and the equations coupled by the loads.
 pub(super) struct Motion {
     pub(super) basis: Basis,
-    pub(super) turning: Vec<Option<Turning>>,
-    pub(super) gliding: Vec<Option<Gliding>>,
+    pub(super) rotations: Vec<Option<RotationPath>>,
+    pub(super) translations: Vec<Option<TranslationPath>>,
     /// Poses at the quadrature nodes, ordered by node, then by body.
     poses: Vec<BodyState>,
     /// Loads at these poses, in the same order.
@@ -45,13 +45,13 @@ impl Motion {
             |body: &RigidBody| matches!(body.mobility(), Mobility::Free | Mobility::Pivoted);
         let glides = |body: &RigidBody| *body.mobility() == Mobility::Free;
         Self {
-            turning: bodies
+            rotations: bodies
                 .iter()
-                .map(|body| turns(body).then(|| Turning::new(&basis)))
+                .map(|body| turns(body).then(|| RotationPath::new(&basis)))
                 .collect(),
-            gliding: bodies
+            translations: bodies
                 .iter()
-                .map(|body| glides(body).then(|| Gliding::new(&basis)))
+                .map(|body| glides(body).then(|| TranslationPath::new(&basis)))
                 .collect(),
             poses: Vec::with_capacity(basis.points * bodies.len()),
             loads: vec![Load::default(); basis.points * bodies.len()],
@@ -72,12 +72,12 @@ impl Motion {
             }
         }
         for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
-            if let Some(turning) = &mut self.turning[index] {
-                turning.guess(&self.basis, &(h * state.angular_velocity(body)), guess);
+            if let Some(rotation) = &mut self.rotations[index] {
+                rotation.guess(&self.basis, &(h * state.angular_velocity(body)), guess);
             }
-            if let Some(gliding) = &mut self.gliding[index] {
-                gliding.curve.base = state.position.norm();
-                gliding.guess(&self.basis, &(h * state.velocity(body)), guess);
+            if let Some(translation) = &mut self.translations[index] {
+                translation.curve.base = state.position.norm();
+                translation.guess(&self.basis, &(h * state.velocity(body)), guess);
             }
         }
     }
@@ -124,7 +124,7 @@ impl Motion {
         self.begin(system.bodies(), step, guess);
         iterate(MAX_PASSES, iterations, |linearize| {
             self.correct(system, step, linearize);
-            let all = curves(&mut self.turning, &mut self.gliding);
+            let all = curves(&mut self.rotations, &mut self.translations);
             all.map(Curve::advance)
                 .fold(Progress::default(), Progress::and)
         })
@@ -141,13 +141,13 @@ impl Motion {
         let basis = &self.basis;
         for (index, (body, state)) in system.bodies().iter().zip(states).enumerate() {
             let poses = self.poses[index..].iter_mut().step_by(count);
-            if let Some(turning) = &mut self.turning[index] {
-                turning.sample(basis, body.inertia());
-                let center = state.attitude * turning.center(basis);
+            if let Some(rotation) = &mut self.rotations[index] {
+                rotation.sample(basis, body.inertia());
+                let center = state.attitude * rotation.center(basis);
                 for (point, pose) in poses.enumerate() {
-                    pose.attitude = center * turning.relative(point);
-                    if let Some(gliding) = &self.gliding[index] {
-                        pose.position = state.position + gliding.at(basis, point);
+                    pose.attitude = center * rotation.relative(point);
+                    if let Some(translation) = &self.translations[index] {
+                        pose.position = state.position + translation.at(basis, point);
                     }
                 }
             }
@@ -161,8 +161,8 @@ impl Motion {
         }
         for (index, (body, state)) in system.bodies().iter().zip(states).enumerate() {
             let load = |point: usize| &self.loads[point * count + index];
-            if let Some(turning) = &mut self.turning[index] {
-                turning.correct(
+            if let Some(rotation) = &mut self.rotations[index] {
+                rotation.correct(
                     basis,
                     body.inertia(),
                     &state.angular_momentum,
@@ -171,37 +171,31 @@ impl Motion {
                     linearize,
                 );
             }
-            if let Some(gliding) = &mut self.gliding[index] {
+            if let Some(translation) = &mut self.translations[index] {
                 let scale = h * h / body.mass();
                 let way = h * state.velocity(body);
-                gliding.correct(basis, &way, |point| scale * load(point).force);
+                translation.correct(basis, &way, |point| scale * load(point).force);
             }
         }
     }
 
     /// The loads on a body at the quadrature nodes.
     pub(super) fn loads_on(&self, body: usize) -> impl Iterator<Item = &Load> {
-        self.loads.iter().skip(body).step_by(self.turning.len())
+        self.loads.iter().skip(body).step_by(self.rotations.len())
     }
 
     /// Stores the current motion for later guesses.
     pub(super) fn remember(&mut self) {
-        curves(&mut self.turning, &mut self.gliding).for_each(Curve::remember);
+        curves(&mut self.rotations, &mut self.translations).for_each(Curve::remember);
     }
 }
 
 /// The unknowns of all bodies.
 fn curves<'a>(
-    turning: &'a mut [Option<Turning>],
-    gliding: &'a mut [Option<Gliding>],
+    rotations: &'a mut [Option<RotationPath>],
+    translations: &'a mut [Option<TranslationPath>],
 ) -> impl Iterator<Item = &'a mut Curve> {
-    let turning = turning
-        .iter_mut()
-        .flatten()
-        .map(|turning| &mut turning.curve);
-    let gliding = gliding
-        .iter_mut()
-        .flatten()
-        .map(|gliding| &mut gliding.curve);
-    turning.chain(gliding)
+    let rotations = rotations.iter_mut().flatten().map(|path| &mut path.curve);
+    let translations = translations.iter_mut().flatten();
+    rotations.chain(translations.map(|path| &mut path.curve))
 }

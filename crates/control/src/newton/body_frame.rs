@@ -10,14 +10,14 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Positions of the attitude among the coordinates and of the moment among the commands.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turning {
+pub(crate) struct BodyFrame {
     /// Index of ζ; Π begins three later.
     pub(crate) attitude: usize,
     /// Index of the moment. The commands must be moments themselves.
     pub(crate) moment: usize,
 }
 
-impl Turning {
+impl BodyFrame {
     /// Replaces δΠ in the difference `z` of two states by that of turned variations from the momentum `from` to the
     /// momentum `to`. Returns ζ.
     pub(crate) fn difference<const X: usize>(
@@ -46,8 +46,8 @@ impl Turning {
             .copy_from(&(exp(&-zeta) * varied));
     }
 
-    /// Adds the second derivatives that turning causes where the gradient of the Lagrangian by the command is nonzero:
-    /// those of `−r · (ζ × v + ½ ζ × (ζ × u))`.
+    /// Adds the second derivatives of turned variations, which count where the gradient of the Lagrangian by the command
+    /// is nonzero: those of `−r · (ζ × v + ½ ζ × (ζ × u))`.
     pub(crate) fn curve<const X: usize, const U: usize>(
         self,
         gradient: &SVector<f64, U>,

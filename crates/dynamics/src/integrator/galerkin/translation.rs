@@ -5,12 +5,12 @@ use super::curve::{Curve, Guess, combine};
 
 /// The motion of one body's center of mass within a step: the displacements `x^κ − x_0` of its control points.
 /// Stationarity of the action gives them explicitly in terms of the forces, see [`Basis::response`].
-pub(super) struct Gliding {
+pub(super) struct TranslationPath {
     /// `x^κ − x_0`.
     pub(super) curve: Curve,
 }
 
-impl Gliding {
+impl TranslationPath {
     pub(super) fn new(basis: &Basis) -> Self {
         Self {
             curve: Curve::new(basis.degree),

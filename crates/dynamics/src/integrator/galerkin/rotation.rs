@@ -23,7 +23,7 @@ use crate::integrator::StepError;
 /// center halfway. The last control point moves the end, and for a center halfway also the start: `T_s = J_rᵀ(ξ^s) Π_1
 /// [+ J_r(ξ^s) Π_0]`. By `J_rᵀ = J_r E`, this equals `T_s = J_r(ξ^s) y` with `y = Π_0 + I [+ Eᵀ Π_0]`, which does not
 /// contain `Π_1`.
-pub(super) struct Turning {
+pub(super) struct RotationPath {
     /// `ξ^κ`.
     pub(super) curve: Curve,
     samples: Vec<Sample>,
@@ -49,7 +49,7 @@ struct Sample {
     moment: Vector3<f64>,
 }
 
-impl Turning {
+impl RotationPath {
     pub(super) fn new(basis: &Basis) -> Self {
         Self {
             curve: Curve::new(basis.degree),

@@ -53,7 +53,7 @@ fn refused(text: &str) -> String {
             assert!(error.contains("line "), "{error}");
             error
         }
-        Err(error @ (SceneError::Value { .. } | SceneError::TooLong)) => error.to_string(),
+        Err(error) => error.to_string(),
     }
 }
 

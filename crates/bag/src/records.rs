@@ -51,6 +51,8 @@ pub(crate) struct MessageHeader {
 }
 
 pub(crate) struct ChunkHeader {
+    /// First and last log time (ns).
+    pub times: (u64, u64),
     /// Of the records (bytes).
     pub length: u64,
     /// Of the records; zero if it was not computed.
@@ -138,27 +140,14 @@ impl Schema {
 
 impl Channel {
     pub fn parse(body: &[u8]) -> Result<Self, Damage> {
-        let (channel, damage) = Self::parse_most(body)?;
-        damage.map_or(Ok(channel), Err)
-    }
-
-    /// The same without the metadata where those are damaged, and with the damage.
-    pub fn parse_most(body: &[u8]) -> Result<(Self, Option<Damage>), Damage> {
         let mut fields = Fields::new("channel", body);
-        let mut channel = Self {
+        Ok(Self {
             id: fields.u16()?,
             schema: fields.u16()?,
             topic: fields.string()?,
             encoding: fields.string()?,
-            metadata: BTreeMap::new(),
-        };
-        match fields.map(|entry| Ok((entry.string()?, entry.string()?))) {
-            Ok(metadata) => {
-                channel.metadata = metadata;
-                Ok((channel, None))
-            }
-            Err(damage) => Ok((channel, Some(damage))),
-        }
+            metadata: fields.map(|entry| Ok((entry.string()?, entry.string()?)))?,
+        })
     }
 }
 
@@ -191,8 +180,8 @@ impl ChunkHeader {
 
     pub fn parse(body: &[u8]) -> Result<Self, Damage> {
         let mut fields = Fields::new("chunk", body);
-        let [_start_time, _end_time] = [fields.u64()?, fields.u64()?];
         Ok(Self {
+            times: (fields.u64()?, fields.u64()?),
             length: fields.u64()?,
             checksum: fields.u32()?,
             compression: fields.string()?,

@@ -3,7 +3,11 @@
 mod entries;
 mod paths;
 
-use std::{collections::BTreeMap, fs, io, path::Path};
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -132,6 +136,8 @@ impl Metadata {
         #[derive(Deserialize)]
         struct Versioned {
             version: u32,
+            #[serde(default)]
+            storage_identifier: Option<String>,
         }
 
         let io_error = |source| BagError::Io {
@@ -144,7 +150,16 @@ impl Metadata {
         };
         let text = regular::text(file, yaml::MAX_TEXT).map_err(io_error)?;
         let versioned: Document<Versioned> = yaml::read(&text).map_err(yaml_error)?;
-        let found = versioned.rosbag2_bagfile_information.version;
+        let Versioned {
+            version: found,
+            storage_identifier,
+        } = versioned.rosbag2_bagfile_information;
+        if let Some(found) = storage_identifier.filter(|storage| storage != STORAGE) {
+            return Err(BagError::Storage {
+                file: file.to_owned(),
+                found,
+            });
+        }
         if found > VERSION {
             return Err(BagError::MetadataVersion {
                 file: file.to_owned(),
@@ -159,13 +174,6 @@ impl Metadata {
     }
 
     fn check(&self, file: &Path) -> Result<(), BagError> {
-        if self.storage_identifier != STORAGE {
-            let found = self.storage_identifier.clone();
-            return Err(BagError::Storage {
-                file: file.to_owned(),
-                found,
-            });
-        }
         // Files and messages that are compressed with zstd are known by their first bytes.
         let mode = self.compression_mode.to_lowercase();
         if !["", "none"].contains(&&*mode) && self.compression_format != "zstd" {
@@ -186,6 +194,12 @@ impl Metadata {
             *count = count.saturating_add(topic.message_count);
         }
         counts
+    }
+
+    /// Number of messages in each file, by its path relative to the bag's directory.
+    pub(crate) fn file_counts(&self) -> impl Iterator<Item = (PathBuf, u64)> {
+        let files = self.files.iter();
+        files.filter_map(|file| Some((within(&file.path, self.version)?, file.message_count)))
     }
 
     /// Hash of each topic's type by the topic's name and type.

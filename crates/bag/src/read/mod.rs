@@ -13,8 +13,10 @@ pub use messages::{Message, Messages};
 pub use reader::{BagFile, BagReader};
 
 pub(crate) use {
-    file::{MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, OTHER_STORAGES},
+    file::{
+        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, McapFile, OTHER_STORAGES, split, unpack,
+    },
     listing::{mcap_files, natural},
     messages::unpacked,
-    siblings::{numbered, siblings},
+    siblings::siblings,
 };

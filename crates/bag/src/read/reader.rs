@@ -68,14 +68,22 @@ impl BagReader {
         if let Some(fault) = faults.into_iter().next() {
             return Err(fault);
         }
-        let files = files.iter().map(|file| McapFile::open(file));
-        let mut reader = Self::new(files.collect::<Result<_, _>>()?, unlisted, odd);
-        for file in reader.files.iter().skip(1) {
-            reader.repeated.push(file.repeated_messages()?);
-        }
+        let mut reader = Self::open_files(files)?;
+        reader.unlisted = unlisted;
+        reader.odd = odd;
         if let Some((file, metadata)) = metadata {
             reader.check_counts(&metadata, &file)?;
             reader.describe(metadata);
+        }
+        Ok(reader)
+    }
+
+    /// Opens the files of a bag.
+    pub(crate) fn open_files(files: Vec<PathBuf>) -> Result<Self, BagError> {
+        let files = files.iter().map(|file| McapFile::open(file));
+        let mut reader = Self::new(files.collect::<Result<_, _>>()?, None, Vec::new());
+        for file in reader.files.iter().skip(1) {
+            reader.repeated.push(file.repeated_messages()?);
         }
         Ok(reader)
     }
@@ -159,7 +167,7 @@ impl BagReader {
     }
 
     /// Takes over what only the metadata tells.
-    fn describe(&mut self, metadata: Metadata) {
+    pub(crate) fn describe(&mut self, metadata: Metadata) {
         // Other recorders than rosbag2 give the hash in one of the two places only.
         let hashes = metadata.type_hashes();
         for topic in &mut self.topics {

@@ -1,4 +1,4 @@
-//! Which files a bag has.
+//! The files of a damaged bag.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -6,23 +6,23 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{RecoverError, original::Original, source::Source};
+use super::{RecoverError, source::Source};
 use crate::{
     BagError, METADATA_FILE,
-    metadata::within,
+    metadata::{Metadata, within},
     read::{OTHER_STORAGES, mcap_files, natural, siblings},
 };
 
 /// A damaged bag.
 pub(super) struct Damaged {
-    /// Where its files lie.
+    /// Directory of its files.
     pub directory: PathBuf,
     /// Its MCAP files in their order, relative to the directory.
     pub files: Vec<PathBuf>,
-    /// Messages of files, repeated ones included, as other files tell them.
-    pub told: BTreeMap<PathBuf, u64>,
-    /// What `metadata.yaml` says, or why that cannot be used; none for a single file.
-    pub original: Option<Result<Original, String>>,
+    /// Number of messages in files by `metadata.yaml` or by other files, repeated ones included.
+    pub messages: BTreeMap<PathBuf, u64>,
+    /// `metadata.yaml`, or the reason why it cannot be used.
+    pub metadata: Result<Metadata, String>,
 }
 
 /// Finds the files of a bag's directory, or takes a single file.
@@ -33,36 +33,37 @@ pub(super) fn find(bag: &Path) -> Result<Damaged, RecoverError> {
         return Ok(Damaged {
             directory: bag.parent().unwrap_or(Path::new("")).to_owned(),
             files: bag.file_name().into_iter().map(PathBuf::from).collect(),
-            told: BTreeMap::new(),
-            original: None,
+            messages: BTreeMap::new(),
+            metadata: Err("a single file has none".to_owned()),
         });
     }
-    let original = Original::read(&bag.join(METADATA_FILE))?;
+    let metadata = read_metadata(&bag.join(METADATA_FILE))?;
+    let mut messages = BTreeMap::new();
     let mut files = Vec::new();
     let mut known = BTreeSet::new();
-    if let Ok(original) = &original {
-        for listed in &original.relative_file_paths {
-            let within = within(listed, original.version);
+    if let Ok(metadata) = &metadata {
+        for listed in &metadata.relative_file_paths {
+            let within = within(listed, metadata.version);
             files.extend(within.filter(|name| known.insert(name.clone())));
         }
+        messages.extend(metadata.file_counts());
     }
     let mut found = present(bag)?;
-    let mut told = BTreeMap::new();
     if files.is_empty() {
         let paths: Vec<_> = found.iter().map(|name| bag.join(name)).collect();
         let mut present: BTreeSet<_> = found.iter().cloned().collect();
-        for (name, messages) in siblings(&paths) {
+        for (name, count) in siblings(&paths) {
             if present.insert(name.clone()) {
                 found.push(name.clone());
             }
-            told.extend(messages.map(|messages| (name, messages)));
+            messages.extend(count.map(|count| (name, count)));
         }
         found.sort_by(|a, b| {
             let [a, b] = [a, b].map(|name| name.as_os_str().as_encoded_bytes());
             natural(a, b).then(a.cmp(b))
         });
     }
-    // Those that `metadata.yaml` does not list were begun after it was written.
+    // Files that `metadata.yaml` does not list were begun after it was written.
     found.retain(|name| !known.contains(name));
     files.extend(found);
     if !files.iter().any(|name| bag.join(name).exists()) {
@@ -70,7 +71,7 @@ pub(super) fn find(bag: &Path) -> Result<Damaged, RecoverError> {
             path: bag.to_owned(),
         });
     }
-    // Before anything is made of them: of a bag that is being recorded, only the last file is open.
+    // Of a bag that is being recorded, only the last file is open. It is refused before anything is made.
     let last = files.last().map(|last| bag.join(last));
     if let Some(last) = last.filter(|last| last.exists()) {
         Source::open(&last)?;
@@ -78,9 +79,27 @@ pub(super) fn find(bag: &Path) -> Result<Damaged, RecoverError> {
     Ok(Damaged {
         directory: bag.to_owned(),
         files,
-        told,
-        original: Some(original),
+        messages,
+        metadata,
     })
+}
+
+/// Reads `metadata.yaml`. Returns an inner error if it cannot be used, and an outer one if the bag cannot be recovered.
+fn read_metadata(file: &Path) -> Result<Result<Metadata, String>, RecoverError> {
+    match Metadata::read(file) {
+        Ok(metadata) if metadata.compression_mode.eq_ignore_ascii_case("file") => {
+            Err(RecoverError::Kind(BagError::Compressed {
+                file: file.to_owned(),
+                mode: metadata.compression_mode,
+                format: metadata.compression_format,
+            }))
+        }
+        Ok(metadata) => Ok(Ok(metadata)),
+        Err(error @ (BagError::Storage { .. } | BagError::Compressed { .. })) => {
+            Err(RecoverError::Kind(error))
+        }
+        Err(error) => Ok(Err(error.to_string())),
+    }
 }
 
 /// The MCAP files in a directory, in the natural order of their names.
@@ -101,10 +120,10 @@ fn present(bag: &Path) -> Result<Vec<PathBuf>, RecoverError> {
 }
 
 fn refuse_other_storages(file: &Path) -> Result<(), RecoverError> {
-    let (start, known) = Source::open(file)?.peek::<16>(0)?;
+    let start = Source::open(file)?.bytes(0, 16)?;
     let storage = OTHER_STORAGES
         .iter()
-        .find(|(magic, _)| start[..known].starts_with(magic));
+        .find(|(magic, _)| start.starts_with(magic));
     storage.map_or(Ok(()), |(_, found)| {
         Err(RecoverError::Kind(BagError::Storage {
             file: file.to_owned(),

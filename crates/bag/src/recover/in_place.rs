@@ -3,7 +3,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{RecoverError, Recovery, copy, files};
+use super::{RecoverError, Recovery, files, new_bag};
 use crate::{METADATA_FILE, new_directory::Part};
 
 /// Where the new files are made.
@@ -22,7 +22,7 @@ const DAMAGED: &str = "damaged";
 pub fn recover_in_place(bag: &Path) -> Result<Recovery, RecoverError> {
     let damaged = files::find(bag)?;
     let unfinished = Part::take(bag.join(UNFINISHED))?;
-    let mut recovery = copy(bag, damaged, &unfinished.path)?;
+    let mut recovery = new_bag::make(bag, damaged, &unfinished.path)?;
     replace(bag, &unfinished, &recovery)?;
     recovery.bag = bag.to_owned();
     Ok(recovery)

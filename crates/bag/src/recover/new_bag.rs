@@ -1,200 +1,179 @@
-//! A bag that is made of damaged files, one after the other.
+//! The recovered bag.
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
 use super::{
     RecoverError, RecoveredFile, Recovery,
-    copy::Copy,
-    counts::Counts,
-    definitions::Topic,
-    description::Description,
-    identities::Identities,
-    original::Original,
+    file::{self, Copied},
+    files::Damaged,
+    latched::Latched,
     output::Output,
     source::Source,
-    tally::{Tally, Told},
-    twins::Twins,
+};
+use crate::{
+    BagReader, METADATA_FILE, WriteError,
+    metadata::{File, Metadata},
 };
 
-/// The recovered bag, while it is made.
-pub(super) struct NewBag {
-    directory: PathBuf,
-    description: Description,
-    recovery: Recovery,
-    /// Messages marked as repeated, by topic.
-    repeated: BTreeMap<String, u64>,
-    identities: Identities,
-    tally: Tally,
-}
+/// Entry of the custom data of every recovered bag.
+const RECOVERED: &str = "recovered";
 
-impl NewBag {
-    /// `told` are messages of files as other files tell them.
-    pub fn new(
-        directory: &Path,
-        original: Option<Result<Original, String>>,
-        told: BTreeMap<PathBuf, u64>,
-    ) -> Self {
-        let (original, unusable) = match original {
-            Some(Ok(original)) => (Some(original), None),
-            Some(Err(why)) => (None, Some(why)),
-            None => (None, Some("there is none with a single file".to_owned())),
+/// Entry of the custom data with the number of missing messages, to which further recoveries add.
+const MISSING: &str = "missing";
+
+/// Makes a bag in the directory `output`.
+pub(super) fn make(bag: &Path, damaged: Damaged, output: &Path) -> Result<Recovery, RecoverError> {
+    let mut recovery = Recovery {
+        bag: output.to_owned(),
+        metadata_rebuilt: damaged.metadata.as_ref().err().cloned(),
+        ..Recovery::default()
+    };
+    let mut latched = Latched::default();
+    let mut custom = BTreeMap::new();
+    let mut names: Vec<PathBuf> = Vec::new();
+    let mut is_counted = false;
+    for name in &damaged.files {
+        let path = damaged.directory.join(name);
+        let Copied {
+            mut file,
+            unverified,
+            custom: of_file,
+            is_mcap,
+        } = if path.exists() {
+            file::copy(&path, output.join(name), &mut latched)?
+        } else {
+            missing_file(path)
         };
-        Self {
-            tally: Tally::new(original.as_ref(), told),
-            directory: directory.to_owned(),
-            description: Description::new(original),
-            recovery: Recovery {
-                bag: directory.to_owned(),
-                metadata_rebuilt: unusable,
-                ..Recovery::default()
-            },
-            repeated: BTreeMap::new(),
-            identities: Identities::default(),
-        }
-    }
-
-    /// Adds what is readable of a file of the damaged bag in `directory`.
-    pub fn add(
-        &mut self,
-        directory: &Path,
-        name: &Path,
-        only: bool,
-        twins: Option<&Twins>,
-    ) -> Result<(), RecoverError> {
-        let path = directory.join(name);
-        if !path.exists() {
-            let mut file = RecoveredFile {
-                path,
-                ..RecoveredFile::default()
-            };
-            self.count(name, &mut file, &Told::default());
-            self.recovery.files.push(file);
-            return Ok(());
-        }
-        let source = Source::open(&path)?;
-        let (found, _) = source.peek::<{ mcap::MAGIC.len() }>(0)?;
-        let identities = std::mem::take(&mut self.identities);
-        let new = self.directory.join(name);
-        if let Some(folder) = new.parent() {
-            fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
-        }
-        let output = Output::new(new, identities);
-        let mut copy = Copy::new(source, output, twins);
-        let is_mcap = copy.run()?;
-        if !is_mcap && only && copy.losses.file.bytes > Some(0) {
+        if !is_mcap && damaged.files.len() == 1 && file.bytes > Some(0) {
+            let found = Source::open(&file.path)?.bytes(0, mcap::MAGIC.len())?;
             return Err(RecoverError::NotMcap {
-                file: path,
-                found: found.to_vec(),
+                file: file.path,
+                found,
             });
         }
-        if self.recovery.metadata_rebuilt.is_some() {
-            self.description
-                .keep(copy.original.take(), copy.custom.take());
+        // Here, `missing` is still the number of messages that the file itself claims to hold.
+        let claimed = file.missing.max(damaged.messages.get(name).copied());
+        is_counted |= claimed.is_some();
+        file.missing = claimed.map(|claimed| claimed.saturating_sub(file.messages));
+        recovery.unverified += unverified;
+        custom = of_file.unwrap_or(custom);
+        if file.kept {
+            names.push(name.clone());
         }
-        let told = Told {
-            messages: copy.statistics,
-            repeated: copy.repeated.take(),
-            marked: copy.output.repeated.values().sum(),
-            repeats: copy.is_ours,
-        };
-        self.count(name, &mut copy.losses.file, &told);
-        copy.losses.file.kept = copy.losses.file.complete || copy.losses.file.messages > 0;
-        if copy.losses.file.kept {
-            self.recovery.unverified += copy.unverified;
-            for (topic, count) in &copy.output.repeated {
-                *self.repeated.entry(topic.clone()).or_default() += count;
-            }
-            let topics = copy.definitions.topics();
-            self.finish_file(name, copy.output, topics, &copy.counts)?;
-        } else {
-            self.identities = copy.output.abandon()?;
-        }
-        self.recovery.files.push(copy.losses.file);
-        Ok(())
+        recovery.files.push(file);
     }
-
-    fn count(&mut self, name: &Path, file: &mut RecoveredFile, told: &Told) {
-        let (description, repeated) = (&self.description, &self.repeated);
-        self.tally
-            .add(name, file, told, || description.latched(repeated));
+    let lost = sum(recovery.files.iter().filter_map(|file| file.missing));
+    let found = sum(recovery.files.iter().map(|file| file.messages));
+    let total = damaged
+        .metadata
+        .as_ref()
+        .ok()
+        .map(|metadata| metadata.message_count);
+    let total = total.map(|total| total.saturating_sub(found));
+    recovery.missing = Some(lost).filter(|_| is_counted).max(total);
+    if found == 0 {
+        check_empty(bag, &recovery)?;
     }
-
-    fn finish_file<'a>(
-        &mut self,
-        name: &Path,
-        mut output: Output,
-        topics: impl Iterator<Item = &'a Topic>,
-        counts: &Counts,
-    ) -> Result<(), RecoverError> {
-        self.description.add(name, topics, counts);
-        self.description.missing = self.tally.missing();
-        output.metadata(self.description.record()?)?;
-        self.identities = output.finish()?;
-        Ok(())
+    if names.is_empty() {
+        // A bag has at least one file.
+        let name = damaged.files[0].clone();
+        Output::new(output.join(&name), &mut latched).finish()?;
+        names.push(name);
     }
+    describe(output, &names, damaged.metadata.ok(), custom, &mut recovery)?;
+    Ok(recovery)
+}
 
-    /// Describes the bag, of which all files are copied.
-    pub fn finish(mut self, bag: &Path) -> Result<Recovery, RecoverError> {
-        self.recovery.missing = self.tally.missing();
-        if !self.recovery.files.iter().any(|file| file.messages > 0) {
-            self.check_empty(bag)?;
-        }
-        if self.description.files.is_empty() {
-            // A bag has at least one file.
-            let first = self.recovery.files.first();
-            let path = first.map_or(Path::new(""), |file| &file.path);
-            // A single file is the bag itself.
-            let name = path.strip_prefix(bag).ok();
-            let name = name.filter(|name| !name.as_os_str().is_empty());
-            let name = name
-                .map(Path::to_owned)
-                .or(path.file_name().map(Into::into));
-            let name = name.unwrap_or_default();
-            let output = Output::new(self.directory.join(&name), Identities::default());
-            self.finish_file(&name, output, [].into_iter(), &Counts::default())?;
-        }
-        self.description.missing = self.recovery.missing;
-        self.description.write(&self.directory)?;
-        Ok(self.recovery())
+fn missing_file(path: PathBuf) -> Copied {
+    Copied {
+        file: RecoveredFile {
+            path,
+            ..RecoveredFile::default()
+        },
+        unverified: 0,
+        custom: None,
+        is_mcap: false,
     }
+}
 
-    /// Whether a bag without messages had none.
-    fn check_empty(&self, bag: &Path) -> Result<(), RecoverError> {
-        let files = &self.recovery.files;
-        let had_none = match self.tally.expected() {
-            Some(expected) => expected == 0,
-            None => files.iter().all(RecoveredFile::is_sound),
-        };
-        if had_none {
-            return Ok(());
-        }
-        let left_out = files.iter().flat_map(|file| &file.left_out);
-        Err(RecoverError::Nothing {
-            bag: bag.to_owned(),
-            bytes: files.iter().filter_map(|file| file.bytes).sum(),
-            missing: self.recovery.missing,
-            reason: left_out.map(|place| place.reason.clone()).next(),
+fn sum(counts: impl Iterator<Item = u64>) -> u64 {
+    counts.fold(0, u64::saturating_add)
+}
+
+/// Checks that a bag of which no messages are left had none.
+fn check_empty(bag: &Path, recovery: &Recovery) -> Result<(), RecoverError> {
+    let files = &recovery.files;
+    let had_none = match recovery.missing {
+        Some(missing) => missing == 0,
+        None => files.iter().all(RecoveredFile::is_sound),
+    };
+    if had_none {
+        return Ok(());
+    }
+    let mut left_out = files.iter().flat_map(|file| &file.left_out);
+    Err(RecoverError::Nothing {
+        bag: bag.to_owned(),
+        bytes: files.iter().filter_map(|file| file.bytes).sum(),
+        missing: recovery.missing,
+        reason: left_out.next().map(|place| place.reason.clone()),
+    })
+}
+
+/// Writes `metadata.yaml` by what the new files hold, and completes the report.
+fn describe(
+    output: &Path,
+    names: &[PathBuf],
+    original: Option<Metadata>,
+    mut custom: BTreeMap<String, String>,
+    recovery: &mut Recovery,
+) -> Result<(), RecoverError> {
+    let paths = names.iter().map(|name| output.join(name));
+    let mut bag = BagReader::open_files(paths.collect()).map_err(RecoverError::Kind)?;
+    let mut compression = [String::new(), String::new()];
+    let mut distribution = String::new();
+    if let Some(original) = original {
+        // Messages that rosbag2 has compressed are copied as they are.
+        compression = [
+            original.compression_format.clone(),
+            original.compression_mode.clone(),
+        ];
+        distribution.clone_from(&original.ros_distro);
+        bag.describe(original);
+        custom.clone_from(bag.custom());
+    }
+    custom.insert(RECOVERED.to_owned(), "true".to_owned());
+    if let Some(missing @ 1..) = recovery.missing {
+        let before = custom.get(MISSING).and_then(|count| count.parse().ok());
+        let all = missing.saturating_add(before.unwrap_or(0));
+        custom.insert(MISSING.to_owned(), all.to_string());
+    }
+    let files: Vec<_> = names
+        .iter()
+        .zip(bag.files())
+        .map(|(name, file)| File {
+            name: name.display().to_string(),
+            times: file.times,
+            messages: file.messages.unwrap_or(0),
         })
+        .collect();
+    let counts = bag.counts_of_topics().unwrap_or_default();
+    let topics = bag.topics().iter().zip(counts);
+    let mut metadata = Metadata::new(&files, topics, custom).map_err(WriteError::from)?;
+    [metadata.compression_format, metadata.compression_mode] = compression;
+    if !distribution.is_empty() {
+        metadata.ros_distro = distribution;
     }
+    let path = output.join(METADATA_FILE);
+    metadata.write(&path).map_err(RecoverError::write(&path))?;
 
-    fn recovery(self) -> Recovery {
-        let Self {
-            description,
-            mut recovery,
-            repeated,
-            ..
-        } = self;
-        description.tell(&mut recovery);
-        for (topic, count) in repeated {
-            recovery.repeated += count;
-            if let Some(messages) = recovery.messages.get_mut(&topic) {
-                *messages = messages.saturating_sub(count);
-            }
-        }
-        recovery
-    }
+    let messages = bag.message_counts().unwrap_or_default().into_iter();
+    recovery.messages = messages
+        .map(|(topic, count)| (topic.to_owned(), count))
+        .collect();
+    recovery.repeated = sum(bag.repeats().into_values());
+    recovery.times = bag.times();
+    Ok(())
 }

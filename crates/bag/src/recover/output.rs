@@ -15,161 +15,155 @@ use mcap::{
 
 use super::{
     RecoverError,
-    chunk::Packing,
-    definitions::Topic,
-    identities::{Identities, Identity},
-    repeated::Repeated,
+    latched::{Head, Latched},
 };
-use crate::{PROFILE, records::Channel};
+use crate::{
+    Durability, PROFILE, Qos, channel_key,
+    records::{Channel, Schema},
+};
 
-pub(super) struct Output {
+type Mcap = Writer<NoSeek<BufWriter<File>>>;
+
+/// A file that is made with its first record.
+pub(super) struct Output<'a> {
     path: PathBuf,
-    mcap: Option<Writer<NoSeek<BufWriter<File>>>>,
-    /// As the damaged file has it.
-    pub packing: Option<Packing>,
-    /// Topics of channels that are latched ones.
-    channels: BTreeMap<u16, Option<String>>,
-    /// Messages at the head, of which it is not yet known whether the bag has them already.
-    head: Option<Repeated>,
-    /// Messages written that are marked as repeated, by topic.
-    pub repeated: BTreeMap<String, u64>,
-    /// What the bag has of latched topics.
-    identities: Identities,
+    mcap: Option<Mcap>,
+    /// Compression of the damaged file's chunks.
+    compression: Option<String>,
+    /// Name of each channel's topic, and a flag that tells if it is latched.
+    topics: BTreeMap<u16, (String, bool)>,
+    head: Option<Head>,
+    latched: &'a mut Latched,
 }
 
-impl Output {
-    /// A file of a bag that has messages of latched topics in the files before it.
-    pub fn new(path: PathBuf, identities: Identities) -> Self {
+impl<'a> Output<'a> {
+    /// `latched` are the messages in the files before.
+    pub fn new(path: PathBuf, latched: &'a mut Latched) -> Self {
         Self {
             path,
             mcap: None,
-            packing: None,
-            channels: BTreeMap::new(),
+            compression: None,
+            topics: BTreeMap::new(),
             head: None,
-            repeated: BTreeMap::new(),
-            identities,
+            latched,
         }
     }
 
-    /// Adds a topic's channel with its schema, unless it has been added before.
-    pub fn add_topic(&mut self, topic: &Topic) -> Result<(), RecoverError> {
-        let Topic { channel, schema } = topic;
-        if self.channels.contains_key(&channel.id) {
-            return Ok(());
-        }
-        let latched = self.identities.add_topic(channel);
-        let topic = latched.then(|| channel.topic.clone());
-        self.channels.insert(channel.id, topic);
+    /// Sets the compression, unless it is known.
+    pub fn compress(&mut self, compression: String) {
+        self.compression.get_or_insert(compression);
+    }
+
+    pub fn has_topic(&self, channel: u16) -> bool {
+        self.topics.contains_key(&channel)
+    }
+
+    pub fn add_topic(&mut self, channel: Channel, schema: &Schema) -> Result<(), RecoverError> {
+        let Channel {
+            id,
+            topic,
+            encoding,
+            metadata,
+            ..
+        } = channel;
         self.write(|mcap| {
             mcap.add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data)?;
-            let Channel {
-                id,
-                topic,
-                encoding,
-                metadata,
-                ..
-            } = channel;
-            mcap.add_channel_with_id(*id, schema.id, topic, encoding, metadata)?;
+            mcap.add_channel_with_id(id, schema.id, &topic, &encoding, &metadata)?;
             Ok(())
-        })
+        })?;
+        let qos = metadata.get(channel_key::QOS);
+        let qos = qos.and_then(|text| Qos::from_yaml(text).ok());
+        let latched = qos.is_some_and(|qos| qos.durability == Durability::TransientLocal);
+        self.topics.insert(id, (topic, latched));
+        Ok(())
     }
 
     /// Writes a message of a channel that was added.
-    pub fn message(
-        &mut self,
-        topic: &str,
-        header: MessageHeader,
-        data: &[u8],
-    ) -> Result<(), RecoverError> {
+    pub fn message(&mut self, header: MessageHeader, data: &[u8]) -> Result<(), RecoverError> {
         if let Some(head) = &mut self.head {
-            let identity = Identity::new(&header, data);
-            let is_known = self.identities.contain(topic, identity);
-            if head.take(topic, header, data, is_known) {
+            let (topic, _) = &self.topics[&header.channel_id];
+            let Some((header, data)) = head.hold(topic, (header, data.to_vec()), self.latched)
+            else {
                 return Ok(());
-            }
+            };
             self.end_head()?;
+            return self.put(header, &data);
         }
         self.put(header, data)
     }
 
     fn put(&mut self, header: MessageHeader, data: &[u8]) -> Result<(), RecoverError> {
-        if let Some(Some(topic)) = self.channels.get(&header.channel_id) {
-            let identity = Identity::new(&header, data);
-            self.identities.add(topic, identity);
+        if let (topic, true) = &self.topics[&header.channel_id] {
+            self.latched.add(topic, &header, data);
         }
         self.write(|mcap| mcap.write_to_known_channel(&header, data))
     }
 
-    /// The next messages are repeated ones, so many of each topic, as far as they are there.
+    /// Announces repeated messages, as many of each topic.
     pub fn begin_head(&mut self, counts: BTreeMap<String, u64>) {
-        self.head = Some(Repeated::new(counts));
+        self.head = Some(Head::new(counts));
     }
 
-    /// No repeated messages follow.
-    pub fn end_head(&mut self) -> Result<(), RecoverError> {
+    fn end_head(&mut self) -> Result<(), RecoverError> {
         let Some(head) = self.head.take() else {
             return Ok(());
         };
-        if let Some(record) = head.record() {
+        let (record, mut messages) = head.finish();
+        if let Some(record) = record {
             self.metadata(record)?;
         }
-        for (header, data) in head.marked.into_iter().chain(head.others) {
-            self.put(header, &data)?;
-        }
-        self.repeated = head.found;
-        Ok(())
+        messages.try_for_each(|(header, data)| self.put(header, &data))
     }
 
-    /// Writes a record of metadata.
     pub fn metadata(&mut self, record: Metadata) -> Result<(), RecoverError> {
         self.write(|mcap| mcap.write_metadata(&record))
     }
 
-    /// Writes an attachment.
     pub fn attachment(&mut self, attachment: &mcap::Attachment<'_>) -> Result<(), RecoverError> {
         self.write(|mcap| mcap.attach(attachment))
     }
 
-    /// Writes the summary. Gives what the bag has of latched topics.
-    pub fn finish(mut self) -> Result<Identities, RecoverError> {
+    /// Completes the file.
+    pub fn finish(mut self) -> Result<(), RecoverError> {
+        self.end_head()?;
         self.write(|mcap| mcap.finish().map(drop))?;
         if let Some(mcap) = self.mcap {
             let mut buffer = mcap.into_inner().into_inner();
             buffer.flush().map_err(RecoverError::write(&self.path))?;
         }
-        Ok(self.identities)
+        Ok(())
     }
 
-    /// Removes what has been written.
-    pub fn abandon(self) -> Result<Identities, RecoverError> {
-        if self.mcap.is_some() {
-            drop(self.mcap);
+    /// Removes the file.
+    pub fn abandon(self) -> Result<(), RecoverError> {
+        if let Some(mcap) = self.mcap {
+            drop(mcap);
             fs::remove_file(&self.path).map_err(RecoverError::write(&self.path))?;
         }
-        Ok(self.identities)
+        Ok(())
     }
 
     fn write(
         &mut self,
-        write: impl FnOnce(&mut Writer<NoSeek<BufWriter<File>>>) -> Result<(), McapError>,
+        write: impl FnOnce(&mut Mcap) -> Result<(), McapError>,
     ) -> Result<(), RecoverError> {
         let mcap = match &mut self.mcap {
             Some(mcap) => mcap,
-            none => none.insert(create(&self.path, self.packing)?),
+            none => none.insert(create(&self.path, self.compression.as_deref())?),
         };
         write(mcap).map_err(RecoverError::mcap(&self.path))
     }
 }
 
-fn create(
-    path: &Path,
-    packing: Option<Packing>,
-) -> Result<Writer<NoSeek<BufWriter<File>>>, RecoverError> {
+fn create(path: &Path, compression: Option<&str>) -> Result<Mcap, RecoverError> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
+    }
     let file = File::create_new(path).map_err(RecoverError::write(path))?;
-    let compression = match packing {
-        Some(Packing::None) => None,
-        Some(Packing::Lz4) => Some(mcap::Compression::Lz4),
-        Some(Packing::Zstd) | None => Some(mcap::Compression::Zstd),
+    let compression = match compression {
+        Some("lz4") => Some(mcap::Compression::Lz4),
+        Some("zstd") | None => Some(mcap::Compression::Zstd),
+        Some(_) => None,
     };
     WriteOptions::new()
         .profile(PROFILE)

@@ -1,269 +1,324 @@
-//! Walks from record to record of a file that may be damaged.
+//! Splits a file that may be damaged into its records and what lies between them.
 //!
-//! No length is believed unless what is behind it looks like a record too, or the record itself shows that it is right.
+//! A chunk is accepted if its checksum matches. The length of any other record is believed only if it ends where another
+//! record starts. Behind damage, the scan continues at the next place where a record starts beyond doubt.
 
 use mcap::{MAGIC, records::op};
 
-use super::{
-    LIMIT, RecoverError,
-    chunk::ChunkHeader,
-    definition_shape::{is_definition, recognize_definition},
-    shape::{
-        has_form, is_magic, is_message_index, marks_repeated, plausible, prefix, recognize_chunk,
-    },
-    source::Source,
+use super::{LIMIT, PACKED_LIMIT, RecoverError, source::Source};
+use crate::{
+    read::unpack,
+    records::{ChunkHeader, Metadata},
 };
 
-/// Operation code and length before each record's body.
-pub(super) const PREFIX: u64 = 1 + 8;
+/// Length of an operation code and the length of a body, which precede each body.
+const PREFIX: u64 = 1 + 8;
 
-pub(super) const MAGIC_LENGTH: u64 = MAGIC.len() as u64;
+/// Longest name of a known compression.
+const NAME: usize = 4;
+
+/// Length of an entry of a message index.
+const INDEX_ENTRY: u64 = 8 + 8;
+
+/// Bytes searched at once.
+const WINDOW: usize = 64 << 10;
 
 /// A part of the file.
-#[derive(Debug)]
 pub(super) enum Piece {
-    /// A record whose length is right.
-    Record { opcode: u8, place: Place },
-    /// A chunk, of which `data` are the records.
-    Chunk {
-        header: ChunkHeader,
-        data: Place,
-        /// Where the chunk record starts.
-        start: u64,
-        /// The file ends before the chunk does.
-        cut: bool,
-        /// Whether a record follows; if not, the chunk's length may be wrong.
-        followed: bool,
+    /// A record outside of chunks.
+    Record {
+        opcode: u8,
+        offset: u64,
+        body: Vec<u8>,
     },
-    /// What is no record.
-    Damage { place: Place, cut: bool },
+    /// An intact chunk.
+    Chunk {
+        offset: u64,
+        compression: String,
+        /// The records in it.
+        records: Vec<u8>,
+        /// True if a checksum covers them.
+        checked: bool,
+    },
+    /// A damaged part.
+    Damage {
+        offset: u64,
+        bytes: u64,
+        reason: String,
+        /// First and last log time (ns) of a damaged chunk.
+        times: Option<(u64, u64)>,
+    },
+    /// The index of the messages of one channel in the chunk before it.
+    Index { messages: u64 },
 }
 
-/// Where something is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub offset: u64,
-    pub length: u64,
-}
-
-impl Place {
-    pub fn between(offset: u64, end: u64) -> Self {
-        Self {
-            offset,
-            length: end - offset,
-        }
-    }
+/// Operation code and body length of a record.
+#[derive(Clone, Copy)]
+struct Prefix {
+    opcode: u8,
+    length: u64,
 }
 
 pub(super) struct Scanner {
     position: u64,
-    /// Whether the end of the file is there: the footer and the magic.
-    pub ended: bool,
-    /// Whether the data are over, and only the summary is left.
-    pub in_summary: bool,
-    /// Whether the file has messages outside of chunks.
-    pub loose: bool,
-    /// Whether it has chunks.
+    /// True if the file has chunks.
     chunked: bool,
+    /// True if the file has messages outside of chunks.
+    loose: bool,
+    /// Bytes read of chunks whose end could not be found. Bounds the time for a file made of overlapping chunks.
+    wasted: u64,
 }
 
 impl Scanner {
-    /// Begins behind the magic at the file's start, if that is there.
-    pub fn new(source: &Source) -> Result<(Self, bool), RecoverError> {
-        let (found, length) = source.peek::<{ MAGIC.len() }>(0)?;
-        // One that is cut off within it is of MCAP too.
-        let magic = MAGIC.starts_with(&found[..length]);
-        let scanner = Self {
-            position: MAGIC_LENGTH.min(source.size),
-            ended: false,
-            in_summary: false,
-            loose: false,
+    pub fn new() -> Self {
+        Self {
+            position: MAGIC.len() as u64,
             chunked: false,
-        };
-        Ok((scanner, magic))
+            loose: false,
+            wasted: 0,
+        }
     }
 
-    /// The next part of the file.
-    pub fn next(&mut self, source: &mut Source) -> Result<Option<Piece>, RecoverError> {
+    /// The next part of the data section, or `None` at its end.
+    pub fn next(&mut self, source: &Source) -> Result<Option<Piece>, RecoverError> {
         let start = self.position;
         if start >= source.size {
             return Ok(None);
         }
-        if self.in_summary && source.size - start == MAGIC_LENGTH && is_magic(source, start)? {
-            self.ended = true;
-            return Ok(None);
-        }
-        let piece = match self.recognize(source, start)? {
-            Some(piece) => piece,
-            None => self.damage(source, start)?,
+        let Some(prefix) = prefix(source, start)? else {
+            let opcode = source.bytes(start, 1)?;
+            return Ok(self.cut(source, start, opcode.first().copied()));
         };
-        self.position = match &piece {
-            Piece::Record { place, .. }
-            | Piece::Chunk { data: place, .. }
-            | Piece::Damage { place, .. } => place.offset + place.length,
-        };
-        match piece {
-            Piece::Record {
-                opcode: op::DATA_END | op::FOOTER,
-                ..
-            } => self.in_summary = true,
-            Piece::Record {
-                opcode: op::MESSAGE,
-                ..
-            } => self.loose = true,
-            Piece::Chunk { .. } => self.chunked = true,
-            _ => {}
+        let end = (start + PREFIX).saturating_add(prefix.length);
+        if end <= source.size {
+            if let Some(piece) = self.chunk(source, start, prefix)? {
+                return Ok(Some(piece));
+            }
+            if is_followed(source, end)? {
+                self.position = end;
+                return self.record(source, start, prefix);
+            }
         }
-        Ok(Some(piece))
+        match self.search(source, start + 1)? {
+            Some(next) => {
+                self.position = next;
+                Ok(Some(damage(start, next, "no record")))
+            }
+            None => Ok(self.cut(source, start, Some(prefix.opcode))),
+        }
     }
 
-    /// Goes on with the first record found behind `start`, for what was taken for a chunk there is none. Gives what lies
-    /// between.
-    pub fn retry(&mut self, source: &mut Source, start: u64) -> Result<Place, RecoverError> {
-        // Definitions in what may be a chunk are not looked for.
-        let next = self.search(source, start + 1, false)?;
-        self.position = next.unwrap_or(source.size);
-        Ok(Place::between(start, self.position))
-    }
-
-    fn damage(&self, source: &mut Source, start: u64) -> Result<Piece, RecoverError> {
-        let next = self.search(source, start + 1, true)?;
-        Ok(Piece::Damage {
-            place: Place::between(start, next.unwrap_or(source.size)),
-            cut: next.is_none(),
-        })
-    }
-
-    /// What starts at `start`, if that can be said.
-    fn recognize(&self, source: &mut Source, start: u64) -> Result<Option<Piece>, RecoverError> {
-        let Some((opcode, length)) = prefix(source, start)? else {
-            return Ok(None);
-        };
-        if let Some(piece) = recognize_chunk(source, start, opcode, length)? {
-            return Ok(Some(piece));
-        }
-        if let Some(piece) = recognize_definition(source, start, opcode, length)? {
-            return Ok(Some(piece));
-        }
+    /// A record that is not a chunk, with a length that is right.
+    fn record(
+        &mut self,
+        source: &Source,
+        start: u64,
+        Prefix { opcode, length }: Prefix,
+    ) -> Result<Option<Piece>, RecoverError> {
         let body = start + PREFIX;
-        let Some(end) = body.checked_add(length).filter(|&end| end <= source.size) else {
+        let is_index = length >= 6 && is_index(&source.bytes(body, 6)?, length);
+        Ok(Some(match opcode {
+            op::DATA_END | op::FOOTER => {
+                self.position = source.size;
+                return Ok(None);
+            }
+            op::MESSAGE_INDEX if is_index => Piece::Index {
+                messages: (length - 6) / INDEX_ENTRY,
+            },
+            // No message lies behind a chunk: this is an index with a damaged operation code.
+            op::MESSAGE if is_index && self.chunked && !self.loose => Piece::Index { messages: 0 },
+            op::HEADER..=op::METADATA_INDEX if length > LIMIT as u64 => {
+                let reason = format!("a record of more than {LIMIT} bytes");
+                damage(start, self.position, reason)
+            }
+            op::CHUNK | op::MESSAGE_INDEX => damage(start, self.position, "no record"),
+            op::HEADER..=op::METADATA_INDEX => {
+                self.loose |= opcode == op::MESSAGE;
+                Piece::Record {
+                    opcode,
+                    offset: body,
+                    body: source.bytes(body, length as usize)?,
+                }
+            }
+            0x80.. => return self.next(source),
+            _ => damage(start, self.position, "no record"),
+        }))
+    }
+
+    /// The chunk at `start`, or `None` if there is none. The operation code may be damaged if the checksum matches.
+    fn chunk(
+        &mut self,
+        source: &Source,
+        start: u64,
+        prefix: Prefix,
+    ) -> Result<Option<Piece>, RecoverError> {
+        let Some((header, header_length)) = chunk_header(source, start, prefix)? else {
             return Ok(None);
         };
-        let followed = plausible(source, end)?;
-        let place = Place {
-            offset: body,
-            length,
-        };
-        // No message lies behind a chunk: it is an index, whose operation code is damaged.
-        let opcode = match opcode {
-            op::MESSAGE if self.chunked && !self.loose && is_message_index(source, place)? => {
-                op::MESSAGE_INDEX
-            }
-            opcode => opcode,
-        };
-        let sound = match opcode {
-            op::FOOTER => length == 20,
-            op::DATA_END => length == 4,
-            op::SUMMARY_OFFSET => length == 17,
-            op::MESSAGE => length >= 22 && followed,
-            op::MESSAGE_INDEX => is_message_index(source, place)?,
-            op::HEADER | op::SCHEMA | op::CHANNEL | op::METADATA => {
-                (followed || start == MAGIC_LENGTH)
-                    && length <= LIMIT as u64
-                    && has_form(opcode, source.view(body, length as usize)?)
-            }
-            op::ATTACHMENT => length >= 32 && followed,
-            op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::STATISTICS | op::METADATA_INDEX => {
-                followed
-            }
-            0x80.. => followed,
-            _ => false,
-        };
-        Ok(if sound {
-            Some(Piece::Record { opcode, place })
-        } else if followed {
-            let place = Place::between(start, end);
-            Some(Piece::Damage { place, cut: false })
+        let end = start + PREFIX + prefix.length;
+        let followed = is_followed(source, end)?;
+        let is_chunk = prefix.opcode == op::CHUNK;
+        let times = Some(header.times).filter(|(first, last)| first <= last);
+        let in_vain = !followed && self.wasted > source.size;
+        let reason = if header.packed_length > PACKED_LIMIT as u64 || in_vain {
+            format!("a chunk of {} bytes", header.packed_length)
         } else {
-            None
-        })
+            let data = start + PREFIX + header_length;
+            let packed = source.bytes(data, header.packed_length as usize)?;
+            match unpack(&header, &packed[..]) {
+                Ok(records) => {
+                    self.position = end;
+                    self.chunked = true;
+                    return Ok(Some(Piece::Chunk {
+                        offset: start,
+                        compression: header.compression,
+                        records,
+                        checked: header.checksum != 0,
+                    }));
+                }
+                Err(error) => error.to_string(),
+            }
+        };
+        if !is_chunk {
+            return Ok(None);
+        }
+        self.chunked = true;
+        self.position = if followed {
+            end
+        } else {
+            self.wasted += header.packed_length;
+            self.search(source, start + 1)?.unwrap_or(source.size)
+        };
+        Ok(Some(Piece::Damage {
+            offset: start,
+            bytes: self.position - start,
+            reason,
+            times,
+        }))
+    }
+
+    /// The end of the file, which lies within a record. `None` if the record could not have held a message.
+    fn cut(&mut self, source: &Source, start: u64, opcode: Option<u8>) -> Option<Piece> {
+        self.position = source.size;
+        let harmless = [
+            op::SCHEMA,
+            op::CHANNEL,
+            op::MESSAGE_INDEX,
+            op::METADATA,
+            op::DATA_END,
+            op::FOOTER,
+        ];
+        let holds_messages = opcode.is_none_or(|opcode| !harmless.contains(&opcode));
+        holds_messages.then(|| damage(start, source.size, "the file ends within a record"))
     }
 
     /// The first place from `from` on where a record starts beyond doubt.
-    fn search(
-        &self,
-        source: &mut Source,
-        from: u64,
-        definitions: bool,
-    ) -> Result<Option<u64>, RecoverError> {
+    fn search(&self, source: &Source, from: u64) -> Result<Option<u64>, RecoverError> {
         let mut at = from;
         while at + PREFIX <= source.size {
-            let window = source.view(at, 64 << 10)?;
-            let candidate = window.windows(PREFIX as usize).position(|bytes| {
-                let targets = [
-                    op::CHUNK,
-                    op::MESSAGE_INDEX,
-                    op::METADATA,
-                    op::DATA_END,
-                    op::MESSAGE,
-                ];
-                // No length takes more than five bytes.
-                let is_target = targets.contains(&bytes[0])
-                    || (definitions && [op::SCHEMA, op::CHANNEL].contains(&bytes[0]));
-                is_target && bytes[6..] == [0; 3]
+            let window = source.bytes(at, WINDOW)?;
+            // No length takes more than five bytes.
+            let candidates = window.windows(PREFIX as usize).enumerate();
+            let candidates = candidates.filter(|(_, bytes)| {
+                (op::SCHEMA..=op::DATA_END).contains(&bytes[0]) && bytes[6..] == [0; 3]
             });
-            let Some(candidate) = candidate else {
-                at += (window.len() as u64).saturating_sub(PREFIX - 1).max(1);
-                continue;
-            };
-            at += candidate as u64;
-            if self.is_certain(source, at)? {
-                return Ok(Some(at));
+            for (index, _) in candidates {
+                if self.is_certain(source, at + index as u64)? {
+                    return Ok(Some(at + index as u64));
+                }
             }
-            at += 1;
+            at += (window.len() as u64).saturating_sub(PREFIX - 1).max(1);
         }
-        // The end magic alone is no record, and nothing is left out where it stands.
         Ok(None)
     }
 
-    fn is_certain(&self, source: &mut Source, start: u64) -> Result<bool, RecoverError> {
-        let Some((opcode, length)) = prefix(source, start)? else {
+    fn is_certain(&self, source: &Source, start: u64) -> Result<bool, RecoverError> {
+        let Some(prefix) = prefix(source, start)? else {
             return Ok(false);
         };
-        let end = start.saturating_add(PREFIX).saturating_add(length);
-        let place = Place {
-            offset: start + PREFIX,
-            length,
-        };
-        Ok(match opcode {
-            op::CHUNK => match recognize_chunk(source, start, opcode, length)? {
-                Some(Piece::Chunk {
-                    header,
-                    cut,
-                    followed,
-                    ..
-                }) => {
-                    let in_order = header.times.0 <= header.times.1;
-                    in_order && header.length + header.data_length == length && (followed || cut)
-                }
-                _ => false,
-            },
-            op::MESSAGE_INDEX => is_message_index(source, place)? && plausible(source, end)?,
-            op::METADATA => marks_repeated(source, place)? && plausible(source, end)?,
-            op::SCHEMA | op::CHANNEL => {
-                is_definition(source, opcode, place)? && plausible(source, end)?
+        let body = start + PREFIX;
+        let end = body.saturating_add(prefix.length);
+        if end > source.size || !is_followed(source, end)? {
+            return Ok(false);
+        }
+        Ok(match prefix.opcode {
+            op::CHUNK => chunk_header(source, start, prefix)?
+                .is_some_and(|(header, _)| header.times.0 <= header.times.1),
+            op::MESSAGE_INDEX => is_index(&source.bytes(body, 6)?, prefix.length),
+            op::DATA_END => prefix.length == 4,
+            op::METADATA if prefix.length <= WINDOW as u64 => {
+                Metadata::parse(&source.bytes(body, prefix.length as usize)?).is_ok()
             }
-            op::DATA_END => length == 4 && plausible(source, end)?,
-            op::MESSAGE if self.loose => {
-                // Two in a row.
-                length >= 22
-                    && plausible(source, end)?
-                    && match prefix(source, end)? {
-                        Some((_, next)) => plausible(source, end + PREFIX + next)?,
-                        None => false,
+            // Chunks hold such records too, which are damaged with their chunk. Three in a row are certain.
+            op::MESSAGE | op::SCHEMA | op::CHANNEL if self.loose || !self.chunked => {
+                prefix.length >= 8
+                    && match self::prefix(source, end)? {
+                        Some(next) => {
+                            let next = (end + PREFIX).saturating_add(next.length);
+                            next <= source.size && is_followed(source, next)?
+                        }
+                        None => end == source.size,
                     }
             }
             _ => false,
         })
     }
+}
+
+fn damage(offset: u64, end: u64, reason: impl Into<String>) -> Piece {
+    Piece::Damage {
+        offset,
+        bytes: end - offset,
+        reason: reason.into(),
+        times: None,
+    }
+}
+
+/// The prefix at `start`, or `None` if the file ends before it does.
+fn prefix(source: &Source, start: u64) -> Result<Option<Prefix>, RecoverError> {
+    let bytes = source.bytes(start, PREFIX as usize)?;
+    let prefix = bytes.split_first_chunk::<1>().and_then(|([opcode], rest)| {
+        Some(Prefix {
+            opcode: *opcode,
+            length: u64::from_le_bytes(*rest.first_chunk()?),
+        })
+    });
+    Ok(prefix)
+}
+
+/// Returns true if a record can start at `at`, or the file ends there.
+fn is_followed(source: &Source, at: u64) -> Result<bool, RecoverError> {
+    let bytes = source.bytes(at, PREFIX as usize)?;
+    Ok(match bytes[..] {
+        [opcode, .., a, b, c] if bytes.len() == PREFIX as usize => {
+            matches!(opcode, op::HEADER..=op::DATA_END | 0x80..) && [a, b, c] == [0; 3]
+        }
+        _ => bytes.is_empty() || bytes == MAGIC || bytes[0] <= op::DATA_END,
+    })
+}
+
+/// Returns true if the first six bytes of a body are those of a message index: a channel, and the length of the rest.
+fn is_index(head: &[u8], length: u64) -> bool {
+    let entries = head.last_chunk().map(|bytes| u32::from_le_bytes(*bytes));
+    entries.is_some_and(|entries| {
+        head.len() == 6
+            && u64::from(entries) + 6 == length
+            && u64::from(entries).is_multiple_of(INDEX_ENTRY)
+    })
+}
+
+/// The header of the chunk at `start` with its length, if the header agrees with the record's length.
+fn chunk_header(
+    source: &Source,
+    start: u64,
+    prefix: Prefix,
+) -> Result<Option<(ChunkHeader, u64)>, RecoverError> {
+    let head = source.bytes(start + PREFIX, ChunkHeader::FIXED + NAME + 8)?;
+    let Ok(header) = ChunkHeader::parse(&head) else {
+        return Ok(None);
+    };
+    let length = (ChunkHeader::FIXED + header.compression.len() + 8) as u64;
+    let is_known = ["", "none", "lz4", "zstd"].contains(&&*header.compression);
+    let agrees = length.checked_add(header.packed_length) == Some(prefix.length);
+    Ok((is_known && agrees).then_some((header, length)))
 }

@@ -5,29 +5,30 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use mcap::{MAGIC, records::op};
+
 use super::RecoverError;
 use crate::regular;
 
-/// Bytes read at once.
-const WINDOW: usize = 64 << 10;
+/// Length of the footer record and the end magic.
+const END: u64 = 9 + 20 + MAGIC.len() as u64;
 
-/// A file that may be damaged, of the size that it had when it was opened.
+/// A file that may be damaged, with the size that it had when it was opened.
 pub(super) struct Source {
     pub path: PathBuf,
     pub size: u64,
     file: File,
-    window: Vec<u8>,
-    start: u64,
 }
 
 impl Source {
+    /// Opens a file that no writer of this crate has open.
     pub fn open(path: &Path) -> Result<Self, RecoverError> {
         let open = || {
             let size = regular::length(path)?;
             Ok((File::open(path)?, size))
         };
         let (file, size) = open().map_err(RecoverError::read(path))?;
-        // Writers of this crate hold a lock. File systems without locks cannot tell.
+        // Writers of this crate hold a lock. A file system without locks cannot tell.
         if let Err(TryLockError::WouldBlock) = file.try_lock_shared() {
             return Err(RecoverError::BeingWritten {
                 file: path.to_owned(),
@@ -37,62 +38,37 @@ impl Source {
             path: path.to_owned(),
             size,
             file,
-            window: Vec::new(),
-            start: 0,
         })
     }
 
-    /// The bytes from `offset` on; fewer than `length` where the file ends before.
-    pub fn view(&mut self, offset: u64, length: usize) -> Result<&[u8], RecoverError> {
-        let length =
-            length.min(usize::try_from(self.size.saturating_sub(offset)).unwrap_or(length));
-        let end = self.start + self.window.len() as u64;
-        if offset < self.start || offset + length as u64 > end {
-            let wanted = (length.max(WINDOW) as u64).min(self.size.saturating_sub(offset));
-            self.window.resize(wanted as usize, 0);
-            self.window.shrink_to(WINDOW.max(length));
-            let read = read_at(&self.file, offset, &mut self.window)
-                .map_err(RecoverError::read(&self.path))?;
-            self.window.truncate(read);
-            self.start = offset;
-        }
-        let from = (offset - self.start) as usize;
-        let to = (from + length).min(self.window.len());
-        Ok(&self.window[from..to])
-    }
-
-    /// A copy of bytes anywhere.
+    /// At most `length` bytes from `offset` on; fewer at the end of the file.
     pub fn bytes(&self, offset: u64, length: usize) -> Result<Vec<u8>, RecoverError> {
-        let mut bytes = vec![0; length];
-        let read =
-            read_at(&self.file, offset, &mut bytes).map_err(RecoverError::read(&self.path))?;
+        let left = self.size.saturating_sub(offset);
+        let mut bytes = vec![0; length.min(usize::try_from(left).unwrap_or(length))];
+        let mut read = 0;
+        while read < bytes.len() {
+            match self.file.read_at(&mut bytes[read..], offset + read as u64) {
+                Ok(0) => break,
+                Ok(more) => read += more,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(RecoverError::read(&self.path)(error)),
+            }
+        }
         bytes.truncate(read);
         Ok(bytes)
     }
 
-    /// The same for a few bytes anywhere, without moving the window.
-    pub fn peek<const N: usize>(&self, offset: u64) -> Result<([u8; N], usize), RecoverError> {
-        let mut bytes = [0; N];
-        let read = if offset < self.size {
-            read_at(&self.file, offset, &mut bytes).map_err(RecoverError::read(&self.path))?
-        } else {
-            0
-        };
-        // What has been appended since is not believed.
-        let known = usize::try_from(self.size.saturating_sub(offset)).unwrap_or(N);
-        Ok((bytes, read.min(known)))
+    /// Returns true if the file starts with the MCAP magic, as far as it has been written.
+    pub fn has_magic(&self) -> Result<bool, RecoverError> {
+        Ok(MAGIC.starts_with(&self.bytes(0, MAGIC.len())?))
     }
-}
 
-fn read_at(file: &File, offset: u64, bytes: &mut [u8]) -> io::Result<usize> {
-    let mut read = 0;
-    while read < bytes.len() {
-        match file.read_at(&mut bytes[read..], offset + read as u64) {
-            Ok(0) => break,
-            Ok(more) => read += more,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
+    /// Returns true if the file ends with a footer and the MCAP magic.
+    pub fn has_end(&self) -> Result<bool, RecoverError> {
+        let Some(start) = self.size.checked_sub(END) else {
+            return Ok(false);
+        };
+        let end = self.bytes(start, END as usize)?;
+        Ok(end.first() == Some(&op::FOOTER) && end.ends_with(MAGIC))
     }
-    Ok(read)
 }

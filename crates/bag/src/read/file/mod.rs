@@ -17,9 +17,10 @@ use mcap::{MAGIC, records::op};
 
 pub use contents::Chunks;
 pub(crate) use {
-    chunk::Batch,
+    chunk::{Batch, unpack},
     contents::{Contents, Span},
     source::{OTHER_STORAGES, ZSTD_MAGIC},
+    walk::split,
 };
 
 use crate::{
@@ -202,7 +203,7 @@ impl McapFile {
         match records.next()? {
             Some(prefix) if (prefix.opcode, prefix.length) == (op::CHUNK, expected) => {
                 let header = records.chunk_header(prefix)?;
-                chunk::unpack(&header, records).map_err(damaged)
+                unpack(&header, records).map_err(damaged)
             }
             _ => {
                 let expected = [&[op::CHUNK], &expected.to_le_bytes()[..]].concat();

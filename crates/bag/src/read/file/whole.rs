@@ -217,6 +217,7 @@ impl Whole {
 
     fn chunk(&mut self, told: records::ChunkHeader, packed: &[u8], end: u64) -> Result<(), Damage> {
         let header = ChunkHeader {
+            times: (told.message_start_time, told.message_end_time),
             length: told.uncompressed_size,
             checksum: told.uncompressed_crc,
             compression: told.compression,

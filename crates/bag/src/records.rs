@@ -9,8 +9,6 @@ use crate::error::Damage;
 
 pub(crate) struct Header {
     pub profile: String,
-    /// What has written the file; empty if it does not tell.
-    pub library: String,
 }
 
 pub(crate) struct Footer {
@@ -101,7 +99,6 @@ impl Header {
         let mut fields = Fields::new("header", body);
         Ok(Self {
             profile: fields.string()?,
-            library: fields.string().unwrap_or_default(),
         })
     }
 }

@@ -13,9 +13,7 @@ pub use messages::{Message, Messages};
 pub use reader::{BagFile, BagReader};
 
 pub(crate) use {
-    file::{
-        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, McapFile, OTHER_STORAGES, split, unpack,
-    },
+    file::{Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, McapFile, OTHER_STORAGES, unpack},
     listing::{mcap_files, natural},
     messages::unpacked,
     siblings::siblings,

@@ -19,7 +19,7 @@ use super::{
 use crate::{
     CUSTOM_DATA, REPEATED,
     metadata::RECORD,
-    read::{McapFile, split, unpacked},
+    read::{McapFile, unpacked},
     records::{self, Channel, Metadata, Schema},
     yaml,
 };
@@ -156,18 +156,9 @@ impl Copy<'_> {
 
     /// Copies the records of a chunk.
     fn chunk(&mut self, records: &[u8], chunk: u64, checked: bool) -> Result<(), RecoverError> {
-        let mut offset = 0;
-        while offset < records.len() {
-            let (opcode, start, end) = match split(records, offset) {
-                Ok(record) => record,
-                Err(damage) => {
-                    let left = (records.len() - offset) as u64;
-                    self.leave_out(chunk, left, damage.to_string());
-                    return Ok(());
-                }
-            };
-            offset = end;
-            let body = &records[start..end];
+        let mut left = records;
+        while let Some((opcode, body, rest)) = record(left) {
+            left = rest;
             match opcode {
                 op::MESSAGE => {
                     let kept = self.message(body, chunk)?;
@@ -176,6 +167,10 @@ impl Copy<'_> {
                 op::SCHEMA | op::CHANNEL => self.record(opcode, body, chunk, checked)?,
                 _ => {}
             }
+        }
+        if !left.is_empty() {
+            let reason = "the chunk ends within a record".to_owned();
+            self.leave_out(chunk, left.len() as u64, reason);
         }
         Ok(())
     }
@@ -332,6 +327,14 @@ impl Copy<'_> {
         }
         Ok(self.copied)
     }
+}
+
+/// The first of several records: operation code, body, rest.
+fn record(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
+    let ([opcode, length @ ..], rest) = records.split_first_chunk::<9>()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (body, rest) = rest.split_at_checked(length)?;
+    Some((*opcode, body, rest))
 }
 
 /// An attachment whose checksum matches.

@@ -46,7 +46,7 @@ fn custom_data_of_a_file_without_end() {
     let bytes = fs::read(&file).unwrap();
     let place = chunks(&bytes)[1].start;
     let cut = flushed("5");
-    let damaged = described("4", "version: 8\n");
+    let damaged = described("4", "custom_data: {}\n");
     for (name, between, behind, lost) in [
         ("none", Vec::new(), Vec::new(), "0"),
         ("flushed", described("1", ""), flushed("2"), "2"),

@@ -126,8 +126,8 @@ fn any_bit_of_a_killed_bag_s_head() {
     }
 }
 
-/// Where the definitions stand at the head only, those of known types are mended, and of others nothing is lost but the
-/// definition itself. What is not mended is told.
+/// Where the definitions stand at the head only, as earlier versions wrote them, no checksum covers them. Messages that are
+/// lost with a damaged one are reported.
 #[test]
 fn definitions_without_copies() {
     let (folder, bag) = killed(1, Compression::None);
@@ -136,78 +136,25 @@ fn definitions_without_copies() {
     without_copies(&file);
     let bytes = fs::read(&file).unwrap();
     assert!(recover(&bag, &whole).unwrap().is_whole());
-    let expected = contents(&whole);
-    let definition_of_known = |topics: &[Topic]| {
-        let mut known = topics
-            .iter()
-            .filter(|topic| topic.type_name == expected.0[0].type_name);
-        known.next().map(|topic| topic.definition.clone())
-    };
-    let mut unmended = 0;
+    let expected = contents(&whole).1;
+    let mut lost = 0;
     for position in head(&bytes) {
         flip(&file, &bytes, position, 1 << (position % 8));
-        let recovery = recover(&bag, &output).unwrap();
-        let (topics, messages) = contents(&output);
-        if messages.len() < 8 {
-            assert!(!recovery.is_whole(), "byte {position}");
-            unmended += 1;
+        match recover(&bag, &output) {
+            Ok(recovery) => {
+                let found = contents(&output).1.len();
+                assert!(
+                    found == expected.len() || !recovery.is_whole(),
+                    "byte {position}"
+                );
+                lost += usize::from(found < expected.len());
+                fs::remove_dir_all(&output).unwrap();
+            }
+            Err(RecoverError::Nothing { .. }) => lost += 1,
+            Err(error) => panic!("byte {position}: {error}"),
         }
-        assert!(messages.len() >= 4, "byte {position}: {recovery:?}");
-        if let Some(definition) = definition_of_known(&topics) {
-            assert_eq!(definition, expected.0[0].definition, "byte {position}");
-        }
-        fs::remove_dir_all(&output).unwrap();
     }
-    assert!(unmended < head(&bytes).len() / 8, "{unmended}");
-
-    // In the text of the type that only the bag has.
-    let text = bytes
-        .windows(7)
-        .position(|text| text == b"float64")
-        .unwrap();
-    flip(&file, &bytes, text, 0x10);
-    let recovery = recover(&bag, &output).unwrap();
-    assert!(!recovery.is_whole(), "{recovery:?}");
-    let reason = &recovery.files[0].left_out[0].reason;
-    assert!(reason.contains("kept without it"), "{reason}");
-    let (topics, messages) = contents(&output);
-    assert_eq!(messages, expected.1);
-    let other = &topics[1];
-    assert_eq!(
-        (&*other.type_name, &*other.definition),
-        ("other_msgs/msg/Distance", "")
-    );
-}
-
-/// Further files have the same definitions under the same numbers.
-#[test]
-fn the_last_file_s_definitions_are_in_the_files_before_it() {
-    let (folder, bag) = killed(3, Compression::None);
-    let [whole, output] = ["whole", "new"].map(|name| folder.path().join(name));
-    let file = bag.join("run_2.mcap");
-    without_copies(&file);
-    assert!(recover(&bag, &whole).unwrap().is_whole());
-    let expected = contents(&whole);
-    assert_eq!(expected.1.len(), 24);
-    let bytes = fs::read(&file).unwrap();
-    for position in head(&bytes) {
-        flip(&file, &bytes, position, 1 << (position % 8));
-        recover(&bag, &output).unwrap();
-        assert!(contents(&output) == expected, "byte {position}");
-        fs::remove_dir_all(&output).unwrap();
-    }
-    // Another bag's files say nothing of it.
-    let alone = folder.path().join("alone");
-    fs::create_dir(&alone).unwrap();
-    flip(
-        &alone.join("run_2.mcap"),
-        &bytes,
-        head(&bytes).start + 30,
-        1,
-    );
-    fs::copy(bag.join("run_0.mcap"), alone.join("other_0.mcap")).unwrap();
-    let recovery = recover(&alone, &output).unwrap();
-    assert!(!recovery.is_whole(), "{recovery:?}");
+    assert!((1..head(&bytes).len() / 4).contains(&lost), "{lost}");
 }
 
 /// No message is lost where no chunk begins.

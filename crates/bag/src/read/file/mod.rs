@@ -20,7 +20,6 @@ pub(crate) use {
     chunk::{Batch, unpack},
     contents::{Contents, Span},
     source::{OTHER_STORAGES, ZSTD_MAGIC},
-    walk::split,
 };
 
 use crate::{

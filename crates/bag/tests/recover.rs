@@ -259,7 +259,7 @@ fn random_pieces() {
     let mut recovered = 0;
     for seed in 0..300 {
         // With the definitions, without which no message is readable.
-        let mut pieces = bytes[..chunks(&bytes)[0].start].to_vec();
+        let mut pieces = bytes[..chunks(&bytes)[0].end].to_vec();
         for piece in 0..6 {
             let [start, length] =
                 [0, 1].map(|number| random(seed * 100 + piece * 2 + number) as usize);

@@ -25,7 +25,7 @@ pub(crate) const VERSION: u32 = 9;
 pub(crate) const RECORD: (&str, &str) = ("rosbag2", "serialized_metadata");
 
 /// How many of the files before it the record of a file lists.
-const LISTED: usize = 64;
+pub(crate) const LISTED: usize = 64;
 
 const STORAGE: &str = "mcap";
 

@@ -118,7 +118,7 @@ impl Scanner {
         let body = start + PREFIX;
         let is_index = length >= 6 && is_index(&source.bytes(body, 6)?, length);
         Ok(Some(match opcode {
-            op::DATA_END | op::FOOTER => {
+            op::DATA_END if length == 4 => {
                 self.position = source.size;
                 return Ok(None);
             }

@@ -4,12 +4,9 @@ use std::{collections::BTreeMap, fmt, io, path::PathBuf};
 
 use super::{BagSummary, BagWriter, mcap_writer::McapWriter};
 use crate::{
-    METADATA_FILE, Rest, WriteError,
-    metadata::{File, Metadata, RECORD},
+    METADATA_FILE, Rest, Topic, WriteError,
+    metadata::{File, LISTED, Metadata, RECORD},
 };
-
-/// Bytes that are freed for the end of a file on a full disk, at first.
-const ROOM: u64 = 8 << 10;
 
 /// Keys of the custom data of a bag that an error has ended: the error, and how many messages are not in the bag, in all
 /// and with `:<topic>` of each topic.
@@ -57,10 +54,11 @@ impl BagWriter {
         self.file.is_none()
     }
 
-    /// Completes the file that is being written, whose chunks must be written, and gives it back.
-    pub(crate) fn close_file(&mut self) -> Result<Option<McapWriter>, Fault> {
+    /// Completes the file that is being written, whose chunks must be written.
+    pub(crate) fn close_file(&mut self) -> Result<(), Fault> {
         let bytes = self.end_file()?;
-        Ok(self.keep_file(bytes))
+        self.keep_file(bytes);
+        Ok(())
     }
 
     /// The same, and writes `metadata.yaml`.
@@ -89,57 +87,42 @@ impl BagWriter {
 
     fn salvage(&mut self, fault: &Fault) -> Rest {
         self.take_stock(fault);
-        if self.file.as_ref().is_some_and(McapWriter::is_gone) {
-            // One that was moved is completed where it is.
-            if self.file.as_mut().is_some_and(|file| file.cut(0).is_ok()) {
+        if let Some(file) = &mut self.file {
+            // Its room is reserved. A file that was moved is completed where it is.
+            let _ = file.finish_chunk();
+            if file.is_gone() {
                 let _ = self.end_file();
-            }
-            self.file = None;
-            if self.closed.is_empty() || !self.directory.is_dir() {
-                return Rest::Gone;
-            }
-        }
-        let mut room = 0;
-        loop {
-            let cut = self.file.as_mut().map(|file| file.cut(room));
-            let was_cut = matches!(cut, Some(Ok(true)));
-            let lost = self.take_stock(fault);
-            let Err(fault) = self.close_bag() else {
-                let messages = self.summary().messages;
-                return Rest::Closed { messages, lost };
-            };
-            if is_full(&fault.source) && was_cut {
-                room = ROOM.max(2 * room);
-                continue;
-            }
-            match &mut self.file {
-                Some(file) if file.written() == 0 && !self.closed.is_empty() => {
-                    let _ = file.remove();
-                    self.file = None;
-                }
-                file => {
-                    // What could be written of the end is not left behind.
-                    let _ = file.as_mut().map(|file| file.cut(0));
-                    let bag = self.directory.clone();
-                    return Rest::Unclosed { bag, lost };
+                self.file = None;
+                if self.closed.is_empty() || !self.directory.is_dir() {
+                    return Rest::Gone;
                 }
             }
         }
+        let lost = self.take_stock(fault);
+        if self.close_bag().is_ok() {
+            let messages = self.summary().messages;
+            return Rest::Closed { messages, lost };
+        }
+        if let Some(file) = &mut self.file {
+            file.abandon();
+        }
+        let bag = self.directory.clone();
+        Rest::Unclosed { bag, lost }
     }
 
     /// Writes the end of the file and gives the file's size.
-    fn end_file(&self) -> Result<u64, Fault> {
-        let Some(file) = &self.file else {
-            return Ok(0);
-        };
+    fn end_file(&mut self) -> Result<u64, Fault> {
         let text = self.metadata().and_then(|metadata| {
             let text = metadata.into_yaml();
             text.map_err(io::Error::other)
         });
+        let Some(file) = &mut self.file else {
+            return Ok(0);
+        };
         let (name, key) = RECORD;
         let ended = text.and_then(|text| {
             let texts = BTreeMap::from([(key.to_owned(), text)]);
-            file.close(name, &texts)
+            file.close(name, texts)
         });
         ended.map_err(|source| Fault {
             path: file.path().to_owned(),
@@ -148,8 +131,10 @@ impl BagWriter {
     }
 
     /// Counts a file that has its end among the closed ones.
-    fn keep_file(&mut self, bytes: u64) -> Option<McapWriter> {
-        let file = self.file.take()?;
+    fn keep_file(&mut self, bytes: u64) {
+        let Some(file) = self.file.take() else {
+            return;
+        };
         let description = describe(&file);
         self.closed.push(Closed {
             file: description,
@@ -158,9 +143,8 @@ impl BagWriter {
         let counts = file.counts();
         for ((topic, count), repeated) in self.topics.iter_mut().zip(counts).zip(&self.repeated) {
             topic.messages += count;
-            topic.repeated += count.min(*repeated);
+            topic.repeated += count.min(repeated);
         }
-        Some(file)
     }
 
     /// The bag with the file that is being written, as far as its chunks are written.
@@ -168,10 +152,29 @@ impl BagWriter {
         let closed = self.closed.iter().map(|closed| closed.file.clone());
         let files: Vec<_> = closed.chain(self.file.as_ref().map(describe)).collect();
         let counts = self.file.as_ref().map(McapWriter::counts);
-        let counts = counts.into_iter().flatten().chain(std::iter::repeat(0));
+        let counts = counts.into_iter().flatten().chain(std::iter::repeat(&0));
         let topics = self.topics.iter().zip(counts);
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
         Metadata::new(&files, topics, self.custom_data()).map_err(io::Error::other)
+    }
+
+    /// Bytes that the description of the bag takes at most.
+    pub(crate) fn description(&self) -> u64 {
+        let custom = self.custom.iter();
+        let custom: usize = custom
+            .map(|(key, value)| 16 + key.len() + value.len())
+            .sum();
+        let files = (self.closed.len() + 1).min(LISTED + 1) * (256 + 2 * self.name.len());
+        let error = 512 + 2 * self.directory.as_os_str().len();
+        self.described + (custom + files + error) as u64
+    }
+
+    /// Makes room for it in the file that is being written.
+    pub(crate) fn make_room(&mut self) {
+        let description = self.description();
+        if let Some(file) = &mut self.file {
+            file.describe(description);
+        }
     }
 
     /// The custom data, with what the writer itself has to say.
@@ -204,7 +207,7 @@ impl BagWriter {
     /// Messages taken that are neither in a closed file nor in a written chunk of the present one, by topic.
     fn unwritten(&self) -> BTreeMap<String, u64> {
         let counts = self.file.as_ref().map(McapWriter::counts);
-        let counts = counts.into_iter().flatten().chain(std::iter::repeat(0));
+        let counts = counts.into_iter().flatten().chain(std::iter::repeat(&0));
         let topics = self.topics.iter().zip(counts).zip(&self.repeated);
         let unwritten = topics.map(|((topic, count), repeated)| {
             let written = topic.messages - topic.repeated + count.saturating_sub(*repeated);
@@ -245,8 +248,7 @@ fn describe(file: &McapWriter) -> File {
     }
 }
 
-/// Whether an error goes away where something else is removed.
-fn is_full(error: &io::Error) -> bool {
-    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
-    matches!(error.kind(), FileTooLarge | QuotaExceeded | StorageFull)
+/// Bytes that the entry of a topic in a description takes at most, and the custom data about its messages.
+pub(crate) fn described(topic: &Topic) -> u64 {
+    1024 + (4 * topic.name.len() + topic.type_name.len() + topic.type_hash.len()) as u64
 }

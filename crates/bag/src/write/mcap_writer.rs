@@ -1,232 +1,271 @@
 //! One MCAP file that is being written.
 //!
-//! Nothing of it is in the file but what is complete: each write of a chunk either succeeds as a whole, or is cut off
-//! again when the file is closed. The crate mcap keeps to itself what that needs.
+//! Space for the rest of the file is reserved before anything is taken, so that the file can be completed on a full disk.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs::{self, File},
-    io,
-    os::unix::fs::{FileExt, MetadataExt},
+    io::{self, BufWriter, Write},
+    os::unix::fs::MetadataExt,
     path::{Path, PathBuf},
 };
 
-use crc32fast::Hasher;
-use mcap::{MAGIC, records::op};
+use mcap::{
+    McapError, WriteOptions, Writer,
+    records::{MessageHeader, Metadata},
+    write::NoSeek,
+};
 
 use super::{
     Compression,
-    catalog::Catalog,
-    chunk::{Chunk, ChunkIndex, Sealer},
-    encode::{self, MessageHeader},
-    summary::{MetadataIndex, Summary},
+    room::{Room, message_length},
+    sink::{self, Reserve, Sink},
 };
-use crate::{PROFILE, Topic};
+use crate::{PROFILE, SERIALIZATION_FORMAT, Topic, channel_key};
 
-/// Messages are gathered into chunks of this size (bytes), before compression; larger ones are chunks of their own.
+/// Size of chunks (bytes), before compression. Larger messages are chunks of their own.
 pub(crate) const CHUNK: u64 = 1 << 20;
+
+/// Memory of the entry of a chunk in the index, and of each of its channels.
+const INDEX: usize = 160;
+const INDEXED_CHANNEL: usize = 40;
+
+type Mcap = Writer<NoSeek<BufWriter<Sink>>>;
 
 pub(crate) struct McapWriter {
     path: PathBuf,
-    file: File,
-    /// Up to where the file is written and whole.
-    end: u64,
-    /// Checksum of the file up to there; unknown after something was cut off.
-    checksum: Option<Hasher>,
-    catalog: Catalog,
-    chunk_size: usize,
-    chunk: Chunk,
-    /// Bytes of the catalog's schemas and channels that are in a chunk too.
-    in_chunks: (usize, usize),
-    sealer: Sealer,
-    chunks: Vec<ChunkIndex>,
-    /// Bytes that `chunks` holds.
+    /// `None` once the file has its end.
+    mcap: Option<Mcap>,
+    reserve: Reserve,
+    room: Room,
+    chunk_size: u64,
+    /// Checksums of the definitions in the file.
+    schemas: BTreeSet<u32>,
+    /// Channels with messages in the chunk that is being filled.
+    channels: BTreeSet<u16>,
+    taken: Content,
+    /// The part of `taken` that is written, and the length of the file with it.
+    written: Content,
+    length: u64,
+    chunks: usize,
     index_memory: usize,
-    metadata: Vec<MetadataIndex>,
+}
+
+/// Messages of a file.
+#[derive(Clone, Default)]
+struct Content {
+    /// Number of messages of each channel, which are counted from 1.
+    counts: Vec<u64>,
+    /// First and last log time (ns).
+    times: Option<(u64, u64)>,
 }
 
 impl McapWriter {
-    /// Creates the file, which must not exist, with the topics that are known.
+    /// Creates the file, which must not exist, with room for a description of the bag of so many bytes.
     pub fn create(
         path: PathBuf,
         compression: Compression,
-        chunk_size: usize,
-        catalog: Catalog,
+        chunk_size: u64,
+        description: u64,
     ) -> io::Result<Self> {
-        let sealer = Sealer::new(compression)?;
         let file = File::create_new(&path)?;
         // Held until the file is closed or the process has ended, so that nobody recovers a bag that is being written.
-        // File systems without locks do without.
+        // A file system without locks does without.
         let _ = file.try_lock();
-        let mut writer = Self {
-            file,
-            path,
-            end: 0,
-            checksum: Some(Hasher::new()),
-            catalog: Catalog::default(),
-            chunk_size,
-            chunk: Chunk::default(),
-            in_chunks: (0, 0),
-            sealer,
-            chunks: Vec::new(),
-            index_memory: 0,
-            metadata: Vec::new(),
+        let (sink, mut reserve) = sink::open(file);
+        let room = Room::new(description);
+        let compression = match compression {
+            Compression::None => None,
+            Compression::Lz4 => Some(mcap::Compression::Lz4),
+            Compression::Zstd => Some(mcap::Compression::Zstd),
         };
-        let mut head = MAGIC.to_vec();
-        encode::record(&mut head, op::HEADER, |out| {
-            encode::bytes(out, PROFILE.as_bytes());
-            encode::bytes(out, concat!("lgvi ", env!("CARGO_PKG_VERSION")).as_bytes());
+        let options = WriteOptions::new()
+            .profile(PROFILE)
+            .library(concat!("lgvi ", env!("CARGO_PKG_VERSION")))
+            .compression(compression)
+            .compression_level(1)
+            .compression_threads(0)
+            .chunk_size(None)
+            .disable_seeking(true);
+        let held = reserve.hold(room.bytes());
+        let created = held.and_then(|()| {
+            let mut mcap = options
+                .create(NoSeek::new(BufWriter::new(sink)))
+                .map_err(io_error)?;
+            mcap.flush().map_err(io_error)?;
+            Ok(mcap)
         });
-        let written = writer.append(&[&head, catalog.schemas(), catalog.channels()]);
-        writer.catalog = catalog;
-        if written.is_err() {
-            let _ = writer.remove();
+        match created {
+            Ok(mcap) => Ok(Self {
+                length: reserve.written(),
+                path,
+                mcap: Some(mcap),
+                reserve,
+                room,
+                chunk_size,
+                schemas: BTreeSet::new(),
+                channels: BTreeSet::new(),
+                taken: Content::default(),
+                written: Content::default(),
+                chunks: 0,
+                index_memory: 0,
+            }),
+            Err(error) => {
+                let _ = fs::remove_file(&path);
+                Err(error)
+            }
         }
-        written.map(|()| writer)
     }
 
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its topics, for the next file.
-    pub fn into_catalog(self) -> Catalog {
-        self.catalog
-    }
-
-    /// Adds a topic and gives the id of its channel; none if there are too many.
-    pub fn add_topic(&mut self, topic: &Topic, qos: String) -> io::Result<Option<u16>> {
-        let known = self.catalog.schemas().len();
-        let described = self.catalog.channels().len();
-        let channel = self.catalog.add(topic, qos);
-        let new = [
-            &self.catalog.schemas()[known..],
-            &self.catalog.channels()[described..],
-        ];
-        append(&self.file, &mut self.end, &mut self.checksum, &new)?;
-        Ok(channel)
-    }
-
-    pub fn write(&mut self, header: MessageHeader, data: &[u8]) -> io::Result<()> {
-        if !self.chunk.is_empty()
-            && self.chunk.len() + encode::message_length(data) > self.chunk_size
-        {
-            self.finish_chunk()?;
+    /// Adds a topic under the id of its channel. Adding it again has no effect.
+    pub fn add_topic(&mut self, channel: u16, topic: &Topic, qos: &str) -> io::Result<()> {
+        let Topic {
+            name,
+            type_name,
+            type_hash,
+            definition,
+            definition_encoding,
+            ..
+        } = topic;
+        let mut room = self.room.clone();
+        let mut hasher = crc32fast::Hasher::new();
+        for text in [type_name, definition_encoding, definition] {
+            hasher.update(text.as_bytes());
         }
-        self.define();
-        self.chunk.push(header, data);
+        if self.schemas.insert(hasher.finalize()) {
+            room.define(type_name.len() + definition_encoding.len() + definition.len());
+        }
+        room.define(name.len() + qos.len() + type_hash.len() + 64);
+        self.reserve.hold(room.bytes())?;
+        self.room = room;
+        let metadata = BTreeMap::from([
+            (channel_key::QOS.to_owned(), qos.to_owned()),
+            (channel_key::TYPE_HASH.to_owned(), type_hash.clone()),
+        ]);
+        self.with(|mcap| {
+            let schema = mcap.add_schema(type_name, definition_encoding, definition.as_bytes())?;
+            mcap.add_channel_with_id(channel, schema, name, SERIALIZATION_FORMAT, &metadata)
+        })?;
+        let channels = self.taken.counts.len().max(channel.into());
+        self.taken.counts.resize(channels, 0);
         Ok(())
     }
 
-    /// Puts definitions into the chunk that are in none yet, where a checksum covers them: those at the head of the file
-    /// have none before its end is written.
-    fn define(&mut self) {
-        let (schemas, channels) = (self.catalog.schemas(), self.catalog.channels());
-        let known = (schemas.len(), channels.len());
-        if self.in_chunks != known {
-            self.chunk.define(&schemas[self.in_chunks.0..]);
-            self.chunk.define(&channels[self.in_chunks.1..]);
-            self.in_chunks = known;
+    /// Makes room for a description of the bag of so many bytes.
+    pub fn describe(&mut self, bytes: u64) {
+        self.room.describe(bytes);
+    }
+
+    pub fn write(&mut self, header: &MessageHeader, data: &[u8]) -> io::Result<()> {
+        if !self.channels.is_empty()
+            && self.room.messages() + message_length(data) > self.chunk_size
+        {
+            self.finish_chunk()?;
         }
+        let channel = header.channel_id;
+        let mut room = self.room.clone();
+        room.message(data, !self.channels.contains(&channel));
+        self.reserve.hold(room.bytes())?;
+        self.room = room;
+        self.channels.insert(channel);
+        self.with(|mcap| mcap.write_to_known_channel(header, data))?;
+        self.taken.add(channel, header.log_time);
+        Ok(())
     }
 
     /// Writes the chunk that is being filled, if it has messages.
     pub fn finish_chunk(&mut self) -> io::Result<()> {
-        if self.chunk.is_empty() {
+        if self.channels.is_empty() {
             return Ok(());
         }
-        let sealed = self.chunk.seal(&mut self.sealer, self.end)?;
-        let parts = [sealed.head, sealed.data, sealed.tail];
-        append(&self.file, &mut self.end, &mut self.checksum, &parts)?;
-        self.index_memory += sealed.index.memory();
-        self.chunks.push(sealed.index);
-        self.chunk.clear();
+        self.flush()
+    }
+
+    /// Writes everything.
+    fn flush(&mut self) -> io::Result<()> {
+        self.with(Writer::flush)?;
+        self.length = self.reserve.written();
+        if !self.room.is_empty() {
+            let channels = std::mem::take(&mut self.channels).len();
+            self.room.end_chunk(channels);
+            self.index_memory += INDEX + INDEXED_CHANNEL * channels;
+            self.chunks += usize::from(channels > 0);
+            self.written.clone_from(&self.taken);
+        }
         Ok(())
     }
 
-    /// Writes a metadata record; chunks that are not finished come after it.
+    /// Writes the chunk that is being filled, and behind it a metadata record.
     pub fn write_metadata(
         &mut self,
-        name: &'static str,
-        texts: &BTreeMap<String, String>,
+        name: &str,
+        metadata: BTreeMap<String, String>,
     ) -> io::Result<()> {
-        let mut record = Vec::new();
-        let index = MetadataIndex::encode(&mut record, self.end, name, texts);
-        self.append(&[&record])?;
-        self.metadata.push(index);
-        Ok(())
+        let texts = metadata
+            .iter()
+            .map(|(key, value)| 8 + key.len() + value.len());
+        let mut room = self.room.clone();
+        let record = room.metadata(texts.sum());
+        self.reserve.hold(room.bytes() + record)?;
+        self.room = room;
+        self.index_memory += INDEX;
+        let name = name.to_owned();
+        let record = Metadata { name, metadata };
+        self.with(|mcap| mcap.write_metadata(&record))?;
+        self.flush()
     }
 
-    /// Completes the file by a last metadata record and the summary of what is written of it, and gives its size. The
-    /// writer stays as it is, so that this can be tried again.
-    pub fn close(&self, name: &'static str, texts: &BTreeMap<String, String>) -> io::Result<u64> {
-        let mut tail = Vec::new();
-        let last = MetadataIndex::encode(&mut tail, self.end, name, texts);
-        let checksum = self.checksum.clone().map_or(0, |mut checksum| {
-            checksum.update(&tail);
-            checksum.finalize()
-        });
-        encode::record(&mut tail, op::DATA_END, |out| encode::u32(out, checksum));
-        Summary {
-            catalog: &self.catalog,
-            compression: self.sealer.name,
-            chunks: &self.chunks,
-            metadata: self.metadata.iter().chain([&last]),
-            counts: &self.counts(),
-            times: self.times(),
+    /// Completes the file by a last metadata record and the summary, and gives its size.
+    pub fn close(&mut self, name: &str, metadata: BTreeMap<String, String>) -> io::Result<u64> {
+        let name = name.to_owned();
+        let record = Metadata { name, metadata };
+        self.with(|mcap| {
+            mcap.write_metadata(&record)?;
+            mcap.finish().map(drop)
+        })?;
+        if let Some(mcap) = self.mcap.take() {
+            mcap.into_inner().into_inner().flush()?;
         }
-        .encode(&mut tail, self.end);
-        self.file.write_all_at(&tail, self.end)?;
-        Ok(self.end + tail.len() as u64)
+        self.length = self.reserve.written();
+        self.reserve.release(self.length)?;
+        Ok(self.length)
+    }
+
+    fn with<T>(&mut self, act: impl FnOnce(&mut Mcap) -> Result<T, McapError>) -> io::Result<T> {
+        let Some(mcap) = &mut self.mcap else {
+            return Err(io::Error::other("the file has its end"));
+        };
+        act(mcap).map_err(io_error)
     }
 
     /// Bytes of the file so far, if it has a chunk.
     pub fn written(&self) -> u64 {
-        if self.chunks.is_empty() { 0 } else { self.end }
+        if self.chunks == 0 { 0 } else { self.length }
     }
 
-    /// Bytes of memory that the index of the file takes.
+    /// Memory of the index of the file (bytes).
     pub fn index_memory(&self) -> usize {
-        self.index_memory + size_of_val(&*self.metadata)
+        self.index_memory
     }
 
     /// First and last log time (ns) of the chunks written.
     pub fn times(&self) -> Option<(u64, u64)> {
-        let times = self.chunks.iter().map(|chunk| chunk.times);
-        times.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)))
+        self.written.times
     }
 
     /// Number of messages of each channel, which are counted from 1, in the chunks written.
-    pub fn counts(&self) -> Vec<u64> {
-        let mut counts = vec![0; usize::from(self.catalog.channel_count())];
-        for &(channel, count) in self.chunks.iter().flat_map(|chunk| &chunk.counts) {
-            counts[usize::from(channel) - 1] += u64::from(count);
-        }
-        counts
+    pub fn counts(&self) -> &[u64] {
+        &self.written.counts
     }
 
-    /// Cuts off what an unfinished write has left, and of the chunks before it the last ones until at least so many bytes
-    /// are free; false if there are too few.
-    pub fn cut(&mut self, bytes: u64) -> io::Result<bool> {
-        self.chunk.clear();
-        let end = self.end;
-        while end - self.end < bytes {
-            let Some(last) = self.chunks.pop() else {
-                break;
-            };
-            self.index_memory -= last.memory();
-            self.end = last.offset;
-            self.checksum = None;
-        }
-        self.metadata.retain(|index| index.offset < self.end);
-        self.file.set_len(self.end)?;
-        Ok(end - self.end >= bytes)
-    }
-
-    /// Whether the file is still where it was made.
+    /// Checks that the file is still where it was made.
     pub fn check_place(&self) -> io::Result<()> {
         let there = fs::metadata(&self.path)?;
-        let here = self.file.metadata()?;
+        let here = self.reserve.file().metadata()?;
         if (there.dev(), there.ino()) != (here.dev(), here.ino()) {
             return Err(io::Error::new(
                 io::ErrorKind::NotFound,
@@ -236,39 +275,32 @@ impl McapWriter {
         Ok(())
     }
 
-    /// Whether the file was deleted or moved.
+    /// Returns true if the file was deleted or moved.
     pub fn is_gone(&self) -> bool {
         use io::ErrorKind::{NotADirectory, NotFound};
         let place = self.check_place();
         place.is_err_and(|error| matches!(error.kind(), NotADirectory | NotFound))
     }
 
-    /// Removes the file.
-    pub fn remove(&self) -> io::Result<()> {
-        fs::remove_file(&self.path)
-    }
-
-    fn append(&mut self, parts: &[&[u8]]) -> io::Result<()> {
-        append(&self.file, &mut self.end, &mut self.checksum, parts)
+    /// Cuts the file behind the last complete chunk.
+    pub fn abandon(&mut self) {
+        // The crate's writer would write the end of the file when it is dropped.
+        drop(self.mcap.take().map(Writer::into_inner));
+        let _ = self.reserve.release(self.length);
     }
 }
 
-fn append(
-    file: &File,
-    end: &mut u64,
-    checksum: &mut Option<Hasher>,
-    parts: &[&[u8]],
-) -> io::Result<()> {
-    let mut offset = *end;
-    for part in parts {
-        file.write_all_at(part, offset)?;
-        offset += part.len() as u64;
+impl Content {
+    fn add(&mut self, channel: u16, log_time: u64) {
+        self.counts[usize::from(channel) - 1] += 1;
+        let (first, last) = self.times.unwrap_or((log_time, log_time));
+        self.times = Some((first.min(log_time), last.max(log_time)));
     }
-    *end = offset;
-    if let Some(checksum) = checksum {
-        for part in parts {
-            checksum.update(part);
-        }
+}
+
+fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other),
     }
-    Ok(())
 }

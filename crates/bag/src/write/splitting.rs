@@ -4,10 +4,9 @@ use std::{collections::BTreeMap, io, time::Duration};
 
 use super::{
     BagOptions, BagWriter,
-    catalog::Catalog,
     closing::Fault,
-    encode::MessageHeader,
     mcap_writer::{CHUNK, McapWriter},
+    room,
 };
 use crate::{REPEATED, WriteError};
 
@@ -22,9 +21,9 @@ impl BagWriter {
         if self.begin.is_none() {
             return Ok(());
         }
-        let opened = self.close_file().and_then(|file| {
+        let opened = self.close_file().and_then(|()| {
             self.begin = None;
-            self.open_file(file.map(McapWriter::into_catalog).unwrap_or_default())
+            self.open_file()
         });
         opened.map_err(|fault| self.fail(fault))
     }
@@ -48,7 +47,8 @@ impl BagWriter {
             || file.index_memory() >= max_index)
     }
 
-    /// Begins the file that is being written, at the log time of its first message: repeats what is latched.
+    /// Begins the file that is being written, at the log time of its first message: adds the topics and repeats latched
+    /// messages.
     pub(crate) fn begin(&mut self, log_time: u64) -> Result<(), WriteError> {
         self.begin = Some(log_time);
         if self.closed.is_empty() {
@@ -72,26 +72,30 @@ impl BagWriter {
                 counts.insert(recorded.topic.name.clone(), count.to_string());
             }
         }
-        if counts.is_empty() {
-            return Ok(());
+        if !counts.is_empty() {
+            file.write_metadata(REPEATED, counts)?;
         }
-        file.write_metadata(REPEATED, &counts)?;
+        for recorded in &self.topics {
+            let topic = &recorded.topic;
+            let qos = topic.qos.to_yaml().map_err(io::Error::other)?;
+            file.add_topic(recorded.channel, topic, &qos)?;
+        }
         for (topic, recorded) in self.topics.iter().enumerate() {
             for message in self.latched.messages(topic) {
-                let header = MessageHeader {
-                    channel: recorded.channel,
-                    sequence: message.sequence,
+                let header = room::header(
+                    recorded.channel,
+                    message.sequence,
                     log_time,
-                    publish_time: message.publish_time,
-                };
-                file.write(header, &message.data)?;
+                    message.publish_time,
+                );
+                file.write(&header, &message.data)?;
             }
         }
         Ok(())
     }
 
-    /// Makes the next file, with the topics that are known.
-    pub(crate) fn open_file(&mut self, catalog: Catalog) -> Result<(), Fault> {
+    /// Makes the next file, without its topics.
+    pub(crate) fn open_file(&mut self) -> Result<(), Fault> {
         let path = self.path();
         let BagOptions {
             compression,
@@ -99,7 +103,7 @@ impl BagWriter {
             ..
         } = self.options;
         let chunk = max_bytes.map_or(CHUNK, |most| CHUNK.min(most.get() / 8).max(1 << 10));
-        let file = McapWriter::create(path.clone(), compression, chunk as usize, catalog);
+        let file = McapWriter::create(path.clone(), compression, chunk, self.description());
         self.file = Some(file.map_err(|source| Fault { path, source })?);
         self.repeated.fill(0);
         self.flushed.clear();

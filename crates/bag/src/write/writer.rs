@@ -6,11 +6,10 @@ use std::{
 
 use super::{
     BagOptions, BagSummary,
-    catalog::Catalog,
-    closing::{Closed, Fault, LastWords},
-    encode::MessageHeader,
+    closing::{Closed, Fault, LastWords, described},
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
+    room,
 };
 use crate::{CUSTOM_DATA, Topic, WriteError, directory, read::MAX_RECORD_LENGTH, records};
 
@@ -54,7 +53,7 @@ pub struct TopicId(usize);
 /// the number of messages.
 pub struct BagWriter {
     pub(crate) directory: PathBuf,
-    name: String,
+    pub(crate) name: String,
     pub(crate) options: BagOptions,
     /// Bytes of memory from which on the index of a file ends it.
     pub(crate) max_index: usize,
@@ -62,6 +61,8 @@ pub struct BagWriter {
     /// The custom data that stand in the file that is being written.
     pub(crate) flushed: BTreeMap<String, String>,
     pub(crate) topics: Vec<RecordedTopic>,
+    /// Bytes of their descriptions at most.
+    pub(crate) described: u64,
     /// Index in `topics` by name.
     indexes: BTreeMap<String, usize>,
     pub(crate) latched: Latched,
@@ -109,6 +110,7 @@ impl BagWriter {
             custom: BTreeMap::new(),
             flushed: BTreeMap::new(),
             topics: Vec::new(),
+            described: 0,
             indexes: BTreeMap::new(),
             latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
             closed: Vec::new(),
@@ -118,7 +120,7 @@ impl BagWriter {
             times: None,
             last_words: None,
         };
-        let opened = writer.open_file(Catalog::default());
+        let opened = writer.open_file();
         opened.map_err(|Fault { path, source }| {
             if made {
                 let _ = fs::remove_dir(directory);
@@ -138,6 +140,7 @@ impl BagWriter {
     /// now on, and of what a [`flush`](Self::flush) makes safe.
     pub fn set_custom(&mut self, custom: BTreeMap<String, String>) {
         self.custom = custom;
+        self.make_room();
     }
 
     /// Adds a topic, or finds it if it was added before.
@@ -159,16 +162,16 @@ impl BagWriter {
             });
         }
         let qos = topic.qos.to_yaml()?;
-        let added = self.file()?.add_topic(topic, qos);
-        let channel = match added {
-            Ok(Some(channel)) => channel,
-            Ok(None) => {
-                return Err(WriteError::TooManyTopics {
-                    topic: topic.name.clone(),
-                });
-            }
-            Err(source) => return Err(self.fail_on_file(source)),
-        };
+        let channel =
+            u16::try_from(self.topics.len() + 1).map_err(|_| WriteError::TooManyTopics {
+                topic: topic.name.clone(),
+            })?;
+        self.file()?;
+        self.described += described(topic);
+        self.make_room();
+        if let Err(source) = self.file()?.add_topic(channel, topic, &qos) {
+            return Err(self.fail_on_file(source));
+        }
         self.latched.add_topic(topic);
         self.repeated.push(0);
         self.topics.push(RecordedTopic {
@@ -234,13 +237,8 @@ impl BagWriter {
         if self.begin.is_none() {
             self.begin(log_time)?;
         }
-        let header = MessageHeader {
-            channel,
-            sequence,
-            log_time,
-            publish_time,
-        };
-        if let Err(source) = self.file()?.write(header, cdr) {
+        let header = room::header(channel, sequence, log_time, publish_time);
+        if let Err(source) = self.file()?.write(&header, cdr) {
             return Err(self.fail_on_file(source));
         }
         self.topics[topic.0].taken += 1;
@@ -268,7 +266,7 @@ impl BagWriter {
         if custom == self.flushed {
             return Ok(());
         }
-        if let Err(source) = self.file()?.write_metadata(CUSTOM_DATA, &custom) {
+        if let Err(source) = self.file()?.write_metadata(CUSTOM_DATA, custom.clone()) {
             return Err(self.fail_on_file(source));
         }
         self.flushed = custom;

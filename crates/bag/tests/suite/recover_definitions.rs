@@ -54,15 +54,18 @@ fn killed(files: u32, compression: Compression) -> (TempDir, PathBuf) {
     (folder, directory)
 }
 
-/// Takes the definitions out of the chunks of a file without compression, as earlier versions have written it.
+/// Takes the definitions out of the chunks of a file without compression and puts them before, as earlier versions did.
 fn without_copies(file: &Path) {
+    const HEADER: usize = 9 + 32;
     let bytes = fs::read(file).unwrap();
-    let mut out = Vec::new();
-    let mut end = 0;
-    for chunk in chunks(&bytes) {
+    let chunks = chunks(&bytes);
+    let mut out = bytes[..chunks[0].start].to_vec();
+    let all = records(&bytes[chunks[0].start + HEADER + 8..chunks[0].end]);
+    out.extend(all.filter(|record| record[0] != op::MESSAGE).flatten());
+    let mut end = chunks[0].start;
+    for chunk in chunks {
         out.extend_from_slice(&bytes[end..chunk.start]);
         end = chunk.end;
-        const HEADER: usize = 9 + 32;
         let messages: Vec<_> = records(&bytes[chunk.start + HEADER + 8..chunk.end])
             .filter(|record| record[0] == op::MESSAGE)
             .collect();

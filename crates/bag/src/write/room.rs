@@ -1,7 +1,5 @@
 //! How many bytes the rest of a file takes at most.
 
-use mcap::records::MessageHeader;
-
 /// Operation code and length of a record.
 const PREFIX: u64 = 1 + 8;
 
@@ -109,19 +107,4 @@ impl Room {
 /// Bytes of a message's record.
 pub(crate) fn message_length(data: &[u8]) -> u64 {
     MESSAGE + data.len() as u64
-}
-
-/// A header without the channel's name.
-pub(crate) fn header(
-    channel: u16,
-    sequence: u32,
-    log_time: u64,
-    publish_time: u64,
-) -> MessageHeader {
-    MessageHeader {
-        channel_id: channel,
-        sequence,
-        log_time,
-        publish_time,
-    }
 }

@@ -2,11 +2,12 @@
 
 use std::{collections::BTreeMap, io, time::Duration};
 
+use mcap::records::MessageHeader;
+
 use super::{
     BagOptions, BagWriter,
     closing::Fault,
     mcap_writer::{CHUNK, McapWriter},
-    room,
 };
 use crate::{REPEATED, WriteError};
 
@@ -82,12 +83,12 @@ impl BagWriter {
         }
         for (topic, recorded) in self.topics.iter().enumerate() {
             for message in self.latched.messages(topic) {
-                let header = room::header(
-                    recorded.channel,
-                    message.sequence,
+                let header = MessageHeader {
+                    channel_id: recorded.channel,
+                    sequence: message.sequence,
                     log_time,
-                    message.publish_time,
-                );
+                    publish_time: message.publish_time,
+                };
                 file.write(&header, &message.data)?;
             }
         }

@@ -4,12 +4,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use mcap::records::MessageHeader;
+
 use super::{
     BagOptions, BagSummary,
     closing::{Closed, Fault, LastWords, described},
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
-    room,
 };
 use crate::{CUSTOM_DATA, Topic, WriteError, directory, read::MAX_RECORD_LENGTH, records};
 
@@ -42,7 +43,7 @@ pub struct TopicId(usize);
 ///
 /// # Errors while writing
 /// When a file cannot be written on, everything up to the last complete chunk is closed as a bag, with `metadata.yaml`;
-/// where the disk is full, the last chunks make room for that. [`WriteError::Failed`] tells how that went. Such a bag
+/// the disk space for that is reserved before. [`WriteError::Failed`] tells how that went. Such a bag
 /// has the keys `error`, `unwritten` and `unwritten:<topic>`, the number of messages that are missing, in its custom data;
 /// who has more of them adds those by [`on_failure`](Self::on_failure). The writer then takes no more messages. Other
 /// errors concern one topic or message, and leave it as it was ([`is_ended`](Self::is_ended)).
@@ -237,7 +238,12 @@ impl BagWriter {
         if self.begin.is_none() {
             self.begin(log_time)?;
         }
-        let header = room::header(channel, sequence, log_time, publish_time);
+        let header = MessageHeader {
+            channel_id: channel,
+            sequence,
+            log_time,
+            publish_time,
+        };
         if let Err(source) = self.file()?.write(&header, cdr) {
             return Err(self.fail_on_file(source));
         }

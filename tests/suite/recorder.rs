@@ -125,7 +125,7 @@ fn lgvi_run_splits_and_compresses_as_it_is_told() {
         .json();
     assert_eq!(summary.lost, Some(0), "messages lost");
     let bag = world.path("bag");
-    assert!(bag.join("bag_3.mcap").exists());
+    assert!(bag.join("bag_2.mcap").exists());
     let info = world
         .lgvi(["info", bag.to_str().unwrap(), "--json"])
         .finish()

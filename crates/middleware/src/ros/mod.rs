@@ -1,8 +1,7 @@
-//! Topics, services and actions of ROS 2 over DDS.
+//! Topics, services and actions of ROS 2, parameters, lifecycle, clock and diagnostics.
 //!
-//! A [`RosNode`] is one DDS participant with one ROS node in it. Its endpoints are made on RustDDS directly and
-//! announced in the ROS graph (`ros_discovery_info`) by the node itself: `ros2-client`'s own publishers cannot wait for
-//! acknowledgments nor carry ready CDR bytes, and its `Spinner` disturbs `/clock` (see the crate's design notes).
+//! A [`RosNode`] is one ROS node. What it is stands in the files here; how its bytes reach others stands behind `wire`,
+//! and `dds` is the one wire that there is.
 //!
 //! # Assumptions and limitations
 //! - A publisher and a subscription of the *same* [`RosNode`] do not reliably match: use two nodes.
@@ -14,33 +13,18 @@
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
 
 mod action;
-mod admission;
-mod background;
-mod cdr;
-mod census;
 mod clock;
-mod descriptors;
+mod dds;
 mod diagnostics;
 mod executor;
-mod farewell;
-mod faults;
-mod fence;
-mod graph;
-mod inbox;
-mod laggards;
 mod lifecycle;
-mod matches;
-mod names;
 mod namesakes;
-mod naming;
 mod node;
-mod peers;
 mod publisher;
 mod qos;
-mod rtps;
 mod service;
-mod sockets;
 mod subscription;
+mod wire;
 
 use crate::NameError;
 
@@ -75,7 +59,7 @@ pub enum RosError {
     Join {
         /// The domain.
         domain_id: u16,
-        /// What the DDS stack says.
+        /// What the wire says.
         reason: String,
     },
     /// The endpoint cannot be created.
@@ -85,7 +69,7 @@ pub enum RosError {
         topic: String,
         /// The message type.
         type_name: String,
-        /// What the DDS stack says.
+        /// What the wire says.
         reason: String,
     },
 }

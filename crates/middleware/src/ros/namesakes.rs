@@ -2,8 +2,6 @@
 
 use std::{net::IpAddr, time::Duration};
 
-use rustdds::GUID;
-
 /// How long a node has been there when nobody can make it go any more.
 const ESTABLISHED: Duration = Duration::from_secs(10);
 
@@ -32,9 +30,8 @@ pub(super) fn is_elder(own: Birth, age: Duration, other: Birth) -> bool {
 }
 
 /// As others print it: 12 bytes of the participant's prefix.
-pub(super) fn identity(participant: GUID) -> String {
-    let bytes = participant.to_bytes();
-    let bytes = bytes[..12].iter().map(|byte| format!("{byte:02x}"));
+pub(super) fn identity(participant: [u8; 16]) -> String {
+    let bytes = participant[..12].iter().map(|byte| format!("{byte:02x}"));
     bytes.collect::<Vec<_>>().join(".")
 }
 

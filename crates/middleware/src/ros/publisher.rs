@@ -1,29 +1,10 @@
 //! Publishers, of messages and of ready CDR bytes.
 
-use std::{
-    fmt,
-    marker::PhantomData,
-    sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
-    },
-    thread,
-    time::{Duration, Instant},
-};
+use std::{fmt, marker::PhantomData, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
-use rustdds::{
-    GUID, RTPSEntity, Timestamp, WriteOptionsBuilder, bytes::Bytes, dds::result::WriteResult,
-    no_key::DataWriter,
-};
 
-use super::{
-    cdr::{CdrBytes, LITTLE_ENDIAN},
-    graph::Side,
-    node::Inner,
-    qos::Qos,
-    subscription::SampleId,
-};
+use super::wire::WirePublisher;
 
 /// A message that was not published, or not received by all.
 #[derive(Debug, thiserror::Error)]
@@ -57,7 +38,7 @@ pub enum PublishError {
         /// The first four bytes, or fewer if there are fewer.
         found: Vec<u8>,
     },
-    /// A request or a reply that RustDDS would garble; see the limitations of services.
+    /// A request or a reply that the wire would garble; see the limitations of services.
     #[error(
         "{topic}: {length} bytes with an identity; at most {limit} can be sent to the present peers"
     )]
@@ -69,44 +50,15 @@ pub enum PublishError {
         /// How long it may be.
         limit: usize,
     },
-    /// The DDS stack has failed.
+    /// The wire has failed.
     #[error("{topic}: {reason}")]
-    Dds {
+    Wire {
         /// The topic.
         topic: String,
         /// What it says.
         reason: String,
     },
 }
-
-/// How long what was published last has before its publisher leaves.
-///
-/// A RustDDS 0.15 subscription acknowledges what it has received, and forgets what nobody has taken from it yet when
-/// the publisher leaves. Those of this crate take at once, which is after a few milliseconds at the end of a burst.
-const FAREWELL: Duration = Duration::from_millis(100);
-
-/// How long RustDDS has for the first heartbeat to a subscription that it has just reported as matched.
-///
-/// Cyclone DDS gives to a volatile reader only what follows the first heartbeat that the reader sees. RustDDS announces
-/// in a heartbeat all that has been written, so that what is not yet on its way by then would never be delivered.
-/// Hence the first message after a match comes after that heartbeat, and the others after its acknowledgment.
-const INTRODUCTION: Duration = Duration::from_millis(2);
-
-/// How long that acknowledgment is waited for at most; some subscriptions never send one.
-const ACQUAINTANCE: Duration = Duration::from_secs(1);
-
-/// The most bytes that RustDDS sends unfragmented to any peer: 1452 less a heartbeat and the head of the submessage.
-///
-/// In a fragment RustDDS 0.15.1 writes the related sample identity a byte too late, behind the tag of an `Option`, so that
-/// nobody understands it; with debug assertions its thread panics.
-const MAX_RELATED: usize = 1452 - 32 - 48;
-
-/// The same to peers that are on the loopback interface alone, whose datagrams may have 65 507 bytes (Linux) or 16 384.
-const MAX_RELATED_ON_LOOPBACK: usize = if cfg!(target_os = "linux") {
-    60_000
-} else {
-    16_000
-};
 
 /// Publishes messages of one type. Dropping it takes up to 0.2 s if it has just published; see [`RawPublisher`].
 pub struct Publisher<M> {
@@ -119,20 +71,7 @@ pub struct Publisher<M> {
 /// Dropping it waits for acknowledgments up to 0.1 s, and until 0.1 s after the last message, unless nobody listens:
 /// [`flush`](Self::flush) before, if more time may be needed. Once the process is to end, all waits of a node's
 /// publishers share 0.3 s; see [`RosNode::leave_on`](super::RosNode::leave_on).
-pub struct RawPublisher {
-    pub(super) writer: DataWriter<Bytes, CdrBytes>,
-    pub(super) topic: String,
-    /// How many samples fit between the oldest one that is not acknowledged and the latest.
-    pub(super) window: usize,
-    limit: Duration,
-    introduced: AtomicUsize,
-    /// Whether the latest message found no room.
-    pub(super) stalled: AtomicBool,
-    pub(super) sent: AtomicU64,
-    pub(super) dropped: AtomicU64,
-    latest: Mutex<Option<Instant>>,
-    pub(super) node: Arc<Inner>,
-}
+pub struct RawPublisher(Box<dyn WirePublisher>);
 
 impl<M: RosMessage> Publisher<M> {
     pub(super) fn new(raw: RawPublisher) -> Self {
@@ -202,25 +141,8 @@ impl<M> Publisher<M> {
 }
 
 impl RawPublisher {
-    pub(super) fn new(
-        node: Arc<Inner>,
-        topic: String,
-        writer: DataWriter<Bytes, CdrBytes>,
-        qos: &Qos,
-    ) -> Self {
-        node.add(Side::Publisher, writer.guid());
-        Self {
-            writer,
-            topic,
-            window: qos.window(),
-            limit: qos.publish_limit(),
-            introduced: AtomicUsize::new(0),
-            stalled: AtomicBool::new(false),
-            sent: AtomicU64::new(0),
-            dropped: AtomicU64::new(0),
-            latest: Mutex::new(None),
-            node,
-        }
+    pub(super) fn new(wire: Box<dyn WirePublisher>) -> Self {
+        Self(wire)
     }
 
     /// Publishes CDR bytes that start with the four-byte encapsulation header of little-endian plain CDR.
@@ -231,7 +153,7 @@ impl RawPublisher {
     /// then on, once in half a window, by all publishers of the node, until it does keep up. The first message after a
     /// match waits for its acknowledgment too, up to the same limit and at most a second.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
-        self.write(cdr, self.limit, None).map(drop)
+        self.0.publish(cdr, None)
     }
 
     /// Publishes CDR bytes, waiting up to `patience` for room, by the rules of [`publish`](Self::publish).
@@ -239,206 +161,62 @@ impl RawPublisher {
     /// No message is lost on the way to a reliable subscription that does not hang for longer, and whose depth covers what
     /// it has yet to take.
     pub fn publish_lossless(&self, cdr: Vec<u8>, patience: Duration) -> Result<(), PublishError> {
-        self.write(cdr, patience, None).map(drop)
+        self.0.publish(cdr, Some(patience))
     }
 
     /// Blocks until every matched reliable subscription has acknowledged every message, up to `patience`; up to 0.1 s if
     /// one of their participants has not kept up before, or an earlier flush of the node was in vain.
     pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
-        let start = Instant::now();
-        match self.acknowledged(self.patience(patience)) {
-            Ok(true) => Ok(()),
-            Ok(false) => {
-                for reader in self.node.reliable_readers(self.writer.guid()) {
-                    self.node.laggards.suspect(reader.guid);
-                }
-                Err(PublishError::Unacknowledged {
-                    topic: self.topic.clone(),
-                    waited: start.elapsed(),
-                })
-            }
-            Err(error) => Err(self.dds_error(&error)),
-        }
-    }
-
-    /// How many subscriptions of other participants are matched. Cheap.
-    pub fn matched_subscriptions(&self) -> usize {
-        self.node.matches.count(self.writer.guid())
-    }
-
-    /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
-    pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
-        self.node.matches.wait(self.writer.guid(), count, timeout)
-    }
-
-    /// How many messages were published.
-    pub fn sent(&self) -> u64 {
-        self.sent.load(Ordering::Relaxed)
-    }
-
-    /// How many subscriptions of other participants cannot be served, by their quality of service or their type. Each
-    /// is named in a warning.
-    pub fn incompatible(&self) -> usize {
-        self.node.faults.count(self.writer.guid())
-    }
-
-    /// How many messages were dropped for want of room.
-    pub fn dropped(&self) -> u64 {
-        self.dropped.load(Ordering::Relaxed)
-    }
-
-    /// The absolute topic name.
-    pub fn topic(&self) -> &str {
-        &self.topic
-    }
-
-    /// Publishes what belongs to another sample, by the rules of [`publish`](Self::publish).
-    pub(super) fn publish_related(
-        &self,
-        cdr: Vec<u8>,
-        related: Option<SampleId>,
-    ) -> Result<SampleId, PublishError> {
-        if related.is_some() && cdr.len() > MAX_RELATED {
-            let (topic, length, limit) = (self.topic.clone(), cdr.len(), self.max_related());
-            if length > limit {
-                return Err(PublishError::TooLong {
-                    topic,
-                    length,
-                    limit,
-                });
-            }
-        }
-        self.write(cdr, self.limit, related)
-    }
-
-    /// The most bytes of what belongs to another sample.
-    pub(super) fn max_related(&self) -> usize {
-        if self.node.reaches_loopback_only(self.writer.guid()) {
-            MAX_RELATED_ON_LOOPBACK
-        } else {
-            MAX_RELATED
-        }
-    }
-
-    pub(super) fn guid(&self) -> GUID {
-        self.writer.guid()
-    }
-
-    fn write(
-        &self,
-        cdr: Vec<u8>,
-        limit: Duration,
-        related: Option<SampleId>,
-    ) -> Result<SampleId, PublishError> {
-        if !cdr.starts_with(&LITTLE_ENDIAN[..2]) || cdr.len() < LITTLE_ENDIAN.len() {
-            return Err(PublishError::Encapsulation {
-                topic: self.topic.clone(),
-                found: cdr.into_iter().take(LITTLE_ENDIAN.len()).collect(),
-            });
-        }
-        let payload = Bytes::from(cdr).slice(LITTLE_ENDIAN.len()..);
-        let limit = if self.stalled.load(Ordering::Relaxed) {
-            Duration::ZERO
-        } else {
-            limit
-        };
-        self.note_recovery();
-        let matched = self.matched_subscriptions();
-        let introduce = self.introduced.swap(matched, Ordering::Relaxed) < matched;
-        if introduce {
-            thread::sleep(INTRODUCTION.min(limit));
-        }
-        let options = WriteOptionsBuilder::new()
-            .source_timestamp(Timestamp::now())
-            .related_sample_identity_opt(related.map(Into::into))
-            .build();
-        let identity = self.admit(&payload, &options, limit)?;
-        self.sent.fetch_add(1, Ordering::Relaxed);
-        *self.latest() = Some(Instant::now());
-        if introduce {
-            // Whether all have acknowledged: what follows is sent in any case.
-            let acquaintance = self.patience(limit.min(ACQUAINTANCE));
-            let _ = self.acknowledged(acquaintance);
-        }
-        Ok(identity.into())
-    }
-
-    /// Ends what is done for subscriptions that did not keep up, once all have received everything.
-    fn note_recovery(&self) {
-        let (writer, laggards) = (self.writer.guid(), &self.node.laggards);
-        if laggards.has_gaps(writer)
-            && matches!(
-                self.writer.wait_for_acknowledgments(Duration::ZERO),
-                Ok(true)
-            )
-        {
-            laggards.close_gaps(writer);
-            for reader in self.node.matches.of(writer) {
-                laggards.pardon(reader);
-            }
-        }
-    }
-
-    /// Waits until all is acknowledged; returns whether it is.
-    fn acknowledged(&self, patience: Duration) -> WriteResult<bool, ()> {
-        let acknowledged = self.node.farewell.wait(patience, |slice| {
-            match self.writer.wait_for_acknowledgments(slice) {
-                Ok(false) => None,
-                ended => Some(ended),
-            }
-        });
-        acknowledged.unwrap_or(Ok(false))
+        self.0.flush(patience)
     }
 
     /// Whether every matched reliable subscription has acknowledged every message, or does so within `wait`. Blames none.
     pub fn acknowledged_within(&self, wait: Duration) -> bool {
-        matches!(self.acknowledged(wait), Ok(true))
+        self.0.acknowledged_within(wait)
     }
 
     /// How long [`flush`](Self::flush) waits at most for the acknowledgments: hardly, if they are not to be expected from
     /// all.
     pub fn patience(&self, patience: Duration) -> Duration {
-        let matched = self.node.matches.of(self.writer.guid());
-        if self.node.laggards.suspects_any(&matched) {
-            patience.min(FAREWELL)
-        } else {
-            patience
-        }
+        self.0.patience(patience)
     }
 
-    fn latest(&self) -> MutexGuard<'_, Option<Instant>> {
-        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
+    /// How many subscriptions of other participants are matched. Cheap.
+    pub fn matched_subscriptions(&self) -> usize {
+        self.0.matched()
     }
 
-    pub(super) fn dds_error(&self, error: &impl fmt::Display) -> PublishError {
-        PublishError::Dds {
-            topic: self.topic.clone(),
-            reason: error.to_string(),
-        }
+    /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
+    pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
+        self.0.wait_for_matches(count, timeout)
     }
-}
 
-impl Drop for RawPublisher {
-    fn drop(&mut self) {
-        let latest = *self.latest();
-        if let Some(latest) = latest
-            && self.matched_subscriptions() > 0
-            && !self.stalled.load(Ordering::Relaxed)
-        {
-            // Whether all have acknowledged: it leaves in any case.
-            let _ = self.flush(FAREWELL);
-            let farewell = &self.node.farewell;
-            farewell.pause(FAREWELL.saturating_sub(latest.elapsed()));
-        }
-        self.node.laggards.close_gaps(self.writer.guid());
-        self.node.remove(Side::Publisher, self.writer.guid());
+    /// How many messages were published.
+    pub fn sent(&self) -> u64 {
+        self.0.sent()
+    }
+
+    /// How many subscriptions of other participants cannot be served, by their quality of service or their type. Each
+    /// is named in a warning.
+    pub fn incompatible(&self) -> usize {
+        self.0.incompatible()
+    }
+
+    /// How many messages were dropped for want of room.
+    pub fn dropped(&self) -> u64 {
+        self.0.dropped()
+    }
+
+    /// The absolute topic name.
+    pub fn topic(&self) -> &str {
+        self.0.topic()
     }
 }
 
 impl fmt::Debug for RawPublisher {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("RawPublisher")
-            .field("topic", &self.topic)
+            .field("topic", &self.topic())
             .field("dropped", &self.dropped())
             .finish_non_exhaustive()
     }

@@ -2,11 +2,6 @@
 
 use std::time::Duration;
 
-use rustdds::{
-    QosPolicies, QosPolicyBuilder,
-    policy::{Durability, History, Reliability, ResourceLimits},
-};
-
 /// How long [`publish`](super::Publisher::publish) may wait for slow reliable subscriptions.
 const MAX_WAIT: Duration = Duration::from_millis(100);
 
@@ -18,12 +13,6 @@ const MIN_LATCHED_WINDOW: usize = 16;
 
 /// The most: beyond it RustDDS forgets what it has to repair.
 const MAX_WINDOW: usize = 8192;
-
-/// The fewest samples RustDDS keeps for a subscription, whatever its depth; it frees none before there are more.
-const MIN_CACHE: usize = 64;
-
-/// RustDDS gives up waiting only when it is woken; the limits are kept by us.
-const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
 
 /// How samples of a topic are delivered.
 ///
@@ -50,10 +39,10 @@ const NEVER: rustdds::Duration = rustdds::Duration::from_secs(1 << 20);
 /// everything, and the one that is back gets the later half, and counts what it has lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Qos {
-    reliable: bool,
-    latched: bool,
+    pub(super) reliable: bool,
+    pub(super) latched: bool,
     /// Whether a reliable publisher keeps nothing for late joiners.
-    volatile: bool,
+    pub(super) volatile: bool,
     depth: usize,
     max_wait: Duration,
 }
@@ -112,10 +101,6 @@ impl Qos {
         }
     }
 
-    pub(super) fn offered(&self) -> QosPolicies {
-        self.policies(self.reliable && !self.volatile, self.window())
-    }
-
     /// How many samples of a publisher may be unacknowledged. Half of them are the depth at least, so that a
     /// subscription that has not kept up still gets as many.
     pub(super) fn window(&self) -> usize {
@@ -125,74 +110,5 @@ impl Qos {
             MIN_WINDOW
         };
         self.depth.saturating_mul(2).clamp(least, MAX_WINDOW)
-    }
-
-    pub(super) fn requested(&self) -> QosPolicies {
-        self.policies(self.latched, self.depth().max(MIN_CACHE))
-    }
-
-    fn policies(&self, durable: bool, max_samples: usize) -> QosPolicies {
-        let count = |count: usize| i32::try_from(count.max(1)).unwrap_or(i32::MAX);
-        QosPolicyBuilder::new()
-            .reliability(if self.reliable {
-                Reliability::Reliable {
-                    max_blocking_time: NEVER,
-                }
-            } else {
-                Reliability::BestEffort
-            })
-            .durability(if durable {
-                Durability::TransientLocal
-            } else {
-                Durability::Volatile
-            })
-            .history(History::KeepLast {
-                depth: count(self.depth),
-            })
-            .resource_limits(ResourceLimits {
-                max_samples: count(max_samples),
-                max_instances: 1,
-                max_samples_per_instance: count(max_samples),
-            })
-            .build()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_offered_satisfies_what_is_requested() {
-        let presets = [
-            Qos::latched(1),
-            Qos::reliable(10),
-            Qos::volatile(10),
-            Qos::sensor(5),
-        ];
-        let matching: Vec<Vec<bool>> = presets
-            .iter()
-            .map(|publisher| {
-                presets
-                    .iter()
-                    .map(|subscription| {
-                        publisher
-                            .offered()
-                            .compliance_failure_wrt(&subscription.requested())
-                            .is_none()
-                    })
-                    .collect()
-            })
-            .collect();
-        assert_eq!(
-            matching,
-            [
-                [true; 4],
-                [true; 4],
-                [false, true, true, true],
-                [false, false, false, true]
-            ],
-            "rows are publishers, columns subscriptions: latched, reliable, volatile, sensor"
-        );
     }
 }

@@ -4,15 +4,13 @@ use std::{
     fmt,
     future::poll_fn,
     marker::PhantomData,
-    sync::Arc,
     task::{Context, Poll},
     time::Duration,
 };
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
-use rustdds::{GUID, rpc::SampleIdentity};
 
-use super::{graph::Side, inbox::Inbox, node::Inner};
+use super::wire::WireSubscription;
 use crate::block::block_on_for;
 
 /// A sample that cannot be taken. Later ones can.
@@ -40,9 +38,9 @@ pub enum TakeError {
         /// The `RMW_IMPLEMENTATION` of this node.
         ours: &'static str,
     },
-    /// The sample is not in plain CDR, or the DDS stack has failed.
+    /// The sample is not in plain CDR, or the wire has failed.
     #[error("{topic}: {reason}")]
-    Dds {
+    Wire {
         /// The topic.
         topic: String,
         /// What the DDS stack says.
@@ -83,27 +81,9 @@ pub struct SampleId {
     pub sequence: i64,
 }
 
-/// The identity of a publisher: its DDS GUID.
+/// The identity of a publisher: the DDS GUID, or what stands for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct WriterId(pub [u8; 16]);
-
-impl From<SampleIdentity> for SampleId {
-    fn from(identity: SampleIdentity) -> Self {
-        Self {
-            writer: WriterId(identity.writer_guid.to_bytes()),
-            sequence: identity.sequence_number.into(),
-        }
-    }
-}
-
-impl From<SampleId> for SampleIdentity {
-    fn from(id: SampleId) -> Self {
-        Self {
-            writer_guid: GUID::from_bytes(id.writer.0),
-            sequence_number: id.sequence.into(),
-        }
-    }
-}
 
 impl fmt::Display for WriterId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -118,10 +98,7 @@ pub struct Subscription<M> {
 }
 
 /// Receives CDR bytes as they were sent, behind the four-byte encapsulation header that tells their byte order.
-pub struct RawSubscription {
-    inbox: Arc<Inbox>,
-    node: Arc<Inner>,
-}
+pub struct RawSubscription(Box<dyn WireSubscription>);
 
 impl<M: RosMessage> Subscription<M> {
     pub(super) fn new(raw: RawSubscription) -> Self {
@@ -204,15 +181,13 @@ impl<M> Subscription<M> {
 }
 
 impl RawSubscription {
-    pub(super) fn new(node: Arc<Inner>, inbox: Arc<Inbox>) -> Self {
-        node.add(Side::Subscription, inbox.guid());
-        node.background.add(Arc::clone(&inbox));
-        Self { inbox, node }
+    pub(super) fn new(wire: Box<dyn WireSubscription>) -> Self {
+        Self(wire)
     }
 
     /// Takes the next sample that has arrived; `None` if there is none. Samples of one publisher come in order.
     pub fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        self.inbox.take().transpose()
+        self.0.take()
     }
 
     /// Waits for the next sample, up to `timeout`; `None` if none came.
@@ -229,103 +204,53 @@ impl RawSubscription {
         &self,
         context: &Context<'_>,
     ) -> Poll<Result<Sample<Vec<u8>>, TakeError>> {
-        self.inbox.poll_take(context)
-    }
-
-    pub(super) fn guid(&self) -> GUID {
-        self.inbox.guid()
+        self.0.poll_take(context)
     }
 
     /// How many publishers of other participants are matched. Cheap.
     pub fn matched_publishers(&self) -> usize {
-        self.node.matches.count(self.inbox.guid())
+        self.0.matched()
     }
 
     /// Blocks until so many publishers are matched or the time has passed; returns whether they are.
     pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
-        self.node.matches.wait(self.inbox.guid(), count, timeout)
+        self.0.wait_for_matches(count, timeout)
     }
 
     /// How many samples have arrived, taken or not.
     pub fn received(&self) -> u64 {
-        self.inbox.received()
+        self.0.received()
     }
 
     /// How many publishers of other participants cannot be received, by their quality of service or their type. Each is
     /// named in a warning.
     pub fn incompatible(&self) -> usize {
-        self.node.faults.count(self.inbox.guid())
+        self.0.incompatible()
     }
 
     /// How many samples were lost after the first one of their publisher: on the way, or pushed out by newer ones
     /// because they were not taken in time.
     pub fn lost(&self) -> u64 {
-        self.inbox.lost()
+        self.0.lost()
     }
 
     /// The absolute topic name.
     pub fn topic(&self) -> &str {
-        self.inbox.topic()
-    }
-}
-
-impl Drop for RawSubscription {
-    fn drop(&mut self) {
-        self.node.background.remove(&self.inbox);
-        self.node.remove(Side::Subscription, self.inbox.guid());
+        self.0.topic()
     }
 }
 
 impl fmt::Debug for RawSubscription {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("RawSubscription").field(&self.inbox).finish()
+        f.debug_struct("RawSubscription")
+            .field("topic", &self.topic())
+            .field("lost", &self.lost())
+            .finish_non_exhaustive()
     }
 }
 
 impl<M> fmt::Debug for Subscription<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Subscription").field(&self.raw).finish()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::{process, thread, time::Instant};
-
-    use lgvi_msgs::std_msgs::String as Text;
-
-    use crate::{
-        Environment, NodeArgs,
-        ros::{Qos, RosNode},
-    };
-
-    const PATIENCE: std::time::Duration = std::time::Duration::from_secs(20);
-
-    #[test]
-    fn what_is_remembered_of_a_publisher_goes_with_it() {
-        let environment = Environment::localhost(1 + (process::id() % 101) as u16);
-        let node = |name: String| {
-            let (args, _) = NodeArgs::parse(&name, []).unwrap();
-            RosNode::new(&args, &environment).unwrap()
-        };
-        let hearer = node(format!("hearer_{}", process::id()));
-        let subscription =
-            hearer.raw_subscription("/said", "std_msgs/msg/String", &Qos::reliable(1));
-        let subscription = subscription.unwrap();
-        let speaker = node(format!("speaker_{}", process::id()));
-        let publisher = speaker.publisher("/said", &Qos::reliable(1)).unwrap();
-        assert!(subscription.wait_for_publishers(1, PATIENCE));
-        publisher.publish(&Text::default()).unwrap();
-        let sample = subscription.recv_timeout(PATIENCE).unwrap().unwrap();
-        let writer = rustdds::GUID::from_bytes(sample.info.writer.0);
-        let laggards = &hearer.inner().laggards;
-        laggards.suspect(writer);
-        assert!(subscription.inbox.publishers().contains(&writer));
-        drop((publisher, speaker));
-        let start = Instant::now();
-        while subscription.inbox.publishers().contains(&writer) || laggards.suspects(writer) {
-            assert!(start.elapsed() < PATIENCE, "it is still remembered");
-            thread::yield_now();
-        }
     }
 }

@@ -19,25 +19,33 @@
 
 mod client;
 mod server;
-mod wire;
-
-use std::time::Duration;
 
 #[cfg(doc)]
 use super::PublishError;
-use super::Qos;
 
 pub use client::{CallError, ServiceClient};
 pub use server::{Request, ServiceServer};
-pub use wire::RequestId;
 
-/// Samples that wait to be taken: requests of all clients, or replies to all of them.
-const DEPTH: usize = 1000;
+use crate::ros::WriterId;
 
-/// The longest a reply waits for a hanging client, or for one that has just been found to be introduced.
-const MAX_WAIT: Duration = Duration::from_millis(20);
+/// The identity of a request: by it a reply finds the client and the call that it is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RequestId {
+    /// The request's publisher.
+    pub(super) writer: WriterId,
+    /// The client, as it calls itself.
+    pub(super) client: [u8; 16],
+    /// Counts the client's requests.
+    pub(super) sequence: i64,
+}
 
-const TAKEN: Qos = Qos::reliable(DEPTH);
-
-/// RustDDS sends to late joiners of every kind what it retains, which is of no use to them here.
-const SENT: Qos = Qos::reliable(1).max_wait(MAX_WAIT);
+impl RequestId {
+    #[cfg(test)]
+    pub(in crate::ros) fn numbered(sequence: i64) -> Self {
+        Self {
+            writer: WriterId([1; 16]),
+            client: [2; 16],
+            sequence,
+        }
+    }
+}

@@ -53,7 +53,7 @@ mod tests {
             println!("{error}");
             return;
         }
-        let name = "ros::descriptors::tests::a_node_that_may_open_too_few_files_says_so";
+        let name = "ros::dds::descriptors::tests::a_node_that_may_open_too_few_files_says_so";
         let limited = format!("ulimit -n 20; exec \"$0\" --exact {name} --nocapture");
         let output = Command::new("sh")
             .args(["-c", &limited])

@@ -4,36 +4,14 @@ use rustdds::GUID;
 
 use crate::{
     ServiceMapping,
-    ros::{Sample, SampleId, WriterId},
+    ros::{RequestId, Sample, SampleId, WriterId},
 };
 
-/// The identity of a request: by it a reply finds the client and the call that it is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RequestId {
-    /// The request's publisher, which tells the participant.
-    pub(super) writer: WriterId,
-    /// The client, as it calls itself: a DDS GUID, or eight bytes at the end for the mapping of Cyclone DDS.
-    pub(super) client: [u8; 16],
-    /// Counts the client's requests.
-    pub(super) sequence: i64,
-}
-
-impl RequestId {
-    /// The client's reader of replies, where it is named.
-    pub(super) fn reader(&self) -> Option<GUID> {
-        let client = GUID::from_bytes(self.client);
-        let is_guid = self.client[..8] != [0; 8];
-        (is_guid && client.entity_id.kind().is_reader()).then_some(client)
-    }
-
-    #[cfg(test)]
-    pub(in crate::ros) fn numbered(sequence: i64) -> Self {
-        Self {
-            writer: WriterId([1; 16]),
-            client: [2; 16],
-            sequence,
-        }
-    }
+/// The client's reader of replies, where the request names it.
+pub(super) fn reader(id: &RequestId) -> Option<GUID> {
+    let client = GUID::from_bytes(id.client);
+    let is_guid = id.client[..8] != [0; 8];
+    (is_guid && client.entity_id.kind().is_reader()).then_some(client)
 }
 
 /// Encapsulation header of a payload, and the identity that Cyclone DDS puts behind it.
@@ -260,12 +238,12 @@ mod tests {
 
     #[test]
     fn fast_dds_replies_to_the_named_reader_and_the_sample_s_number() {
-        let reader = GUID::from_bytes([4; 16]);
-        let (bytes, related) = request(ServiceMapping::FastDds, vec![0, 1, 0, 0], id(), reader);
+        let replies = GUID::from_bytes([4; 16]);
+        let (bytes, related) = request(ServiceMapping::FastDds, vec![0, 1, 0, 0], id(), replies);
         assert_eq!(bytes, [0, 1, 0, 0]);
         let (id, _) = taken_request(ServiceMapping::FastDds, sample(bytes, related)).unwrap();
         assert_eq!((id.client, id.sequence), ([4; 16], 7));
-        assert_eq!(id.reader(), Some(reader));
+        assert_eq!(reader(&id), Some(replies));
         let (_, related) = reply(ServiceMapping::FastDds, Vec::new(), id);
         let expected = SampleId {
             writer: WriterId([4; 16]),
@@ -281,7 +259,7 @@ mod tests {
             let sample = sample(Vec::new(), related);
             let (id, _) = taken_request(ServiceMapping::FastDds, sample).unwrap();
             assert_eq!((id.client, id.sequence), ([3; 16], 7));
-            assert_eq!(id.reader(), None);
+            assert_eq!(reader(&id), None);
         }
     }
 }

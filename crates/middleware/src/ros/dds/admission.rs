@@ -10,11 +10,8 @@ use rustdds::{
 };
 use tracing::warn;
 
-use super::{
-    laggards::RemoteReader,
-    publisher::{PublishError, RawPublisher},
-};
-use crate::block::block_on_for;
+use super::{laggards::RemoteReader, publisher::Writer};
+use crate::{block::block_on_for, ros::PublishError};
 
 /// How long a subscription that did not keep up before is waited for when it holds up a publisher again, which is
 /// once in half a window.
@@ -23,7 +20,7 @@ const GRACE: Duration = Duration::from_millis(20);
 /// How long it may take until RustDDS has made room.
 const TURNAROUND: Duration = Duration::from_millis(20);
 
-impl RawPublisher {
+impl Writer {
     /// Writes a sample as soon as there is room, waiting up to `limit`; then overwrites what the subscriptions that do
     /// not keep up have not received, but for the later half of the window.
     pub(super) fn admit(

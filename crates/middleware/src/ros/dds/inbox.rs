@@ -15,10 +15,8 @@ use rustdds::{
     no_key::{DeserializedCacheChange, SimpleDataReader},
 };
 
-use super::{
-    cdr::CdrBytes,
-    subscription::{Sample, SampleId, SampleInfo, TakeError, WriterId},
-};
+use super::cdr::CdrBytes;
+use crate::ros::{Sample, SampleId, SampleInfo, TakeError, WriterId};
 
 type Taken = Result<Sample<Vec<u8>>, TakeError>;
 
@@ -154,7 +152,7 @@ impl Inbox {
     fn empty_reader(&self) {
         let _turn = lock(&self.turn);
         while let Some(taken) = self.reader.try_take_one().transpose() {
-            self.put(taken.map_err(|error| TakeError::Dds {
+            self.put(taken.map_err(|error| TakeError::Wire {
                 topic: self.topic.clone(),
                 reason: error.to_string(),
             }));

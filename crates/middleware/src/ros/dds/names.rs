@@ -9,7 +9,8 @@ use lgvi_msgs::{RosMessage, cdr};
 use rustdds::GUID;
 use serde::{Deserialize, Serialize};
 
-use super::{inbox::Inbox, namesakes::Birth};
+use super::inbox::Inbox;
+use crate::ros::namesakes::Birth;
 
 type Gid = [u8; 16];
 

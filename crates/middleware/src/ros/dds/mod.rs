@@ -1,0 +1,113 @@
+//! The wire of DDS: RustDDS, with the graph messages of ros2-client.
+//!
+//! A node is one DDS participant. Its endpoints are made on RustDDS directly and announced in the ROS graph
+//! (`ros_discovery_info`) by the node itself; `docs/decisions/rustdds.md` says why, and what here works round RustDDS.
+
+mod admission;
+mod background;
+mod cdr;
+mod census;
+mod descriptors;
+mod farewell;
+mod faults;
+mod fence;
+mod graph;
+mod inbox;
+mod laggards;
+mod matches;
+mod names;
+mod naming;
+mod participant;
+mod peers;
+mod policies;
+mod publisher;
+mod rtps;
+mod service;
+mod sockets;
+mod subscription;
+
+use std::sync::Arc;
+
+use participant::Participant;
+use publisher::Writer;
+use service::{Client, Server};
+use subscription::Reader;
+
+use super::{
+    Namesake, Qos, RosError, TopicInfo,
+    wire::{ServiceTypes, Wire, WireClient, WirePublisher, WireServer, WireSubscription},
+};
+use crate::{Environment, NodeArgs, Shutdown};
+
+/// A node in a DDS domain.
+pub(super) struct Dds(Arc<Participant>);
+
+impl Dds {
+    /// Joins the domain and announces the node. Discovery of others takes 0.1 s to 1.2 s from here.
+    pub(super) fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, RosError> {
+        Participant::new(args, environment)
+            .map(|participant| Self(Arc::new(participant)))
+            .map_err(|reason| RosError::Join {
+                domain_id: environment.domain_id,
+                reason,
+            })
+    }
+
+    fn writer(&self, topic: String, type_name: &str, qos: &Qos) -> Result<Writer, RosError> {
+        let dds_topic = naming::dds_topic(&topic);
+        Writer::new(Arc::clone(&self.0), topic, dds_topic, type_name, qos)
+    }
+
+    fn reader(&self, topic: String, type_name: &str, qos: &Qos) -> Result<Reader, RosError> {
+        let dds_topic = naming::dds_topic(&topic);
+        Reader::new(Arc::clone(&self.0), topic, dds_topic, type_name, qos)
+    }
+}
+
+impl Wire for Dds {
+    fn publisher(
+        &self,
+        topic: String,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<Box<dyn WirePublisher>, RosError> {
+        Ok(Box::new(self.writer(topic, type_name, qos)?))
+    }
+
+    fn subscription(
+        &self,
+        topic: String,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<Box<dyn WireSubscription>, RosError> {
+        Ok(Box::new(self.reader(topic, type_name, qos)?))
+    }
+
+    fn server(&self, service: &str, types: ServiceTypes) -> Result<Box<dyn WireServer>, RosError> {
+        Ok(Box::new(Server::new(&self.0, service, types)?))
+    }
+
+    fn client(&self, service: &str, types: ServiceTypes) -> Result<Box<dyn WireClient>, RosError> {
+        Ok(Box::new(Client::new(&self.0, service, types)?))
+    }
+
+    fn topics(&self) -> Vec<TopicInfo> {
+        self.0.topics()
+    }
+
+    fn other_nodes(&self) -> Vec<String> {
+        self.0.other_nodes()
+    }
+
+    fn namesakes(&self) -> Vec<Namesake> {
+        self.0.namesakes()
+    }
+
+    fn hold_announcements(&self, held: bool) {
+        self.0.graph().hold(held);
+    }
+
+    fn leave_on(&self, shutdown: &Shutdown) {
+        self.0.farewell.on(shutdown);
+    }
+}

@@ -1,0 +1,359 @@
+//! A node as a DDS participant.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+    net::{IpAddr, Ipv4Addr, SocketAddr},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use ros2_client::NodeName;
+use rustdds::policy::{Durability, Reliability};
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, RTPSEntity, Topic,
+    TopicDescription, TopicKind, dds::result::CreateResult,
+};
+use tracing::warn;
+
+use super::{
+    background::{Background, Keeps},
+    descriptors,
+    farewell::Farewell,
+    faults::Faults,
+    fence::{Fence, MakeError},
+    graph::{Graph, Side},
+    inbox::{Inbox, nanoseconds},
+    laggards::{Laggards, RemoteReader},
+    matches::Matches,
+    names::Names,
+    naming,
+    peers::{self, StaticPeers},
+    policies, rtps,
+};
+use crate::ros::{
+    Namesake, Qos, RosError, TopicInfo,
+    namesakes::{self, is_elder},
+};
+use crate::{Environment, NodeArgs, Reach, ServiceMapping};
+
+/// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
+const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
+const ANSWER: Duration = Duration::from_millis(10 + 20);
+
+/// Announcements of other participants that may wait for the background thread.
+const MAX_ANNOUNCEMENTS: usize = 1024;
+
+/// A node and what its endpoints share. Fields are dropped in this order: the participant goes last.
+pub(super) struct Participant {
+    name: String,
+    pub(super) service_mapping: ServiceMapping,
+    graph: Mutex<Graph>,
+    pub(super) background: Background,
+    pub(super) matches: Arc<Matches>,
+    pub(super) laggards: Arc<Laggards>,
+    pub(super) faults: Arc<Faults>,
+    names: Arc<Names>,
+    fence: Arc<Fence>,
+    pub(super) farewell: Farewell,
+    publisher: rustdds::Publisher,
+    subscriber: rustdds::Subscriber,
+    created: Instant,
+    _static_peers: Option<StaticPeers>,
+    participant: DomainParticipant,
+}
+
+/// What has been announced of one topic.
+#[derive(Default)]
+struct Announced {
+    publishers: usize,
+    unreliable: bool,
+    volatile: bool,
+    subscriptions: usize,
+}
+
+impl Participant {
+    /// Joins the domain and announces the node.
+    pub(super) fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, String> {
+        for variable in &environment.overridden {
+            warn!("{variable} is overridden by ROS_LOCALHOST_ONLY=1");
+        }
+        let builder = DomainParticipantBuilder::new(environment.domain_id);
+        let addresses = peers::addresses(&environment.static_peers)?;
+        let builder = match environment.reach {
+            Reach::Localhost => builder.with_only_networks(networks(&addresses)),
+            Reach::Subnet => builder,
+        };
+        descriptors::spare(descriptors::PARTICIPANT).map_err(text)?;
+        let participant = builder.build().map_err(text)?;
+        let static_peers = match addresses.as_slice() {
+            [] => None,
+            addresses => Some(StaticPeers::start(&participant, addresses).map_err(text)?),
+        };
+        let none = QosPolicies::qos_none();
+        let publisher = participant.create_publisher(&none).map_err(text)?;
+        let subscriber = participant.create_subscriber(&none).map_err(text)?;
+        let name = NodeName::new(args.namespace(), args.name()).map_err(text)?;
+        let matches = Arc::new(Matches::default());
+        let loopback_only = environment.reach == Reach::Localhost;
+        let laggards = Arc::new(Laggards::new(&participant, loopback_only).map_err(text)?);
+        let names = Arc::new(Names::new(participant.guid()));
+        let faults = Arc::new(Faults::default());
+        let fence = Arc::new(Fence::new(participant.guid(), Arc::clone(&laggards)));
+        let keeps = Keeps {
+            matches: Arc::clone(&matches),
+            laggards: Arc::clone(&laggards),
+            names: Arc::clone(&names),
+            faults: Arc::clone(&faults),
+            fence: Arc::clone(&fence),
+        };
+        let background = Background::start(&participant, keeps).map_err(text)?;
+        // RustDDS has begun with its own endpoints.
+        fence.settle().map_err(text)?;
+        let (graph, announcements) =
+            Graph::new(&participant, &publisher, name, &fence).map_err(text)?;
+        let qos = Some(policies::requested(&Qos::latched(1)));
+        let others = fence
+            .make(|| subscriber.create_simple_datareader_no_key(&announcements, qos))
+            .map_err(text)?;
+        let others = Inbox::new(others, announcements.name(), MAX_ANNOUNCEMENTS);
+        names.listen(Arc::clone(&others));
+        background.add(others);
+        Ok(Self {
+            name: args.fully_qualified_name(),
+            service_mapping: environment.service_mapping,
+            background,
+            matches,
+            laggards,
+            faults,
+            names,
+            fence,
+            farewell: Farewell::default(),
+            graph: Mutex::new(graph),
+            publisher,
+            subscriber,
+            created: Instant::now(),
+            _static_peers: static_peers,
+            participant,
+        })
+    }
+
+    /// The topics of other participants that have been discovered so far, ordered by name and type.
+    pub(super) fn topics(&self) -> Vec<TopicInfo> {
+        let participant = &self.participant;
+        let mut topics = BTreeMap::<_, Announced>::new();
+        for writer in participant.discovered_writers() {
+            let data = writer.publication_topic_data;
+            let topic = topics.entry((data.topic_name, data.type_name)).or_default();
+            topic.publishers += 1;
+            topic.unreliable |= !matches!(data.reliability, Some(Reliability::Reliable { .. }));
+            topic.volatile |= matches!(data.durability, None | Some(Durability::Volatile));
+        }
+        for reader in participant.discovered_readers() {
+            let data = reader.subscription_topic_data;
+            let key = (data.topic_name().clone(), data.type_name().clone());
+            topics.entry(key).or_default().subscriptions += 1;
+        }
+        topics
+            .into_iter()
+            .filter_map(|((topic, dds_type), announced)| {
+                Some(TopicInfo {
+                    name: naming::ros_topic(&topic)?.into(),
+                    type_name: naming::ros_type(&dds_type)?,
+                    publishers: announced.publishers,
+                    reliable: !announced.unreliable,
+                    durable: !announced.volatile,
+                    subscriptions: announced.subscriptions,
+                })
+            })
+            .collect()
+    }
+
+    /// The fully qualified names of the nodes that other participants have announced so far, sorted; a name that two
+    /// nodes have is there twice.
+    pub(super) fn other_nodes(&self) -> Vec<String> {
+        self.names.all()
+    }
+
+    /// The nodes of other participants that have this one's name, as discovered so far.
+    pub(super) fn namesakes(&self) -> Vec<Namesake> {
+        let born = nanoseconds(self.graph().born()).unwrap_or_default();
+        let own = (born, self.participant.guid().to_bytes());
+        let others = self.names.namesakes(&self.name);
+        let namesakes = others.into_iter().map(|other| {
+            let participant = GUID::from_bytes(other.1);
+            Namesake {
+                participant: namesakes::identity(participant.to_bytes()),
+                addresses: self.addresses(participant),
+                elder: is_elder(own, self.created.elapsed(), other),
+            }
+        });
+        namesakes.collect()
+    }
+
+    /// Has faults of an endpoint reported.
+    pub(super) fn note(&self, guid: GUID, side: Side, topic: &str, type_name: &str) {
+        if let Ok(dds_type) = naming::dds_type(type_name) {
+            self.faults.add(guid, side, topic, &dds_type);
+        }
+    }
+
+    pub(super) fn endpoint<E>(
+        &self,
+        topic: String,
+        dds_topic: String,
+        type_name: &str,
+        create: impl FnOnce(&rustdds::Publisher, &rustdds::Subscriber, &Topic) -> CreateResult<E>,
+    ) -> Result<(String, E), RosError> {
+        let dds_type = naming::dds_type(type_name)?;
+        let none = QosPolicies::qos_none();
+        let participant = &self.participant;
+        participant
+            .create_topic(dds_topic, dds_type, &none, TopicKind::NoKey)
+            .map_err(MakeError::from)
+            .and_then(|topic| {
+                self.fence
+                    .make(|| create(&self.publisher, &self.subscriber, &topic))
+            })
+            .map(|endpoint| (topic.clone(), endpoint))
+            .map_err(|error| RosError::Endpoint {
+                topic,
+                type_name: type_name.into(),
+                reason: error.to_string(),
+            })
+    }
+
+    /// Announces an endpoint.
+    pub(super) fn add(&self, side: Side, endpoint: GUID) {
+        self.graph().add(side, endpoint);
+    }
+
+    /// Takes back the announcement of an endpoint.
+    pub(super) fn remove(&self, side: Side, endpoint: GUID) {
+        if self.farewell.begun() {
+            // One announcement for all.
+            self.graph().leave();
+        }
+        self.graph().remove(side, endpoint);
+        self.matches.forget(endpoint);
+        self.faults.remove(endpoint);
+    }
+
+    /// Whether a writer's matched readers say of themselves that they are on the loopback interface, and nowhere else.
+    pub(super) fn reaches_loopback_only(&self, writer: GUID) -> bool {
+        let mut matched = self.matches.of(writer);
+        for reader in self.participant.discovered_readers() {
+            let locators = &reader.reader_proxy.unicast_locator_list;
+            let loopback = locators
+                .iter()
+                .all(|locator| SocketAddr::from(*locator).ip().is_loopback());
+            if loopback && !locators.is_empty() {
+                matched.remove(&reader.reader_proxy.remote_reader_guid);
+            }
+        }
+        matched.is_empty()
+    }
+
+    /// The reliable readers that a writer is matched with.
+    pub(super) fn reliable_readers(&self, writer: GUID) -> Vec<RemoteReader> {
+        let matched = self.matches.of(writer);
+        let mut readers = self.participant.discovered_readers();
+        readers.retain(|reader| {
+            matched.contains(&reader.reader_proxy.remote_reader_guid)
+                && reader.subscription_topic_data.qos().is_reliable()
+        });
+        readers
+            .into_iter()
+            .map(|reader| RemoteReader {
+                guid: reader.reader_proxy.remote_reader_guid,
+                locators: reader
+                    .reader_proxy
+                    .unicast_locator_list
+                    .into_iter()
+                    .map(SocketAddr::from)
+                    .collect(),
+            })
+            .collect()
+    }
+
+    /// Tells the other participants that this one leaves, in the way that Fast DDS understands too: it would list the
+    /// endpoints until the lease has run out, 50 s later.
+    fn depart(&self) {
+        let domain_id = self.participant.domain_id();
+        let readers = self.participant.discovered_readers();
+        let addresses: BTreeSet<_> = readers
+            .iter()
+            .flat_map(|reader| &reader.reader_proxy.unicast_locator_list)
+            .filter_map(|locator| peers::discovery_address(domain_id, SocketAddr::from(*locator)))
+            .collect();
+        let departure = rtps::departure(self.participant.guid());
+        self.laggards.send(&departure, addresses);
+    }
+
+    /// Where a remote participant's subscriptions are reached.
+    fn addresses(&self, participant: GUID) -> Vec<IpAddr> {
+        let readers = self.participant.discovered_readers();
+        let own = readers.iter().map(|reader| &reader.reader_proxy);
+        let own = own.filter(|proxy| proxy.remote_reader_guid.prefix == participant.prefix);
+        let addresses: BTreeSet<_> = own
+            .flat_map(|proxy| &proxy.unicast_locator_list)
+            .map(|locator| SocketAddr::from(*locator).ip())
+            .filter(|address| !address.is_unspecified())
+            .collect();
+        addresses.into_iter().collect()
+    }
+
+    /// What a remote endpoint is called: its node, or its identity.
+    pub(super) fn describe(&self, remote: GUID) -> String {
+        let name = self.names.node_of(remote);
+        name.unwrap_or_else(|| format!("{remote:?}"))
+    }
+
+    pub(super) fn graph(&self) -> MutexGuard<'_, Graph> {
+        self.graph.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// RustDDS 0.15 holds the participant while it announces it. Were the last of our handles dropped then, RustDDS would
+/// drop the participant on its own thread, which cannot wait for its own end: it panics, and the node does not say
+/// goodbye. The announcements that can be foreseen are waited for; one in ten seconds, of a millisecond, cannot.
+impl Drop for Participant {
+    fn drop(&mut self) {
+        let young = FIRST_ANNOUNCEMENT.saturating_sub(self.created.elapsed());
+        let answering = self
+            .matches
+            .last_discovery()
+            .map_or(Duration::ZERO, |discovery| {
+                ANSWER.saturating_sub(discovery.elapsed())
+            });
+        thread::sleep(young.max(answering));
+        self.depart();
+    }
+}
+
+/// The addresses of the loopback interface and of the networks by which peers are reached.
+fn networks(peers: &[Ipv4Addr]) -> Vec<IpAddr> {
+    let mut networks = vec![IpAddr::V4(Ipv4Addr::LOCALHOST)];
+    for peer in peers {
+        match peers::own_address(*peer) {
+            Ok(own) if own.is_loopback() => {}
+            Ok(own) => networks.push(own.into()),
+            Err(error) => warn!(%peer, %error, "no way to a static peer: it will not be found"),
+        }
+    }
+    networks.sort_unstable();
+    networks.dedup();
+    // RustDDS 0.15 has no switch for multicast beside that for the networks.
+    for network in networks.iter().filter(|network| !network.is_loopback()) {
+        warn!(
+            %network,
+            "static peers beyond this host: nodes in their network are found by multicast too"
+        );
+    }
+    networks
+}
+
+fn text(error: impl fmt::Display) -> String {
+    error.to_string()
+}

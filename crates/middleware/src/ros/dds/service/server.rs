@@ -1,0 +1,187 @@
+//! The server's side of a service on DDS.
+
+use std::{
+    collections::VecDeque,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    task::{Context, Poll},
+    time::{Duration, Instant},
+};
+
+use lgvi_msgs::cdr::CdrError;
+use rustdds::GUID;
+
+use super::{SENT, TAKEN, mapping};
+use crate::{
+    ServiceMapping,
+    ros::{
+        PublishError, RequestId, RosError, Sample, SampleInfo, TakeError,
+        dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
+        wire::{Incoming, ServiceTypes, WireServer, WireSubscription},
+    },
+    wall,
+};
+
+/// How long a request is held back for its client to be reachable.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// How old, in nanoseconds, a request from before the server may be.
+const MAX_AGE: i64 = 1_000_000_000;
+
+/// Requests that wait: of one client, so that one that floods the server crowds out none but itself, and of all.
+const MAX_HELD_OF_CLIENT: usize = 16;
+const MAX_HELD: usize = 256;
+
+/// How often a request that is held back is looked at.
+const CYCLE: Duration = Duration::from_millis(2);
+
+/// A reader of requests and a writer of replies.
+pub(in crate::ros::dds) struct Server {
+    requests: Reader,
+    replies: Writer,
+    held: Mutex<VecDeque<Held>>,
+    /// Nanoseconds since the UNIX epoch.
+    created: i64,
+    node: Arc<Participant>,
+}
+
+/// A request whose client may not yet be reachable.
+struct Held {
+    incoming: Incoming,
+    arrived: Instant,
+}
+
+impl Server {
+    pub(in crate::ros::dds) fn new(
+        node: &Arc<Participant>,
+        service: &str,
+        types: ServiceTypes,
+    ) -> Result<Self, RosError> {
+        let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
+        let name = || (Arc::clone(node), service.to_owned());
+        // The replies first: who sees where to send requests can expect an answer.
+        let (own, topic) = name();
+        let replies = Writer::new(own, topic, reply, types.response, &SENT)?;
+        let (own, topic) = name();
+        Ok(Self {
+            replies,
+            requests: Reader::new(own, topic, request, types.request, &TAKEN)?,
+            held: Mutex::default(),
+            created: wall::now(),
+            node: Arc::clone(node),
+        })
+    }
+
+    fn hold(&self, sample: Sample<Vec<u8>>) -> Result<(), TakeError> {
+        let info = sample.info;
+        // Clients on RustDDS send their latest request to every server that comes.
+        if info.source_time.is_some_and(|sent| {
+            sent < self.created && info.received_time.saturating_sub(sent) > MAX_AGE
+        }) {
+            return Ok(());
+        }
+        let mapping = self.node.service_mapping;
+        // One that is beside the payload is not the one in it.
+        let beside = mapping == ServiceMapping::Cyclone && info.related.is_some();
+        if beside || mapping::differs(mapping, info.writer.0) {
+            return Err(self.other_mapping(&info));
+        }
+        let Some((id, cdr)) = mapping::taken_request(mapping, sample) else {
+            return Err(self.other_mapping(&info));
+        };
+        let mut held = self.held();
+        let is_own = |other: &Held| other.incoming.id.writer == id.writer;
+        if held.iter().filter(|other| is_own(other)).count() >= MAX_HELD_OF_CLIENT
+            && let Some(oldest) = held.iter().position(is_own)
+        {
+            held.remove(oldest);
+        } else if held.len() >= MAX_HELD {
+            held.pop_front();
+        }
+        held.push_back(Held {
+            incoming: Incoming { id, cdr, info },
+            arrived: Instant::now(),
+        });
+        Ok(())
+    }
+
+    fn other_mapping(&self, info: &SampleInfo) -> TakeError {
+        TakeError::Mapping {
+            service: self.service().into(),
+            client: info.writer,
+            ours: self.node.service_mapping.rmw(),
+        }
+    }
+
+    fn next(&self) -> Option<Incoming> {
+        let mut held = self.held();
+        let ready = held.iter().position(|request| {
+            request.arrived.elapsed() >= PATIENCE || self.reaches(&request.incoming.id)
+        })?;
+        held.remove(ready).map(|request| request.incoming)
+    }
+
+    /// Whether the client's reader is known, without which a reply is lost.
+    fn reaches(&self, id: &RequestId) -> bool {
+        let (matches, replies) = (&self.node.matches, self.replies.guid());
+        match mapping::reader(id) {
+            Some(reader) => matches.has(replies, reader),
+            None => {
+                let writer = GUID::from_bytes(id.writer.0);
+                matches.answers(replies, self.requests.guid(), writer)
+            }
+        }
+    }
+
+    fn held(&self) -> MutexGuard<'_, VecDeque<Held>> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl WireServer for Server {
+    fn take(&self) -> Result<Option<Incoming>, TakeError> {
+        while let Some(sample) = self.requests.take()? {
+            self.hold(sample)?;
+        }
+        Ok(self.next())
+    }
+
+    fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>> {
+        while let Poll::Ready(sample) = self.requests.poll_take(context) {
+            self.hold(sample?)?;
+        }
+        self.next()
+            .map_or(Poll::Pending, |next| Poll::Ready(Ok(next)))
+    }
+
+    fn next_look(&self) -> Option<Duration> {
+        (!self.held().is_empty()).then_some(CYCLE)
+    }
+
+    fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
+        // Clients that put the identity beside the payload name their reader there.
+        if self.node.service_mapping == ServiceMapping::FastDds && info.related.is_none() {
+            return self.other_mapping(&info);
+        }
+        TakeError::Decode {
+            topic: self.service().into(),
+            info,
+            source: Box::new(source),
+        }
+    }
+
+    fn reply(&self, id: RequestId, cdr: Vec<u8>) -> Result<(), PublishError> {
+        let (cdr, related) = mapping::reply(self.node.service_mapping, cdr, id);
+        self.replies.publish_related(cdr, related).map(drop)
+    }
+
+    fn max_reply(&self) -> usize {
+        match self.node.service_mapping {
+            ServiceMapping::FastDds => self.replies.max_related(),
+            ServiceMapping::Cyclone => usize::MAX,
+        }
+    }
+
+    fn service(&self) -> &str {
+        self.requests.topic()
+    }
+}

@@ -1,0 +1,146 @@
+//! Subscriptions on DDS readers.
+
+use std::{
+    sync::Arc,
+    task::{Context, Poll},
+    time::Duration,
+};
+
+use rustdds::{GUID, rpc::SampleIdentity};
+
+use super::{graph::Side, inbox::Inbox, participant::Participant, policies};
+use crate::ros::{Qos, RosError, Sample, SampleId, TakeError, WriterId, wire::WireSubscription};
+
+/// A DDS reader and what has arrived at it.
+pub(super) struct Reader {
+    inbox: Arc<Inbox>,
+    node: Arc<Participant>,
+}
+
+impl Reader {
+    pub(super) fn new(
+        node: Arc<Participant>,
+        topic: String,
+        dds_topic: String,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<Self, RosError> {
+        let (topic, reader) =
+            node.endpoint(topic, dds_topic, type_name, |_, subscriber, topic| {
+                subscriber.create_simple_datareader_no_key(topic, Some(policies::requested(qos)))
+            })?;
+        node.note(reader.guid(), Side::Subscription, &topic, type_name);
+        let inbox = Inbox::new(reader, topic, qos.depth());
+        node.add(Side::Subscription, inbox.guid());
+        node.background.add(Arc::clone(&inbox));
+        Ok(Self { inbox, node })
+    }
+
+    pub(super) fn guid(&self) -> GUID {
+        self.inbox.guid()
+    }
+}
+
+impl WireSubscription for Reader {
+    fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
+        self.inbox.take().transpose()
+    }
+
+    fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<Vec<u8>>, TakeError>> {
+        self.inbox.poll_take(context)
+    }
+
+    fn matched(&self) -> usize {
+        self.node.matches.count(self.guid())
+    }
+
+    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
+        self.node.matches.wait(self.guid(), count, timeout)
+    }
+
+    fn incompatible(&self) -> usize {
+        self.node.faults.count(self.guid())
+    }
+
+    fn received(&self) -> u64 {
+        self.inbox.received()
+    }
+
+    fn lost(&self) -> u64 {
+        self.inbox.lost()
+    }
+
+    fn topic(&self) -> &str {
+        self.inbox.topic()
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        self.node.background.remove(&self.inbox);
+        self.node.remove(Side::Subscription, self.guid());
+    }
+}
+
+impl From<SampleIdentity> for SampleId {
+    fn from(identity: SampleIdentity) -> Self {
+        Self {
+            writer: WriterId(identity.writer_guid.to_bytes()),
+            sequence: identity.sequence_number.into(),
+        }
+    }
+}
+
+impl From<SampleId> for SampleIdentity {
+    fn from(id: SampleId) -> Self {
+        Self {
+            writer_guid: GUID::from_bytes(id.writer.0),
+            sequence_number: id.sequence.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{future::poll_fn, process, thread, time::Instant};
+
+    use lgvi_msgs::std_msgs::String as Text;
+
+    use super::*;
+    use crate::{
+        Environment, NodeArgs,
+        block::block_on_for,
+        ros::{RosNode, dds::Dds},
+    };
+
+    const PATIENCE: Duration = Duration::from_secs(20);
+
+    #[test]
+    fn what_is_remembered_of_a_publisher_goes_with_it() {
+        let environment = Environment::localhost(1 + (process::id() % 101) as u16);
+        let args = |name: &str| {
+            let name = format!("{name}_{}", process::id());
+            NodeArgs::parse(&name, []).unwrap().0
+        };
+        let hearer = Dds::new(&args("hearer"), &environment).unwrap();
+        let (said, type_name) = ("/said".to_owned(), "std_msgs/msg/String");
+        let subscription = hearer.reader(said, type_name, &Qos::reliable(1)).unwrap();
+        let speaker = RosNode::new(&args("speaker"), &environment).unwrap();
+        let publisher = speaker.publisher("/said", &Qos::reliable(1)).unwrap();
+        assert!(subscription.wait_for_matches(1, PATIENCE));
+        publisher.publish(&Text::default()).unwrap();
+        let sample = block_on_for(poll_fn(|context| subscription.poll_take(context)), PATIENCE)
+            .unwrap()
+            .unwrap();
+        let writer = GUID::from_bytes(sample.info.writer.0);
+        let laggards = &hearer.0.laggards;
+        laggards.suspect(writer);
+        assert!(subscription.inbox.publishers().contains(&writer));
+        drop((publisher, speaker));
+        let start = Instant::now();
+        while subscription.inbox.publishers().contains(&writer) || laggards.suspects(writer) {
+            assert!(start.elapsed() < PATIENCE, "it is still remembered");
+            thread::yield_now();
+        }
+    }
+}

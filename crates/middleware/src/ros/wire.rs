@@ -1,0 +1,132 @@
+//! The wire: carries the bytes of topics and services between nodes, and knows who else is there.
+//!
+//! All that a ROS 2 node is (names, parameters, lifecycle, services, actions, clock, diagnostics) stands above it and is
+//! the same over every wire. Names that cross this door are absolute and remapped; types are `package/msg/Type`; bytes
+//! are CDR behind the four-byte encapsulation header.
+
+use std::{
+    task::{Context, Poll},
+    time::Duration,
+};
+
+use lgvi_msgs::cdr::CdrError;
+
+use super::{
+    CallError, Namesake, PublishError, Qos, RequestId, RosError, Sample, SampleInfo, TakeError,
+    TopicInfo,
+};
+use crate::Shutdown;
+
+/// Message types of a service, `package/srv/Type_Request` and `package/srv/Type_Response`.
+#[derive(Clone, Copy)]
+pub(super) struct ServiceTypes {
+    pub(super) request: &'static str,
+    pub(super) response: &'static str,
+}
+
+/// A connection to the other nodes. Endpoints keep it open.
+pub(super) trait Wire: Send + Sync {
+    fn publisher(
+        &self,
+        topic: String,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<Box<dyn WirePublisher>, RosError>;
+
+    fn subscription(
+        &self,
+        topic: String,
+        type_name: &str,
+        qos: &Qos,
+    ) -> Result<Box<dyn WireSubscription>, RosError>;
+
+    fn server(&self, service: &str, types: ServiceTypes) -> Result<Box<dyn WireServer>, RosError>;
+
+    fn client(&self, service: &str, types: ServiceTypes) -> Result<Box<dyn WireClient>, RosError>;
+
+    /// Topics of other participants, ordered by name and type.
+    fn topics(&self) -> Vec<TopicInfo>;
+
+    /// Fully qualified names of the nodes of other participants, sorted; twice where two nodes have one name.
+    fn other_nodes(&self) -> Vec<String>;
+
+    /// Nodes of other participants with this one's name.
+    fn namesakes(&self) -> Vec<Namesake>;
+
+    /// While held, changes of the node's endpoints are not announced; afterwards all are, at once.
+    fn hold_announcements(&self, held: bool);
+
+    /// Bounds all waits of the node's endpoints once `shutdown` is raised.
+    fn leave_on(&self, shutdown: &Shutdown);
+}
+
+/// Sends samples. Dropped, it waits for acknowledgments for a short time.
+pub(super) trait WirePublisher: Send + Sync {
+    /// Publishes a sample, waiting up to `patience` for room; without one, as long as the quality of service says.
+    fn publish(&self, cdr: Vec<u8>, patience: Option<Duration>) -> Result<(), PublishError>;
+
+    /// Blocks until every matched reliable subscription has acknowledged everything, up to `patience`.
+    fn flush(&self, patience: Duration) -> Result<(), PublishError>;
+
+    /// The same for a glance: blames none.
+    fn acknowledged_within(&self, wait: Duration) -> bool;
+
+    /// How much of `patience` a flush would wait: hardly any, if acknowledgments are not to be expected.
+    fn patience(&self, patience: Duration) -> Duration;
+
+    fn matched(&self) -> usize;
+    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool;
+    fn incompatible(&self) -> usize;
+    fn sent(&self) -> u64;
+    fn dropped(&self) -> u64;
+    fn topic(&self) -> &str;
+}
+
+/// Receives samples, those of one publisher in order.
+pub(super) trait WireSubscription: Send + Sync {
+    fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError>;
+    fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<Vec<u8>>, TakeError>>;
+
+    fn matched(&self) -> usize;
+    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool;
+    fn incompatible(&self) -> usize;
+    fn received(&self) -> u64;
+    fn lost(&self) -> u64;
+    fn topic(&self) -> &str;
+}
+
+/// A request that can be replied to.
+pub(super) struct Incoming {
+    pub(super) id: RequestId,
+    pub(super) cdr: Vec<u8>,
+    pub(super) info: SampleInfo,
+}
+
+/// Takes requests and sends replies.
+pub(super) trait WireServer: Send + Sync {
+    fn take(&self) -> Result<Option<Incoming>, TakeError>;
+    fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>>;
+
+    /// When to look for requests without having been woken; `None` if there is no need to.
+    fn next_look(&self) -> Option<Duration>;
+
+    /// The error of a request that is not of the service's type.
+    fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError;
+
+    fn reply(&self, id: RequestId, cdr: Vec<u8>) -> Result<(), PublishError>;
+
+    /// The most bytes of a reply at present, encapsulation header included.
+    fn max_reply(&self) -> usize;
+
+    fn service(&self) -> &str;
+}
+
+/// Sends requests and waits for their replies.
+pub(super) trait WireClient: Send + Sync {
+    fn wait_for_server(&self, timeout: Duration) -> bool;
+
+    /// Calls the service; `timeout` includes the discovery of a server.
+    fn call(&self, cdr: Vec<u8>, timeout: Duration) -> Result<Vec<u8>, CallError>;
+
+    fn service(&self) -> &str;
+}

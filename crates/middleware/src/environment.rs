@@ -36,7 +36,25 @@ impl ServiceMapping {
     }
 }
 
-/// The DDS domain, its reach and the mapping of services, as ROS 2 reads them from the environment.
+/// The middleware by which nodes find and hear each other, as `RMW_IMPLEMENTATION` names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rmw {
+    /// DDS, with the service mapping of its implementation.
+    Dds(ServiceMapping),
+    /// Zenoh, as `rmw_zenoh_cpp` uses it; needs the feature `zenoh`.
+    Zenoh,
+}
+
+/// The configuration of a Zenoh session, by the variables of `rmw_zenoh_cpp`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ZenohSettings {
+    /// `ZENOH_SESSION_CONFIG_URI`: a file in place of the defaults.
+    pub file: Option<String>,
+    /// `ZENOH_CONFIG_OVERRIDE`: pairs `key=value` on top, values in JSON5, separated by semicolons.
+    pub overrides: Option<String>,
+}
+
+/// The domain, its reach and the mapping of services, as ROS 2 reads them from the environment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Environment {
     /// `ROS_DOMAIN_ID`, 0 if unset.
@@ -46,8 +64,10 @@ pub struct Environment {
     /// `ROS_STATIC_PEERS`: addresses or names of hosts that are told of the node without multicast. None with
     /// `ROS_LOCALHOST_ONLY=1`, as in ROS 2.
     pub static_peers: Vec<String>,
-    /// By `RMW_IMPLEMENTATION`; that of Fast DDS if unset.
-    pub service_mapping: ServiceMapping,
+    /// `RMW_IMPLEMENTATION`; that of Fast DDS if unset.
+    pub rmw: Rmw,
+    /// How Zenoh is configured, where it is used.
+    pub zenoh: ZenohSettings,
     /// Variables that `ROS_LOCALHOST_ONLY=1` overrides; a node that joins warns of them.
     pub overridden: Vec<&'static str>,
 }
@@ -72,11 +92,16 @@ pub enum EnvironmentError {
     /// A peer that is no address or host name.
     #[error("ROS_STATIC_PEERS has {0:?}; expected addresses or host names, parted by ';'")]
     StaticPeer(String),
-    /// An implementation that our DDS stack does not talk to.
+    /// An implementation that these nodes do not talk to.
     #[error(
-        "RMW_IMPLEMENTATION is {0:?}; expected rmw_fastrtps_cpp, rmw_fastrtps_dynamic_cpp or rmw_cyclonedds_cpp"
+        "RMW_IMPLEMENTATION is {0:?}; expected rmw_fastrtps_cpp, rmw_fastrtps_dynamic_cpp, rmw_cyclonedds_cpp or rmw_zenoh_cpp"
     )]
     RmwImplementation(String),
+    /// Zenoh is asked for, and not compiled in.
+    #[error(
+        "RMW_IMPLEMENTATION is \"rmw_zenoh_cpp\", which needs a program built with the cargo feature zenoh"
+    )]
+    NoZenoh,
     /// Not Unicode.
     #[error("{name} is not valid Unicode: {value:?}")]
     NotUnicode {
@@ -106,7 +131,8 @@ impl Environment {
             domain_id,
             reach: Reach::Localhost,
             static_peers: Vec::new(),
-            service_mapping: ServiceMapping::FastDds,
+            rmw: Rmw::Dds(ServiceMapping::FastDds),
+            zenoh: ZenohSettings::default(),
             overridden: Vec::new(),
         }
     }
@@ -147,15 +173,24 @@ impl Environment {
             Some(list) if !localhost_only => static_peers(&list)?,
             _ => Vec::new(),
         };
-        let service_mapping = match set("RMW_IMPLEMENTATION")?.as_deref() {
-            None | Some("rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp") => ServiceMapping::FastDds,
-            Some("rmw_cyclonedds_cpp") => ServiceMapping::Cyclone,
+        let rmw = match set("RMW_IMPLEMENTATION")?.as_deref() {
+            None | Some("rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp") => {
+                Rmw::Dds(ServiceMapping::FastDds)
+            }
+            Some("rmw_cyclonedds_cpp") => Rmw::Dds(ServiceMapping::Cyclone),
+            Some("rmw_zenoh_cpp") if cfg!(feature = "zenoh") => Rmw::Zenoh,
+            Some("rmw_zenoh_cpp") => return Err(EnvironmentError::NoZenoh),
             Some(other) => return Err(EnvironmentError::RmwImplementation(other.into())),
+        };
+        let zenoh = ZenohSettings {
+            file: set("ZENOH_SESSION_CONFIG_URI")?,
+            overrides: set("ZENOH_CONFIG_OVERRIDE")?,
         };
         Ok(Self {
             domain_id,
             static_peers,
-            service_mapping,
+            rmw,
+            zenoh,
             overridden,
             reach: if localhost_only {
                 Reach::Localhost
@@ -199,7 +234,8 @@ mod tests {
             domain_id: 0,
             reach: Reach::Subnet,
             static_peers: Vec::new(),
-            service_mapping: ServiceMapping::FastDds,
+            rmw: Rmw::Dds(ServiceMapping::FastDds),
+            zenoh: ZenohSettings::default(),
             overridden: Vec::new(),
         };
         assert_eq!(read(&[]), Ok(expected.clone()));
@@ -218,16 +254,19 @@ mod tests {
     }
 
     #[test]
-    fn services_are_mapped_as_the_peers_do() {
-        let mapping = |name| {
-            read(&[("RMW_IMPLEMENTATION", name)]).map(|environment| environment.service_mapping)
+    fn the_middleware_is_that_of_the_peers() {
+        let rmw = |name| read(&[("RMW_IMPLEMENTATION", name)]).map(|read| read.rmw);
+        let dds = |mapping| Ok(Rmw::Dds(mapping));
+        assert_eq!(rmw("rmw_cyclonedds_cpp"), dds(ServiceMapping::Cyclone));
+        assert_eq!(rmw("rmw_fastrtps_cpp"), dds(ServiceMapping::FastDds));
+        let zenoh = if cfg!(feature = "zenoh") {
+            Ok(Rmw::Zenoh)
+        } else {
+            Err(EnvironmentError::NoZenoh)
         };
-        assert_eq!(mapping("rmw_cyclonedds_cpp"), Ok(ServiceMapping::Cyclone));
-        assert_eq!(mapping("rmw_fastrtps_cpp"), Ok(ServiceMapping::FastDds));
-        assert_eq!(
-            mapping("rmw_zenoh_cpp"),
-            Err(EnvironmentError::RmwImplementation("rmw_zenoh_cpp".into()))
-        );
+        assert_eq!(rmw("rmw_zenoh_cpp"), zenoh);
+        let other = EnvironmentError::RmwImplementation("rmw_connextdds".into());
+        assert_eq!(rmw("rmw_connextdds"), Err(other));
     }
 
     #[test]

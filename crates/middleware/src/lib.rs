@@ -36,7 +36,9 @@ mod wall;
 mod yaml;
 
 pub use args::{ArgsError, NodeArgs};
-pub use environment::{Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, ServiceMapping};
+pub use environment::{
+    Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, Rmw, ServiceMapping, ZenohSettings,
+};
 pub use log_settings::LogSettings;
 pub use names::NameError;
 pub use parameters::{

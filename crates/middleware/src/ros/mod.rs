@@ -1,7 +1,7 @@
 //! Topics, services and actions of ROS 2, parameters, lifecycle, clock and diagnostics.
 //!
-//! A [`RosNode`] is one ROS node. What it is stands in the files here; how its bytes reach others stands behind `wire`,
-//! and `dds` is the one wire that there is.
+//! A [`RosNode`] is one ROS node. What it is stands in the files here; how its bytes reach others stands behind `wire`:
+//! `dds`, the default, and `zenoh`, with the feature of that name.
 //!
 //! # Assumptions and limitations
 //! - A publisher and a subscription of the *same* [`RosNode`] do not reliably match: use two nodes.
@@ -13,6 +13,7 @@
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
 
 mod action;
+mod arrivals;
 mod clock;
 mod dds;
 mod diagnostics;
@@ -24,7 +25,10 @@ mod publisher;
 mod qos;
 mod service;
 mod subscription;
+mod type_names;
 mod wire;
+#[cfg(feature = "zenoh")]
+mod zenoh;
 
 use crate::NameError;
 
@@ -55,7 +59,7 @@ pub enum RosError {
     #[error("message type {0:?} is not of the form package/msg/Type")]
     TypeName(String),
     /// The domain cannot be joined.
-    #[error("cannot join DDS domain {domain_id}: {reason}")]
+    #[error("cannot join domain {domain_id}: {reason}")]
     Join {
         /// The domain.
         domain_id: u16,

@@ -4,6 +4,8 @@ use std::{fmt, sync::Arc};
 
 use lgvi_msgs::{Action, RosMessage, Service};
 
+#[cfg(feature = "zenoh")]
+use super::zenoh::Zenoh;
 use super::{
     RosError,
     action::{ActionClient, ActionServer, Decision},
@@ -15,7 +17,9 @@ use super::{
     subscription::{RawSubscription, Subscription},
     wire::Wire,
 };
-use crate::{Environment, NameError, NodeArgs, Shutdown};
+#[cfg(not(feature = "zenoh"))]
+use crate::EnvironmentError;
+use crate::{Environment, NameError, NodeArgs, Rmw, Shutdown};
 
 /// A node of the ROS graph. Clones are handles to the same node; it leaves the graph when the last of them and the last
 /// of its endpoints are dropped.
@@ -47,7 +51,18 @@ pub struct TopicInfo {
 impl RosNode {
     /// Joins the domain and announces the node. Discovery of others takes 0.1 s to 1.2 s from here.
     pub fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, RosError> {
-        let wire = Box::new(Dds::new(args, environment)?);
+        let wire: Box<dyn Wire> = match environment.rmw {
+            Rmw::Dds(mapping) => Box::new(Dds::new(args, environment, mapping)?),
+            #[cfg(feature = "zenoh")]
+            Rmw::Zenoh => Box::new(Zenoh::new(args, environment)?),
+            #[cfg(not(feature = "zenoh"))]
+            Rmw::Zenoh => {
+                return Err(RosError::Join {
+                    domain_id: environment.domain_id,
+                    reason: EnvironmentError::NoZenoh.to_string(),
+                });
+            }
+        };
         let args = args.clone();
         Ok(Self(Arc::new(Inner { args, wire })))
     }

@@ -4,7 +4,7 @@ use std::{fmt, marker::PhantomData, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
-use super::wire::WirePublisher;
+use super::wire::{LITTLE_ENDIAN, WirePublisher};
 
 /// A message that was not published, or not received by all.
 #[derive(Debug, thiserror::Error)]
@@ -153,7 +153,7 @@ impl RawPublisher {
     /// then on, once in half a window, by all publishers of the node, until it does keep up. The first message after a
     /// match waits for its acknowledgment too, up to the same limit and at most a second.
     pub fn publish(&self, cdr: Vec<u8>) -> Result<(), PublishError> {
-        self.0.publish(cdr, None)
+        self.0.publish(self.checked(cdr)?, None)
     }
 
     /// Publishes CDR bytes, waiting up to `patience` for room, by the rules of [`publish`](Self::publish).
@@ -161,7 +161,7 @@ impl RawPublisher {
     /// No message is lost on the way to a reliable subscription that does not hang for longer, and whose depth covers what
     /// it has yet to take.
     pub fn publish_lossless(&self, cdr: Vec<u8>, patience: Duration) -> Result<(), PublishError> {
-        self.0.publish(cdr, Some(patience))
+        self.0.publish(self.checked(cdr)?, Some(patience))
     }
 
     /// Blocks until every matched reliable subscription has acknowledged every message, up to `patience`; up to 0.1 s if
@@ -210,6 +210,16 @@ impl RawPublisher {
     /// The absolute topic name.
     pub fn topic(&self) -> &str {
         self.0.topic()
+    }
+
+    fn checked(&self, cdr: Vec<u8>) -> Result<Vec<u8>, PublishError> {
+        if cdr.starts_with(&LITTLE_ENDIAN[..2]) && cdr.len() >= LITTLE_ENDIAN.len() {
+            return Ok(cdr);
+        }
+        Err(PublishError::Encapsulation {
+            topic: self.topic().to_owned(),
+            found: cdr.into_iter().take(LITTLE_ENDIAN.len()).collect(),
+        })
     }
 }
 

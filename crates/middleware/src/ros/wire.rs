@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use lgvi_msgs::cdr::CdrError;
+use lgvi_msgs::{RosMessage, Service, cdr::CdrError};
 
 use super::{
     CallError, Namesake, PublishError, Qos, RequestId, RosError, Sample, SampleInfo, TakeError,
@@ -17,11 +17,32 @@ use super::{
 };
 use crate::Shutdown;
 
-/// Message types of a service, `package/srv/Type_Request` and `package/srv/Type_Response`.
+/// Encapsulation header of what is sent: plain CDR, little-endian.
+pub(super) const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
+
+/// A service's type, `package/srv/Type`, and its messages, `package/srv/Type_Request` and `package/srv/Type_Response`.
 #[derive(Clone, Copy)]
+#[cfg_attr(
+    not(feature = "zenoh"),
+    allow(dead_code, reason = "DDS names the messages only")
+)]
 pub(super) struct ServiceTypes {
+    pub(super) service: &'static str,
+    /// REP-2011 hash of the service's type.
+    pub(super) hash: &'static str,
     pub(super) request: &'static str,
     pub(super) response: &'static str,
+}
+
+impl ServiceTypes {
+    pub(super) fn of<S: Service>() -> Self {
+        Self {
+            service: S::TYPE_NAME,
+            hash: S::TYPE_HASH,
+            request: S::Request::TYPE_NAME,
+            response: S::Response::TYPE_NAME,
+        }
+    }
 }
 
 /// A connection to the other nodes. Endpoints keep it open.

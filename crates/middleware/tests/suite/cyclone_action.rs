@@ -11,7 +11,7 @@ use std::{
 
 use crate::common::{isolated, node, own_name, python_peer};
 use lgvi_middleware::{
-    Environment, ServiceMapping,
+    Environment, Rmw, ServiceMapping,
     ros::{ActionServer, Decision, GoalHandle, GoalState},
 };
 use lgvi_msgs::{
@@ -74,7 +74,7 @@ fn action() -> String {
 
 fn environment() -> Environment {
     Environment {
-        service_mapping: ServiceMapping::Cyclone,
+        rmw: Rmw::Dds(ServiceMapping::Cyclone),
         ..isolated()
     }
 }

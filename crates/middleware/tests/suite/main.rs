@@ -4,16 +4,21 @@
 
 mod common;
 
+#[path = "../wires/actions.rs"]
 mod actions;
 mod cyclone;
 mod cyclone_action;
 mod graph;
+mod mappings;
 mod parameters;
+mod processes;
 mod qos;
-mod ros;
 mod rosout;
+#[path = "../wires/services.rs"]
 mod services;
 mod shm;
 mod stall;
 mod static_peers;
 mod storm;
+#[path = "../wires/topics.rs"]
+mod topics;

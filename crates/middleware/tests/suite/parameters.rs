@@ -12,7 +12,7 @@ use std::{
 
 use crate::common::{isolated, own_name, python_peer};
 use lgvi_middleware::{
-    Environment, NodeArgs, ServiceMapping, log,
+    Environment, NodeArgs, Rmw, ServiceMapping, log,
     parameters::{Change, ParameterSpec, ParameterValue, Parameters},
     ros::{Executor, RosNode},
 };
@@ -91,7 +91,7 @@ fn specs() -> Vec<ParameterSpec> {
 #[test]
 fn a_stranger_sees_and_sets_parameters_and_log_levels() {
     let environment = Environment {
-        service_mapping: ServiceMapping::Cyclone,
+        rmw: Rmw::Dds(ServiceMapping::Cyclone),
         ..isolated()
     };
     let name = own_name("parametrized");

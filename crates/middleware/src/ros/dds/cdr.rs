@@ -8,8 +8,9 @@ use rustdds::{
     no_key::{Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter},
 };
 
-/// Encapsulation headers of plain CDR; DDS keeps them apart from the payload.
-pub(super) const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
+use crate::ros::wire::LITTLE_ENDIAN;
+
+/// The other encapsulation header of plain CDR; DDS keeps both apart from the payload.
 const BIG_ENDIAN: [u8; 4] = [0, 0, 0, 0];
 
 /// Passes bytes through: out without the header, in with it.

@@ -15,6 +15,8 @@ use std::{
 
 use rustdds::{DomainParticipant, GUID, RTPSEntity};
 
+use crate::ros::WriterId;
+
 use super::{background::Keeps, inbox::Inbox, laggards::participant, rtps, sockets::Sockets};
 
 /// How often. The shortest usual lease is 10 s.
@@ -52,11 +54,18 @@ impl Census {
             return PERIOD - elapsed;
         }
         self.latest = Instant::now();
-        let heard: Vec<_> = inboxes.iter().map(|inbox| inbox.publishers()).collect();
+        let heard: Vec<_> = inboxes
+            .iter()
+            .map(|inbox| inbox.arrivals().publishers())
+            .collect();
         let population = Population::of(&self.participant);
         for (inbox, publishers) in inboxes.iter().zip(heard) {
-            let gone = publishers.difference(&population.endpoints);
-            gone.for_each(|publisher| inbox.forget(*publisher));
+            let there = |publisher: &WriterId| {
+                let endpoint = GUID::from_bytes(publisher.0);
+                population.endpoints.contains(&endpoint)
+            };
+            let gone = publishers.into_iter().filter(|publisher| !there(publisher));
+            gone.for_each(|publisher| inbox.arrivals().forget(publisher));
         }
         let own = self.participant.guid();
         keeps.retain(

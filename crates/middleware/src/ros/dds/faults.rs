@@ -9,7 +9,8 @@ use std::{
 use rustdds::{DomainParticipantStatusEvent as Event, GUID, QosPolicies, policy, qos::QosPolicyId};
 use tracing::warn;
 
-use super::{graph::Side, names::Names, naming};
+use super::{graph::Side, names::Names};
+use crate::ros::type_names;
 
 /// How long a report waits for the remote node to announce its name.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -185,7 +186,8 @@ impl Table {
                     Side::Publisher => "subscription",
                     Side::Subscription => "publisher",
                 };
-                let ros = |name: &String| naming::ros_type(name).unwrap_or_else(|| name.clone());
+                let ros =
+                    |name: &String| type_names::ros_type(name).unwrap_or_else(|| name.clone());
                 warn!(
                     "{kind} of {name} on {topic} has the type {}, ours is {}: no messages can be understood",
                     ros(remote_type),

@@ -1,13 +1,12 @@
 //! The samples of a subscription that have arrived and wait to be taken.
 
 use std::{
-    collections::{BTreeMap, BTreeSet, VecDeque},
     fmt,
     sync::{
         Arc, Mutex, MutexGuard, PoisonError, Weak,
         atomic::{AtomicBool, Ordering},
     },
-    task::{Context, Poll, Wake, Waker},
+    task::{Wake, Waker},
 };
 
 use rustdds::{
@@ -16,9 +15,7 @@ use rustdds::{
 };
 
 use super::cdr::CdrBytes;
-use crate::ros::{Sample, SampleId, SampleInfo, TakeError, WriterId};
-
-type Taken = Result<Sample<Vec<u8>>, TakeError>;
+use crate::ros::{Sample, SampleId, SampleInfo, TakeError, WriterId, arrivals::Arrivals};
 
 /// A DDS reader and what has been taken from it.
 ///
@@ -28,27 +25,10 @@ type Taken = Result<Sample<Vec<u8>>, TakeError>;
 pub(super) struct Inbox {
     reader: SimpleDataReader<Vec<u8>, CdrBytes>,
     topic: String,
-    depth: usize,
+    arrivals: Arrivals,
     arrival: Arc<Arrival>,
     /// Held by the one thread that takes, so that samples stay in order.
     turn: Mutex<()>,
-    contents: Mutex<Contents>,
-}
-
-#[derive(Default)]
-struct Contents {
-    waiting: VecDeque<Taken>,
-    taker: Option<Waker>,
-    latest: BTreeMap<GUID, Latest>,
-    received: u64,
-    lost: u64,
-}
-
-/// The last sample of a publisher.
-#[derive(Clone, Copy)]
-struct Latest {
-    sequence: i64,
-    received: Timestamp,
 }
 
 /// Called by RustDDS once something has arrived.
@@ -84,14 +64,13 @@ impl Inbox {
         Arc::new_cyclic(|inbox| Self {
             reader,
             topic,
-            depth,
+            arrivals: Arrivals::new(depth),
             arrival: Arc::new(Arrival {
                 inbox: Weak::clone(inbox),
                 noticed: AtomicBool::new(true),
                 background: Mutex::new(None),
             }),
             turn: Mutex::new(()),
-            contents: Mutex::default(),
         })
     }
 
@@ -103,39 +82,8 @@ impl Inbox {
         &self.topic
     }
 
-    /// Samples that have arrived.
-    pub(super) fn received(&self) -> u64 {
-        lock(&self.contents).received
-    }
-
-    /// Samples that were sent after the first one of their publisher and will never be taken.
-    pub(super) fn lost(&self) -> u64 {
-        lock(&self.contents).lost
-    }
-
-    /// The publishers of which the last sample is remembered.
-    pub(super) fn publishers(&self) -> BTreeSet<GUID> {
-        lock(&self.contents).latest.keys().copied().collect()
-    }
-
-    /// Forgets the last sample of a publisher that is gone.
-    pub(super) fn forget(&self, publisher: GUID) {
-        lock(&self.contents).latest.remove(&publisher);
-    }
-
-    pub(super) fn take(&self) -> Option<Taken> {
-        lock(&self.contents).waiting.pop_front()
-    }
-
-    pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Taken> {
-        let mut contents = lock(&self.contents);
-        match contents.waiting.pop_front() {
-            Some(taken) => Poll::Ready(taken),
-            None => {
-                contents.taker = Some(context.waker().clone());
-                Poll::Pending
-            }
-        }
+    pub(super) fn arrivals(&self) -> &Arrivals {
+        &self.arrivals
     }
 
     /// Takes what has arrived from DDS, and sets the waker again, which wakes `background` to do so the next time.
@@ -152,28 +100,11 @@ impl Inbox {
     fn empty_reader(&self) {
         let _turn = lock(&self.turn);
         while let Some(taken) = self.reader.try_take_one().transpose() {
-            self.put(taken.map_err(|error| TakeError::Wire {
-                topic: self.topic.clone(),
-                reason: error.to_string(),
-            }));
-        }
-    }
-
-    fn put(&self, arrived: Result<DeserializedCacheChange<Vec<u8>>, TakeError>) {
-        let mut contents = lock(&self.contents);
-        let arrived = arrived.map(|change| {
-            contents.received += 1;
-            let received = contents.follow(&change);
-            sample(change, received)
-        });
-        if contents.waiting.len() >= self.depth {
-            contents.waiting.pop_front();
-            contents.lost += 1;
-        }
-        contents.waiting.push_back(arrived);
-        if let Some(taker) = contents.taker.take() {
-            drop(contents);
-            taker.wake();
+            self.arrivals
+                .put(taken.map(sample).map_err(|error| TakeError::Wire {
+                    topic: self.topic.clone(),
+                    reason: error.to_string(),
+                }));
         }
     }
 }
@@ -182,30 +113,13 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Contents {
-    /// Counts the gap before a sample; when it was received.
-    fn follow(&mut self, change: &DeserializedCacheChange<Vec<u8>>) -> Timestamp {
-        let sequence = i64::from(change.sequence_number);
-        let mut received = change.receive_instant;
-        if let Some(previous) = self.latest.get(&change.writer_guid()) {
-            let gap = sequence.saturating_sub(previous.sequence).saturating_sub(1);
-            self.lost = self.lost.saturating_add(u64::try_from(gap).unwrap_or(0));
-            // What follows a sample that is sent again has arrived before it, and waited for it.
-            received = received.max(previous.received);
-        }
-        let latest = Latest { sequence, received };
-        self.latest.insert(change.writer_guid(), latest);
-        received
-    }
-}
-
-fn sample(change: DeserializedCacheChange<Vec<u8>>, received: Timestamp) -> Sample<Vec<u8>> {
+fn sample(change: DeserializedCacheChange<Vec<u8>>) -> Sample<Vec<u8>> {
     Sample {
         info: SampleInfo {
             writer: WriterId(change.writer_guid().to_bytes()),
             sequence: i64::from(change.sequence_number).unsigned_abs(),
             source_time: change.source_timestamp().and_then(nanoseconds),
-            received_time: nanoseconds(received).unwrap_or_default(),
+            received_time: nanoseconds(change.receive_instant).unwrap_or_default(),
             related: change.related_sample_identity().map(SampleId::from),
         },
         message: change.into_value(),
@@ -225,7 +139,7 @@ impl fmt::Debug for Inbox {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Inbox")
             .field("topic", &self.topic)
-            .field("lost", &self.lost())
+            .field("lost", &self.arrivals.lost())
             .finish_non_exhaustive()
     }
 }

@@ -37,15 +37,19 @@ use super::{
     Namesake, Qos, RosError, TopicInfo,
     wire::{ServiceTypes, Wire, WireClient, WirePublisher, WireServer, WireSubscription},
 };
-use crate::{Environment, NodeArgs, Shutdown};
+use crate::{Environment, NodeArgs, ServiceMapping, Shutdown};
 
 /// A node in a DDS domain.
 pub(super) struct Dds(Arc<Participant>);
 
 impl Dds {
     /// Joins the domain and announces the node. Discovery of others takes 0.1 s to 1.2 s from here.
-    pub(super) fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, RosError> {
-        Participant::new(args, environment)
+    pub(super) fn new(
+        args: &NodeArgs,
+        environment: &Environment,
+        mapping: ServiceMapping,
+    ) -> Result<Self, RosError> {
+        Participant::new(args, environment, mapping)
             .map(|participant| Self(Arc::new(participant)))
             .map_err(|reason| RosError::Join {
                 domain_id: environment.domain_id,

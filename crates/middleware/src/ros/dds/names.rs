@@ -68,7 +68,7 @@ impl Names {
         let Some(inbox) = self.inbox.get() else {
             return;
         };
-        while let Some(taken) = inbox.take() {
+        while let Some(taken) = inbox.arrivals().take() {
             // What cannot be read is another version's, of which no names are known.
             if let Ok(sample) = taken
                 && let Ok(entities) = cdr::decode::<ParticipantEntities>(&sample.message)

@@ -35,6 +35,7 @@ use super::{
 use crate::ros::{
     Namesake, Qos, RosError, TopicInfo,
     namesakes::{self, is_elder},
+    type_names,
 };
 use crate::{Environment, NodeArgs, Reach, ServiceMapping};
 
@@ -75,7 +76,11 @@ struct Announced {
 
 impl Participant {
     /// Joins the domain and announces the node.
-    pub(super) fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, String> {
+    pub(super) fn new(
+        args: &NodeArgs,
+        environment: &Environment,
+        service_mapping: ServiceMapping,
+    ) -> Result<Self, String> {
         for variable in &environment.overridden {
             warn!("{variable} is overridden by ROS_LOCALHOST_ONLY=1");
         }
@@ -122,7 +127,7 @@ impl Participant {
         background.add(others);
         Ok(Self {
             name: args.fully_qualified_name(),
-            service_mapping: environment.service_mapping,
+            service_mapping,
             background,
             matches,
             laggards,
@@ -160,7 +165,7 @@ impl Participant {
             .filter_map(|((topic, dds_type), announced)| {
                 Some(TopicInfo {
                     name: naming::ros_topic(&topic)?.into(),
-                    type_name: naming::ros_type(&dds_type)?,
+                    type_name: type_names::ros_type(&dds_type)?,
                     publishers: announced.publishers,
                     reliable: !announced.unreliable,
                     durable: !announced.volatile,
@@ -194,7 +199,7 @@ impl Participant {
 
     /// Has faults of an endpoint reported.
     pub(super) fn note(&self, guid: GUID, side: Side, topic: &str, type_name: &str) {
-        if let Ok(dds_type) = naming::dds_type(type_name) {
+        if let Ok(dds_type) = type_names::dds_type(type_name) {
             self.faults.add(guid, side, topic, &dds_type);
         }
     }
@@ -206,7 +211,7 @@ impl Participant {
         type_name: &str,
         create: impl FnOnce(&rustdds::Publisher, &rustdds::Subscriber, &Topic) -> CreateResult<E>,
     ) -> Result<(String, E), RosError> {
-        let dds_type = naming::dds_type(type_name)?;
+        let dds_type = type_names::dds_type(type_name)?;
         let none = QosPolicies::qos_none();
         let participant = &self.participant;
         participant

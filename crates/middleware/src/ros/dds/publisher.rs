@@ -15,13 +15,11 @@ use rustdds::{
     no_key::DataWriter,
 };
 
-use super::{
-    cdr::{CdrBytes, LITTLE_ENDIAN},
-    graph::Side,
-    participant::Participant,
-    policies,
+use super::{cdr::CdrBytes, graph::Side, participant::Participant, policies};
+use crate::ros::{
+    PublishError, Qos, RosError, SampleId,
+    wire::{LITTLE_ENDIAN, WirePublisher},
 };
-use crate::ros::{PublishError, Qos, RosError, SampleId, wire::WirePublisher};
 
 /// How long what was published last has before its publisher leaves.
 ///
@@ -134,12 +132,6 @@ impl Writer {
         limit: Duration,
         related: Option<SampleId>,
     ) -> Result<SampleId, PublishError> {
-        if !cdr.starts_with(&LITTLE_ENDIAN[..2]) || cdr.len() < LITTLE_ENDIAN.len() {
-            return Err(PublishError::Encapsulation {
-                topic: self.topic.clone(),
-                found: cdr.into_iter().take(LITTLE_ENDIAN.len()).collect(),
-            });
-        }
         let payload = Bytes::from(cdr).slice(LITTLE_ENDIAN.len()..);
         let limit = if self.stalled.load(Ordering::Relaxed) {
             Duration::ZERO

@@ -43,11 +43,11 @@ impl Reader {
 
 impl WireSubscription for Reader {
     fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        self.inbox.take().transpose()
+        self.inbox.arrivals().take().transpose()
     }
 
     fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<Vec<u8>>, TakeError>> {
-        self.inbox.poll_take(context)
+        self.inbox.arrivals().poll_take(context)
     }
 
     fn matched(&self) -> usize {
@@ -63,11 +63,11 @@ impl WireSubscription for Reader {
     }
 
     fn received(&self) -> u64 {
-        self.inbox.received()
+        self.inbox.arrivals().received()
     }
 
     fn lost(&self) -> u64 {
-        self.inbox.lost()
+        self.inbox.arrivals().lost()
     }
 
     fn topic(&self) -> &str {
@@ -108,7 +108,7 @@ mod tests {
 
     use super::*;
     use crate::{
-        Environment, NodeArgs,
+        Environment, NodeArgs, ServiceMapping,
         block::block_on_for,
         ros::{RosNode, dds::Dds},
     };
@@ -122,7 +122,7 @@ mod tests {
             let name = format!("{name}_{}", process::id());
             NodeArgs::parse(&name, []).unwrap().0
         };
-        let hearer = Dds::new(&args("hearer"), &environment).unwrap();
+        let hearer = Dds::new(&args("hearer"), &environment, ServiceMapping::FastDds).unwrap();
         let (said, type_name) = ("/said".to_owned(), "std_msgs/msg/String");
         let subscription = hearer.reader(said, type_name, &Qos::reliable(1)).unwrap();
         let speaker = RosNode::new(&args("speaker"), &environment).unwrap();
@@ -132,13 +132,15 @@ mod tests {
         let sample = block_on_for(poll_fn(|context| subscription.poll_take(context)), PATIENCE)
             .unwrap()
             .unwrap();
-        let writer = GUID::from_bytes(sample.info.writer.0);
+        let id = sample.info.writer;
+        let writer = GUID::from_bytes(id.0);
         let laggards = &hearer.0.laggards;
         laggards.suspect(writer);
-        assert!(subscription.inbox.publishers().contains(&writer));
+        assert!(subscription.inbox.arrivals().publishers().contains(&id));
         drop((publisher, speaker));
         let start = Instant::now();
-        while subscription.inbox.publishers().contains(&writer) || laggards.suspects(writer) {
+        while subscription.inbox.arrivals().publishers().contains(&id) || laggards.suspects(writer)
+        {
             assert!(start.elapsed() < PATIENCE, "it is still remembered");
             thread::yield_now();
         }

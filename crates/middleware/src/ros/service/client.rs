@@ -2,7 +2,7 @@
 
 use std::{fmt, marker::PhantomData, time::Duration};
 
-use lgvi_msgs::{RosMessage, Service, cdr::CdrError};
+use lgvi_msgs::{Service, cdr::CdrError};
 
 use crate::ros::{
     PublishError, RosError, RosNode, TakeError,
@@ -57,12 +57,8 @@ pub struct ServiceClient<S> {
 
 impl<S: Service> ServiceClient<S> {
     pub(in crate::ros) fn new(node: &RosNode, service: &str) -> Result<Self, RosError> {
-        let types = ServiceTypes {
-            request: S::Request::TYPE_NAME,
-            response: S::Response::TYPE_NAME,
-        };
         Ok(Self {
-            wire: node.wire().client(service, types)?,
+            wire: node.wire().client(service, ServiceTypes::of::<S>())?,
             service: PhantomData,
         })
     }

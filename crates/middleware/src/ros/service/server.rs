@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use lgvi_msgs::{RosMessage, Service};
+use lgvi_msgs::Service;
 
 use super::RequestId;
 use crate::{
@@ -38,12 +38,8 @@ pub struct ServiceServer<S> {
 
 impl<S: Service> ServiceServer<S> {
     pub(in crate::ros) fn new(node: &RosNode, service: &str) -> Result<Self, RosError> {
-        let types = ServiceTypes {
-            request: S::Request::TYPE_NAME,
-            response: S::Response::TYPE_NAME,
-        };
         Ok(Self {
-            wire: node.wire().server(service, types)?,
+            wire: node.wire().server(service, ServiceTypes::of::<S>())?,
             service: PhantomData,
         })
     }

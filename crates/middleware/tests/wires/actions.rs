@@ -1,4 +1,4 @@
-//! Actions between participants of this crate, over the loopback interface.
+//! Actions between nodes of this crate, over the loopback interface, by any wire.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
@@ -8,7 +8,7 @@ use std::{
 
 use crate::common::{isolated, node, own_name};
 use lgvi_middleware::{
-    Environment, ServiceMapping,
+    Environment,
     ros::{
         ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalState, SendGoalError,
         ServiceServer, StopReason,
@@ -20,23 +20,15 @@ use lgvi_msgs::{
     action_msgs::srv::CancelGoalResponse,
     builtin_interfaces::Time,
     geometry_msgs::Vector3,
-    msg::ControlSequence,
 };
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
-type Server = ActionServer<PlanManeuver>;
-type Client = ActionClient<PlanManeuver>;
-type Goal = GoalHandle<PlanManeuver>;
+pub(crate) type Server = ActionServer<PlanManeuver>;
+pub(crate) type Client = ActionClient<PlanManeuver>;
+pub(crate) type Goal = GoalHandle<PlanManeuver>;
 
-fn environment(mapping: ServiceMapping) -> Environment {
-    Environment {
-        service_mapping: mapping,
-        ..isolated()
-    }
-}
-
-fn server(environment: &Environment, decision: Decision) -> Server {
+pub(crate) fn server(environment: &Environment, decision: Decision) -> Server {
     node("planner", environment)
         .action_server(
             &own_name("~/plan_maneuver"),
@@ -51,7 +43,7 @@ fn server(environment: &Environment, decision: Decision) -> Server {
         .unwrap()
 }
 
-fn client(environment: &Environment) -> Client {
+pub(crate) fn client(environment: &Environment) -> Client {
     let client = node("client", environment)
         .action_client(&own_name("/planner/plan_maneuver"))
         .unwrap();
@@ -66,7 +58,7 @@ fn goal(first_step: u64) -> PlanManeuverGoal {
     }
 }
 
-fn send(client: &Client, first_step: u64) -> GoalId {
+pub(crate) fn send(client: &Client, first_step: u64) -> GoalId {
     client.send_goal(goal(first_step), PATIENCE).unwrap()
 }
 
@@ -83,12 +75,12 @@ fn refuse(client: &Client) {
     );
 }
 
-fn next(server: &Server) -> Goal {
+pub(crate) fn next(server: &Server) -> Goal {
     server.next_goal(PATIENCE).expect("a goal in time")
 }
 
 /// A plan of so many intervals.
-fn plan(intervals: usize) -> PlanManeuverResult {
+pub(crate) fn plan(intervals: usize) -> PlanManeuverResult {
     let mut result = PlanManeuverResult {
         success: true,
         cost: 1.5,
@@ -136,11 +128,10 @@ fn work<'scope>(
     });
 }
 
-fn a_plan_is_made(mapping: ServiceMapping, intervals: usize) {
+pub(crate) fn a_plan_is_made(environment: &Environment, intervals: usize) {
     const ITERATIONS: u32 = 40;
-    let environment = environment(mapping);
-    let server = server(&environment, Decision::Accept);
-    let client = client(&environment);
+    let server = server(environment, Decision::Accept);
+    let client = client(environment);
     let id = send(&client, 7);
     let goal = next(&server);
     assert_eq!((goal.id(), goal.goal().first_step), (id, 7));
@@ -182,38 +173,13 @@ fn a_plan_is_made(mapping: ServiceMapping, intervals: usize) {
 }
 
 #[test]
-fn a_goal_is_watched_to_its_end_as_with_fast_dds() {
-    a_plan_is_made(ServiceMapping::FastDds, 1000);
-}
-
-#[test]
-fn a_goal_is_watched_to_its_end_as_with_cyclone() {
-    a_plan_is_made(ServiceMapping::Cyclone, 3000);
-}
-
-#[test]
-fn a_result_that_is_too_long_does_not_keep_its_client_waiting() {
-    let environment = environment(ServiceMapping::FastDds);
-    let server = server(&environment, Decision::Accept);
-    let client = client(&environment);
-    let id = send(&client, 0);
-    next(&server).succeed(plan(3000));
-    let outcome = client.result(id, PATIENCE).unwrap();
-    assert_eq!(outcome.state, GoalState::Succeeded);
-    assert_eq!(outcome.result, PlanManeuverResult::default());
-
-    let _server = server.shortened_by(|result| PlanManeuverResult {
-        controls: ControlSequence::default(),
-        ..result
-    });
-    let outcome = client.result(id, PATIENCE).unwrap();
-    assert_eq!(outcome.state, GoalState::Succeeded);
-    assert_eq!(outcome.result, plan(0));
+fn a_goal_is_watched_to_its_end() {
+    a_plan_is_made(&isolated(), 1000);
 }
 
 #[test]
 fn a_goal_is_cancelled_at_once() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = server(&environment, Decision::Accept);
     let client = client(&environment);
     let id = send(&client, 0);
@@ -245,7 +211,7 @@ fn a_goal_is_cancelled_at_once() {
 
 #[test]
 fn goals_that_wait_are_cancelled_while_another_is_worked_on() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = server(&environment, Decision::Accept);
     let client = client(&environment);
     let first = send(&client, 1);
@@ -268,7 +234,7 @@ fn goals_that_wait_are_cancelled_while_another_is_worked_on() {
 
 #[test]
 fn a_goal_is_refused_or_takes_the_place_of_another() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = server(&environment, Decision::Preempt);
     let client = client(&environment);
     refuse(&client);
@@ -320,7 +286,7 @@ impl Witness {
 
 #[test]
 fn goals_that_are_dropped_or_lose_their_server_are_aborted() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = server(&environment, Decision::Accept);
     let client = client(&environment);
     let id = send(&client, 1);
@@ -352,7 +318,7 @@ fn goals_that_are_dropped_or_lose_their_server_are_aborted() {
 #[test]
 fn clients_that_never_ask_do_not_stall_the_server() {
     const GOALS: u64 = 100;
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = server(&environment, Decision::Accept);
     let silent = client(&environment);
     let other = node("other", &environment)
@@ -388,7 +354,7 @@ fn clients_that_never_ask_do_not_stall_the_server() {
 /// All that may be active are worked on, so that even one that would stop them has no place.
 #[test]
 fn a_goal_that_finds_no_room_stops_no_other() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = node("planner", &environment)
         .action_server::<PlanManeuver>(&own_name("~/plan_maneuver"), |_, active| {
             if active < 16 {

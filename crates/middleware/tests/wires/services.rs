@@ -1,4 +1,4 @@
-//! Services between participants of this crate, over the loopback interface.
+//! Services between nodes of this crate, over the loopback interface, by any wire.
 
 use std::{
     thread,
@@ -7,12 +7,11 @@ use std::{
 
 use crate::common::{isolated, node, own_name};
 use lgvi_middleware::{
-    Environment, ServiceMapping,
-    parameters::{Given, ParameterSpec, Parameters},
-    ros::{CallError, Executor, PublishError, Request, ServiceClient, ServiceServer, TakeError},
+    Environment,
+    ros::{CallError, Request, ServiceClient, ServiceServer},
 };
 use lgvi_msgs::{
-    RosMessage,
+    RosMessage, Service,
     action_msgs::{
         GoalInfo,
         srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
@@ -20,35 +19,28 @@ use lgvi_msgs::{
     builtin_interfaces::Time,
 };
 
-const PATIENCE: Duration = Duration::from_secs(20);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
-fn environment(mapping: ServiceMapping) -> Environment {
-    Environment {
-        service_mapping: mapping,
-        ..isolated()
-    }
-}
-
-fn server(environment: &Environment) -> ServiceServer<CancelGoal> {
+pub(crate) fn server(environment: &Environment) -> ServiceServer<CancelGoal> {
     node("server", environment)
         .service_server(&own_name("~/double"))
         .unwrap()
 }
 
-fn client(name: &str, environment: &Environment) -> ServiceClient<CancelGoal> {
+pub(crate) fn client(name: &str, environment: &Environment) -> ServiceClient<CancelGoal> {
     node(name, environment)
         .service_client(&own_name("/server/double"))
         .unwrap()
 }
 
-fn request(sec: i32) -> CancelGoalRequest {
+pub(crate) fn request(sec: i32) -> CancelGoalRequest {
     let mut goal_info = GoalInfo::default();
     goal_info.stamp.sec = sec;
     CancelGoalRequest { goal_info }
 }
 
 /// Twice what is asked for, in every tenth reply as often as fills a datagram, from 10 000 on several ones.
-fn response(request: &CancelGoalRequest) -> CancelGoalResponse {
+pub(crate) fn response(request: &CancelGoalRequest) -> CancelGoalResponse {
     let sec = request.goal_info.stamp.sec;
     let entries = match sec {
         10_000.. => 5000,
@@ -75,11 +67,15 @@ fn serve(server: &ServiceServer<CancelGoal>, count: usize) {
     }
 }
 
-fn calls_are_answered(mapping: ServiceMapping) {
+#[test]
+fn each_of_two_clients_gets_its_own_replies() {
+    calls_are_answered(&isolated());
+}
+
+pub(crate) fn calls_are_answered(environment: &Environment) {
     const CALLS: usize = 50;
-    let environment = environment(mapping);
-    let server = server(&environment);
-    let clients = [client("one", &environment), client("other", &environment)];
+    let server = server(environment);
+    let clients = [client("one", environment), client("other", environment)];
     thread::scope(|scope| {
         for (client, first) in clients.iter().zip([1, 1001]) {
             scope.spawn(move || {
@@ -95,47 +91,8 @@ fn calls_are_answered(mapping: ServiceMapping) {
 }
 
 #[test]
-fn each_of_two_clients_gets_its_own_replies_as_with_fast_dds() {
-    calls_are_answered(ServiceMapping::FastDds);
-}
-
-#[test]
-fn each_of_two_clients_gets_its_own_replies_as_with_cyclone() {
-    calls_are_answered(ServiceMapping::Cyclone);
-}
-
-#[test]
-fn replies_in_fragments_arrive_or_are_refused() {
-    let call = |mapping, timeout| {
-        let environment = environment(mapping);
-        let server = server(&environment);
-        let client = client("client", &environment);
-        assert!(client.wait_for_server(PATIENCE));
-        thread::scope(|scope| {
-            let call = scope.spawn(|| client.call(&request(10_000), timeout));
-            let Request { id, message } = server.recv_timeout(PATIENCE).unwrap().unwrap();
-            let sent = server.reply(id, &response(&message));
-            (sent, call.join().unwrap())
-        })
-    };
-    let (sent, reply) = call(ServiceMapping::Cyclone, PATIENCE);
-    sent.unwrap();
-    assert_eq!(reply.unwrap(), response(&request(10_000)));
-    let (sent, reply) = call(ServiceMapping::FastDds, Duration::from_secs(2));
-    assert!(matches!(
-        sent,
-        Err(PublishError::TooLong {
-            length: 120_012..,
-            limit: 60_000,
-            ..
-        })
-    ));
-    assert!(matches!(reply, Err(CallError::NoReply { .. })));
-}
-
-#[test]
 fn replies_may_come_in_any_order_and_not_at_all() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = server(&environment);
     let clients = [
         client("first", &environment),
@@ -178,7 +135,7 @@ fn replies_may_come_in_any_order_and_not_at_all() {
 #[test]
 fn a_client_that_never_reads_does_not_stall_the_server() {
     const REQUESTS: i32 = 600;
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let server = server(&environment);
     let deaf = client("deaf", &environment);
     let other = client("other", &environment);
@@ -214,7 +171,7 @@ fn a_client_that_never_reads_does_not_stall_the_server() {
 
 #[test]
 fn calls_end_in_time_without_a_server_and_with_one_that_leaves() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let client = client("client", &environment);
     let limit = Duration::from_millis(300);
     let start = Instant::now();
@@ -238,7 +195,7 @@ const TOO_OLD: Duration = Duration::from_millis(1500);
 /// The next server is there before the one that was asked leaves, but too late to have got the request.
 #[test]
 fn a_call_outlives_its_server_where_another_is_there_already() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let client = client("client", &environment);
     let leaving = server(&environment);
     assert!(client.wait_for_server(Duration::MAX));
@@ -257,7 +214,7 @@ fn a_call_outlives_its_server_where_another_is_there_already() {
 /// RustDDS gives to every server that comes what a client has sent last.
 #[test]
 fn a_server_does_not_answer_what_an_earlier_one_was_asked() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let client = client("client", &environment);
     let earlier = server(&environment);
     thread::scope(|scope| {
@@ -279,7 +236,7 @@ fn a_server_does_not_answer_what_an_earlier_one_was_asked() {
 
 #[test]
 fn what_is_no_request_is_reported_and_passed_over() {
-    let environment = environment(ServiceMapping::FastDds);
+    let environment = isolated();
     let node = node("server", &environment);
     let server = node.service_server::<CancelGoal>(&own_name("/x")).unwrap();
     let other = crate::common::node("client", &environment);
@@ -309,73 +266,9 @@ impl RosMessage for Short {
 
 struct ShortCall;
 
-impl lgvi_msgs::Service for ShortCall {
+impl Service for ShortCall {
     const TYPE_NAME: &'static str = "action_msgs/srv/CancelGoal";
-    const TYPE_HASH: &'static str = "";
+    const TYPE_HASH: &'static str = CancelGoal::TYPE_HASH;
     type Request = Short;
     type Response = CancelGoalResponse;
-}
-
-/// Both are of the same make, which does not tell how they call services.
-#[test]
-fn who_calls_as_another_rmw_does_is_told_so() {
-    for (ours, theirs, name) in [
-        (
-            ServiceMapping::FastDds,
-            ServiceMapping::Cyclone,
-            "rmw_fastrtps_cpp",
-        ),
-        (
-            ServiceMapping::Cyclone,
-            ServiceMapping::FastDds,
-            "rmw_cyclonedds_cpp",
-        ),
-    ] {
-        let environment = environment(ours);
-        let server = server(&environment);
-        let client = client(
-            "client",
-            &Environment {
-                service_mapping: theirs,
-                ..environment
-            },
-        );
-        let call = thread::spawn(move || client.call(&request(1), Duration::from_secs(3)));
-        let error = server.recv_timeout(PATIENCE).unwrap_err();
-        assert!(matches!(error, TakeError::Mapping { .. }), "{error}");
-        let text = error.to_string();
-        assert!(
-            text.contains("RMW_IMPLEMENTATION") && text.contains(name),
-            "{text}"
-        );
-        let error = call.join().unwrap().unwrap_err();
-        assert!(matches!(error, CallError::NoReply { .. }), "{error}");
-    }
-}
-
-/// Their descriptors take more than is sent in one piece, which a client would wait for in vain.
-#[test]
-fn parameters_that_are_too_many_to_be_described_have_no_description() {
-    use lgvi_msgs::rcl_interfaces::srv::{DescribeParameters, DescribeParametersRequest};
-    let environment = isolated();
-    let server = node("server", &environment);
-    let names: Vec<_> = (0..100).map(|index| format!("parameter_{index}")).collect();
-    let long = "what it is for ".repeat(100);
-    let specs = names
-        .iter()
-        .map(|name| ParameterSpec::new(name, true, &long));
-    let parameters = Parameters::declare(Given::default(), specs.collect()).unwrap();
-    let mut executor = Executor::new();
-    parameters.serve(&server, &mut executor).unwrap();
-    let _running = executor.start().unwrap();
-    let client = node("client", &environment)
-        .service_client::<DescribeParameters>("/server/describe_parameters")
-        .unwrap();
-    let described = |names: &[String]| {
-        let names = names.to_vec();
-        let reply = client.call(&DescribeParametersRequest { names }, PATIENCE);
-        reply.unwrap().descriptors.len()
-    };
-    assert_eq!(described(&names[..10]), 10);
-    assert_eq!(described(&names), 0);
 }

@@ -1,0 +1,255 @@
+//! Which nodes and endpoints there are, by their liveliness tokens.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use ::zenoh::{
+    Session, Wait,
+    pubsub::Subscriber,
+    sample::{Sample, SampleKind},
+};
+use tracing::warn;
+
+use super::{
+    keys::{self, Endpoint, Entity, Kind, Node},
+    text,
+};
+use crate::ros::{
+    Namesake, TopicInfo,
+    namesakes::{Birth, is_elder},
+    type_names,
+};
+
+/// Knows the tokens of other sessions.
+pub(super) struct Graph {
+    shared: Arc<Shared>,
+    created: Instant,
+    _tokens: Subscriber<()>,
+}
+
+#[derive(Default)]
+struct Shared {
+    own: String,
+    table: Mutex<Table>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Table {
+    others: BTreeMap<String, Entity>,
+    /// Our endpoints, of which mismatches are reported.
+    own: Vec<Endpoint>,
+    /// Tokens of others that were reported, each for one of ours.
+    reported: BTreeSet<(String, String)>,
+}
+
+impl Graph {
+    pub(super) fn listen(session: &Session, node: &Node) -> Result<Self, String> {
+        let shared = Arc::new(Shared {
+            own: node.session.clone(),
+            ..Shared::default()
+        });
+        let kept = Arc::clone(&shared);
+        let tokens = session
+            .liveliness()
+            .declare_subscriber(keys::tokens(node.domain_id))
+            .history(true)
+            .callback(move |sample| kept.apply(&sample));
+        Ok(Self {
+            shared,
+            created: Instant::now(),
+            _tokens: tokens.wait().map_err(text)?,
+        })
+    }
+
+    /// Has mismatches with an endpoint of ours reported.
+    pub(super) fn watch(&self, endpoint: &Endpoint) {
+        let mut table = self.shared.lock();
+        table.own.push(endpoint.clone());
+        table.report();
+    }
+
+    /// Forgets an endpoint of ours.
+    pub(super) fn forget(&self, endpoint: &Endpoint) {
+        let mut table = self.shared.lock();
+        let place = table.own.iter().position(|own| own == endpoint);
+        place.map(|place| table.own.swap_remove(place));
+    }
+
+    /// How many endpoints of others one of ours works with.
+    pub(super) fn matched(&self, own: &Endpoint) -> usize {
+        self.shared.lock().matched(own)
+    }
+
+    /// How many are on the other side, and of another type.
+    pub(super) fn incompatible(&self, own: &Endpoint) -> usize {
+        let table = self.shared.lock();
+        table
+            .facing(own)
+            .filter(|(_, other)| !own.understands(other))
+            .count()
+    }
+
+    /// Blocks until there are so many matches, or the time has passed; returns whether there are.
+    pub(super) fn wait(&self, own: &Endpoint, count: usize, timeout: Duration) -> bool {
+        let (table, _) = self
+            .shared
+            .changed
+            .wait_timeout_while(self.shared.lock(), timeout, |table| {
+                table.matched(own) < count
+            })
+            .unwrap_or_else(PoisonError::into_inner);
+        table.matched(own) >= count
+    }
+
+    pub(super) fn topics(&self) -> Vec<TopicInfo> {
+        let table = self.shared.lock();
+        let mut topics = BTreeMap::<_, TopicInfo>::new();
+        for endpoint in table
+            .others
+            .values()
+            .filter_map(|other| other.endpoint.as_ref())
+        {
+            let Some(type_name) = type_names::ros_type(&endpoint.type_name) else {
+                continue;
+            };
+            if matches!(endpoint.kind, Kind::Server | Kind::Client) {
+                continue;
+            }
+            let key = (endpoint.topic.clone(), type_name.clone());
+            let topic = topics.entry(key).or_insert_with(|| TopicInfo {
+                name: endpoint.topic.clone(),
+                type_name,
+                publishers: 0,
+                reliable: true,
+                durable: true,
+                subscriptions: 0,
+            });
+            if endpoint.kind == Kind::Publisher {
+                topic.publishers += 1;
+                topic.reliable &= endpoint.offer.reliable;
+                topic.durable &= endpoint.offer.durable;
+            } else {
+                topic.subscriptions += 1;
+            }
+        }
+        topics.into_values().collect()
+    }
+
+    pub(super) fn nodes(&self) -> Vec<String> {
+        let table = self.shared.lock();
+        let nodes = table
+            .others
+            .values()
+            .filter(|other| other.endpoint.is_none());
+        let mut names: Vec<_> = nodes
+            .map(|other| other.node.fully_qualified_name())
+            .collect();
+        names.sort_unstable();
+        names
+    }
+
+    pub(super) fn namesakes(&self, own: &Node) -> Vec<Namesake> {
+        let table = self.shared.lock();
+        let nodes = table.others.values().filter(|other| {
+            other.endpoint.is_none()
+                && other.node.namespace == own.namespace
+                && other.node.name == own.name
+        });
+        let namesakes = nodes.map(|other| Namesake {
+            participant: other.node.session.clone(),
+            addresses: Vec::new(),
+            elder: is_elder(birth(own), self.created.elapsed(), birth(&other.node)),
+        });
+        namesakes.collect()
+    }
+}
+
+impl Shared {
+    fn apply(&self, sample: &Sample) {
+        let token = sample.key_expr().as_str();
+        let Some(entity) = Entity::read(token) else {
+            return;
+        };
+        if entity.node.session == self.own {
+            return;
+        }
+        let mut table = self.lock();
+        match sample.kind() {
+            SampleKind::Put => {
+                table.others.insert(token.to_owned(), entity);
+                table.report();
+            }
+            SampleKind::Delete => {
+                table.others.remove(token);
+                table.reported.retain(|(other, _)| other != token);
+            }
+        }
+        drop(table);
+        self.changed.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Table> {
+        self.table.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Table {
+    fn facing<'t>(&'t self, own: &'t Endpoint) -> impl Iterator<Item = (&'t String, &'t Endpoint)> {
+        let others = self.others.iter();
+        others
+            .filter_map(|(token, other)| other.endpoint.as_ref().map(|endpoint| (token, endpoint)))
+            .filter(|(_, other)| own.faces(other))
+    }
+
+    fn matched(&self, own: &Endpoint) -> usize {
+        let facing = self.facing(own);
+        facing.filter(|(_, other)| own.understands(other)).count()
+    }
+
+    /// Warns of each mismatch once.
+    fn report(&mut self) {
+        let mut found = Vec::new();
+        for own in &self.own {
+            for (token, other) in self
+                .facing(own)
+                .filter(|(_, other)| !own.understands(other))
+            {
+                found.push((token.clone(), own.clone(), other.clone()));
+            }
+        }
+        for (token, own, other) in found {
+            let node = self.others.get(&token);
+            let node = node.map_or_else(String::new, |other| other.node.fully_qualified_name());
+            if self.reported.insert((token, own.topic.clone())) {
+                let name = |endpoint: &Endpoint| {
+                    let ros = type_names::ros_type(&endpoint.type_name);
+                    let hash = endpoint.hash.as_deref().unwrap_or("no hash");
+                    format!(
+                        "{} ({hash})",
+                        ros.unwrap_or_else(|| endpoint.type_name.clone())
+                    )
+                };
+                warn!(
+                    "{:?} of {node} on {} has the type {}, ours is {}: no messages can be understood",
+                    other.kind,
+                    own.topic,
+                    name(&other),
+                    name(&own)
+                );
+            }
+        }
+    }
+}
+
+/// When a node was born, which its number says, and its session.
+fn birth(node: &Node) -> Birth {
+    let mut session = [0; 16];
+    for (to, from) in session.iter_mut().zip(node.session.bytes()) {
+        *to = from;
+    }
+    (i64::try_from(node.id).unwrap_or(i64::MAX), session)
+}

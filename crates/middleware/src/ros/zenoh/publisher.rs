@@ -1,0 +1,126 @@
+//! Publishers on Zenoh.
+
+use std::{
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
+};
+
+use ::zenoh::{Wait, qos::CongestionControl};
+use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
+
+use super::{Announced, Connection, attachment::Attachment, keys::Endpoint, reliability, text};
+use crate::{
+    ros::{PublishError, wire::WirePublisher},
+    wall,
+};
+
+/// As `rmw_zenoh_cpp` does.
+const HEARTBEAT: Duration = Duration::from_millis(500);
+
+/// A publisher; a durable one has a cache for late joiners.
+pub(super) struct Publisher {
+    announced: Announced,
+    publisher: AdvancedPublisher<'static>,
+    /// The number of the latest sample, held while it is handed over.
+    turn: Mutex<i64>,
+    sent: AtomicU64,
+    node: Arc<Connection>,
+}
+
+impl Publisher {
+    pub(super) fn new(node: &Arc<Connection>, endpoint: Endpoint) -> Result<Self, String> {
+        let offer = endpoint.offer;
+        let congestion = if offer.reliable {
+            CongestionControl::Block
+        } else {
+            CongestionControl::Drop
+        };
+        let mut publisher = node
+            .session
+            .declare_publisher(endpoint.key(node.node.domain_id))
+            .reliability(reliability(offer))
+            .congestion_control(congestion)
+            .advanced();
+        if offer.durable {
+            let cache = CacheConfig::default().max_samples(offer.depth);
+            publisher = publisher.publisher_detection().cache(cache);
+            if offer.reliable {
+                let detection = MissDetectionConfig::default().sporadic_heartbeat(HEARTBEAT);
+                publisher = publisher.sample_miss_detection(detection);
+            }
+        }
+        Ok(Self {
+            publisher: publisher.wait().map_err(text)?,
+            announced: node.announce(endpoint)?,
+            turn: Mutex::new(0),
+            sent: AtomicU64::new(0),
+            node: Arc::clone(node),
+        })
+    }
+}
+
+impl WirePublisher for Publisher {
+    fn publish(&self, cdr: Vec<u8>, _: Option<Duration>) -> Result<(), PublishError> {
+        let mut turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        *turn += 1;
+        let attachment = Attachment {
+            sequence: *turn,
+            time: wall::now(),
+            gid: self.announced.gid,
+        };
+        let put = self.publisher.put(cdr).attachment(attachment).wait();
+        put.map_err(|error| PublishError::Wire {
+            topic: self.topic().to_owned(),
+            reason: error.to_string(),
+        })?;
+        self.sent.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn flush(&self, _: Duration) -> Result<(), PublishError> {
+        Ok(())
+    }
+
+    fn acknowledged_within(&self, _: Duration) -> bool {
+        true
+    }
+
+    fn patience(&self, patience: Duration) -> Duration {
+        patience
+    }
+
+    fn matched(&self) -> usize {
+        self.node.graph.matched(&self.announced.endpoint)
+    }
+
+    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
+        self.node
+            .graph
+            .wait(&self.announced.endpoint, count, timeout)
+    }
+
+    fn incompatible(&self) -> usize {
+        self.node.graph.incompatible(&self.announced.endpoint)
+    }
+
+    fn sent(&self) -> u64 {
+        self.sent.load(Ordering::Relaxed)
+    }
+
+    fn dropped(&self) -> u64 {
+        0
+    }
+
+    fn topic(&self) -> &str {
+        &self.announced.endpoint.topic
+    }
+}
+
+impl Drop for Publisher {
+    fn drop(&mut self) {
+        self.node.graph.forget(&self.announced.endpoint);
+    }
+}

@@ -21,7 +21,7 @@ use crate::process::Printed;
 use crate::{Process, binary};
 
 /// Variables with these prefixes would reach into the world from outside.
-const FOREIGN: [&str; 5] = ["ROS_", "RMW_", "LGVI_", "CYCLONEDDS_", "RUST_LOG"];
+const FOREIGN: [&str; 6] = ["ROS_", "RMW_", "LGVI_", "CYCLONEDDS_", "RUST_LOG", "ZENOH_"];
 
 /// Where iceoryx2 keeps the memory itself.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -35,6 +35,7 @@ const FAREWELL: Duration = Duration::from_secs(5);
 pub struct World {
     domain: Domain,
     directory: TempDir,
+    variables: Vec<(&'static str, String)>,
     printed: Mutex<Vec<Arc<Printed>>>,
 }
 
@@ -47,10 +48,18 @@ impl World {
         let world = Self {
             domain: Domain::hold(Location::caller()),
             directory: directory.expect("a temporary directory"),
+            variables: Vec::new(),
             printed: Mutex::default(),
         };
         fs::create_dir(world.shared_memory_root()).expect("a directory for shared memory");
         world
+    }
+
+    /// Sets an environment variable for all commands.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, value: impl Into<String>) -> Self {
+        self.variables.push((name, value.into()));
+        self
     }
 
     /// A path in the world's directory.
@@ -93,6 +102,7 @@ impl World {
             .env("ROS_DOMAIN_ID", self.domain.id.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .env("LGVI_SHM_ROOT", self.shared_memory_root())
+            .envs(self.variables.iter().map(|(name, value)| (name, value)))
             .current_dir(self.directory.path());
         command
     }

@@ -61,3 +61,5 @@ mod two_hosts;
 mod verify;
 mod waiting;
 mod warnings;
+#[cfg(feature = "zenoh")]
+mod zenoh;

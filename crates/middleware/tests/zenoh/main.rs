@@ -7,6 +7,7 @@ mod common;
 #[path = "../wires/actions.rs"]
 mod actions;
 mod graph;
+mod hiroz;
 mod security;
 #[path = "../wires/services.rs"]
 mod services;

@@ -3,6 +3,9 @@
 # The benchmarks are a workspace of their own.
 bench := "--manifest-path crates/bench/Cargo.toml"
 
+# All that is optional is checked too.
+all := "--features lgvi_middleware/zenoh,lgvi_tests/zenoh"
+
 default:
     @just --list
 
@@ -16,12 +19,12 @@ fmt:
 
 # No warning of the compiler or of clippy.
 lint:
-    cargo clippy --workspace --all-targets --locked -- -D warnings
+    cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
     cargo clippy {{bench}} --workspace --all-targets --locked -- -D warnings
 
 # The documentation builds, all links resolve.
 docs:
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked {{all}}
     RUSTDOCFLAGS="-D warnings" cargo doc {{bench}} --workspace --no-deps --locked
 
 # The library crates can be published.
@@ -35,6 +38,11 @@ test:
 # The README's first command, headless. Not in CI: it builds everything once more, in release.
 demo:
     cargo run --release --locked -- run scenes/inclination_change.toml --bag target/demo_$(date +%s)
+
+# Zenoh beside a node of hiroz, another implementation. Not in CI: hiroz takes minutes to build.
+zenoh-peer:
+    cargo build --manifest-path tests/zenoh_peer/Cargo.toml --locked
+    HIROZ_PEER=$PWD/target/debug/zenoh_peer cargo nextest run --workspace --locked {{all}} --run-ignored only -E 'test(hiroz)'
 
 # The fuzz targets for some seconds each, by hand: the tests run their corpora and mutants of them without cargo-fuzz.
 fuzz seconds="5":

@@ -22,6 +22,7 @@ mod peers;
 mod policies;
 mod publisher;
 mod rtps;
+mod security;
 mod service;
 mod sockets;
 mod subscription;

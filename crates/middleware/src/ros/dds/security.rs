@@ -1,6 +1,6 @@
 //! The keystore of SROS 2: who the node is, and what it may do.
 
-use std::{fs::File, path::Path};
+use std::path::Path;
 
 use rustdds::DomainParticipantBuilder;
 use tracing::warn;
@@ -72,7 +72,7 @@ fn found(settings: &SecuritySettings, enclave: &str) -> Result<String, String> {
         .join(enclave.trim_matches('/'));
     for file in FILES {
         let path = directory.join(file);
-        File::open(&path).map_err(|error| {
+        std::fs::File::open(&path).map_err(|error| {
             let path = path.display();
             format!("ROS_SECURITY_KEYSTORE={keystore}, enclave {enclave}: {path}: {error}")
         })?;

@@ -10,7 +10,7 @@ default:
     @just --list
 
 # Everything that must hold before a change lands.
-ci: fmt lint docs package test security
+ci: fmt lint docs package test
 
 # The sources are formatted.
 fmt:
@@ -38,10 +38,6 @@ test:
 # The README's first command, headless. Not in CI: it builds everything once more, in release.
 demo:
     cargo run --release --locked -- run scenes/inclination_change.toml --bag target/demo_$(date +%s)
-
-# DDS security, which needs the headers of OpenSSL (Debian: libssl-dev, pkg-config).
-security:
-    cargo nextest run -p lgvi_middleware --features security --locked --test security
 
 # Zenoh beside a node of hiroz, another implementation. Not in CI: hiroz takes minutes to build.
 zenoh-peer:

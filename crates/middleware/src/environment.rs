@@ -54,26 +54,6 @@ pub struct ZenohSettings {
     pub overrides: Option<String>,
 }
 
-/// DDS security, by the variables of SROS 2.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SecuritySettings {
-    /// `ROS_SECURITY_STRATEGY`
-    pub strategy: SecurityStrategy,
-    /// `ROS_SECURITY_KEYSTORE`
-    pub keystore: Option<String>,
-    /// `ROS_SECURITY_ENCLAVE_OVERRIDE`: in place of `--enclave`.
-    pub enclave_override: Option<String>,
-}
-
-/// What becomes of a node whose keys are missing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SecurityStrategy {
-    /// It does not start.
-    Enforce,
-    /// It starts without security, and warns.
-    Permissive,
-}
-
 /// The domain, its reach and the mapping of services, as ROS 2 reads them from the environment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Environment {
@@ -86,8 +66,6 @@ pub struct Environment {
     pub static_peers: Vec<String>,
     /// `RMW_IMPLEMENTATION`; that of Fast DDS if unset.
     pub rmw: Rmw,
-    /// DDS security, where `ROS_SECURITY_ENABLE` is `true`.
-    pub security: Option<SecuritySettings>,
     /// How Zenoh is configured, where it is used.
     pub zenoh: ZenohSettings,
     /// Variables that `ROS_LOCALHOST_ONLY=1` overrides; a node that joins warns of them.
@@ -154,7 +132,6 @@ impl Environment {
             reach: Reach::Localhost,
             static_peers: Vec::new(),
             rmw: Rmw::Dds(ServiceMapping::FastDds),
-            security: None,
             zenoh: ZenohSettings::default(),
             overridden: Vec::new(),
         }
@@ -209,23 +186,10 @@ impl Environment {
             file: set("ZENOH_SESSION_CONFIG_URI")?,
             overrides: set("ZENOH_CONFIG_OVERRIDE")?,
         };
-        let security = match set("ROS_SECURITY_ENABLE")?.as_deref() {
-            Some("true") => Some(SecuritySettings {
-                strategy: match set("ROS_SECURITY_STRATEGY")?.as_deref() {
-                    Some("Enforce") => SecurityStrategy::Enforce,
-                    // As rcl reads it.
-                    _ => SecurityStrategy::Permissive,
-                },
-                keystore: set("ROS_SECURITY_KEYSTORE")?,
-                enclave_override: set("ROS_SECURITY_ENCLAVE_OVERRIDE")?,
-            }),
-            _ => None,
-        };
         Ok(Self {
             domain_id,
             static_peers,
             rmw,
-            security,
             zenoh,
             overridden,
             reach: if localhost_only {
@@ -271,7 +235,6 @@ mod tests {
             reach: Reach::Subnet,
             static_peers: Vec::new(),
             rmw: Rmw::Dds(ServiceMapping::FastDds),
-            security: None,
             zenoh: ZenohSettings::default(),
             overridden: Vec::new(),
         };
@@ -288,29 +251,6 @@ mod tests {
                 Err(EnvironmentError::DomainId(bad.into()))
             );
         }
-    }
-
-    #[test]
-    fn security_is_read_as_rcl_does() {
-        let security = |variables: &[_]| read(variables).map(|read| read.security);
-        assert_eq!(security(&[("ROS_SECURITY_ENABLE", "false")]), Ok(None));
-        let enabled = ("ROS_SECURITY_ENABLE", "true");
-        let mut expected = SecuritySettings {
-            strategy: SecurityStrategy::Permissive,
-            keystore: None,
-            enclave_override: None,
-        };
-        assert_eq!(security(&[enabled]), Ok(Some(expected.clone())));
-        expected.strategy = SecurityStrategy::Enforce;
-        expected.keystore = Some("/keys".into());
-        expected.enclave_override = Some("/other".into());
-        let all = [
-            enabled,
-            ("ROS_SECURITY_STRATEGY", "Enforce"),
-            ("ROS_SECURITY_KEYSTORE", "/keys"),
-            ("ROS_SECURITY_ENCLAVE_OVERRIDE", "/other"),
-        ];
-        assert_eq!(security(&all), Ok(Some(expected)));
     }
 
     #[test]

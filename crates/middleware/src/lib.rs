@@ -37,8 +37,7 @@ mod yaml;
 
 pub use args::{ArgsError, NodeArgs};
 pub use environment::{
-    Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, Rmw, SecuritySettings, SecurityStrategy,
-    ServiceMapping, ZenohSettings,
+    Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, Rmw, ServiceMapping, ZenohSettings,
 };
 pub use log_settings::LogSettings;
 pub use names::NameError;

@@ -147,7 +147,7 @@ impl RawPublisher {
 
     /// Publishes CDR bytes that start with the four-byte encapsulation header of little-endian plain CDR.
     ///
-    /// Waits at most [`Qos::max_wait`] for room, and never with [`Qos::sensor`]. After a wait in vain, what the
+    /// Waits at most [`Qos::max_wait`](super::Qos::max_wait) for room, and never with [`Qos::sensor`](super::Qos::sensor). After a wait in vain, what the
     /// subscriptions that do not keep up have not yet received is overwritten, but for the later half of the window; that
     /// takes up to 20 ms for each that is tried. A participant that has not kept up once is waited for only 20 ms from
     /// then on, once in half a window, by all publishers of the node, until it does keep up. The first message after a

@@ -22,7 +22,6 @@ mod peers;
 mod policies;
 mod publisher;
 mod rtps;
-mod security;
 mod service;
 mod sockets;
 mod subscription;

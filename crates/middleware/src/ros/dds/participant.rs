@@ -30,7 +30,7 @@ use super::{
     names::Names,
     naming,
     peers::{self, StaticPeers},
-    policies, rtps, security,
+    policies, rtps,
 };
 use crate::ros::{
     Namesake, Qos, RosError, TopicInfo,
@@ -90,7 +90,6 @@ impl Participant {
             Reach::Localhost => builder.with_only_networks(networks(&addresses)),
             Reach::Subnet => builder,
         };
-        let builder = security::secured(builder, environment.security.as_ref(), args.enclave())?;
         descriptors::spare(descriptors::PARTICIPANT).map_err(text)?;
         let participant = builder.build().map_err(text)?;
         let static_peers = match addresses.as_slice() {

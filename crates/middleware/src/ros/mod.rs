@@ -38,11 +38,12 @@ mod peers;
 mod publisher;
 mod qos;
 mod rtps;
+mod security;
 mod service;
 mod sockets;
 mod subscription;
 
-use crate::NameError;
+use crate::{NameError, SecurityError};
 
 pub use action::{
     ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalOutcome, GoalState,
@@ -70,6 +71,9 @@ pub enum RosError {
     /// Not of the form `package/msg/Type`.
     #[error("message type {0:?} is not of the form package/msg/Type")]
     TypeName(String),
+    /// Security is asked for and cannot be had.
+    #[error(transparent)]
+    Security(#[from] SecurityError),
     /// The domain cannot be joined.
     #[error("cannot join DDS domain {domain_id}: {reason}")]
     Join {

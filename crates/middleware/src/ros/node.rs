@@ -22,7 +22,6 @@ use super::{
     RosError,
     action::{ActionClient, ActionServer, Decision},
     background::{Background, Keeps},
-    descriptors,
     farewell::Farewell,
     faults::Faults,
     fence::{Fence, MakeError},
@@ -36,11 +35,13 @@ use super::{
     peers::{self, StaticPeers},
     publisher::{Publisher, RawPublisher},
     qos::Qos,
-    rtps,
+    rtps, security,
     service::{ServiceClient, ServiceServer},
     subscription::{RawSubscription, Subscription},
 };
-use crate::{Environment, NameError, NodeArgs, Reach, ServiceMapping, Shutdown};
+use crate::{
+    Environment, NameError, NodeArgs, Reach, ServiceMapping, Shutdown, security::Enclave,
+};
 
 /// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
 const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
@@ -102,7 +103,8 @@ struct Announced {
 impl RosNode {
     /// Joins the domain and announces the node. Discovery of others takes 0.1 s to 1.2 s from here.
     pub fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, RosError> {
-        Inner::new(args, environment)
+        let enclave = security::enclave(args, environment)?;
+        Inner::new(args, environment, enclave.as_ref())
             .map(|inner| Self(Arc::new(inner)))
             .map_err(|reason| RosError::Join {
                 domain_id: environment.domain_id,
@@ -338,7 +340,11 @@ impl fmt::Debug for RosNode {
 }
 
 impl Inner {
-    fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, String> {
+    fn new(
+        args: &NodeArgs,
+        environment: &Environment,
+        enclave: Option<&Enclave>,
+    ) -> Result<Self, String> {
         for variable in &environment.overridden {
             warn!("{variable} is overridden by ROS_LOCALHOST_ONLY=1");
         }
@@ -348,8 +354,7 @@ impl Inner {
             Reach::Localhost => builder.with_only_networks(networks(&addresses)),
             Reach::Subnet => builder,
         };
-        descriptors::spare(descriptors::PARTICIPANT).map_err(text)?;
-        let participant = builder.build().map_err(text)?;
+        let participant = security::join(builder, enclave)?;
         let static_peers = match addresses.as_slice() {
             [] => None,
             addresses => Some(StaticPeers::start(&participant, addresses).map_err(text)?),

@@ -351,7 +351,10 @@ mod tests {
         let keystore = ("ROS_SECURITY_KEYSTORE", "/keys");
         let none = Ok(Security::default());
         assert_eq!(security(&[keystore]), none);
-        assert_eq!(security(&[("ROS_SECURITY_ENABLE", "false"), keystore]), none);
+        assert_eq!(
+            security(&[("ROS_SECURITY_ENABLE", "false"), keystore]),
+            none
+        );
         let enable = ("ROS_SECURITY_ENABLE", "true");
         let expected = Security {
             strategy: Some(SecurityStrategy::Permissive),

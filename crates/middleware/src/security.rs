@@ -290,7 +290,11 @@ mod tests {
     }
 
     /// The enclave's directory, or what is wrong; what was warned of.
-    fn found(security: &Security, built: bool, enclave: &str) -> (Result<Option<PathBuf>, String>, String) {
+    fn found(
+        security: &Security,
+        built: bool,
+        enclave: &str,
+    ) -> (Result<Option<PathBuf>, String>, String) {
         let mut warning = String::new();
         let found = security
             .enclave_if(built, enclave, |error| warning = error.to_string())
@@ -371,7 +375,10 @@ mod tests {
             fs::remove_file(&key).unwrap();
             fs::create_dir(&key).unwrap();
             let error = found(&security, true, "/a/b").0.unwrap_err();
-            let expected = format!("cannot read {} of enclave \"/a/b\": it is no file", key.display());
+            let expected = format!(
+                "cannot read {} of enclave \"/a/b\": it is no file",
+                key.display()
+            );
             assert!(error.starts_with(&expected), "{error}");
             fs::remove_dir(&key).unwrap();
             fs::write(&key, "").unwrap();

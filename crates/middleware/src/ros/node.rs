@@ -39,9 +39,7 @@ use super::{
     service::{ServiceClient, ServiceServer},
     subscription::{RawSubscription, Subscription},
 };
-use crate::{
-    Environment, NameError, NodeArgs, Reach, ServiceMapping, Shutdown, security::Enclave,
-};
+use crate::{Environment, NameError, NodeArgs, Reach, ServiceMapping, Shutdown, security::Enclave};
 
 /// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
 const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
@@ -365,7 +363,8 @@ impl Inner {
         let name = NodeName::new(args.namespace(), args.name()).map_err(text)?;
         let matches = Arc::new(Matches::default());
         let loopback_only = environment.reach == Reach::Localhost;
-        let laggards = Arc::new(Laggards::new(&participant, loopback_only).map_err(text)?);
+        let laggards = Laggards::new(&participant, loopback_only).map_err(text)?;
+        let laggards = Arc::new(laggards.secured(enclave.is_some()));
         let names = Arc::new(Names::new(participant.guid()));
         let faults = Arc::new(Faults::default());
         let fence = Arc::new(Fence::new(participant.guid(), Arc::clone(&laggards)));

@@ -326,7 +326,7 @@ impl RawPublisher {
 
     fn write(
         &self,
-        cdr: Vec<u8>,
+        mut cdr: Vec<u8>,
         limit: Duration,
         related: Option<SampleId>,
     ) -> Result<SampleId, PublishError> {
@@ -335,6 +335,9 @@ impl RawPublisher {
                 topic: self.topic.clone(),
                 found: cdr.into_iter().take(LITTLE_ENDIAN.len()).collect(),
             });
+        }
+        if self.node.laggards.is_secured() {
+            pad(&mut cdr);
         }
         let payload = Bytes::from(cdr).slice(LITTLE_ENDIAN.len()..);
         let limit = if self.stalled.load(Ordering::Relaxed) {
@@ -448,4 +451,11 @@ impl<M> fmt::Debug for Publisher<M> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Publisher").field(&self.raw).finish()
     }
+}
+
+/// Fills CDR to a multiple of four bytes, as DATA is anyway (RTPS 2.5, 9.4.1).
+///
+/// RustDDS 0.15 looks for the end of what is encrypted at the end of DATA, and refuses what was filled there.
+fn pad(cdr: &mut Vec<u8>) {
+    cdr.resize(cdr.len().next_multiple_of(4), 0);
 }

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::net::{Ipv4Addr, UdpSocket};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
 use lgvi_middleware::ros::Qos;
+use lgvi_middleware::shm::ShmOptions;
 use lgvi_msgs::cdr;
 use lgvi_msgs::msg::Scene;
 use lgvi_msgs::nav_msgs::Odometry;
@@ -94,7 +96,12 @@ fn only_an_enclave_of_the_same_authority_commands() {
     let stranger = world.ros_node("stranger");
     let control = publish(&stranger, &coast());
     let impostor = remote_planner(&world, &others, "/planner");
-    propagator.await_stderr(OTHER_AUTHORITY);
+    // Which of the two asks the other first follows from their random identities.
+    eventually("a refusal", || {
+        let both = [&propagator, &impostor];
+        let refused = both.map(|node| node.stderr().contains(OTHER_AUTHORITY));
+        refused.contains(&true).then_some(())
+    });
     impostor.await_event("planned", |event| {
         matches!(event, Event::Planned { .. }).then_some(())
     });
@@ -356,6 +363,68 @@ fn a_program_without_security_refuses_to_pretend() {
         let finished = world.start("recorder", command).finish().expect(2);
         finished.says(&["built without DDS security", "--features security"]);
     }
+}
+
+/// The number of the user who owns nothing.
+const NOBODY: &str = "65534";
+
+/// A command that runs a shell script as another user.
+fn as_nobody(world: &World, script: &str) -> Command {
+    let mut command = world.command("setpriv".as_ref());
+    let user = [&format!("--reuid={NOBODY}"), &format!("--regid={NOBODY}")];
+    command
+        .args(user)
+        .args(["--clear-groups", "sh", "-c", script])
+        .current_dir("/");
+    command
+}
+
+#[test]
+fn no_other_user_reads_or_writes_the_shared_memory_of_a_flight() {
+    if !nix::unistd::geteuid().is_root() {
+        // Only root can act as another user.
+        return;
+    }
+    let world = World::new();
+    // As for a user's own directory, which is not in a temporary directory that nobody else may enter.
+    let root = tempfile::Builder::new()
+        .prefix("lgvi_shm_")
+        .tempdir_in("/tmp")
+        .unwrap();
+    let root = root.path().join("own");
+    let mut command = world.command(&binary("lgvi_propagator"));
+    command.env("LGVI_SHM_ROOT", &root).args([
+        "--supervised",
+        "--ros-args",
+        "-p",
+        &parameter_scene(),
+    ]);
+    let propagator = world.start("propagator", command);
+    propagator.await_ready();
+    fs::set_permissions(root.parent().unwrap(), fs::Permissions::from_mode(0o755)).unwrap();
+    assert_eq!(
+        fs::metadata(&root).unwrap().permissions().mode() & 0o777,
+        0o700
+    );
+    let options = ShmOptions {
+        root: Some(root.clone()),
+        ..ShmOptions::default()
+    };
+    let prefix = options.prefix();
+    let script = format!(
+        "ls {root} && echo entered
+         for file in /dev/shm/{prefix}*; do
+             echo found
+             cat $file >/dev/null && echo read
+             : >>$file && echo written
+             rm -f $file && echo removed
+         done; true",
+        root = root.display()
+    );
+    let attempt = world.start("nobody", as_nobody(&world, &script)).finish();
+    let did: BTreeSet<_> = attempt.stdout.lines().collect();
+    assert_eq!(did, BTreeSet::from(["found"]), "{}", attempt.stderr);
+    propagator.stop().expect(0);
 }
 
 /// `cpp/fastdds_secure_peer.cpp`, in an enclave or in none.

@@ -20,6 +20,7 @@ fmt:
 # No warning of the compiler or of clippy.
 lint:
     cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
+    cargo clippy --package lgvi --package lgvi_middleware --all-targets --features security --locked -- -D warnings
     cargo clippy {{bench}} --workspace --all-targets --locked -- -D warnings
 
 # The documentation builds, all links resolve.

@@ -67,12 +67,33 @@ fn outdated(program: &Path) -> bool {
 
 fn build(directory: &Path) {
     let target = directory.parent().expect("<target>/<profile>");
-    let profile = match directory.file_name().and_then(|name| name.to_str()) {
-        Some("debug") | None => "dev",
-        Some(profile) => profile,
-    };
+    let profile = cargo_profile(directory);
     let what = ["--workspace", "--bins", "--examples", "--profile", profile];
     cargo_build(target, &what);
+}
+
+/// A program of the package `lgvi` with DDS security, built if it is missing or outdated.
+///
+/// It shares all else with those without (Cargo 1.91 or later), and lies apart: they have the same names.
+pub fn secured(name: &str) -> PathBuf {
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    DIRECTORY
+        .get_or_init(|| {
+            let directory = directory();
+            let target = directory.parent().expect("<target>/<profile>");
+            let profile = directory.file_name().expect("<target>/<profile>");
+            let apart = target.join("security");
+            let directory = apart.join(profile);
+            let mut programs = PROGRAMS.iter().filter(|name| name.starts_with("lgvi"));
+            if programs.any(|name| outdated(&directory.join(name))) {
+                let profile = cargo_profile(&directory);
+                let what = ["--package", "lgvi", "--bins", "--features", "security"];
+                let what = [&what[..], &["--profile", profile]].concat();
+                cargo_build_with(&apart, &what, &[("CARGO_BUILD_BUILD_DIR", target)]);
+            }
+            directory
+        })
+        .join(name)
 }
 
 /// The example `fly` in release, built if it is missing or outdated.
@@ -89,9 +110,22 @@ pub fn fly_in_release() -> PathBuf {
     program
 }
 
+/// The profile whose programs lie in a directory.
+fn cargo_profile(directory: &Path) -> &str {
+    match directory.file_name().and_then(|name| name.to_str()) {
+        Some("debug") | None => "dev",
+        Some(profile) => profile,
+    }
+}
+
 fn cargo_build(target: &Path, what: &[&str]) {
+    cargo_build_with(target, what, &[]);
+}
+
+fn cargo_build_with(target: &Path, what: &[&str], environment: &[(&str, &Path)]) {
     let output = Command::new(env!("CARGO"))
         .arg("build")
+        .envs(environment.iter().copied())
         .args(what)
         .arg("--target-dir")
         .arg(target)

@@ -178,20 +178,28 @@ impl World {
         found
     }
 
+    /// Shared memory apart from that of all other processes, for one that is to speak over DDS alone.
+    pub fn apart(&self) -> PathBuf {
+        self.path("apart")
+    }
+
     fn shared_memory_root(&self) -> PathBuf {
         self.path("shm")
     }
 
     /// The world's segments in `/dev/shm`, by the prefix that the middleware derives from `LGVI_SHM_ROOT`.
     fn segments(&self) -> Vec<PathBuf> {
-        let options = ShmOptions {
-            domain_id: self.domain.id,
-            root: Some(self.shared_memory_root()),
-        };
-        let prefix = options.prefix();
+        let prefixes = [self.shared_memory_root(), self.apart()].map(|root| {
+            let options = ShmOptions {
+                domain_id: self.domain.id,
+                root: Some(root),
+            };
+            options.prefix()
+        });
         let entries = fs::read_dir(SHARED_MEMORY).expect(SHARED_MEMORY).flatten();
+        let ours = |name: &str| prefixes.iter().any(|prefix| name.starts_with(prefix));
         entries
-            .filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix))
+            .filter(|entry| ours(&entry.file_name().to_string_lossy()))
             .map(|entry| entry.path())
             .collect()
     }

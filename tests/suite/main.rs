@@ -53,6 +53,7 @@ mod reference_bags;
 mod reference_replay;
 mod replay;
 mod scenes;
+mod security;
 mod shutdown;
 mod stalls;
 mod suspended;

@@ -149,7 +149,7 @@ impl NodeArgs {
         self.parameters.clone()
     }
 
-    /// The security enclave, `/` by default. There is no security: it is checked, and used for nothing.
+    /// The security enclave, `/` by default; [`Security`](crate::Security) may override it.
     pub fn enclave(&self) -> &str {
         &self.enclave
     }

@@ -2,6 +2,11 @@
 
 use std::env::{self, VarError};
 
+use crate::{
+    names,
+    security::{self, Security, SecurityStrategy},
+};
+
 /// The highest domain whose ports fit below 65 536.
 pub const MAX_DOMAIN_ID: u16 = 232;
 
@@ -70,6 +75,9 @@ pub struct Environment {
     pub zenoh: ZenohSettings,
     /// Variables that `ROS_LOCALHOST_ONLY=1` overrides; a node that joins warns of them.
     pub overridden: Vec<&'static str>,
+    /// `ROS_SECURITY_ENABLE`, `ROS_SECURITY_STRATEGY`, `ROS_SECURITY_KEYSTORE`, `ROS_SECURITY_ENCLAVE_OVERRIDE`; none if
+    /// unset.
+    pub security: Security,
 }
 
 /// An environment variable with a value that cannot be honored.
@@ -102,6 +110,15 @@ pub enum EnvironmentError {
         "RMW_IMPLEMENTATION is \"rmw_zenoh_cpp\", which needs a program built with the cargo feature zenoh"
     )]
     NoZenoh,
+    /// Neither `true` nor `false`.
+    #[error("ROS_SECURITY_ENABLE is {0:?}; expected true or false")]
+    SecurityEnable(String),
+    /// Neither `Enforce` nor `Permissive`.
+    #[error("ROS_SECURITY_STRATEGY is {0:?}; expected Enforce or Permissive")]
+    SecurityStrategy(String),
+    /// Not the name of an enclave.
+    #[error("ROS_SECURITY_ENCLAVE_OVERRIDE: {0}")]
+    SecurityEnclave(names::NameError),
     /// Not Unicode.
     #[error("{name} is not valid Unicode: {value:?}")]
     NotUnicode {
@@ -134,6 +151,7 @@ impl Environment {
             rmw: Rmw::Dds(ServiceMapping::FastDds),
             zenoh: ZenohSettings::default(),
             overridden: Vec::new(),
+            security: Security::default(),
         }
     }
 
@@ -192,6 +210,7 @@ impl Environment {
             rmw,
             zenoh,
             overridden,
+            security: security(set)?,
             reach: if localhost_only {
                 Reach::Localhost
             } else {
@@ -199,6 +218,31 @@ impl Environment {
             },
         })
     }
+}
+
+/// `rcl` takes any other value of the first two for `false` and `Permissive`: here nothing is insecure by a slip.
+fn security(
+    set: impl Fn(&'static str) -> Result<Option<String>, EnvironmentError>,
+) -> Result<Security, EnvironmentError> {
+    match set(security::ENABLE)?.as_deref() {
+        None | Some("false") => return Ok(Security::default()),
+        Some("true") => {}
+        Some(other) => return Err(EnvironmentError::SecurityEnable(other.into())),
+    }
+    let strategy = match set(security::STRATEGY)?.as_deref() {
+        None | Some("Permissive") => SecurityStrategy::Permissive,
+        Some("Enforce") => SecurityStrategy::Enforce,
+        Some(other) => return Err(EnvironmentError::SecurityStrategy(other.into())),
+    };
+    let enclave_override = set(security::OVERRIDE)?;
+    if let Some(enclave) = &enclave_override {
+        names::check_enclave(enclave).map_err(EnvironmentError::SecurityEnclave)?;
+    }
+    Ok(Security {
+        strategy: Some(strategy),
+        keystore: set(security::KEYSTORE)?.map(Into::into),
+        enclave_override,
+    })
 }
 
 fn static_peers(list: &str) -> Result<Vec<String>, EnvironmentError> {
@@ -237,6 +281,7 @@ mod tests {
             rmw: Rmw::Dds(ServiceMapping::FastDds),
             zenoh: ZenohSettings::default(),
             overridden: Vec::new(),
+            security: Security::default(),
         };
         assert_eq!(read(&[]), Ok(expected.clone()));
         assert_eq!(read(&[("ROS_DOMAIN_ID", "")]), Ok(expected));
@@ -336,6 +381,46 @@ mod tests {
         for range in ["subnet", "LOCAL"] {
             let refused = EnvironmentError::DiscoveryRange(range.into());
             assert_eq!(reach(range), Err(refused));
+        }
+    }
+
+    #[test]
+    fn security_is_asked_for_in_so_many_words() {
+        let security = |variables: &[_]| read(variables).map(|read| read.security);
+        let keystore = ("ROS_SECURITY_KEYSTORE", "/keys");
+        let none = Ok(Security::default());
+        assert_eq!(security(&[keystore]), none);
+        assert_eq!(
+            security(&[("ROS_SECURITY_ENABLE", "false"), keystore]),
+            none
+        );
+        let enable = ("ROS_SECURITY_ENABLE", "true");
+        let expected = Security {
+            strategy: Some(SecurityStrategy::Permissive),
+            keystore: Some("/keys".into()),
+            enclave_override: None,
+        };
+        assert_eq!(security(&[enable, keystore]), Ok(expected.clone()));
+        let enforced = Security {
+            strategy: Some(SecurityStrategy::Enforce),
+            enclave_override: Some("/a".into()),
+            ..expected
+        };
+        let enforce = ("ROS_SECURITY_STRATEGY", "Enforce");
+        let other = ("ROS_SECURITY_ENCLAVE_OVERRIDE", "/a");
+        assert_eq!(security(&[enable, enforce, keystore, other]), Ok(enforced));
+        for value in ["1", "True", "yes"] {
+            let refused = EnvironmentError::SecurityEnable(value.into());
+            assert_eq!(security(&[("ROS_SECURITY_ENABLE", value)]), Err(refused));
+        }
+        let refused = EnvironmentError::SecurityStrategy("enforce".into());
+        let strategy = ("ROS_SECURITY_STRATEGY", "enforce");
+        assert_eq!(security(&[enable, strategy]), Err(refused));
+        for enclave in ["a", "/a/", "/../x"] {
+            let other = ("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave);
+            let error = security(&[enable, other]).unwrap_err().to_string();
+            let expected = format!("ROS_SECURITY_ENCLAVE_OVERRIDE: enclave {enclave:?}");
+            assert!(error.starts_with(&expected), "{error}");
         }
     }
 }

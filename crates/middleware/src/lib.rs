@@ -27,6 +27,7 @@ mod remap;
 pub mod report;
 #[cfg(feature = "transport")]
 pub mod ros;
+mod security;
 #[cfg(feature = "transport")]
 pub mod shm;
 #[cfg(feature = "transport")]
@@ -45,5 +46,6 @@ pub use parameters::{
     Change as ParameterChange, Given, ParameterError, ParameterKind, ParameterSpec, ParameterType,
     ParameterValue, Parameters,
 };
+pub use security::{Security, SecurityError, SecurityStrategy};
 #[cfg(feature = "transport")]
 pub use shutdown::Shutdown;

@@ -4,6 +4,7 @@ mod levels;
 
 use std::{
     borrow::Cow,
+    env,
     fmt::{self, Write as _},
     io::{self, IsTerminal, Write},
     sync::{
@@ -11,7 +12,7 @@ use std::{
         mpsc::{self, Receiver, SyncSender},
     },
     thread::{self, JoinHandle},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use lgvi_msgs::{rcl_interfaces, stamp};
@@ -21,7 +22,7 @@ use tracing::{
 };
 use tracing_subscriber::{
     Layer, Registry,
-    filter::{LevelFilter, Targets},
+    filter::{FilterExt, LevelFilter, Targets, filter_fn},
     fmt::layer,
     layer::{Context, SubscriberExt},
     reload,
@@ -31,7 +32,7 @@ use tracing_subscriber::{
 use crate::{
     LogSettings, NodeArgs,
     ros::{Publisher, Qos, RosError, RosNode},
-    wall,
+    security, wall,
 };
 
 pub use levels::{LevelError, Levels};
@@ -142,7 +143,9 @@ fn build(args: &NodeArgs) -> (impl Subscriber + Send + Sync + use<>, Logging) {
         .compact()
         .with_ansi(io::stderr().is_terminal())
         .with_writer(|| Console)
-        .with_filter(console_level);
+        .with_filter(console_level.and(filter_fn(|metadata| {
+            metadata.target() != REFUSALS || BURSTS.allow(Instant::now())
+        })));
     let (rosout_level, rosout_handle) = reload::Layer::new(rosout_filter(settings));
     let rosout = ToRosout {
         sender: sender.clone(),
@@ -171,6 +174,31 @@ fn build(args: &NodeArgs) -> (impl Subscriber + Send + Sync + use<>, Logging) {
     (subscriber, logging)
 }
 
+/// Where RustDDS says which participants it refuses, of each again every second.
+const REFUSALS: &str = "rustdds::discovery::secure_discovery";
+
+static BURSTS: Bursts = Bursts(Mutex::new(None));
+
+/// Lets pass what comes within a moment, and then nothing for a while.
+struct Bursts(Mutex<Option<Instant>>);
+
+impl Bursts {
+    const MOMENT: Duration = Duration::from_millis(100);
+    const WHILE: Duration = Duration::from_secs(3);
+
+    fn allow(&self, now: Instant) -> bool {
+        let mut begun = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match *begun {
+            Some(begun) if now.saturating_duration_since(begun) < Self::MOMENT => true,
+            Some(begun) if now.saturating_duration_since(begun) < Self::WHILE => false,
+            _ => {
+                *begun = Some(now);
+                true
+            }
+        }
+    }
+}
+
 fn console_filter(settings: &LogSettings) -> Targets {
     let external = if settings.external {
         LevelFilter::WARN
@@ -186,6 +214,18 @@ fn console_filter(settings: &LogSettings) -> Targets {
         .with_target("rustdds::network::udp_listener", LevelFilter::OFF)
         // What it cannot read, which the fence of endpoints sends on purpose.
         .with_target("rustdds::discovery::discovery", LevelFilter::OFF);
+    // Until endpoints have exchanged their keys, and of each message of a stranger.
+    let repetitive = [
+        "rustdds::rtps::message_receiver",
+        "rustdds::rtps::reader",
+        "rustdds::rtps::writer",
+        "rustdds::security::security_plugins",
+    ];
+    let secure = env::var_os(security::ENABLE).is_some_and(|enable| enable == "true");
+    let repetitive = repetitive.into_iter().filter(|_| secure);
+    let filter = repetitive.fold(filter, |filter, target| {
+        filter.with_target(target, LevelFilter::OFF)
+    });
     own_filter(filter, settings, LevelFilter::INFO)
 }
 
@@ -293,6 +333,17 @@ mod tests {
     use tracing::{info, subscriber::with_default, warn};
 
     use super::*;
+
+    #[test]
+    fn a_burst_passes_and_its_repetitions_do_not() {
+        let (bursts, start) = (Bursts(Mutex::default()), Instant::now());
+        let allowed = |milliseconds| bursts.allow(start + Duration::from_millis(milliseconds));
+        let passed: Vec<_> = [0, 1, 99, 100, 1000, 2999, 3000, 3001, 4000]
+            .into_iter()
+            .filter(|&at| allowed(at))
+            .collect();
+        assert_eq!(passed, [0, 1, 99, 3000, 3001]);
+    }
 
     fn logged(line: &str, log: impl FnOnce()) -> Vec<rcl_interfaces::Log> {
         let (args, _) =

@@ -20,6 +20,9 @@ pub enum LockError {
     /// Another process has it.
     #[error("held by {0}")]
     Held(String),
+    /// The directory of shared memory cannot be used.
+    #[error("{0}")]
+    Directory(String),
     /// The file cannot be used.
     #[error("cannot lock {}: {source}", path.display())]
     Io {
@@ -33,11 +36,12 @@ pub enum LockError {
 impl FileLock {
     /// Takes the lock `name` of the environment's domain; `holder` is what others are told of who holds it.
     ///
-    /// It lies in `LGVI_SHM_ROOT`, or among the temporary files: those who share no memory do not lock each other out.
+    /// It lies in the directory of shared memory: those who share no memory, as other users, do not lock each other out.
     pub fn take(environment: &Environment, name: &str, holder: &str) -> Result<Self, LockError> {
-        let directory = ShmOptions::from_env(environment)
-            .root
-            .unwrap_or_else(std::env::temp_dir);
+        let options = ShmOptions::from_env(environment);
+        let directory = options
+            .prepared_root()
+            .map_err(|error| LockError::Directory(error.to_string()))?;
         let domain = environment.domain_id;
         Self::take_in(&directory, &format!("lgvi_{name}_{domain}.lock"), holder)
     }

@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use lgvi_middleware::log::Rosout;
 use lgvi_middleware::report::Reporter;
-use lgvi_middleware::ros::{Clock, Diagnostics, Executor, Lifecycle, RosNode, Running};
+use lgvi_middleware::ros::{Clock, Diagnostics, Executor, Lifecycle, RosError, RosNode, Running};
 use lgvi_middleware::shm::{ShmNode, ShmOptions};
 use lgvi_middleware::{
     Environment, NodeArgs, ParameterChange, ParameterSpec, Parameters, Shutdown, log,
@@ -68,7 +68,10 @@ impl Node {
             Reporter::disabled()
         });
         let alone = only_one(&environment, &args)?;
-        let ros = RosNode::new(&args, &environment).map_err(NodeError::runtime)?;
+        let ros = RosNode::new(&args, &environment).map_err(|error| match error {
+            RosError::Security(error) => NodeError::input(error),
+            error => NodeError::runtime(error),
+        })?;
         ros.leave_on(&shutdown);
         let rosout = logging.attach(&ros).map_err(NodeError::runtime)?;
 

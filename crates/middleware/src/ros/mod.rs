@@ -30,7 +30,7 @@ mod wire;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
-use crate::NameError;
+use crate::{NameError, SecurityError};
 
 pub use action::{
     ActionClient, ActionServer, Decision, GoalHandle, GoalId, GoalOutcome, GoalState,
@@ -58,6 +58,9 @@ pub enum RosError {
     /// Not of the form `package/msg/Type`.
     #[error("message type {0:?} is not of the form package/msg/Type")]
     TypeName(String),
+    /// Security is asked for and cannot be had.
+    #[error(transparent)]
+    Security(#[from] SecurityError),
     /// The domain cannot be joined.
     #[error("cannot join domain {domain_id}: {reason}")]
     Join {

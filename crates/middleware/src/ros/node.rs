@@ -19,6 +19,8 @@ use super::{
 };
 #[cfg(not(feature = "zenoh"))]
 use crate::EnvironmentError;
+#[cfg(feature = "zenoh")]
+use crate::SecurityStrategy;
 use crate::{Environment, NameError, NodeArgs, Rmw, Shutdown};
 
 /// A node of the ROS graph. Clones are handles to the same node; it leaves the graph when the last of them and the last
@@ -53,6 +55,15 @@ impl RosNode {
     pub fn new(args: &NodeArgs, environment: &Environment) -> Result<Self, RosError> {
         let wire: Box<dyn Wire> = match environment.rmw {
             Rmw::Dds(mapping) => Box::new(Dds::new(args, environment, mapping)?),
+            #[cfg(feature = "zenoh")]
+            Rmw::Zenoh if environment.security.strategy == Some(SecurityStrategy::Enforce) => {
+                return Err(RosError::Join {
+                    domain_id: environment.domain_id,
+                    reason: "ROS_SECURITY_ENABLE is true, which is DDS security: with rmw_zenoh_cpp set it to false, and \
+                             secure the session by ZENOH_SESSION_CONFIG_URI"
+                        .into(),
+                });
+            }
             #[cfg(feature = "zenoh")]
             Rmw::Zenoh => Box::new(Zenoh::new(args, environment)?),
             #[cfg(not(feature = "zenoh"))]

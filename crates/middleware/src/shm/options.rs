@@ -9,7 +9,7 @@ use iceoryx2::{
 use nix::unistd::geteuid;
 use sha2::{Digest, Sha256};
 
-use super::ShmError;
+use super::{ShmError, root};
 use crate::Environment;
 
 /// Which shared memory is used: that of a DDS domain, and of a directory.
@@ -38,6 +38,15 @@ impl ShmOptions {
     pub fn root_path(&self) -> PathBuf {
         let own = || format!("/tmp/lgvi_{}", geteuid()).into();
         self.root.clone().unwrap_or_else(own)
+    }
+
+    /// The same, made for its user alone where it is missing.
+    ///
+    /// # Errors
+    /// If it is another user's, or this process cannot use it.
+    pub fn prepared_root(&self) -> Result<PathBuf, ShmError> {
+        root::prepare(self)?;
+        Ok(self.root_path())
     }
 
     /// What the names of all files of the directory begin with, in it and in `/dev/shm`: `lgvi_`, the first 16 hexadecimal

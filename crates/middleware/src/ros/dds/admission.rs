@@ -33,6 +33,9 @@ impl Writer {
             return Ok(identity);
         }
         let start = Instant::now();
+        if self.node.laggards.is_secured() {
+            return self.admit_in_time(payload, options, limit);
+        }
         let readers = self.node.reliable_readers(self.writer.guid());
         let (suspects, others): (Vec<_>, Vec<_>) = readers
             .into_iter()
@@ -66,12 +69,36 @@ impl Writer {
                 return Ok(identity);
             }
         }
+        Err(self.no_room(start))
+    }
+
+    /// The same where nothing can be overwritten: room is waited for once, until there is some again.
+    fn admit_in_time(
+        &self,
+        payload: &Bytes,
+        options: &WriteOptions,
+        limit: Duration,
+    ) -> Result<SampleIdentity, PublishError> {
+        let start = Instant::now();
+        if !self.stalled.load(Ordering::Relaxed) {
+            if let Some(identity) = self.attempt(payload, options, limit)? {
+                return Ok(identity);
+            }
+            warn!(
+                topic = self.topic,
+                "a subscription does not keep up: messages are lost for all until it does"
+            );
+        }
+        Err(self.no_room(start))
+    }
+
+    fn no_room(&self, start: Instant) -> PublishError {
         self.stalled.store(true, Ordering::Relaxed);
-        Err(PublishError::Full {
+        PublishError::Full {
             topic: self.topic.clone(),
             waited: start.elapsed(),
             dropped: self.dropped.fetch_add(1, Ordering::Relaxed) + 1,
-        })
+        }
     }
 
     fn overwrite_for(

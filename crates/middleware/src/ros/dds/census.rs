@@ -96,7 +96,8 @@ impl Census {
                     open
                 }
             };
-            if !known.is_empty() {
+            // With security one that hangs cannot be overwritten for: it must be lost, or it would hold up all others.
+            if !known.is_empty() && !keeps.laggards.is_secured() {
                 let sign = rtps::sign_of_life(self.participant.guid(), other);
                 keeps.laggards.send_home(&sign);
             }

@@ -3,7 +3,7 @@
 use std::{fs::File, io};
 
 /// What a participant opens, with its first two endpoints and a margin.
-pub(super) const PARTICIPANT: usize = 64;
+pub(super) const PARTICIPANT: usize = if cfg!(feature = "security") { 104 } else { 64 };
 
 /// What an endpoint opens, with a margin for what else opens files at the same time.
 pub(super) const ENDPOINT: usize = 16;
@@ -63,7 +63,8 @@ mod tests {
             .unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(
-            output.status.success() && text.contains("DDS needs 64 (`ulimit -n`)"),
+            output.status.success()
+                && text.contains(&format!("DDS needs {} (`ulimit -n`)", super::PARTICIPANT)),
             "{text}"
         );
         assert!(

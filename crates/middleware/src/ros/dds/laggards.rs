@@ -44,6 +44,9 @@ pub(super) struct Laggards {
     suspects: Mutex<BTreeSet<Participant>>,
     gaps: Mutex<Gaps>,
     any_gaps: AtomicBool,
+    /// Whether messages to the participant itself, which are not encrypted, would be refused, but for those about
+    /// participants.
+    secured: bool,
 }
 
 /// By local writer, and by reader: before which sample there will be none.
@@ -69,7 +72,18 @@ impl Laggards {
             suspects: Mutex::default(),
             gaps: Mutex::default(),
             any_gaps: AtomicBool::new(false),
+            secured: false,
         })
+    }
+
+    /// The same for a participant with DDS security: nothing can be overwritten.
+    pub(super) fn secured(self, secured: bool) -> Self {
+        Self { secured, ..self }
+    }
+
+    /// Whether nothing can be overwritten.
+    pub(super) fn is_secured(&self) -> bool {
+        self.secured
     }
 
     /// Has a writer forget what it keeps for a reader before a sample, and tells the reader.

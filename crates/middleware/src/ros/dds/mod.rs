@@ -22,6 +22,7 @@ mod peers;
 mod policies;
 mod publisher;
 mod rtps;
+mod security;
 mod service;
 mod sockets;
 mod subscription;
@@ -49,7 +50,8 @@ impl Dds {
         environment: &Environment,
         mapping: ServiceMapping,
     ) -> Result<Self, RosError> {
-        Participant::new(args, environment, mapping)
+        let enclave = security::enclave(args, environment)?;
+        Participant::new(args, environment, mapping, enclave.as_ref())
             .map(|participant| Self(Arc::new(participant)))
             .map_err(|reason| RosError::Join {
                 domain_id: environment.domain_id,

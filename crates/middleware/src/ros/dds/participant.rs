@@ -19,7 +19,6 @@ use tracing::warn;
 
 use super::{
     background::{Background, Keeps},
-    descriptors,
     farewell::Farewell,
     faults::Faults,
     fence::{Fence, MakeError},
@@ -30,14 +29,14 @@ use super::{
     names::Names,
     naming,
     peers::{self, StaticPeers},
-    policies, rtps,
+    policies, rtps, security,
 };
 use crate::ros::{
     Namesake, Qos, RosError, TopicInfo,
     namesakes::{self, is_elder},
     type_names,
 };
-use crate::{Environment, NodeArgs, Reach, ServiceMapping};
+use crate::{Environment, NodeArgs, Reach, ServiceMapping, security::Enclave};
 
 /// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
 const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
@@ -80,6 +79,7 @@ impl Participant {
         args: &NodeArgs,
         environment: &Environment,
         service_mapping: ServiceMapping,
+        enclave: Option<&Enclave>,
     ) -> Result<Self, String> {
         for variable in &environment.overridden {
             warn!("{variable} is overridden by ROS_LOCALHOST_ONLY=1");
@@ -90,8 +90,7 @@ impl Participant {
             Reach::Localhost => builder.with_only_networks(networks(&addresses)),
             Reach::Subnet => builder,
         };
-        descriptors::spare(descriptors::PARTICIPANT).map_err(text)?;
-        let participant = builder.build().map_err(text)?;
+        let participant = security::join(builder, enclave)?;
         let static_peers = match addresses.as_slice() {
             [] => None,
             addresses => Some(StaticPeers::start(&participant, addresses).map_err(text)?),
@@ -102,7 +101,8 @@ impl Participant {
         let name = NodeName::new(args.namespace(), args.name()).map_err(text)?;
         let matches = Arc::new(Matches::default());
         let loopback_only = environment.reach == Reach::Localhost;
-        let laggards = Arc::new(Laggards::new(&participant, loopback_only).map_err(text)?);
+        let laggards = Laggards::new(&participant, loopback_only).map_err(text)?;
+        let laggards = Arc::new(laggards.secured(enclave.is_some()));
         let names = Arc::new(Names::new(participant.guid()));
         let faults = Arc::new(Faults::default());
         let fence = Arc::new(Fence::new(participant.guid(), Arc::clone(&laggards)));

@@ -128,10 +128,13 @@ impl Writer {
 
     fn write(
         &self,
-        cdr: Vec<u8>,
+        mut cdr: Vec<u8>,
         limit: Duration,
         related: Option<SampleId>,
     ) -> Result<SampleId, PublishError> {
+        if self.node.laggards.is_secured() {
+            pad(&mut cdr);
+        }
         let payload = Bytes::from(cdr).slice(LITTLE_ENDIAN.len()..);
         let limit = if self.stalled.load(Ordering::Relaxed) {
             Duration::ZERO
@@ -274,4 +277,11 @@ impl Drop for Writer {
         self.node.laggards.close_gaps(self.writer.guid());
         self.node.remove(Side::Publisher, self.writer.guid());
     }
+}
+
+/// Fills CDR to a multiple of four bytes, as DATA is anyway (RTPS 2.5, 9.4.1).
+///
+/// RustDDS 0.15 looks for the end of what is encrypted at the end of DATA, and refuses what was filled there.
+fn pad(cdr: &mut Vec<u8>) {
+    cdr.resize(cdr.len().next_multiple_of(4), 0);
 }

@@ -386,7 +386,7 @@ mod tests {
 
     #[test]
     fn security_is_asked_for_in_so_many_words() {
-        let security = |variables: &[_]| read(variables).map(|read| read.security);
+        let security = |variables: &[(&str, &str)]| read(variables).map(|read| read.security);
         let keystore = ("ROS_SECURITY_KEYSTORE", "/keys");
         let none = Ok(Security::default());
         assert_eq!(security(&[keystore]), none);

@@ -9,6 +9,7 @@ mod actions;
 mod cyclone;
 mod cyclone_action;
 mod graph;
+mod layers;
 mod mappings;
 mod parameters;
 mod processes;

@@ -23,6 +23,7 @@ use std::{
         Arc,
         atomic::{AtomicU64, Ordering},
     },
+    time::Duration,
 };
 
 use ::zenoh::{Session, Wait, liveliness::LivelinessToken, qos::Reliability};
@@ -51,11 +52,12 @@ struct Connection {
     session: Session,
 }
 
-/// An endpoint that is announced as long as it lives.
+/// An endpoint that is announced as long as it lives, and keeps its node. It is dropped after what it announces.
 struct Announced {
     endpoint: Endpoint,
     gid: [u8; 16],
     _token: LivelinessToken,
+    node: Arc<Connection>,
 }
 
 impl Zenoh {
@@ -89,21 +91,6 @@ impl Connection {
             node,
             endpoints: AtomicU64::new(1),
             session,
-        })
-    }
-
-    /// Announces an endpoint, which must be there before others know of it.
-    fn announce(&self, endpoint: Endpoint) -> Result<Announced, String> {
-        let id = self.endpoints.fetch_add(1, Ordering::Relaxed);
-        let token = endpoint.token(&self.node, id);
-        let gid = gid(&token);
-        let declared = self.session.liveliness().declare_token(token);
-        let declared = declared.wait().map_err(text)?;
-        self.graph.watch(&endpoint);
-        Ok(Announced {
-            endpoint,
-            gid,
-            _token: declared,
         })
     }
 
@@ -153,6 +140,46 @@ impl Connection {
                 depth: 10,
             },
         })
+    }
+}
+
+impl Announced {
+    /// Announces an endpoint, which must be there before others know of it.
+    fn new(node: &Arc<Connection>, endpoint: Endpoint) -> Result<Self, String> {
+        let id = node.endpoints.fetch_add(1, Ordering::Relaxed);
+        let token = endpoint.token(&node.node, id);
+        let gid = gid(&token);
+        let declared = node.session.liveliness().declare_token(token);
+        let declared = declared.wait().map_err(text)?;
+        node.graph.watch(&endpoint);
+        Ok(Self {
+            endpoint,
+            gid,
+            _token: declared,
+            node: Arc::clone(node),
+        })
+    }
+
+    fn name(&self) -> &str {
+        &self.endpoint.topic
+    }
+
+    fn matched(&self) -> usize {
+        self.node.graph.matched(&self.endpoint)
+    }
+
+    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
+        self.node.graph.wait(&self.endpoint, count, timeout)
+    }
+
+    fn incompatible(&self) -> usize {
+        self.node.graph.incompatible(&self.endpoint)
+    }
+}
+
+impl Drop for Announced {
+    fn drop(&mut self) {
+        self.node.graph.forget(&self.endpoint);
     }
 }
 

@@ -22,12 +22,11 @@ const HEARTBEAT: Duration = Duration::from_millis(500);
 
 /// A publisher; a durable one has a cache for late joiners.
 pub(super) struct Publisher {
-    announced: Announced,
     publisher: AdvancedPublisher<'static>,
     /// The number of the latest sample, held while it is handed over.
     turn: Mutex<i64>,
     sent: AtomicU64,
-    node: Arc<Connection>,
+    announced: Announced,
 }
 
 impl Publisher {
@@ -54,10 +53,9 @@ impl Publisher {
         }
         Ok(Self {
             publisher: publisher.wait().map_err(text)?,
-            announced: node.announce(endpoint)?,
+            announced: Announced::new(node, endpoint)?,
             turn: Mutex::new(0),
             sent: AtomicU64::new(0),
-            node: Arc::clone(node),
         })
     }
 }
@@ -93,17 +91,15 @@ impl WirePublisher for Publisher {
     }
 
     fn matched(&self) -> usize {
-        self.node.graph.matched(&self.announced.endpoint)
+        self.announced.matched()
     }
 
     fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
-        self.node
-            .graph
-            .wait(&self.announced.endpoint, count, timeout)
+        self.announced.wait_for_matches(count, timeout)
     }
 
     fn incompatible(&self) -> usize {
-        self.node.graph.incompatible(&self.announced.endpoint)
+        self.announced.incompatible()
     }
 
     fn sent(&self) -> u64 {
@@ -115,12 +111,6 @@ impl WirePublisher for Publisher {
     }
 
     fn topic(&self) -> &str {
-        &self.announced.endpoint.topic
-    }
-}
-
-impl Drop for Publisher {
-    fn drop(&mut self) {
-        self.node.graph.forget(&self.announced.endpoint);
+        self.announced.name()
     }
 }

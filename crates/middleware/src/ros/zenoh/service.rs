@@ -37,11 +37,10 @@ const LONGEST: Duration = Duration::from_secs(3600);
 
 /// A queryable and the requests that it has heard.
 pub(super) struct Server {
-    announced: Announced,
     requests: Arc<Mutex<Requests>>,
     key: String,
     _queryable: Queryable<()>,
-    node: Arc<Connection>,
+    announced: Announced,
 }
 
 #[derive(Default)]
@@ -65,10 +64,9 @@ impl Server {
             .callback(move |query| lock(&heard).hear(query));
         Ok(Self {
             _queryable: queryable.wait().map_err(text)?,
-            announced: node.announce(endpoint)?,
+            announced: Announced::new(node, endpoint)?,
             requests,
             key,
-            node: Arc::clone(node),
         })
     }
 }
@@ -159,31 +157,23 @@ impl WireServer for Server {
     }
 
     fn service(&self) -> &str {
-        &self.announced.endpoint.topic
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        self.node.graph.forget(&self.announced.endpoint);
+        self.announced.name()
     }
 }
 
 /// Sends queries.
 pub(super) struct Client {
-    announced: Announced,
     key: String,
     sequence: AtomicI64,
-    node: Arc<Connection>,
+    announced: Announced,
 }
 
 impl Client {
     pub(super) fn new(node: &Arc<Connection>, endpoint: Endpoint) -> Result<Self, String> {
         Ok(Self {
             key: endpoint.key(node.node.domain_id),
-            announced: node.announce(endpoint)?,
+            announced: Announced::new(node, endpoint)?,
             sequence: AtomicI64::new(0),
-            node: Arc::clone(node),
         })
     }
 
@@ -196,6 +186,7 @@ impl Client {
             gid: self.announced.gid,
         };
         let query = self
+            .announced
             .node
             .session
             .get(&self.key)
@@ -221,7 +212,7 @@ impl Client {
 
 impl WireClient for Client {
     fn wait_for_server(&self, timeout: Duration) -> bool {
-        self.node.graph.wait(&self.announced.endpoint, 1, timeout)
+        self.announced.wait_for_matches(1, timeout)
     }
 
     fn call(&self, cdr: Vec<u8>, timeout: Duration) -> Result<Vec<u8>, CallError> {
@@ -249,13 +240,7 @@ impl WireClient for Client {
     }
 
     fn service(&self) -> &str {
-        &self.announced.endpoint.topic
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        self.node.graph.forget(&self.announced.endpoint);
+        self.announced.name()
     }
 }
 

@@ -21,10 +21,9 @@ const QUERY: Duration = Duration::from_secs(600);
 /// A subscription. A reliable one asks publishers for what they keep, whatever durability it requests: so it misses
 /// nothing that is sent while the two find each other, as over DDS.
 pub(super) struct Subscription {
-    announced: Announced,
     arrivals: Arc<Arrivals>,
     _subscriber: Declared,
-    node: Arc<Connection>,
+    announced: Announced,
 }
 
 enum Declared {
@@ -59,10 +58,9 @@ impl Subscription {
             }
         };
         Ok(Self {
-            announced: node.announce(endpoint)?,
+            announced: Announced::new(node, endpoint)?,
             arrivals,
             _subscriber: declared,
-            node: Arc::clone(node),
         })
     }
 }
@@ -92,17 +90,15 @@ impl WireSubscription for Subscription {
     }
 
     fn matched(&self) -> usize {
-        self.node.graph.matched(&self.announced.endpoint)
+        self.announced.matched()
     }
 
     fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
-        self.node
-            .graph
-            .wait(&self.announced.endpoint, count, timeout)
+        self.announced.wait_for_matches(count, timeout)
     }
 
     fn incompatible(&self) -> usize {
-        self.node.graph.incompatible(&self.announced.endpoint)
+        self.announced.incompatible()
     }
 
     fn received(&self) -> u64 {
@@ -114,12 +110,6 @@ impl WireSubscription for Subscription {
     }
 
     fn topic(&self) -> &str {
-        &self.announced.endpoint.topic
-    }
-}
-
-impl Drop for Subscription {
-    fn drop(&mut self) {
-        self.node.graph.forget(&self.announced.endpoint);
+        self.announced.name()
     }
 }

@@ -318,7 +318,7 @@ fn files_that_do_not_belong_together_are_refused_at_the_start() {
         let node = world.secured_node("recorder", &keystore, "/a", &[&output]);
         let finished = node.finish().expect(1);
         let directory = keystore.directory("/a").display().to_string();
-        finished.says(&["cannot join DDS domain", "\"/a\"", &directory]);
+        finished.says(&["cannot join domain", "\"/a\"", &directory]);
         assert!(!finished.stderr.contains("panicked"), "{file}");
         fs::rename(&kept, &path).unwrap();
     }

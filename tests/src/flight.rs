@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use lgvi_common::{FlightReport, PlanReport};
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::nav_msgs::Odometry;
-use lgvi_node::{FlightReport, PlanReport};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 

@@ -5,7 +5,7 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use lgvi_node::{Event, FlightReport};
+use lgvi_common::{Event, FlightReport};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 

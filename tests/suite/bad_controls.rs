@@ -1,8 +1,8 @@
 //! Control sequences that cannot be flown.
 
+use lgvi_common::Event;
 use lgvi_msgs::geometry_msgs::Vector3;
 use lgvi_msgs::msg::ControlSequence;
-use lgvi_node::Event;
 use lgvi_tests::{Recording, Summary, World, coast, eventually, publish, scene};
 
 const STATE: &str = "/lgvi_propagator/state";

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use lgvi_common::Event;
 use lgvi_middleware::ros::Qos;
 use lgvi_middleware::shm::{ShmNode, ShmOptions};
 use lgvi_msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use lgvi_msgs::msg::Invariants;
 use lgvi_msgs::stamp;
 use lgvi_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use lgvi_node::Event;
 use lgvi_tests::{PATIENCE, Process, World, edited, eventually, scene};
 use serde::Deserialize;
 

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use lgvi_common::Event;
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal};
 use lgvi_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
-use lgvi_node::Event;
 use lgvi_tests::{
     PATIENCE, Process, Recording, Signal, World, assert_gone, await_node, await_stall, edited,
     scene,

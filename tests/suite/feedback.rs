@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use lgvi_common::{Event, FlightReport};
 use lgvi_middleware::shm::{FeedbackPublisher, ShmNode, ShmOptions};
 use lgvi_msgs::cdr;
 use lgvi_msgs::msg::{ControlSequence, SystemState};
 use lgvi_msgs::shm::{FeedbackHeader, Limits};
-use lgvi_node::{Event, FlightReport};
 use lgvi_tests::{PATIENCE, Process, Recording, Summary, World, edited, publish, scene};
 
 const FLOWN: &str = "/lgvi_propagator/flown_control";

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use lgvi_common::Event;
 use lgvi_middleware::ros::{ActionClient, GoalState, Qos, Subscription};
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal};
 use lgvi_msgs::lifecycle_msgs::TransitionEvent;
@@ -14,7 +15,6 @@ use lgvi_msgs::lifecycle_msgs::srv::{
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::rcl_interfaces::Log;
 use lgvi_msgs::std_srvs::srv::{Trigger, TriggerRequest};
-use lgvi_node::Event;
 use lgvi_tests::{
     Operator, PATIENCE, Process, Recording, World, binary, coast, edited, eventually, publish,
     root, scene,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lgvi_middleware::ros::Qos;
+use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
 use lgvi_msgs::geometry_msgs::{PointStamped, Vector3, Vector3Stamped};
 use lgvi_msgs::msg::{BodyState, ControlSequence, Invariants, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
@@ -245,5 +246,38 @@ fn a_rust_node_of_ones_own_follows_the_state_and_publishes() {
             );
         }
     }
+    node.stop().expect(0);
+}
+
+#[test]
+fn a_rust_node_of_ones_own_is_managed_and_diagnosed() {
+    let world = World::new();
+    let observer = world.ros_node("observer");
+    let diagnostics = observer
+        .subscription::<DiagnosticArray>("/diagnostics", &Qos::reliable(100))
+        .unwrap();
+    let mut command = world.command(&binary("examples/own_node"));
+    command.args(["--ros-args", "-p", "autostart:=false"]);
+    let node = world.start("own_node", command);
+    let operator = world.operator("own_node");
+    assert_eq!(operator.state(), "unconfigured");
+    operator.set_text("observer", "moon").unwrap();
+    operator.lead(&["configure", "activate"]);
+    let published = eventually("its diagnostics", || {
+        let array = diagnostics.take().unwrap()?.message;
+        let mut values = array.status.into_iter().flat_map(|status| status.values);
+        values.find(|value| value.key == "published")
+    });
+    assert_eq!(published.value, "0");
+
+    // The scene has no moon: the error is reported, and a manager can put it right.
+    let states = observer
+        .publisher::<SystemState>("/own_node/state", &Qos::latched(1000))
+        .unwrap();
+    states.publish(&SystemState::default()).unwrap();
+    operator.await_state("unconfigured");
+    node.await_stderr("the scene has no body \"moon\"");
+    operator.set_text("observer", "dumbbell1").unwrap();
+    operator.lead(&["configure", "activate", "deactivate", "cleanup", "shutdown"]);
     node.stop().expect(0);
 }

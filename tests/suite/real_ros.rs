@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use lgvi_common::Event;
 use lgvi_msgs::msg::{ControlSequence, Scene, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::Event;
 use lgvi_tests::{Process, Recording, World, coast, edited, root, scene};
 use serde::Deserialize;
 use serde_json::{Value, json};

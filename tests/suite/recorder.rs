@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use lgvi_common::Event;
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::msg::{ControlSequence, PlanProgress, SystemState};
-use lgvi_node::Event;
 use lgvi_tests::{Process, Recording, Summary, World, coast, edited, eventually, publish, scene};
 
 const CONTROL: &str = "/lgvi_propagator/control_sequence";

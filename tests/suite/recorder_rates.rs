@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lgvi_bag::BagReader;
+use lgvi_common::Event;
 use lgvi_middleware::shm::{Delivery, ShmNode, ShmOptions};
 use lgvi_msgs::shm::{BodySample, Name, StateHeader};
-use lgvi_node::Event;
 use lgvi_tests::{Finished, PATIENCE, Recording, Summary, World, eventually};
 
 const STATE: &str = "/lgvi_propagator/state";

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lgvi_bag::BagReader;
+use lgvi_common::Event;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode, Subscription};
 use lgvi_msgs::Service;
 use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
@@ -11,7 +12,6 @@ use lgvi_msgs::rosbag2_interfaces::srv::{
     SplitBagfileRequest,
 };
 use lgvi_msgs::std_msgs::String as Text;
-use lgvi_node::Event;
 use lgvi_tests::{PATIENCE, Process, Recording, World, edited, eventually};
 
 const TOPIC: &str = "/words";

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use lgvi_bag::{BagReader, Topic};
+use lgvi_common::Event;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
 use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
 use lgvi_msgs::std_msgs::String as Text;
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::Event;
 use lgvi_tests::{Process, World, binary, eventually};
 
 fn say(node: &RosNode, topic: &str, qos: &Qos, text: &str) -> Publisher<Text> {

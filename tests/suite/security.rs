@@ -7,12 +7,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
+use lgvi_common::Event;
 use lgvi_middleware::ros::Qos;
 use lgvi_middleware::shm::ShmOptions;
 use lgvi_msgs::cdr;
 use lgvi_msgs::msg::Scene;
 use lgvi_msgs::nav_msgs::Odometry;
-use lgvi_node::Event;
 use lgvi_tests::{
     Keystore, Process, Recording, Summary, World, binary, coast, eventually, fast_dds, publish,
     scene, secured, settled,

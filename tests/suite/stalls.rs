@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use lgvi_common::FlightReport;
 use lgvi_middleware::ros::{Qos, ServiceClient, Subscription};
 use lgvi_middleware::shm::{ShmNode, StateSubscriber};
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal};
@@ -12,7 +13,6 @@ use lgvi_msgs::msg::Invariants;
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::srv::{Step, StepRequest};
 use lgvi_msgs::tf2_msgs::TFMessage;
-use lgvi_node::FlightReport;
 use lgvi_tests::{Operator, PATIENCE, Process, Signal, World, edited, note};
 
 const PROPAGATOR: &str = "lgvi_propagator";

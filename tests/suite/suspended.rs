@@ -7,8 +7,8 @@ use std::ffi::OsStr;
 use std::thread;
 use std::time::Duration;
 
+use lgvi_common::Event;
 use lgvi_middleware::shm::Delivery;
-use lgvi_node::Event;
 use lgvi_tests::{Sender, Signal, World, coast, edited, eventually, publish, scene, state_numbers};
 use serde_json::{Value, json};
 

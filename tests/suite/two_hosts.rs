@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use lgvi_common::{Event, FlightReport};
 use lgvi_middleware::ros::{GoalState, Qos};
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal};
 use lgvi_msgs::msg::{ControlSequence, SystemState};
-use lgvi_node::{Event, FlightReport};
 use lgvi_tests::{
     Cut, Finished, Host, Hosts, PATIENCE, Process, Recording, Verdict, between_hosts, binary,
     edited, eventually, ros_python, settled, within,

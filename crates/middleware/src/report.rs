@@ -12,22 +12,29 @@ use std::{
 use lgvi_msgs::excerpt;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Writes reports of one type, each flushed at once, from a thread of its own: who reports never waits for the reader.
-pub struct Reporter<T> {
-    queue: Option<Arc<Queue<T>>>,
+/// Writes reports, each flushed at once, from a thread of its own: reporting never waits for the reader.
+pub struct Reporter {
+    queue: Option<Arc<Queue>>,
+}
+
+/// A report, to be rendered by the thread that writes it.
+type Report = Box<dyn FnOnce() -> serde_json::Result<Vec<u8>> + Send>;
+
+fn boxed(report: impl Serialize + Send + 'static) -> Report {
+    Box::new(move || serde_json::to_vec(&report))
 }
 
 /// Reports on their way to the thread.
-struct Queue<T> {
-    waiting: Mutex<Waiting<T>>,
+struct Queue {
+    waiting: Mutex<Waiting>,
     changed: Condvar,
 }
 
-struct Waiting<T> {
+struct Waiting {
     /// In their order.
-    reports: VecDeque<T>,
+    reports: VecDeque<Report>,
     /// The last report of progress, later than those.
-    progress: Option<T>,
+    progress: Option<Report>,
     /// A report is being written.
     writing: bool,
     /// Nobody reports any more, or the reader has gone.
@@ -50,7 +57,7 @@ pub enum ReportError {
     },
 }
 
-impl<T: Serialize + Send + 'static> Reporter<T> {
+impl Reporter {
     /// Reports to standard output, which must carry nothing else.
     pub fn stdout() -> io::Result<Self> {
         Self::to_writer(io::stdout())
@@ -73,33 +80,32 @@ impl<T: Serialize + Send + 'static> Reporter<T> {
             .spawn(move || written.write(writer))?;
         Ok(Self { queue: Some(queue) })
     }
-}
 
-impl<T> Reporter<T> {
     /// Discards all reports: nobody asked for them.
     pub fn disabled() -> Self {
         Self { queue: None }
     }
 
     /// Reports. Every report is written, in order, unless the reader has gone.
-    pub fn report(&self, report: T) {
+    pub fn report(&self, report: impl Serialize + Send + 'static) {
         if let Some(queue) = &self.queue {
             let mut waiting = queue.lock();
             if !waiting.closed {
                 let progress = waiting.progress.take();
-                waiting.reports.extend(progress.into_iter().chain([report]));
+                waiting.reports.extend(progress);
+                waiting.reports.push_back(boxed(report));
                 queue.changed.notify_all();
             }
         }
     }
 
     /// Reports progress: where the reader does not keep up, only the last is written. Never waits.
-    pub fn progress(&self, report: T) {
+    pub fn progress(&self, report: impl Serialize + Send + 'static) {
         if let Some(queue) = &self.queue
             && let Ok(mut waiting) = queue.waiting.try_lock()
             && !waiting.closed
         {
-            waiting.progress = Some(report);
+            waiting.progress = Some(boxed(report));
             queue.changed.notify_all();
         }
     }
@@ -107,7 +113,7 @@ impl<T> Reporter<T> {
     /// Waits until all is written, or given up after `patience`.
     pub fn flush(&self, patience: Duration) {
         if let Some(queue) = &self.queue {
-            let under_way = |waiting: &mut Waiting<T>| {
+            let under_way = |waiting: &mut Waiting| {
                 !waiting.closed
                     && (waiting.writing
                         || waiting.progress.is_some()
@@ -121,13 +127,13 @@ impl<T> Reporter<T> {
     }
 }
 
-impl<T> Queue<T> {
-    fn lock(&self) -> MutexGuard<'_, Waiting<T>> {
+impl Queue {
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The next report; none once all are written and no more come.
-    fn next(&self) -> Option<T> {
+    fn next(&self) -> Option<Report> {
         let mut waiting = self.lock();
         waiting.writing = false;
         self.changed.notify_all();
@@ -151,12 +157,10 @@ impl<T> Queue<T> {
         self.lock().closed = true;
         self.changed.notify_all();
     }
-}
 
-impl<T: Serialize> Queue<T> {
     fn write(&self, mut writer: impl Write) {
         while let Some(report) = self.next() {
-            if write(&mut writer, &report).is_err() {
+            if write(&mut writer, report).is_err() {
                 break;
             }
         }
@@ -164,14 +168,14 @@ impl<T: Serialize> Queue<T> {
     }
 }
 
-fn write(writer: &mut impl Write, report: &impl Serialize) -> io::Result<()> {
-    let mut line = serde_json::to_vec(report)?;
+fn write(writer: &mut impl Write, report: Report) -> io::Result<()> {
+    let mut line = report()?;
     line.push(b'\n');
     writer.write_all(&line)?;
     writer.flush()
 }
 
-impl<T> Drop for Reporter<T> {
+impl Drop for Reporter {
     fn drop(&mut self) {
         if let Some(queue) = &self.queue {
             queue.close();
@@ -179,7 +183,7 @@ impl<T> Drop for Reporter<T> {
     }
 }
 
-impl<T> fmt::Debug for Reporter<T> {
+impl fmt::Debug for Reporter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Reporter")
             .field("enabled", &self.queue.is_some())

@@ -2,7 +2,7 @@
 
 use lgvi_middleware::{ParameterSpec, ParameterValue, Parameters};
 
-use crate::NodeError;
+use lgvi_node::NodeError;
 
 const NAME: &str = "frame_prefix";
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lgvi_scene::{LONGEST, Scene, SceneError};
 
-use crate::NodeError;
+use lgvi_node::NodeError;
 
 /// Reads and compiles a scene file; the scene is named after the file.
 pub fn load_scene(path: &Path) -> Result<Scene, NodeError> {

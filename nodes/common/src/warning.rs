@@ -47,7 +47,7 @@ impl Warning {
     }
 
     /// Logs it and tells it to the supervisor, if there is one.
-    pub fn tell(self, events: &Reporter<Event>) {
+    pub fn tell(self, events: &Reporter) {
         warn!("{}", self.message);
         events.report(Event::Warned(self));
     }

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Args;
-use lgvi_node::Warning;
+use lgvi_common::Warning;
 
 /// The exit code where all is done, and `--strict` does not let the warnings pass.
 const WARNED: u8 = 3;
@@ -29,7 +29,7 @@ impl Strictness {
 
 #[cfg(test)]
 mod tests {
-    use lgvi_node::WarningCode;
+    use lgvi_common::WarningCode;
 
     use super::*;
 

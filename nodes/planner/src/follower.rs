@@ -2,12 +2,13 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use lgvi_common::body_state;
 use lgvi_dynamics::BodyState;
 use lgvi_middleware::ros::{Qos, RosNode, Subscription};
 use lgvi_middleware::shm::{ShmNode, StateSubscriber};
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::shm::{BodySample, StateHeader};
-use lgvi_node::{NodeError, body_state};
+use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use tracing::warn;
 

@@ -1,10 +1,10 @@
 //! ROS messages of plans and how they come about.
 
+use lgvi_common::{header, pose};
 use lgvi_msgs::geometry_msgs::PoseStamped;
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::stamp::StampError;
-use lgvi_node::{header, pose};
 use lgvi_scene::Scene;
 
 use crate::sequence::Sequence;

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+use lgvi_common::{Event, PlanReport, Warning, WarningCode};
 use lgvi_control::Plan;
 use lgvi_middleware::report::Reporter;
 use lgvi_middleware::ros::{ActionServer, Diagnosed};
 use lgvi_msgs::action::PlanManeuver;
 use lgvi_msgs::msg::PlanProgress;
-use lgvi_node::{Event, Node, NodeError, PlanReport, Warning, WarningCode};
+use lgvi_node::{Node, NodeError};
 use lgvi_scene::{Maneuver, Scene, Scheme};
 use tracing::info;
 
@@ -35,7 +36,7 @@ const SEQUENCES: usize = 4;
 
 /// The node while it is configured.
 pub(crate) struct Planner {
-    pub(crate) events: Arc<Reporter<Event>>,
+    pub(crate) events: Arc<Reporter>,
     pub(crate) scene: Arc<Scene>,
     /// That of `scene`.
     pub(crate) maneuver: Maneuver,
@@ -294,7 +295,7 @@ impl Planner {
         self.account(PATIENCE);
         let controls = &sequence.plan.controls;
         if let Some(warning) = self.scene.coarse_steps(self.scheme, controls) {
-            node.warn(Warning::new(WarningCode::CoarseSteps, warning));
+            Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);
         }
         let Iteration {
             iteration,
@@ -310,7 +311,7 @@ impl Planner {
              condition {condition:.1e}, known to be a strict minimum: {sufficient}"
         );
         if !sufficient {
-            node.warn(Warning::new(WarningCode::NotMinimum, NOT_MINIMUM));
+            Warning::new(WarningCode::NotMinimum, NOT_MINIMUM).tell(&node.events);
         }
         self.report(Event::Planned {
             plan: report(&current.last),

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use lgvi_common::{FramePrefix, Warning, WarningCode, load_scene, required_path};
 use lgvi_middleware::ParameterSpec;
-use lgvi_node::{
-    FramePrefix, Managed, Node, NodeError, Stopped, Warning, WarningCode, load_scene, required_path,
-};
+use lgvi_node::{Managed, Node, NodeError, Stopped};
 use lgvi_scene::Scene;
 
 use crate::follower::Follower;
@@ -57,13 +56,13 @@ impl Managed for Planner {
                 "scene {path}: `maneuver` is missing: nothing to plan"
             )));
         };
-        let lockstep: bool = node.parameters.get("lockstep").map_err(NodeError::input)?;
+        let lockstep: bool = node.parameters.get("lockstep")?;
         if lockstep && maneuver.replan.is_none() {
             return Err(NodeError::Input(NOT_IN_LOCKSTEP.into()));
         }
         let scheme = scene.scheme().map_err(NodeError::input)?;
         if let Some(warning) = scene.flown_otherwise(scheme) {
-            node.warn(Warning::new(WarningCode::FlownOtherwise, warning));
+            Warning::new(WarningCode::FlownOtherwise, warning).tell(&node.events);
         }
 
         let ros = &node.ros;
@@ -113,18 +112,11 @@ impl Managed for Planner {
     }
 
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
-        let own: bool = node
-            .parameters
-            .get("plan_at_start")
-            .map_err(NodeError::input)?;
+        let own: bool = node.parameters.get("plan_at_start")?;
         let worked = self.work(node, own);
         self.active.store(false, Ordering::Release);
         self.leave();
         worked.map(|()| Stopped::Interrupted)
-    }
-
-    fn clean_up(self, _: &Node) -> Result<(), NodeError> {
-        Ok(())
     }
 }
 

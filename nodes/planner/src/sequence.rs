@@ -1,11 +1,11 @@
 use std::sync::Arc;
 
+use lgvi_common::{FeedbackSequence, Limits, control_interval, feedback_sequence};
 use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
 use lgvi_control::{Plan, miss};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError, Name};
-use lgvi_node::{FeedbackSequence, Limits, control_interval, feedback_sequence};
 use lgvi_scene::{Maneuver, Scene};
 use nalgebra::{SMatrix, Vector3};
 

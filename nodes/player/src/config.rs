@@ -1,7 +1,8 @@
 use std::path::PathBuf;
 
+use lgvi_common::{publishes_clock, required_path};
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::{NodeError, publishes_clock, required_path};
+use lgvi_node::NodeError;
 
 use crate::range::Range;
 use crate::selection::Selection;
@@ -67,17 +68,13 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
 
 impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
-        let await_subscribers: i64 = parameters
-            .get("await_subscribers")
-            .map_err(NodeError::input)?;
-        let frequency = parameters
-            .get("clock_frequency")
-            .map_err(NodeError::input)?;
+        let await_subscribers: i64 = parameters.get("await_subscribers")?;
+        let frequency = parameters.get("clock_frequency")?;
         Ok(Self {
             bag: required_path(parameters, "bag")?,
             clock: publishes_clock(parameters)?.then_some(frequency),
             await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
-            start_paused: parameters.get("start_paused").map_err(NodeError::input)?,
+            start_paused: parameters.get("start_paused")?,
             selection: Selection::read(parameters)?,
         })
     }

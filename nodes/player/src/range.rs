@@ -48,7 +48,7 @@ impl Range {
     pub(crate) fn read(parameters: &Parameters, bag: &BagReader) -> Result<Self, NodeError> {
         let end = |name| parameters.get_optional(name).map_err(NodeError::input);
         let asked = Asked {
-            start_offset: parameters.get("start_offset").map_err(NodeError::input)?,
+            start_offset: parameters.get("start_offset")?,
             duration: end("duration")?,
             until: end("until")?,
         };

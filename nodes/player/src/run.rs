@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use lgvi_bag::BagReader;
+use lgvi_common::Event;
 use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::ros::{Diagnosed, Running, Status};
-use lgvi_node::{Event, Managed, Node, NodeError, Stopped};
+use lgvi_node::{Managed, Node, NodeError, Stopped};
 use tracing::info;
 
 use crate::channels::Channels;
@@ -96,10 +97,6 @@ impl Managed for Player {
         info!("played {messages} messages");
         node.report(Event::Played { messages });
         Ok(Stopped::Done)
-    }
-
-    fn clean_up(self, _: &Node) -> Result<(), NodeError> {
-        Ok(())
     }
 }
 

@@ -42,7 +42,7 @@ impl Selection {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
         let names = |name| parameters.get(name).map_err(NodeError::input);
         let pattern = |name| {
-            let text: String = parameters.get(name).map_err(NodeError::input)?;
+            let text: String = parameters.get(name)?;
             let given = (!text.is_empty()).then(|| Regex::new(&text));
             given.transpose().map_err(NodeError::input)
         };

@@ -2,8 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use lgvi_common::{Warning, WarningCode};
 use lgvi_dynamics::auto::ChoiceError;
-use lgvi_node::{Node, NodeError, Warning, WarningCode};
+use lgvi_node::{Node, NodeError};
 use lgvi_scene::{Chosen, Scene};
 use tracing::info;
 
@@ -18,7 +19,7 @@ pub(crate) fn decide(node: &Node, scene: Scene) -> Result<Scene, NodeError> {
         .as_ref()
         .and_then(|chosen| chosen.warning.clone());
     if let Some(warning) = warning {
-        node.warn(Warning::new(WarningCode::Accuracy, warning));
+        Warning::new(WarningCode::Accuracy, warning).tell(&node.events);
     }
     Ok(scene)
 }

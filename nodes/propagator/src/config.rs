@@ -1,8 +1,9 @@
 use std::time::Duration;
 
+use lgvi_common::{FramePrefix, load_scene, publishes_clock, required_path};
 use lgvi_middleware::shm::Delivery;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::{FramePrefix, NodeError, load_scene, publishes_clock, required_path};
+use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
 /// The node's parameters, as they are when it is configured.
@@ -101,13 +102,12 @@ impl Config {
         let scene = required_path(parameters, "scene")?;
         let clock = publishes_clock(parameters)?;
         let mut scene = load_scene(&scene)?;
-        let chosen: String = parameters.get("chosen").map_err(NodeError::input)?;
+        let chosen: String = parameters.get("chosen")?;
         if !chosen.is_empty() {
             scene = scene.decided(&chosen).map_err(NodeError::input)?;
         }
         let await_control = parameters
-            .get_optional("await_control")
-            .map_err(NodeError::input)?
+            .get_optional("await_control")?
             .unwrap_or(scene.maneuver.is_some());
         if await_control && scene.maneuver.is_none() {
             return Err(NodeError::Input(
@@ -115,24 +115,20 @@ impl Config {
                     .into(),
             ));
         }
-        let lockstep: bool = parameters.get("lockstep").map_err(NodeError::input)?;
+        let lockstep: bool = parameters.get("lockstep")?;
         let replan = scene.maneuver.as_ref().and_then(|maneuver| maneuver.replan);
         if lockstep && replan.is_none() {
             return Err(NodeError::Input(
                 "parameter \"lockstep\" is true, expected false: the scene is not planned anew in flight".into(),
             ));
         }
-        let await_subscribers: i64 = parameters
-            .get("await_subscribers")
-            .map_err(NodeError::input)?;
+        let await_subscribers: i64 = parameters.get("await_subscribers")?;
         Ok(Self {
             scene,
             await_control,
             await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
-            stop_on_bad_control: parameters
-                .get("stop_on_bad_control")
-                .map_err(NodeError::input)?,
-            feedback: parameters.get("feedback").map_err(NodeError::input)?,
+            stop_on_bad_control: parameters.get("stop_on_bad_control")?,
+            feedback: parameters.get("feedback")?,
             lockstep,
             clock,
         })
@@ -142,7 +138,7 @@ impl Config {
 impl Rates {
     pub(crate) fn read(parameters: &Parameters, scene: &Scene) -> Result<Self, NodeError> {
         let every = |name: &str, scene: u64| {
-            let every: i64 = parameters.get(name).map_err(NodeError::input)?;
+            let every: i64 = parameters.get(name)?;
             Ok::<u64, NodeError>(match u64::try_from(every).map_err(NodeError::input)? {
                 0 => scene,
                 every => every,
@@ -150,9 +146,7 @@ impl Rates {
         };
         let publishing = scene.publishing;
         Ok(Self {
-            real_time_factor: parameters
-                .get("real_time_factor")
-                .map_err(NodeError::input)?,
+            real_time_factor: parameters.get("real_time_factor")?,
             state_every: every("state_every", publishing.state_every)?,
             ros_every: every("ros_every", publishing.ros_every)?,
         })

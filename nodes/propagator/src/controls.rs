@@ -1,10 +1,10 @@
+use lgvi_common::load;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::excerpt;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::shm::{
     ControlHeader, ControlInterval, ConversionError, FeedbackHeader, FeedbackInterval,
 };
-use lgvi_node::load;
 use lgvi_scene::Scene;
 use thiserror::Error;
 

@@ -3,7 +3,8 @@
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::Duration;
 
-use lgvi_node::{Event, FlightReport, Node, NodeError};
+use lgvi_common::{Event, FlightReport};
+use lgvi_node::{Node, NodeError};
 use tracing::info;
 
 use crate::config::PATIENCE;
@@ -33,7 +34,7 @@ impl Propagator {
             .resolution
             .warnings(&self.scene, &self.flight, controlled);
         for warning in warnings {
-            node.warn(warning);
+            warning.tell(&node.events);
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
+use lgvi_common::{Correction, Limits, correction};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::orthogonality_error;
 use lgvi_msgs::shm::{self, FeedbackHeader, FeedbackInterval};
-use lgvi_node::{Correction, Limits, correction};
 use lgvi_scene::Units;
 use thiserror::Error;
 

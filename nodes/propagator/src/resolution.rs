@@ -1,6 +1,6 @@
 //! Whether the flight's steps were short enough for what they followed.
 
-use lgvi_node::{Warning, WarningCode};
+use lgvi_common::{Warning, WarningCode};
 use lgvi_scene::{Energies, Rates, Scene};
 
 use crate::Flight;

@@ -1,8 +1,8 @@
+use lgvi_common::body_state;
 use lgvi_dynamics::BodyState;
 use lgvi_lie::orthogonality_error;
 use lgvi_msgs::shm::{BodySample, NameError};
 use lgvi_msgs::{excerpt, msg};
-use lgvi_node::body_state;
 use lgvi_scene::Scene;
 use thiserror::Error;
 

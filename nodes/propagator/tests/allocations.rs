@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use allocation_counter::{AllocationInfo, measure};
+use lgvi_common::{Gain, Limits, feedback_sequence};
 use lgvi_dynamics::Load;
 use lgvi_msgs::shm::FeedbackHeader;
-use lgvi_node::{Gain, Limits, feedback_sequence};
 use lgvi_propagator::{Controls, Flight};
 use lgvi_scene::Scene;
 

@@ -4,11 +4,11 @@
 
 use std::f64::consts::PI;
 
+use lgvi_common::{Gain, Limits, feedback_sequence};
 use lgvi_control::miss;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::exp;
 use lgvi_msgs::msg::ControlSequence;
-use lgvi_node::{Gain, Limits, feedback_sequence};
 use lgvi_propagator::{Controls, Flight};
 use lgvi_scene::Scene;
 use nalgebra::{Matrix3, Vector3};

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use lgvi_bag::{BagOptions, Compression};
+use lgvi_common::FramePrefix;
 use lgvi_middleware::{ParameterSpec, ParameterType, ParameterValue, Parameters};
-use lgvi_node::{FramePrefix, NodeError};
+use lgvi_node::NodeError;
 use regex::Regex;
 
 use crate::log_time::LogTime;

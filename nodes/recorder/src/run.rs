@@ -7,10 +7,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_bag::{BagWriter, Rest, WriteError};
+use lgvi_common::Event;
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::ShmNode;
 use lgvi_middleware::{ParameterSpec, Shutdown};
-use lgvi_node::{Event, Managed, Node, NodeError, Stopped};
+use lgvi_node::{Managed, Node, NodeError, Stopped};
 use tracing::info;
 
 use crate::account::Account;

@@ -68,7 +68,7 @@ impl States {
             info!("recording {topic} from shared memory");
             let mut message = SystemState::default();
             message.header.frame_id = config.frame_of(topic);
-            Ok(Source {
+            Ok::<_, NodeError>(Source {
                 subscriber,
                 place,
                 track,

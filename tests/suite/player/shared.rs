@@ -1,13 +1,13 @@
 //! States go over shared memory, too.
 
 use lgvi_bag::{Durability, Topic};
+use lgvi_common::Event;
 use lgvi_msgs::msg::{BodyState, SystemState};
 use lgvi_msgs::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
 use lgvi_msgs::rcl_interfaces::{Parameter, ParameterValue};
 use lgvi_msgs::rosbag2_interfaces::srv::{PlayNext, PlayNextRequest, Resume, ResumeRequest};
 use lgvi_msgs::std_msgs::Header;
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::Event;
 use lgvi_tests::{Record, Recording, Signal, World, await_stall};
 
 use super::{START, STEP, recorded_again, topic};

@@ -8,11 +8,12 @@ use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use lgvi_common::load_scene;
 use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_ensemble::{self as ensemble, Campaign, Commands, FlownBy, Guidance, Settings, Store};
 use lgvi_middleware::Shutdown;
-use lgvi_node::{NodeError, load_scene};
+use lgvi_node::NodeError;
 use lgvi_planner::NominalPlan;
 use lgvi_scene::{Chosen, Scene};
 use signal_hook::consts::{SIGINT, SIGTERM};

@@ -13,7 +13,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use lgvi_node::{NodeError, Warning, load_scene};
+use lgvi_common::{Warning, load_scene};
+use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-use lgvi_node::WarningCode;
+use lgvi_common::WarningCode;
 
 use super::*;
 

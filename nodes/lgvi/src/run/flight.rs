@@ -6,8 +6,9 @@ use std::process::ExitStatus;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
+use lgvi_common::Event;
 use lgvi_middleware::Shutdown;
-use lgvi_node::{Event, NodeError};
+use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
 use super::Options;
@@ -330,7 +331,7 @@ impl Course {
 
 #[cfg(test)]
 mod tests {
-    use lgvi_node::{Warning, WarningCode, load_scene};
+    use lgvi_common::{Warning, WarningCode, load_scene};
 
     use super::super::process::listen;
     use super::super::summary::Summary;

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use lgvi_node::{FlightReport, PlanReport, Warning};
+use lgvi_common::{FlightReport, PlanReport, Warning};
 use serde::Serialize;
 
 use crate::strictness::Strictness;

@@ -12,8 +12,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use lgvi_common::load_scene;
 use lgvi_middleware::Shutdown;
-use lgvi_node::{NodeError, complain, load_scene};
+use lgvi_node::{NodeError, complain};
 use lgvi_scene::Chosen;
 
 use self::flown::Flown;

@@ -6,8 +6,9 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
+use lgvi_common::Event;
 use lgvi_middleware::report::{ReportError, read_reports};
-use lgvi_node::{Event, NodeError};
+use lgvi_node::NodeError;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 

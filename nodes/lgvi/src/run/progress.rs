@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use lgvi_node::PlanReport;
+use lgvi_common::PlanReport;
 use lgvi_scene::Scene;
 
 /// Bars on standard error; nothing where that is no terminal.

@@ -1,9 +1,9 @@
 //! A recorded state beside the one that the repetition gives.
 
+use lgvi_common::{body_sample, header};
 use lgvi_msgs::msg::{BodyState, SystemState};
 use lgvi_msgs::shm::Name;
 use lgvi_msgs::std_msgs::Header;
-use lgvi_node::{body_sample, header};
 use lgvi_propagator::Flight;
 use lgvi_scene::Scene;
 

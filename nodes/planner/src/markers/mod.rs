@@ -3,13 +3,13 @@
 mod curves;
 mod drawing;
 
+use lgvi_common::header;
 use lgvi_control::Place;
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
-use lgvi_node::header;
 use lgvi_scene::{Maneuver, Scene};
 
 use crate::sequence::Sequence;

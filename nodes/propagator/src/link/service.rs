@@ -71,7 +71,7 @@ impl Link {
     pub(super) fn announce_scene(&mut self) -> Result<(), NodeError> {
         let scene = &self.scene;
         let message = msg::Scene {
-            header: lgvi_node::header(scene, 0).map_err(NodeError::input)?,
+            header: lgvi_common::header(scene, 0).map_err(NodeError::input)?,
             name: scene.name.clone(),
             text: scene.text.clone(),
             software: crate::SOFTWARE.into(),

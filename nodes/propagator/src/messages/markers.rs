@@ -1,9 +1,9 @@
+use lgvi_common::header;
 use lgvi_lie::to_quaternion;
 use lgvi_msgs::geometry_msgs::{Point, Pose, Quaternion};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::std_msgs::{ColorRGBA, Header};
 use lgvi_msgs::visualization_msgs::{Marker, MarkerArray};
-use lgvi_node::header;
 use lgvi_scene::{CentralAttractor, Oblateness, Scene, Shape};
 use nalgebra::{Matrix3, Vector3};
 

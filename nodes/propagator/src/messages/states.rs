@@ -1,12 +1,12 @@
 //! ROS messages of a state.
 
+use lgvi_common::{body_sample, header, pose};
 use lgvi_dynamics::{BodyState, System};
 use lgvi_msgs::geometry_msgs::{PoseWithCovariance, Twist, TwistWithCovariance, Vector3};
 use lgvi_msgs::msg::{self, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::shm::{ConversionError, Name, StateHeader};
 use lgvi_msgs::stamp::StampError;
-use lgvi_node::{body_sample, header, pose};
 use lgvi_scene::Scene;
 
 use crate::Flight;

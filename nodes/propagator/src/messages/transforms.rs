@@ -1,10 +1,10 @@
+use lgvi_common::header;
 use lgvi_dynamics::BodyState;
 use lgvi_lie::to_quaternion;
 use lgvi_msgs::geometry_msgs::{Quaternion, Transform, TransformStamped};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::std_msgs::Header;
 use lgvi_msgs::tf2_msgs::TFMessage;
-use lgvi_node::header;
 use lgvi_scene::{Frame, Scene};
 use nalgebra::{Matrix3, Vector3};
 

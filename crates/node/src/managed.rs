@@ -48,7 +48,9 @@ pub trait Managed: Sized {
     ///
     /// # Errors
     /// Something could not be ended in order; it is given back all the same.
-    fn clean_up(self, node: &Node) -> Result<(), NodeError>;
+    fn clean_up(self, _: &Node) -> Result<(), NodeError> {
+        Ok(())
+    }
 }
 
 /// Why a node has stopped working.

@@ -1,5 +1,7 @@
 use std::process::ExitCode;
 
+use lgvi_middleware::ParameterError;
+use lgvi_middleware::ros::{PublishError, RosError, TakeError};
 use thiserror::Error;
 
 /// Why a node ends before its work is done.
@@ -39,5 +41,29 @@ impl NodeError {
             Self::Runtime(_) => 1,
             Self::Interrupted => 0,
         }
+    }
+}
+
+impl From<ParameterError> for NodeError {
+    fn from(error: ParameterError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<RosError> for NodeError {
+    fn from(error: RosError) -> Self {
+        Self::runtime(error)
+    }
+}
+
+impl From<PublishError> for NodeError {
+    fn from(error: PublishError) -> Self {
+        Self::runtime(error)
+    }
+}
+
+impl From<TakeError> for NodeError {
+    fn from(error: TakeError) -> Self {
+        Self::runtime(error)
     }
 }

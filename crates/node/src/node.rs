@@ -8,12 +8,13 @@ use lgvi_middleware::shm::{ShmNode, ShmOptions};
 use lgvi_middleware::{
     Environment, NodeArgs, ParameterChange, ParameterSpec, Parameters, Shutdown, log,
 };
+use serde::Serialize;
 
 use crate::file_lock::{FileLock, LockError};
 use crate::namesakes::{self, Namesakes};
-use crate::{Event, NodeError, Warning, let_long_files_fail};
+use crate::{NodeError, let_long_files_fail};
 
-/// The one argument of our own: report [`Event`]s on standard output, and stop when standard input ends.
+/// The one argument of our own: report events on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";
 
 /// A node of the ROS 2 graph: what all nodes have in common.
@@ -35,8 +36,8 @@ pub struct Node {
     pub clock: Clock,
     /// Raised by SIGINT, SIGTERM and SIGHUP, and by the end of a supervisor.
     pub shutdown: Shutdown,
-    /// To the supervisor, if there is one.
-    pub events: Arc<Reporter<Event>>,
+    /// Reports to the process that started the node.
+    pub events: Arc<Reporter>,
     /// The node in the ROS 2 graph.
     pub ros: RosNode,
     pub(crate) autostart: bool,
@@ -78,7 +79,7 @@ impl Node {
         let mut executor = Executor::new();
         let namesakes = Namesakes::watch(&ros, &mut executor, &environment, &shutdown);
         let runtime = NodeError::runtime;
-        let clock = if parameters.get("use_sim_time").map_err(NodeError::input)? {
+        let clock = if parameters.get("use_sim_time")? {
             Clock::simulated(&ros, &mut executor).map_err(runtime)?
         } else {
             Clock::wall()
@@ -92,7 +93,7 @@ impl Node {
         Ok(Self {
             lifecycle: Lifecycle::serve(&ros, &mut executor).map_err(runtime)?,
             diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone()).map_err(runtime)?,
-            autostart: parameters.get("autostart").map_err(NodeError::input)?,
+            autostart: parameters.get("autostart")?,
             _executor: executor.start().map_err(NodeError::runtime)?,
             _rosout: rosout,
             args,
@@ -120,19 +121,15 @@ impl Node {
             .map_err(NodeError::runtime)
     }
 
-    /// Tells the supervisor. One that has gone has raised [`Node::shutdown`] already.
-    pub fn report(&self, event: Event) {
+    /// Reports to the process that started the node, if that asked for reports. If it has ended, [`Node::shutdown`] is
+    /// raised.
+    pub fn report(&self, event: impl Serialize + Send + 'static) {
         self.events.report(event);
     }
 
-    /// Tells the supervisor of progress, which the next may take the place of. Does not wait.
-    pub fn report_progress(&self, event: Event) {
+    /// Reports progress, which later progress may replace. Does not wait.
+    pub fn report_progress(&self, event: impl Serialize + Send + 'static) {
         self.events.progress(event);
-    }
-
-    /// Logs a warning and tells it to the supervisor, if there is one.
-    pub fn warn(&self, warning: Warning) {
-        warning.tell(&self.events);
     }
 }
 

@@ -18,7 +18,7 @@ impl Wake for Unpark {
 }
 
 /// A waker that unparks the calling thread.
-pub(crate) fn thread_waker() -> Waker {
+pub fn thread_waker() -> Waker {
     Arc::new(Unpark(thread::current())).into()
 }
 

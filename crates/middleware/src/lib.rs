@@ -27,6 +27,8 @@ mod remap;
 pub mod report;
 #[cfg(feature = "transport")]
 pub mod ros;
+#[cfg(feature = "transport")]
+mod runtime;
 mod security;
 #[cfg(feature = "transport")]
 pub mod shm;
@@ -37,6 +39,8 @@ mod wall;
 mod yaml;
 
 pub use args::{ArgsError, NodeArgs};
+#[cfg(feature = "transport")]
+pub use block::thread_waker;
 pub use environment::{
     Environment, EnvironmentError, MAX_DOMAIN_ID, Reach, Rmw, ServiceMapping, ZenohSettings,
 };

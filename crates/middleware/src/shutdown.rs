@@ -3,16 +3,15 @@
 use std::{
     fs, io,
     sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
-    thread,
     time::{Duration, Instant},
 };
 
-use nix::sys::signal::{SigSet, Signal};
-use signal_hook::{
-    consts::{SIGHUP, SIGINT, SIGTERM},
-    iterator::Signals,
+use tokio::{
+    signal::unix::{SignalKind, signal},
+    sync::Notify,
 };
-use tokio::sync::Notify;
+
+use crate::runtime::{ending_signals, runtime};
 
 /// A flag that is raised once and stays raised; clones share it.
 #[derive(Debug, Clone, Default)]
@@ -42,19 +41,22 @@ impl Shutdown {
     /// Fails if the handlers cannot be installed.
     pub fn on_signals() -> io::Result<Self> {
         let shutdown = Self::new();
-        let hangup = (!hangup_is_ignored()).then_some(SIGHUP);
-        let mut signals = Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup))?;
-        let raised = shutdown.clone();
-        thread::Builder::new()
-            .name("signals".into())
-            .spawn(move || {
-                // Whoever has started the process may have them blocked.
-                let _ = signal_mask().thread_unblock();
-                for _ in signals.forever() {
+        let runtime = runtime()?;
+        let hangup = (!hangup_is_ignored()).then(SignalKind::hangup);
+        let endings = [SignalKind::interrupt(), SignalKind::terminate()];
+        for kind in endings.into_iter().chain(hangup) {
+            let raised = shutdown.clone();
+            let mut signals = {
+                let _entered = runtime.enter();
+                signal(kind)?
+            };
+            runtime.spawn(async move {
+                while signals.recv().await.is_some() {
                     raised.request();
                 }
-            })?;
-        signal_mask().thread_block()?;
+            });
+        }
+        ending_signals().thread_block()?;
         Ok(shutdown)
     }
 
@@ -101,14 +103,10 @@ impl Shutdown {
     }
 }
 
-fn signal_mask() -> SigSet {
-    SigSet::from_iter([Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP])
-}
-
 /// Whether the process was started with SIGHUP ignored, by what the kernel says of it.
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    ignores(&status, SIGHUP)
+    ignores(&status, SignalKind::hangup().as_raw_value())
 }
 
 /// Whether a signal is in the mask `SigIgn` of a process's status.
@@ -120,6 +118,10 @@ fn ignores(status: &str, signal: i32) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::thread;
+
+    use nix::sys::signal::Signal;
+
     use super::*;
 
     #[test]
@@ -169,8 +171,10 @@ mod tests {
     #[test]
     fn ignored_signals_are_told_from_others() {
         let status = "SigBlk:\t0000000000000003\nSigIgn:\t0000000000001001\nSigCgt:\t0\n";
-        assert!(ignores(status, SIGHUP));
-        assert!(!ignores(status, SIGINT) && !ignores(status, SIGTERM));
-        assert!(!ignores("", SIGHUP));
+        assert!(ignores(status, Signal::SIGHUP as i32));
+        assert!(
+            !ignores(status, Signal::SIGINT as i32) && !ignores(status, Signal::SIGTERM as i32)
+        );
+        assert!(!ignores("", Signal::SIGHUP as i32));
     }
 }

@@ -3,12 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::task::{Context, Wake, Waker};
-use std::thread::{self, Thread};
+use std::task::Context;
 use std::time::{Duration, Instant};
 
-use lgvi_middleware::Shutdown;
 use lgvi_middleware::ros::{RosNode, TopicInfo};
+use lgvi_middleware::{Shutdown, thread_waker};
 use lgvi_node::NodeError;
 use tracing::warn;
 
@@ -50,15 +49,6 @@ pub(crate) struct Topics {
     cache: usize,
     /// When the graph was asked last.
     asked: Option<Instant>,
-}
-
-/// Wakes the thread that receives.
-struct Unpark(Thread);
-
-impl Wake for Unpark {
-    fn wake(self: Arc<Self>) {
-        self.0.unpark();
-    }
 }
 
 impl Topics {
@@ -110,7 +100,7 @@ impl Topics {
 
     /// Receives until the shutdown.
     pub(crate) fn run(mut self, mut outlet: Outlet, shutdown: &Shutdown) -> Result<(), NodeError> {
-        let waker = Waker::from(Arc::new(Unpark(thread::current())));
+        let waker = thread_waker();
         let mut context = Context::from_waker(&waker);
         let drained = drain(shutdown, || {
             self.discover()?;

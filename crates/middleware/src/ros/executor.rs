@@ -1,21 +1,27 @@
-//! The thread on which a node answers requests, hears messages and does what is due at regular times.
+//! The task in which a node answers requests, hears messages and does what is due at regular times.
 
 use std::{
-    fmt, io,
+    convert::Infallible,
+    fmt,
+    future::{Future as _, poll_fn},
+    io,
     sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
+        Arc, Mutex, OnceLock, PoisonError,
+        mpsc::{self, Receiver, Sender},
     },
-    task::{Context, Poll},
-    thread::{self, JoinHandle},
-    time::{Duration, Instant},
+    task::{Context, Poll, Waker},
+    time::Duration,
 };
 
 use lgvi_msgs::{RosMessage, Service};
+use tokio::{
+    task::JoinHandle,
+    time::{Instant, sleep},
+};
 use tracing::warn;
 
 use super::{PublishError, RequestId, ServiceServer, Subscription};
-use crate::block::thread_waker;
+use crate::runtime::runtime;
 
 /// Requests or messages of one endpoint that are taken before the others have their turn.
 const TURN: usize = 16;
@@ -25,14 +31,22 @@ const PAUSE: Duration = Duration::from_secs(1);
 
 /// What an executor looks after. It begins with [`start`](Self::start).
 #[derive(Default)]
-pub struct Executor(Vec<Box<dyn Task>>);
+pub struct Executor {
+    tasks: Vec<Box<dyn Task>>,
+    wakeup: Wakeup,
+}
 
-/// A started executor. Dropping it ends its thread after what that is at.
+/// A started executor. Dropping it ends it after the turn that it is at.
 #[derive(Debug)]
 pub struct Running {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    task: JoinHandle<()>,
+    end: Mutex<Receiver<Infallible>>,
+    wakeup: Wakeup,
 }
+
+/// Wakes an executor that has had its first turn; the others will look by themselves.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Wakeup(Arc<OnceLock<Waker>>);
 
 /// The answer that a request waits for; it may be given later, on any thread. Dropping it leaves the client waiting in
 /// vain.
@@ -54,7 +68,7 @@ impl Executor {
         answer: impl FnMut(S::Request, Reply<S>) + Send + 'static,
     ) {
         let server = Arc::new(server);
-        self.0.push(Box::new(Serving { server, answer }));
+        self.add(Serving { server, answer });
     }
 
     /// Has the messages of a subscription heard by `hear`.
@@ -63,59 +77,77 @@ impl Executor {
         subscription: Subscription<M>,
         hear: impl FnMut(M) + Send + 'static,
     ) {
-        self.0.push(Box::new(Listening { subscription, hear }));
+        self.add(Listening { subscription, hear });
     }
 
     /// Has `act` called once a period; what is missed is not made up for.
     pub fn every(&mut self, period: Duration, act: impl FnMut() + Send + 'static) {
         let due = Instant::now() + period;
-        self.0.push(Box::new(Timed { period, due, act }));
+        self.add(Timed { period, due, act });
     }
 
     /// Has `act` called whenever the executor is awake: after [`Running::wake`], and at least once a second.
     pub fn whenever(&mut self, act: impl FnMut() + Send + 'static) {
-        self.0.push(Box::new(Whenever(act)));
+        self.add(Whenever(act));
     }
 
-    /// Begins, on a thread of its own.
-    pub fn start(mut self) -> io::Result<Running> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let thread = thread::Builder::new()
-            .name("executor".into())
-            .spawn(move || {
-                let waker = thread_waker();
-                let mut context = Context::from_waker(&waker);
-                while !stopped.load(Ordering::Acquire) {
-                    let pause = self.0.iter_mut().map(|task| task.turn(&mut context));
-                    thread::park_timeout(pause.min().unwrap_or(PAUSE));
-                }
-            })?;
-        Ok(Running {
-            stop,
-            thread: Some(thread),
-        })
+    /// Adds a task.
+    pub(super) fn add(&mut self, task: impl Task + 'static) {
+        self.tasks.push(Box::new(task));
+    }
+
+    /// Wakes the executor once it has started.
+    pub(super) fn handle(&self) -> Wakeup {
+        self.wakeup.clone()
+    }
+
+    /// Begins, on the runtime of the process. The tasks have their turns one after the other.
+    pub fn start(self) -> io::Result<Running> {
+        let Self { mut tasks, wakeup } = self;
+        let (ended, end) = mpsc::channel();
+        let own = wakeup.clone();
+        let runtime = runtime()?;
+        let _entered = runtime.enter();
+        let mut pause = Box::pin(sleep(Duration::ZERO));
+        let turns = poll_fn(move |context| {
+            let _ended: &Sender<Infallible> = &ended;
+            own.0.get_or_init(|| context.waker().clone());
+            let pauses = tasks.iter_mut().map(|task| task.turn(context));
+            let next = pauses.min().unwrap_or(PAUSE);
+            pause.as_mut().reset(Instant::now() + next);
+            if next.is_zero() || pause.as_mut().poll(context).is_ready() {
+                context.waker().wake_by_ref();
+            }
+            Poll::<()>::Pending
+        });
+        let task = runtime.spawn(turns);
+        let end = Mutex::new(end);
+        Ok(Running { task, end, wakeup })
+    }
+}
+
+impl Wakeup {
+    /// Has everything looked after now. Does not lock.
+    pub(super) fn wake(&self) {
+        if let Some(waker) = self.0.get() {
+            waker.wake_by_ref();
+        }
     }
 }
 
 impl Running {
     /// Has everything looked after now. Does not lock.
     pub fn wake(&self) {
-        if let Some(thread) = &self.thread {
-            thread.thread().unpark();
-        }
+        self.wakeup.wake();
     }
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
-        self.stop.store(true, Ordering::Release);
-        self.wake();
-        if let Some(thread) = self.thread.take()
-            && thread.join().is_err()
-        {
-            warn!("the thread that answers requests has panicked");
-        }
+        self.task.abort();
+        // The task drops its sender.
+        let end = self.end.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let _ = end.recv();
     }
 }
 
@@ -140,8 +172,8 @@ impl<S: Service> Reply<S> {
     }
 }
 
-/// Something that has its turn whenever the thread is awake.
-trait Task: Send {
+/// Something that has its turn whenever the executor is awake.
+pub(super) trait Task: Send {
     /// Does what there is to do; how long to pause at most.
     fn turn(&mut self, context: &mut Context<'_>) -> Duration;
 }
@@ -215,7 +247,7 @@ impl<F: FnMut() + Send> Task for Whenever<F> {
 impl fmt::Debug for Executor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Executor")
-            .field("tasks", &self.0.len())
+            .field("tasks", &self.tasks.len())
             .finish()
     }
 }

@@ -2,13 +2,14 @@ use std::collections::VecDeque;
 use std::pin::pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
-use std::task::{Context, Poll, Wake};
-use std::thread::{self, Thread};
+use std::task::{Context, Poll};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_dynamics::System;
 use lgvi_middleware::ros::Subscription;
 use lgvi_middleware::shm::{ControlSubscriber, FeedbackSubscriber};
+use lgvi_middleware::thread_waker;
 use lgvi_msgs::msg::{self, ControlLimits, ControlSequence, Intervention};
 use lgvi_msgs::shm::{Limits, Name};
 use lgvi_node::NodeError;
@@ -90,7 +91,7 @@ impl Link {
     pub(super) fn serve(mut self, await_subscribers: usize) {
         let mut sequence = 0;
         let mut begun = false;
-        let waker = Arc::new(Unpark(thread::current())).into();
+        let waker = thread_waker();
         let mut context = Context::from_waker(&waker);
         loop {
             let wanted = self.topics.wanted() || self.monitor.wanted();
@@ -306,15 +307,6 @@ impl Link {
                 Err(error) => warn!("control sequence refused: {error}"),
             }
         }
-    }
-}
-
-/// Wakes the thread.
-struct Unpark(Thread);
-
-impl Wake for Unpark {
-    fn wake(self: Arc<Self>) {
-        self.0.unpark();
     }
 }
 

@@ -1,10 +1,9 @@
-//! The protocol of an action server, on a thread of its own.
+//! The protocol of an action server.
 
 use std::{
     fmt,
-    sync::{Arc, atomic::Ordering},
+    sync::Arc,
     task::{Context, Poll},
-    thread,
     time::{Duration, Instant},
 };
 
@@ -23,8 +22,10 @@ use super::{
     server::{Shared, response},
 };
 use crate::{
-    block::thread_waker,
-    ros::{Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer},
+    ros::{
+        Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer,
+        executor::Task,
+    },
     wall,
 };
 
@@ -37,7 +38,7 @@ const CYCLE: Duration = Duration::from_secs(1);
 /// Requests of a kind that are answered in a row, so that a flood of them holds up no others.
 const ROW: usize = 16;
 
-/// What the server's thread works with.
+/// The endpoints of an action server, and its goals.
 pub(super) struct Protocol<A: Action, D> {
     shared: Arc<Shared<A>>,
     decide: D,
@@ -72,26 +73,6 @@ where
             cancel_goal: node.service_server(&part(action, "cancel_goal"))?,
             get_result: node.service_server(&part(action, "get_result"))?,
         })
-    }
-
-    pub(super) fn run(mut self) {
-        let shared = Arc::clone(&self.shared);
-        shared.thread.get_or_init(thread::current);
-        let waker = thread_waker();
-        let context = Context::from_waker(&waker);
-        while !shared.stop.load(Ordering::Acquire) {
-            self.take_cancellations(&context);
-            self.take_goals(&context);
-            self.take_result_requests(&context);
-            self.send();
-            let looks = [
-                self.send_goal.next_look(),
-                self.cancel_goal.next_look(),
-                self.get_result.next_look(),
-            ];
-            thread::park_timeout(looks.into_iter().flatten().min().unwrap_or(CYCLE));
-        }
-        self.close();
     }
 
     fn take_goals(&mut self, context: &Context<'_>) {
@@ -156,7 +137,9 @@ where
             }
         }
     }
+}
 
+impl<A: Action, D> Protocol<A, D> {
     /// Replies with a response, with a shorter result if that is too long for the peers that are there now.
     fn reply_result(&self, id: RequestId, cdr: Vec<u8>) {
         let limit = self.get_result.max_reply();
@@ -186,8 +169,30 @@ where
             self.reply_result(id, cdr);
         }
     }
+}
 
-    fn close(&self) {
+impl<A, D> Task for Protocol<A, D>
+where
+    A: Action,
+    D: FnMut(&A::Goal, usize) -> Decision + Send,
+{
+    fn turn(&mut self, context: &mut Context<'_>) -> Duration {
+        self.take_cancellations(context);
+        self.take_goals(context);
+        self.take_result_requests(context);
+        self.send();
+        let looks = [
+            self.send_goal.next_look(),
+            self.cancel_goal.next_look(),
+            self.get_result.next_look(),
+        ];
+        looks.into_iter().flatten().min().unwrap_or(CYCLE)
+    }
+}
+
+impl<A: Action, D> Drop for Protocol<A, D> {
+    /// Aborts the goals that are left.
+    fn drop(&mut self) {
         let mut table = self.shared.table();
         table.goals.stop_all(StopReason::Closed);
         for id in table.goals.unfinished_ids() {
@@ -199,7 +204,7 @@ where
     }
 }
 
-/// The next requests that are some. Where a row is full, the thread is woken to look for more.
+/// The next requests that are some. Where a row is full, the task is woken to look for more.
 fn taken<S: Service>(server: &ServiceServer<S>, context: &Context<'_>) -> Vec<Request<S::Request>> {
     let mut requests = Vec::new();
     for _ in 0..ROW {

@@ -3,11 +3,7 @@
 use std::{
     collections::VecDeque,
     fmt,
-    sync::{
-        Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError,
-        atomic::{AtomicBool, Ordering},
-    },
-    thread::{self, JoinHandle, Thread},
+    sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
     time::Duration,
 };
 
@@ -19,7 +15,7 @@ use super::{
     goals::{Ending, Goals, Stop},
     protocol::Protocol,
 };
-use crate::ros::{RequestId, RosError, RosNode};
+use crate::ros::{Executor, RequestId, RosError, RosNode, Running, executor::Wakeup};
 
 /// Feedback that may wait to be sent.
 const MAX_FEEDBACK: usize = 64;
@@ -39,16 +35,14 @@ pub enum Decision {
 pub struct ActionServer<A: Action> {
     name: String,
     shared: Arc<Shared<A>>,
-    thread: Option<JoinHandle<()>>,
+    _running: Running,
 }
 
-/// What the server, its thread and its goals share.
+/// Shared by the server, its protocol and its goals.
 pub(super) struct Shared<A: Action> {
     table: Mutex<Table<A>>,
     pub(super) arrival: Condvar,
-    pub(super) stop: AtomicBool,
-    /// The server's own.
-    pub(super) thread: OnceLock<Thread>,
+    wakeup: Wakeup,
     /// What is left of a result that is too long.
     pub(super) shorten: OnceLock<fn(A::Result) -> A::Result>,
 }
@@ -67,6 +61,7 @@ impl<A: Action> ActionServer<A> {
     where
         D: FnMut(&A::Goal, usize) -> Decision + Send + 'static,
     {
+        let mut executor = Executor::new();
         let shared = Arc::new(Shared {
             table: Mutex::new(Table {
                 goals: Goals::default(),
@@ -75,23 +70,20 @@ impl<A: Action> ActionServer<A> {
                 results: VecDeque::new(),
             }),
             arrival: Condvar::new(),
-            stop: AtomicBool::new(false),
-            thread: OnceLock::new(),
+            wakeup: executor.handle(),
             shorten: OnceLock::new(),
         });
         let protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
-        let thread = thread::Builder::new()
-            .name("action-server".into())
-            .spawn(|| protocol.run())
-            .map_err(|error| RosError::Endpoint {
-                topic: action.into(),
-                type_name: A::TYPE_NAME.into(),
-                reason: error.to_string(),
-            })?;
+        executor.add(protocol);
+        let running = executor.start().map_err(|error| RosError::Endpoint {
+            topic: action.into(),
+            type_name: A::TYPE_NAME.into(),
+            reason: error.to_string(),
+        })?;
         Ok(Self {
             name: action.into(),
             shared,
-            thread: Some(thread),
+            _running: running,
         })
     }
 
@@ -167,9 +159,9 @@ impl<A: Action> Shared<A> {
         self.table.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Has the server's thread look for something to do.
+    /// Has the protocol look for something to do.
     fn wake(&self) {
-        self.thread.get().map(Thread::unpark);
+        self.wakeup.wake();
     }
 }
 
@@ -208,18 +200,6 @@ pub(super) fn response<A: Action>(state: GoalState, result: A::Result) -> Vec<u8
 /// Nothing if it cannot be encoded, which no generated message type can cause; sending that is an error.
 fn encode<M: RosMessage>(message: &M) -> Vec<u8> {
     cdr::encode(message).unwrap_or_default()
-}
-
-impl<A: Action> Drop for ActionServer<A> {
-    fn drop(&mut self) {
-        self.shared.stop.store(true, Ordering::Release);
-        if let Some(thread) = self.thread.take() {
-            thread.thread().unpark();
-            if thread.join().is_err() {
-                warn!("the thread of an action server has panicked");
-            }
-        }
-    }
 }
 
 impl<A: Action> fmt::Debug for ActionServer<A> {

@@ -1,41 +1,20 @@
-//! ROS 2 topics over DDS: this project's, and the same by ros2-client alone.
+//! ROS 2 topics over DDS by ros2-client alone.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 use std::time::Duration;
 
-use lgvi_middleware::ros::{self, RosNode};
-use lgvi_middleware::{Environment, NodeArgs};
-use lgvi_msgs::msg::{BodyState, SystemState};
+use lgvi_msgs::msg::SystemState;
 use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, QosProfile};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{DomainParticipantBuilder, QosPolicyBuilder, Topic};
 use serde::{Serialize, Serializer};
 use tokio::runtime::{Builder, Runtime};
 
+use super::ros::{DEPTH, FAR, NEAR, message, stamp};
 use super::way::{Receiver, Sender, Stamp, TOPIC};
 use super::{Place, failed};
 use crate::error::BenchError;
-
-/// Names of the nodes that send and receive.
-const NEAR: &str = "lgvi_bench";
-const FAR: &str = "lgvi_bench_far";
-
-/// Samples that wait.
-const DEPTH: i32 = 1000;
-
-/// This project's end that sends.
-pub(super) struct OwnSender {
-    port: ros::Publisher<SystemState>,
-    message: SystemState,
-    _node: RosNode,
-}
-
-/// This project's end that receives.
-pub(super) struct OwnReceiver {
-    port: ros::Subscription<SystemState>,
-    _node: RosNode,
-}
 
 /// ros2-client's end that sends.
 pub(super) struct BareSender {
@@ -60,30 +39,7 @@ impl Serialize for Shared {
     }
 }
 
-fn message(bodies: usize) -> SystemState {
-    let body = |index| BodyState {
-        name: format!("body{index}"),
-        ..BodyState::default()
-    };
-    SystemState {
-        bodies: (0..bodies).map(body).collect(),
-        ..SystemState::default()
-    }
-}
-
-fn stamp(message: &SystemState) -> Stamp {
-    Stamp {
-        sequence: message.sequence,
-        nanoseconds: message.step,
-    }
-}
-
-fn node(place: &Place, name: &str) -> Result<RosNode, BenchError> {
-    let (args, _) = NodeArgs::parse(name, []).map_err(failed)?;
-    RosNode::new(&args, &Environment::localhost(place.domain)).map_err(failed)
-}
-
-/// The same by ros2-client, with the topic.
+/// A node with the topic.
 fn bare(place: &Place, name: &str) -> Result<(Node, Topic), BenchError> {
     let participant = DomainParticipantBuilder::new(place.domain)
         .with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)])
@@ -110,55 +66,15 @@ fn qos(durability: Durability) -> QosProfile {
             max_blocking_time: rustdds::Duration::from_millis(100),
         })
         .durability(durability)
-        .history(History::KeepLast { depth: DEPTH })
+        .history(History::KeepLast {
+            depth: DEPTH as i32,
+        })
         .build();
     QosProfile::from(&policies)
 }
 
 fn debug(error: impl std::fmt::Debug) -> BenchError {
     failed(format!("{error:?}"))
-}
-
-impl OwnSender {
-    pub(super) fn new(place: &Place, bodies: usize) -> Result<Self, BenchError> {
-        let node = node(place, NEAR)?;
-        let qos = ros::Qos::reliable(DEPTH as usize);
-        Ok(Self {
-            port: node.publisher(TOPIC, &qos).map_err(failed)?,
-            message: message(bodies),
-            _node: node,
-        })
-    }
-}
-
-impl Sender for OwnSender {
-    fn send(&mut self, stamp: Stamp) -> Result<(), BenchError> {
-        self.message.sequence = stamp.sequence;
-        self.message.step = stamp.nanoseconds;
-        match self.port.publish(&self.message) {
-            // which the receiver counts
-            Err(ros::PublishError::Full { .. }) => Ok(()),
-            published => published.map_err(failed),
-        }
-    }
-}
-
-impl OwnReceiver {
-    pub(super) fn new(place: &Place) -> Result<Self, BenchError> {
-        let node = node(place, FAR)?;
-        let qos = ros::Qos::reliable(DEPTH as usize);
-        Ok(Self {
-            port: node.subscription(TOPIC, &qos).map_err(failed)?,
-            _node: node,
-        })
-    }
-}
-
-impl Receiver for OwnReceiver {
-    fn receive(&mut self, patience: Duration) -> Result<Option<Stamp>, BenchError> {
-        let sample = self.port.recv_timeout(patience).map_err(failed)?;
-        Ok(sample.map(|sample| stamp(&sample.message)))
-    }
 }
 
 impl BareSender {

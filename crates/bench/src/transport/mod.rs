@@ -5,8 +5,10 @@ mod dds;
 mod far;
 mod near;
 mod report;
+mod ros;
 mod shm;
 mod way;
+mod zenoh;
 
 use std::path::{Path, PathBuf};
 

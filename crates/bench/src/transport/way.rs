@@ -3,8 +3,11 @@
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use lgvi_middleware::Environment;
 use serde::Serialize;
 
+use super::ros::{RosReceiver, RosSender};
+use super::zenoh::{self, End, environment};
 use super::{Look, Place, dds, shm};
 use crate::error::BenchError;
 
@@ -22,16 +25,22 @@ pub(super) enum Way {
     Dds,
     /// ros2-client alone.
     Ros2Client,
+    /// This project's ROS 2 topics over Zenoh.
+    LgviZenoh,
+    /// zenoh alone.
+    Zenoh,
 }
 
 /// Each way with how its receiver looks.
-pub(super) const LOOKS: [(Way, Look); 6] = [
+pub(super) const LOOKS: [(Way, Look); 8] = [
     (Way::Shm, Look::Spinning),
     (Way::Iceoryx2, Look::Spinning),
     (Way::Shm, Look::Polling),
     (Way::Iceoryx2, Look::Polling),
     (Way::Dds, Look::Woken),
     (Way::Ros2Client, Look::Woken),
+    (Way::LgviZenoh, Look::Woken),
+    (Way::Zenoh, Look::Woken),
 ];
 
 /// A sample's number and when it was sent, in nanoseconds of the monotonic clock.
@@ -59,6 +68,8 @@ impl Way {
             Self::Iceoryx2 => "iceoryx2",
             Self::Dds => "lgvi over DDS",
             Self::Ros2Client => "ros2-client",
+            Self::LgviZenoh => "lgvi over Zenoh",
+            Self::Zenoh => "zenoh",
         }
     }
 
@@ -67,7 +78,8 @@ impl Way {
         match self {
             Self::Shm => Some(Self::Iceoryx2),
             Self::Dds => Some(Self::Ros2Client),
-            Self::Iceoryx2 | Self::Ros2Client => None,
+            Self::LgviZenoh => Some(Self::Zenoh),
+            Self::Iceoryx2 | Self::Ros2Client | Self::Zenoh => None,
         }
     }
 
@@ -79,8 +91,13 @@ impl Way {
         Ok(match self {
             Self::Shm => Box::new(shm::OwnSender::new(place, bodies)?),
             Self::Iceoryx2 => Box::new(shm::BareSender::new(place, bodies)?),
-            Self::Dds => Box::new(dds::OwnSender::new(place, bodies)?),
+            Self::Dds => Box::new(RosSender::new(
+                &Environment::localhost(place.domain),
+                bodies,
+            )?),
             Self::Ros2Client => Box::new(dds::BareSender::new(place, bodies)?),
+            Self::LgviZenoh => Box::new(RosSender::new(&environment(place, End::Near), bodies)?),
+            Self::Zenoh => Box::new(zenoh::BareSender::new(place, bodies)?),
         })
     }
 
@@ -92,8 +109,10 @@ impl Way {
         Ok(match self {
             Self::Shm => Box::new(shm::OwnReceiver::new(place, spin)?),
             Self::Iceoryx2 => Box::new(shm::BareReceiver::new(place, spin)?),
-            Self::Dds => Box::new(dds::OwnReceiver::new(place)?),
+            Self::Dds => Box::new(RosReceiver::new(&Environment::localhost(place.domain))?),
             Self::Ros2Client => Box::new(dds::BareReceiver::new(place)?),
+            Self::LgviZenoh => Box::new(RosReceiver::new(&environment(place, End::Far))?),
+            Self::Zenoh => Box::new(zenoh::BareReceiver::new(place)?),
         })
     }
 }

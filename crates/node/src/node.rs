@@ -17,9 +17,7 @@ use crate::{NodeError, let_long_files_fail};
 /// The one argument of our own: report events on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";
 
-/// A node of the ROS 2 graph: what all nodes have in common.
-///
-/// It answers for itself on a thread of its own: its parameters, its lifecycle, its diagnostics.
+/// A managed node of the ROS 2 graph. Its parameters, lifecycle and diagnostics are served in the background.
 pub struct Node {
     // Fields are dropped in this order.
     _executor: Running,
@@ -28,13 +26,13 @@ pub struct Node {
     pub args: NodeArgs,
     /// Its parameters.
     pub parameters: Parameters,
-    /// The state it is in.
+    /// Its lifecycle.
     pub lifecycle: Lifecycle,
-    /// What it says of itself.
+    /// Its parts on `/diagnostics`.
     pub diagnostics: Diagnostics,
-    /// Its time, as `use_sim_time` asks for.
+    /// Its clock, chosen by `use_sim_time`.
     pub clock: Clock,
-    /// Raised by SIGINT, SIGTERM and SIGHUP, and by the end of a supervisor.
+    /// Raised by SIGINT, SIGTERM and SIGHUP, and when the supervisor ends.
     pub shutdown: Shutdown,
     /// Reports to the process that started the node.
     pub events: Arc<Reporter>,
@@ -108,7 +106,7 @@ impl Node {
         })
     }
 
-    /// Whether an active node is to stop: somebody has asked for it, or the process is to end. Does not lock.
+    /// Whether an active node must stop: a transition was requested, or the process is to end. Does not lock.
     pub fn interrupted(&self) -> bool {
         self.shutdown.requested() || self.lifecycle.asked()
     }
@@ -139,13 +137,13 @@ fn common() -> [ParameterSpec; 2] {
         ParameterSpec::new(
             "use_sim_time",
             false,
-            "whether the node's time is that of /clock",
+            "use the time of /clock",
         )
         .change(ParameterChange::Never),
         ParameterSpec::new(
             "autostart",
             true,
-            "whether the node configures and activates itself, and ends with an error; false: somebody manages it",
+            "configure and activate at the start, and exit on an error; false: a lifecycle manager does so",
         )
         .change(ParameterChange::Never),
     ]

@@ -1,4 +1,4 @@
-//! What stands before the names of a flight's frames, which all flights of a graph share on `/tf`.
+//! The prefix of a flight's frames: all flights of a graph share `/tf`.
 
 use lgvi_middleware::{ParameterSpec, ParameterValue, Parameters};
 
@@ -14,8 +14,7 @@ impl FramePrefix {
     pub fn specification() -> ParameterSpec {
         ParameterSpec::optional::<String>(
             NAME,
-            "what stands before the names of the flight's frames; not set: the namespace and a slash, nothing in the \
-             root namespace",
+            "prefix of the flight's frames; not set: the namespace and a slash, or nothing in the root namespace",
         )
         .constraints("letters, digits and any of _-./, without a slash at the start")
         .check(|value| match value {
@@ -26,7 +25,7 @@ impl FramePrefix {
         })
     }
 
-    /// What the parameter says.
+    /// Reads the parameter.
     ///
     /// # Errors
     /// It is not declared.

@@ -4,19 +4,19 @@ use clap::Args;
 
 use crate::parameters::{list, text};
 
-/// What chooses among topics, by the rules of `ros2 bag`.
+/// Selection of topics, by the rules of `ros2 bag`.
 #[derive(Args)]
 pub(crate) struct Chosen {
-    /// Only these topics.
+    /// Take only these topics.
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
     topics: Vec<String>,
-    /// The topics only, or too where --topics has some, whose names contain this regular expression.
+    /// Take topics whose names match this regular expression, in addition to `--topics`.
     #[arg(long)]
     regex: Option<String>,
-    /// Leave these topics out.
+    /// Leave out these topics.
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
     exclude_topics: Vec<String>,
-    /// Leave the topics out whose names contain this regular expression.
+    /// Leave out topics whose names match this regular expression.
     #[arg(long, value_name = "REGEX")]
     exclude_regex: Option<String>,
 }

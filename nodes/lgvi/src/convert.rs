@@ -13,25 +13,25 @@ use crate::beside::beside;
 use crate::output::{self, say};
 use crate::values;
 
-/// What `lgvi convert` takes.
+/// The command line of `lgvi convert`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The bag's directory, or its MCAP file.
+    /// Directory of the bag, or one MCAP file.
     #[arg(value_parser = values::path())]
     bag: PathBuf,
     /// Format of the files.
     #[arg(long)]
     format: Format,
-    /// The directory to make, or an empty one (default: `<BAG>_<FORMAT>`).
+    /// Directory of the tables, new or empty (default: `<BAG>_<FORMAT>`).
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
     output: Option<PathBuf>,
-    /// Convert this topic, instead of all; may be given several times.
+    /// Convert only this topic; can be repeated (default: all topics).
     #[arg(long = "topic", value_name = "NAME")]
     topics: Vec<String>,
-    /// Arrays of one length up to this have a column for each element, others one column.
+    /// Longest fixed-length array that gets one column per element; longer ones get one column.
     #[arg(long, value_name = "COUNT", default_value_t = 64)]
     max_elements: usize,
-    /// Print the result as one JSON object.
+    /// Print the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -60,13 +60,13 @@ struct Report<'a> {
     bag: String,
     output: String,
     format: &'static str,
-    /// Files of the bag that are not there.
+    /// Missing files of the bag.
     missing: Vec<String>,
     #[serde(flatten)]
     conversion: &'a Conversion,
 }
 
-/// Makes a file of each topic; exit code 0 where none is left out, 1 where one is or files of the bag are missing.
+/// Writes one file per topic; exit code 1 if a topic is left out or a file of the bag is missing.
 pub(crate) fn convert(options: &Options) -> Result<ExitCode, NodeError> {
     let format = lgvi_tables::Format::from(options.format);
     let bag = BagReader::open(&options.bag).map_err(NodeError::input)?;
@@ -105,7 +105,7 @@ pub(crate) fn convert(options: &Options) -> Result<ExitCode, NodeError> {
     Ok(ExitCode::from(u8::from(!is_whole)))
 }
 
-/// A line for each topic, and each file that is missing.
+/// One line per topic and per missing file.
 fn text(conversion: &Conversion, missing: &[String]) -> String {
     let made = conversion.files.iter().map(|file| {
         let (path, columns) = (file.file.display(), file.columns.len());

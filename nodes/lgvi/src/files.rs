@@ -11,7 +11,7 @@ pub(crate) struct Files {
     /// Compression of the bag's chunks (default: zstd).
     #[arg(long)]
     compression: Option<Compression>,
-    /// Begin a new file where one has so many bytes (default: 0, never).
+    /// Begin a new file at this size; 0: never (default: 0).
     #[arg(
         long,
         value_name = "BYTES",
@@ -20,7 +20,7 @@ pub(crate) struct Files {
         allow_negative_numbers = true
     )]
     max_bytes: Option<i64>,
-    /// Begin a new file where one spans so many seconds (default: 0, never).
+    /// Begin a new file after this much log time; 0: never (default: 0).
     #[arg(
         long,
         value_name = "SECONDS",
@@ -39,7 +39,7 @@ enum Compression {
 }
 
 impl Compression {
-    /// Its name as a parameter.
+    /// The parameter's value.
     fn name(self) -> &'static str {
         match self {
             Self::None => "none",

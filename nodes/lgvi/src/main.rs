@@ -36,71 +36,72 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Flies a scene: starts planner, propagator and recorder, and ends when everything is recorded.
+    /// Fly a scene: plan, propagate and record it.
     ///
-    /// Exit code 0: flown and recorded without loss. 1: something failed, or messages were lost. 2: the scene cannot be used.
-    /// 3: flown and recorded, with warnings, and `--strict` was given. 130: it was stopped before the end.
+    /// Exit codes: 0 success; 1 the flight failed or messages were lost; 2 the scene cannot be used; 3 there were warnings
+    /// and `--strict` was given; 130 the flight was interrupted.
     Run(run::Options),
-    /// Says what a scene is, how it will be flown, and what to mind.
+    /// Show a scene's bodies, integrator and maneuver, with warnings.
     ///
-    /// Exit code 0: the scene can be flown. 3: it can, with warnings, and `--strict` was given. 2: it cannot be used.
+    /// Exit codes: 0 the scene can be flown; 2 it cannot be used; 3 there are warnings and `--strict` was given.
     Explain(explain::Options),
-    /// Says what is in a bag: files, topics, times, losses.
+    /// Show a bag's files, topics, times and losses.
     ///
-    /// Looks at what the files tell at their ends; with --check at all they hold. Exit code 0: the bag is complete, as far as
-    /// was looked. 1: only a part of it can be read, which is said. 2: it cannot be used.
+    /// Reads only the summaries of the files; `--check` reads everything. Exit codes: 0 the bag is complete; 1 only a part
+    /// can be read; 2 the bag cannot be read.
     Info(info::Options),
-    /// Repeats a recorded flight from its scene and controls, and compares every state bit for bit.
+    /// Fly a recorded scene again and compare every state bit for bit.
     ///
-    /// Exit code 0: all recorded states agree, of an interrupted flight too, which is said. 1: one differs. 2: the bag cannot
-    /// be verified, or the result not be told.
+    /// Uses the scene and the controls in the bag. Exit codes: 0 all recorded states agree (the output says if the flight
+    /// was interrupted); 1 a state differs; 2 the bag cannot be verified.
     Verify {
-        /// The bag's directory, or its MCAP file.
+        /// Directory of the bag, or one MCAP file.
         #[arg(value_parser = values::path())]
         bag: PathBuf,
-        /// The propagator whose flight it is, such as `/lgvi_propagator`, where the bag has those of several.
+        /// Node name of the propagator, such as `/lgvi_propagator`, if the bag has flights of several.
         #[arg(long, value_name = "NAME")]
         flight: Option<String>,
-        /// Print the result as one JSON object.
+        /// Print the result as JSON.
         #[arg(long)]
         json: bool,
     },
-    /// Makes CSV or Parquet files of a bag's topics, one of each.
+    /// Convert a bag's topics to CSV or Parquet files, one file per topic.
     ///
-    /// Any rosbag2 bag of MCAP files will do. Ends with 1 where a topic had to be left out, which is said and why.
+    /// Reads any rosbag2 bag of MCAP files. Exit codes: 0 success; 1 a topic was left out (the output says why); 2 the bag
+    /// cannot be read.
     Convert(convert::Options),
-    /// Makes a new bag of what is readable of a damaged one, as a killed recorder or a full disk leaves it.
+    /// Recover the readable part of a damaged bag into a new one.
     ///
-    /// Exit code 0: nothing is missing but the end that was not written. 1: there is a new bag, and something was left out of
-    /// it, or messages are missing by the bag's own counts. 2: no bag can be made, or nothing is readable, and why.
+    /// A killed recorder or a full disk leaves such a bag. Exit codes: 0 only the unwritten end is missing; 1 something was
+    /// left out, or messages are missing by the bag's own counts; 2 nothing could be recovered.
     Recover(recover::Options),
-    /// Draws a recorded flight: its motion in space, controls, energy and momentum.
+    /// Draw a recorded flight: motion, controls, energy and momentum.
     ///
-    /// Only flight.svg in the bag's directory is ever made anew; any other file that exists is left as it is.
+    /// Overwrites `flight.svg` in the bag's directory, but never another existing file.
     Plot {
-        /// The bag's directory, or its MCAP file.
+        /// Directory of the bag, or one MCAP file.
         #[arg(value_parser = values::path())]
         bag: PathBuf,
-        /// The propagator whose flight it is, such as `/lgvi_propagator`, where the bag has those of several.
+        /// Node name of the propagator, such as `/lgvi_propagator`, if the bag has flights of several.
         #[arg(long, value_name = "NAME")]
         flight: Option<String>,
-        /// The SVG file to write (default: flight.svg in the bag's directory).
+        /// SVG file to write (default: `flight.svg` in the bag's directory).
         #[arg(long, value_parser = values::path())]
         output: Option<PathBuf>,
     },
-    /// Flies a scene many times over, each sample with deviations of its own (Monte Carlo), or joins such flights.
+    /// Fly many dispersed samples of a scene (Monte Carlo), or merge results.
     ///
-    /// Exit code 0: all samples that were asked for are there; how many of them failed is said. 1: it was ended before, or
-    /// results could not be written. 2: the scene or the parts that are there cannot be used.
+    /// Exit codes: 0 all requested samples are there (the output says how many failed); 1 the run was interrupted or results
+    /// could not be written; 2 the scene or the existing results cannot be used.
     #[command(subcommand)]
     Ensemble(ensemble::Command),
-    /// Records what is on the air, over shared memory and DDS, until it is stopped.
+    /// Record topics from shared memory and DDS until stopped.
     Record(record::Options),
-    /// Replays a bag over shared memory and DDS.
+    /// Replay a bag over shared memory and DDS.
     Play(play::Options),
-    /// Runs one node of the suite; what follows is its own command line.
+    /// Run one node of the suite with its own ROS 2 arguments.
     Node {
-        /// Which node.
+        /// Node to run.
         node: NodeKind,
         /// The node's arguments, such as `--ros-args -p scene:=scenes/free_body.toml`.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -109,7 +110,7 @@ enum Command {
 }
 
 impl Command {
-    /// Whether what it says is to be one JSON object.
+    /// Whether the output is JSON.
     fn prints_json(&self) -> bool {
         match self {
             Self::Run(options) => options.json,
@@ -123,7 +124,7 @@ impl Command {
         }
     }
 
-    /// The exit code of a failure; 1 is not for those whose findings it tells.
+    /// The exit code of a failure; 2 for commands that use 1 for a finding.
     fn code_of(&self, error: &NodeError) -> u8 {
         match (self, error) {
             (
@@ -145,7 +146,7 @@ enum NodeKind {
 }
 
 impl NodeKind {
-    /// What it is called on the command line and in messages.
+    /// The name on the command line and in messages.
     fn name(self) -> &'static str {
         match self {
             Self::Propagator => "propagator",
@@ -193,7 +194,7 @@ fn main() -> ExitCode {
     outcome.unwrap_or_else(|error| fail(&command, &error))
 }
 
-/// Says why there is no result: on standard error, and as JSON where that was asked for.
+/// Reports an error: on standard error, and as JSON with `--json`.
 fn fail(command: &Command, error: &NodeError) -> ExitCode {
     let exit_code = command.code_of(error);
     if command.prints_json() {

@@ -16,7 +16,7 @@ pub(crate) fn say(text: &dyn Display) -> Result<(), NodeError> {
     }
 }
 
-/// Writes why there is no result as a JSON object, as far as that is possible.
+/// Writes an error as a JSON object, if possible.
 pub(crate) fn fail(error: &NodeError, exit_code: u8) {
     let failure = json!({"failure": {"message": error.to_string(), "exit_code": exit_code}});
     // Whatever is wrong with standard output, standard error has the message.
@@ -32,7 +32,7 @@ pub(crate) fn left_out(name: &str, type_name: &str, reason: &str) -> String {
     }
 }
 
-/// A text as it is shown: what would reach the terminal as a command, or begin a new line, is written out.
+/// A text with control characters escaped, so that it cannot control the terminal or begin a new line.
 pub(crate) fn shown(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for letter in text.chars() {

@@ -12,22 +12,22 @@ use crate::{NodeKind, values};
 /// The command line of `lgvi play`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The bag's directory, or its MCAP file.
+    /// Directory of the bag, or one MCAP file.
     #[arg(value_parser = values::path())]
     bag: PathBuf,
-    /// Recorded seconds a second; 0 means as fast as possible, without loss.
+    /// Recorded seconds per second; 0 plays as fast as possible, without loss.
     #[arg(long, default_value_t = 1.0, value_parser = values::rate, allow_negative_numbers = true)]
     rate: f64,
-    /// Begin anew at the end, until somebody stops it.
+    /// Repeat the bag until stopped.
     #[arg(long = "loop")]
     repeat: bool,
-    /// Begin so many seconds after the bag's first message.
+    /// Start this long after the bag's first message.
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     start_offset: Option<f64>,
-    /// Play for so many recorded seconds.
+    /// Play this much recorded time.
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// End so many seconds after the bag's first message.
+    /// Stop this long after the bag's first message.
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds, allow_negative_numbers = true)]
     until: Option<f64>,
     #[command(flatten)]
@@ -35,16 +35,16 @@ pub(crate) struct Options {
     /// Publish a topic under another name; can be repeated.
     #[arg(long, value_name = "OLD:=NEW")]
     remap: Vec<String>,
-    /// Begin with a pause, until the service `~/resume` is called.
+    /// Start paused; the service `~/resume` starts the replay.
     #[arg(long)]
     start_paused: bool,
-    /// Publish `/clock` at the recorded times.
+    /// Publish the recorded times on `/clock`.
     #[arg(long)]
     clock: bool,
-    /// How often `/clock` is published a recorded second at most (Hz) (default: 100).
+    /// Highest rate of `/clock` in recorded time (default: 100).
     #[arg(long, value_name = "HZ", requires = "clock")]
     clock_frequency: Option<f64>,
-    /// Wait until each topic has so many subscribers.
+    /// Wait until every topic has this many subscribers.
     #[arg(long, value_name = "COUNT")]
     await_subscribers: Option<u16>,
 }
@@ -55,7 +55,7 @@ pub(crate) fn play(options: &Options) -> ExitCode {
 }
 
 impl Options {
-    /// The node's command line.
+    /// The player's ROS 2 arguments.
     fn ros_arguments(&self) -> Vec<String> {
         let mut parameters = vec![
             format!("bag:={}", path(&self.bag)),

@@ -13,37 +13,35 @@ use crate::{NodeKind, values};
 /// The command line of `lgvi record`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The bag's directory, which must not exist (default: `rosbag2_<time>`).
+    /// Directory of the new bag (default: `rosbag2_<time>`).
     #[arg(short, long, value_parser = values::path())]
     output: Option<PathBuf>,
     #[command(flatten)]
     chosen: Chosen,
-    /// Record topics too of whose names a part begins with '_'.
+    /// Also record hidden topics, which have a name part that begins with `_`.
     #[arg(long)]
     include_hidden_topics: bool,
-    /// Topics of full-rate states to take from shared memory (default: `/lgvi_propagator/state`).
+    /// State topics to record from shared memory at full rate (default: `/lgvi_propagator/state`).
     #[arg(long, value_name = "TOPIC", num_args = 1..)]
     states: Vec<String>,
-    /// The inertial frame of states from shared memory, without its prefix (default: inertial).
+    /// Inertial frame of the states from shared memory, without prefix (default: inertial).
     #[arg(long)]
     frame: Option<String>,
-    /// What stands before that frame's name (default: the namespace of the topic's node and a slash, nothing in the root
-    /// namespace).
+    /// Prefix of that frame (default: the namespace of the topic's node and a slash, or nothing in the root namespace).
     #[arg(long, value_name = "PREFIX")]
     frame_prefix: Option<String>,
     #[command(flatten)]
     files: Files,
-    /// What may wait to be written; receiving waits where there is more (default: 67108864).
+    /// Size of the write queue; when it is full, receiving waits (default: 67108864).
     #[arg(long, value_name = "BYTES", value_parser = values::bytes(1))]
     max_cache_size: Option<i64>,
-    /// What messages are logged at (default: received).
+    /// Log time of a message: when it was received, or its stamp (default: received).
     #[arg(long)]
     log_time: Option<LogTime>,
-    /// Keep what has no time yet until the first stamp comes, or the first time on `/clock`, however long that takes; a kill
-    /// until then loses it.
+    /// Hold messages without a time until the first stamp or `/clock` message comes. A kill before that loses them.
     #[arg(long)]
     await_stamp: bool,
-    /// Begin with a pause, until the service `~/resume` is called.
+    /// Start paused; the service `~/resume` starts the recording.
     #[arg(long)]
     start_paused: bool,
 }
@@ -60,7 +58,7 @@ pub(crate) fn record(options: &Options) -> ExitCode {
 }
 
 impl Options {
-    /// The node's command line.
+    /// The recorder's ROS 2 arguments.
     fn ros_arguments(&self) -> Vec<String> {
         let log_time = self.log_time.map(|time| match time {
             LogTime::Received => "received",

@@ -15,22 +15,21 @@ use crate::values;
 /// The command line of `lgvi recover`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The bag's directory, or its MCAP file.
+    /// Directory of the bag, or one MCAP file.
     #[arg(value_parser = values::path())]
     bag: PathBuf,
-    /// The new bag's directory, which must not exist (default: `<BAG>_recovered`).
+    /// Directory of the new bag (default: `<BAG>_recovered`).
     #[arg(long, value_parser = values::path())]
     output: Option<PathBuf>,
-    /// Replace the bag's own files once the new ones are complete. Those of which something is left out are kept, as
-    /// `<name>.damaged`.
+    /// Replace the bag's files once the new ones are complete. A file that lost something is kept as `<name>.damaged`.
     #[arg(long, conflicts_with = "output")]
     in_place: bool,
-    /// Print the result as one JSON object.
+    /// Print the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// Recovers a bag; exit code 1 where something had to be left out or is missing.
+/// Recovers a bag; exit code 1 if something is left out or missing.
 pub(crate) fn recover(options: &Options) -> Result<ExitCode, NodeError> {
     let bag = &options.bag;
     let recovery = if options.in_place {
@@ -56,7 +55,7 @@ pub(crate) fn recover(options: &Options) -> Result<ExitCode, NodeError> {
     Ok(ExitCode::from(u8::from(!recovery.is_whole())))
 }
 
-/// What a person reads.
+/// The result for a person.
 struct Text<'a>(&'a Recovery);
 
 impl Display for Text<'_> {

@@ -5,19 +5,19 @@ use std::process::ExitCode;
 use clap::Args;
 use lgvi_common::Warning;
 
-/// The exit code where all is done, and `--strict` does not let the warnings pass.
+/// The exit code if there are only warnings, and `--strict` was given.
 const WARNED: u8 = 3;
 
 /// Whether warnings count.
 #[derive(Args)]
 pub(crate) struct Strictness {
-    /// End with exit code 3 where there are warnings and nothing has failed.
+    /// Exit with code 3 if there are warnings.
     #[arg(long)]
     strict: bool,
 }
 
 impl Strictness {
-    /// The exit code of what has come to its end with these warnings.
+    /// The exit code of a success with these warnings.
     pub(crate) fn exit_code(&self, warnings: &[Warning]) -> ExitCode {
         if self.strict && !warnings.is_empty() {
             ExitCode::from(WARNED)

@@ -30,17 +30,17 @@ impl Managed for Planner {
             ParameterSpec::new(
                 "scene",
                 String::new(),
-                "path of the scene file, which must have a maneuver (required)",
+                "scene file, with a maneuver (required)",
             ),
             ParameterSpec::new(
                 "plan_at_start",
                 true,
-                "whether to plan the maneuver when the node becomes active; false: wait for goals",
+                "plan the maneuver on activation; false: wait for goals",
             ),
             ParameterSpec::new(
                 "lockstep",
                 false,
-                "whether the flight waits for the plans made on its way, as a propagator in lockstep does",
+                "the propagator runs in lockstep: the flight waits for the plans made during it",
             ),
             FramePrefix::specification(),
         ]

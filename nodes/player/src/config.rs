@@ -23,41 +23,33 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         ParameterSpec::new(
             "bag",
             String::new(),
-            "the bag's directory, or its MCAP file (required)",
+            "directory of the bag, or one MCAP file (required)",
         ),
         ParameterSpec::new(
             "rate",
             1.0,
-            "recorded seconds a second; 0: as fast as possible, without loss",
+            "recorded seconds per second; 0: as fast as possible, without loss",
         )
         .range(0.0, f64::MAX)
         .change(ParameterChange::Anytime),
-        ParameterSpec::new(
-            "loop",
-            false,
-            "whether to begin anew at the end, until somebody stops it",
-        )
-        .change(ParameterChange::Anytime),
+        ParameterSpec::new("loop", false, "repeat the bag until stopped")
+            .change(ParameterChange::Anytime),
         ParameterSpec::new(
             "start_paused",
             false,
-            "whether to begin with a pause, until somebody resumes",
+            "start paused, until ~/resume is called",
         ),
-        ParameterSpec::new(
-            "clock",
-            false,
-            "whether to publish /clock at the recorded times",
-        ),
+        ParameterSpec::new("clock", false, "publish the recorded times on /clock"),
         ParameterSpec::new(
             "clock_frequency",
             100.0,
-            "how often to publish /clock a recorded second at most (Hz)",
+            "highest rate of /clock in recorded time (Hz)",
         )
         .range(1e-3, 1e6),
         ParameterSpec::new(
             "await_subscribers",
             0_i64,
-            "hold until every topic has so many subscribers",
+            "number of subscribers that every topic must have before the start",
         )
         .integer_range(0, 1000),
     ];

@@ -30,21 +30,18 @@ impl Range {
             ParameterSpec::new(
                 "start_offset",
                 0.0,
-                "where to begin, in seconds from the bag's first message on",
+                "time of the start after the bag's first message (s)",
             )
             .range(0.0, f64::MAX),
-            end(
-                "duration",
-                "how long to play, in recorded seconds from the beginning on; not set: to the end",
-            ),
+            end("duration", "recorded time to play (s); not set: to the end"),
             end(
                 "until",
-                "where to end, in seconds from the bag's first message on; not set: at the end",
+                "time of the end after the bag's first message (s); not set: at the end",
             ),
         ]
     }
 
-    /// What is to be played of a bag, of which a file may not say when it begins and ends.
+    /// The part of a bag to play. A file of the bag may not tell its times.
     pub(crate) fn read(parameters: &Parameters, bag: &BagReader) -> Result<Self, NodeError> {
         let end = |name| parameters.get_optional(name).map_err(NodeError::input);
         let asked = Asked {

@@ -28,14 +28,11 @@ impl Selection {
         [
             names(
                 "topics",
-                "topics to play, by their names in the bag; empty: all, unless regex is given",
+                "topics to play, by their names in the bag; empty: all, or those that match regex",
             ),
-            pattern("regex", "plays topics whose names contain this, too"),
-            names("exclude_topics", "topics to leave out in any case"),
-            pattern(
-                "exclude_regex",
-                "leaves out topics whose names contain this, in any case",
-            ),
+            pattern("regex", "also play topics whose names match"),
+            names("exclude_topics", "topics not to play"),
+            pattern("exclude_regex", "do not play topics whose names match"),
         ]
     }
 

@@ -39,60 +39,59 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 pub(crate) fn specifications() -> Vec<ParameterSpec> {
     vec![
-        ParameterSpec::new("scene", String::new(), "path of the scene file (required)"),
+        ParameterSpec::new("scene", String::new(), "scene file (required)"),
         ParameterSpec::new(
             "real_time_factor",
             1.0,
-            "simulated seconds a second; 0: as fast as possible, without loss; without effect under use_sim_time",
+            "simulated seconds per second; 0: as fast as possible, without loss; ignored with use_sim_time",
         )
         .range(0.0, f64::MAX)
         .change(ParameterChange::Anytime),
         ParameterSpec::new(
             "state_every",
             0_i64,
-            "steps between two states over shared memory; 0: as the scene's publish.state_every says",
+            "steps between two states over shared memory; 0: publish.state_every of the scene",
         )
         .integer_range(0, i64::MAX)
         .change(ParameterChange::Anytime),
         ParameterSpec::new(
             "ros_every",
             0_i64,
-            "steps between two states over DDS; 0: as the scene's publish.ros_every says",
+            "steps between two states over ROS 2; 0: publish.ros_every of the scene",
         )
         .integer_range(0, i64::MAX)
         .change(ParameterChange::Anytime),
         ParameterSpec::optional::<bool>(
             "await_control",
-            "whether to hold at step 0 until a control sequence for the maneuver's body has been accepted; \
-             not set: where the scene has a maneuver",
+            "wait at step 0 for a control sequence of the maneuver's body; not set: if the scene has a maneuver",
         ),
         ParameterSpec::new(
             "await_subscribers",
             0_i64,
-            "hold at step 0 until the states over shared memory, odometry, tf and invariants have so many subscribers each",
+            "number of subscribers that states in shared memory, odometry, tf and invariants must each have before step 0",
         )
         .integer_range(0, 1000),
         ParameterSpec::new(
             "stop_on_bad_control",
             false,
-            "whether a malformed control sequence ends the flight, or is refused and the flight goes on",
+            "end the flight at a malformed control sequence; false: refuse the sequence and fly on",
         ),
         ParameterSpec::new(
             "feedback",
             true,
-            "whether feedback laws are flown, or their sequences in open loop",
+            "apply feedback laws; false: fly their control sequences in open loop",
         ),
         ParameterSpec::new(
             "lockstep",
             false,
-            "whether to hold wherever the scene is planned anew until the plan made there has been accepted",
+            "wait at every replanning until the new plan has been accepted",
         ),
         ParameterSpec::new(
             "chosen",
             String::new(),
-            "what an automatic integrator has chosen for the scene, as a scene's `chosen` (chosen at configuring if empty)",
+            "choice of an automatic integrator, as in a scene's `chosen`; empty: chosen when the node is configured",
         ),
-        ParameterSpec::new("clock", false, "whether to publish the flight's time on /clock"),
+        ParameterSpec::new("clock", false, "publish the flight's time on /clock"),
         FramePrefix::specification(),
     ]
 }

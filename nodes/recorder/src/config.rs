@@ -67,65 +67,77 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         ParameterSpec::new(
             "output",
             String::new(),
-            "directory of the bag, which must not exist; empty: named after the time",
+            "directory of the new bag; empty: named after the time",
         ),
-        named("compression", "zstd", &COMPRESSIONS, "compression of the bag's chunks"),
+        named(
+            "compression",
+            "zstd",
+            &COMPRESSIONS,
+            "compression of the bag's chunks",
+        ),
         ParameterSpec::new(
             "max_bytes",
             0,
-            "size from which on a file of the bag is closed and the next one begun (bytes); 0: never",
+            "size at which a new file of the bag begins (bytes); 0: never",
         )
         .integer_range(0, i64::MAX),
         ParameterSpec::new(
             "max_duration",
             0.0,
-            "log time that a file of the bag spans at most (s); 0: any",
+            "log time after which a new file of the bag begins (s); 0: never",
         )
         .range(0.0, 1e9),
         ParameterSpec::new(
             "max_cache_size",
             CACHE,
-            "what may wait to be written (bytes); receiving waits where there is more",
+            "size of the write queue (bytes); when it is full, receiving waits",
         )
         .integer_range(1, i64::MAX),
         ParameterSpec::new(
             "states",
             vec!["lgvi_propagator/state".to_owned()],
-            "topics of full-rate states to take from shared memory",
+            "state topics to record from shared memory at full rate",
         ),
         ParameterSpec::optional::<Vec<String>>(
             "topics",
-            "topics to take from DDS, each as name or name=package/msg/Type; not set: those of regex, or all of the node's \
-             namespace and the graph's own, as /tf",
+            "ROS 2 topics to record, each as name or name=package/msg/Type; not set: those that match regex, or all of the node's \
+             namespace and global ones such as /tf",
         ),
-        pattern("regex", "topics whose names contain this are taken from DDS too; empty: none"),
-        ParameterSpec::new("exclude_topics", none(), "topics that are not taken from DDS"),
+        pattern(
+            "regex",
+            "also record ROS 2 topics whose names match; empty: none",
+        ),
+        ParameterSpec::new("exclude_topics", none(), "ROS 2 topics not to record"),
         pattern(
             "exclude_regex",
-            "topics whose names contain this are not taken from DDS; empty: none",
+            "do not record ROS 2 topics whose names match; empty: none",
         ),
         ParameterSpec::new(
             "include_hidden_topics",
             false,
-            "whether topics are taken of whose names a part begins with '_'",
+            "also record hidden topics, which have a name part that begins with '_'",
         ),
         ParameterSpec::new(
             "frame",
             "inertial".to_owned(),
-            "inertial frame of states from shared memory, without its prefix",
+            "inertial frame of the states from shared memory, without prefix",
         ),
         FramePrefix::specification(),
-        named("log_time", "received", &LOG_TIMES, "what messages are logged at"),
+        named(
+            "log_time",
+            "received",
+            &LOG_TIMES,
+            "log time of a message: when it was received, or its stamp",
+        ),
         ParameterSpec::new(
             "await_stamp",
             false,
-            "whether messages without a time wait for the first stamp, or time on /clock, without limit; until then a kill \
-             loses them",
+            "hold messages without a time until the first stamp or /clock message comes; a kill before that loses them",
         ),
         ParameterSpec::new(
             "start_paused",
             false,
-            "whether nothing is recorded before ~/resume",
+            "start paused, until ~/resume is called",
         ),
     ]
 }

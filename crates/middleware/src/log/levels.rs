@@ -110,7 +110,7 @@ impl Levels {
         ParameterSpec::new(
             PARAMETER,
             self.get().to_string(),
-            "Least level of this node's messages that is shown on the console and sent to /rosout",
+            "lowest level of this node's messages on the console and /rosout",
         )
         .constraints("debug, info, warn, error or fatal")
         .check(|value| match value {

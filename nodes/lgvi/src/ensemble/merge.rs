@@ -13,21 +13,21 @@ use crate::values;
 /// The command line of `lgvi ensemble merge`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The directories with the parts.
+    /// Directories with the results to merge.
     #[arg(required = true, value_parser = values::path())]
     directories: Vec<PathBuf>,
-    /// The directory to make; empty if it is there.
+    /// Directory of the merged results, new or empty.
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
     output: PathBuf,
-    /// Join what is there, though samples are missing.
+    /// Merge even if samples are missing.
     #[arg(long)]
     allow_gaps: bool,
-    /// Print the summary as one JSON object.
+    /// Print the summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// Joins parts and says what they come to.
+/// Merges results and prints the summary.
 pub(crate) fn merge(options: &Options) -> Result<ExitCode, NodeError> {
     let allowed = MergeOptions {
         allow_gaps: options.allow_gaps,

@@ -10,15 +10,15 @@ use clap::Subcommand;
 use lgvi_ensemble::EnsembleError;
 use lgvi_node::NodeError;
 
-/// What `lgvi ensemble` does.
+/// The commands of `lgvi ensemble`.
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Flies the samples of a scene's `ensemble` table and says what they come to.
+    /// Fly the samples of a scene's `ensemble` table and summarize them.
     ///
-    /// Results are parts in Parquet, a summary and histograms. What an ended run has left is gone on from when it is started
-    /// again with the same output.
+    /// The results are Parquet files, a summary and histograms. An interrupted run continues if it is started again with
+    /// the same output directory.
     Run(run::Options),
-    /// Joins the parts of runs on other hosts, byte by byte to those of a run that was not cut.
+    /// Merge the results of several hosts; the merged files equal those of one run, byte for byte.
     Merge(merge::Options),
 }
 
@@ -38,7 +38,7 @@ pub(crate) fn ensemble(command: &Command) -> Result<ExitCode, NodeError> {
     }
 }
 
-/// By what failed: the machine, or what it was given.
+/// The exit code: 1 if the machine failed, 2 if the input cannot be used.
 fn failed(error: EnsembleError) -> NodeError {
     if error.is_io() {
         NodeError::runtime(error)

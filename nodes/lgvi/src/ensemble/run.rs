@@ -28,28 +28,28 @@ use crate::values;
 /// The command line of `lgvi ensemble run`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The scene file, with an `ensemble` table.
+    /// Scene file with an `ensemble` table.
     #[arg(value_parser = values::path())]
     scene: PathBuf,
-    /// Number of samples, instead of the scene's.
+    /// Number of samples (default: the scene's).
     #[arg(long)]
     samples: Option<u64>,
-    /// Seed, instead of the scene's.
+    /// Seed (default: the scene's).
     #[arg(long)]
     seed: Option<u64>,
-    /// Threads; 0 for one a core.
+    /// Threads; 0 starts one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Samples that fly side by side on a core; the results are the same.
+    /// Samples that share a core's SIMD lanes; the results do not depend on it.
     #[arg(long, value_enum, default_value_t = Lanes::Eight)]
     lanes: Lanes,
-    /// Only these samples, `A..B` without B: a shard, to be merged with the others.
+    /// Fly only the samples A up to, but not including, B: a shard for `lgvi ensemble merge`.
     #[arg(long, value_name = "A..B", value_parser = range)]
     range: Option<Range<u64>>,
-    /// The directory of the results, made or gone on with (default: `ensembles/<scene>`).
+    /// Directory of the results; an interrupted run in it is continued (default: `ensembles/<scene>`).
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
     output: Option<PathBuf>,
-    /// Print the summary as one JSON object.
+    /// Print the summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -71,13 +71,13 @@ impl From<Lanes> for Width {
     }
 }
 
-/// Threads of the largest run.
+/// Most threads.
 const MOST_THREADS: usize = 4096;
 
-/// What is said at the first signal.
+/// Message at the first signal.
 const ENDING: &str = "finishing the parts that were begun; another signal ends at once";
 
-/// From the second on, a signal that asks for an end does not wait for what is under way.
+/// A second signal ends the process without waiting for the samples in flight.
 fn end_at_the_second_signal() -> io::Result<()> {
     let asked = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -111,7 +111,7 @@ impl Commands for Law {
     }
 }
 
-/// Flies the samples and says what they come to.
+/// Flies the samples and prints the summary.
 pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     if options.threads > MOST_THREADS {
         let threads = options.threads;
@@ -184,7 +184,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     )))
 }
 
-/// What flies the scene's maneuver: its plan, made here once for the nominal scene.
+/// The controls of the scene's maneuver: its plan for the nominal scene, made once.
 fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
     if scene.maneuver.is_none() {
         return Ok(Guidance::None);
@@ -204,7 +204,7 @@ fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
     })
 }
 
-/// What is to be known of how the samples were flown.
+/// Warnings about how the samples were flown.
 fn remarks(campaign: &Campaign<'_>, scene: &Scene) -> Vec<String> {
     let mut remarks = Vec::new();
     if let FlownBy::Simulation { reason } = campaign.flown_by() {
@@ -217,7 +217,7 @@ fn remarks(campaign: &Campaign<'_>, scene: &Scene) -> Vec<String> {
     remarks
 }
 
-/// A bar on standard error; nothing where that is no terminal.
+/// A progress bar on standard error, if that is a terminal.
 fn bar() -> ProgressBar {
     let bar = ProgressBar::new(0);
     let template = "{prefix:>10} [{bar:40}] {pos}/{len} samples, {eta} left";

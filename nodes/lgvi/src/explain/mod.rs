@@ -30,17 +30,17 @@ use skips::Skips;
 /// The command line of `lgvi explain`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The scene file.
+    /// Scene file.
     #[arg(value_parser = values::path())]
     scene: PathBuf,
-    /// Print the explanation as one JSON object.
+    /// Print the explanation as JSON.
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
     strictness: Strictness,
 }
 
-/// A scene in SI, its integrator, and what is to be said of both.
+/// A scene in SI units, its integrator, and warnings.
 #[derive(Debug, Serialize)]
 struct Explanation {
     scene: String,

@@ -17,28 +17,28 @@ use crate::values;
 /// The command line of `lgvi info`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The bag's directory, or its MCAP file, of any recorder.
+    /// Directory of the bag, or one MCAP file, from any recorder.
     #[arg(value_parser = values::path())]
     bag: PathBuf,
-    /// Read all of the bag, and compare every checksum.
+    /// Read the whole bag and verify every checksum.
     #[arg(long)]
     check: bool,
-    /// Print what is known as one JSON object.
+    /// Print the result as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// What is known of a bag.
+/// Everything known about a bag.
 #[derive(Debug, Serialize)]
 struct Info {
     bag: String,
     /// Whether all files are whole and hold what the metadata says.
     complete: bool,
-    /// Whether all of it was read for that; else what its files tell at their ends.
+    /// Whether the whole bag was read for that, or only the summaries of its files.
     checked: bool,
-    /// What is wrong with it.
+    /// Faults.
     faults: Vec<String>,
-    /// What is odd and does no harm.
+    /// Harmless oddities.
     warnings: Vec<String>,
     /// First and last log time (ns since the UNIX epoch).
     start: Option<u64>,
@@ -56,7 +56,7 @@ struct Info {
     topics: Vec<TopicInfo>,
     /// Topics whose messages cannot be read, and do not count.
     left_out: Vec<LeftOut>,
-    /// What the recorder added to the bag's metadata.
+    /// Entries that the recorder added to the bag's metadata.
     custom: BTreeMap<String, String>,
 }
 
@@ -64,12 +64,12 @@ struct Info {
 struct File {
     path: String,
     bytes: u64,
-    /// Messages, the repeated ones included; none where the file does not tell.
+    /// Messages, including repeated ones; none if the file does not tell.
     messages: Option<u64>,
     repeated: u64,
     start: Option<u64>,
     end: Option<u64>,
-    /// Why not all of it can be read.
+    /// The reason why a part cannot be read.
     fault: Option<String>,
 }
 
@@ -93,7 +93,7 @@ struct TopicInfo {
     repeated: u64,
     /// Messages a second, over the bag's duration.
     rate: Option<f64>,
-    /// What the recorder says of messages that were lost.
+    /// Messages lost, as the recorder reports them.
     lost: Option<String>,
     reliability: &'static str,
     durability: &'static str,
@@ -109,7 +109,7 @@ struct LeftOut {
     reason: String,
 }
 
-/// Says what is in a bag; exit code 0 where it is complete, 1 where only a part of it can be read.
+/// Prints the contents of a bag; exit code 0 if it is complete, 1 if only a part can be read.
 pub(crate) fn info(options: &Options) -> Result<ExitCode, NodeError> {
     let (bag, mut faults) = open(&options.bag)?;
     faults.extend(bag.missing().iter().map(ToString::to_string));
@@ -126,7 +126,7 @@ pub(crate) fn info(options: &Options) -> Result<ExitCode, NodeError> {
     Ok(ExitCode::from(u8::from(!info.complete)))
 }
 
-/// The bag, and what is wrong with it.
+/// The bag and its faults.
 fn open(path: &Path) -> Result<(BagReader, Vec<String>), NodeError> {
     let error = match BagReader::open(path) {
         Ok(bag) => return Ok((bag, Vec::new())),
@@ -213,12 +213,12 @@ impl Info {
     }
 }
 
-/// What damaged counts amount to is wrong, but no reason to stop.
+/// The sum of damaged counts is wrong, but no reason to stop.
 fn sum<'a>(counts: impl Iterator<Item = &'a u64>) -> u64 {
     counts.fold(0, |sum, count| sum.saturating_add(*count))
 }
 
-/// Messages of each topic; where the files do not tell, all are read.
+/// Messages of each topic; if the summaries do not tell, the files are read.
 fn counts(bag: &BagReader, faults: &mut Vec<String>) -> Vec<u64> {
     if let Some(counts) = bag.topic_counts() {
         return counts;

@@ -31,9 +31,9 @@ use lgvi_node::NodeError;
 
 use data::FlightData;
 
-/// Draws the flight in the bag at `path`, of the propagator `flight` where there are several, and says where: at `output`,
-/// which must not exist; else `flight.svg` in the bag's directory, which is made anew; else beside a single MCAP file, with
-/// its name.
+/// Draws the flight in the bag at `path` and prints the picture's path. `flight` names the propagator if there are
+/// several. The picture is `output`, which must not exist; else `flight.svg` in the bag's directory, which is overwritten;
+/// else it lies beside a single MCAP file and has its name.
 pub(crate) fn plot(
     path: &Path,
     flight: Option<&str>,

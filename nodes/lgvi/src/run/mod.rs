@@ -28,32 +28,32 @@ use crate::values;
 /// The command line of `lgvi run`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The scene file.
+    /// Scene file.
     #[arg(value_parser = values::path())]
     scene: PathBuf,
-    /// The bag's directory, which must not exist (default: `flights/<scene>_<time>`).
+    /// Directory of the new bag (default: `flights/<scene>_<time>`).
     #[arg(long, value_parser = values::path())]
     bag: Option<PathBuf>,
-    /// Simulated seconds a second; 0 means as fast as possible, without loss, in lockstep where the scene is planned anew in
-    /// flight (default: 0, or 1 where it is).
+    /// Simulated seconds per second; 0 flies as fast as possible, without loss (default: 0, or 1 if the scene is replanned
+    /// in flight).
     #[arg(long, value_parser = values::rate, allow_negative_numbers = true)]
     real_time_factor: Option<f64>,
     #[command(flatten)]
     files: Files,
-    /// Do not start the planner: the control sequence of the scene's maneuver comes from elsewhere.
+    /// Do not start the planner; wait for a control sequence from another node.
     #[arg(long)]
     no_planner: bool,
-    /// Do not draw the flight into the bag's directory at the end.
+    /// Do not draw the flight.
     #[arg(long)]
     no_plot: bool,
-    /// Print the summary as one JSON object.
+    /// Print the summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
     strictness: Strictness,
 }
 
-/// Flies the scene and says how it went.
+/// Flies the scene and prints the summary.
 pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     let scene = load_scene(&options.scene)?;
     let bag = options.bag.clone().unwrap_or_else(|| {
@@ -82,7 +82,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     Ok(flown.exit_code(&options.strictness))
 }
 
-/// Draws a flight that has come to its end. The bag is what counts: without a picture there is a warning only.
+/// Draws a finished flight. If that fails, it only warns: the bag is there.
 fn picture(flown: &Flown) -> Option<PathBuf> {
     let bag = flown.bag.as_ref().filter(|_| flown.flight.is_some())?;
     let picture = plot(bag, None, None);

@@ -17,8 +17,7 @@ use self::verdict::{Outcome, Verdict};
 use crate::flight_bag::FlightBag;
 use crate::output::say;
 
-/// Compares every recorded state with the repetition; exit code 0 where all agree, 1 at a difference or where
-/// what is missing leaves that open.
+/// Compares every recorded state with the repetition; exit code 0 if all agree, 1 if one differs or states are missing.
 pub(crate) fn verify(path: &Path, flight: Option<&str>, json: bool) -> Result<ExitCode, NodeError> {
     let bag = FlightBag::open(path, flight)?;
     let verdict = repeat(&bag, path)?;

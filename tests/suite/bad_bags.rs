@@ -67,11 +67,7 @@ fn what_is_no_bag_is_refused_by_its_name() {
         &[empty.to_str().unwrap(), "expected metadata.yaml"],
     );
     let text = scene("free_body");
-    refused(
-        &world,
-        &text,
-        &[text.to_str().unwrap(), "expected the MCAP magic"],
-    );
+    refused(&world, &text, &[text.to_str().unwrap(), "not an MCAP file"]);
 }
 
 #[test]

@@ -21,13 +21,17 @@ fn a_scene_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
         (
             "steps = 1000",
             "step = 1000",
-            &["unknown field `step`", "expected one of", "`steps`"],
+            &[
+                "unknown field `step`",
+                "expected one of",
+                "did you mean `steps`?",
+            ],
         ),
         (
             "\"1 kg\"",
             "\"1 pound\"",
             &[
-                "`units.mass`",
+                "line 11: `units.mass`",
                 "\"1 pound\"",
                 "expected a number > 0 and one of kg",
             ],

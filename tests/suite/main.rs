@@ -23,6 +23,7 @@ mod feedback;
 mod foreign_readers;
 mod format_guard;
 mod frames;
+mod front_door;
 mod inclination_change;
 mod info;
 mod instances;

@@ -277,6 +277,7 @@ fn a_rust_node_of_ones_own_is_managed_and_diagnosed() {
     states.publish(&SystemState::default()).unwrap();
     operator.await_state("unconfigured");
     node.await_stderr("the scene has no body \"moon\"");
+    drop(states);
     operator.set_text("observer", "dumbbell1").unwrap();
     operator.lead(&["configure", "activate", "deactivate", "cleanup", "shutdown"]);
     node.stop().expect(0);

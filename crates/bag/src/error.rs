@@ -236,7 +236,7 @@ pub enum BagError {
         file: PathBuf,
     },
     /// The file does not start like an MCAP file.
-    #[error("{file}: starts with {found:02x?}, expected the MCAP magic {magic:02x?}", file = .file.display(), magic = mcap::MAGIC)]
+    #[error("{file}: not an MCAP file: it starts with {found:02x?}, expected {magic:02x?}", file = .file.display(), magic = mcap::MAGIC)]
     NotMcap {
         /// The file.
         file: PathBuf,

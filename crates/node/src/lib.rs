@@ -8,6 +8,7 @@ mod error;
 mod event;
 mod file_lock;
 mod file_size;
+mod help;
 mod managed;
 mod namesakes;
 mod node;

@@ -5,7 +5,7 @@ use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::ros::{Change, Outcome, State};
 use tracing::{error, info};
 
-use crate::{Event, Node, NodeError, complain};
+use crate::{Event, Node, NodeError, complain, help};
 
 /// How often an idle node looks for the shutdown.
 const LOOK: Duration = Duration::from_millis(20);
@@ -65,6 +65,10 @@ pub enum Stopped {
 /// The main function of a node: starts it, leads it through its life, and turns the outcome into an exit code (0 done,
 /// 1 failed on the way, 2 unusable input).
 pub fn main<M: Managed>(args: impl IntoIterator<Item = String>) -> ExitCode {
+    let args: Vec<_> = args.into_iter().collect();
+    if help::is_wanted(&args) {
+        return help::print(M::NAME, M::parameters());
+    }
     let node = match Node::start(M::NAME, args, M::parameters()) {
         Ok(node) => node,
         Err(error) => {

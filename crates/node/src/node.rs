@@ -132,7 +132,7 @@ impl Node {
 }
 
 /// The parameters of every node.
-fn common() -> [ParameterSpec; 2] {
+pub(crate) fn common() -> [ParameterSpec; 2] {
     [
         ParameterSpec::new(
             "use_sim_time",

@@ -25,6 +25,10 @@ impl Scene {
         if text.len() > LONGEST {
             return Err(SceneError::TooLong);
         }
+        Self::compile(name, text).map_err(|error| error.located(text))
+    }
+
+    fn compile(name: &str, text: &str) -> Result<Self, SceneError> {
         let syntax = |error| SceneError::syntax(&error);
         let file: SceneFile = toml::from_str(text).map_err(syntax)?;
         numbers::check(text)?;

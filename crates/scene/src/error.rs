@@ -3,6 +3,8 @@ use lgvi_dynamics::MethodError;
 use lgvi_dynamics::auto::ChoiceError;
 use thiserror::Error;
 
+use crate::{position, suggestion};
+
 /// Maximum length of a scene's text (bytes). The parsed TOML can take a hundred times as much memory.
 pub const LONGEST: usize = 4 << 20;
 
@@ -17,8 +19,10 @@ pub enum SceneError {
     #[error("it is longer than {LONGEST} bytes")]
     TooLong,
     /// A value is out of its range.
-    #[error("`{key}` is {value}, expected {expected}")]
+    #[error("{}`{key}` is {value}, expected {expected}", place(*line))]
     Value {
+        /// Line of the text, counted from 1, if the key or a table of it is there.
+        line: Option<usize>,
         /// Path of the key, such as `bodies[0].inertia`.
         key: String,
         /// The value in the file.
@@ -39,13 +43,39 @@ fn excerpt(text: &str) -> String {
     }
 }
 
+/// Returns the beginning of a message about a line.
+fn place(line: Option<usize>) -> String {
+    line.map_or_else(String::new, |line| format!("line {line}: "))
+}
+
 impl SceneError {
     /// Converts a TOML error. Each line of the message is shortened, because a line that it quotes may be as long as
     /// the file.
     pub(crate) fn syntax(error: &toml::de::Error) -> Self {
         let text = error.to_string();
-        let lines: Vec<_> = text.lines().map(excerpt).collect();
+        let mut lines: Vec<_> = text.lines().map(excerpt).collect();
+        if let Some(name) = suggestion::of_message(&text) {
+            lines.push(format!("did you mean `{name}`?"));
+        }
         Self::Syntax(lines.join("\n"))
+    }
+
+    /// Adds the line of the key.
+    pub(crate) fn located(self, text: &str) -> Self {
+        match self {
+            Self::Value {
+                line: None,
+                key,
+                value,
+                expected,
+            } => Self::Value {
+                line: position::line(text, &key),
+                key,
+                value,
+                expected,
+            },
+            error => error,
+        }
     }
 
     pub(crate) fn value(
@@ -54,15 +84,22 @@ impl SceneError {
         expected: impl Into<String>,
     ) -> Self {
         Self::Value {
+            line: None,
             key: key.into(),
             value: excerpt(&format!("{value:?}")),
             expected: expected.into(),
         }
     }
 
+    /// Returns the error for a name that is none of those that are known.
+    pub(crate) fn unknown(key: impl Into<String>, name: &str, known: &[&str]) -> Self {
+        Self::value(key, name, suggestion::one_of(name, known))
+    }
+
     /// Returns the error for a parameter of a constraint or a terminal condition that is written at `key`.
     pub(crate) fn parameter(key: impl Into<String>, error: ParameterError) -> Self {
         Self::Value {
+            line: None,
             key: key.into(),
             value: excerpt(&error.value),
             expected: error.expected,
@@ -72,6 +109,7 @@ impl SceneError {
     /// Returns the error for a required key that is missing.
     pub(crate) fn missing(key: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Value {
+            line: None,
             key: key.into(),
             value: "missing".into(),
             expected: expected.into(),

@@ -36,6 +36,7 @@
 //! the value and the expected values. Numbers stay in the scene's own units. [`Units`] converts outputs to SI and
 //! inputs back.
 
+mod angle;
 mod check;
 mod chosen;
 mod compile;
@@ -50,9 +51,11 @@ mod integrator;
 mod maneuver;
 mod miss;
 mod numbers;
+mod position;
 mod resolution;
 mod scene;
 mod shape;
+mod suggestion;
 mod units;
 
 pub use chosen::Chosen;

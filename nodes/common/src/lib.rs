@@ -15,5 +15,5 @@ pub use convert::{
 pub use event::{Event, FlightReport, Miss, PlanReport};
 pub use frame_prefix::FramePrefix;
 pub use parameters::{publishes_clock, required_path};
-pub use scene_file::load_scene;
+pub use scene_file::{load_scene, parse_scene, read_scene, set_key};
 pub use warning::{Warning, WarningCode};

@@ -1,32 +1,196 @@
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use lgvi_scene::{LONGEST, Scene, SceneError};
-
 use lgvi_node::NodeError;
+use lgvi_scene::{LONGEST, Scene, SceneError};
+use toml_edit::{DocumentMut, Item, Table, Value};
 
 /// Reads and compiles a scene file; the scene is named after the file.
 pub fn load_scene(path: &Path) -> Result<Scene, NodeError> {
-    let refuse = |error: &dyn std::fmt::Display| {
-        NodeError::Input(format!("scene {}: {error}", path.display()))
-    };
-    let bytes = read(path).map_err(|error| refuse(&error))?;
-    if bytes.len() > LONGEST {
-        return Err(refuse(&SceneError::TooLong));
-    }
-    let text = String::from_utf8(bytes).map_err(|error| refuse(&error))?;
+    parse_scene(path, &read_scene(path)?)
+}
+
+/// Compiles a scene's text as if it came from a file at `path`.
+pub fn parse_scene(path: &Path, text: &str) -> Result<Scene, NodeError> {
     let name = path
         .file_stem()
         .map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
-    Scene::parse(&name, &text).map_err(|error| refuse(&error))
+    Scene::parse(&name, text).map_err(|error| refuse(path, &error))
 }
 
-/// What the file holds, or more of it than a scene may have.
-fn read(path: &Path) -> io::Result<Vec<u8>> {
+/// Reads a scene file. A mesh that it names by `obj_file`, relative to its own directory, becomes a part of the text.
+pub fn read_scene(path: &Path) -> Result<String, NodeError> {
+    let text = read(path).map_err(|error| refuse(path, &error))?;
+    let Some(mut document) = text
+        .contains(OBJ_FILE)
+        .then(|| text.parse::<DocumentMut>().ok())
+        .flatten()
+    else {
+        // Without meshes, or with a fault that the parser of scenes names.
+        return Ok(text);
+    };
+    let directory = path.parent().unwrap_or(Path::new(""));
+    for table in polyhedra(&mut document) {
+        let Some(Item::Value(Value::String(file))) = table.remove(OBJ_FILE) else {
+            continue;
+        };
+        let file = directory.join(file.value());
+        let mesh = read(&file)
+            .map_err(|error| refuse(path, &format!("`{OBJ_FILE}` {}: {error}", file.display())))?;
+        table.insert("obj", toml_edit::value(mesh));
+    }
+    Ok(document.to_string())
+}
+
+/// Sets a key of a scene's text, as `run.duration`, `bodies[0].mass` or `bodies.spacecraft.mass`, to a TOML value; one that
+/// is none is a string.
+pub fn set_key(text: &str, key: &str, value: &str) -> Result<String, NodeError> {
+    let fail = |why: &dyn Display| NodeError::Input(format!("--set {key}={value}: {why}"));
+    let mut document = text.parse::<DocumentMut>().map_err(|error| fail(&error))?;
+    let value = value.parse().unwrap_or_else(|_| Value::from(value));
+    let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut item = document.as_item_mut();
+    for part in parents.split('.').filter(|part| !part.is_empty()) {
+        item = enter(item, part).ok_or_else(|| fail(&format!("the scene has no `{part}`")))?;
+    }
+    let (name, index) = indexed(name);
+    let place = match index {
+        None => {
+            let table = item.as_table_like_mut();
+            let table = table.ok_or_else(|| fail(&format!("`{parents}` is no table")))?;
+            table.entry(name).or_insert(Item::None)
+        }
+        Some(_) => enter(item, key.rsplit('.').next().unwrap_or(key))
+            .ok_or_else(|| fail(&format!("the scene has no `{key}`")))?,
+    };
+    match place {
+        Item::Value(old) => {
+            let decor = old.decor().clone();
+            *old = value;
+            *old.decor_mut() = decor;
+        }
+        place => *place = Item::Value(value),
+    }
+    Ok(document.to_string())
+}
+
+const OBJ_FILE: &str = "obj_file";
+
+fn refuse(path: &Path, error: &dyn Display) -> NodeError {
+    NodeError::Input(format!("scene {}: {error}", path.display()))
+}
+
+/// Reads a text that is no longer than a scene may be.
+fn read(path: &Path) -> Result<String, String> {
+    let text = |error: io::Error| error.to_string();
     let mut bytes = Vec::new();
-    File::open(path)?
-        .take(LONGEST as u64 + 1)
-        .read_to_end(&mut bytes)?;
-    Ok(bytes)
+    let file = File::open(path).map_err(text)?;
+    file.take(LONGEST as u64 + 1)
+        .read_to_end(&mut bytes)
+        .map_err(text)?;
+    if bytes.len() > LONGEST {
+        return Err(SceneError::TooLong.to_string());
+    }
+    String::from_utf8(bytes).map_err(|error| error.to_string())
+}
+
+/// Returns the polyhedra that name a mesh file.
+fn polyhedra(document: &mut DocumentMut) -> impl Iterator<Item = &mut dyn toml_edit::TableLike> {
+    let bodies = document
+        .get_mut("bodies")
+        .and_then(Item::as_array_of_tables_mut);
+    let bodies = bodies.into_iter().flat_map(|bodies| bodies.iter_mut());
+    let shapes = bodies.filter_map(|body: &mut Table| body.get_mut("polyhedron"));
+    let shapes = shapes.filter_map(Item::as_table_like_mut);
+    shapes.filter(|shape| shape.contains_key(OBJ_FILE))
+}
+
+/// Splits `name[3]` into name and index.
+fn indexed(part: &str) -> (&str, Option<usize>) {
+    let split = part.strip_suffix(']').and_then(|part| part.split_once('['));
+    match split.and_then(|(name, index)| Some((name, index.parse().ok()?))) {
+        Some((name, index)) => (name, Some(index)),
+        None => (part, None),
+    }
+}
+
+/// Returns the item of a name in a table, of an index in it, or the table of that name in an array of tables.
+fn enter<'a>(item: &'a mut Item, part: &str) -> Option<&'a mut Item> {
+    if item.is_array_of_tables() {
+        let named = |table: &Table| table.get("name").and_then(Item::as_str) == Some(part);
+        let index = item.as_array_of_tables()?.iter().position(named)?;
+        return item.get_mut(index);
+    }
+    let (name, index) = indexed(part);
+    let inner = item.get_mut(name)?;
+    match index {
+        None => Some(inner),
+        Some(index) => inner.get_mut(index),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "title = \"t\" # of all\n[run]\nsteps = 1 # few\n[[bodies]]\nname = \"a\"\npoints = [1, 2]\n[[bodies]]\nname = \"b\"\nmass = 1.0\n";
+
+    #[test]
+    fn keys_are_set_and_the_rest_stays() {
+        let set = |key, value| set_key(TEXT, key, value).map_err(|error| error.to_string());
+        let replaced = |from, to| Ok(TEXT.replace(from, to));
+        assert_eq!(
+            set("run.steps", "20"),
+            replaced("steps = 1 #", "steps = 20 #")
+        );
+        assert_eq!(
+            set("title", "other words"),
+            replaced("\"t\"", "\"other words\"")
+        );
+        assert_eq!(
+            set("bodies[1].mass", "2.5"),
+            replaced("mass = 1.0", "mass = 2.5")
+        );
+        assert_eq!(
+            set("bodies.b.mass", "2.5"),
+            replaced("mass = 1.0", "mass = 2.5")
+        );
+        assert_eq!(
+            set("run.duration", "[1, 2]"),
+            replaced("few\n", "few\nduration = [1, 2]\n")
+        );
+        for wrong in ["bodies.c.mass", "bodies[2].mass", "rum.steps", "title.x"] {
+            let error = set(wrong, "1").unwrap_err();
+            assert!(error.contains(wrong), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_mesh_file_becomes_a_part_of_the_text() {
+        let directory = tempfile::tempdir().unwrap();
+        let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+        std::fs::write(directory.path().join("rock.obj"), mesh).unwrap();
+        let scene = |shape: &str| {
+            format!(
+                "title = \"t\"\n[units]\nlength = \"1 m\"\nmass = \"1 kg\"\ntime = \"1 s\"\n[run]\nduration = 1.0\nsteps = 10\n\
+                 integrator = \"lgvi\"\n[publish]\nstate_every = 1\nros_every = 1\n[gravity]\nmutual = 1.0\n[[bodies]]\nname = \"rock\"\n\
+                 mass = 1.0\npolyhedron = {{ {shape} }}\nposition = [0, 0, 0]\nattitude = {{ w = 1, x = 0, y = 0, z = 0 }}\n"
+            )
+        };
+        let path = directory.path().join("scene.toml");
+        std::fs::write(&path, scene("obj_file = \"rock.obj\"")).unwrap();
+        let text = read_scene(&path).unwrap();
+        assert!(
+            text.contains("v 0 0 1") && !text.contains(OBJ_FILE),
+            "{text}"
+        );
+        std::fs::write(&path, scene("obj_file = \"none.obj\"")).unwrap();
+        let error = load_scene(&path).unwrap_err().to_string();
+        assert!(
+            error.contains("none.obj") && error.contains("scene.toml"),
+            "{error}"
+        );
+    }
 }

@@ -9,6 +9,7 @@ mod explain;
 mod files;
 mod flight_bag;
 mod info;
+mod new;
 mod output;
 mod parameters;
 mod play;
@@ -16,6 +17,7 @@ mod plot;
 mod record;
 mod recover;
 mod run;
+mod scene_input;
 mod strictness;
 mod values;
 mod verify;
@@ -23,7 +25,7 @@ mod verify;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use lgvi_node::{NodeError, complain, let_long_files_fail};
 
 /// Fly rigid bodies in ROS 2: plan, propagate, record, replay, verify.
@@ -95,6 +97,8 @@ enum Command {
     /// could not be written; 2 the scene or the existing results cannot be used.
     #[command(subcommand)]
     Ensemble(ensemble::Command),
+    /// Write a scene file from a template.
+    New(new::Options),
     /// Record topics from shared memory and DDS until stopped.
     Record(record::Options),
     /// Replay a bag over shared memory and DDS.
@@ -106,6 +110,17 @@ enum Command {
         /// The node's arguments, such as `--ros-args -p scene:=scenes/free_body.toml`.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
+    },
+    /// Print a completion script for a shell.
+    Completions {
+        /// Shell.
+        shell: clap_complete::Shell,
+    },
+    /// Write man pages.
+    Man {
+        /// Existing directory for the pages.
+        #[arg(value_parser = values::path())]
+        directory: PathBuf,
     },
 }
 
@@ -120,7 +135,13 @@ impl Command {
             Self::Ensemble(command) => command.prints_json(),
             Self::Explain(options) => options.json,
             Self::Verify { json, .. } => *json,
-            Self::Plot { .. } | Self::Record(_) | Self::Play(_) | Self::Node { .. } => false,
+            Self::Plot { .. }
+            | Self::New(_)
+            | Self::Record(_)
+            | Self::Play(_)
+            | Self::Node { .. }
+            | Self::Completions { .. }
+            | Self::Man { .. } => false,
         }
     }
 
@@ -168,6 +189,9 @@ impl NodeKind {
 }
 
 fn main() -> ExitCode {
+    if let Some((node, arguments)) = node_help() {
+        return node.run(arguments);
+    }
     let command = Arguments::parse().command;
     if let Err(error) = let_long_files_fail() {
         return fail(&command, &NodeError::runtime(error));
@@ -190,8 +214,30 @@ fn main() -> ExitCode {
         Command::Record(options) => return record::record(options),
         Command::Play(options) => return play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),
+        Command::New(options) => new::new(options),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Arguments::command(), "lgvi", &mut script);
+            output::say(&String::from_utf8_lossy(&script).trim_end()).map(|()| ExitCode::SUCCESS)
+        }
+        Command::Man { directory } => clap_mangen::generate_to(Arguments::command(), directory)
+            .map(|()| ExitCode::SUCCESS)
+            .map_err(|error| NodeError::Input(format!("{}: {error}", directory.display()))),
     };
     outcome.unwrap_or_else(|error| fail(&command, &error))
+}
+
+/// A node whose own help is asked for: `lgvi node <NODE> --help`.
+fn node_help() -> Option<(NodeKind, Vec<String>)> {
+    let arguments = std::env::args_os().skip(1);
+    let mut arguments = arguments.map_while(|argument| argument.into_string().ok());
+    if arguments.next()? != "node" {
+        return None;
+    }
+    let node = NodeKind::from_str(&arguments.next()?, false).ok()?;
+    let rest: Vec<_> = arguments.collect();
+    let first = rest.first()?;
+    (first == "--help" || first == "-h").then_some((node, rest))
 }
 
 /// Reports an error: on standard error, and as JSON with `--json`.

@@ -116,6 +116,30 @@ impl ParameterSpec {
         }
     }
 
+    /// The name, and the default and the description for a person.
+    pub fn help(&self) -> (&str, String) {
+        let range = match self.range {
+            None => String::new(),
+            Some(Range::Double { from, to: f64::MAX }) => format!(", at least {from:?}"),
+            Some(Range::Double { from, to }) => format!(", from {from:?} to {to:?}"),
+            Some(Range::Integer { from, to: i64::MAX }) => format!(", at least {from}"),
+            Some(Range::Integer { from, to }) => format!(", from {from} to {to}"),
+        };
+        let constraints = match self.constraints.as_str() {
+            "" => String::new(),
+            text => format!("; {text}"),
+        };
+        let Self {
+            description,
+            default,
+            ..
+        } = self;
+        (
+            &self.name,
+            format!("{description} (default: {default}{range}{constraints})"),
+        )
+    }
+
     /// The value to begin with: the one given, or the default.
     pub(super) fn begin(&self, given: Option<&Value>) -> Result<ParameterValue, ParameterError> {
         let default = self.accept(self.default.clone());

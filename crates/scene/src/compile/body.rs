@@ -209,6 +209,7 @@ fn given_inertia(key: &str, file: &BodyFile) -> Result<Inertia, SceneError> {
         Some(InertiaFile::Matrix(rows)) => (check::matrix(rows), format!("{rows:?}")),
     };
     Inertia::new(matrix).map_err(|error| SceneError::Value {
+        line: None,
         key,
         value: written,
         expected: format!("the inertia of a rigid body: {error}"),

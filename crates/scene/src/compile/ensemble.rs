@@ -37,8 +37,7 @@ pub(super) fn ensemble(scene: &Scene, file: &EnsembleFile) -> Result<Ensemble, S
         let key = format!("ensemble.bodies[{index}]");
         let body = scene.body_index(&file.body).ok_or_else(|| {
             let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
-            let expected = format!("one of {}", names.join(", "));
-            SceneError::value(format!("{key}.body"), &file.body, expected)
+            SceneError::unknown(format!("{key}.body"), &file.body, &names)
         })?;
         if spreads[body] != Spread::default() {
             let expected = "a body that no table before it is about";

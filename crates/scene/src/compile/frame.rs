@@ -3,7 +3,7 @@ use std::iter::once;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::file::FrameFile;
-use crate::{Frame, Scene, SceneError, check};
+use crate::{Frame, Scene, SceneError, check, suggestion};
 
 /// Largest number of frames in a scene: a single message holds all of them.
 const MAX_FRAMES: usize = 1024;
@@ -60,10 +60,8 @@ fn check_inside(
     if known.contains(&parent) {
         return Ok(());
     }
-    let expected = format!(
-        "the inertial frame, a body or an earlier frame: one of {}",
-        known.join(", ")
-    );
+    let expected = suggestion::one_of(parent, &known);
+    let expected = format!("the inertial frame, a body or an earlier frame: {expected}");
     Err(SceneError::value(key, parent, expected))
 }
 

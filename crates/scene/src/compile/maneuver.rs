@@ -20,11 +20,7 @@ const MAX_MANEUVER_STEPS: u64 = 1_000_000;
 pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, SceneError> {
     let body = scene.body_index(&file.body).ok_or_else(|| {
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
-        SceneError::value(
-            "maneuver.body",
-            &file.body,
-            format!("one of {}", names.join(", ")),
-        )
+        SceneError::unknown("maneuver.body", &file.body, &names)
     })?;
     check_field(scene, body)?;
     if !(2..=MAX_MANEUVER_STEPS).contains(&scene.steps) {

@@ -101,6 +101,7 @@ pub(super) fn polyhedron(
 
 fn refuse(key: &str, name: &str, value: String, error: impl Display) -> SceneError {
     SceneError::Value {
+        line: None,
         key: format!("{key}.{name}"),
         value,
         expected: format!("the shape of a body: {error}"),

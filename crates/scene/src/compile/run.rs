@@ -160,6 +160,7 @@ fn refused(scene: &Scene, error: MethodError) -> SceneError {
                 other => (other, value.to_string()),
             };
             SceneError::Value {
+                line: None,
                 key: format!("run.integrator.{key}"),
                 value,
                 expected: format!("{expected}, for {method}"),

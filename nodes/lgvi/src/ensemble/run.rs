@@ -8,7 +8,6 @@ use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use lgvi_common::load_scene;
 use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_ensemble::{self as ensemble, Campaign, Commands, FlownBy, Guidance, Settings, Store};
@@ -23,14 +22,14 @@ use super::failed;
 use super::report::report;
 use crate::choosing::choose;
 use crate::output::say;
+use crate::scene_input::SceneInput;
 use crate::values;
 
 /// The command line of `lgvi ensemble run`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// Scene file with an `ensemble` table.
-    #[arg(value_parser = values::path())]
-    scene: PathBuf,
+    #[command(flatten)]
+    input: SceneInput,
     /// Number of samples (default: the scene's).
     #[arg(long)]
     samples: Option<u64>,
@@ -118,7 +117,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         let message = format!("{threads} threads, expected at most {MOST_THREADS}");
         return Err(NodeError::Input(message));
     }
-    let mut scene = load_scene(&options.scene)?;
+    let mut scene = options.input.load()?.scene;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
     end_at_the_second_signal().map_err(NodeError::runtime)?;
     let choice = choose(&scene, Some(&shutdown)).map_err(|error| match error {

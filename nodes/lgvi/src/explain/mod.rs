@@ -9,18 +9,17 @@ mod skips;
 mod text;
 mod trial;
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use lgvi_common::{Warning, load_scene};
+use lgvi_common::Warning;
 use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use serde::Serialize;
 
 use crate::output::say;
+use crate::scene_input::SceneInput;
 use crate::strictness::Strictness;
-use crate::values;
 use bodies::Body;
 use gravity::Gravity;
 use integrator::Integrator;
@@ -30,9 +29,8 @@ use skips::Skips;
 /// The command line of `lgvi explain`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// Scene file.
-    #[arg(value_parser = values::path())]
-    scene: PathBuf,
+    #[command(flatten)]
+    input: SceneInput,
     /// Print the explanation as JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -62,7 +60,7 @@ struct Explanation {
 
 /// Explains the scene in a file.
 pub(crate) fn explain(options: &Options) -> Result<ExitCode, NodeError> {
-    let explanation = Explanation::of(&load_scene(&options.scene)?)?;
+    let explanation = Explanation::of(&options.input.load()?.scene)?;
     if options.json {
         say(&serde_json::to_string(&explanation).map_err(NodeError::runtime)?)?;
     } else {

@@ -1,4 +1,4 @@
-use lgvi_common::WarningCode;
+use lgvi_common::{WarningCode, load_scene};
 
 use super::*;
 

@@ -47,10 +47,12 @@ struct Course {
     progress: Progress,
 }
 
-/// Flies `scene`, by what was chosen where its integrator is automatic, into `bag`; a shutdown ends it early, with what was recorded until then.
+/// Flies the scene in `file` and records it into `bag`. `chosen` is the choice of an automatic integrator. A shutdown ends
+/// the flight early; the bag then has its first part.
 pub(crate) fn fly(
     options: &Options,
     scene: &Scene,
+    file: &Path,
     chosen: Option<&str>,
     bag: &Path,
     shutdown: &Shutdown,
@@ -58,7 +60,7 @@ pub(crate) fn fly(
     let mut course = Course::new(scene);
     let planned = scene.maneuver.is_some() && !options.no_planner;
     let topics = topics(scene, planned);
-    let scene_file = format!("scene:={}", path(&options.scene));
+    let scene_file = format!("scene:={}", path(file));
 
     let recorder = recorder(scene, bag, &topics)
         .into_iter()

@@ -12,7 +12,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use lgvi_common::load_scene;
 use lgvi_middleware::Shutdown;
 use lgvi_node::{NodeError, complain};
 use lgvi_scene::Chosen;
@@ -22,15 +21,15 @@ use crate::choosing::choose;
 use crate::files::Files;
 use crate::output::say;
 use crate::plot::plot;
+use crate::scene_input::{Loaded, SceneInput};
 use crate::strictness::Strictness;
 use crate::values;
 
 /// The command line of `lgvi run`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// Scene file.
-    #[arg(value_parser = values::path())]
-    scene: PathBuf,
+    #[command(flatten)]
+    input: SceneInput,
     /// Directory of the new bag (default: `flights/<scene>_<time>`).
     #[arg(long, value_parser = values::path())]
     bag: Option<PathBuf>,
@@ -55,26 +54,26 @@ pub(crate) struct Options {
 
 /// Flies the scene and prints the summary.
 pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
-    let scene = load_scene(&options.scene)?;
+    let Loaded { scene, file, .. } = &options.input.load()?;
     let bag = options.bag.clone().unwrap_or_else(|| {
         let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
         PathBuf::from(format!("flights/{}_{time}", scene.name))
     });
-    let _alone = domain::lock(&options.scene, &bag)?;
+    let _alone = domain::lock(&options.input.scene, &bag)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
-    let choice = match choose(&scene, Some(&shutdown)) {
+    let choice = match choose(scene, Some(&shutdown)) {
         Err(NodeError::Interrupted) => return Ok(ExitCode::from(flight::STOPPED)),
         choice => choice?,
     };
     let chosen = choice.map(|choice| Chosen::from(&choice).to_string());
-    let mut flown = flight::fly(options, &scene, chosen.as_deref(), &bag, &shutdown)?;
+    let mut flown = flight::fly(options, scene, file, chosen.as_deref(), &bag, &shutdown)?;
     if !options.no_plot {
         flown.picture = picture(&flown);
     }
     if options.json {
         say(&serde_json::to_string(&flown).map_err(NodeError::runtime)?)?;
     } else {
-        say(&summary::Summary(&scene, &flown))?;
+        say(&summary::Summary(scene, &flown))?;
         if let Some(failure) = &flown.failure {
             complain(&format_args!("lgvi: {}", failure.message));
         }

@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::moves;
 use crate::SceneError;
+use crate::angle::{AngleFile, angle};
 
 /// A constraint in the form of the scene file. Each kind has one variant here and one arm in [`constraint`].
 #[derive(Deserialize)]
@@ -30,7 +31,7 @@ pub(crate) enum ConstraintFile {
     KeepOutCone {
         axis: [f64; 3],
         direction: [f64; 3],
-        half_angle: f64,
+        half_angle: AngleFile,
     },
     KeepOutSphere {
         #[serde(alias = "centre")]
@@ -40,7 +41,7 @@ pub(crate) enum ConstraintFile {
     Corridor {
         apex: [f64; 3],
         axis: [f64; 3],
-        half_angle: f64,
+        half_angle: AngleFile,
     },
 }
 
@@ -107,7 +108,7 @@ fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint
         } => Constraint::state(KeepOutCone::new(
             (*axis).into(),
             (*direction).into(),
-            *half_angle,
+            angle("half_angle", half_angle)?,
         )?),
         File::KeepOutSphere { center, radius } => {
             Constraint::state(KeepOutSphere::new((*center).into(), *radius)?)
@@ -116,7 +117,11 @@ fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint
             apex,
             axis,
             half_angle,
-        } => Constraint::state(Corridor::new((*apex).into(), (*axis).into(), *half_angle)?),
+        } => Constraint::state(Corridor::new(
+            (*apex).into(),
+            (*axis).into(),
+            angle("half_angle", half_angle)?,
+        )?),
     })
 }
 

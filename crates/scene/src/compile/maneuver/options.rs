@@ -162,6 +162,7 @@ fn check_plain(maneuver: &Maneuver, beyond: &[(&str, bool)], why: &str) -> Resul
         _ => ("given", "none"),
     };
     Err(SceneError::Value {
+        line: None,
         key: format!("maneuver.{key}"),
         value: value.into(),
         expected: format!("{expected} where {why}"),

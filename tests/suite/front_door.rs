@@ -1,0 +1,116 @@
+//! What makes a first hour easier: templates, changes on the command line, completions, man pages, help of nodes.
+
+use lgvi_tests::{Summary, World, binary, scene};
+
+#[test]
+fn a_template_is_written_once_and_explained_with_changes() {
+    let world = World::new();
+    let file = world.path("mine.toml");
+    let file = file.to_str().unwrap();
+    world
+        .lgvi(["new", "pendulum", "--output", file])
+        .finish()
+        .expect(0);
+    let again = world.lgvi(["new", "pendulum", "--output", file]).finish();
+    again.expect(2).says(&["mine.toml", "exists"]);
+    world
+        .lgvi(["new", "pendulumm"])
+        .finish()
+        .expect(2)
+        .says(&["pendulum"]);
+
+    let changed = [
+        "explain",
+        file,
+        "--set",
+        "run.steps=77",
+        "--set",
+        "title=Swing",
+    ];
+    let explained = world.lgvi(changed).finish().expect(0);
+    assert!(explained.stdout.contains("Swing") && explained.stdout.contains("77 steps"));
+    for (wrong, said) in [
+        ("run.stepz=1", "did you mean `steps`?"),
+        ("rum.steps=1", "`rum`"),
+        ("steps", "KEY=VALUE"),
+    ] {
+        let refused = world.lgvi(["explain", file, "--set", wrong]).finish();
+        refused.expect(2).says(&[said]);
+    }
+}
+
+/// The bag has the scene as it was flown, so that `verify` flies the same.
+#[test]
+fn a_changed_scene_is_flown_recorded_and_verified() {
+    let world = World::new();
+    let directory = world.path("scenes");
+    std::fs::create_dir(&directory).unwrap();
+    let mesh = "v 1 1 1\nv -1 -1 1\nv -1 1 -1\nv 1 -1 -1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(directory.join("rock.obj"), mesh).unwrap();
+    let text = std::fs::read_to_string(scene("free_body")).unwrap();
+    let text: String = text
+        .lines()
+        .filter(|line| !line.starts_with("inertia"))
+        .map(|line| match line {
+            "[[bodies]]" => "[[bodies]]\npolyhedron = { obj_file = \"rock.obj\" }\n".to_owned(),
+            line => format!("{line}\n"),
+        })
+        .collect();
+    let file = directory.join("rock.toml");
+    std::fs::write(&file, text).unwrap();
+    let flight = world.start_flight(&file, "flight", &["--set", "run.steps=5000"]);
+    let summary: Summary = flight.finish().expect(0).json();
+    assert_eq!(summary.flight.expect("a flight").steps, 5000);
+    std::fs::remove_dir_all(&directory).unwrap();
+    let bag = world.path("flight");
+    world
+        .lgvi(["verify", bag.to_str().unwrap()])
+        .finish()
+        .expect(0);
+}
+
+#[test]
+fn shells_and_man_know_every_command() {
+    let world = World::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = world.lgvi(["completions", shell]).finish().expect(0).stdout;
+        assert!(
+            script.contains("ensemble") && script.contains("real-time-factor"),
+            "{shell}"
+        );
+    }
+    let pages = world.path("man");
+    std::fs::create_dir(&pages).unwrap();
+    world
+        .lgvi(["man", pages.to_str().unwrap()])
+        .finish()
+        .expect(0);
+    for page in ["lgvi.1", "lgvi-run.1", "lgvi-ensemble-merge.1"] {
+        let text = std::fs::read_to_string(pages.join(page)).unwrap();
+        assert!(text.contains(".SH"), "{page}: {text}");
+    }
+}
+
+#[test]
+fn nodes_list_their_parameters() {
+    let world = World::new();
+    for (kind, parameter) in [
+        ("propagator", "real_time_factor"),
+        ("planner", "plan_at_start"),
+        ("recorder", "max_cache_size"),
+        ("player", "start_offset"),
+    ] {
+        let own = world
+            .lgvi(["node", kind, "--help"])
+            .finish()
+            .expect(0)
+            .stdout;
+        let mut command = world.command(&binary(&format!("lgvi_{kind}")));
+        command.arg("-h");
+        let same = world.start(kind, command).finish().expect(0).stdout;
+        assert_eq!(own, same);
+        for name in [parameter, "use_sim_time", "autostart", "default:"] {
+            assert!(own.contains(name), "{name}: {own}");
+        }
+    }
+}

@@ -274,10 +274,17 @@ fn a_rust_node_of_ones_own_is_managed_and_diagnosed() {
     let states = observer
         .publisher::<SystemState>("/own_node/state", &Qos::latched(1000))
         .unwrap();
-    states.publish(&SystemState::default()).unwrap();
+    let bodies = ["dumbbell1", "dumbbell2"].map(|name| BodyState {
+        name: name.into(),
+        ..BodyState::default()
+    });
+    let state = SystemState {
+        bodies: bodies.into(),
+        ..SystemState::default()
+    };
+    states.publish(&state).unwrap();
     operator.await_state("unconfigured");
     node.await_stderr("the scene has no body \"moon\"");
-    drop(states);
     operator.set_text("observer", "dumbbell1").unwrap();
     operator.lead(&["configure", "activate", "deactivate", "cleanup", "shutdown"]);
     node.stop().expect(0);

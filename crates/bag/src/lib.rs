@@ -35,20 +35,23 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod damage;
 mod directory;
 mod error;
 mod metadata;
 mod new_directory;
 mod qos;
 mod read;
-mod records;
+mod record;
 mod recover;
 mod regular;
+mod times;
 mod topic;
 mod write;
 mod yaml;
 
-pub use error::{BagError, Damage, Rest, WriteError};
+pub use damage::Damage;
+pub use error::{BagError, Rest, WriteError};
 pub use new_directory::NewDirectory;
 pub use qos::{Durability, History, Qos, Reliability};
 pub use read::{BagFile, BagReader, Chunks, Message, Messages};

@@ -128,7 +128,7 @@ impl<'a> Messages<'a> {
             let repeated = self.bag.repeated[file].get(&span.offset).copied();
             let batch = mcap.read(span, repeated.unwrap_or(0), |header| {
                 let wanted = topics
-                    .get(&header.channel)
+                    .get(&header.channel_id)
                     .is_some_and(|topic| self.wanted[*topic]);
                 Ok(wanted && header.log_time >= self.start)
             })?;
@@ -149,7 +149,7 @@ impl<'a> Messages<'a> {
         let Reverse(Active { position, batch }) = &mut *next;
         let Position { file, offset, .. } = *position;
         let (header, data) = batch.pop()?;
-        let topic_index = self.bag.channels[file][&header.channel];
+        let topic_index = self.bag.channels[file][&header.channel_id];
         let data = unpacked(data).map(Cow::into_owned);
         if let Some(log_time) = batch.next_time() {
             position.log_time = log_time;

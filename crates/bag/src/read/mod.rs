@@ -1,6 +1,5 @@
 //! Reading: the messages of a bag's files in one order.
 
-mod check;
 mod counts;
 mod file;
 mod listing;
@@ -13,7 +12,10 @@ pub use messages::{Message, Messages};
 pub use reader::{BagFile, BagReader};
 
 pub(crate) use {
-    file::{Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, McapFile, OTHER_STORAGES, unpack},
+    file::{
+        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, McapFile, Schema, refuse_other, schema,
+        unpack,
+    },
     listing::{mcap_files, natural},
     messages::unpacked,
     siblings::siblings,

@@ -4,7 +4,11 @@ use std::{
 };
 
 use super::{Chunks, Messages, file::McapFile, listing::Listing};
-use crate::{BagError, LeftOutTopic, Topic, metadata::Metadata};
+use crate::{
+    BagError, LeftOutTopic, Topic,
+    metadata::Metadata,
+    times::{around, sum},
+};
 
 /// A bag of one or several MCAP files, of any recorder that follows rosbag2.
 ///
@@ -208,9 +212,8 @@ impl BagReader {
             .into_iter()
             .try_for_each(|(topic, found)| check(topic, 0, found))?;
         let found = self.files.iter().flat_map(|file| &file.contents.counts);
-        let found = found
-            .flat_map(BTreeMap::values)
-            .fold(0, |sum: u64, count| sum.saturating_add(*count));
+        let found = found.flat_map(BTreeMap::values);
+        let found = sum(found.copied());
         // Topics that are left out may be counted or not.
         if left_out.is_empty() && found != metadata.message_count {
             return Err(BagError::Total {
@@ -244,6 +247,17 @@ impl BagReader {
         &self.custom
     }
 
+    /// Reads every file as a whole; the faults, in the order of the files: all damaged chunks of a file, or else its first
+    /// fault. Every record must be readable, every checksum must match, definitions of one id must be equal, and all
+    /// indexes, offsets and statistics must agree with the records. Opening a bag reads only the ends of its files.
+    pub fn check(&self) -> Vec<BagError> {
+        let files = self.files.iter();
+        files
+            .filter(|file| file.fault.is_none())
+            .flat_map(McapFile::check)
+            .collect()
+    }
+
     /// The bag's files in their order.
     pub fn files(&self) -> impl Iterator<Item = BagFile<'_>> {
         self.files.iter().enumerate().map(|(index, file)| BagFile {
@@ -253,9 +267,8 @@ impl BagReader {
             times: file.times,
             messages: file.contents.counts.as_ref().map(|counts| {
                 let known = counts.iter();
-                known
-                    .filter(|(channel, _)| file.topics.contains_key(channel))
-                    .fold(0, |sum: u64, (_, count)| sum.saturating_add(*count))
+                let known = known.filter(|(channel, _)| file.topics.contains_key(channel));
+                sum(known.map(|(_, count)| *count))
             }),
             repeated: self.repeated_of(index).map(|(_, count)| count).sum(),
             fault: file.fault.as_ref(),
@@ -264,10 +277,7 @@ impl BagReader {
 
     /// First and last log time (ns), if the bag has messages; those of topics left out do not count.
     pub fn times(&self) -> Option<(u64, u64)> {
-        self.files
-            .iter()
-            .filter_map(|file| file.times)
-            .reduce(|(first, last), (start, end)| (first.min(start), last.max(end)))
+        around(self.files.iter().filter_map(|file| file.times))
     }
 
     /// All messages in the order of their log times, without those repeated at the head of a further file; those of one

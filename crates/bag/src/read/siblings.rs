@@ -58,7 +58,7 @@ pub(crate) fn siblings(files: &[PathBuf]) -> BTreeMap<PathBuf, Option<u64>> {
 
 fn told(path: &Path) -> Option<BTreeMap<PathBuf, Option<u64>>> {
     let record = file::metadata(path, RECORD.0)?;
-    let told: Told = yaml::read(record.entries.get(RECORD.1)?).ok()?;
+    let told: Told = yaml::read(record.metadata.get(RECORD.1)?).ok()?;
     let listed = told.relative_file_paths.into_iter();
     let counted = told.files.into_iter();
     let all = listed

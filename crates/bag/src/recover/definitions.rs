@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use mcap::records::Channel;
+
 use crate::{
     Qos, SERIALIZATION_FORMAT, channel_key,
-    read::Contents,
-    records::{Channel, Schema},
+    read::{Contents, Schema},
 };
 
 /// Schemas and channels by id, each with a flag that tells if a checksum covers it.
@@ -53,13 +54,13 @@ impl Definitions {
         let Some((channel, _)) = self.channels.get(&id) else {
             return Err(format!("the definition of channel {id} is lost"));
         };
-        if channel.encoding != SERIALIZATION_FORMAT {
-            let (found, expected) = (&channel.encoding, SERIALIZATION_FORMAT);
+        if channel.message_encoding != SERIALIZATION_FORMAT {
+            let (found, expected) = (&channel.message_encoding, SERIALIZATION_FORMAT);
             return Err(format!(
                 "channel {id} holds {found:?}, expected {expected:?}"
             ));
         }
-        let Some((schema, _)) = self.schemas.get(&channel.schema) else {
+        let Some((schema, _)) = self.schemas.get(&channel.schema_id) else {
             return Err(format!("channel {id} has no definition"));
         };
         let mut channel = channel.clone();

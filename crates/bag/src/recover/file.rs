@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use mcap::records::{MessageHeader, Record, op};
+use mcap::records::{Metadata, Record, op};
 use serde::Deserialize;
 
 use super::{
@@ -19,8 +19,9 @@ use super::{
 use crate::{
     CUSTOM_DATA, REPEATED,
     metadata::RECORD,
-    read::{McapFile, unpacked},
-    records::{self, Channel, Metadata, Schema},
+    read::{McapFile, schema, unpacked},
+    record::{self, Records, parse},
+    times::sum,
     yaml,
 };
 
@@ -68,8 +69,7 @@ pub(super) fn copy(
                 path: path.to_owned(),
                 bytes: Some(source.size),
                 complete: has_magic && source.has_end()?,
-                missing: claimed
-                    .map(|counts| counts.values().copied().fold(0, u64::saturating_add)),
+                missing: claimed.map(|counts| sum(counts.values().copied())),
                 ..RecoveredFile::default()
             },
             unverified: 0,
@@ -156,9 +156,13 @@ impl Copy<'_> {
 
     /// Copies the records of a chunk.
     fn chunk(&mut self, records: &[u8], chunk: u64, checked: bool) -> Result<(), RecoverError> {
-        let mut left = records;
-        while let Some((opcode, body, rest)) = record(left) {
-            left = rest;
+        for record in Records::new(records) {
+            let Ok((opcode, place)) = record else {
+                let reason = "the chunk ends within a record".to_owned();
+                self.leave_out(chunk, 0, reason);
+                break;
+            };
+            let body = &records[place];
             match opcode {
                 op::MESSAGE => {
                     let kept = self.message(body, chunk)?;
@@ -167,10 +171,6 @@ impl Copy<'_> {
                 op::SCHEMA | op::CHANNEL => self.record(opcode, body, chunk, checked)?,
                 _ => {}
             }
-        }
-        if !left.is_empty() {
-            let reason = "the chunk ends within a record".to_owned();
-            self.leave_out(chunk, left.len() as u64, reason);
         }
         Ok(())
     }
@@ -183,62 +183,54 @@ impl Copy<'_> {
         offset: u64,
         checked: bool,
     ) -> Result<(), RecoverError> {
-        let damage = match opcode {
-            op::SCHEMA => match Schema::parse(body) {
-                Ok(schema) => {
-                    self.definitions.add_schema(schema, checked);
-                    return Ok(());
-                }
-                Err(damage) => damage.to_string(),
-            },
-            op::CHANNEL => match Channel::parse(body) {
-                Ok(channel) => {
-                    self.definitions.add_channel(channel, checked);
-                    return Ok(());
-                }
-                Err(damage) => damage.to_string(),
-            },
-            op::METADATA => match Metadata::parse(body) {
-                Ok(metadata) => return self.metadata(metadata),
-                Err(damage) => damage.to_string(),
-            },
-            op::ATTACHMENT => match attachment(body) {
+        let known = [op::SCHEMA, op::CHANNEL, op::METADATA, op::ATTACHMENT];
+        if !known.contains(&opcode) {
+            return Ok(());
+        }
+        let damage = match parse(opcode, body) {
+            Ok(Record::Schema { header, data }) => {
+                self.definitions.add_schema(schema(header, data), checked);
+                return Ok(());
+            }
+            Ok(Record::Channel(channel)) => {
+                self.definitions.add_channel(channel, checked);
+                return Ok(());
+            }
+            Ok(Record::Metadata(metadata)) => return self.metadata(metadata),
+            Ok(record) => match attachment(record, body) {
                 Some(attachment) => return self.output.attachment(&attachment),
                 None => "an attachment is damaged or has no checksum".to_owned(),
             },
-            _ => return Ok(()),
+            Err(damage) => damage.to_string(),
         };
         self.leave_out(offset, body.len() as u64, damage);
         Ok(())
     }
 
-    fn metadata(&mut self, Metadata { name, entries }: Metadata) -> Result<(), RecoverError> {
+    fn metadata(&mut self, Metadata { name, metadata }: Metadata) -> Result<(), RecoverError> {
         let (record, key) = RECORD;
         if name == CUSTOM_DATA {
-            self.copied.custom = Some(entries);
+            self.copied.custom = Some(metadata);
         } else if name == record {
             let described: Option<Described> =
-                entries.get(key).and_then(|text| yaml::read(text).ok());
+                metadata.get(key).and_then(|text| yaml::read(text).ok());
             let custom = described.and_then(|described| described.custom_data);
             self.copied.custom = custom.or(self.copied.custom.take());
         } else if name == REPEATED {
-            let counts = entries.into_iter();
+            let counts = metadata.into_iter();
             let counts = counts.filter_map(|(topic, count)| Some((topic, count.parse().ok()?)));
             if self.copied.file.messages == 0 {
                 self.output.begin_head(counts.collect());
             }
         } else {
-            let metadata = entries;
-            return self
-                .output
-                .metadata(mcap::records::Metadata { name, metadata });
+            return self.output.metadata(Metadata { name, metadata });
         }
         Ok(())
     }
 
     /// Copies a message. Returns true if it could be kept.
     fn message(&mut self, body: &[u8], offset: u64) -> Result<bool, RecoverError> {
-        let parsed = records::MessageHeader::parse(body);
+        let parsed = record::message(body);
         let (header, data) = match parsed {
             Ok(parsed) => parsed,
             Err(damage) => {
@@ -251,7 +243,7 @@ impl Copy<'_> {
         } else if let Err(damage) = unpacked(data) {
             Some(damage.to_string())
         } else {
-            self.add_topic(header.channel, offset)?
+            self.add_topic(header.channel_id, offset)?
         };
         if let Some(reason) = reason {
             self.settle();
@@ -264,12 +256,6 @@ impl Copy<'_> {
             });
             return Ok(false);
         }
-        let header = MessageHeader {
-            channel_id: header.channel,
-            sequence: header.sequence,
-            log_time: header.log_time,
-            publish_time: header.publish_time,
-        };
         self.output.message(header, data)?;
         self.copied.file.messages += 1;
         Ok(true)
@@ -329,29 +315,22 @@ impl Copy<'_> {
     }
 }
 
-/// The first of several records: operation code, body, rest.
-fn record(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
-    let ([opcode, length @ ..], rest) = records.split_first_chunk::<9>()?;
-    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-    let (body, rest) = rest.split_at_checked(length)?;
-    Some((*opcode, body, rest))
-}
-
 /// An attachment whose checksum matches.
-fn attachment(body: &[u8]) -> Option<mcap::Attachment<'_>> {
+fn attachment<'a>(record: Record<'a>, body: &[u8]) -> Option<mcap::Attachment<'a>> {
     let (before, checksum) = body.split_last_chunk()?;
     let saved = u32::from_le_bytes(*checksum);
-    if saved == 0 || crc32fast::hash(before) != saved {
-        return None;
-    }
-    match mcap::parse_record(op::ATTACHMENT, body).ok()? {
-        Record::Attachment { header, data, .. } => Some(mcap::Attachment {
-            log_time: header.log_time,
-            create_time: header.create_time,
-            name: header.name,
-            media_type: header.media_type,
-            data,
-        }),
+    match record {
+        Record::Attachment { header, data, .. }
+            if saved != 0 && crc32fast::hash(before) == saved =>
+        {
+            Some(mcap::Attachment {
+                log_time: header.log_time,
+                create_time: header.create_time,
+                name: header.name,
+                media_type: header.media_type,
+                data,
+            })
+        }
         _ => None,
     }
 }

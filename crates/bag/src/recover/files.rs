@@ -10,7 +10,7 @@ use super::{RecoverError, source::Source};
 use crate::{
     BagError, METADATA_FILE,
     metadata::{Metadata, within},
-    read::{OTHER_STORAGES, mcap_files, natural, siblings},
+    read::{mcap_files, natural, refuse_other, siblings},
 };
 
 /// A damaged bag.
@@ -121,13 +121,5 @@ fn present(bag: &Path) -> Result<Vec<PathBuf>, RecoverError> {
 
 fn refuse_other_storages(file: &Path) -> Result<(), RecoverError> {
     let start = Source::open(file)?.bytes(0, 16)?;
-    let storage = OTHER_STORAGES
-        .iter()
-        .find(|(magic, _)| start.starts_with(magic));
-    storage.map_or(Ok(()), |(_, found)| {
-        Err(RecoverError::Kind(BagError::Storage {
-            file: file.to_owned(),
-            found: (*found).to_owned(),
-        }))
-    })
+    refuse_other(file, &start).map_err(RecoverError::Kind)
 }

@@ -9,7 +9,7 @@ use std::{
 
 use mcap::{
     McapError, WriteOptions, Writer,
-    records::{MessageHeader, Metadata},
+    records::{Channel, MessageHeader, Metadata},
     write::NoSeek,
 };
 
@@ -17,10 +17,7 @@ use super::{
     RecoverError,
     latched::{Head, Latched},
 };
-use crate::{
-    Durability, PROFILE, Qos, channel_key,
-    records::{Channel, Schema},
-};
+use crate::{Durability, PROFILE, Qos, channel_key, read::Schema};
 
 type Mcap = Writer<NoSeek<BufWriter<File>>>;
 
@@ -62,13 +59,13 @@ impl<'a> Output<'a> {
         let Channel {
             id,
             topic,
-            encoding,
+            message_encoding,
             metadata,
             ..
         } = channel;
         self.write(|mcap| {
             mcap.add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data)?;
-            mcap.add_channel_with_id(id, schema.id, &topic, &encoding, &metadata)?;
+            mcap.add_channel_with_id(id, schema.id, &topic, &message_encoding, &metadata)?;
             Ok(())
         })?;
         let qos = metadata.get(channel_key::QOS);

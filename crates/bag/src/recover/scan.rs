@@ -3,12 +3,15 @@
 //! A chunk is accepted if its checksum matches. The length of any other record is believed only if it ends where another
 //! record starts. Behind damage, the scan continues at the next place where a record starts beyond doubt.
 
-use mcap::{MAGIC, records::op};
+use mcap::{
+    MAGIC,
+    records::{ChunkHeader, Record, op},
+};
 
 use super::{LIMIT, PACKED_LIMIT, RecoverError, source::Source};
 use crate::{
     read::unpack,
-    records::{ChunkHeader, Metadata},
+    record::{CHUNK_TIMES, parse, prefix as split},
 };
 
 /// Length of an operation code and the length of a body, which precede each body.
@@ -158,13 +161,14 @@ impl Scanner {
         let end = start + PREFIX + prefix.length;
         let followed = is_followed(source, end)?;
         let is_chunk = prefix.opcode == op::CHUNK;
-        let times = Some(header.times).filter(|(first, last)| first <= last);
+        let times = Some((header.message_start_time, header.message_end_time))
+            .filter(|(first, last)| first <= last);
         let in_vain = !followed && self.wasted > source.size;
-        let reason = if header.packed_length > PACKED_LIMIT as u64 || in_vain {
-            format!("a chunk of {} bytes", header.packed_length)
+        let reason = if header.compressed_size > PACKED_LIMIT as u64 || in_vain {
+            format!("a chunk of {} bytes", header.compressed_size)
         } else {
             let data = start + PREFIX + header_length;
-            let packed = source.bytes(data, header.packed_length as usize)?;
+            let packed = source.bytes(data, header.compressed_size as usize)?;
             match unpack(&header, &packed[..]) {
                 Ok(records) => {
                     self.position = end;
@@ -173,7 +177,7 @@ impl Scanner {
                         offset: start,
                         compression: header.compression,
                         records,
-                        checked: header.checksum != 0,
+                        checked: header.uncompressed_crc != 0,
                     }));
                 }
                 Err(error) => error.to_string(),
@@ -186,7 +190,7 @@ impl Scanner {
         self.position = if followed {
             end
         } else {
-            self.wasted += header.packed_length;
+            self.wasted += header.compressed_size;
             self.search(source, start + 1)?.unwrap_or(source.size)
         };
         Ok(Some(Piece::Damage {
@@ -243,11 +247,11 @@ impl Scanner {
         }
         Ok(match prefix.opcode {
             op::CHUNK => chunk_header(source, start, prefix)?
-                .is_some_and(|(header, _)| header.times.0 <= header.times.1),
+                .is_some_and(|(header, _)| header.message_start_time <= header.message_end_time),
             op::MESSAGE_INDEX => is_index(&source.bytes(body, 6)?, prefix.length),
             op::DATA_END => prefix.length == 4,
             op::METADATA if prefix.length <= WINDOW as u64 => {
-                Metadata::parse(&source.bytes(body, prefix.length as usize)?).is_ok()
+                parse(op::METADATA, &source.bytes(body, prefix.length as usize)?).is_ok()
             }
             // Chunks hold such records too, which are damaged with their chunk. Three in a row are certain.
             op::MESSAGE | op::SCHEMA | op::CHANNEL if self.loose || !self.chunked => {
@@ -277,13 +281,7 @@ fn damage(offset: u64, end: u64, reason: impl Into<String>) -> Piece {
 /// The prefix at `start`, or `None` if the file ends before it does.
 fn prefix(source: &Source, start: u64) -> Result<Option<Prefix>, RecoverError> {
     let bytes = source.bytes(start, PREFIX as usize)?;
-    let prefix = bytes.split_first_chunk::<1>().and_then(|([opcode], rest)| {
-        Some(Prefix {
-            opcode: *opcode,
-            length: u64::from_le_bytes(*rest.first_chunk()?),
-        })
-    });
-    Ok(prefix)
+    Ok(split(&bytes).map(|(opcode, length)| Prefix { opcode, length }))
 }
 
 /// Returns true if a record can start at `at`, or the file ends there.
@@ -313,12 +311,26 @@ fn chunk_header(
     start: u64,
     prefix: Prefix,
 ) -> Result<Option<(ChunkHeader, u64)>, RecoverError> {
-    let head = source.bytes(start + PREFIX, ChunkHeader::FIXED + NAME + 8)?;
-    let Ok(header) = ChunkHeader::parse(&head) else {
+    let mut head = source.bytes(start + PREFIX, CHUNK_TIMES + 4 + NAME + 8)?;
+    let name = head
+        .get(CHUNK_TIMES)
+        .map_or(usize::MAX, |length| usize::from(*length));
+    let length = (CHUNK_TIMES + 4).saturating_add(name).saturating_add(8);
+    if head.len() < length {
+        return Ok(None);
+    }
+    head.truncate(length);
+    // The records behind the header are not read here.
+    let (_, size) = head.split_at_mut(length - 8);
+    let packed = size
+        .first_chunk()
+        .map_or(0, |size| u64::from_le_bytes(*size));
+    size.fill(0);
+    let Ok(Record::Chunk { mut header, .. }) = parse(op::CHUNK, &head) else {
         return Ok(None);
     };
-    let length = (ChunkHeader::FIXED + header.compression.len() + 8) as u64;
+    header.compressed_size = packed;
     let is_known = ["", "none", "lz4", "zstd"].contains(&&*header.compression);
-    let agrees = length.checked_add(header.packed_length) == Some(prefix.length);
-    Ok((is_known && agrees).then_some((header, length)))
+    let agrees = (length as u64).checked_add(packed) == Some(prefix.length);
+    Ok((is_known && agrees).then_some((header, length as u64)))
 }

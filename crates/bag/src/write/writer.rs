@@ -12,7 +12,9 @@ use super::{
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
 };
-use crate::{CUSTOM_DATA, Topic, WriteError, directory, read::MAX_RECORD_LENGTH, records};
+use crate::{
+    CUSTOM_DATA, Topic, WriteError, directory, read::MAX_RECORD_LENGTH, record::MESSAGE_HEADER,
+};
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
 /// [`BagOptions::max_bytes`] if that is less.
@@ -22,7 +24,7 @@ const LATCHED: u64 = 64 << 20;
 const INDEX: usize = 64 << 20;
 
 /// Longest message: its record is the longest that is read.
-const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - records::MessageHeader::LENGTH;
+const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - MESSAGE_HEADER;
 
 /// A topic of a [`BagWriter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

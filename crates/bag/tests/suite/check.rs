@@ -1,6 +1,6 @@
 //! Reading all of a bag finds what its files do not tell at their ends.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path, slice::from_ref};
 
 use crate::common::{payload, topic};
 use lgvi_bag::{BagError, BagReader, Damage, Qos};
@@ -60,6 +60,25 @@ fn faults(path: &Path, bytes: &[u8]) -> Vec<Damage> {
     bag.check().into_iter().map(damage).collect()
 }
 
+/// The only damage is what the statistics tell of a field.
+#[track_caller]
+fn disagrees(faults: &[Damage], expected: &str, of_statistics: &str, of_records: &str) {
+    match faults {
+        [
+            Damage::Disagrees {
+                record: "statistics",
+                field,
+                told,
+                found,
+            },
+        ] => assert_eq!(
+            (*field, &**told, &**found),
+            (expected, of_statistics, of_records)
+        ),
+        other => panic!("{other:?}"),
+    }
+}
+
 fn position(bytes: &[u8], wanted: &[u8]) -> usize {
     let mut windows = bytes.windows(wanted.len());
     windows.position(|window| window == wanted).unwrap()
@@ -96,16 +115,7 @@ fn a_count_that_is_not_that_of_the_chunks_is_found() {
     assert_eq!(bytes[at], 100);
     bytes[at] = 101;
     let faults = faults(&path, &bytes);
-    assert!(
-        matches!(
-            faults[..],
-            [Damage::MessageCount {
-                expected: 101,
-                found: 100
-            }]
-        ),
-        "{faults:?}"
-    );
+    disagrees(&faults, "messages by channel", "{1: 101}", "{1: 100}");
 }
 
 /// Offsets of first and last log time in a statistics record.
@@ -133,11 +143,8 @@ fn times_that_are_not_those_of_the_chunks_are_found() {
             BagError::Damaged { source, .. } => source,
             other => panic!("{other}"),
         };
-        assert!(
-            matches!(damage, Damage::Times { of: "chunk indexes", expected, found: (0, 99) }
-                if *expected == (first, last)),
-            "{error}"
-        );
+        let told = format!("Some({:?})", (first, last));
+        disagrees(from_ref(damage), "log times", &told, "Some((0, 99))");
         // What there is, is readable.
         let (bag, _) = BagReader::open_damaged(&path).unwrap();
         assert_eq!(bag.times(), Some((0, 99)));
@@ -146,17 +153,7 @@ fn times_that_are_not_those_of_the_chunks_are_found() {
     // Wider ones are found where all is read; those of a recorder that tells none are those of the chunks.
     let faults_of = |first, last| faults(&path, &with_times(first, last));
     let found = faults_of(0, 100);
-    assert!(
-        matches!(
-            found[..],
-            [Damage::Times {
-                of: "messages",
-                expected: (0, 100),
-                found: (0, 99)
-            }]
-        ),
-        "{found:?}"
-    );
+    disagrees(&found, "log times", "(0, 100)", "(0, 99)");
     assert_eq!(faults_of(0, 0).len() + faults_of(0, 99).len(), 0);
 }
 

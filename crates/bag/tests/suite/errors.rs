@@ -81,7 +81,9 @@ fn what_is_no_bag() {
     let error = error_of(&file);
     assert!(matches!(&error, BagError::NotMcap { found, .. } if found == b"steps = "));
     assert!(
-        error.to_string().contains("a.mcap: starts with [73, 74,"),
+        error
+            .to_string()
+            .contains("a.mcap: not an MCAP file: it starts with [73, 74,"),
         "{error}"
     );
 }

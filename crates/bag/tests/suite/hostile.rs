@@ -55,7 +55,17 @@ fn a_record_that_is_longer_than_its_chunk_is_damage() {
     file[chunk + 32..chunk + 40].copy_from_slice(&shorter.to_le_bytes());
     fs::write(directory.join("run_0.mcap"), file).unwrap();
     let damage = damage_of(&directory);
-    assert!(matches!(damage, Damage::ChunkLength { .. }), "{damage}");
+    assert!(
+        matches!(
+            damage,
+            Damage::Disagrees {
+                record: "chunk",
+                field: "length",
+                ..
+            }
+        ),
+        "{damage}"
+    );
 }
 
 #[test]

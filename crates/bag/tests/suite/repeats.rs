@@ -192,7 +192,10 @@ fn what_is_not_repeated_is_not_skipped() {
         let refused = matches!(
             found,
             Err(BagError::Damaged {
-                source: Damage::NotRepeated { .. } | Damage::NotCount { .. },
+                source: Damage::Disagrees {
+                    record: "lgvi_repeated",
+                    ..
+                },
                 ..
             })
         );

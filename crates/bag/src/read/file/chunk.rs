@@ -1,73 +1,54 @@
 //! Chunks, and what is read at once.
 
-use std::io::Read;
+use std::{io::Read, ops::Range};
 
-use mcap::records::op;
+use mcap::records::{ChunkHeader, MessageHeader, op};
 
-use super::{MAX_CHUNK_LENGTH, walk};
+use super::MAX_CHUNK_LENGTH;
 use crate::{
     Damage,
-    records::{ChunkHeader, MessageHeader},
+    damage::{agree, limited},
+    record::{self, Records},
 };
 
 /// Memory that is reserved on a chunk's word.
 const BELIEVED: usize = 4 << 20;
 
 /// Decompresses the records of a chunk and checks their checksum.
-pub(crate) fn unpack(header: &ChunkHeader, packed: impl Read) -> Result<Vec<u8>, Damage> {
-    let expected = usize::try_from(header.length).unwrap_or(usize::MAX);
-    if expected > MAX_CHUNK_LENGTH {
-        return Err(Damage::TooLong {
-            opcode: op::CHUNK,
-            length: header.length,
-            limit: MAX_CHUNK_LENGTH,
-        });
-    }
+pub(crate) fn unpack(header: &ChunkHeader, packed: &[u8]) -> Result<Vec<u8>, Damage> {
+    let limit = header.uncompressed_size;
+    let expected = limited(op::CHUNK, limit, MAX_CHUNK_LENGTH)?;
     let mut bytes = Vec::with_capacity(expected.min(BELIEVED));
-    let packed = packed.take(header.packed_length);
-    let limit = header.length;
     match &*header.compression {
         "" | "none" => packed.take(limit).read_to_end(&mut bytes),
-        "zstd" => zstd::Decoder::new(packed)
+        "zstd" => zstd::Decoder::with_buffer(packed)
             .and_then(|decoder| decoder.take(limit).read_to_end(&mut bytes)),
         "lz4" => lz4::Decoder::new(packed)
             .and_then(|decoder| decoder.take(limit).read_to_end(&mut bytes)),
         other => {
-            return Err(Damage::Compression {
-                found: other.to_owned(),
-            });
+            let found = other.to_owned();
+            return Err(Damage::Compression { found });
         }
     }
     .map_err(|source| Damage::Unpack { source })?;
-    if bytes.len() != expected {
-        let found = bytes.len();
-        return Err(Damage::ChunkLength { expected, found });
+    agree("chunk", "length", expected, bytes.len())?;
+    let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&bytes));
+    if saved == 0 || saved == calculated {
+        return Ok(bytes);
     }
-    if header.checksum != 0 {
-        let (saved, calculated) = (header.checksum, crc32fast::hash(&bytes));
-        if saved != calculated {
-            return Err(Damage::Checksum {
-                of: "chunk",
-                saved,
-                calculated,
-            });
-        }
-    }
-    Ok(bytes)
+    Err(Damage::Checksum {
+        of: "chunk",
+        saved,
+        calculated,
+    })
 }
 
 /// Messages read at once, in the order of their log times; those of one log time in the order of the file.
 pub(crate) struct Batch {
     bytes: Vec<u8>,
-    entries: Vec<Entry>,
+    /// Log time and place of each message.
+    entries: Vec<(u64, Range<usize>)>,
     next: usize,
-}
-
-/// A message's place in the bytes.
-struct Entry {
-    log_time: u64,
-    start: usize,
-    end: usize,
 }
 
 impl Batch {
@@ -77,31 +58,22 @@ impl Batch {
         mut repeated: usize,
         mut wanted: impl FnMut(&MessageHeader) -> Result<bool, Damage>,
     ) -> Result<Self, Damage> {
-        let mut entries: Vec<Entry> = Vec::new();
-        let mut ascending = true;
-        let mut offset = 0;
-        while offset < bytes.len() {
-            let (opcode, start, end) = walk::split(&bytes, offset)?;
-            offset = end;
+        let mut entries = Vec::new();
+        for record in Records::new(&bytes) {
+            let (opcode, place) = record?;
             if opcode != op::MESSAGE {
                 continue;
             }
-            let (header, _) = MessageHeader::parse(&bytes[start..end])?;
+            limited(opcode, place.len() as u64, super::MAX_RECORD_LENGTH)?;
+            let (header, _) = record::message(&bytes[place.clone()])?;
             if repeated > 0 {
                 repeated -= 1;
             } else if wanted(&header)? {
-                let log_time = header.log_time;
-                ascending &= entries.last().is_none_or(|last| last.log_time <= log_time);
-                entries.push(Entry {
-                    log_time,
-                    start,
-                    end,
-                });
+                entries.push((header.log_time, place));
             }
         }
-        if !ascending {
-            entries.sort_by_key(|entry| entry.log_time);
-        }
+        // Takes time in proportion to their number where they are sorted.
+        entries.sort_by_key(|(log_time, _)| *log_time);
         Ok(Self {
             bytes,
             entries,
@@ -111,18 +83,18 @@ impl Batch {
 
     /// Bytes of memory that it takes.
     pub fn memory(&self) -> usize {
-        self.bytes.len() + self.entries.len() * size_of::<Entry>()
+        self.bytes.len() + size_of_val(&*self.entries)
     }
 
     /// Log time of the next message.
     pub fn next_time(&self) -> Option<u64> {
-        self.entries.get(self.next).map(|entry| entry.log_time)
+        self.entries.get(self.next).map(|(log_time, _)| *log_time)
     }
 
     /// The next message.
     pub fn pop(&mut self) -> Option<(MessageHeader, &[u8])> {
-        let entry = self.entries.get(self.next)?;
+        let (_, place) = self.entries.get(self.next)?;
         self.next += 1;
-        MessageHeader::parse(&self.bytes[entry.start..entry.end]).ok()
+        record::message(&self.bytes[place.clone()]).ok()
     }
 }

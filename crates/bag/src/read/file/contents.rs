@@ -1,20 +1,41 @@
-use std::collections::BTreeMap;
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, btree_map::Entry},
+};
 
+use mcap::records::{Channel, ChunkIndex, Record, SchemaHeader};
+
+use super::MAX_RECORD_LENGTH;
 use crate::{
     Damage,
-    records::{Channel, ChunkIndex, Schema},
+    damage::{agree, limited},
+    times::Times,
 };
+
+/// A schema that is in memory.
+pub(crate) type Schema = mcap::Schema<'static>;
+
+/// The schema of a record.
+pub(crate) fn schema(header: SchemaHeader, data: Cow<'_, [u8]>) -> Schema {
+    Schema {
+        id: header.id,
+        name: header.name,
+        encoding: header.encoding,
+        data: data.into_owned().into(),
+    }
+}
 
 /// What is in a file, and where.
 #[derive(Default)]
 pub(crate) struct Contents {
     pub schemas: BTreeMap<u16, Schema>,
     pub channels: BTreeMap<u16, Channel>,
+    /// Bytes of all of them.
+    definitions: u64,
     pub spans: Vec<Span>,
     /// Number of messages of each channel that has any, if known.
     pub counts: Option<BTreeMap<u16, u64>>,
-    /// First and last log time (ns).
-    pub times: Option<(u64, u64)>,
+    pub times: Times,
     /// How many of the first messages of each topic are repeated from an earlier file of the bag.
     pub repeated: BTreeMap<String, u64>,
     /// Chunks by their compression.
@@ -41,7 +62,7 @@ pub(crate) struct Span {
     pub end_time: u64,
     pub offset: u64,
     pub length: u64,
-    /// Whether it is a chunk; else messages lie in the file one after the other.
+    /// True if it is a chunk; else messages lie in the file one after the other.
     pub is_chunk: bool,
     /// Channels of its messages, if known.
     pub channels: Option<Box<[u16]>>,
@@ -55,52 +76,71 @@ impl Contents {
         chunks.unpacked = chunks.unpacked.saturating_add(unpacked);
     }
 
-    /// Widens the times to these.
-    pub fn extend_times(&mut self, start: u64, end: u64) {
-        let (first, last) = self.times.unwrap_or((start, end));
-        self.times = Some((first.min(start), last.max(end)));
+    /// Takes over definitions that are missing.
+    pub fn learn(&mut self, known: &Self) {
+        for (id, schema) in &known.schemas {
+            self.schemas.entry(*id).or_insert_with(|| schema.clone());
+        }
+        for (id, channel) in &known.channels {
+            self.channels.entry(*id).or_insert_with(|| channel.clone());
+        }
     }
 
-    /// Adds a channel; those of one id are one and the same.
-    pub fn add_channel(&mut self, channel: Channel) -> Result<(), Damage> {
-        let known = self
-            .channels
-            .entry(channel.id)
-            .or_insert_with(|| channel.clone());
-        if (&known.topic, known.schema) == (&channel.topic, channel.schema) {
-            return Ok(());
+    /// Adds a schema or a channel of so many bytes; those of one id are one and the same.
+    pub fn define(&mut self, record: Record<'_>, length: usize) -> Result<(), Damage> {
+        let opcode = record.opcode();
+        let is_new = match record {
+            Record::Schema { header, data } => {
+                let schema = schema(header, data);
+                insert(&mut self.schemas, "schema", schema.id, schema)?
+            }
+            Record::Channel(channel) => insert(&mut self.channels, "channel", channel.id, channel)?,
+            _ => false,
+        };
+        if is_new {
+            self.definitions += length as u64;
         }
-        Err(Damage::OtherChannel {
-            channel: channel.id,
-            topics: [known.topic.clone(), channel.topic],
-        })
+        limited(opcode, self.definitions, MAX_RECORD_LENGTH).map(drop)
+    }
+}
+
+/// Adds a definition; false if it is known.
+fn insert<T: PartialEq>(
+    known: &mut BTreeMap<u16, T>,
+    record: &'static str,
+    id: u16,
+    definition: T,
+) -> Result<bool, Damage> {
+    match known.entry(id) {
+        Entry::Occupied(known) if *known.get() != definition => {
+            Err(Damage::Redefined { record, id })
+        }
+        Entry::Occupied(_) => Ok(false),
+        Entry::Vacant(new) => {
+            new.insert(definition);
+            Ok(true)
+        }
     }
 }
 
 impl Span {
     /// The chunk of a chunk index.
     pub fn of_index(index: &ChunkIndex) -> Self {
-        let channels = Some(index.channels.as_slice()).filter(|channels| !channels.is_empty());
+        let channels: Box<[u16]> = index.message_index_offsets.keys().copied().collect();
         Self {
-            start_time: index.start_time,
-            end_time: index.end_time,
-            offset: index.offset,
-            length: index.length,
+            start_time: index.message_start_time,
+            end_time: index.message_end_time,
+            offset: index.chunk_start_offset,
+            length: index.chunk_length,
             is_chunk: true,
-            channels: channels.map(Into::into),
+            channels: Some(channels).filter(|channels| !channels.is_empty()),
         }
     }
 
-    /// Whether messages of the time are in their place here.
-    pub fn check_time(&self, sequence: u32, log_time: u64) -> Result<(), Damage> {
-        if (self.start_time..=self.end_time).contains(&log_time) {
-            return Ok(());
-        }
-        Err(Damage::OutOfTime {
-            sequence,
-            log_time,
-            start: self.start_time,
-            end: self.end_time,
-        })
+    /// Checks that messages of the time are in their place here.
+    pub fn check_time(&self, log_time: u64) -> Result<(), Damage> {
+        let (start, end) = (self.start_time, self.end_time);
+        let found = (start.min(log_time), end.max(log_time));
+        agree("chunk index", "log times", (start, end), found)
     }
 }

@@ -4,29 +4,36 @@
 
 mod chunk;
 mod contents;
+mod found;
 mod scan;
 mod source;
 mod summary;
 mod times;
-mod walk;
-mod whole;
 
 use std::{collections::BTreeMap, path::Path};
 
-use mcap::{MAGIC, records::op};
+use mcap::{
+    MAGIC,
+    records::{Channel, MessageHeader, Record, op},
+};
 
 pub use contents::Chunks;
 pub(crate) use {
     chunk::{Batch, unpack},
-    contents::{Contents, Span},
-    source::{OTHER_STORAGES, ZSTD_MAGIC},
+    contents::{Contents, Schema, Span, schema},
+    source::{ZSTD_MAGIC, refuse_other},
+    summary::metadata,
 };
 
-use crate::{
-    BagError, Damage, LeftOutTopic, PROFILE, Qos, SERIALIZATION_FORMAT, Topic, channel_key,
-    records::{Channel, Header, MessageHeader, Metadata, Schema},
-};
 use source::Source;
+
+use crate::{
+    BagError, Damage, LeftOutTopic, PROFILE, Qos, REPEATED, SERIALIZATION_FORMAT, Topic,
+    channel_key,
+    damage::agree,
+    record::{PREFIX, parse},
+    times::Times,
+};
 
 /// Longest record that is read: far above any message of lgvi, and an image of 4K still fits.
 pub(crate) const MAX_RECORD_LENGTH: usize = 64 << 20;
@@ -34,14 +41,8 @@ pub(crate) const MAX_RECORD_LENGTH: usize = 64 << 20;
 /// Longest chunk that is read: rosbag2's are of 768 KiB, or as long as a message.
 pub(crate) const MAX_CHUNK_LENGTH: usize = 256 << 20;
 
-/// Operation code and length before each record's body.
-const RECORD_PREFIX: usize = 1 + 8;
-
-/// The data end record lies right before the summary.
-const DATA_END_LENGTH: u64 = RECORD_PREFIX as u64 + 4;
-
-/// The footer record holds two offsets and a checksum and lies right before the end magic.
-const FOOTER_LENGTH: u64 = RECORD_PREFIX as u64 + 8 + 8 + 4;
+/// Longest record of a chunk that is read: its header, and records that are not compressed.
+pub(crate) const MAX_PACKED_LENGTH: usize = MAX_CHUNK_LENGTH + 1024;
 
 const MAGIC_LENGTH: u64 = MAGIC.len() as u64;
 
@@ -56,7 +57,7 @@ pub(crate) struct McapFile {
     pub odd: Vec<BagError>,
     pub contents: Contents,
     /// First and last log time (ns) of the messages of its topics.
-    pub times: Option<(u64, u64)>,
+    pub times: Times,
     /// What is wrong with the rest of the file, of one that is opened in spite of that.
     pub fault: Option<BagError>,
 }
@@ -66,8 +67,7 @@ impl McapFile {
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let source = Source::open(path)?;
         check_header(&source)?;
-        let (footer, start) = summary::footer(&source)?;
-        if let Some(contents) = summary::read(&source, &footer, start)? {
+        if let Some(contents) = summary::read(&source)? {
             return Self::new(source, contents, None);
         }
         match scan::scan(&source) {
@@ -120,9 +120,9 @@ impl McapFile {
         self.source.size
     }
 
-    /// The first fault that reading the whole file from start to end finds.
-    pub fn fault_of_whole(&self) -> Option<BagError> {
-        whole::fault(&self.source)
+    /// Reads the whole file: all damaged chunks, or else the first fault.
+    pub fn check(&self) -> Vec<BagError> {
+        scan::check(&self.source, &self.contents)
     }
 
     /// How many of the first messages of each span are repeated from an earlier file, by the span's offset.
@@ -130,7 +130,7 @@ impl McapFile {
         let mut by_span = BTreeMap::new();
         let mut left = self.contents.repeated.clone();
         left.retain(|_, count| *count > 0);
-        let expected = left.values().sum();
+        let expected: u64 = left.values().sum();
         let mut index = 0;
         let mut spans: Vec<_> = self.contents.spans.iter().collect();
         spans.sort_by_key(|span| span.offset);
@@ -143,13 +143,13 @@ impl McapFile {
                 if left.is_empty() {
                     return Ok(false);
                 }
-                let topic = &self.contents.channels[&header.channel].topic;
+                let topic = &self.contents.channels[&header.channel_id].topic;
                 let Some(count) = left.get_mut(topic) else {
-                    return Err(Damage::NotRepeated {
-                        index,
-                        topic: topic.clone(),
-                        expected,
-                        left: left.clone(),
+                    return Err(Damage::Disagrees {
+                        record: REPEATED,
+                        field: "messages left",
+                        told: format!("{left:?} of {expected}"),
+                        found: format!("message {index} of {topic}"),
                     });
                 };
                 *count -= 1;
@@ -165,7 +165,12 @@ impl McapFile {
         if left.is_empty() {
             return Ok(by_span);
         }
-        let damage = Damage::RepeatedMissing { expected, left };
+        let damage = Damage::Disagrees {
+            record: REPEATED,
+            field: "messages left",
+            told: format!("{left:?} of {expected}"),
+            found: "the end of the file".to_owned(),
+        };
         Err(self.source.damaged(0, damage))
     }
 
@@ -183,13 +188,11 @@ impl McapFile {
             self.source.bytes(span.offset, span.length)?
         };
         let known = |header: &MessageHeader| {
-            let MessageHeader {
-                channel, sequence, ..
-            } = *header;
-            if !self.contents.channels.contains_key(&channel) {
-                return Err(Damage::UnknownChannel { sequence, channel });
+            let (record, id) = ("channel", header.channel_id);
+            if !self.contents.channels.contains_key(&id) {
+                return Err(Damage::Undefined { record, id });
             }
-            span.check_time(sequence, header.log_time)?;
+            span.check_time(header.log_time)?;
             wanted(header)
         };
         Batch::new(bytes, repeated, known).map_err(damaged)
@@ -197,18 +200,18 @@ impl McapFile {
 
     fn unpack(&self, span: &Span) -> Result<Vec<u8>, BagError> {
         let damaged = |damage| self.source.damaged(span.offset, damage);
-        let mut records = self.source.records(span.offset, span.length)?;
-        let expected = span.length.saturating_sub(RECORD_PREFIX as u64);
-        match records.next()? {
-            Some(prefix) if (prefix.opcode, prefix.length) == (op::CHUNK, expected) => {
-                let header = records.chunk_header(prefix)?;
-                unpack(&header, records).map_err(damaged)
-            }
-            _ => {
-                let expected = [&[op::CHUNK], &expected.to_le_bytes()[..]].concat();
-                let found = self.source.bytes(span.offset, RECORD_PREFIX as u64)?;
-                Err(damaged(Damage::NotChunk { expected, found }))
-            }
+        let (opcode, body) = self.source.record(span.offset, MAX_PACKED_LENGTH)?;
+        let length = (PREFIX + body.len()) as u64;
+        agree("chunk index", "operation code", op::CHUNK, opcode).map_err(damaged)?;
+        agree("chunk index", "length", span.length, length).map_err(damaged)?;
+        match parse(opcode, &body).map_err(damaged)? {
+            Record::Chunk { header, data } => unpack(&header, &data).map_err(damaged),
+            other => Err(damaged(Damage::Disagrees {
+                record: "chunk index",
+                field: "record",
+                told: "a chunk".to_owned(),
+                found: format!("{other:?}"),
+            })),
         }
     }
 
@@ -218,39 +221,24 @@ impl McapFile {
     }
 }
 
-/// The last metadata record of a name, of a file whose summary tells of it.
-pub(crate) fn metadata(path: &Path, name: &str) -> Option<Metadata> {
-    let source = Source::open(path).ok()?;
-    let (footer, start) = summary::footer(&source).ok()?;
-    summary::metadata(&source, &footer, start, name).ok()?
-}
-
 fn check_header(source: &Source) -> Result<(), BagError> {
-    let mut records = source.records(MAGIC_LENGTH, source.size)?;
-    let found = match records.next()? {
-        Some(prefix) if prefix.opcode == op::HEADER => {
-            let header = Header::parse(records.body(prefix)?);
-            header
-                .map_err(|damage| source.damaged(MAGIC_LENGTH, damage))?
-                .profile
+    let (opcode, body) = source.record(MAGIC_LENGTH, MAX_RECORD_LENGTH)?;
+    let record = parse(opcode, &body).map_err(|damage| source.damaged(MAGIC_LENGTH, damage))?;
+    match record {
+        Record::Header(header) if !["", PROFILE].contains(&&*header.profile) => {
+            Err(BagError::Profile {
+                file: source.path.clone(),
+                found: header.profile,
+                expected: PROFILE,
+            })
         }
-        _ => String::new(),
-    };
-    if found.is_empty() || found == PROFILE {
-        return Ok(());
+        _ => Ok(()),
     }
-    Err(BagError::Profile {
-        file: source.path.clone(),
-        found,
-        expected: PROFILE,
-    })
 }
 
 /// The channel's topic, if its messages cannot be given out: MCAP allows any encoding, and messages without schema.
 fn unusable(channel: &Channel, schemas: &BTreeMap<u16, Schema>) -> Option<LeftOutTopic> {
-    let Channel {
-        schema, encoding, ..
-    } = channel;
+    let (schema, encoding) = (&channel.schema_id, &channel.message_encoding);
     let reason = if encoding != SERIALIZATION_FORMAT {
         format!("its messages are {encoding:?}, expected {SERIALIZATION_FORMAT:?}")
     } else if *schema == 0 {
@@ -272,12 +260,9 @@ fn topic(
     channel: &Channel,
     schemas: &BTreeMap<u16, Schema>,
 ) -> Result<(Topic, Option<BagError>), BagError> {
-    let Some(schema) = schemas.get(&channel.schema) else {
-        let damage = Damage::UnknownSchema {
-            channel: channel.id,
-            schema: channel.schema,
-        };
-        return Err(source.damaged(0, damage));
+    let Some(schema) = schemas.get(&channel.schema_id) else {
+        let (record, id) = ("schema", channel.schema_id);
+        return Err(source.damaged(0, Damage::Undefined { record, id }));
     };
     let metadata = |key| channel.metadata.get(key).map_or("", String::as_str);
     let (qos, fault) = match Qos::from_yaml(metadata(channel_key::QOS)) {

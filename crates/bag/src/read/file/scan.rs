@@ -1,171 +1,150 @@
-//! Finds out what is in a file that does not tell: by reading it once, in memory of a chunk.
+//! A file read once from its start, in memory of a chunk: of one that does not tell what is in it, or to check it.
 
-use mcap::records::op;
+use std::{mem, ops::ControlFlow};
+
+use mcap::{
+    records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, op},
+    sans_io::linear_reader::LinearReaderOptions,
+};
 
 use super::{
-    MAGIC_LENGTH, MAX_RECORD_LENGTH, chunk,
+    MAX_RECORD_LENGTH,
+    chunk::unpack,
     contents::{Contents, Span},
+    found::Found,
     source::Source,
-    walk::{self, Prefix, Records},
 };
 use crate::{
     BagError, Damage, REPEATED,
-    records::{Channel, ChunkHeader, DataEnd, MessageHeader, Metadata, Schema},
+    damage::limited,
+    record::{self, PREFIX, Records, parse},
+    times::{around, widen},
 };
 
 /// Length from which on messages that lie outside of chunks are no longer read together.
 const RUN_LENGTH: u64 = 1 << 20;
 
-/// What is in a file, up to the first fault.
+/// What is in the data section of a file, up to the first fault.
 pub(crate) fn scan(source: &Source) -> (Contents, Option<BagError>) {
-    let mut scan = Scan {
-        source,
-        contents: Contents {
-            counts: Some(Default::default()),
-            ..Contents::default()
-        },
-        run: None,
-        definitions: 0,
-    };
-    let fault = scan.read().err();
+    let options = LinearReaderOptions::default().with_validate_data_section_crc(true);
+    let mut scan = Scan::default();
+    let walked = source.walk(None, options, |offset, opcode, body| {
+        scan.record(offset, opcode, body)
+            .map_err(|damage| source.damaged(offset, damage))?;
+        Ok(match opcode {
+            op::DATA_END => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        })
+    });
     scan.end_run();
-    (scan.contents, fault)
+    scan.contents.counts.get_or_insert_default();
+    (scan.contents, walked.err())
 }
 
-struct Scan<'a> {
-    source: &'a Source,
+/// All damaged chunks of a file, or else the first thing that is wrong with it: in a checksum, a record, or in what one
+/// record tells of others. `known` has the definitions that the summary tells.
+pub(crate) fn check(source: &Source, known: &Contents) -> Vec<BagError> {
+    let options = LinearReaderOptions::default()
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true);
+    let mut faults = Vec::new();
+    let mut scan = Scan {
+        found: Some(Found::default()),
+        ..Scan::default()
+    };
+    let walked = source.walk(None, options, |offset, opcode, body| {
+        if opcode == op::CHUNK || faults.is_empty() {
+            match scan.record(offset, opcode, body) {
+                Err(damage) if opcode == op::CHUNK => {
+                    faults.push(source.damaged(offset, damage));
+                    // The chunk may have held definitions.
+                    scan.contents.learn(known);
+                }
+                taken => taken.map_err(|damage| source.damaged(offset, damage))?,
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    });
+    if faults.is_empty() {
+        faults.extend(walked.err());
+    }
+    faults
+}
+
+#[derive(Default)]
+struct Scan {
     contents: Contents,
     /// Messages outside of chunks that are read together.
     run: Option<Span>,
-    /// Bytes of all schemas and channels.
-    definitions: usize,
+    /// What records have to tell of others, if that is checked.
+    found: Option<Found>,
 }
 
-impl Scan<'_> {
-    fn read(&mut self) -> Result<(), BagError> {
-        let source = self.source;
-        let mut records = source.records(0, source.size)?;
-        let magic = Prefix {
-            opcode: 0,
-            offset: 0,
-            length: MAGIC_LENGTH,
-        };
-        records.start::<{ MAGIC_LENGTH as usize }>(magic)?;
-        loop {
-            // The checksum of the data section is of all before its end.
-            let checksum = records.checksum();
-            let Some(prefix) = records.next()? else {
-                return Err(source.truncated("the data end record", source.size, Vec::new()));
-            };
-            let damaged = |damage| source.damaged(prefix.offset, damage);
-            match prefix.opcode {
-                op::SCHEMA | op::CHANNEL => {
-                    let body = records.body(prefix)?;
-                    self.define(prefix.opcode, body).map_err(damaged)?;
-                }
-                op::MESSAGE => {
-                    prefix.limited(MAX_RECORD_LENGTH).map_err(damaged)?;
-                    let (start, length) = records.start::<{ MessageHeader::LENGTH }>(prefix)?;
-                    let (header, _) = MessageHeader::parse(&start[..length]).map_err(damaged)?;
-                    records.skip(prefix)?;
-                    self.count(&header, &mut None).map_err(damaged)?;
-                    self.add_to_run(prefix, header.log_time);
-                }
-                op::CHUNK => {
-                    self.end_run();
-                    self.read_chunk(&mut records, prefix)?;
-                }
-                op::METADATA => {
-                    let metadata = Metadata::parse(records.body(prefix)?).map_err(damaged)?;
-                    if metadata.name == REPEATED {
-                        self.contents.repeated = metadata.counts().map_err(damaged)?;
-                    }
-                }
-                op::DATA_END => {
-                    let end = DataEnd::parse(records.body(prefix)?).map_err(damaged)?;
-                    let saved = end.checksum;
-                    if saved == 0 || saved == checksum {
-                        return Ok(());
-                    }
-                    return Err(source.damaged(
-                        0,
-                        Damage::Checksum {
-                            of: "data section",
-                            saved,
-                            calculated: checksum,
-                        },
-                    ));
-                }
-                op::ATTACHMENT => {
-                    self.end_run();
-                    records.skip(prefix)?;
-                }
-                _ => records.skip(prefix)?,
-            }
+impl Scan {
+    fn record(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<(), Damage> {
+        let length = (PREFIX + body.len()) as u64;
+        if ![op::CHUNK, op::ATTACHMENT].contains(&opcode) {
+            limited(opcode, body.len() as u64, MAX_RECORD_LENGTH)?;
         }
+        let record = parse(opcode, body)?;
+        match &record {
+            Record::Message { header, .. } => {
+                self.count(header)?;
+                self.add_to_run(offset, length, header.log_time);
+            }
+            Record::Chunk { header, data } => {
+                self.end_run();
+                self.chunk(offset, length, header, data)?;
+            }
+            Record::Attachment { .. } => self.end_run(),
+            Record::Metadata(metadata) if metadata.name == REPEATED => {
+                self.contents.repeated = record::counts(metadata)?;
+            }
+            _ => {}
+        }
+        if let Some(found) = &mut self.found {
+            found.record(offset, length, &record, &self.contents)?;
+        }
+        self.define(record, body.len())
     }
 
-    fn define(&mut self, opcode: u8, body: &[u8]) -> Result<(), Damage> {
-        if opcode == op::CHANNEL {
-            let channel = Channel::parse(body)?;
-            if self.contents.channels.contains_key(&channel.id) {
-                return self.contents.add_channel(channel);
-            }
-            self.contents.add_channel(channel)?;
-        } else {
-            let schema = Schema::parse(body)?;
-            if self.contents.schemas.contains_key(&schema.id) {
-                return Ok(());
-            }
-            self.contents.schemas.insert(schema.id, schema);
+    /// Takes a record if it is a definition.
+    fn define(&mut self, record: Record<'_>, length: usize) -> Result<(), Damage> {
+        if let Record::Channel(channel) = &record
+            && channel.schema_id != 0
+            && !self.contents.schemas.contains_key(&channel.schema_id)
+        {
+            let (record, id) = ("schema", channel.schema_id);
+            return Err(Damage::Undefined { record, id });
         }
-        self.definitions += body.len();
-        if self.definitions > MAX_RECORD_LENGTH {
-            return Err(Damage::TooLong {
-                opcode,
-                length: self.definitions as u64,
-                limit: MAX_RECORD_LENGTH,
-            });
+        self.contents.define(record, length)
+    }
+
+    /// Counts a message, whose channel has to be known.
+    fn count(&mut self, header: &MessageHeader) -> Result<(), Damage> {
+        let (record, id) = ("channel", header.channel_id);
+        if !self.contents.channels.contains_key(&id) {
+            return Err(Damage::Undefined { record, id });
         }
+        let counts = self.contents.counts.get_or_insert_default();
+        *counts.entry(id).or_default() += 1;
+        widen(&mut self.contents.times, header.log_time);
         Ok(())
     }
 
-    /// Counts a message, whose channel has to be known, and widens the times to its own.
-    fn count(
-        &mut self,
-        header: &MessageHeader,
-        times: &mut Option<(u64, u64)>,
-    ) -> Result<(), Damage> {
-        let MessageHeader {
-            channel, log_time, ..
-        } = *header;
-        if !self.contents.channels.contains_key(&channel) {
-            return Err(Damage::UnknownChannel {
-                sequence: header.sequence,
-                channel,
-            });
-        }
-        if let Some(counts) = &mut self.contents.counts {
-            *counts.entry(channel).or_default() += 1;
-        }
-        self.contents.extend_times(log_time, log_time);
-        let (first, last) = times.unwrap_or((log_time, log_time));
-        *times = Some((first.min(log_time), last.max(log_time)));
-        Ok(())
-    }
-
-    fn add_to_run(&mut self, prefix: Prefix, log_time: u64) {
+    fn add_to_run(&mut self, offset: u64, length: u64, log_time: u64) {
         let run = self.run.get_or_insert(Span {
             start_time: log_time,
             end_time: log_time,
-            offset: prefix.offset,
+            offset,
             length: 0,
             is_chunk: false,
             channels: None,
         });
         run.start_time = run.start_time.min(log_time);
         run.end_time = run.end_time.max(log_time);
-        run.length = prefix.end() - run.offset;
+        run.length = offset + length - run.offset;
         if run.length >= RUN_LENGTH {
             self.end_run();
         }
@@ -175,49 +154,64 @@ impl Scan<'_> {
         self.contents.spans.extend(self.run.take());
     }
 
-    fn read_chunk(&mut self, records: &mut Records<'_>, prefix: Prefix) -> Result<(), BagError> {
-        let damaged = |damage| self.source.damaged(prefix.offset, damage);
-        let header = records.chunk_header(prefix)?;
-        let unpacked = chunk::unpack(&header, &mut *records);
-        records.skip(prefix)?;
-        let bytes = unpacked.map_err(damaged)?;
-        let times = self
-            .read_records(&bytes)
-            .map_err(|damage| self.source.damaged(prefix.offset, damage))?;
-        let ChunkHeader {
-            compression,
-            packed_length,
-            length,
-            ..
-        } = header;
-        self.contents.add_chunk(&compression, packed_length, length);
+    fn chunk(
+        &mut self,
+        offset: u64,
+        length: u64,
+        header: &ChunkHeader,
+        packed: &[u8],
+    ) -> Result<(), Damage> {
+        let bytes = unpack(header, packed)?;
+        let of_file = mem::take(&mut self.contents.times);
+        let read = self.records(&bytes);
+        let times = self.contents.times;
+        self.contents.times = around(of_file.into_iter().chain(times));
+        read?;
+        let sizes = (header.compressed_size, header.uncompressed_size);
+        self.contents
+            .add_chunk(&header.compression, sizes.0, sizes.1);
         if let Some((start_time, end_time)) = times {
             self.contents.spans.push(Span {
                 start_time,
                 end_time,
-                offset: prefix.offset,
-                length: prefix.end() - prefix.offset,
+                offset,
+                length,
                 is_chunk: true,
                 channels: None,
             });
         }
+        if let Some(found) = &mut self.found {
+            found.chunk(offset, length, header, times)?;
+        }
         Ok(())
     }
 
-    /// Definitions and messages of a chunk; its times.
-    fn read_records(&mut self, bytes: &[u8]) -> Result<Option<(u64, u64)>, Damage> {
-        let mut times = None;
+    /// Takes the definitions and messages of a chunk.
+    fn records(&mut self, bytes: &[u8]) -> Result<(), Damage> {
+        if let Some(found) = &mut self.found {
+            found.messages.clear();
+        }
         let mut offset = 0;
-        while offset < bytes.len() {
-            let (opcode, start, end) = walk::split(bytes, offset)?;
-            let body = &bytes[start..end];
+        for record in Records::new(bytes) {
+            let (opcode, place) = record?;
+            let (offset, body) = (mem::replace(&mut offset, place.end), &bytes[place]);
+            limited(opcode, body.len() as u64, MAX_RECORD_LENGTH)?;
             match opcode {
-                op::SCHEMA | op::CHANNEL => self.define(opcode, body)?,
-                op::MESSAGE => self.count(&MessageHeader::parse(body)?.0, &mut times)?,
+                op::SCHEMA | op::CHANNEL => self.define(parse(opcode, body)?, body.len())?,
+                op::MESSAGE => {
+                    let (header, _) = record::message(body)?;
+                    self.count(&header)?;
+                    if let Some(found) = &mut self.found {
+                        let entries = found.messages.entry(header.channel_id).or_default();
+                        entries.push(MessageIndexEntry {
+                            log_time: header.log_time,
+                            offset: offset as u64,
+                        });
+                    }
+                }
                 _ => {}
             }
-            offset = end;
         }
-        Ok(times)
+        Ok(())
     }
 }

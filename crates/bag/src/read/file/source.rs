@@ -2,21 +2,30 @@
 
 use std::{
     fs::File,
-    io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom},
+    io::{self, ErrorKind, Read, Seek, SeekFrom},
+    ops::ControlFlow,
     os::unix::fs::FileExt,
     path::{Path, PathBuf},
 };
 
-use mcap::MAGIC;
+use mcap::{
+    MAGIC, McapError,
+    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
+};
 
-use super::{MAGIC_LENGTH, walk::Records};
-use crate::{BagError, Damage, regular};
+use super::{MAGIC_LENGTH, MAX_PACKED_LENGTH};
+use crate::{
+    BagError, Damage,
+    damage::limited,
+    record::{self, PREFIX},
+    regular,
+};
 
 /// First bytes of a zstd frame, and of no CDR message: there is no such encapsulation.
 pub(crate) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
-/// First bytes of what bags were stored in before, and the storage's name.
-pub(crate) const OTHER_STORAGES: [(&[u8], &str); 2] = [
+/// First bytes of files of other storages, and their names.
+const OTHER_STORAGES: [(&[u8], &str); 2] = [
     (b"SQLite format 3\0", "sqlite3"),
     (b"#ROSBAG V", "ROS 1 bag"),
 ];
@@ -27,7 +36,10 @@ const LEAST_UNPACKED: u64 = 1 << 30;
 /// More than bags compress by: a file that unpacks to more is refused before it fills the disk.
 const LARGEST_RATIO: u64 = 256;
 
-/// An MCAP file, or the temporary file that it was unpacked into.
+/// Bytes that are read at once.
+const STEP: usize = 64 << 10;
+
+/// A file, or the temporary file that it was unpacked into.
 pub(crate) struct Source {
     pub path: PathBuf,
     pub size: u64,
@@ -35,7 +47,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// A file that starts as MCAP files do.
+    /// Opens a file that starts as MCAP files do.
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let mut source = Self {
             path: path.to_owned(),
@@ -48,14 +60,7 @@ impl Source {
             source.unpack().map_err(|error| source.io_error(error))?;
             head = source.bytes(0, 16)?;
         }
-        for (start, storage) in OTHER_STORAGES {
-            if head.starts_with(start) {
-                return Err(BagError::Storage {
-                    file: path.to_owned(),
-                    found: storage.to_owned(),
-                });
-            }
-        }
+        refuse_other(path, &head)?;
         head.truncate(MAGIC.len());
         if head == MAGIC {
             return Ok(source);
@@ -85,37 +90,76 @@ impl Source {
         Ok(())
     }
 
-    /// At most `length` bytes from `offset` on.
-    pub fn section(&self, offset: u64, length: u64) -> Result<BufReader<Section>, BagError> {
+    /// The bytes from `offset` on.
+    fn section(&self, offset: u64) -> io::Result<Section> {
         let file = match &self.unpacked {
             Some(file) => file.try_clone(),
             None => File::open(&self.path),
         };
-        let file = file.map_err(|error| self.io_error(error))?;
-        let end = offset.saturating_add(length);
-        Ok(BufReader::with_capacity(
-            64 << 10,
-            Section { file, offset, end },
-        ))
+        file.map(|file| Section { file, offset })
     }
 
-    /// The records of a section.
-    pub fn records(&self, offset: u64, length: u64) -> Result<Records<'_>, BagError> {
-        Ok(Records::new(self, self.section(offset, length)?, offset))
-    }
-
-    /// At most `length` bytes from `offset` on, in memory.
+    /// At most `length` bytes from `offset` on; fewer at the end of the file.
     pub fn bytes(&self, offset: u64, length: u64) -> Result<Vec<u8>, BagError> {
-        let mut bytes = Vec::new();
-        self.section(offset, length)?
-            .read_to_end(&mut bytes)
-            .map_err(|error| self.io_error(error))?;
-        Ok(bytes)
+        let length = length.min(self.size.saturating_sub(offset));
+        let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+        let section = self.section(offset);
+        let read = section.and_then(|section| section.take(length).read_to_end(&mut bytes));
+        read.map(|_| bytes).map_err(|error| self.io_error(error))
     }
 
-    /// Where the end magic has to be.
-    pub fn end_magic(&self) -> u64 {
-        self.size.saturating_sub(MAGIC_LENGTH)
+    /// Operation code and body of the record at `offset`, of at most `limit` bytes.
+    pub fn record(&self, offset: u64, limit: usize) -> Result<(u8, Vec<u8>), BagError> {
+        let cut = |found| self.truncated("a whole record", offset, found);
+        let head = self.bytes(offset, PREFIX as u64)?;
+        let Some((opcode, length)) = record::prefix(&head) else {
+            return Err(cut(head));
+        };
+        limited(opcode, length, limit).map_err(|damage| self.damaged(offset, damage))?;
+        let body = self.bytes(offset + PREFIX as u64, length)?;
+        if (body.len() as u64) < length {
+            return Err(cut(head));
+        }
+        Ok((opcode, body))
+    }
+
+    /// Gives `take` the records from the one at `start` on, or of the whole file from its magic on: offset, operation code
+    /// and body.
+    pub fn walk(
+        &self,
+        start: Option<u64>,
+        options: LinearReaderOptions,
+        mut take: impl FnMut(u64, u8, &[u8]) -> Result<ControlFlow<()>, BagError>,
+    ) -> Result<(), BagError> {
+        let options = options
+            .with_skip_start_magic(start.is_some())
+            .with_emit_chunks(true)
+            .with_record_length_limit(MAX_PACKED_LENGTH);
+        let mut offset = start.unwrap_or(MAGIC_LENGTH);
+        let section = self.section(start.unwrap_or(0));
+        let mut section = section.map_err(|error| self.io_error(error))?;
+        let mut reader = LinearReader::new_with_options(options);
+        while let Some(event) = reader.next_event() {
+            match event {
+                // As much as the record's length asks for may not be there.
+                Ok(LinearReadEvent::ReadRequest(_)) => {
+                    let read = section.read(reader.insert(STEP));
+                    reader.notify_read(read.map_err(|error| self.io_error(error))?);
+                }
+                Ok(LinearReadEvent::Record { opcode, data }) => {
+                    if take(offset, opcode, data)?.is_break() {
+                        break;
+                    }
+                    offset += (PREFIX + data.len()) as u64;
+                }
+                Err(McapError::UnexpectedEof) => {
+                    let found = self.bytes(offset, PREFIX as u64)?;
+                    return Err(self.truncated("a whole record", offset, found));
+                }
+                Err(error) => return Err(self.damaged(offset, error.into())),
+            }
+        }
+        Ok(())
     }
 
     pub fn io_error(&self, source: io::Error) -> BagError {
@@ -144,19 +188,34 @@ impl Source {
     }
 }
 
+/// Refuses a file that starts like those of other storages.
+pub(crate) fn refuse_other(path: &Path, head: &[u8]) -> Result<(), BagError> {
+    let mut others = OTHER_STORAGES.iter();
+    match others.find(|(start, _)| head.starts_with(start)) {
+        None => Ok(()),
+        Some((_, storage)) => Err(BagError::Storage {
+            file: path.to_owned(),
+            found: (*storage).to_owned(),
+        }),
+    }
+}
+
 /// A part of an open file, which several may read at once.
-pub(crate) struct Section {
+struct Section {
     file: File,
     offset: u64,
-    end: u64,
 }
 
 impl Read for Section {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let left = usize::try_from(self.end - self.offset).unwrap_or(usize::MAX);
-        let length = buffer.len().min(left);
-        let read = self.file.read_at(&mut buffer[..length], self.offset)?;
-        self.offset += read as u64;
-        Ok(read)
+        loop {
+            match self.file.read_at(buffer, self.offset) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                read => {
+                    self.offset += *read.as_ref().unwrap_or(&0) as u64;
+                    return read;
+                }
+            }
+        }
     }
 }

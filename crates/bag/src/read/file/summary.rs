@@ -1,112 +1,123 @@
 //! What a file tells of itself at its end.
 
-use mcap::records::op;
+use std::{ops::ControlFlow, path::Path};
+
+use mcap::{
+    records::{Metadata, MetadataIndex, Record, Statistics, op},
+    sans_io::linear_reader::LinearReaderOptions,
+};
 
 use super::{
-    DATA_END_LENGTH, FOOTER_LENGTH, MAGIC_LENGTH, RECORD_PREFIX,
+    MAGIC_LENGTH, MAX_RECORD_LENGTH,
     contents::{Contents, Span},
     source::Source,
 };
 use crate::{
     BagError, Damage, REPEATED,
-    records::{Channel, ChunkIndex, Footer, Metadata, MetadataIndex, Schema, Statistics},
+    damage::agree,
+    record::{self, PREFIX, parse},
+    times::around,
 };
 
-/// The footer of a file that is complete, and where it starts.
-pub(crate) fn footer(source: &Source) -> Result<(Footer, u64), BagError> {
-    let end_magic = source.end_magic();
+/// The data end record lies right before the summary.
+const DATA_END_LENGTH: u64 = PREFIX as u64 + 4;
+
+/// The footer record holds two offsets and a checksum and lies right before the end magic.
+const FOOTER_LENGTH: u64 = PREFIX as u64 + 8 + 8 + 4;
+
+/// The start of the summary, if there is one, of a file that is complete.
+fn start(source: &Source) -> Result<Option<u64>, BagError> {
+    let end_magic = source.size.saturating_sub(MAGIC_LENGTH);
     let found = source.bytes(end_magic, MAGIC_LENGTH)?;
     if found != mcap::MAGIC {
         return Err(source.truncated("the MCAP end magic", end_magic, found));
     }
-    let start = end_magic.saturating_sub(FOOTER_LENGTH);
-    let record = source.bytes(start, FOOTER_LENGTH)?;
-    let Some((&[op::FOOTER, ..], body)) = record.split_first_chunk::<RECORD_PREFIX>() else {
-        return Err(source.truncated("the footer record", start, record));
+    let end = end_magic.saturating_sub(FOOTER_LENGTH);
+    let record = source.bytes(end, FOOTER_LENGTH)?;
+    let Some((&[op::FOOTER, ..], body)) = record.split_first_chunk::<PREFIX>() else {
+        return Err(source.truncated("the footer record", end, record));
     };
-    let footer = Footer::parse(body).map_err(|damage| source.damaged(start, damage))?;
-    let summary = footer.summary_start;
-    if summary != 0 && !(MAGIC_LENGTH + DATA_END_LENGTH..=start).contains(&summary) {
-        let damage = Damage::OutOfRange {
-            record: "footer",
-            offset: summary,
-            length: start.saturating_sub(summary),
-            end: start,
-        };
-        return Err(source.damaged(start, damage));
+    match parse(op::FOOTER, body).map_err(|damage| source.damaged(end, damage))? {
+        Record::Footer(footer) if footer.summary_start != 0 => {
+            let start = footer.summary_start;
+            let least = MAGIC_LENGTH + DATA_END_LENGTH;
+            check_range(source, "footer", start.saturating_sub(least), least, end)?;
+            Ok(Some(start.max(least)))
+        }
+        _ => Ok(None),
     }
-    Ok((footer, start))
 }
 
-/// Reads the summary; none if it does not tell of all messages, so that the file has to be scanned.
-pub(crate) fn read(
+/// Gives `take` the records of the summary, whose checksum is compared.
+fn walk(
     source: &Source,
-    footer: &Footer,
-    footer_start: u64,
-) -> Result<Option<Contents>, BagError> {
-    let start = footer.summary_start;
-    if start == 0 {
+    start: u64,
+    mut take: impl FnMut(Record<'_>, usize) -> Result<(), Damage>,
+) -> Result<(), BagError> {
+    let options = LinearReaderOptions::default()
+        .with_validate_summary_section_crc(true)
+        .with_skip_end_magic(true);
+    source.walk(
+        Some(start - DATA_END_LENGTH),
+        options,
+        |offset, opcode, body| {
+            let taken = parse(opcode, body).and_then(|record| take(record, body.len()));
+            let taken = taken.map_err(|damage| source.damaged(offset, damage));
+            taken.map(ControlFlow::Continue)
+        },
+    )
+}
+
+/// Reads the summary; `None` if it does not tell of all messages, so that the file has to be scanned.
+pub(crate) fn read(source: &Source) -> Result<Option<Contents>, BagError> {
+    let Some(start) = start(source)? else {
         return Ok(None);
-    }
+    };
     let mut contents = Contents::default();
     let mut statistics = None;
     let mut repeated = None;
-    let mut records = source.records(start, footer_start + FOOTER_LENGTH - start)?;
-    while let Some(prefix) = records.next()? {
-        let damaged = |damage| source.damaged(prefix.offset, damage);
-        match prefix.opcode {
-            op::SCHEMA => {
-                let schema = Schema::parse(records.body(prefix)?).map_err(damaged)?;
-                contents.schemas.insert(schema.id, schema);
-            }
-            op::CHANNEL => {
-                let channel = Channel::parse(records.body(prefix)?).map_err(damaged)?;
-                contents.add_channel(channel).map_err(damaged)?;
-            }
-            op::CHUNK_INDEX => {
-                let index = ChunkIndex::parse(records.body(prefix)?).map_err(damaged)?;
-                check_range(source, "chunk index", index.offset, index.length, start)?;
+    let mut indexes = Vec::new();
+    walk(source, start, |record, length| {
+        match record {
+            Record::Schema { .. } | Record::Channel(_) => contents.define(record, length)?,
+            Record::ChunkIndex(index) => {
                 contents.add_chunk(
                     &index.compression,
-                    index.packed_length,
-                    index.unpacked_length,
+                    index.compressed_size,
+                    index.uncompressed_size,
                 );
                 contents.spans.push(Span::of_index(&index));
-                // A chunk of definitions only has no times.
-                if !index.channels.is_empty() || (index.start_time, index.end_time) != (0, 0) {
-                    contents.extend_times(index.start_time, index.end_time);
-                }
             }
-            op::METADATA_INDEX => {
-                let index = MetadataIndex::parse(records.body(prefix)?).map_err(damaged)?;
-                check_range(source, "metadata index", index.offset, index.length, start)?;
-                if index.name == REPEATED {
-                    repeated = Some(index);
-                }
-            }
-            op::STATISTICS => {
-                let found = Statistics::parse(records.body(prefix)?).map_err(damaged)?;
-                statistics = Some(found);
-            }
-            op::FOOTER => {
-                // All up to the checksum itself.
-                let _offsets = records.start::<16>(prefix)?;
-                check_sum(source, footer, start, records.checksum())?;
-                records.skip(prefix)?;
-            }
-            _ => records.skip(prefix)?,
+            Record::MetadataIndex(index) => indexes.push(index),
+            Record::Statistics(found) => statistics = Some(found),
+            _ => {}
         }
+        Ok(())
+    })?;
+    for span in &contents.spans {
+        check_range(source, "chunk index", span.offset, span.length, start)?;
+    }
+    for index in indexes {
+        check_range(source, "metadata index", index.offset, index.length, start)?;
+        repeated = Some(index)
+            .filter(|index| index.name == REPEATED)
+            .or(repeated);
     }
     if let Some(index) = repeated {
-        let metadata = record(source, &index)?;
-        let damaged = |damage| source.damaged(index.offset, damage);
-        contents.repeated = metadata.counts().map_err(damaged)?;
+        let counts = record::counts(&metadata_at(source, &index)?);
+        contents.repeated = counts.map_err(|damage| source.damaged(index.offset, damage))?;
     }
     if !tells_all(&contents, statistics.as_ref()) {
         return Ok(None);
     }
+    // A chunk of definitions only has no times.
+    let timed = contents
+        .spans
+        .iter()
+        .filter(|span| span.channels.is_some() || (span.start_time, span.end_time) != (0, 0));
+    contents.times = around(timed.map(|span| (span.start_time, span.end_time)));
     if let Some(statistics) = statistics {
-        let told = (statistics.start_time, statistics.end_time);
+        let told = (statistics.message_start_time, statistics.message_end_time);
         let indexed = contents.times;
         if statistics.message_count == 0 {
             contents.times = None;
@@ -114,65 +125,33 @@ pub(crate) fn read(
             contents.times = Some(told);
         }
         // Messages beyond the times that are told would be passed over.
-        if let (Some(expected), Some(found)) = (contents.times, indexed)
-            && (found.0 < expected.0 || found.1 > expected.1)
-        {
-            let of = "chunk indexes";
-            let damage = Damage::Times {
-                of,
-                expected,
-                found,
-            };
-            return Err(source.damaged(start, damage));
+        let wider = around(contents.times.into_iter().chain(indexed));
+        if indexed.is_some() && contents.times.is_some() {
+            agree("statistics", "log times", contents.times, wider)
+                .map_err(|damage| source.damaged(start, damage))?;
         }
         contents.counts = Some(statistics.channel_message_counts);
     }
     Ok(Some(contents))
 }
 
-/// The last metadata record of a name.
-pub(crate) fn metadata(
-    source: &Source,
-    footer: &Footer,
-    footer_start: u64,
-    name: &str,
-) -> Result<Option<Metadata>, BagError> {
-    let start = footer.summary_start;
-    if start == 0 {
-        return Ok(None);
-    }
+/// The last metadata record of a name, of a file whose summary tells of it.
+pub(crate) fn metadata(path: &Path, name: &str) -> Option<Metadata> {
+    let source = Source::open(path).ok()?;
+    let start = start(&source).ok()??;
     let mut last = None;
-    let mut records = source.records(start, footer_start - start)?;
-    while let Some(prefix) = records.next()? {
-        if prefix.opcode != op::METADATA_INDEX {
-            records.skip(prefix)?;
-            continue;
-        }
-        let damaged = |damage| source.damaged(prefix.offset, damage);
-        let index = MetadataIndex::parse(records.body(prefix)?).map_err(damaged)?;
-        if index.name == name {
+    let walked = walk(&source, start, |record, _| {
+        if let Record::MetadataIndex(index) = record
+            && index.name == name
+        {
             last = Some(index);
         }
-    }
-    last.map(|index| record(source, &index)).transpose()
-}
-
-fn check_sum(
-    source: &Source,
-    footer: &Footer,
-    start: u64,
-    calculated: u32,
-) -> Result<(), BagError> {
-    let saved = footer.summary_checksum;
-    if saved == 0 || saved == calculated {
-        return Ok(());
-    }
-    let damage = Damage::Checksum {
-        of: "summary",
-        saved,
-        calculated,
-    };
-    Err(source.damaged(start, damage))
+        Ok(())
+    });
+    walked
+        .ok()
+        .and(last)
+        .and_then(|index| metadata_at(&source, &index).ok())
 }
 
 fn check_range(
@@ -182,24 +161,17 @@ fn check_range(
     length: u64,
     end: u64,
 ) -> Result<(), BagError> {
-    if offset.checked_add(length).is_some_and(|last| last <= end) {
-        return Ok(());
-    }
-    let damage = Damage::OutOfRange {
-        record,
-        offset,
-        length,
-        end,
-    };
-    Err(source.damaged(end, damage))
+    let last = offset.saturating_add(length);
+    agree(record, "end of what it points to", last, last.min(end))
+        .map_err(|damage| source.damaged(end, damage))
 }
 
-/// Whether all chunks are indexed, and all their channels and schemas known.
+/// Returns true if all chunks are indexed, and all their channels and schemas known.
 fn tells_all(contents: &Contents, statistics: Option<&Statistics>) -> bool {
-    let known = |id| {
+    let known = |id: &u16| {
         let channel = contents.channels.get(id);
         channel.is_some_and(|channel| {
-            channel.schema == 0 || contents.schemas.contains_key(&channel.schema)
+            channel.schema_id == 0 || contents.schemas.contains_key(&channel.schema_id)
         })
     };
     let in_chunks = contents
@@ -225,18 +197,23 @@ fn tells_all(contents: &Contents, statistics: Option<&Statistics>) -> bool {
 }
 
 /// Reads the metadata record where its index says.
-fn record(source: &Source, index: &MetadataIndex) -> Result<Metadata, BagError> {
-    let mut records = source.records(index.offset, index.length)?;
+fn metadata_at(source: &Source, index: &MetadataIndex) -> Result<Metadata, BagError> {
     let damaged = |damage| source.damaged(index.offset, damage);
-    match records.next()? {
-        Some(prefix) if prefix.opcode == op::METADATA => {
-            let metadata = Metadata::parse(records.body(prefix)?).map_err(damaged)?;
-            if metadata.name == index.name {
-                return Ok(metadata);
-            }
-        }
-        _ => {}
-    }
-    let expected = index.name.clone();
-    Err(damaged(Damage::NoMetadata { expected }))
+    let (opcode, body) = source.record(index.offset, MAX_RECORD_LENGTH)?;
+    let found = match parse(opcode, &body).map_err(damaged)? {
+        Record::Metadata(metadata) if metadata.name == index.name => return Ok(metadata),
+        Record::Metadata(metadata) => metadata.name,
+        _ => format!("record {opcode:#04x}"),
+    };
+    let name = index.name.clone();
+    agree("metadata index", "name", name, found.clone()).map_err(damaged)?;
+    Err(source.damaged(
+        index.offset,
+        Damage::Disagrees {
+            record: "metadata index",
+            field: "name",
+            told: index.name.clone(),
+            found,
+        },
+    ))
 }

@@ -1,8 +1,7 @@
 //! When the messages begin and end that are given out, of a file that has others too.
 
 use super::{McapFile, Span};
-
-type Times = Option<(u64, u64)>;
+use crate::times::{Times, around, widen};
 
 impl McapFile {
     /// First and last log time (ns) of the messages of its topics. Where topics are left out, which may begin earlier and
@@ -23,14 +22,14 @@ impl McapFile {
             if times.is_some_and(|(first, _)| first <= span.start_time) {
                 break;
             }
-            times = both(times, self.times_of(span));
+            times = around(times.into_iter().chain(self.times_of(span)));
         }
         spans.sort_by_key(|span| span.end_time);
         for span in spans.iter().rev() {
             if times.is_none_or(|(_, last)| last >= span.end_time) {
                 break;
             }
-            times = both(times, self.times_of(span));
+            times = around(times.into_iter().chain(self.times_of(span)));
         }
         times
     }
@@ -39,8 +38,8 @@ impl McapFile {
     fn times_of(&self, span: &Span) -> Times {
         let mut times = None;
         let read = self.read(span, 0, |header| {
-            if self.topics.contains_key(&header.channel) {
-                times = both(times, Some((header.log_time, header.log_time)));
+            if self.topics.contains_key(&header.channel_id) {
+                widen(&mut times, header.log_time);
             }
             Ok(false)
         });
@@ -49,10 +48,4 @@ impl McapFile {
             Err(_) => Some((span.start_time, span.end_time)),
         }
     }
-}
-
-/// From the earlier start to the later end.
-fn both(a: Times, b: Times) -> Times {
-    let spans = a.into_iter().chain(b);
-    spans.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)))
 }

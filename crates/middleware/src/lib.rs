@@ -2,7 +2,8 @@
 //!
 //! - [`NodeArgs`], [`Parameters`], [`Environment`]: the command line, parameter files and environment of a ROS 2 node.
 //! - [`parameters`]: what a node declares, and others see and set.
-//! - [`ros`]: topics, services and actions over DDS.
+//! - [`node`]: managed nodes, to build your own on.
+//! - [`ros`]: topics, services and actions over DDS or Zenoh.
 //! - [`shm`]: states and controls over shared memory, on one host.
 //! - [`log`], [`Shutdown`], [`report`]: logging, signals, and the channel to the process that started a node.
 
@@ -21,6 +22,8 @@ mod environment;
 pub mod log;
 mod log_settings;
 mod names;
+#[cfg(feature = "transport")]
+pub mod node;
 pub mod parameters;
 mod params_file;
 mod remap;

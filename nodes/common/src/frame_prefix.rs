@@ -2,7 +2,7 @@
 
 use lgvi_middleware::{ParameterSpec, ParameterValue, Parameters};
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 const NAME: &str = "frame_prefix";
 

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use lgvi_middleware::Parameters;
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 /// The path in a parameter whose default is the empty string.
 ///

@@ -3,7 +3,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::{LONGEST, Scene, SceneError};
 use toml_edit::{DocumentMut, Item, Table, Value};
 

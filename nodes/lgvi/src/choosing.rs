@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use indicatif::{ProgressBar, ProgressStyle};
 use lgvi_dynamics::auto::{Choice, ChoiceError};
 use lgvi_middleware::Shutdown;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::Scene;
 
 /// Chooses what flies the scene, unless that is known; a shutdown ends it.

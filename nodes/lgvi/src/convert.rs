@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use lgvi_bag::BagReader;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_tables::{Conversion, ConvertError, convert as convert_bag};
 use serde::Serialize;
 

@@ -6,9 +6,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use lgvi_bag::{BagReader, Message, Topic};
+use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::NodeError;
 use lgvi_propagator::Controls;
 use lgvi_scene::Scene;
 

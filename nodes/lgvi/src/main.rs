@@ -26,7 +26,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
-use lgvi_node::{NodeError, complain, let_long_files_fail};
+use lgvi_middleware::node::{NodeError, complain, let_long_files_fail};
 
 /// Fly rigid bodies in ROS 2: plan, propagate, record, replay, verify.
 #[derive(Parser)]

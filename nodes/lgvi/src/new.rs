@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 use crate::output::say;
 use crate::values;

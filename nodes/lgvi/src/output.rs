@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use serde_json::json;
 
 /// Writes a text and a newline. A reader that has gone has read enough.

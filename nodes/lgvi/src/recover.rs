@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use lgvi_bag::{LeftOut, RecoveredFile, Recovery};
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 use crate::beside::beside;
 use crate::output::{say, shown};

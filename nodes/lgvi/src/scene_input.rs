@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lgvi_common::{parse_scene, read_scene, set_key};
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::Scene;
 use tempfile::TempDir;
 

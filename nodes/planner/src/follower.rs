@@ -4,11 +4,11 @@ use std::time::{Duration, Instant};
 
 use lgvi_common::body_state;
 use lgvi_dynamics::BodyState;
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{Qos, RosNode, Subscription};
 use lgvi_middleware::shm::{ShmNode, StateSubscriber};
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::shm::{BodySample, StateHeader};
-use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use tracing::warn;
 

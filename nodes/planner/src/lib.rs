@@ -29,5 +29,5 @@ pub use nominal::{NominalPlan, plan};
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
-    lgvi_node::main::<planner::Planner>(args)
+    lgvi_middleware::node::main::<planner::Planner>(args)
 }

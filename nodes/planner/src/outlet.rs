@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use lgvi_common::FeedbackSequence;
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
 use lgvi_middleware::shm::{ControlPublisher, FeedbackPublisher, ShmNode};
 use lgvi_msgs::RosMessage;
@@ -9,7 +10,6 @@ use lgvi_msgs::msg::{ControlSequence, PlanProgress};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
-use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 use tracing::warn;
 

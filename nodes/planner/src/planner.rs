@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use lgvi_common::{Event, PlanReport, Warning, WarningCode};
 use lgvi_control::Plan;
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::report::Reporter;
 use lgvi_middleware::ros::{ActionServer, Diagnosed};
 use lgvi_msgs::action::PlanManeuver;
 use lgvi_msgs::msg::PlanProgress;
-use lgvi_node::{Node, NodeError};
 use lgvi_scene::{Maneuver, Scene, Scheme};
 use tracing::info;
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lgvi_common::{FramePrefix, Warning, WarningCode, load_scene, required_path};
 use lgvi_middleware::ParameterSpec;
-use lgvi_node::{Managed, Node, NodeError, Stopped};
+use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_scene::Scene;
 
 use crate::follower::Follower;

@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::Scene;
 
 use crate::solver::{self, Iteration, Reason, Solved, Task, Unsolved};

@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use lgvi_bag::{Durability, Message, Reliability, Topic};
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{Qos, RawPublisher};
 use lgvi_middleware::shm::{Delivery, ShmNode, StatePublisher};
-use lgvi_node::NodeError;
 use tracing::warn;
 
 use crate::channels::PATIENCE;

@@ -4,9 +4,9 @@ use std::mem;
 use std::time::Duration;
 
 use lgvi_bag::{BagReader, Durability, Topic};
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_middleware::shm::{Delivery, ShmNode};
-use lgvi_node::{Node, NodeError};
 use tracing::warn;
 
 use crate::channel::Channel;

@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use lgvi_bag::BagReader;
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{Publisher, Qos, RosNode};
 use lgvi_msgs::rosgraph_msgs;
 use lgvi_msgs::stamp;
-use lgvi_node::NodeError;
 use tracing::warn;
 
 use crate::range::Range;

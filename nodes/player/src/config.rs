@@ -1,8 +1,8 @@
 use std::path::PathBuf;
 
 use lgvi_common::{publishes_clock, required_path};
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::NodeError;
 
 use crate::range::Range;
 use crate::selection::Selection;

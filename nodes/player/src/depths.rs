@@ -2,7 +2,7 @@
 
 use lgvi_bag::{BagReader, History, Topic};
 use lgvi_middleware::Shutdown;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 use crate::reel;
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use lgvi_bag::BagReader;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 use crate::depths::BYTES;
 use crate::reel::{self, Shown};

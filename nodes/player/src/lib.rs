@@ -22,5 +22,5 @@ use std::process::ExitCode;
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
-    lgvi_node::main::<run::Player>(args)
+    lgvi_middleware::node::main::<run::Player>(args)
 }

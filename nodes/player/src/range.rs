@@ -1,8 +1,8 @@
 //! The part of a bag that is played.
 
 use lgvi_bag::BagReader;
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::{ParameterSpec, Parameters};
-use lgvi_node::NodeError;
 
 const NANOSECONDS_PER_SECOND: f64 = 1e9;
 

@@ -1,7 +1,7 @@
 //! A bag's messages one after the other, and where one is among them.
 
 use lgvi_bag::{BagReader, Message, Messages};
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 /// A place between two messages of a bag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use lgvi_bag::BagReader;
-use lgvi_node::{Node, NodeError, Stopped};
+use lgvi_middleware::node::{Node, NodeError, Stopped};
 use tracing::{info, warn};
 
 use crate::channels::Channels;

@@ -7,8 +7,8 @@ use std::time::Duration;
 use lgvi_bag::BagReader;
 use lgvi_common::Event;
 use lgvi_middleware::ParameterSpec;
+use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::{Diagnosed, Running, Status};
-use lgvi_node::{Managed, Node, NodeError, Stopped};
 use tracing::info;
 
 use crate::channels::Channels;

@@ -1,7 +1,7 @@
 //! Which topics of a bag are played, decided as rosbag2 does.
 
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::{ParameterSpec, ParameterValue, Parameters};
-use lgvi_node::NodeError;
 use regex::Regex;
 
 /// Topics to be played, by the names that they have in the bag.

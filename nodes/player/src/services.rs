@@ -3,6 +3,7 @@
 use std::num::NonZeroU64;
 
 use lgvi_middleware::ParameterValue;
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Executor, Running};
 use lgvi_msgs::rosbag2_interfaces::srv::{
     Burst, BurstResponse, GetRate, GetRateResponse, IsPaused, IsPausedResponse, Pause,
@@ -10,7 +11,6 @@ use lgvi_msgs::rosbag2_interfaces::srv::{
     SetRateResponse, Stop, StopResponse, TogglePaused, TogglePausedResponse,
 };
 use lgvi_msgs::{Service, stamp};
-use lgvi_node::{Node, NodeError};
 use tracing::{info, warn};
 
 use crate::remote::{Order, Remote};

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use lgvi_bag::{BagReader, Message, Topic};
 use lgvi_middleware::Shutdown;
+use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::shm::{BodySample, StateHeader};
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::NodeError;
 use tracing::warn;
 
 /// For each of a bag's topics that go over shared memory, how many bodies its first state has.

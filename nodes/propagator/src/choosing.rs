@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use lgvi_common::{Warning, WarningCode};
 use lgvi_dynamics::auto::ChoiceError;
-use lgvi_node::{Node, NodeError};
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_scene::{Chosen, Scene};
 use tracing::info;
 

@@ -1,9 +1,9 @@
 use std::time::Duration;
 
 use lgvi_common::{FramePrefix, load_scene, publishes_clock, required_path};
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::shm::Delivery;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
 /// The node's parameters, as they are when it is configured.

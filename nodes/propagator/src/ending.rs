@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::Duration;
 
 use lgvi_common::{Event, FlightReport};
-use lgvi_node::{Node, NodeError};
+use lgvi_middleware::node::{Node, NodeError};
 use tracing::info;
 
 use crate::config::PATIENCE;

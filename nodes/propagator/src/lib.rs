@@ -35,5 +35,5 @@ pub const SOFTWARE: &str = concat!("lgvi_propagator ", env!("CARGO_PKG_VERSION")
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
-    lgvi_node::main::<run::Propagator>(args)
+    lgvi_middleware::node::main::<run::Propagator>(args)
 }

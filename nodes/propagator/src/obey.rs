@@ -1,7 +1,7 @@
 //! How the flight's loop carries out orders.
 
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_msgs::msg::{BodyState, Intervention};
-use lgvi_node::{Node, NodeError};
 
 use crate::link::Wait;
 use crate::messages;

@@ -3,11 +3,11 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Executor, Running};
 use lgvi_msgs::msg;
 use lgvi_msgs::srv::{SetState, SetStateResponse, Step, StepResponse};
 use lgvi_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
-use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 use rtrb::{Consumer, Producer, RingBuffer};
 

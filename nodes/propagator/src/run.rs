@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use lgvi_common::{Event, FlightReport, FramePrefix, Miss, body_sample};
 use lgvi_dynamics::{BodyState, Invariants, Skip};
 use lgvi_middleware::ParameterSpec;
+use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::StatePublisher;
 use lgvi_msgs::shm::{BodySample, Name};
-use lgvi_node::{Managed, Node, NodeError, Stopped};
 use lgvi_scene::Scene;
 use tracing::{info, warn};
 

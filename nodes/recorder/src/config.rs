@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use lgvi_bag::{BagOptions, Compression};
 use lgvi_common::FramePrefix;
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::{ParameterSpec, ParameterType, ParameterValue, Parameters};
-use lgvi_node::NodeError;
 use regex::Regex;
 
 use crate::log_time::LogTime;

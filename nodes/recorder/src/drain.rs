@@ -4,7 +4,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::Shutdown;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 /// How often a source that is to end looks for messages.
 const IDLE: Duration = Duration::from_micros(500);

@@ -1,8 +1,8 @@
 //! The nodes that subscribe.
 
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{RosNode, TopicInfo};
 use lgvi_middleware::{Environment, NodeArgs};
-use lgvi_node::NodeError;
 
 /// RustDDS 0.15 keeps one cache for each topic of a participant: what one reader of it is told that it will not get,
 /// such as history from before a volatile match, another one is not given any more when it arrives. Hence no two

@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use lgvi_bag::{BagWriter, Rest, WriteError};
 use lgvi_common::Event;
+use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::ShmNode;
 use lgvi_middleware::{ParameterSpec, Shutdown};
-use lgvi_node::{Managed, Node, NodeError, Stopped};
 use tracing::info;
 
 use crate::account::Account;

@@ -3,12 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Executor, Running};
 use lgvi_msgs::rosbag2_interfaces::srv::{
     IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse, SplitBagfile,
     SplitBagfileResponse,
 };
-use lgvi_node::{Node, NodeError};
 use tracing::{info, warn};
 
 use crate::queue::{Queue, Split};

@@ -8,9 +8,9 @@ use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 
 use lgvi_bag::{ROS2MSG, Topic};
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{RawSubscription, TopicInfo};
 use lgvi_msgs::{RosMessage, cdr, msg};
-use lgvi_node::NodeError;
 use tracing::{info, warn};
 
 use crate::account::{Account, Track};

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use lgvi_bag::{Durability, History, Qos, ROS2MSG, Reliability, Topic};
 use lgvi_middleware::Shutdown;
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::Clock;
 use lgvi_middleware::shm::{ShmNode, StateSubscriber};
 use lgvi_msgs::msg::SystemState;
 use lgvi_msgs::shm::{BodySample, StateHeader};
 use lgvi_msgs::{RosMessage, cdr};
-use lgvi_node::NodeError;
 use tracing::{info, warn};
 
 use crate::account::{Account, Track};

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Context;
 use std::time::{Duration, Instant};
 
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{RosNode, TopicInfo};
 use lgvi_middleware::{Shutdown, thread_waker};
-use lgvi_node::NodeError;
 use tracing::warn;
 
 use crate::account::Account;

@@ -103,26 +103,43 @@ impl Executor {
 
     /// Begins, on the runtime of the process. The tasks have their turns one after the other.
     pub fn start(self) -> io::Result<Running> {
-        let Self { mut tasks, wakeup } = self;
+        let Self { tasks, wakeup } = self;
         let (ended, end) = mpsc::channel();
+        let mut turns = Turns {
+            tasks,
+            _ended: ended,
+        };
         let own = wakeup.clone();
         let runtime = runtime()?;
         let _entered = runtime.enter();
         let mut pause = Box::pin(sleep(Duration::ZERO));
-        let turns = poll_fn(move |context| {
-            let _ended: &Sender<Infallible> = &ended;
+        let future = poll_fn(move |context| {
             own.0.get_or_init(|| context.waker().clone());
-            let pauses = tasks.iter_mut().map(|task| task.turn(context));
-            let next = pauses.min().unwrap_or(PAUSE);
+            let next = turns.next(context);
             pause.as_mut().reset(Instant::now() + next);
             if next.is_zero() || pause.as_mut().poll(context).is_ready() {
                 context.waker().wake_by_ref();
             }
             Poll::<()>::Pending
         });
-        let task = runtime.spawn(turns);
+        let task = runtime.spawn(future);
         let end = Mutex::new(end);
         Ok(Running { task, end, wakeup })
+    }
+}
+
+/// The tasks of a started executor.
+struct Turns {
+    tasks: Vec<Box<dyn Task>>,
+    /// Dropped after the tasks, so that who waits for it finds nothing of them any more.
+    _ended: Sender<Infallible>,
+}
+
+impl Turns {
+    /// Each task has its turn; returns how long to pause at most.
+    fn next(&mut self, context: &mut Context<'_>) -> Duration {
+        let pauses = self.tasks.iter_mut().map(|task| task.turn(context));
+        pauses.min().unwrap_or(PAUSE)
     }
 }
 

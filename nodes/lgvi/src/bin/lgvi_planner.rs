@@ -1,5 +1,5 @@
 //! The planner node as a program of its own.
 
 fn main() -> std::process::ExitCode {
-    lgvi_node::with_arguments(lgvi_planner::main)
+    lgvi_middleware::node::with_arguments(lgvi_planner::main)
 }

@@ -1,5 +1,5 @@
 //! The recorder node as a program of its own.
 
 fn main() -> std::process::ExitCode {
-    lgvi_node::with_arguments(lgvi_recorder::main)
+    lgvi_middleware::node::with_arguments(lgvi_recorder::main)
 }

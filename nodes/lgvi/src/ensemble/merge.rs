@@ -3,7 +3,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use lgvi_ensemble::{MergeOptions, merge as join};
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 use super::failed;
 use super::report::report;

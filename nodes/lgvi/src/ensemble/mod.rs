@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 use lgvi_ensemble::EnsembleError;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 /// The commands of `lgvi ensemble`.
 #[derive(Subcommand)]

@@ -2,7 +2,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lgvi_ensemble::{Store, Summary, draw};
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use serde::Serialize;
 
 use super::failed;

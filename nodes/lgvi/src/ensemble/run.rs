@@ -12,7 +12,7 @@ use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_ensemble::{self as ensemble, Campaign, Commands, FlownBy, Guidance, Settings, Store};
 use lgvi_middleware::Shutdown;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_planner::NominalPlan;
 use lgvi_scene::{Chosen, Scene};
 use signal_hook::consts::{SIGINT, SIGTERM};

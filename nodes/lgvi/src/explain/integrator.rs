@@ -1,7 +1,7 @@
 use lgvi_common::{Warning, WarningCode};
 use lgvi_dynamics::Method;
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::{Scene, Scheme};
 use serde::Serialize;
 

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use lgvi_common::Warning;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::Scene;
 use serde::Serialize;
 

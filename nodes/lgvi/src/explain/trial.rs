@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use lgvi_dynamics::gravity::Gravity;
 use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::{Energies, Rates, Scene, Scheme};
 
 /// Steps of the method at most, a fraction of a second.

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use lgvi_bag::{BagReader, Chunks, Durability, History, LeftOutTopic, Reliability, Topic};
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use serde::Serialize;
 
 use crate::output::say;

@@ -7,7 +7,7 @@
 
 use std::fmt::Display;
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use plotters::backend::{DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use lgvi_dynamics::{BodyState, Invariants, System};
+use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, SystemState};
-use lgvi_node::NodeError;
 use lgvi_scene::{Scene, Units};
 use nalgebra::{Matrix3, Vector3};
 

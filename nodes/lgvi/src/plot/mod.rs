@@ -27,7 +27,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 use data::FlightData;
 

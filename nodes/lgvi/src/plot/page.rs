@@ -1,6 +1,6 @@
 //! The whole picture: title, motion on the left, curves over time on the right.
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use plotters::style::Color;
 
 use super::canvas::{Anchor, Font, picture, text_width};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use lgvi_middleware::Environment;
-use lgvi_node::{FileLock, LockError, NodeError};
+use lgvi_middleware::node::{FileLock, LockError, NodeError};
 
 /// Takes the domain for a flight of `scene` into `bag`, unless another flight is under way there.
 pub(crate) fn lock(scene: &Path, bag: &Path) -> Result<FileLock, NodeError> {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lgvi_common::Event;
 use lgvi_middleware::Shutdown;
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 use lgvi_scene::Scene;
 
 use super::Options;

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use lgvi_middleware::Shutdown;
-use lgvi_node::{NodeError, complain};
+use lgvi_middleware::node::{NodeError, complain};
 use lgvi_scene::Chosen;
 
 use self::flown::Flown;

@@ -7,8 +7,8 @@ use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use lgvi_common::Event;
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::report::{ReportError, read_reports};
-use lgvi_node::NodeError;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 

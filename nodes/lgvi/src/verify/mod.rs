@@ -10,7 +10,7 @@ use std::collections::btree_map::Entry;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lgvi_node::NodeError;
+use lgvi_middleware::node::NodeError;
 
 use self::repetition::Repetition;
 use self::verdict::{Outcome, Verdict};

@@ -3,8 +3,8 @@
 use std::iter::Peekable;
 use std::slice::Iter;
 
+use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{Intervention, SystemState};
-use lgvi_node::NodeError;
 use lgvi_propagator::{Flight, SetStates};
 use lgvi_scene::Scene;
 

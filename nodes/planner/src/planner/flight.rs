@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use lgvi_common::{Event, Warning, WarningCode};
+use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::PlanProgress;
-use lgvi_node::NodeError;
 use tracing::{info, warn};
 
 use super::{Current, Planner, Purpose};

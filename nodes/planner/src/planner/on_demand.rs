@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::PlanProgress;
-use lgvi_node::NodeError;
 
 use super::{Current, Planner, Purpose};
 use crate::goals::Goal;

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_msgs::stamp;
-use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 
 use super::counted::{Counted, Counts};

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{
     Diagnosed, Diagnostics, Level, PublishError, Publisher, Qos, RosNode, Status,
 };
 use lgvi_msgs::RosMessage;
-use lgvi_node::NodeError;
 use tracing::warn;
 
 use super::settling::Outgoing;

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use lgvi_dynamics::BodyState;
 use lgvi_middleware::Shutdown;
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Diagnosed, Diagnostics};
 use lgvi_msgs::msg::Intervention;
-use lgvi_node::{Node, NodeError};
 use rtrb::{Consumer, Producer};
 
 use super::counted::{self, Counts};

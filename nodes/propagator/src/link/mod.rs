@@ -15,11 +15,11 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock, mpsc};
 use std::time::Duration;
 
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::Qos;
 use lgvi_middleware::shm::ShmNode;
 use lgvi_msgs::msg::Intervention;
 use lgvi_msgs::shm::Name;
-use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 use rtrb::RingBuffer;
 use thiserror::Error;

@@ -7,12 +7,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use lgvi_dynamics::System;
+use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::Subscription;
 use lgvi_middleware::shm::{ControlSubscriber, FeedbackSubscriber};
 use lgvi_middleware::thread_waker;
 use lgvi_msgs::msg::{self, ControlLimits, ControlSequence, Intervention};
 use lgvi_msgs::shm::{Limits, Name};
-use lgvi_node::NodeError;
 use lgvi_scene::Scene;
 use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};

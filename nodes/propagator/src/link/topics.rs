@@ -1,12 +1,12 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
-use lgvi_node::{Node, NodeError};
 use lgvi_scene::Scene;
 
 use super::clock::FlightClock;

@@ -116,7 +116,7 @@ fn the_loop_allocates_nothing_of_its_own() {
         let given = parameters.iter().flat_map(|text| ["-p", text]);
         let args = ["--ros-args"].into_iter().chain(given).map(str::to_owned);
         assert_eq!(
-            format!("{:?}", lgvi_node::main::<Watched>(args)),
+            format!("{:?}", lgvi_middleware::node::main::<Watched>(args)),
             format!("{:?}", std::process::ExitCode::SUCCESS)
         );
         return;

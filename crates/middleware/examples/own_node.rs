@@ -1,7 +1,7 @@
 //! A ROS 2 node of your own: publishes where one body is in the frame of another.
 //!
 //! ```text
-//! cargo run --release -p lgvi_node --example own_node -- --ros-args -r '~/state:=/lgvi_propagator/state'
+//! cargo run --release -p lgvi_middleware --example own_node -- --ros-args -r '~/state:=/lgvi_propagator/state'
 //! cargo run --release -- run scenes/two_dumbbells.toml --real-time-factor 1            # in another terminal
 //! ```
 //!
@@ -14,10 +14,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use lgvi_middleware::ParameterSpec;
+use lgvi_middleware::node::{Managed, Node, NodeError, Stopped, with_arguments};
 use lgvi_middleware::ros::{Diagnosed, Publisher, Qos, Status, Subscription};
 use lgvi_msgs::geometry_msgs::{Point, PointStamped};
 use lgvi_msgs::msg::{BodyState, SystemState};
-use lgvi_node::{Managed, Node, NodeError, Stopped, with_arguments};
 
 struct OwnNode {
     observer: String,
@@ -75,7 +75,7 @@ impl Managed for OwnNode {
 }
 
 fn main() -> ExitCode {
-    with_arguments(lgvi_node::main::<OwnNode>)
+    with_arguments(lgvi_middleware::node::main::<OwnNode>)
 }
 
 /// Rᵀ(y − x): the position y in the body frame of an observer at x with the attitude R.

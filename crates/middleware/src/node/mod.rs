@@ -11,7 +11,7 @@ mod file_size;
 mod help;
 mod managed;
 mod namesakes;
-mod node;
+mod start;
 
 pub use command_line::{complain, with_arguments};
 pub use error::NodeError;
@@ -19,4 +19,4 @@ pub use event::Event;
 pub use file_lock::{FileLock, LockError};
 pub use file_size::let_long_files_fail;
 pub use managed::{Managed, Stopped, main};
-pub use node::Node;
+pub use start::Node;

@@ -1,11 +1,11 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use lgvi_middleware::ParameterSpec;
-use lgvi_middleware::ros::{Change, Outcome, State};
+use crate::ParameterSpec;
+use crate::ros::{Change, Outcome, State};
 use tracing::{error, info};
 
-use crate::{Event, Node, NodeError, complain, help};
+use super::{Event, Node, NodeError, complain, help};
 
 /// How often an idle node looks for the shutdown.
 const LOOK: Duration = Duration::from_millis(20);

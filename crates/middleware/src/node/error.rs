@@ -1,7 +1,7 @@
 use std::process::ExitCode;
 
-use lgvi_middleware::ParameterError;
-use lgvi_middleware::ros::{PublishError, RosError, TakeError};
+use crate::ParameterError;
+use crate::ros::{PublishError, RosError, TakeError};
 use thiserror::Error;
 
 /// Why a node ends before its work is done.

@@ -3,7 +3,7 @@ use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
 
-use crate::NodeError;
+use super::NodeError;
 
 /// Runs `main` with the process's command line without the program's name; one that is no Unicode is refused.
 pub fn with_arguments(main: impl FnOnce(Vec<String>) -> ExitCode) -> ExitCode {

@@ -2,11 +2,11 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-use lgvi_middleware::ros::{Executor, Namesake, RosNode};
-use lgvi_middleware::{Environment, Shutdown};
+use crate::ros::{Executor, Namesake, RosNode};
+use crate::{Environment, Shutdown};
 use tracing::warn;
 
-use crate::NodeError;
+use super::NodeError;
 
 /// How often it is looked for them.
 const LOOK: Duration = Duration::from_millis(100);

@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use lgvi_middleware::ParameterSpec;
+use crate::ParameterSpec;
 
-use crate::node;
+use super::start;
 
 const ROS_ARGS: &str = "--ros-args";
 
@@ -18,7 +18,7 @@ pub(crate) fn is_wanted(args: &[String]) -> bool {
 
 /// Prints how to use a node, and its parameters.
 pub(crate) fn print(name: &str, mut parameters: Vec<ParameterSpec>) -> ExitCode {
-    parameters.extend(node::common());
+    parameters.extend(start::common());
     let help = parameters.iter().map(ParameterSpec::help);
     let lines: String = help
         .map(|(name, text)| format!("  {name}\n          {text}\n"))

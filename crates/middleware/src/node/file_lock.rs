@@ -3,8 +3,8 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-use lgvi_middleware::Environment;
-use lgvi_middleware::shm::ShmOptions;
+use crate::Environment;
+use crate::shm::ShmOptions;
 use thiserror::Error;
 
 /// A file that one process at a time can hold. It is let go with this value, or with the process, however that ends.

@@ -1,18 +1,16 @@
 use std::io::Read;
 use std::sync::Arc;
 
-use lgvi_middleware::log::Rosout;
-use lgvi_middleware::report::Reporter;
-use lgvi_middleware::ros::{Clock, Diagnostics, Executor, Lifecycle, RosError, RosNode, Running};
-use lgvi_middleware::shm::{ShmNode, ShmOptions};
-use lgvi_middleware::{
-    Environment, NodeArgs, ParameterChange, ParameterSpec, Parameters, Shutdown, log,
-};
+use crate::log::Rosout;
+use crate::report::Reporter;
+use crate::ros::{Clock, Diagnostics, Executor, Lifecycle, RosError, RosNode, Running};
+use crate::shm::{ShmNode, ShmOptions};
+use crate::{Environment, NodeArgs, ParameterChange, ParameterSpec, Parameters, Shutdown, log};
 use serde::Serialize;
 
-use crate::file_lock::{FileLock, LockError};
-use crate::namesakes::{self, Namesakes};
-use crate::{NodeError, let_long_files_fail};
+use super::file_lock::{FileLock, LockError};
+use super::namesakes::{self, Namesakes};
+use super::{NodeError, let_long_files_fail};
 
 /// The one argument of our own: report events on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";

@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
-mod largest;
+use crate::{common, largest};
 
 use std::{
     collections::{BTreeMap, BTreeSet},

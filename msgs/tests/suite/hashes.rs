@@ -11,7 +11,7 @@ use lgvi_msgs::{
 #[test]
 fn every_hash_is_the_one_that_rosidl_computes() {
     let expected: BTreeMap<&str, &str> =
-        serde_json::from_str(include_str!("expected_hashes.json")).unwrap();
+        serde_json::from_str(include_str!("../expected_hashes.json")).unwrap();
     let messages = message_types()
         .iter()
         .map(|message_type| (message_type.name, message_type.hash));

@@ -17,8 +17,8 @@ use lgvi_scene::Scene;
 use nalgebra::Vector3;
 use tempfile::TempDir;
 
-const DUMBBELLS: &str = include_str!("../../../scenes/two_dumbbells.toml");
-const CAPTURE: &str = include_str!("../../../scenes/orbital_capture.toml");
+const DUMBBELLS: &str = include_str!("../../../../scenes/two_dumbbells.toml");
+const CAPTURE: &str = include_str!("../../../../scenes/orbital_capture.toml");
 
 /// Number of samples in a part for flights this short.
 const PART: u64 = 1024;
@@ -186,7 +186,7 @@ fn merged_shards_are_the_run_that_was_not_cut() {
     let other = dumbbells(&[("seed = 11", "seed = 12")]);
     let foreign = temporary.path().join("foreign");
     fly(
-        &crate::campaign(&other),
+        &self::campaign(&other),
         &foreign,
         &Options {
             range: Some(1000..1700),

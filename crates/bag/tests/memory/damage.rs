@@ -3,8 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod common;
-mod largest;
+use crate::{common, largest};
 
 use std::{collections::BTreeMap, fs, path::Path, sync::Mutex};
 

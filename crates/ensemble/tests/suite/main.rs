@@ -1,0 +1,4 @@
+//! Tests of ensembles.
+
+mod edges;
+mod ensembles;

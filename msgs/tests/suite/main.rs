@@ -1,0 +1,4 @@
+//! Tests of the messages.
+
+mod hashes;
+mod shared_memory;

@@ -10,6 +10,9 @@ use super::{Sample, TakeError, WriterId};
 
 type Taken = Result<Sample<Vec<u8>>, TakeError>;
 
+/// The number of a sample that its publisher did not number; it gets the number after the previous one.
+pub(super) const UNNUMBERED: u64 = 0;
+
 /// A queue of samples: the oldest make room for the newest.
 pub(super) struct Arrivals {
     depth: usize,
@@ -103,6 +106,10 @@ impl Contents {
     /// Counts the gap before a sample.
     fn follow(&mut self, sample: &mut Sample<Vec<u8>>) {
         let info = &mut sample.info;
+        if info.sequence == UNNUMBERED {
+            let previous = self.latest.get(&info.writer);
+            info.sequence = previous.map_or(1, |previous| previous.sequence + 1);
+        }
         if let Some(previous) = self.latest.get(&info.writer) {
             let gap = info.sequence.saturating_sub(previous.sequence);
             self.lost = self.lost.saturating_add(gap.saturating_sub(1));

@@ -123,14 +123,13 @@ fn a_late_subscription_hears_nothing_of_the_past_of_a_volatile_publisher() {
     assert!(publisher.wait_for_subscriptions(1, PATIENCE));
     for index in 0..100 {
         publisher.publish(&text(index)).unwrap();
+        assert_eq!(next(&early), text(index));
     }
     let late = texts(&node("late", &environment), "/clock", &Qos::reliable(100));
     assert!(publisher.wait_for_subscriptions(2, PATIENCE));
     publisher.publish(&text(100)).unwrap();
     assert_eq!(next(&late), text(100));
-    for index in 0..=100 {
-        assert_eq!(next(&early), text(index));
-    }
+    assert_eq!(next(&early), text(100));
 }
 
 #[test]

@@ -44,8 +44,9 @@ impl Router {
 }
 
 pub fn connected(domain_id: u16, endpoint: &str, more: &str) -> Environment {
+    // Clients keep to the router; what peers miss while they change to a direct link may come late.
     let overrides =
-        format!("connect/endpoints=[\"{endpoint}\"];listen/endpoints=[\"tcp/127.0.0.1:0\"];{more}");
+        format!("mode=\"client\";connect/endpoints=[\"{endpoint}\"];listen/endpoints=[];{more}");
     Environment {
         rmw: Rmw::Zenoh,
         zenoh: ZenohSettings {

@@ -1,10 +1,16 @@
-//! Who is there, by liveliness tokens, and who cannot understand whom.
+//! Who is there, by liveliness tokens, who cannot understand whom, and what peers that are no nodes send.
 
-use std::time::{Duration, Instant};
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
 
 use crate::common::{isolated, node};
-use ::zenoh::Wait;
-use lgvi_middleware::ros::Qos;
+use ::zenoh::{Session, Wait};
+use lgvi_middleware::{Environment, ros::Qos};
 use lgvi_msgs::{RosMessage, cdr, std_msgs, tf2_msgs::TFMessage};
 
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -58,12 +64,8 @@ fn another_type_on_a_topic_is_counted_and_not_heard() {
     assert_eq!(subscription.received(), 0);
 }
 
-/// The forms are those of rmw_zenoh's design document, read and written here by Zenoh alone.
-#[test]
-fn a_session_that_is_no_node_reads_tokens_and_samples_and_writes_them() {
-    let environment = isolated();
-    let domain = environment.domain_id;
-    let receiver = node("receiver", &environment);
+/// A session that is no node, beside the nodes of an environment.
+fn stranger(environment: &Environment) -> Session {
     let settings = environment.zenoh.overrides.clone().unwrap();
     let mut config = ::zenoh::Config::default();
     config
@@ -73,7 +75,25 @@ fn a_session_that_is_no_node_reads_tokens_and_samples_and_writes_them() {
         let (key, value) = pair.split_once('=').unwrap();
         config.insert_json5(key, value).unwrap();
     }
-    let session = ::zenoh::open(config).wait().unwrap();
+    ::zenoh::open(config).wait().unwrap()
+}
+
+/// What `rmw_zenoh_cpp` attaches to a sample.
+fn attachment(sequence: i64) -> Vec<u8> {
+    let mut attachment = sequence.to_le_bytes().to_vec();
+    attachment.extend((1_700_000_000_000_000_000_i64 + sequence - 5).to_le_bytes());
+    attachment.push(16);
+    attachment.extend([9; 16]);
+    attachment
+}
+
+/// The forms are those of rmw_zenoh's design document, read and written here by Zenoh alone.
+#[test]
+fn a_session_that_is_no_node_reads_tokens_and_samples_and_writes_them() {
+    let environment = isolated();
+    let domain = environment.domain_id;
+    let receiver = node("receiver", &environment);
+    let session = stranger(&environment);
     let hash = std_msgs::String::TYPE_HASH;
     let key = format!("{domain}/chatter/std_msgs::msg::dds_::String_/{hash}");
     let text = std_msgs::String {
@@ -90,12 +110,8 @@ fn a_session_that_is_no_node_reads_tokens_and_samples_and_writes_them() {
         .unwrap();
     let token = session.liveliness().declare_token(token).wait().unwrap();
     assert!(subscription.wait_for_publishers(1, PATIENCE));
-    let mut attachment = 5_i64.to_le_bytes().to_vec();
-    attachment.extend(1_700_000_000_000_000_000_i64.to_le_bytes());
-    attachment.push(16);
-    attachment.extend([9; 16]);
     let put = session.put(&key, cdr::encode(&text).unwrap());
-    put.attachment(attachment).wait().unwrap();
+    put.attachment(attachment(5)).wait().unwrap();
     let sample = subscription.recv_timeout(PATIENCE).unwrap().unwrap();
     assert_eq!((sample.message, sample.info.sequence), (text.clone(), 5));
     assert_eq!(sample.info.writer.0, [9; 16]);
@@ -134,5 +150,60 @@ fn a_session_that_is_no_node_reads_tokens_and_samples_and_writes_them() {
     assert_eq!(
         (attachment.len(), &attachment[..8]),
         (33, &1_i64.to_le_bytes()[..])
+    );
+}
+
+#[test]
+fn samples_missing_before_a_gap_come_from_the_cache_of_their_publisher() {
+    let environment = isolated();
+    let domain = environment.domain_id;
+    let receiver = node("receiver", &environment);
+    let session = stranger(&environment);
+    let hash = std_msgs::String::TYPE_HASH;
+    let key = format!("{domain}/gaps/std_msgs::msg::dds_::String_/{hash}");
+    let text = |sequence: i64| {
+        cdr::encode(&std_msgs::String {
+            data: sequence.to_string(),
+        })
+        .unwrap()
+    };
+    let asked = Arc::new(AtomicU64::new(0));
+    let count = Arc::clone(&asked);
+    let kept = key.clone();
+    let _cache = session
+        .declare_queryable(format!("{key}/@adv/pub/cache"))
+        .callback(move |query| {
+            count.fetch_add(1, Ordering::Relaxed);
+            assert_eq!(query.parameters().get("_max"), Some("10"));
+            for sequence in [1, 2] {
+                let reply = query.reply(&kept, text(sequence));
+                reply.attachment(attachment(sequence)).wait().unwrap();
+            }
+        })
+        .wait()
+        .unwrap();
+    let subscription = receiver
+        .subscription::<std_msgs::String>("/gaps", &Qos::reliable(10))
+        .unwrap();
+    let publisher = session.declare_publisher(&key).wait().unwrap();
+    eventually("there is no route", || {
+        publisher.matching_status().wait().unwrap().matching()
+    });
+    for sequence in [3, 4, 7, 7, 8] {
+        let put = publisher.put(text(sequence));
+        put.attachment(attachment(sequence)).wait().unwrap();
+    }
+    for sequence in [1, 2, 3, 4, 7, 8] {
+        let sample = subscription.recv_timeout(PATIENCE).unwrap().unwrap();
+        assert_eq!(sample.message.data, sequence.to_string());
+    }
+    assert_eq!(subscription.lost(), 2);
+    assert!((1..=2).contains(&asked.load(Ordering::Relaxed)));
+
+    publisher.put(text(0)).wait().unwrap();
+    let sample = subscription.recv_timeout(PATIENCE).unwrap().unwrap();
+    assert_eq!(
+        (sample.message.data.as_str(), sample.info.sequence),
+        ("0", 1)
     );
 }

@@ -13,6 +13,7 @@ mod attachment;
 mod config;
 mod graph;
 mod keys;
+mod ordered;
 mod publisher;
 mod service;
 mod subscription;

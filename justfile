@@ -10,12 +10,25 @@ default:
     @just --list
 
 # Everything that must hold before a change lands.
-ci: fmt lint docs package test
+ci: fmt words book lint docs package test
 
 # The sources are formatted.
 fmt:
     cargo fmt --all --check
     cargo fmt {{bench}} --all --check
+
+# Spelling.
+words: book-env
+    target/book-env/bin/codespell
+
+# The documentation as a book in target/book; all links resolve.
+book: book-env
+    NO_MKDOCS_2_WARNING=1 target/book-env/bin/mkdocs build --quiet
+
+[private]
+book-env:
+    python3 -m venv target/book-env
+    target/book-env/bin/pip install --quiet --disable-pip-version-check --requirement docs/book/requirements.txt
 
 # No warning of the compiler or of clippy.
 lint:
@@ -39,6 +52,11 @@ test:
 # The README's first command, headless. Not in CI: it builds everything once more, in release.
 demo:
     cargo run --release --locked -- run scenes/inclination_change.toml --bag target/demo_$(date +%s)
+
+# The tests with rclpy and colcon over another ROS 2: `just ros kilted`.
+ros distribution:
+    LGVI_TEST_ROS={{distribution}} cargo nextest run --workspace --locked {{all}} \
+        -E 'test(/^(clock|instances|interfaces|launch_file|packages|parameter_files|plugging_in|real_cdr|real_launch|real_ros|suspended|two_hosts)::/)'
 
 # Zenoh beside a node of hiroz, another implementation. Not in CI: hiroz takes minutes to build.
 zenoh-peer:

@@ -59,6 +59,7 @@ mod shutdown;
 mod stalls;
 mod suspended;
 mod tables;
+mod tutorial;
 mod two_hosts;
 mod verify;
 mod waiting;

@@ -48,7 +48,7 @@ pub(super) fn target_orbit() -> Stroke {
 }
 
 pub(super) fn force() -> Stroke {
-    Stroke::new(style::VERMILLION, 1.5)
+    Stroke::new(style::VERMILION, 1.5)
 }
 
 pub(super) fn attractor(canvas: &mut Canvas<'_>, place: Place) {

@@ -103,7 +103,7 @@ fn energy(flight: &FlightData) -> Panel {
         curve("translation", style::BLUE, |sample| {
             sample.energy.translation
         }),
-        curve("rotation", style::VERMILLION, |sample| {
+        curve("rotation", style::VERMILION, |sample| {
             sample.energy.rotation
         }),
     ];

@@ -10,17 +10,17 @@ pub(super) const GRID: RGBColor = RGBColor(228, 228, 228);
 pub(super) const WALL: RGBColor = RGBColor(250, 250, 250);
 
 pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
-pub(super) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
+pub(super) const VERMILION: RGBColor = RGBColor(213, 94, 0);
 pub(super) const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub(super) const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub(super) const SKY: RGBColor = RGBColor(86, 180, 233);
 pub(super) const PURPLE: RGBColor = RGBColor(204, 121, 167);
 
 /// Of bodies, by index.
-pub(super) const BODIES: [RGBColor; 6] = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILLION];
+pub(super) const BODIES: [RGBColor; 6] = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION];
 
 /// Of x, y and z.
-pub(super) const COMPONENTS: [RGBColor; 3] = [VERMILLION, GREEN, BLUE];
+pub(super) const COMPONENTS: [RGBColor; 3] = [VERMILION, GREEN, BLUE];
 
 /// Font sizes.
 pub(super) const TITLE: f64 = 25.0;

@@ -9,7 +9,7 @@
 //!
 //! # Assumptions and limitations
 //! - A second request to cancel a goal is answered like the first; `rcl_action` calls it an error.
-//! - A goal that is cancelled, or pre-empted, before it was taken up ends at once, with the default result.
+//! - A goal that is cancelled, or preempted, before it was taken up ends at once, with the default result.
 //! - At most 16 goals are active at a time, and 16 results of 64 MiB together are kept, for 15 minutes. Of 64 unsent
 //!   feedback messages the oldest are dropped.
 //! - A result that is too long to be sent (see the limitations of services) is [shortened](ActionServer::shortened_by), or

@@ -53,6 +53,14 @@ impl Arrivals {
         self.lock().lost
     }
 
+    /// The number of a publisher's last sample, 0 before its first.
+    #[cfg(feature = "zenoh")]
+    pub(super) fn latest(&self, publisher: WriterId) -> u64 {
+        let contents = self.lock();
+        let latest = contents.latest.get(&publisher);
+        latest.map_or(0, |latest| latest.sequence)
+    }
+
     /// The publishers of which the last sample is remembered.
     pub(super) fn publishers(&self) -> BTreeSet<WriterId> {
         self.lock().latest.keys().copied().collect()

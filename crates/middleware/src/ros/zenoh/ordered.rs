@@ -4,7 +4,6 @@
 //! while it queries a publisher's cache, delivers the next sample at once, and then drops what it held back as old.
 
 use std::{
-    collections::BTreeMap,
     mem,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
@@ -17,7 +16,7 @@ use ::zenoh::{
 };
 
 use crate::ros::{
-    Sample, WriterId,
+    Sample,
     arrivals::{Arrivals, UNNUMBERED},
 };
 
@@ -46,7 +45,6 @@ struct Order {
     queries: usize,
     /// Samples after a gap, as long as queries are under way.
     held: Vec<Sample<Vec<u8>>>,
-    latest: BTreeMap<WriterId, u64>,
 }
 
 /// Ends a query when Zenoh drops its callback.
@@ -67,7 +65,6 @@ impl Ordered {
                 arrivals,
                 queries: 0,
                 held: Vec::new(),
-                latest: BTreeMap::new(),
             }),
         }))
     }
@@ -130,15 +127,13 @@ impl Drop for Query {
 
 impl Order {
     fn is_after_gap(&self, sample: &Sample<Vec<u8>>) -> bool {
-        let latest = self.latest.get(&sample.info.writer).copied().unwrap_or(0);
-        sample.info.sequence > latest + 1
+        sample.info.sequence > self.arrivals.latest(sample.info.writer) + 1
     }
 
     /// Delivers a sample unless it, or a later one of its publisher, has been delivered.
-    fn deliver(&mut self, sample: Sample<Vec<u8>>) {
-        let latest = self.latest.entry(sample.info.writer).or_insert(0);
-        if sample.info.sequence > *latest || sample.info.sequence == UNNUMBERED {
-            *latest = sample.info.sequence;
+    fn deliver(&self, sample: Sample<Vec<u8>>) {
+        let Sample { info, .. } = &sample;
+        if info.sequence > self.arrivals.latest(info.writer) || info.sequence == UNNUMBERED {
             self.arrivals.put(Ok(sample));
         }
     }

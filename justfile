@@ -10,16 +10,42 @@ default:
     @just --list
 
 # Everything that must hold before a change lands.
-ci: fmt words book lint docs package test
+ci: fmt words book lint docs package tests-and-instructions
+
+# Tests wait for half of their time; counting instructions fills it, and does not depend on what runs beside it.
+[parallel, private]
+tests-and-instructions: test patient-instructions
+
+[private]
+patient-instructions:
+    nice -n 19 just instructions
 
 # The sources are formatted.
 fmt:
     cargo fmt --all --check
     cargo fmt {{bench}} --all --check
 
-# Spelling.
+# Spelling and prose.
 words: book-env
     target/book-env/bin/codespell
+    git ls-files '*.md' ':!:*vendor*' | xargs target/book-env/bin/proselint --config .proselintrc.json check
+
+# Licenses and sources of all dependencies. Not in CI: cargo-deny takes minutes to build.
+deny:
+    cargo deny --version >/dev/null 2>&1 || cargo install cargo-deny --locked
+    cargo deny --all-features check licenses bans sources
+
+# Known vulnerabilities; needs the network.
+advisories:
+    cargo deny --all-features check advisories
+
+# Static programs, for any Linux of this architecture.
+static:
+    packaging/static
+
+# A Debian package of static programs.
+debian:
+    packaging/debian
 
 # The documentation as a book in target/book; all links resolve.
 book: book-env

@@ -190,3 +190,43 @@ fn what_is_installed_stops_no_other_build() {
         .current_dir(&other);
     world.start("cargo", cargo).finish().expect(0);
 }
+
+#[test]
+fn a_debian_package_contains_programs_that_run_their_pages_and_their_completions() {
+    let world = World::new();
+    let programs = binary("lgvi").parent().unwrap().to_owned();
+    fs::create_dir(world.path("packages")).unwrap();
+    let mut debian = world.command(&root().join("packaging/debian"));
+    debian
+        .arg(programs)
+        .env("CARGO_TARGET_DIR", world.path("packages"))
+        // To compress the programs of a test takes a minute.
+        .env("DPKG_DEB_COMPRESSOR_TYPE", "none");
+    let made = world.start("debian", debian).finish().expect(0).stdout;
+
+    let mut extract = world.command(Path::new("dpkg-deb"));
+    extract
+        .args(["--extract", made.trim()])
+        .arg(world.path("root"));
+    world.start("dpkg-deb", extract).finish().expect(0);
+    let user = world.path("root/usr");
+    for program in PROGRAMS {
+        let mut help = world.command(&user.join("bin").join(program));
+        help.arg("--help");
+        let told = world.start(program, help).finish().expect(0).stdout;
+        assert!(told.contains(program), "{told}");
+    }
+    for file in [
+        "share/man/man1/lgvi-run.1.gz",
+        "share/bash-completion/completions/lgvi",
+        "share/lgvi/scenes/inclination_change.toml",
+        "share/doc/lgvi/copyright",
+    ] {
+        assert!(user.join(file).is_file(), "{file} is missing");
+    }
+    let mut control = world.command(Path::new("dpkg-deb"));
+    control.args(["--field", made.trim(), "Version", "Depends"]);
+    let fields = world.start("dpkg-deb", control).finish().expect(0).stdout;
+    let expected = concat!("Version: ", env!("CARGO_PKG_VERSION"), "\nDepends: libc6\n");
+    assert_eq!(fields, expected, "of programs that are linked dynamically");
+}

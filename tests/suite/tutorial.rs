@@ -1,28 +1,43 @@
-//! The commands of docs/tutorial.md run, in their order, in an empty directory.
+//! The commands of the tutorial and of the how-to pages run, in their order, in an empty directory.
 
-use std::path::Path;
+use std::path::PathBuf;
 
-use lgvi_tests::{World, binary, root};
+use lgvi_tests::{World, binary, python, root};
+
+/// Runs the blocks of shell commands and of Python on a page; returns the directory in which they ran.
+fn run(world: &World, page: &str) -> PathBuf {
+    let text = std::fs::read_to_string(root().join("docs").join(page)).unwrap();
+    let directory = world.path("first");
+    std::fs::create_dir(&directory).unwrap();
+    let programs = binary("lgvi").parent().unwrap().display().to_string();
+    let blocks = text.split("\n```").skip(1).step_by(2);
+    let mut commands = 0;
+    for (language, code) in blocks.filter_map(|block| block.split_once('\n')) {
+        let lines: Vec<&str> = match language {
+            "sh" => code.lines().collect(),
+            "python" => vec![code],
+            _ => continue,
+        };
+        for line in lines {
+            let interpreter = match language {
+                "sh" => "sh".into(),
+                _ => python(),
+            };
+            let mut command = world.command(&interpreter);
+            command.args(["-c", line]).current_dir(&directory);
+            command.env("PATH", format!("{programs}:/usr/bin:/bin"));
+            world.start(language, command).finish().expect(0);
+            commands += 1;
+        }
+    }
+    assert!(commands > 5, "{commands} commands on {page}");
+    directory
+}
 
 #[test]
 fn every_command_of_the_tutorial_runs() {
     let world = World::new();
-    let page = std::fs::read_to_string(root().join("docs/tutorial.md")).unwrap();
-    let commands: Vec<&str> = page
-        .split("```sh\n")
-        .skip(1)
-        .flat_map(|block| block.split("```").next().unwrap().lines())
-        .collect();
-    assert!(commands.len() > 10 && commands.iter().all(|line| line.starts_with("lgvi ")));
-    let directory = world.path("first");
-    std::fs::create_dir(&directory).unwrap();
-    let programs = binary("lgvi").parent().unwrap().display().to_string();
-    for line in commands {
-        let mut shell = world.command(Path::new("sh"));
-        shell.args(["-c", line]).current_dir(&directory);
-        shell.env("PATH", format!("{programs}:/usr/bin:/bin"));
-        world.start(line, shell).finish().expect(0);
-    }
+    let directory = run(&world, "tutorial.md");
     for made in [
         "flights/first/flight.svg",
         "flights/first_csv",
@@ -30,4 +45,9 @@ fn every_command_of_the_tutorial_runs() {
     ] {
         assert!(directory.join(made).exists(), "{made}");
     }
+}
+
+#[test]
+fn every_command_of_the_page_on_bags_in_python_runs() {
+    run(&World::new(), "howto/python_bags.md");
 }

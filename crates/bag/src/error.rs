@@ -182,16 +182,10 @@ pub enum BagError {
         listed: String,
     },
     /// A file of a bag without `metadata.yaml` is not there.
-    #[error(
-        "{file}: is not there, though the bag's other files tell of it{messages}",
-        file = .file.display(),
-        messages = .messages.map_or_else(String::new, |count| format!(": {count} messages"))
-    )]
+    #[error("{file}: is not there, though the bag has files with a number before and after it", file = .file.display())]
     Missing {
         /// The file.
         file: PathBuf,
-        /// Its messages, those repeated at its head included, if the others tell.
-        messages: Option<u64>,
     },
     /// Too many messages would have to be in memory to bring them into the order of their log times.
     #[error("{file}: chunks that overlap in time hold more than {limit} bytes; sort the file: mcap sort", file = .file.display())]

@@ -177,13 +177,17 @@ impl Metadata {
         // Files and messages that are compressed with zstd are known by their first bytes.
         let mode = self.compression_mode.to_lowercase();
         if !["", "none"].contains(&&*mode) && self.compression_format != "zstd" {
-            return Err(BagError::Compressed {
-                file: file.to_owned(),
-                mode: self.compression_mode.clone(),
-                format: self.compression_format.clone(),
-            });
+            return Err(self.compressed(file));
         }
         Ok(())
+    }
+
+    pub(crate) fn compressed(&self, file: &Path) -> BagError {
+        BagError::Compressed {
+            file: file.to_owned(),
+            mode: self.compression_mode.clone(),
+            format: self.compression_format.clone(),
+        }
     }
 
     /// Number of messages of each topic.

@@ -3,7 +3,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Chunks, Messages, file::McapFile, listing::Listing};
+use super::{
+    Chunks, Messages,
+    file::McapFile,
+    listing::{Listing, gaps},
+};
 use crate::{
     BagError, LeftOutTopic, Topic,
     metadata::Metadata,
@@ -44,7 +48,7 @@ pub struct BagFile<'a> {
     pub size: u64,
     /// Its chunks by their compression, which is empty for none.
     pub chunks: &'a BTreeMap<String, Chunks>,
-    /// First and last log time (ns) of its messages, without those of topics left out.
+    /// First and last log time (ns) of its messages.
     pub times: Option<(u64, u64)>,
     /// Number of its messages, without those of topics left out, if it tells.
     pub messages: Option<u64>,
@@ -264,7 +268,7 @@ impl BagReader {
             path: file.path(),
             size: file.size(),
             chunks: &file.contents.chunks,
-            times: file.times,
+            times: file.contents.times,
             messages: file.contents.counts.as_ref().map(|counts| {
                 let known = counts.iter();
                 let known = known.filter(|(channel, _)| file.topics.contains_key(channel));
@@ -275,9 +279,21 @@ impl BagReader {
         })
     }
 
-    /// First and last log time (ns), if the bag has messages; those of topics left out do not count.
+    /// Files that are not there, of a bag without `metadata.yaml`: the numbers in the names of the others have a gap there.
+    pub fn missing(&self) -> Vec<BagError> {
+        let Some(directory) = &self.unlisted else {
+            return Vec::new();
+        };
+        let names = self.files.iter().filter_map(|file| file.path().file_name());
+        let names: Vec<PathBuf> = names.map(PathBuf::from).collect();
+        let missing = gaps(&names).into_iter().map(|name| directory.join(name));
+        let missing = missing.filter(|file| !file.exists());
+        missing.map(|file| BagError::Missing { file }).collect()
+    }
+
+    /// First and last log time (ns), if the bag has messages.
     pub fn times(&self) -> Option<(u64, u64)> {
-        around(self.files.iter().filter_map(|file| file.times))
+        around(self.files.iter().filter_map(|file| file.contents.times))
     }
 
     /// All messages in the order of their log times, without those repeated at the head of a further file; those of one

@@ -135,7 +135,7 @@ impl BagWriter {
         let Some(file) = self.file.take() else {
             return;
         };
-        let description = describe(&file);
+        let description = self.describe(&file);
         self.closed.push(Closed {
             file: description,
             bytes,
@@ -150,12 +150,22 @@ impl BagWriter {
     /// The bag with the file that is being written, as far as its chunks are written.
     fn metadata(&self) -> io::Result<Metadata> {
         let closed = self.closed.iter().map(|closed| closed.file.clone());
-        let files: Vec<_> = closed.chain(self.file.as_ref().map(describe)).collect();
+        let files: Vec<_> = closed
+            .chain(self.file.as_ref().map(|file| self.describe(file)))
+            .collect();
         let counts = self.file.as_ref().map(McapWriter::counts);
         let counts = counts.into_iter().flatten().chain(std::iter::repeat(&0));
         let topics = self.topics.iter().zip(counts);
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
         Metadata::new(&files, topics, self.custom_data()).map_err(io::Error::other)
+    }
+
+    fn describe(&self, file: &McapWriter) -> File {
+        File {
+            name: self.file_name.clone(),
+            times: file.times(),
+            messages: file.counts().iter().sum(),
+        }
     }
 
     /// Bytes that the description of the bag takes at most.
@@ -236,15 +246,6 @@ impl BagWriter {
             bytes: files.map(|closed| closed.bytes).sum(),
             times: self.times,
         }
-    }
-}
-
-fn describe(file: &McapWriter) -> File {
-    let name = file.path().file_name().unwrap_or_default();
-    File {
-        name: name.to_string_lossy().into_owned(),
-        times: file.times(),
-        messages: file.counts().iter().sum(),
     }
 }
 

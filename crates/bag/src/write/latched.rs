@@ -78,6 +78,15 @@ impl Latched {
         last.messages.push_back((publisher, kept));
     }
 
+    /// Forgets all messages.
+    pub fn clear(&mut self) {
+        self.bytes = 0;
+        for last in self.topics.iter_mut().flatten() {
+            last.messages.clear();
+            last.beyond = 0;
+        }
+    }
+
     /// Whether messages of the topic are kept.
     pub fn keeps(&self, topic: usize) -> bool {
         self.last(topic).is_some()

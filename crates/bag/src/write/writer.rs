@@ -28,7 +28,7 @@ const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - MESSAGE_HEADER;
 
 /// A topic of a [`BagWriter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct TopicId(usize);
+pub struct TopicId(pub(crate) usize);
 
 /// Writes a bag, of one MCAP file or, with limits or [`split`](Self::split), of several.
 ///
@@ -72,6 +72,8 @@ pub struct BagWriter {
     pub(crate) closed: Vec<Closed>,
     /// The file that is being written; none after an error.
     pub(crate) file: Option<McapWriter>,
+    /// Its name.
+    pub(crate) file_name: String,
     /// Log time of the first message of that file, apart from those repeated.
     pub(crate) begin: Option<u64>,
     /// How many messages of each topic are repeated in that file.
@@ -102,12 +104,26 @@ impl BagWriter {
     pub fn create(directory: &Path, options: BagOptions) -> Result<Self, WriteError> {
         let name = directory::name(directory)?;
         let made = directory::make_empty(directory)?;
+        let opened = Self::open(directory, &name, format!("{name}_0.mcap"), options);
+        if made && opened.is_err() {
+            let _ = fs::remove_dir(directory);
+        }
+        opened
+    }
+
+    /// Begins a bag in a directory that is there, with a file of this name; further ones are numbered after `name`.
+    pub(crate) fn open(
+        directory: &Path,
+        name: &str,
+        file_name: String,
+        options: BagOptions,
+    ) -> Result<Self, WriteError> {
         let latched = options
             .max_bytes
             .map_or(LATCHED, |most| LATCHED.min(most.get() / 2));
         let mut writer = Self {
             directory: directory.to_owned(),
-            name,
+            name: name.to_owned(),
             options,
             max_index: INDEX,
             custom: BTreeMap::new(),
@@ -118,25 +134,20 @@ impl BagWriter {
             latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
             closed: Vec::new(),
             file: None,
+            file_name,
             begin: None,
             repeated: Vec::new(),
             times: None,
             last_words: None,
         };
         let opened = writer.open_file();
-        opened.map_err(|Fault { path, source }| {
-            if made {
-                let _ = fs::remove_dir(directory);
-            }
-            WriteError::Io { path, source }
-        })?;
+        opened.map_err(|Fault { path, source }| WriteError::Io { path, source })?;
         Ok(writer)
     }
 
     /// The MCAP file that is being written.
     pub fn path(&self) -> PathBuf {
-        self.directory
-            .join(format!("{}_{}.mcap", self.name, self.closed.len()))
+        self.directory.join(&self.file_name)
     }
 
     /// Custom data for `metadata.yaml`, should the bag have to be closed after an error, of each file that is closed from

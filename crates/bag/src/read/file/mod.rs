@@ -8,7 +8,6 @@ mod found;
 mod scan;
 mod source;
 mod summary;
-mod times;
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -21,18 +20,15 @@ pub use contents::Chunks;
 pub(crate) use {
     chunk::{Batch, unpack},
     contents::{Contents, Schema, Span, schema},
-    source::{ZSTD_MAGIC, refuse_other},
-    summary::metadata,
+    source::{Source, ZSTD_MAGIC, refuse_other},
+    summary::{has_end, read as summary},
 };
-
-use source::Source;
 
 use crate::{
     BagError, Damage, LeftOutTopic, PROFILE, Qos, REPEATED, SERIALIZATION_FORMAT, Topic,
     channel_key,
     damage::agree,
     record::{PREFIX, parse},
-    times::Times,
 };
 
 /// Longest record that is read: far above any message of lgvi, and an image of 4K still fits.
@@ -56,8 +52,6 @@ pub(crate) struct McapFile {
     /// What is odd about topics that can be read.
     pub odd: Vec<BagError>,
     pub contents: Contents,
-    /// First and last log time (ns) of the messages of its topics.
-    pub times: Times,
     /// What is wrong with the rest of the file, of one that is opened in spite of that.
     pub fault: Option<BagError>,
 }
@@ -89,26 +83,22 @@ impl McapFile {
         let mut left_out = Vec::new();
         let mut odd = Vec::new();
         for channel in contents.channels.values() {
-            match unusable(channel, &contents.schemas) {
-                Some(topic) => left_out.push(topic),
-                None => {
-                    let (topic, fault) = topic(&source, channel, &contents.schemas)?;
+            match topic(&source, channel, &contents.schemas)? {
+                Err(topic) => left_out.push(topic),
+                Ok((topic, fault)) => {
                     topics.insert(channel.id, topic);
                     odd.extend(fault);
                 }
             }
         }
-        let mut file = Self {
+        Ok(Self {
             topics,
             left_out,
             odd,
             source,
             contents,
-            times: None,
             fault,
-        };
-        file.times = file.readable_times();
-        Ok(file)
+        })
     }
 
     pub fn path(&self) -> &Path {
@@ -236,51 +226,53 @@ fn check_header(source: &Source) -> Result<(), BagError> {
     }
 }
 
-/// The channel's topic, if its messages cannot be given out: MCAP allows any encoding, and messages without schema.
-fn unusable(channel: &Channel, schemas: &BTreeMap<u16, Schema>) -> Option<LeftOutTopic> {
-    let (schema, encoding) = (&channel.schema_id, &channel.message_encoding);
-    let reason = if encoding != SERIALIZATION_FORMAT {
-        format!("its messages are {encoding:?}, expected {SERIALIZATION_FORMAT:?}")
-    } else if *schema == 0 {
-        "it has no type and no definition".to_owned()
-    } else {
-        return None;
-    };
-    let type_name = schemas.get(schema).map(|schema| schema.name.clone());
-    Some(LeftOutTopic {
-        name: channel.topic.clone(),
-        type_name: type_name.unwrap_or_default(),
-        reason,
-    })
-}
-
-/// A channel's topic, and what is wrong with its quality of service: it is then ROS 2's default.
-fn topic(
+/// A channel's topic, and what is wrong with its quality of service: it is then ROS 2's default. The inner error is of a
+/// channel whose messages cannot be given out: MCAP allows any encoding, and messages without schema.
+#[expect(
+    clippy::type_complexity,
+    reason = "two outcomes, of which one has a warning"
+)]
+pub(crate) fn topic(
     source: &Source,
     channel: &Channel,
     schemas: &BTreeMap<u16, Schema>,
-) -> Result<(Topic, Option<BagError>), BagError> {
-    let Some(schema) = schemas.get(&channel.schema_id) else {
+) -> Result<Result<(Topic, Option<BagError>), LeftOutTopic>, BagError> {
+    let schema = schemas.get(&channel.schema_id);
+    let encoding = &channel.message_encoding;
+    let reason = if encoding != SERIALIZATION_FORMAT {
+        Some(format!(
+            "its messages are {encoding:?}, expected {SERIALIZATION_FORMAT:?}"
+        ))
+    } else if channel.schema_id == 0 {
+        Some("it has no type and no definition".to_owned())
+    } else {
+        None
+    };
+    if let Some(reason) = reason {
+        return Ok(Err(LeftOutTopic {
+            name: channel.topic.clone(),
+            type_name: schema.map_or_else(String::new, |schema| schema.name.clone()),
+            reason,
+        }));
+    }
+    let Some(schema) = schema else {
         let (record, id) = ("schema", channel.schema_id);
         return Err(source.damaged(0, Damage::Undefined { record, id }));
     };
     let metadata = |key| channel.metadata.get(key).map_or("", String::as_str);
-    let (qos, fault) = match Qos::from_yaml(metadata(channel_key::QOS)) {
-        Ok(qos) => (qos, None),
-        Err(error) => (Qos::default(), Some(error)),
-    };
-    let fault = fault.map(|error| BagError::Qos {
-        file: source.path.clone(),
-        topic: channel.topic.clone(),
-        source: error,
-    });
+    let qos = Qos::from_yaml(metadata(channel_key::QOS));
     let topic = Topic {
         name: channel.topic.clone(),
         type_name: schema.name.clone(),
         type_hash: metadata(channel_key::TYPE_HASH).to_owned(),
         definition: String::from_utf8_lossy(&schema.data).into_owned(),
         definition_encoding: schema.encoding.clone(),
-        qos,
+        qos: qos.as_ref().copied().unwrap_or_default(),
     };
-    Ok((topic, fault))
+    let fault = qos.err().map(|error| BagError::Qos {
+        file: source.path.clone(),
+        topic: channel.topic.clone(),
+        source: error,
+    });
+    Ok(Ok((topic, fault)))
 }

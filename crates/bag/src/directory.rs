@@ -14,10 +14,7 @@ pub(crate) fn name(path: &Path) -> Result<String, WriteError> {
 
 /// Makes the directory, or takes an empty one; whether it was made.
 pub(crate) fn make_empty(path: &Path) -> Result<bool, WriteError> {
-    let io_error = |source| WriteError::Io {
-        path: path.to_owned(),
-        source,
-    };
+    let io_error = WriteError::io(path);
     let exists = || WriteError::Exists {
         path: path.to_owned(),
     };

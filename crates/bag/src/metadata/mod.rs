@@ -29,6 +29,9 @@ pub(crate) const LISTED: usize = 64;
 
 const STORAGE: &str = "mcap";
 
+/// Key of how rosbag2 compressed whole files or messages itself (MCAP's own chunk compression is read).
+pub(crate) const COMPRESSION: &str = "compression_mode";
+
 /// The distribution whose message definitions and format are written.
 const ROS_DISTRO: &str = "jazzy";
 
@@ -140,15 +143,11 @@ impl Metadata {
             storage_identifier: Option<String>,
         }
 
-        let io_error = |source| BagError::Io {
-            path: file.to_owned(),
-            source,
-        };
         let yaml_error = |source| BagError::Metadata {
             file: file.to_owned(),
             source,
         };
-        let text = regular::text(file, yaml::MAX_TEXT).map_err(io_error)?;
+        let text = regular::text(file, yaml::MAX_TEXT).map_err(BagError::io(file))?;
         let versioned: Document<Versioned> = yaml::read(&text).map_err(yaml_error)?;
         let Versioned {
             version: found,
@@ -161,11 +160,8 @@ impl Metadata {
             });
         }
         if found > VERSION {
-            return Err(BagError::MetadataVersion {
-                file: file.to_owned(),
-                found,
-                newest: VERSION,
-            });
+            let expected = format!("at most {VERSION}");
+            return Err(BagError::unexpected(file, "version", found, expected));
         }
         let document: Document<Self> = yaml::read(&text).map_err(yaml_error)?;
         let metadata = document.rosbag2_bagfile_information;
@@ -183,11 +179,18 @@ impl Metadata {
     }
 
     pub(crate) fn compressed(&self, file: &Path) -> BagError {
-        BagError::Compressed {
-            file: file.to_owned(),
-            mode: self.compression_mode.clone(),
-            format: self.compression_format.clone(),
-        }
+        let Self {
+            compression_mode: mode,
+            compression_format: format,
+            ..
+        } = self;
+        let found = format!("{mode:?} ({format})");
+        BagError::unexpected(
+            file,
+            COMPRESSION,
+            found,
+            "none; convert the bag: ros2 bag convert",
+        )
     }
 
     /// Number of messages of each topic.

@@ -15,6 +15,9 @@ use crate::{
 /// Endings of names of MCAP files, as a whole compressed ones included.
 const MCAP_FILES: [&str; 2] = [".mcap", ".mcap.zstd"];
 
+/// What is told of a file in `metadata.yaml`.
+const LISTED: &str = "a listed file";
+
 /// Largest number of a file that is taken to count the files before it.
 const LARGEST_NUMBER: u64 = 10_000;
 
@@ -41,11 +44,7 @@ pub(crate) struct Listing {
 impl Listing {
     /// Of a bag's directory, or a single file.
     pub fn read(path: &Path) -> Result<Self, BagError> {
-        let io_error = |source| BagError::Io {
-            path: path.to_owned(),
-            source,
-        };
-        if !fs::metadata(path).map_err(io_error)?.is_dir() {
+        if !fs::metadata(path).map_err(BagError::io(path))?.is_dir() {
             return Ok(Self {
                 files: vec![path.to_owned()],
                 ..Self::default()
@@ -62,10 +61,8 @@ impl Listing {
         let metadata = Metadata::read(&file)?;
         let within = |listed: &String| {
             let found = within(listed, metadata.version).map(|relative| path.join(relative));
-            found.ok_or_else(|| BagError::Outside {
-                file: file.clone(),
-                listed: listed.clone(),
-            })
+            let expected = "a path within the bag's directory";
+            found.ok_or_else(|| BagError::unexpected(&file, LISTED, listed, expected))
         };
         let mut files: Vec<PathBuf> = Vec::new();
         let mut known = BTreeSet::new();
@@ -75,10 +72,13 @@ impl Listing {
             if known.insert(listed.clone()) {
                 files.push(listed);
             } else {
-                faults.push(BagError::Twice {
-                    file: file.clone(),
+                let listed = listed.display();
+                faults.push(BagError::unexpected(
+                    &file,
+                    LISTED,
                     listed,
-                });
+                    "each file once",
+                ));
             }
         }
         let mut others = mcap_files(path).unwrap_or_default();
@@ -96,14 +96,11 @@ impl Listing {
 
 /// The MCAP files of a directory in their natural order.
 pub(crate) fn mcap_files(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let io_error = |source| BagError::Io {
-        path: directory.to_owned(),
-        source,
-    };
+    let io_error = BagError::io(directory);
     let mut names = Vec::new();
     let mut other = None;
-    for entry in fs::read_dir(directory).map_err(io_error)? {
-        let name = entry.map_err(io_error)?.file_name();
+    for entry in fs::read_dir(directory).map_err(&io_error)? {
+        let name = entry.map_err(&io_error)?.file_name();
         let text = name.to_string_lossy();
         if MCAP_FILES.iter().any(|ending| text.ends_with(ending)) {
             names.push(name);

@@ -39,12 +39,7 @@ pub enum RecoverError {
 impl RecoverError {
     /// For what writing `path` gives.
     pub(super) fn write(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |source| {
-            Self::Write(WriteError::Io {
-                path: path.to_owned(),
-                source,
-            })
-        }
+        move |source| Self::Write(WriteError::io(path)(source))
     }
 }
 

@@ -9,7 +9,7 @@ use std::{
 use super::RecoverError;
 use crate::{
     BagError, METADATA_FILE,
-    metadata::{Metadata, within},
+    metadata::{COMPRESSION, Metadata, within},
     read::{Source, gaps, mcap_files, natural, refuse_other},
 };
 
@@ -27,11 +27,7 @@ pub(super) struct Damaged {
 
 /// Finds the files of a bag's directory, or takes a single file. No file of it may be open in a writer of this crate.
 pub(super) fn find(bag: &Path) -> Result<Damaged, RecoverError> {
-    let is_directory = fs::metadata(bag).map_err(|source| BagError::Io {
-        path: bag.to_owned(),
-        source,
-    });
-    if !is_directory?.is_dir() {
+    if !fs::metadata(bag).map_err(BagError::io(bag))?.is_dir() {
         let source = open(bag)?;
         refuse_other(bag, &source.bytes(0, 16)?)?;
         return Ok(Damaged {
@@ -108,7 +104,12 @@ fn read_metadata(file: &Path) -> Result<Result<Metadata, String>, BagError> {
         Ok(metadata) if metadata.compression_mode.eq_ignore_ascii_case("file") => {
             Err(metadata.compressed(file))
         }
-        Err(error @ (BagError::Storage { .. } | BagError::Compressed { .. })) => Err(error),
+        Err(error @ BagError::Storage { .. }) => Err(error),
+        Err(
+            error @ BagError::Unexpected {
+                field: COMPRESSION, ..
+            },
+        ) => Err(error),
         metadata => Ok(metadata.map_err(|error| error.to_string())),
     }
 }

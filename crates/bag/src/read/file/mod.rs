@@ -215,13 +215,9 @@ fn check_header(source: &Source) -> Result<(), BagError> {
     let (opcode, body) = source.record(MAGIC_LENGTH, MAX_RECORD_LENGTH)?;
     let record = parse(opcode, &body).map_err(|damage| source.damaged(MAGIC_LENGTH, damage))?;
     match record {
-        Record::Header(header) if !["", PROFILE].contains(&&*header.profile) => {
-            Err(BagError::Profile {
-                file: source.path.clone(),
-                found: header.profile,
-                expected: PROFILE,
-            })
-        }
+        Record::Header(header) if !["", PROFILE].contains(&&*header.profile) => Err(
+            BagError::unexpected(&source.path, "profile", header.profile, PROFILE),
+        ),
         _ => Ok(()),
     }
 }

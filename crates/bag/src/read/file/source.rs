@@ -69,20 +69,15 @@ impl Source {
         Err(if MAGIC.starts_with(&head) {
             source.truncated("the MCAP magic", 0, head)
         } else {
-            BagError::NotMcap {
-                file: path.to_owned(),
-                found: head,
-            }
+            let expected = format!("{MAGIC:02x?}");
+            BagError::unexpected(path, "its start", format!("{head:02x?}"), expected)
         })
     }
 
     /// Opens a file whatever is in it, which stays open.
     pub fn open_damaged(path: &Path) -> Result<Self, BagError> {
         let open = || Ok((regular::length(path)?, File::open(path)?));
-        let (size, file) = open().map_err(|source| BagError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
+        let (size, file) = open().map_err(BagError::io(path))?;
         Ok(Self {
             path: path.to_owned(),
             size,
@@ -183,10 +178,7 @@ impl Source {
     }
 
     pub fn io_error(&self, source: io::Error) -> BagError {
-        BagError::Io {
-            path: self.path.clone(),
-            source,
-        }
+        BagError::io(&self.path)(source)
     }
 
     pub fn damaged(&self, offset: u64, source: Damage) -> BagError {

@@ -3,7 +3,8 @@
 use std::{
     cmp::Ordering,
     collections::{BTreeMap, BTreeSet},
-    fs,
+    ffi::OsString,
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -20,13 +21,6 @@ const LISTED: &str = "a listed file";
 
 /// Largest number of a file that is taken to count the files before it.
 const LARGEST_NUMBER: u64 = 10_000;
-
-/// Endings of names of what bags were stored in before, and the storage's name.
-const OTHER_FILES: [(&str, &str); 3] = [
-    (".db3", "sqlite3"),
-    (".db3.zstd", "sqlite3"),
-    (".bag", "ROS 1 bag"),
-];
 
 /// A bag's MCAP files in their order, and its `metadata.yaml` if it has one.
 #[derive(Default)]
@@ -96,30 +90,20 @@ impl Listing {
 
 /// The MCAP files of a directory in their natural order.
 pub(crate) fn mcap_files(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let io_error = BagError::io(directory);
-    let mut names = Vec::new();
-    let mut other = None;
-    for entry in fs::read_dir(directory).map_err(&io_error)? {
-        let name = entry.map_err(&io_error)?.file_name();
-        let text = name.to_string_lossy();
-        if MCAP_FILES.iter().any(|ending| text.ends_with(ending)) {
-            names.push(name);
-        } else if let Some((_, storage)) = OTHER_FILES
-            .iter()
-            .find(|(ending, _)| text.ends_with(ending))
-        {
-            other = Some((directory.join(&name), *storage));
-        }
-    }
+    let names = || {
+        let entries = fs::read_dir(directory)?;
+        entries
+            .map(|entry| Ok(entry?.file_name()))
+            .collect::<io::Result<_>>()
+    };
+    let mut names: Vec<OsString> = names().map_err(BagError::io(directory))?;
+    names.retain(|name| {
+        let name = name.to_string_lossy();
+        MCAP_FILES.iter().any(|ending| name.ends_with(ending))
+    });
     if names.is_empty() {
-        return Err(match other {
-            Some((file, found)) => BagError::Storage {
-                file,
-                found: found.to_owned(),
-            },
-            None => BagError::NoBag {
-                path: directory.to_owned(),
-            },
+        return Err(BagError::NoBag {
+            path: directory.to_owned(),
         });
     }
     let mut files: Vec<_> = names.iter().map(|name| directory.join(name)).collect();

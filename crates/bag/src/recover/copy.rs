@@ -7,11 +7,12 @@ use serde::Deserialize;
 
 use super::{
     LeftOut, RecoverError, RecoveredFile,
-    head::{Head, Known},
+    head::Head,
+    new_bag::NewBag,
     scan::{Piece, Scanner},
 };
 use crate::{
-    BagOptions, BagWriter, CUSTOM_DATA, Compression, Durability, REPEATED, Topic, TopicId,
+    CUSTOM_DATA, Compression, Durability, REPEATED, Topic, TopicId,
     metadata::RECORD,
     read::{Contents, MAX_RECORD_LENGTH, Source, has_end, schema, summary, topic, unpacked},
     record::{self, Records, parse},
@@ -19,56 +20,6 @@ use crate::{
     write::Kept,
     yaml,
 };
-
-/// The recovered bag.
-pub(super) struct NewBag<'a> {
-    pub directory: &'a Path,
-    /// `None` before the first message.
-    pub writer: Option<BagWriter>,
-    /// Topics without messages that are not in it yet.
-    pub silent: Vec<Topic>,
-    pub known: Known,
-    /// Hash of each topic's type by name and type, by `metadata.yaml`.
-    pub hashes: BTreeMap<(&'a str, &'a str), &'a str>,
-    /// Number of messages that no checksum covers.
-    pub unverified: u64,
-    /// The last custom data that a file holds.
-    pub custom: BTreeMap<String, String>,
-}
-
-impl NewBag<'_> {
-    /// The writer, after it was begun with this file if there was none.
-    pub fn open(
-        &mut self,
-        name: &Path,
-        compression: Compression,
-    ) -> Result<&mut BagWriter, RecoverError> {
-        let none = match &mut self.writer {
-            Some(writer) => return Ok(writer),
-            none => none,
-        };
-        let options = BagOptions {
-            compression,
-            ..BagOptions::default()
-        };
-        let name = name.display().to_string();
-        Ok(none.insert(BagWriter::open(self.directory, "recovered", name, options)?))
-    }
-
-    /// Adds the topics without messages, where there is a file for them.
-    pub fn add_silent(&mut self) -> Result<(), RecoverError> {
-        let Some(writer) = &mut self.writer else {
-            return Ok(());
-        };
-        for topic in self.silent.drain(..) {
-            match writer.add_topic(&topic) {
-                Err(error) if writer.is_ended() => return Err(error.into()),
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-}
 
 /// The part of rosbag2's description in a file that is of use.
 #[derive(Deserialize)]

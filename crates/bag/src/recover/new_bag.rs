@@ -3,18 +3,67 @@
 use std::{collections::BTreeMap, path::Path};
 
 use super::{
-    RecoverError, RecoveredFile, Recovery,
-    copy::{self, NewBag},
+    RecoverError, RecoveredFile, Recovery, copy,
     files::{self, Damaged},
     head::Known,
 };
-use crate::{Compression, metadata::Metadata, times::sum};
+use crate::{BagOptions, BagWriter, Compression, Topic, metadata::Metadata, times::sum};
 
 /// Entry of the custom data of every recovered bag.
 const RECOVERED: &str = "recovered";
 
 /// Entry of the custom data with the number of missing messages, to which further recoveries add.
 const MISSING: &str = "missing";
+
+/// The recovered bag.
+pub(super) struct NewBag<'a> {
+    pub directory: &'a Path,
+    /// `None` before the first message.
+    pub writer: Option<BagWriter>,
+    /// Topics without messages that are not in it yet.
+    pub silent: Vec<Topic>,
+    pub known: Known,
+    /// Hash of each topic's type by name and type, by `metadata.yaml`.
+    pub hashes: BTreeMap<(&'a str, &'a str), &'a str>,
+    /// Number of messages that no checksum covers.
+    pub unverified: u64,
+    /// The last custom data that a file holds.
+    pub custom: BTreeMap<String, String>,
+}
+
+impl NewBag<'_> {
+    /// The writer, after it was begun with this file if there was none.
+    pub fn open(
+        &mut self,
+        name: &Path,
+        compression: Compression,
+    ) -> Result<&mut BagWriter, RecoverError> {
+        let none = match &mut self.writer {
+            Some(writer) => return Ok(writer),
+            none => none,
+        };
+        let options = BagOptions {
+            compression,
+            ..BagOptions::default()
+        };
+        let name = name.display().to_string();
+        Ok(none.insert(BagWriter::open(self.directory, "recovered", name, options)?))
+    }
+
+    /// Adds the topics without messages, where there is a file for them.
+    pub fn add_silent(&mut self) -> Result<(), RecoverError> {
+        let Some(writer) = &mut self.writer else {
+            return Ok(());
+        };
+        for topic in self.silent.drain(..) {
+            match writer.add_topic(&topic) {
+                Err(error) if writer.is_ended() => return Err(error.into()),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
 
 /// Makes a bag in the directory `output`.
 pub(super) fn make(bag: &Path, damaged: Damaged, output: &Path) -> Result<Recovery, RecoverError> {

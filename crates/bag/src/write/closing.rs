@@ -13,9 +13,6 @@ use crate::{
 const ERROR: &str = "error";
 const UNWRITTEN: &str = "unwritten";
 
-/// Key, with `:<topic>`, of how many latched messages found no room to be repeated.
-const NOT_REPEATED: &str = "not_repeated";
-
 /// What is called when the bag has to be closed after an error.
 pub(crate) type LastWords =
     Box<dyn FnMut(&mut BTreeMap<String, u64>) -> BTreeMap<String, String> + Send>;
@@ -157,7 +154,7 @@ impl BagWriter {
         let counts = counts.into_iter().flatten().chain(std::iter::repeat(&0));
         let topics = self.topics.iter().zip(counts);
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
-        Metadata::new(&files, topics, self.custom_data()).map_err(io::Error::other)
+        Metadata::new(&files, topics, self.custom.clone()).map_err(io::Error::other)
     }
 
     fn describe(&self, file: &McapWriter) -> File {
@@ -185,14 +182,6 @@ impl BagWriter {
         if let Some(file) = &mut self.file {
             file.describe(description);
         }
-    }
-
-    /// The custom data, with what the writer itself has to say.
-    pub(crate) fn custom_data(&self) -> BTreeMap<String, String> {
-        let not_repeated = self.not_repeated();
-        let counts = not_repeated
-            .map(|(topic, count)| (format!("{NOT_REPEATED}:{topic}"), count.to_string()));
-        self.custom.clone().into_iter().chain(counts).collect()
     }
 
     /// Has the custom data say what is missing, and gives how many messages that are.

@@ -89,12 +89,10 @@ impl BagWriter {
         };
         let mut counts = BTreeMap::new();
         for topic in 0..self.topics.len() {
-            let recorded = &mut self.topics[topic];
-            recorded.not_repeated += self.latched.without_room(topic);
             let count = self.latched.messages(topic).count() as u64;
             self.repeated[topic] = count;
             if count > 0 {
-                counts.insert(recorded.topic.name.clone(), count.to_string());
+                counts.insert(self.topics[topic].topic.name.clone(), count.to_string());
             }
         }
         if !counts.is_empty() {

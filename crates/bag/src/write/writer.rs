@@ -40,8 +40,7 @@ pub struct TopicId(pub(crate) usize);
 /// Of each topic that [is latched](Topic::is_latched) the last messages of each publisher, as many as its depth, stand
 /// again at the head of each further file, logged at the time of the file's first message. A metadata record named
 /// `lgvi_repeated` before them says how many each topic has. Of all topics together 64 MiB are kept at most, or half of
-/// [`BagOptions::max_bytes`] if that is less, and 1000 messages of each. What finds no room is not repeated; the key
-/// `not_repeated:<topic>` in the custom data counts it, file by file ([`not_repeated`](Self::not_repeated)).
+/// [`BagOptions::max_bytes`] if that is less, and 1000 messages of each. What finds no room is not repeated.
 ///
 /// # Errors while writing
 /// When a file cannot be written on, everything up to the last complete chunk is closed as a bag, with `metadata.yaml`;
@@ -92,8 +91,6 @@ pub(crate) struct RecordedTopic {
     pub messages: u64,
     /// How many of them are repeated.
     pub repeated: u64,
-    /// Messages that should have been repeated, and found no room.
-    pub not_repeated: u64,
 }
 
 impl BagWriter {
@@ -194,7 +191,6 @@ impl BagWriter {
             taken: 0,
             messages: 0,
             repeated: 0,
-            not_repeated: 0,
         });
         let index = self.topics.len() - 1;
         self.indexes.insert(topic.name.clone(), index);
@@ -281,10 +277,10 @@ impl BagWriter {
     /// Writing fails, or the file is no longer where it was made.
     pub fn flush(&mut self) -> Result<(), WriteError> {
         self.finish_chunk()?;
-        let custom = self.custom_data();
-        if custom == self.flushed {
+        if self.custom == self.flushed {
             return Ok(());
         }
+        let custom = self.custom.clone();
         if let Err(source) = self.file()?.write_metadata(CUSTOM_DATA, custom.clone()) {
             return Err(self.fail_on_file(source));
         }
@@ -297,13 +293,6 @@ impl BagWriter {
         let file = self.file()?;
         let finished = file.check_place().and_then(|()| file.finish_chunk());
         finished.map_err(|source| self.fail_on_file(source))
-    }
-
-    /// Latched messages that found no room to be repeated, summed over the files so far, of each topic that has such.
-    pub fn not_repeated(&self) -> impl Iterator<Item = (&str, u64)> {
-        let topics = self.topics.iter();
-        let counts = topics.map(|topic| (&*topic.topic.name, topic.not_repeated));
-        counts.filter(|(_, count)| *count > 0)
     }
 
     /// Completes the file and writes `metadata.yaml` with the given custom data.

@@ -120,34 +120,31 @@ impl McapFile {
         let mut by_span = BTreeMap::new();
         let mut left = self.contents.repeated.clone();
         left.retain(|_, count| *count > 0);
-        let expected: u64 = left.values().sum();
-        let mut index = 0;
+        let disagrees = |left: &BTreeMap<String, u64>, found: &str| Damage::Disagrees {
+            record: REPEATED,
+            field: "messages left",
+            told: format!("{left:?}"),
+            found: found.to_owned(),
+        };
         let mut spans: Vec<_> = self.contents.spans.iter().collect();
         spans.sort_by_key(|span| span.offset);
         for span in spans {
             if left.is_empty() {
-                break;
+                return Ok(by_span);
             }
             let mut repeated = 0;
             self.read(span, 0, |header| {
-                if left.is_empty() {
-                    return Ok(false);
+                if !left.is_empty() {
+                    let topic = &self.contents.channels[&header.channel_id].topic;
+                    let Some(count) = left.get_mut(topic) else {
+                        return Err(disagrees(&left, topic));
+                    };
+                    *count -= 1;
+                    if *count == 0 {
+                        left.remove(topic);
+                    }
+                    repeated += 1;
                 }
-                let topic = &self.contents.channels[&header.channel_id].topic;
-                let Some(count) = left.get_mut(topic) else {
-                    return Err(Damage::Disagrees {
-                        record: REPEATED,
-                        field: "messages left",
-                        told: format!("{left:?} of {expected}"),
-                        found: format!("message {index} of {topic}"),
-                    });
-                };
-                *count -= 1;
-                if *count == 0 {
-                    left.remove(topic);
-                }
-                repeated += 1;
-                index += 1;
                 Ok(false)
             })?;
             by_span.insert(span.offset, repeated);
@@ -155,12 +152,7 @@ impl McapFile {
         if left.is_empty() {
             return Ok(by_span);
         }
-        let damage = Damage::Disagrees {
-            record: REPEATED,
-            field: "messages left",
-            told: format!("{left:?} of {expected}"),
-            found: "the end of the file".to_owned(),
-        };
+        let damage = disagrees(&left, "the end of the file");
         Err(self.source.damaged(0, damage))
     }
 

@@ -193,15 +193,10 @@ fn metadata_at(source: &Source, index: &MetadataIndex) -> Result<Metadata, BagEr
         Record::Metadata(metadata) => metadata.name,
         _ => format!("record {opcode:#04x}"),
     };
-    let name = index.name.clone();
-    agree("metadata index", "name", name, found.clone()).map_err(damaged)?;
-    Err(source.damaged(
-        index.offset,
-        Damage::Disagrees {
-            record: "metadata index",
-            field: "name",
-            told: index.name.clone(),
-            found,
-        },
-    ))
+    Err(damaged(Damage::Disagrees {
+        record: "metadata index",
+        field: "name",
+        told: index.name.clone(),
+        found,
+    }))
 }

@@ -30,13 +30,8 @@ impl NewDirectory {
     /// # Errors
     /// There is something at `output` or where it is filled, it has no name, or it cannot be written.
     pub fn begin(output: &Path) -> Result<Self, WriteError> {
-        let exists = match fs::symlink_metadata(output) {
-            Ok(_) => true,
-            Err(error) if error.kind() == ErrorKind::NotFound => false,
-            Err(error) => return Err(WriteError::io(output)(error)),
-        };
+        let exists = exists_empty(output)?;
         let part = if exists {
-            check_empty(output)?;
             output.join(PART)
         } else {
             let mut name = output
@@ -71,7 +66,7 @@ impl NewDirectory {
     pub fn complete(mut self) -> Result<(), WriteError> {
         let output = &self.output;
         if self.exists {
-            check_empty(output)?;
+            exists_empty(output)?;
             for name in self.part.files()? {
                 let path = output.join(&name);
                 fs::rename(self.part.path.join(name), &path).map_err(WriteError::io(&path))?;
@@ -166,10 +161,22 @@ impl Drop for Part {
     }
 }
 
-fn check_empty(output: &Path) -> Result<(), WriteError> {
-    match names(output)?.iter().all(|name| name == PART) {
-        true => Ok(()),
-        false => Err(taken(output)),
+/// Makes the directory, or takes an empty one; whether it was made.
+pub(crate) fn make_empty(path: &Path) -> Result<bool, WriteError> {
+    let exists = exists_empty(path)?;
+    if !exists {
+        fs::create_dir_all(path).map_err(WriteError::io(path))?;
+    }
+    Ok(!exists)
+}
+
+/// Whether there is a directory. It has to be empty, but for one that is being filled.
+fn exists_empty(path: &Path) -> Result<bool, WriteError> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(WriteError::io(path)(error)),
+        Ok(_) if names(path)?.iter().all(|name| name == PART) => Ok(true),
+        Ok(_) => Err(taken(path)),
     }
 }
 

@@ -11,12 +11,14 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use entries::{File, TopicMetadata, TopicWithCount};
+pub(crate) use entries::File;
 pub(crate) use paths::within;
 
-use entries::{FileInformation, Nanoseconds, NanosecondsSinceEpoch, span};
+use entries::{
+    FileInformation, Nanoseconds, NanosecondsSinceEpoch, TopicMetadata, TopicWithCount, span,
+};
 
-use crate::{BagError, SERIALIZATION_FORMAT, Topic, regular, yaml};
+use crate::{BagError, SERIALIZATION_FORMAT, Topic, regular, times::around, yaml};
 
 /// The version that Jazzy writes, and the newest known.
 pub(crate) const VERSION: u32 = 9;
@@ -51,7 +53,7 @@ pub(crate) struct Metadata {
     pub(crate) message_count: u64,
     topics_with_message_count: Vec<TopicWithCount>,
     #[serde(default)]
-    pub(crate) compression_format: String,
+    compression_format: String,
     #[serde(default)]
     pub(crate) compression_mode: String,
     pub(crate) relative_file_paths: Vec<String>,
@@ -60,7 +62,7 @@ pub(crate) struct Metadata {
     #[serde(default)]
     custom_data: Option<BTreeMap<String, String>>,
     #[serde(default)]
-    pub(crate) ros_distro: String,
+    ros_distro: String,
 }
 
 impl Metadata {
@@ -82,20 +84,9 @@ impl Metadata {
                 message_count,
             })
         });
-        let topics = topics.collect::<Result<_, serde_yaml_ng::Error>>()?;
-        Ok(Self::of(files, topics, custom))
-    }
-
-    /// Describes a bag of files and of topics as they are described.
-    pub(crate) fn of(
-        files: &[File],
-        topics_with_message_count: Vec<TopicWithCount>,
-        custom: BTreeMap<String, String>,
-    ) -> Self {
-        let times = files.iter().filter_map(|file| file.times);
-        let times = times.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)));
-        let (starting_time, duration) = span(times);
-        Self {
+        let topics_with_message_count = topics.collect::<Result<_, serde_yaml_ng::Error>>()?;
+        let (starting_time, duration) = span(around(files.iter().filter_map(|file| file.times)));
+        Ok(Self {
             version: VERSION,
             storage_identifier: STORAGE.to_owned(),
             duration,
@@ -108,7 +99,7 @@ impl Metadata {
             files: files.iter().map(FileInformation::new).collect(),
             custom_data: Some(custom).filter(|custom| !custom.is_empty()),
             ros_distro: ROS_DISTRO.to_owned(),
-        }
+        })
     }
 
     /// The text that rosbag2 puts into the MCAP file: with the counts of the whole bag so far, but only so many of the files
@@ -165,17 +156,12 @@ impl Metadata {
         }
         let document: Document<Self> = yaml::read(&text).map_err(yaml_error)?;
         let metadata = document.rosbag2_bagfile_information;
-        metadata.check(file)?;
-        Ok(metadata)
-    }
-
-    fn check(&self, file: &Path) -> Result<(), BagError> {
         // Files and messages that are compressed with zstd are known by their first bytes.
-        let mode = self.compression_mode.to_lowercase();
-        if !["", "none"].contains(&&*mode) && self.compression_format != "zstd" {
-            return Err(self.compressed(file));
+        let mode = metadata.compression_mode.to_lowercase();
+        if !["", "none"].contains(&&*mode) && metadata.compression_format != "zstd" {
+            return Err(metadata.compressed(file));
         }
-        Ok(())
+        Ok(metadata)
     }
 
     pub(crate) fn compressed(&self, file: &Path) -> BagError {

@@ -13,7 +13,8 @@ use super::{
     mcap_writer::McapWriter,
 };
 use crate::{
-    CUSTOM_DATA, Topic, WriteError, directory, read::MAX_RECORD_LENGTH, record::MESSAGE_HEADER,
+    CUSTOM_DATA, Topic, WriteError, new_directory::make_empty, read::MAX_RECORD_LENGTH,
+    record::MESSAGE_HEADER,
 };
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
@@ -99,9 +100,12 @@ impl BagWriter {
     /// # Errors
     /// The directory exists and is not empty, has no usable name, or cannot be written.
     pub fn create(directory: &Path, options: BagOptions) -> Result<Self, WriteError> {
-        let name = directory::name(directory)?;
-        let made = directory::make_empty(directory)?;
-        let opened = Self::open(directory, &name, format!("{name}_0.mcap"), options);
+        let name = directory.file_name().and_then(|name| name.to_str());
+        let name = name.ok_or_else(|| WriteError::NoName {
+            path: directory.to_owned(),
+        })?;
+        let made = make_empty(directory)?;
+        let opened = Self::open(directory, name, format!("{name}_0.mcap"), options);
         if made && opened.is_err() {
             let _ = fs::remove_dir(directory);
         }

@@ -178,7 +178,6 @@ fn what_is_left_out_is_told() {
         file.to_str().unwrap(),
         "left out",
         "log times",
-        "messages",
         "missing: ",
     ];
     for fragment in expected {
@@ -192,8 +191,8 @@ fn what_is_left_out_is_told() {
         .expect(1)
         .json();
     let place = &recovery["files"][0]["left_out"][0];
-    assert!(place["messages"].as_u64().unwrap() > 0, "{place}");
-    assert_eq!(place["messages"], recovery["missing"]);
+    assert!(place["bytes"].as_u64().unwrap() > 0, "{place}");
+    assert!(recovery["missing"].as_u64().unwrap() > 0);
     let kept = bag.join("run_0.mcap.damaged");
     assert_eq!(fs::read(kept).unwrap(), damaged);
     // Now there is nothing to leave out any more.

@@ -1,4 +1,9 @@
-use std::{collections::BTreeMap, io, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    fmt::Display,
+    io,
+    path::{Path, PathBuf},
+};
 
 use thiserror::Error;
 
@@ -136,15 +141,17 @@ pub enum BagError {
         /// Field and place of the fault.
         source: serde_yaml_ng::Error,
     },
-    /// `metadata.yaml` has a version that this crate does not know.
-    #[error("{file}: version is {found}, expected at most {newest}", file = .file.display())]
-    MetadataVersion {
-        /// The metadata file.
+    /// The bag is not of a kind that is read.
+    #[error("{file}: {field} is {found}, expected {expected}", file = .file.display())]
+    Unexpected {
+        /// The metadata file, or an MCAP file.
         file: PathBuf,
-        /// Its version.
-        found: u32,
-        /// The newest version known.
-        newest: u32,
+        /// What is not as expected.
+        field: &'static str,
+        /// What it is.
+        found: String,
+        /// What it should be.
+        expected: String,
     },
     /// The bag is stored in another format than MCAP.
     #[error(
@@ -160,38 +167,11 @@ pub enum BagError {
         /// The storage found, as `sqlite3`.
         found: String,
     },
-    /// rosbag2 compressed whole files or messages itself (MCAP's own chunk compression is read).
-    #[error(
-        "{file}: compression_mode is {mode:?} ({format}), expected none; convert the bag: ros2 bag convert",
-        file = .file.display()
-    )]
-    Compressed {
-        /// The metadata file.
-        file: PathBuf,
-        /// `FILE` or `MESSAGE`.
-        mode: String,
-        /// As `zstd`.
-        format: String,
-    },
-    /// A file of the bag lies, as the metadata has it, outside of the bag's directory.
-    #[error("{file}: lists {listed:?}, expected a path within the bag's directory", file = .file.display())]
-    Outside {
-        /// The metadata file.
-        file: PathBuf,
-        /// The path it lists.
-        listed: String,
-    },
     /// A file of a bag without `metadata.yaml` is not there.
-    #[error(
-        "{file}: is not there, though the bag's other files tell of it{messages}",
-        file = .file.display(),
-        messages = .messages.map_or_else(String::new, |count| format!(": {count} messages"))
-    )]
+    #[error("{file}: is not there, though the bag has files with a number before and after it", file = .file.display())]
     Missing {
         /// The file.
         file: PathBuf,
-        /// Its messages, those repeated at its head included, if the others tell.
-        messages: Option<u64>,
     },
     /// Too many messages would have to be in memory to bring them into the order of their log times.
     #[error("{file}: chunks that overlap in time hold more than {limit} bytes; sort the file: mcap sort", file = .file.display())]
@@ -206,44 +186,18 @@ pub enum BagError {
     Count {
         /// The metadata file.
         file: PathBuf,
-        /// The topic.
+        /// The topic, or that all are meant.
         topic: String,
         /// Messages by the metadata.
         expected: u64,
         /// Messages by the files.
         found: u64,
     },
-    /// `metadata.yaml` and the MCAP files disagree in the number of all messages.
-    #[error("{file}: message_count is {expected}, but the bag's files hold {found}", file = .file.display())]
-    Total {
-        /// The metadata file.
-        file: PathBuf,
-        /// Messages by the metadata.
-        expected: u64,
-        /// Messages by the files.
-        found: u64,
-    },
-    /// `metadata.yaml` lists a file twice.
-    #[error("{file}: lists {} twice, expected each file once", listed.display(), file = .file.display())]
-    Twice {
-        /// The metadata file.
-        file: PathBuf,
-        /// The file it lists.
-        listed: PathBuf,
-    },
     /// An MCAP file in the bag's directory is not of the bag.
     #[error("{file}: is not listed in metadata.yaml, and not read", file = .file.display())]
     Unlisted {
         /// The file.
         file: PathBuf,
-    },
-    /// The file does not start like an MCAP file.
-    #[error("{file}: not an MCAP file: it starts with {found:02x?}, expected {magic:02x?}", file = .file.display(), magic = mcap::MAGIC)]
-    NotMcap {
-        /// The file.
-        file: PathBuf,
-        /// Its first bytes.
-        found: Vec<u8>,
     },
     /// The file ends before its end: the recorder was killed, or the file cut off.
     #[error(
@@ -261,16 +215,6 @@ pub enum BagError {
         found: Vec<u8>,
         /// The file's size.
         size: u64,
-    },
-    /// The MCAP file is not of ROS 2.
-    #[error("{file}: profile is {found:?}, expected {expected:?}", file = .file.display())]
-    Profile {
-        /// The file.
-        file: PathBuf,
-        /// The profile found.
-        found: String,
-        /// The profile of ROS 2.
-        expected: &'static str,
     },
     /// A topic's quality of service is not what rosbag2 writes; ROS 2's default is taken.
     #[error("{file}: {field} of {topic}: {source}; taken as the default", file = .file.display(), field = crate::channel_key::QOS)]
@@ -292,4 +236,38 @@ pub enum BagError {
         /// What is wrong.
         source: Damage,
     },
+}
+
+impl BagError {
+    /// For what the system says of `path`.
+    pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    pub(crate) fn unexpected(
+        file: &Path,
+        field: &'static str,
+        found: impl Display,
+        expected: impl Display,
+    ) -> Self {
+        Self::Unexpected {
+            file: file.to_owned(),
+            field,
+            found: found.to_string(),
+            expected: expected.to_string(),
+        }
+    }
+}
+
+impl WriteError {
+    /// For what the system says of `path`.
+    pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
 }

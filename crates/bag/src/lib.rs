@@ -36,7 +36,6 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod damage;
-mod directory;
 mod error;
 mod metadata;
 mod new_directory;

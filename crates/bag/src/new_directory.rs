@@ -30,13 +30,8 @@ impl NewDirectory {
     /// # Errors
     /// There is something at `output` or where it is filled, it has no name, or it cannot be written.
     pub fn begin(output: &Path) -> Result<Self, WriteError> {
-        let exists = match fs::symlink_metadata(output) {
-            Ok(_) => true,
-            Err(error) if error.kind() == ErrorKind::NotFound => false,
-            Err(error) => return Err(io_error(output)(error)),
-        };
+        let exists = exists_empty(output)?;
         let part = if exists {
-            check_empty(output)?;
             output.join(PART)
         } else {
             let mut name = output
@@ -48,7 +43,7 @@ impl NewDirectory {
             name.push(PART);
             let part = output.with_file_name(name);
             if let Some(parent) = part.parent() {
-                fs::create_dir_all(parent).map_err(io_error(parent))?;
+                fs::create_dir_all(parent).map_err(WriteError::io(parent))?;
             }
             part
         };
@@ -71,10 +66,10 @@ impl NewDirectory {
     pub fn complete(mut self) -> Result<(), WriteError> {
         let output = &self.output;
         if self.exists {
-            check_empty(output)?;
+            exists_empty(output)?;
             for name in self.part.files()? {
                 let path = output.join(&name);
-                fs::rename(self.part.path.join(name), &path).map_err(io_error(&path))?;
+                fs::rename(self.part.path.join(name), &path).map_err(WriteError::io(&path))?;
             }
             return Ok(());
         }
@@ -83,12 +78,12 @@ impl NewDirectory {
             Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => {
                 return Err(taken(output));
             }
-            Err(error) => return Err(io_error(output)(error)),
+            Err(error) => return Err(WriteError::io(output)(error)),
         }
         self.part.path.clone_from(output);
         self.part.renamed = true;
         let mark = output.join(MARK);
-        fs::remove_file(&mark).map_err(io_error(&mark))
+        fs::remove_file(&mark).map_err(WriteError::io(&mark))
     }
 }
 
@@ -105,16 +100,16 @@ impl Part {
         let mark = path.join(MARK);
         match fs::create_dir(&path) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => {
-                return Err(io_error(&path)(error));
+                return Err(WriteError::io(&path)(error));
             }
             Err(_) if !mark.exists() && !names(&path)?.is_empty() => return Err(taken(&path)),
             _ => {}
         }
-        let lock = File::create(&mark).map_err(io_error(&mark))?;
+        let lock = File::create(&mark).map_err(WriteError::io(&mark))?;
         // File systems without locks do without.
         if let Err(TryLockError::WouldBlock) = lock.try_lock() {
             let busy = io::Error::new(ErrorKind::ResourceBusy, "is being written by another");
-            return Err(io_error(&path)(busy));
+            return Err(WriteError::io(&path)(busy));
         }
         let part = Self {
             path,
@@ -128,7 +123,7 @@ impl Part {
             } else {
                 fs::remove_file(&left)
             };
-            removed.map_err(io_error(&left))?;
+            removed.map_err(WriteError::io(&left))?;
         }
         Ok(part)
     }
@@ -166,10 +161,22 @@ impl Drop for Part {
     }
 }
 
-fn check_empty(output: &Path) -> Result<(), WriteError> {
-    match names(output)?.iter().all(|name| name == PART) {
-        true => Ok(()),
-        false => Err(taken(output)),
+/// Makes the directory, or takes an empty one; whether it was made.
+pub(crate) fn make_empty(path: &Path) -> Result<bool, WriteError> {
+    let exists = exists_empty(path)?;
+    if !exists {
+        fs::create_dir_all(path).map_err(WriteError::io(path))?;
+    }
+    Ok(!exists)
+}
+
+/// Whether there is a directory. It has to be empty, but for one that is being filled.
+fn exists_empty(path: &Path) -> Result<bool, WriteError> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(WriteError::io(path)(error)),
+        Ok(_) if names(path)?.iter().all(|name| name == PART) => Ok(true),
+        Ok(_) => Err(taken(path)),
     }
 }
 
@@ -180,19 +187,12 @@ fn names(directory: &Path) -> Result<Vec<OsString>, WriteError> {
     };
     read().map_err(|error| match error.kind() {
         ErrorKind::NotADirectory | ErrorKind::NotFound => taken(directory),
-        _ => io_error(directory)(error),
+        _ => WriteError::io(directory)(error),
     })
 }
 
 fn taken(path: &Path) -> WriteError {
     WriteError::Exists {
         path: path.to_owned(),
-    }
-}
-
-fn io_error(path: &Path) -> impl Fn(io::Error) -> WriteError {
-    move |source| WriteError::Io {
-        path: path.to_owned(),
-        source,
     }
 }

@@ -18,18 +18,20 @@ pub struct Qos {
     pub depth: u32,
 }
 
-/// Whether lost samples are sent again.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Whether lost samples are sent again; the stronger policy is greater.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", from = "Policy")]
 pub enum Reliability {
+    /// Never.
+    BestEffort,
     /// Until they are acknowledged.
     #[default]
     Reliable,
-    /// Never.
-    BestEffort,
 }
 
-/// Whether late joiners get earlier samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Whether late joiners get earlier samples; the stronger policy is greater.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", from = "Policy")]
 pub enum Durability {
     /// No.
     #[default]
@@ -38,16 +40,17 @@ pub enum Durability {
     TransientLocal,
 }
 
-/// Which samples are kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Which samples are kept; the one that may keep more is greater.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", from = "Policy")]
 pub enum History {
     /// The latest, as many as the depth says.
     #[default]
     KeepLast,
-    /// All.
-    KeepAll,
     /// Discovery does not tell.
     Unknown,
+    /// All.
+    KeepAll,
 }
 
 impl Default for Qos {
@@ -74,25 +77,14 @@ impl Qos {
 
     /// The profile as rosbag2 writes it into `metadata.yaml`.
     pub(crate) fn profile(&self) -> Profile {
-        let name = |name: &str| Policy::Name(name.to_owned());
         Profile {
-            history: name(match self.history {
-                History::KeepLast => "keep_last",
-                History::KeepAll => "keep_all",
-                History::Unknown => "unknown",
-            }),
+            history: self.history,
             depth: self.depth,
-            reliability: name(match self.reliability {
-                Reliability::Reliable => "reliable",
-                Reliability::BestEffort => "best_effort",
-            }),
-            durability: name(match self.durability {
-                Durability::Volatile => "volatile",
-                Durability::TransientLocal => "transient_local",
-            }),
+            reliability: self.reliability,
+            durability: self.durability,
             deadline: INFINITE,
             lifespan: INFINITE,
-            liveliness: name("automatic"),
+            liveliness: serde_yaml_ng::Value::from("automatic"),
             liveliness_lease_duration: INFINITE,
             avoid_ros_namespace_conventions: false,
         }
@@ -110,7 +102,7 @@ impl Qos {
             return Ok(Self::default());
         }
         let profiles: Vec<Profile> = yaml::read(text)?;
-        let profiles = profiles.iter().map(Self::from_profile);
+        let profiles = profiles.into_iter().map(Self::from);
         let together = profiles.reduce(|one, other| one.combine(other, u32::saturating_add));
         Ok(together.unwrap_or_default())
     }
@@ -122,59 +114,29 @@ impl Qos {
 
     /// The history is that of those that keep samples for late joiners, if there are any.
     fn combine(self, other: Self, depths: impl Fn(u32, u32) -> u32) -> Self {
-        let any = |found: fn(&Self) -> bool| found(&self) || found(&other);
         let (history, depth) = match (self.durability, other.durability) {
             (Durability::TransientLocal, Durability::Volatile) => (self.history, self.depth),
             (Durability::Volatile, Durability::TransientLocal) => (other.history, other.depth),
             _ => (
-                if any(|qos| qos.history == History::KeepAll) {
-                    History::KeepAll
-                } else if any(|qos| qos.history == History::Unknown) {
-                    History::Unknown
-                } else {
-                    History::KeepLast
-                },
+                self.history.max(other.history),
                 depths(self.depth, other.depth),
             ),
         };
         Self {
-            reliability: if any(|qos| qos.reliability == Reliability::Reliable) {
-                Reliability::Reliable
-            } else {
-                Reliability::BestEffort
-            },
-            durability: if any(|qos| qos.durability == Durability::TransientLocal) {
-                Durability::TransientLocal
-            } else {
-                Durability::Volatile
-            },
+            reliability: self.reliability.max(other.reliability),
+            durability: self.durability.max(other.durability),
             history,
             depth,
         }
     }
+}
 
-    fn from_profile(profile: &Profile) -> Self {
-        let reliability = if profile.reliability.is("best_effort", 2) {
-            Reliability::BestEffort
-        } else {
-            Reliability::Reliable
-        };
-        let durability = if profile.durability.is("transient_local", 1) {
-            Durability::TransientLocal
-        } else {
-            Durability::Volatile
-        };
-        let history = if profile.history.is("keep_all", 2) {
-            History::KeepAll
-        } else if profile.history.is("keep_last", 1) {
-            History::KeepLast
-        } else {
-            History::Unknown
-        };
+impl From<Profile> for Qos {
+    fn from(profile: Profile) -> Self {
         Self {
-            reliability,
-            durability,
-            history,
+            reliability: profile.reliability,
+            durability: profile.durability,
+            history: profile.history,
             depth: profile.depth,
         }
     }
@@ -182,19 +144,19 @@ impl Qos {
 
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Profile {
-    history: Policy,
+    history: History,
     depth: u32,
-    reliability: Policy,
-    durability: Policy,
+    reliability: Reliability,
+    durability: Durability,
     deadline: Duration,
     lifespan: Duration,
-    liveliness: Policy,
+    liveliness: serde_yaml_ng::Value,
     liveliness_lease_duration: Duration,
     avoid_ros_namespace_conventions: bool,
 }
 
 /// A policy by name, or by its number in `rmw/types.h` up to metadata version 8.
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(untagged)]
 enum Policy {
     Name(String),
@@ -206,6 +168,34 @@ impl Policy {
         match self {
             Self::Name(found) => found == name,
             Self::Number(found) => *found == number,
+        }
+    }
+}
+
+impl From<Policy> for Reliability {
+    fn from(policy: Policy) -> Self {
+        match policy.is("best_effort", 2) {
+            true => Self::BestEffort,
+            false => Self::Reliable,
+        }
+    }
+}
+
+impl From<Policy> for Durability {
+    fn from(policy: Policy) -> Self {
+        match policy.is("transient_local", 1) {
+            true => Self::TransientLocal,
+            false => Self::Volatile,
+        }
+    }
+}
+
+impl From<Policy> for History {
+    fn from(policy: Policy) -> Self {
+        match policy {
+            policy if policy.is("keep_all", 2) => Self::KeepAll,
+            policy if policy.is("keep_last", 1) => Self::KeepLast,
+            _ => Self::Unknown,
         }
     }
 }

@@ -17,8 +17,8 @@ pub(crate) fn length(path: &Path) -> io::Result<u64> {
     }
 }
 
-/// All of a regular file of at most `most` bytes.
-pub(crate) fn bytes(path: &Path, most: usize) -> io::Result<Vec<u8>> {
+/// The text of a regular file of at most `most` bytes.
+pub(crate) fn text(path: &Path, most: usize) -> io::Result<String> {
     let length = length(path)?;
     if length > most as u64 {
         return Err(io::Error::new(
@@ -26,11 +26,5 @@ pub(crate) fn bytes(path: &Path, most: usize) -> io::Result<Vec<u8>> {
             format!("{length} bytes, expected at most {most}"),
         ));
     }
-    fs::read(path)
-}
-
-/// The text of a regular file of at most `most` bytes.
-pub(crate) fn text(path: &Path, most: usize) -> io::Result<String> {
-    String::from_utf8(bytes(path, most)?)
-        .map_err(|error| io::Error::new(ErrorKind::InvalidData, error))
+    fs::read_to_string(path)
 }

@@ -36,16 +36,11 @@ impl Topic {
     /// Whether late joiners need its earlier messages: those of a publisher that keeps them, and whose type is no stream.
     /// Publishers keep streams too where that lets a lost sample be sent again, as those of lgvi do.
     pub fn is_latched(&self) -> bool {
-        is_latched(&self.name, &self.type_name, self.qos.durability)
+        let (transforms, fixed) = TRANSFORMS;
+        let is_stream = STREAMS.contains(&&*self.type_name)
+            || (self.type_name == transforms && !self.name.ends_with(fixed));
+        self.qos.durability == Durability::TransientLocal && !is_stream
     }
-}
-
-/// The same by name, type and durability.
-pub(crate) fn is_latched(name: &str, type_name: &str, durability: Durability) -> bool {
-    let (transforms, fixed) = TRANSFORMS;
-    let stream =
-        STREAMS.contains(&type_name) || (type_name == transforms && !name.ends_with(fixed));
-    durability == Durability::TransientLocal && !stream
 }
 
 /// A topic of a bag whose messages are not given out, nor counted.

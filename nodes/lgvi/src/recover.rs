@@ -111,14 +111,10 @@ fn describe(file: &RecoveredFile, f: &mut Formatter<'_>) -> fmt::Result {
             offset,
             bytes,
             reason,
-            messages,
             times,
         } = place;
         let reason = shown(reason);
         write!(f, "  left out {bytes} bytes at byte {offset}: {reason}")?;
-        if let Some(messages) = messages {
-            write!(f, "; {messages} messages")?;
-        }
         if let Some((first, last)) = times {
             write!(f, "; log times {first} to {last} ns")?;
         }

@@ -62,8 +62,6 @@ pub(crate) struct Account {
     refused: Mutex<BTreeSet<String>>,
     /// Messages received that an error has kept out of the bag, by topic.
     unwritten: Mutex<BTreeMap<String, u64>>,
-    /// Latched messages that found no room at the head of a further file, by topic.
-    not_repeated: Mutex<BTreeMap<String, u64>>,
     /// The name of the scene that is flown.
     scene: OnceLock<String>,
     waits: AtomicU64,
@@ -120,18 +118,6 @@ impl Account {
             }
         }
         lock(&self.unwritten).clone_from(unwritten);
-    }
-
-    /// Takes note of latched messages that found no room to be repeated, and says so of each topic once.
-    pub(crate) fn not_repeated<'a>(&self, counts: impl Iterator<Item = (&'a str, u64)>) {
-        let mut known = lock(&self.not_repeated);
-        for (topic, count) in counts {
-            if known.insert(topic.to_owned(), count).is_none() {
-                warn!(
-                    "{topic}: {count} latched messages find no room at the head of further files, which lack them"
-                );
-            }
-        }
     }
 
     /// Takes note of the scene that is flown; the first one counts.
@@ -214,7 +200,6 @@ impl Account {
         let (waits, waited) = self.waits();
         let left_out: u64 = self.counts(|track| &track.left_out).values().sum();
         let refused = lock(&self.refused).len();
-        let not_repeated: u64 = lock(&self.not_repeated).values().sum();
         let said = if paused {
             format!("paused after {written} messages")
         } else {
@@ -224,19 +209,13 @@ impl Account {
             .when(total > 0, Level::Warn, "messages are missing")
             .when(waits > 0, Level::Warn, "writing does not keep up")
             .when(refused > 0, Level::Warn, "topics are not recorded")
-            .when(
-                not_repeated > 0,
-                Level::Warn,
-                "latched messages are not repeated",
-            )
             .value("messages written", written)
             .value("messages lost", total)
             .value("messages left out in pauses", left_out)
             .value("times waited", waits)
             .value("time waited (s)", format!("{waited:.3}"))
             .value("file", &*lock(&self.file))
-            .value("topics not recorded", refused)
-            .value("latched messages not repeated", not_repeated);
+            .value("topics not recorded", refused);
         lost.iter().fold(status, |status, (topic, lost)| {
             status.value(format!("messages lost on {topic}"), lost)
         })

@@ -117,13 +117,11 @@ impl Bag {
                 (flushed, unflushed) = (Instant::now(), false);
             }
             if untold && told.elapsed() >= COUNTS {
-                self.account.not_repeated(self.writer.not_repeated());
                 self.describe();
                 tell();
                 (told, untold) = (Instant::now(), false);
             }
         }
-        self.account.not_repeated(self.writer.not_repeated());
         tell();
         self.writer.finish(self.account.metadata())
     }

@@ -11,12 +11,14 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use entries::{File, TopicMetadata, TopicWithCount};
+pub(crate) use entries::File;
 pub(crate) use paths::within;
 
-use entries::{FileInformation, Nanoseconds, NanosecondsSinceEpoch, span};
+use entries::{
+    FileInformation, Nanoseconds, NanosecondsSinceEpoch, TopicMetadata, TopicWithCount, span,
+};
 
-use crate::{BagError, SERIALIZATION_FORMAT, Topic, regular, yaml};
+use crate::{BagError, SERIALIZATION_FORMAT, Topic, regular, times::around, yaml};
 
 /// The version that Jazzy writes, and the newest known.
 pub(crate) const VERSION: u32 = 9;
@@ -28,6 +30,9 @@ pub(crate) const RECORD: (&str, &str) = ("rosbag2", "serialized_metadata");
 pub(crate) const LISTED: usize = 64;
 
 const STORAGE: &str = "mcap";
+
+/// Key of how rosbag2 compressed whole files or messages itself (MCAP's own chunk compression is read).
+pub(crate) const COMPRESSION: &str = "compression_mode";
 
 /// The distribution whose message definitions and format are written.
 const ROS_DISTRO: &str = "jazzy";
@@ -48,7 +53,7 @@ pub(crate) struct Metadata {
     pub(crate) message_count: u64,
     topics_with_message_count: Vec<TopicWithCount>,
     #[serde(default)]
-    pub(crate) compression_format: String,
+    compression_format: String,
     #[serde(default)]
     pub(crate) compression_mode: String,
     pub(crate) relative_file_paths: Vec<String>,
@@ -57,7 +62,7 @@ pub(crate) struct Metadata {
     #[serde(default)]
     custom_data: Option<BTreeMap<String, String>>,
     #[serde(default)]
-    pub(crate) ros_distro: String,
+    ros_distro: String,
 }
 
 impl Metadata {
@@ -79,20 +84,9 @@ impl Metadata {
                 message_count,
             })
         });
-        let topics = topics.collect::<Result<_, serde_yaml_ng::Error>>()?;
-        Ok(Self::of(files, topics, custom))
-    }
-
-    /// Describes a bag of files and of topics as they are described.
-    pub(crate) fn of(
-        files: &[File],
-        topics_with_message_count: Vec<TopicWithCount>,
-        custom: BTreeMap<String, String>,
-    ) -> Self {
-        let times = files.iter().filter_map(|file| file.times);
-        let times = times.reduce(|(first, last), (start, end)| (first.min(start), last.max(end)));
-        let (starting_time, duration) = span(times);
-        Self {
+        let topics_with_message_count = topics.collect::<Result<_, serde_yaml_ng::Error>>()?;
+        let (starting_time, duration) = span(around(files.iter().filter_map(|file| file.times)));
+        Ok(Self {
             version: VERSION,
             storage_identifier: STORAGE.to_owned(),
             duration,
@@ -105,7 +99,7 @@ impl Metadata {
             files: files.iter().map(FileInformation::new).collect(),
             custom_data: Some(custom).filter(|custom| !custom.is_empty()),
             ros_distro: ROS_DISTRO.to_owned(),
-        }
+        })
     }
 
     /// The text that rosbag2 puts into the MCAP file: with the counts of the whole bag so far, but only so many of the files
@@ -140,15 +134,11 @@ impl Metadata {
             storage_identifier: Option<String>,
         }
 
-        let io_error = |source| BagError::Io {
-            path: file.to_owned(),
-            source,
-        };
         let yaml_error = |source| BagError::Metadata {
             file: file.to_owned(),
             source,
         };
-        let text = regular::text(file, yaml::MAX_TEXT).map_err(io_error)?;
+        let text = regular::text(file, yaml::MAX_TEXT).map_err(BagError::io(file))?;
         let versioned: Document<Versioned> = yaml::read(&text).map_err(yaml_error)?;
         let Versioned {
             version: found,
@@ -161,29 +151,32 @@ impl Metadata {
             });
         }
         if found > VERSION {
-            return Err(BagError::MetadataVersion {
-                file: file.to_owned(),
-                found,
-                newest: VERSION,
-            });
+            let expected = format!("at most {VERSION}");
+            return Err(BagError::unexpected(file, "version", found, expected));
         }
         let document: Document<Self> = yaml::read(&text).map_err(yaml_error)?;
         let metadata = document.rosbag2_bagfile_information;
-        metadata.check(file)?;
+        // Files and messages that are compressed with zstd are known by their first bytes.
+        let mode = metadata.compression_mode.to_lowercase();
+        if !["", "none"].contains(&&*mode) && metadata.compression_format != "zstd" {
+            return Err(metadata.compressed(file));
+        }
         Ok(metadata)
     }
 
-    fn check(&self, file: &Path) -> Result<(), BagError> {
-        // Files and messages that are compressed with zstd are known by their first bytes.
-        let mode = self.compression_mode.to_lowercase();
-        if !["", "none"].contains(&&*mode) && self.compression_format != "zstd" {
-            return Err(BagError::Compressed {
-                file: file.to_owned(),
-                mode: self.compression_mode.clone(),
-                format: self.compression_format.clone(),
-            });
-        }
-        Ok(())
+    pub(crate) fn compressed(&self, file: &Path) -> BagError {
+        let Self {
+            compression_mode: mode,
+            compression_format: format,
+            ..
+        } = self;
+        let found = format!("{mode:?} ({format})");
+        BagError::unexpected(
+            file,
+            COMPRESSION,
+            found,
+            "none; convert the bag: ros2 bag convert",
+        )
     }
 
     /// Number of messages of each topic.

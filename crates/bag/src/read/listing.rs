@@ -2,8 +2,9 @@
 
 use std::{
     cmp::Ordering,
-    collections::BTreeSet,
-    fs,
+    collections::{BTreeMap, BTreeSet},
+    ffi::OsString,
+    fs, io,
     path::{Path, PathBuf},
 };
 
@@ -15,12 +16,11 @@ use crate::{
 /// Endings of names of MCAP files, as a whole compressed ones included.
 const MCAP_FILES: [&str; 2] = [".mcap", ".mcap.zstd"];
 
-/// Endings of names of what bags were stored in before, and the storage's name.
-const OTHER_FILES: [(&str, &str); 3] = [
-    (".db3", "sqlite3"),
-    (".db3.zstd", "sqlite3"),
-    (".bag", "ROS 1 bag"),
-];
+/// What is told of a file in `metadata.yaml`.
+const LISTED: &str = "a listed file";
+
+/// Largest number of a file that is taken to count the files before it.
+const LARGEST_NUMBER: u64 = 10_000;
 
 /// A bag's MCAP files in their order, and its `metadata.yaml` if it has one.
 #[derive(Default)]
@@ -38,11 +38,7 @@ pub(crate) struct Listing {
 impl Listing {
     /// Of a bag's directory, or a single file.
     pub fn read(path: &Path) -> Result<Self, BagError> {
-        let io_error = |source| BagError::Io {
-            path: path.to_owned(),
-            source,
-        };
-        if !fs::metadata(path).map_err(io_error)?.is_dir() {
+        if !fs::metadata(path).map_err(BagError::io(path))?.is_dir() {
             return Ok(Self {
                 files: vec![path.to_owned()],
                 ..Self::default()
@@ -59,10 +55,8 @@ impl Listing {
         let metadata = Metadata::read(&file)?;
         let within = |listed: &String| {
             let found = within(listed, metadata.version).map(|relative| path.join(relative));
-            found.ok_or_else(|| BagError::Outside {
-                file: file.clone(),
-                listed: listed.clone(),
-            })
+            let expected = "a path within the bag's directory";
+            found.ok_or_else(|| BagError::unexpected(&file, LISTED, listed, expected))
         };
         let mut files: Vec<PathBuf> = Vec::new();
         let mut known = BTreeSet::new();
@@ -72,10 +66,13 @@ impl Listing {
             if known.insert(listed.clone()) {
                 files.push(listed);
             } else {
-                faults.push(BagError::Twice {
-                    file: file.clone(),
+                let listed = listed.display();
+                faults.push(BagError::unexpected(
+                    &file,
+                    LISTED,
                     listed,
-                });
+                    "each file once",
+                ));
             }
         }
         let mut others = mcap_files(path).unwrap_or_default();
@@ -93,42 +90,58 @@ impl Listing {
 
 /// The MCAP files of a directory in their natural order.
 pub(crate) fn mcap_files(directory: &Path) -> Result<Vec<PathBuf>, BagError> {
-    let io_error = |source| BagError::Io {
-        path: directory.to_owned(),
-        source,
+    let names = || {
+        let entries = fs::read_dir(directory)?;
+        entries
+            .map(|entry| Ok(entry?.file_name()))
+            .collect::<io::Result<_>>()
     };
-    let mut names = Vec::new();
-    let mut other = None;
-    for entry in fs::read_dir(directory).map_err(io_error)? {
-        let name = entry.map_err(io_error)?.file_name();
-        let text = name.to_string_lossy();
-        if MCAP_FILES.iter().any(|ending| text.ends_with(ending)) {
-            names.push(name);
-        } else if let Some((_, storage)) = OTHER_FILES
-            .iter()
-            .find(|(ending, _)| text.ends_with(ending))
-        {
-            other = Some((directory.join(&name), *storage));
-        }
-    }
+    let mut names: Vec<OsString> = names().map_err(BagError::io(directory))?;
+    names.retain(|name| {
+        let name = name.to_string_lossy();
+        MCAP_FILES.iter().any(|ending| name.ends_with(ending))
+    });
     if names.is_empty() {
-        return Err(match other {
-            Some((file, found)) => BagError::Storage {
-                file,
-                found: found.to_owned(),
-            },
-            None => BagError::NoBag {
-                path: directory.to_owned(),
-            },
+        return Err(BagError::NoBag {
+            path: directory.to_owned(),
         });
     }
-    names.sort_by(|a, b| natural(a.as_encoded_bytes(), b.as_encoded_bytes()).then(a.cmp(b)));
-    Ok(names.iter().map(|name| directory.join(name)).collect())
+    let mut files: Vec<_> = names.iter().map(|name| directory.join(name)).collect();
+    files.sort_by(|a, b| natural(a, b));
+    Ok(files)
+}
+
+/// The files that are not there, of bags whose first one is.
+pub(crate) fn gaps(names: &[PathBuf]) -> Vec<PathBuf> {
+    let mut bags = BTreeMap::<_, BTreeSet<u64>>::new();
+    for (bag, number) in names.iter().filter_map(|name| numbered(name.to_str()?)) {
+        bags.entry(bag).or_default().insert(number);
+    }
+    let mut gaps = Vec::new();
+    for (bag, numbers) in bags {
+        let last = numbers.last().copied().unwrap_or(0);
+        if numbers.contains(&0) && last <= LARGEST_NUMBER {
+            let gone = (0..last).filter(|number| !numbers.contains(number));
+            gaps.extend(gone.map(|number| format!("{bag}_{number}.mcap").into()));
+        }
+    }
+    gaps
+}
+
+/// `run` and 7 of `run_7.mcap`.
+fn numbered(name: &str) -> Option<(&str, u64)> {
+    let (bag, digits) = name.strip_suffix(".mcap")?.rsplit_once('_')?;
+    let number: u64 = digits.parse().ok()?;
+    (number.to_string() == digits).then_some((bag, number))
 }
 
 /// Order of names in which numbers count as such: `run_2` is before `run_10`.
-pub(crate) fn natural(a: &[u8], b: &[u8]) -> Ordering {
-    let (mut a, mut b) = (a, b);
+pub(crate) fn natural(a: &Path, b: &Path) -> Ordering {
+    let [first, second] = [a, b].map(|path| path.as_os_str().as_encoded_bytes());
+    by_numbers(first, second).then(a.cmp(b))
+}
+
+fn by_numbers(mut a: &[u8], mut b: &[u8]) -> Ordering {
     loop {
         let (number_a, number_b) = (digits(a), digits(b));
         if !number_a.is_empty() && !number_b.is_empty() {
@@ -171,12 +184,29 @@ mod tests {
         let mut names = [
             "run_10", "run_9", "run", "run_010", "a_2_1", "a_10_1", "run_2",
         ];
-        names.sort_by(|a, b| natural(a.as_bytes(), b.as_bytes()).then(a.cmp(b)));
+        names.sort_by(|a, b| natural(a.as_ref(), b.as_ref()));
         assert_eq!(
             names,
             [
                 "a_2_1", "a_10_1", "run", "run_2", "run_9", "run_010", "run_10"
             ]
         );
+    }
+    #[test]
+    fn gaps_are_between_a_bag_s_first_file_and_its_last() {
+        let gaps_of = |names: &[&str]| {
+            let names: Vec<_> = names.iter().map(PathBuf::from).collect();
+            let found = gaps(&names).into_iter();
+            found
+                .map(|name| name.display().to_string())
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(
+            gaps_of(&["a_0.mcap", "a_3.mcap", "b_0.mcap", "b_1.mcap"]),
+            ["a_1.mcap", "a_2.mcap"]
+        );
+        assert!(gaps_of(&["a_5.mcap", "a_7.mcap"]).is_empty());
+        assert!(gaps_of(&["a_0.mcap", "a_20240131.mcap"]).is_empty());
+        assert!(gaps_of(&["a_0.mcap", "a_02.mcap", "a.mcap", "7.mcap"]).is_empty());
     }
 }

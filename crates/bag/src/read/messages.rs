@@ -3,7 +3,7 @@
 use std::{
     borrow::Cow,
     cmp::Reverse,
-    collections::{BinaryHeap, VecDeque, binary_heap::PeekMut},
+    collections::{BTreeMap, BinaryHeap, VecDeque, binary_heap::PeekMut},
     io::Read,
 };
 
@@ -42,8 +42,10 @@ pub struct Messages<'a> {
     wanted: Vec<bool>,
     /// Not yet read, by file and in order.
     spans: VecDeque<(usize, &'a Span)>,
-    /// Read, not yet given out, by their next messages.
-    batches: BinaryHeap<Reverse<Active>>,
+    /// Read, not yet given out, by file and offset.
+    batches: BTreeMap<(usize, u64), Batch>,
+    /// The next message of each batch.
+    next: BinaryHeap<Reverse<Position>>,
     /// Bytes of memory that the batches take.
     held: usize,
 }
@@ -54,31 +56,6 @@ struct Position {
     log_time: u64,
     file: usize,
     offset: u64,
-}
-
-struct Active {
-    position: Position,
-    batch: Batch,
-}
-
-impl PartialEq for Active {
-    fn eq(&self, other: &Self) -> bool {
-        self.position == other.position
-    }
-}
-
-impl Eq for Active {}
-
-impl PartialOrd for Active {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Active {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.position.cmp(&other.position)
-    }
 }
 
 impl<'a> Messages<'a> {
@@ -104,7 +81,8 @@ impl<'a> Messages<'a> {
             start,
             wanted,
             spans: spans.into(),
-            batches: BinaryHeap::new(),
+            batches: BTreeMap::new(),
+            next: BinaryHeap::new(),
             held: 0,
         }
     }
@@ -112,8 +90,8 @@ impl<'a> Messages<'a> {
     /// Reads spans until no unread one can hold a message before the next one.
     fn fill(&mut self) -> Result<(), BagError> {
         while let Some(&(file, span)) = self.spans.front() {
-            let next = self.batches.peek();
-            if next.is_some_and(|Reverse(next)| next.position < Position::start_of(file, span)) {
+            let start = Position::start_of(file, span);
+            if self.next.peek().is_some_and(|Reverse(next)| *next < start) {
                 break;
             }
             self.spans.pop_front();
@@ -134,20 +112,18 @@ impl<'a> Messages<'a> {
             })?;
             if let Some(log_time) = batch.next_time() {
                 self.held += batch.memory();
-                let position = Position {
-                    log_time,
-                    ..Position::start_of(file, span)
-                };
-                self.batches.push(Reverse(Active { position, batch }));
+                self.next.push(Reverse(Position { log_time, ..start }));
+                self.batches.insert((file, span.offset), batch);
             }
         }
         Ok(())
     }
 
     fn pop(&mut self) -> Option<Result<Message<'a>, BagError>> {
-        let mut next = self.batches.peek_mut()?;
-        let Reverse(Active { position, batch }) = &mut *next;
+        let mut next = self.next.peek_mut()?;
+        let Reverse(position) = &mut *next;
         let Position { file, offset, .. } = *position;
+        let batch = self.batches.get_mut(&(file, offset))?;
         let (header, data) = batch.pop()?;
         let topic_index = self.bag.channels[file][&header.channel_id];
         let data = unpacked(data).map(Cow::into_owned);
@@ -156,6 +132,7 @@ impl<'a> Messages<'a> {
         } else {
             self.held -= batch.memory();
             PeekMut::pop(next);
+            self.batches.remove(&(file, offset));
         }
         let message = data.map(|data| Message {
             topic: &self.bag.topics[topic_index],
@@ -189,7 +166,7 @@ impl<'a> Iterator for Messages<'a> {
         };
         if let Some(Err(_)) = next {
             self.spans.clear();
-            self.batches.clear();
+            self.next.clear();
         }
         next
     }

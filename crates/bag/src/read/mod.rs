@@ -5,7 +5,6 @@ mod file;
 mod listing;
 mod messages;
 mod reader;
-mod siblings;
 
 pub use file::Chunks;
 pub use messages::{Message, Messages};
@@ -13,10 +12,9 @@ pub use reader::{BagFile, BagReader};
 
 pub(crate) use {
     file::{
-        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, McapFile, Schema, refuse_other, schema,
-        unpack,
+        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, Source, has_end, refuse_other, schema,
+        summary, topic, unpack,
     },
-    listing::{mcap_files, natural},
+    listing::{gaps, mcap_files, natural},
     messages::unpacked,
-    siblings::siblings,
 };

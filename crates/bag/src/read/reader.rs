@@ -3,7 +3,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Chunks, Messages, file::McapFile, listing::Listing};
+use super::{
+    Chunks, Messages,
+    file::McapFile,
+    listing::{Listing, gaps},
+};
 use crate::{
     BagError, LeftOutTopic, Topic,
     metadata::Metadata,
@@ -44,7 +48,7 @@ pub struct BagFile<'a> {
     pub size: u64,
     /// Its chunks by their compression, which is empty for none.
     pub chunks: &'a BTreeMap<String, Chunks>,
-    /// First and last log time (ns) of its messages, without those of topics left out.
+    /// First and last log time (ns) of its messages.
     pub times: Option<(u64, u64)>,
     /// Number of its messages, without those of topics left out, if it tells.
     pub messages: Option<u64>,
@@ -62,33 +66,15 @@ impl BagReader {
     /// # Errors
     /// See [`BagError`]. Damage within messages is found when they are read.
     pub fn open(path: &Path) -> Result<Self, BagError> {
-        let Listing {
-            files,
-            metadata,
-            unlisted,
-            faults,
-            odd,
-        } = Listing::read(path)?;
+        let mut listing = Listing::read(path)?;
+        let (mut reader, faults) = Self::assemble(&mut listing, McapFile::open)?;
         if let Some(fault) = faults.into_iter().next() {
             return Err(fault);
         }
-        let mut reader = Self::open_files(files)?;
-        reader.unlisted = unlisted;
-        reader.odd = odd;
-        if let Some((file, metadata)) = metadata {
-            reader.check_counts(&metadata, &file)?;
-            reader.describe(metadata);
+        if let Some((file, metadata)) = &listing.metadata {
+            reader.check_counts(metadata, file)?;
         }
-        Ok(reader)
-    }
-
-    /// Opens the files of a bag.
-    pub(crate) fn open_files(files: Vec<PathBuf>) -> Result<Self, BagError> {
-        let files = files.iter().map(|file| McapFile::open(file));
-        let mut reader = Self::new(files.collect::<Result<_, _>>()?, None, Vec::new());
-        for file in reader.files.iter().skip(1) {
-            reader.repeated.push(file.repeated_messages()?);
-        }
+        reader.describe(listing);
         Ok(reader)
     }
 
@@ -98,38 +84,40 @@ impl BagReader {
     /// # Errors
     /// It is no bag, or none of its files has a readable beginning.
     pub fn open_damaged(path: &Path) -> Result<(Self, Vec<BagError>), BagError> {
-        let Listing {
-            files,
-            metadata,
-            unlisted,
-            mut faults,
-            odd,
-        } = Listing::read(path)?;
+        let mut listing = Listing::read(path)?;
+        let open =
+            |file: &Path| McapFile::open(file).or_else(|fault| McapFile::open_damaged(file, fault));
+        let (mut reader, faults) = Self::assemble(&mut listing, open)?;
+        reader.describe(listing);
+        Ok((reader, faults))
+    }
+
+    /// Opens the files of a bag, of which there must be one; the faults of the others.
+    fn assemble(
+        listing: &mut Listing,
+        open: impl Fn(&Path) -> Result<McapFile, BagError>,
+    ) -> Result<(Self, Vec<BagError>), BagError> {
+        let mut faults = std::mem::take(&mut listing.faults);
         let mut opened = Vec::new();
-        for file in &files {
-            match McapFile::open(file).or_else(|fault| McapFile::open_damaged(file, fault)) {
+        for file in &listing.files {
+            match open(file) {
                 Ok(file) => opened.push(file),
                 Err(error) => faults.push(error),
             }
         }
-        if opened.is_empty()
-            && let Some(error) = faults.pop()
-        {
-            return Err(error);
+        if opened.is_empty() && !faults.is_empty() {
+            return Err(faults.swap_remove(0));
         }
-        let mut reader = Self::new(opened, unlisted, odd);
+        let mut reader = Self::new(opened);
         for file in reader.files.iter().skip(1) {
-            reader
-                .repeated
-                .push(file.repeated_messages().unwrap_or_default());
-        }
-        if let Some((_, metadata)) = metadata {
-            reader.describe(metadata);
+            let repeated = file.repeated_messages();
+            let repeated = repeated.map_err(|error| faults.push(error));
+            reader.repeated.push(repeated.unwrap_or_default());
         }
         Ok((reader, faults))
     }
 
-    fn new(files: Vec<McapFile>, unlisted: Option<PathBuf>, odd: Vec<BagError>) -> Self {
+    fn new(files: Vec<McapFile>) -> Self {
         let mut topics: Vec<Topic> = Vec::new();
         let mut indexes = BTreeMap::new();
         let mut index_of = |topic: &Topic| {
@@ -165,13 +153,18 @@ impl BagReader {
             topics,
             repeated: vec![BTreeMap::new()],
             custom: BTreeMap::new(),
-            unlisted,
-            odd,
+            unlisted: None,
+            odd: Vec::new(),
         }
     }
 
-    /// Takes over what only the metadata tells.
-    pub(crate) fn describe(&mut self, metadata: Metadata) {
+    /// Takes over what only the directory and the metadata tell.
+    fn describe(&mut self, listing: Listing) {
+        self.unlisted = listing.unlisted;
+        self.odd = listing.odd;
+        let Some((_, metadata)) = listing.metadata else {
+            return;
+        };
         // Other recorders than rosbag2 give the hash in one of the two places only.
         let hashes = metadata.type_hashes();
         for topic in &mut self.topics {
@@ -215,12 +208,8 @@ impl BagReader {
         let found = found.flat_map(BTreeMap::values);
         let found = sum(found.copied());
         // Topics that are left out may be counted or not.
-        if left_out.is_empty() && found != metadata.message_count {
-            return Err(BagError::Total {
-                file: metadata_file.to_owned(),
-                expected: metadata.message_count,
-                found,
-            });
+        if left_out.is_empty() {
+            check("all topics", metadata.message_count, found)?;
         }
         Ok(())
     }
@@ -264,7 +253,7 @@ impl BagReader {
             path: file.path(),
             size: file.size(),
             chunks: &file.contents.chunks,
-            times: file.times,
+            times: file.contents.times,
             messages: file.contents.counts.as_ref().map(|counts| {
                 let known = counts.iter();
                 let known = known.filter(|(channel, _)| file.topics.contains_key(channel));
@@ -275,9 +264,21 @@ impl BagReader {
         })
     }
 
-    /// First and last log time (ns), if the bag has messages; those of topics left out do not count.
+    /// Files that are not there, of a bag without `metadata.yaml`: the numbers in the names of the others have a gap there.
+    pub fn missing(&self) -> Vec<BagError> {
+        let Some(directory) = &self.unlisted else {
+            return Vec::new();
+        };
+        let names = self.files.iter().filter_map(|file| file.path().file_name());
+        let names: Vec<PathBuf> = names.map(PathBuf::from).collect();
+        let missing = gaps(&names).into_iter().map(|name| directory.join(name));
+        let missing = missing.filter(|file| !file.exists());
+        missing.map(|file| BagError::Missing { file }).collect()
+    }
+
+    /// First and last log time (ns), if the bag has messages.
     pub fn times(&self) -> Option<(u64, u64)> {
-        around(self.files.iter().filter_map(|file| file.times))
+        around(self.files.iter().filter_map(|file| file.contents.times))
     }
 
     /// All messages in the order of their log times, without those repeated at the head of a further file; those of one

@@ -3,7 +3,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use mcap::McapError;
 use thiserror::Error;
 
 use crate::{BagError, WriteError};
@@ -11,33 +10,14 @@ use crate::{BagError, WriteError};
 /// Why a bag cannot be recovered.
 #[derive(Debug, Error)]
 pub enum RecoverError {
-    /// A file of the damaged bag cannot be read.
-    #[error("{path}: {source}", path = .path.display())]
-    Read {
-        /// File or directory.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A directory without any MCAP file.
-    #[error("{path}: found no .mcap file, expected a bag", path = .path.display())]
-    NoBag {
-        /// The directory.
-        path: PathBuf,
-    },
+    /// The damaged bag cannot be read, or is of a kind that is not recovered.
+    #[error(transparent)]
+    Bag(#[from] BagError),
     /// A writer has the bag open.
     #[error("{file}: is being written, expected a bag whose recorder has ended", file = .file.display())]
     BeingWritten {
         /// The file that is being written.
         file: PathBuf,
-    },
-    /// Nothing in the file is of MCAP.
-    #[error("{file}: starts with {found:02x?} and holds no MCAP record, expected an MCAP file", file = .file.display())]
-    NotMcap {
-        /// The file.
-        file: PathBuf,
-        /// Its first bytes.
-        found: Vec<u8>,
     },
     /// No message can be read, of a bag that had some.
     #[error("{bag}: nothing is readable of {bytes} bytes{what}", bag = .bag.display(), what = what(*missing, reason))]
@@ -51,41 +31,25 @@ pub enum RecoverError {
         /// What is wrong with the first place that was left out, if any was.
         reason: Option<String>,
     },
-    /// The bag is of a kind that is not recovered.
-    #[error(transparent)]
-    Kind(BagError),
     /// The new bag cannot be written; the damaged one is as it was.
     #[error(transparent)]
-    Write(#[from] WriteError),
+    Write(WriteError),
 }
 
 impl RecoverError {
-    /// For what reading `path` gives.
-    pub(super) fn read(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |source| Self::Read {
-            path: path.to_owned(),
-            source,
-        }
-    }
-
     /// For what writing `path` gives.
     pub(super) fn write(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |source| {
-            Self::Write(WriteError::Io {
-                path: path.to_owned(),
-                source,
-            })
-        }
+        move |source| Self::Write(WriteError::io(path)(source))
     }
+}
 
-    /// For what writing the MCAP file `path` gives.
-    pub(super) fn mcap(path: &Path) -> impl Fn(McapError) -> Self {
-        move |source| {
-            Self::write(path)(match source {
-                McapError::Io(source) => source,
-                other => io::Error::other(other),
-            })
-        }
+impl From<WriteError> for RecoverError {
+    fn from(error: WriteError) -> Self {
+        Self::Write(match error {
+            // What is left of a new bag that is incomplete is removed.
+            WriteError::Failed { path, source, .. } => WriteError::Io { path, source },
+            error => error,
+        })
     }
 }
 

@@ -58,9 +58,7 @@ pub struct LeftOut {
     pub bytes: u64,
     /// What is wrong with it.
     pub reason: String,
-    /// Messages that were lost with it, if that is known.
-    pub messages: Option<u64>,
-    /// Log times (ns) between which they lie, if that is known.
+    /// First and last log time (ns) of its messages, if that is known.
     pub times: Option<(u64, u64)>,
 }
 

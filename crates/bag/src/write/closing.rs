@@ -13,9 +13,6 @@ use crate::{
 const ERROR: &str = "error";
 const UNWRITTEN: &str = "unwritten";
 
-/// Key, with `:<topic>`, of how many latched messages found no room to be repeated.
-const NOT_REPEATED: &str = "not_repeated";
-
 /// What is called when the bag has to be closed after an error.
 pub(crate) type LastWords =
     Box<dyn FnMut(&mut BTreeMap<String, u64>) -> BTreeMap<String, String> + Send>;
@@ -135,7 +132,7 @@ impl BagWriter {
         let Some(file) = self.file.take() else {
             return;
         };
-        let description = describe(&file);
+        let description = self.describe(&file);
         self.closed.push(Closed {
             file: description,
             bytes,
@@ -150,12 +147,22 @@ impl BagWriter {
     /// The bag with the file that is being written, as far as its chunks are written.
     fn metadata(&self) -> io::Result<Metadata> {
         let closed = self.closed.iter().map(|closed| closed.file.clone());
-        let files: Vec<_> = closed.chain(self.file.as_ref().map(describe)).collect();
+        let files: Vec<_> = closed
+            .chain(self.file.as_ref().map(|file| self.describe(file)))
+            .collect();
         let counts = self.file.as_ref().map(McapWriter::counts);
         let counts = counts.into_iter().flatten().chain(std::iter::repeat(&0));
         let topics = self.topics.iter().zip(counts);
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
-        Metadata::new(&files, topics, self.custom_data()).map_err(io::Error::other)
+        Metadata::new(&files, topics, self.custom.clone()).map_err(io::Error::other)
+    }
+
+    fn describe(&self, file: &McapWriter) -> File {
+        File {
+            name: self.file_name.clone(),
+            times: file.times(),
+            messages: file.counts().iter().sum(),
+        }
     }
 
     /// Bytes that the description of the bag takes at most.
@@ -175,14 +182,6 @@ impl BagWriter {
         if let Some(file) = &mut self.file {
             file.describe(description);
         }
-    }
-
-    /// The custom data, with what the writer itself has to say.
-    pub(crate) fn custom_data(&self) -> BTreeMap<String, String> {
-        let not_repeated = self.not_repeated();
-        let counts = not_repeated
-            .map(|(topic, count)| (format!("{NOT_REPEATED}:{topic}"), count.to_string()));
-        self.custom.clone().into_iter().chain(counts).collect()
     }
 
     /// Has the custom data say what is missing, and gives how many messages that are.
@@ -236,15 +235,6 @@ impl BagWriter {
             bytes: files.map(|closed| closed.bytes).sum(),
             times: self.times,
         }
-    }
-}
-
-fn describe(file: &McapWriter) -> File {
-    let name = file.path().file_name().unwrap_or_default();
-    File {
-        name: name.to_string_lossy().into_owned(),
-        times: file.times(),
-        messages: file.counts().iter().sum(),
     }
 }
 

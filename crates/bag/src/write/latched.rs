@@ -25,10 +25,8 @@ pub(crate) struct Latched {
 struct Last {
     /// Of each publisher.
     depth: usize,
-    /// With their publishers; none where there is no room.
-    messages: VecDeque<(u128, Option<Kept>)>,
-    /// Messages beyond the most.
-    beyond: u64,
+    /// With their publishers.
+    messages: VecDeque<(u128, Kept)>,
 }
 
 impl Latched {
@@ -44,7 +42,6 @@ impl Latched {
         self.topics.push(topic.is_latched().then(|| Last {
             depth: topic.qos.assumed_depth() as usize,
             messages: VecDeque::new(),
-            beyond: 0,
         }));
     }
 
@@ -54,28 +51,35 @@ impl Latched {
         let Some(Some(last)) = self.topics.get_mut(topic) else {
             return;
         };
-        let of_publisher = |(other, _): &(u128, _)| *other == publisher;
-        let known = last.messages.iter().filter(|other| of_publisher(other));
-        let superseded = if known.count() >= last.depth {
-            let oldest = last.messages.iter().position(of_publisher);
-            oldest.and_then(|oldest| last.messages.remove(oldest))
-        } else if last.messages.len() >= MOST {
-            last.beyond += 1;
-            last.messages.pop_front()
+        let messages = &mut last.messages;
+        let of_publisher = |(other, _): &(u128, Kept)| *other == publisher;
+        let known = messages.iter().filter(|other| of_publisher(other)).count();
+        let superseded = if known >= last.depth {
+            let oldest = messages.iter().position(of_publisher);
+            oldest.and_then(|oldest| messages.remove(oldest))
+        } else if messages.len() >= MOST {
+            messages.pop_front()
         } else {
             None
         };
-        self.bytes -= superseded.map_or(0, |(_, kept)| size(kept.as_ref()));
+        self.bytes -= superseded.map_or(0, |(_, kept)| kept.data.len());
         let length = kept.data.len();
-        for (_, older) in &mut last.messages {
-            if self.bytes + length <= self.limit {
-                break;
-            }
-            self.bytes -= size(older.take().as_ref());
+        while self.bytes + length > self.limit {
+            let Some((_, older)) = messages.pop_front() else {
+                return;
+            };
+            self.bytes -= older.data.len();
         }
-        let kept = Some(kept).filter(|_| self.bytes + length <= self.limit);
-        self.bytes += size(kept.as_ref());
-        last.messages.push_back((publisher, kept));
+        self.bytes += length;
+        messages.push_back((publisher, kept));
+    }
+
+    /// Forgets all messages.
+    pub fn clear(&mut self) {
+        self.bytes = 0;
+        for last in self.topics.iter_mut().flatten() {
+            last.messages.clear();
+        }
     }
 
     /// Whether messages of the topic are kept.
@@ -86,25 +90,12 @@ impl Latched {
     /// The topic's messages that are kept, oldest first.
     pub fn messages(&self, topic: usize) -> impl Iterator<Item = &Kept> {
         let messages = self.last(topic).into_iter().flat_map(|last| &last.messages);
-        messages.filter_map(|(_, kept)| kept.as_ref())
-    }
-
-    /// How many more late joiners would get.
-    pub fn without_room(&self, topic: usize) -> u64 {
-        self.last(topic).map_or(0, |last| {
-            let messages = last.messages.iter();
-            let without = messages.filter(|(_, kept)| kept.is_none()).count();
-            without as u64 + last.beyond
-        })
+        messages.map(|(_, kept)| kept)
     }
 
     fn last(&self, topic: usize) -> Option<&Last> {
         self.topics.get(topic)?.as_ref()
     }
-}
-
-fn size(kept: Option<&Kept>) -> usize {
-    kept.map_or(0, |kept| kept.data.len())
 }
 
 #[cfg(test)]
@@ -177,8 +168,6 @@ mod tests {
             latched.push(0, publisher, message(7, 10));
         }
         assert_eq!(kept(&latched)[0].1.len(), MOST);
-        // Of the publishers before.
-        assert_eq!(latched.without_room(0), 4 + 1990 - MOST as u64);
     }
 
     #[test]
@@ -196,26 +185,5 @@ mod tests {
         latched.push(1, 0, message(5, 60));
         assert_eq!(kept(&latched), [(0, vec![0]), (1, vec![5])]);
         assert_eq!(latched.bytes, 100);
-    }
-
-    #[test]
-    fn what_has_no_room_is_counted_until_it_is_superseded() {
-        let mut latched = latched(100, &[2]);
-        latched.push(0, 1, message(0, 60));
-        latched.push(0, 1, message(1, 60));
-        assert_eq!(
-            (kept(&latched), latched.without_room(0)),
-            (vec![(0, vec![1])], 1)
-        );
-        latched.push(0, 2, message(2, 200));
-        assert_eq!((kept(&latched), latched.without_room(0)), (vec![], 3));
-        for sequence in 3..5 {
-            latched.push(0, 1, message(sequence, 10));
-        }
-        assert_eq!(
-            (kept(&latched), latched.without_room(0)),
-            (vec![(0, vec![3, 4])], 1)
-        );
-        assert_eq!(latched.bytes, 20);
     }
 }

@@ -9,5 +9,6 @@ mod sink;
 mod splitting;
 mod writer;
 
+pub(crate) use latched::Kept;
 pub use options::{BagOptions, BagSummary, Compression};
 pub use writer::{BagWriter, TopicId};

@@ -5,8 +5,9 @@ use std::{collections::BTreeMap, io, time::Duration};
 use mcap::records::MessageHeader;
 
 use super::{
-    BagOptions, BagWriter,
+    BagOptions, BagWriter, Compression, TopicId,
     closing::Fault,
+    latched::Kept,
     mcap_writer::{CHUNK, McapWriter},
 };
 use crate::{REPEATED, WriteError};
@@ -18,15 +19,38 @@ impl BagWriter {
     /// # Errors
     /// Writing fails, or the file is no longer where it was made.
     pub fn split(&mut self) -> Result<(), WriteError> {
+        let next = format!("{}_{}.mcap", self.name, self.closed.len() + 1);
+        self.split_into(next)
+    }
+
+    fn split_into(&mut self, file_name: String) -> Result<(), WriteError> {
         self.finish_chunk()?;
         if self.begin.is_none() {
             return Ok(());
         }
         let opened = self.close_file().and_then(|()| {
             self.begin = None;
+            self.file_name = file_name;
             self.open_file()
         });
         opened.map_err(|fault| self.fail(fault))
+    }
+
+    /// Goes on in a file of this name and compression, which repeats these messages in place of the last ones of each
+    /// publisher.
+    pub(crate) fn go_on_in(
+        &mut self,
+        file_name: String,
+        compression: Compression,
+        repeated: Vec<(TopicId, Kept)>,
+    ) -> Result<(), WriteError> {
+        self.options.compression = compression;
+        self.split_into(file_name)?;
+        self.latched.clear();
+        for (publisher, (topic, kept)) in (0..).zip(repeated) {
+            self.latched.push(topic.0, publisher, kept);
+        }
+        Ok(())
     }
 
     /// Whether a message of this log time belongs into the next file.
@@ -65,12 +89,10 @@ impl BagWriter {
         };
         let mut counts = BTreeMap::new();
         for topic in 0..self.topics.len() {
-            let recorded = &mut self.topics[topic];
-            recorded.not_repeated += self.latched.without_room(topic);
             let count = self.latched.messages(topic).count() as u64;
             self.repeated[topic] = count;
             if count > 0 {
-                counts.insert(recorded.topic.name.clone(), count.to_string());
+                counts.insert(self.topics[topic].topic.name.clone(), count.to_string());
             }
         }
         if !counts.is_empty() {

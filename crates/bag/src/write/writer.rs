@@ -13,7 +13,8 @@ use super::{
     mcap_writer::McapWriter,
 };
 use crate::{
-    CUSTOM_DATA, Topic, WriteError, directory, read::MAX_RECORD_LENGTH, record::MESSAGE_HEADER,
+    CUSTOM_DATA, Topic, WriteError, new_directory::make_empty, read::MAX_RECORD_LENGTH,
+    record::MESSAGE_HEADER,
 };
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
@@ -28,7 +29,7 @@ const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - MESSAGE_HEADER;
 
 /// A topic of a [`BagWriter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct TopicId(usize);
+pub struct TopicId(pub(crate) usize);
 
 /// Writes a bag, of one MCAP file or, with limits or [`split`](Self::split), of several.
 ///
@@ -40,8 +41,7 @@ pub struct TopicId(usize);
 /// Of each topic that [is latched](Topic::is_latched) the last messages of each publisher, as many as its depth, stand
 /// again at the head of each further file, logged at the time of the file's first message. A metadata record named
 /// `lgvi_repeated` before them says how many each topic has. Of all topics together 64 MiB are kept at most, or half of
-/// [`BagOptions::max_bytes`] if that is less, and 1000 messages of each. What finds no room is not repeated; the key
-/// `not_repeated:<topic>` in the custom data counts it, file by file ([`not_repeated`](Self::not_repeated)).
+/// [`BagOptions::max_bytes`] if that is less, and 1000 messages of each. What finds no room is not repeated.
 ///
 /// # Errors while writing
 /// When a file cannot be written on, everything up to the last complete chunk is closed as a bag, with `metadata.yaml`;
@@ -72,6 +72,8 @@ pub struct BagWriter {
     pub(crate) closed: Vec<Closed>,
     /// The file that is being written; none after an error.
     pub(crate) file: Option<McapWriter>,
+    /// Its name.
+    pub(crate) file_name: String,
     /// Log time of the first message of that file, apart from those repeated.
     pub(crate) begin: Option<u64>,
     /// How many messages of each topic are repeated in that file.
@@ -90,8 +92,6 @@ pub(crate) struct RecordedTopic {
     pub messages: u64,
     /// How many of them are repeated.
     pub repeated: u64,
-    /// Messages that should have been repeated, and found no room.
-    pub not_repeated: u64,
 }
 
 impl BagWriter {
@@ -100,14 +100,31 @@ impl BagWriter {
     /// # Errors
     /// The directory exists and is not empty, has no usable name, or cannot be written.
     pub fn create(directory: &Path, options: BagOptions) -> Result<Self, WriteError> {
-        let name = directory::name(directory)?;
-        let made = directory::make_empty(directory)?;
+        let name = directory.file_name().and_then(|name| name.to_str());
+        let name = name.ok_or_else(|| WriteError::NoName {
+            path: directory.to_owned(),
+        })?;
+        let made = make_empty(directory)?;
+        let opened = Self::open(directory, name, format!("{name}_0.mcap"), options);
+        if made && opened.is_err() {
+            let _ = fs::remove_dir(directory);
+        }
+        opened
+    }
+
+    /// Begins a bag in a directory that is there, with a file of this name; further ones are numbered after `name`.
+    pub(crate) fn open(
+        directory: &Path,
+        name: &str,
+        file_name: String,
+        options: BagOptions,
+    ) -> Result<Self, WriteError> {
         let latched = options
             .max_bytes
             .map_or(LATCHED, |most| LATCHED.min(most.get() / 2));
         let mut writer = Self {
             directory: directory.to_owned(),
-            name,
+            name: name.to_owned(),
             options,
             max_index: INDEX,
             custom: BTreeMap::new(),
@@ -118,25 +135,20 @@ impl BagWriter {
             latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
             closed: Vec::new(),
             file: None,
+            file_name,
             begin: None,
             repeated: Vec::new(),
             times: None,
             last_words: None,
         };
         let opened = writer.open_file();
-        opened.map_err(|Fault { path, source }| {
-            if made {
-                let _ = fs::remove_dir(directory);
-            }
-            WriteError::Io { path, source }
-        })?;
+        opened.map_err(|Fault { path, source }| WriteError::Io { path, source })?;
         Ok(writer)
     }
 
     /// The MCAP file that is being written.
     pub fn path(&self) -> PathBuf {
-        self.directory
-            .join(format!("{}_{}.mcap", self.name, self.closed.len()))
+        self.directory.join(&self.file_name)
     }
 
     /// Custom data for `metadata.yaml`, should the bag have to be closed after an error, of each file that is closed from
@@ -183,7 +195,6 @@ impl BagWriter {
             taken: 0,
             messages: 0,
             repeated: 0,
-            not_repeated: 0,
         });
         let index = self.topics.len() - 1;
         self.indexes.insert(topic.name.clone(), index);
@@ -270,10 +281,10 @@ impl BagWriter {
     /// Writing fails, or the file is no longer where it was made.
     pub fn flush(&mut self) -> Result<(), WriteError> {
         self.finish_chunk()?;
-        let custom = self.custom_data();
-        if custom == self.flushed {
+        if self.custom == self.flushed {
             return Ok(());
         }
+        let custom = self.custom.clone();
         if let Err(source) = self.file()?.write_metadata(CUSTOM_DATA, custom.clone()) {
             return Err(self.fail_on_file(source));
         }
@@ -286,13 +297,6 @@ impl BagWriter {
         let file = self.file()?;
         let finished = file.check_place().and_then(|()| file.finish_chunk());
         finished.map_err(|source| self.fail_on_file(source))
-    }
-
-    /// Latched messages that found no room to be repeated, summed over the files so far, of each topic that has such.
-    pub fn not_repeated(&self) -> impl Iterator<Item = (&str, u64)> {
-        let topics = self.topics.iter();
-        let counts = topics.map(|topic| (&*topic.topic.name, topic.not_repeated));
-        counts.filter(|(_, count)| *count > 0)
     }
 
     /// Completes the file and writes `metadata.yaml` with the given custom data.

@@ -12,8 +12,8 @@ use std::{
 
 use common::{Read, chunks, payload, random, read_all, topic};
 use lgvi_bag::{
-    BagOptions, BagReader, BagWriter, Compression, Durability, Qos, RecoverError, Recovery,
-    recover, recover_in_place,
+    BagError, BagOptions, BagReader, BagWriter, Compression, Durability, Qos, RecoverError,
+    Recovery, recover, recover_in_place,
 };
 use tempfile::TempDir;
 
@@ -321,17 +321,24 @@ fn bags_without_anything_readable() {
     let attempt = |name: &str| recover(&bag, &folder.path().join(name));
     // The recorder had not even made its file.
     let error = attempt("none").unwrap_err();
-    assert!(matches!(error, RecoverError::NoBag { .. }), "{error}");
+    assert!(
+        matches!(error, RecoverError::Bag(BagError::NoBag { .. })),
+        "{error}"
+    );
     fs::write(bag.join("run_0.mcap"), b"").unwrap();
     let error = attempt("empty").unwrap_err();
     assert!(matches!(error, RecoverError::Nothing { .. }), "{error}");
     fs::write(bag.join("run_0.mcap"), b"[package]\nname = \"lgvi_bag\"\n").unwrap();
     let error = attempt("text").unwrap_err();
-    assert!(matches!(error, RecoverError::NotMcap { .. }), "{error}");
+    let what = "it starts with [5b, 70,";
+    assert!(error.to_string().contains(what), "{error}");
     fs::remove_file(bag.join("run_0.mcap")).unwrap();
     fs::write(bag.join("notes.txt"), b"").unwrap();
     let error = attempt("no_bag").unwrap_err();
-    assert!(matches!(error, RecoverError::NoBag { .. }), "{error}");
+    assert!(
+        matches!(error, RecoverError::Bag(BagError::NoBag { .. })),
+        "{error}"
+    );
     let database = "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n";
     fs::write(bag.join("metadata.yaml"), database).unwrap();
     let error = attempt("sqlite3").unwrap_err();
@@ -392,7 +399,9 @@ fn in_place_keeps_what_was_damaged() {
     fs::write(&middle, &bytes).unwrap();
     let recovery = recover_in_place(&bag).unwrap();
     assert!(!recovery.is_whole());
+    // All messages of the file were in one chunk.
     let mut expected = intact;
+    expected.remove("run_1.mcap");
     expected.insert("run_1.mcap.damaged".to_owned());
     assert_eq!(names(), expected);
     assert_eq!(fs::read(bag.join("run_1.mcap.damaged")).unwrap(), bytes);

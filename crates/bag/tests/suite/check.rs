@@ -4,10 +4,7 @@ use std::{collections::BTreeMap, fs, path::Path, slice::from_ref};
 
 use crate::common::{payload, topic};
 use lgvi_bag::{BagError, BagReader, Damage, Qos};
-use mcap::{
-    WriteOptions,
-    records::{MessageHeader, op},
-};
+use mcap::{WriteOptions, records::MessageHeader};
 
 const MESSAGES: u32 = 100;
 
@@ -155,65 +152,4 @@ fn times_that_are_not_those_of_the_chunks_are_found() {
     let found = faults_of(0, 100);
     disagrees(&found, "log times", "(0, 100)", "(0, 99)");
     assert_eq!(faults_of(0, 0).len() + faults_of(0, 99).len(), 0);
-}
-
-/// Length of a footer with its prefix and of the magic bytes behind it.
-const FOOTER: usize = 9 + 20 + 8;
-
-/// Length of a summary offset with its prefix.
-const SUMMARY_OFFSET: usize = 9 + 1 + 8 + 8;
-
-/// A file with further summary offsets before its footer.
-fn with_summary_offsets(offsets: &[u8]) -> Vec<u8> {
-    let mut bytes = file();
-    let footer = bytes.len() - FOOTER;
-    bytes.splice(footer..footer, offsets.iter().copied());
-    bytes
-}
-
-fn summary_offset(group: u8, start: u64, length: u64) -> Vec<u8> {
-    let (start, length) = (start.to_le_bytes(), length.to_le_bytes());
-    [
-        &[op::SUMMARY_OFFSET],
-        &17_u64.to_le_bytes()[..],
-        &[group],
-        &start,
-        &length,
-    ]
-    .concat()
-}
-
-/// Python's writer lists every kind of record.
-#[test]
-fn a_group_of_no_records_may_be_listed() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("file.mcap");
-    let empty = summary_offset(op::ATTACHMENT_INDEX, 700, 0);
-    let found = faults(&path, &with_summary_offsets(&empty));
-    assert!(found.is_empty(), "{found:?}");
-    let not_empty = summary_offset(op::CHUNK_INDEX, 700, 0);
-    let found = faults(&path, &with_summary_offsets(&not_empty));
-    assert!(
-        matches!(
-            found[..],
-            [Damage::Disagrees {
-                record: "summary offset",
-                ..
-            }]
-        ),
-        "{found:?}"
-    );
-}
-
-/// With a look at all of the summary for each of them this test would not end within its time limit.
-#[test]
-fn a_summary_of_many_offsets_is_checked() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("file.mcap");
-    let bytes = file();
-    let footer = bytes.len() - FOOTER;
-    let last = &bytes[footer - SUMMARY_OFFSET..footer];
-    assert_eq!(last[0], op::SUMMARY_OFFSET);
-    let found = faults(&path, &with_summary_offsets(&last.repeat(500_000)));
-    assert!(found.is_empty(), "{found:?}");
 }

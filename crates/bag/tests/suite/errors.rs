@@ -79,11 +79,9 @@ fn what_is_no_bag() {
     let file = folder.path().join("a.mcap");
     fs::write(&file, "steps = 1000").unwrap();
     let error = error_of(&file);
-    assert!(matches!(&error, BagError::NotMcap { found, .. } if found == b"steps = "));
+    assert!(matches!(&error, BagError::Unexpected { found, .. } if found.starts_with("[73, 74,")));
     assert!(
-        error
-            .to_string()
-            .contains("a.mcap: not an MCAP file: it starts with [73, 74,"),
+        error.to_string().contains("a.mcap: its start is [73, 74,"),
         "{error}"
     );
 }
@@ -97,16 +95,14 @@ fn bags_of_other_storages() {
     ] {
         let file = folder.path().join(name);
         fs::write(&file, start).unwrap();
-        for path in [&file, folder.path()] {
-            let error = error_of(path);
-            assert!(matches!(&error, BagError::Storage { found, .. } if found == storage));
-            let convert = if storage == "sqlite3" {
-                "ros2 bag convert"
-            } else {
-                "rosbags-convert"
-            };
-            assert!(error.to_string().contains(convert), "{error}");
-        }
+        let error = error_of(&file);
+        assert!(matches!(&error, BagError::Storage { found, .. } if found == storage));
+        let convert = if storage == "sqlite3" {
+            "ros2 bag convert"
+        } else {
+            "rosbags-convert"
+        };
+        assert!(error.to_string().contains(convert), "{error}");
         fs::remove_file(&file).unwrap();
     }
 }
@@ -126,18 +122,18 @@ fn metadata_that_cannot_be_read() {
 
     assert!(matches!(
         error_with("version: 9", "version: 10"),
-        BagError::MetadataVersion {
-            found: 10,
-            newest: 9,
-            ..
-        }
+        BagError::Unexpected { field: "version", found, expected, .. }
+            if (&*found, &*expected) == ("10", "at most 9")
     ));
     assert!(matches!(
         error_with(
             "compression_format: ''\n  compression_mode: ''",
             "compression_format: lz4\n  compression_mode: MESSAGE"
         ),
-        BagError::Compressed { .. }
+        BagError::Unexpected {
+            field: "compression_mode",
+            ..
+        }
     ));
     let error = error_with("message_count: 3", "message_count: three");
     assert!(matches!(error, BagError::Metadata { .. }));
@@ -157,7 +153,7 @@ fn metadata_that_cannot_be_read() {
 fn files_outside_of_the_bag() {
     for listed in ["/run_0.mcap", "../run/run_0.mcap"] {
         let error = error_with("  - run_0.mcap", &format!("  - {listed}"));
-        assert!(matches!(error, BagError::Outside { listed: found, .. } if found == listed));
+        assert!(matches!(error, BagError::Unexpected { found, .. } if found == listed));
     }
 }
 
@@ -215,7 +211,9 @@ fn a_file_that_is_listed_but_missing() {
 #[test]
 fn mcap_files_that_are_not_of_ros_2() {
     let error = error_of_mcap(WriteOptions::new().profile("ros1"), "ros1msg", "ros1", "");
-    assert!(matches!(error, Some(BagError::Profile { found, .. }) if found == "ros1"));
+    assert!(
+        matches!(error, Some(BagError::Unexpected { field: "profile", found, .. }) if found == "ros1")
+    );
 
     let ros2 = || WriteOptions::new().profile("ros2");
     assert!(error_of_mcap(ros2(), "ros2msg", "cdr", "[]").is_none());
@@ -228,11 +226,7 @@ fn a_total_that_is_not_that_of_the_files() {
     assert!(
         matches!(
             error,
-            BagError::Total {
-                expected: 99,
-                found: 3,
-                ..
-            }
+            BagError::Count { ref topic, expected: 99, found: 3, .. } if topic == "all topics"
         ),
         "{error}"
     );
@@ -247,7 +241,7 @@ fn a_file_that_is_listed_twice() {
     fs::write(&metadata, text.replacen(once, twice, 1)).unwrap();
     let error = error_of(&directory);
     assert!(
-        matches!(&error, BagError::Twice { listed, .. } if *listed == directory.join("run_0.mcap")),
+        matches!(&error, BagError::Unexpected { found, .. } if found == directory.join("run_0.mcap").to_str().unwrap()),
         "{error}"
     );
     let (bag, faults) = BagReader::open_damaged(&directory).unwrap();

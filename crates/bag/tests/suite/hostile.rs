@@ -131,6 +131,6 @@ fn a_recovered_bag_has_what_can_be_read_only() {
         .map(|place| &*place.reason)
         .collect();
     let told = |text: &str| reasons.iter().any(|reason| reason.contains(text));
-    assert!(told("holds \"json\", expected \"cdr\""), "{reasons:?}");
-    assert!(told("quality of service of channel"), "{reasons:?}");
+    assert!(told("are \"json\", expected \"cdr\""), "{reasons:?}");
+    assert!(told("offered_qos_profiles of /damaged"), "{reasons:?}");
 }

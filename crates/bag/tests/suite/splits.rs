@@ -308,31 +308,6 @@ fn repeated_messages_are_bounded() {
     }
 }
 
-/// What finds no room at the heads of files is counted in the bag, file by file.
-#[test]
-fn latched_messages_without_room_are_counted() {
-    let mut bag = Bag::new(BagOptions {
-        compression: Compression::None,
-        max_bytes: NonZeroU64::new(4_000),
-        max_duration: None,
-    });
-    let [large, small] = ["/large", "/small"].map(|name| latched(name, 1));
-    let id = bag.writer.add_topic(&large).unwrap();
-    bag.writer.write(id, 0, 0, 0, &[0; 2_001]).unwrap();
-    bag.write(&small, 1);
-    for time in 2..4 {
-        bag.writer.split().unwrap();
-        bag.write(&small, time);
-    }
-    let found: Vec<_> = bag.writer.not_repeated().collect();
-    assert_eq!(found, [("/large", 2)]);
-    let directory = bag.folder.path().join("run");
-    bag.writer.finish(BTreeMap::new()).unwrap();
-    let custom = &metadata(&directory)["custom_data"];
-    assert_eq!(custom["not_repeated:/large"], "2");
-    assert!(custom.get("not_repeated:/small").is_none());
-}
-
 /// Each file has all topics known by then, under one type for all of the bag.
 #[test]
 fn topics_across_splits() {

@@ -139,34 +139,6 @@ fn a_message_that_the_bag_cannot_take_is_passed_over() {
     assert_eq!(custom(&bag)["lost:/a"], "3");
 }
 
-#[test]
-fn latched_messages_that_are_not_repeated_are_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let bag = folder.path().join("bag");
-    let account = Arc::<Account>::default();
-    let queue = Queue::new(BUDGET, Arc::clone(&account));
-    let (_, track) = account.add("/map");
-    track.topic.get_or_init(|| Topic {
-        qos: Qos {
-            durability: lgvi_bag::Durability::TransientLocal,
-            depth: 1,
-            ..Qos::default()
-        },
-        ..topic("/map", "std_msgs/msg/String")
-    });
-    let mut outlet = queue.outlet();
-    let sink = start_splitting(&queue, &account, &bag);
-    for sequence in 0..3 {
-        outlet.put(head(0, sequence), &[0; 3000]);
-    }
-    drop(outlet);
-    sink.finish().unwrap().unwrap();
-    let told = format!("{:?}", account.status(false));
-    assert!(told.contains("latched messages not repeated"), "{told}");
-    assert!(told.contains("latched messages are not repeated"), "{told}");
-    assert!(custom(&bag).contains_key("not_repeated:/map"));
-}
-
 /// What is known of losses is in each file that is closed, and after a flush in one that is not.
 #[test]
 fn losses_survive_a_split_and_a_kill() {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use mcap::records::{
-    ChunkHeader, ChunkIndex, Footer, MessageIndex, MessageIndexEntry, Record, Statistics, op,
+    ChunkHeader, ChunkIndex, MessageIndex, MessageIndexEntry, Record, Statistics, op,
 };
 
 use super::contents::Contents;
@@ -24,18 +24,6 @@ pub(super) struct Found {
     indexed: BTreeSet<u64>,
     /// Attachments and metadata records by their offsets: operation code, length and name.
     named: BTreeMap<u64, (u8, u64, String)>,
-    is_data_over: bool,
-    /// Records behind the data by their operation codes.
-    summary: BTreeMap<u8, Group>,
-}
-
-/// The summary's records of one kind.
-#[derive(Clone, Copy)]
-struct Group {
-    start: u64,
-    end: u64,
-    /// True if nothing lies between them.
-    is_contiguous: bool,
 }
 
 impl Found {
@@ -47,55 +35,26 @@ impl Found {
         contents: &Contents,
     ) -> Result<(), Damage> {
         let opcode = record.opcode();
-        if self.is_data_over {
-            let group = self.summary.entry(opcode).or_insert(Group {
-                start: offset,
-                end: offset,
-                is_contiguous: true,
-            });
-            group.is_contiguous &= group.end == offset;
-            group.end = offset + length;
-        }
         match record {
             Record::MessageIndex(index) => self.message_index(index, offset, length)?,
             Record::Attachment { header, .. } => {
-                let record = (opcode, length, header.name.clone());
-                self.named.insert(offset, record);
+                let named = (opcode, length, header.name.clone());
+                self.named.insert(offset, named);
             }
             Record::Metadata(metadata) => {
-                let record = (opcode, length, metadata.name.clone());
-                self.named.insert(offset, record);
+                let named = (opcode, length, metadata.name.clone());
+                self.named.insert(offset, named);
             }
-            Record::DataEnd(_) => self.is_data_over = true,
             Record::ChunkIndex(index) => self.chunk_index(index)?,
             Record::AttachmentIndex(index) => {
                 let told = (op::ATTACHMENT, index.length, index.name.clone());
-                let found = self.named.get(&index.offset);
-                agree("attachment index", "record", Some(&told), found)?;
+                self.named_index("attachment index", index.offset, &told)?;
             }
             Record::MetadataIndex(index) => {
                 let told = (op::METADATA, index.length, index.name.clone());
-                let found = self.named.get(&index.offset);
-                agree("metadata index", "record", Some(&told), found)?;
+                self.named_index("metadata index", index.offset, &told)?;
             }
             Record::Statistics(statistics) => self.statistics(statistics, contents)?,
-            // Some recorders list kinds of which there are no records.
-            Record::SummaryOffset(group) if group.group_length == 0 => {
-                let found = self.summary.get(&group.group_opcode);
-                let found = found.map(|group| group.start);
-                agree("summary offset", "empty group", None, found)?;
-            }
-            Record::SummaryOffset(group) => {
-                let end = group.group_start.saturating_add(group.group_length);
-                let told = Some((group.group_start, end));
-                agree(
-                    "summary offset",
-                    "group",
-                    told,
-                    self.group(group.group_opcode),
-                )?;
-            }
-            Record::Footer(footer) => self.footer(footer, offset)?,
             _ => {}
         }
         Ok(())
@@ -167,6 +126,15 @@ impl Found {
         agree(record, "chunk", told, &found)
     }
 
+    fn named_index(
+        &self,
+        record: &'static str,
+        offset: u64,
+        told: &(u8, u64, String),
+    ) -> Result<(), Damage> {
+        agree(record, "record", Some(told), self.named.get(&offset))
+    }
+
     fn statistics(&self, told: &Statistics, contents: &Contents) -> Result<(), Damage> {
         let record = "statistics";
         let mut counts = told.channel_message_counts.clone();
@@ -175,31 +143,6 @@ impl Found {
         let messages = sum(found.values().copied());
         agree(record, "messages", told.message_count, messages)?;
         agree(record, "messages by channel", counts, found)?;
-        // Some recorders leave out a chunk without messages, and with it definitions that they have counted.
-        let schemas = contents.schemas.len().max(told.schema_count.into());
-        agree(record, "schemas", told.schema_count.into(), schemas)?;
-        let channels = contents.channels.len().max(told.channel_count as usize);
-        agree(record, "channels", told.channel_count as usize, channels)?;
-        let named = |opcode| {
-            self.named
-                .values()
-                .filter(|named| named.0 == opcode)
-                .count()
-        };
-        let attachments = named(op::ATTACHMENT);
-        agree(
-            record,
-            "attachments",
-            told.attachment_count as usize,
-            attachments,
-        )?;
-        let metadata = named(op::METADATA);
-        agree(
-            record,
-            "metadata records",
-            told.metadata_count as usize,
-            metadata,
-        )?;
         agree(
             record,
             "chunks",
@@ -210,30 +153,6 @@ impl Found {
         match (told.message_start_time, told.message_end_time) {
             (0, 0) => Ok(()),
             times => agree(record, "log times", times, contents.times.unwrap_or(times)),
-        }
-    }
-
-    /// Start and end of the summary's records of a kind, if they lie together.
-    fn group(&self, opcode: u8) -> Option<(u64, u64)> {
-        let group = self.summary.get(&opcode)?;
-        group.is_contiguous.then_some((group.start, group.end))
-    }
-
-    fn footer(&self, told: &Footer, offset: u64) -> Result<(), Damage> {
-        // The footer itself is one of them.
-        let starts = self.summary.values().map(|group| group.start);
-        let start = starts.min().unwrap_or(0);
-        if told.summary_start != 0 || self.summary.len() > 1 {
-            agree("footer", "start of the summary", told.summary_start, start)?;
-        }
-        let found = match self.summary.get(&op::SUMMARY_OFFSET) {
-            // Some recorders write none, and say that they end where they start: before the footer.
-            None => Some(offset),
-            Some(_) => self.group(op::SUMMARY_OFFSET).map(|(start, _)| start),
-        };
-        match told.summary_offset_start {
-            0 => Ok(()),
-            told => agree("footer", "start of the summary offsets", Some(told), found),
         }
     }
 }

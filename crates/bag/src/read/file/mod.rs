@@ -8,7 +8,6 @@ mod found;
 mod scan;
 mod source;
 mod summary;
-mod times;
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -21,18 +20,15 @@ pub use contents::Chunks;
 pub(crate) use {
     chunk::{Batch, unpack},
     contents::{Contents, Schema, Span, schema},
-    source::{ZSTD_MAGIC, refuse_other},
-    summary::metadata,
+    source::{Source, ZSTD_MAGIC, refuse_other},
+    summary::{has_end, read as summary},
 };
-
-use source::Source;
 
 use crate::{
     BagError, Damage, LeftOutTopic, PROFILE, Qos, REPEATED, SERIALIZATION_FORMAT, Topic,
     channel_key,
     damage::agree,
     record::{PREFIX, parse},
-    times::Times,
 };
 
 /// Longest record that is read: far above any message of lgvi, and an image of 4K still fits.
@@ -56,8 +52,6 @@ pub(crate) struct McapFile {
     /// What is odd about topics that can be read.
     pub odd: Vec<BagError>,
     pub contents: Contents,
-    /// First and last log time (ns) of the messages of its topics.
-    pub times: Times,
     /// What is wrong with the rest of the file, of one that is opened in spite of that.
     pub fault: Option<BagError>,
 }
@@ -89,26 +83,22 @@ impl McapFile {
         let mut left_out = Vec::new();
         let mut odd = Vec::new();
         for channel in contents.channels.values() {
-            match unusable(channel, &contents.schemas) {
-                Some(topic) => left_out.push(topic),
-                None => {
-                    let (topic, fault) = topic(&source, channel, &contents.schemas)?;
+            match topic(&source, channel, &contents.schemas)? {
+                Err(topic) => left_out.push(topic),
+                Ok((topic, fault)) => {
                     topics.insert(channel.id, topic);
                     odd.extend(fault);
                 }
             }
         }
-        let mut file = Self {
+        Ok(Self {
             topics,
             left_out,
             odd,
             source,
             contents,
-            times: None,
             fault,
-        };
-        file.times = file.readable_times();
-        Ok(file)
+        })
     }
 
     pub fn path(&self) -> &Path {
@@ -130,34 +120,31 @@ impl McapFile {
         let mut by_span = BTreeMap::new();
         let mut left = self.contents.repeated.clone();
         left.retain(|_, count| *count > 0);
-        let expected: u64 = left.values().sum();
-        let mut index = 0;
+        let disagrees = |left: &BTreeMap<String, u64>, found: &str| Damage::Disagrees {
+            record: REPEATED,
+            field: "messages left",
+            told: format!("{left:?}"),
+            found: found.to_owned(),
+        };
         let mut spans: Vec<_> = self.contents.spans.iter().collect();
         spans.sort_by_key(|span| span.offset);
         for span in spans {
             if left.is_empty() {
-                break;
+                return Ok(by_span);
             }
             let mut repeated = 0;
             self.read(span, 0, |header| {
-                if left.is_empty() {
-                    return Ok(false);
+                if !left.is_empty() {
+                    let topic = &self.contents.channels[&header.channel_id].topic;
+                    let Some(count) = left.get_mut(topic) else {
+                        return Err(disagrees(&left, topic));
+                    };
+                    *count -= 1;
+                    if *count == 0 {
+                        left.remove(topic);
+                    }
+                    repeated += 1;
                 }
-                let topic = &self.contents.channels[&header.channel_id].topic;
-                let Some(count) = left.get_mut(topic) else {
-                    return Err(Damage::Disagrees {
-                        record: REPEATED,
-                        field: "messages left",
-                        told: format!("{left:?} of {expected}"),
-                        found: format!("message {index} of {topic}"),
-                    });
-                };
-                *count -= 1;
-                if *count == 0 {
-                    left.remove(topic);
-                }
-                repeated += 1;
-                index += 1;
                 Ok(false)
             })?;
             by_span.insert(span.offset, repeated);
@@ -165,12 +152,7 @@ impl McapFile {
         if left.is_empty() {
             return Ok(by_span);
         }
-        let damage = Damage::Disagrees {
-            record: REPEATED,
-            field: "messages left",
-            told: format!("{left:?} of {expected}"),
-            found: "the end of the file".to_owned(),
-        };
+        let damage = disagrees(&left, "the end of the file");
         Err(self.source.damaged(0, damage))
     }
 
@@ -225,62 +207,60 @@ fn check_header(source: &Source) -> Result<(), BagError> {
     let (opcode, body) = source.record(MAGIC_LENGTH, MAX_RECORD_LENGTH)?;
     let record = parse(opcode, &body).map_err(|damage| source.damaged(MAGIC_LENGTH, damage))?;
     match record {
-        Record::Header(header) if !["", PROFILE].contains(&&*header.profile) => {
-            Err(BagError::Profile {
-                file: source.path.clone(),
-                found: header.profile,
-                expected: PROFILE,
-            })
-        }
+        Record::Header(header) if !["", PROFILE].contains(&&*header.profile) => Err(
+            BagError::unexpected(&source.path, "profile", header.profile, PROFILE),
+        ),
         _ => Ok(()),
     }
 }
 
-/// The channel's topic, if its messages cannot be given out: MCAP allows any encoding, and messages without schema.
-fn unusable(channel: &Channel, schemas: &BTreeMap<u16, Schema>) -> Option<LeftOutTopic> {
-    let (schema, encoding) = (&channel.schema_id, &channel.message_encoding);
-    let reason = if encoding != SERIALIZATION_FORMAT {
-        format!("its messages are {encoding:?}, expected {SERIALIZATION_FORMAT:?}")
-    } else if *schema == 0 {
-        "it has no type and no definition".to_owned()
-    } else {
-        return None;
-    };
-    let type_name = schemas.get(schema).map(|schema| schema.name.clone());
-    Some(LeftOutTopic {
-        name: channel.topic.clone(),
-        type_name: type_name.unwrap_or_default(),
-        reason,
-    })
-}
-
-/// A channel's topic, and what is wrong with its quality of service: it is then ROS 2's default.
-fn topic(
+/// A channel's topic, and what is wrong with its quality of service: it is then ROS 2's default. The inner error is of a
+/// channel whose messages cannot be given out: MCAP allows any encoding, and messages without schema.
+#[expect(
+    clippy::type_complexity,
+    reason = "two outcomes, of which one has a warning"
+)]
+pub(crate) fn topic(
     source: &Source,
     channel: &Channel,
     schemas: &BTreeMap<u16, Schema>,
-) -> Result<(Topic, Option<BagError>), BagError> {
-    let Some(schema) = schemas.get(&channel.schema_id) else {
+) -> Result<Result<(Topic, Option<BagError>), LeftOutTopic>, BagError> {
+    let schema = schemas.get(&channel.schema_id);
+    let encoding = &channel.message_encoding;
+    let reason = if encoding != SERIALIZATION_FORMAT {
+        Some(format!(
+            "its messages are {encoding:?}, expected {SERIALIZATION_FORMAT:?}"
+        ))
+    } else if channel.schema_id == 0 {
+        Some("it has no type and no definition".to_owned())
+    } else {
+        None
+    };
+    if let Some(reason) = reason {
+        return Ok(Err(LeftOutTopic {
+            name: channel.topic.clone(),
+            type_name: schema.map_or_else(String::new, |schema| schema.name.clone()),
+            reason,
+        }));
+    }
+    let Some(schema) = schema else {
         let (record, id) = ("schema", channel.schema_id);
         return Err(source.damaged(0, Damage::Undefined { record, id }));
     };
     let metadata = |key| channel.metadata.get(key).map_or("", String::as_str);
-    let (qos, fault) = match Qos::from_yaml(metadata(channel_key::QOS)) {
-        Ok(qos) => (qos, None),
-        Err(error) => (Qos::default(), Some(error)),
-    };
-    let fault = fault.map(|error| BagError::Qos {
-        file: source.path.clone(),
-        topic: channel.topic.clone(),
-        source: error,
-    });
+    let qos = Qos::from_yaml(metadata(channel_key::QOS));
     let topic = Topic {
         name: channel.topic.clone(),
         type_name: schema.name.clone(),
         type_hash: metadata(channel_key::TYPE_HASH).to_owned(),
         definition: String::from_utf8_lossy(&schema.data).into_owned(),
         definition_encoding: schema.encoding.clone(),
-        qos,
+        qos: qos.as_ref().copied().unwrap_or_default(),
     };
-    Ok((topic, fault))
+    let fault = qos.err().map(|error| BagError::Qos {
+        file: source.path.clone(),
+        topic: channel.topic.clone(),
+        source: error,
+    });
+    Ok(Ok((topic, fault)))
 }

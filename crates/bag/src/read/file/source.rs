@@ -1,7 +1,7 @@
 //! Bytes of one file, and errors that name it.
 
 use std::{
-    fs::File,
+    fs::{File, TryLockError},
     io::{self, ErrorKind, Read, Seek, SeekFrom},
     ops::ControlFlow,
     os::unix::fs::FileExt,
@@ -43,7 +43,8 @@ const STEP: usize = 64 << 10;
 pub(crate) struct Source {
     pub path: PathBuf,
     pub size: u64,
-    unpacked: Option<File>,
+    /// The file that is read, if it stays open.
+    open: Option<File>,
 }
 
 impl Source {
@@ -52,7 +53,7 @@ impl Source {
         let mut source = Self {
             path: path.to_owned(),
             size: 0,
-            unpacked: None,
+            open: None,
         };
         source.size = regular::length(path).map_err(|error| source.io_error(error))?;
         let mut head = source.bytes(0, 16)?;
@@ -68,11 +69,25 @@ impl Source {
         Err(if MAGIC.starts_with(&head) {
             source.truncated("the MCAP magic", 0, head)
         } else {
-            BagError::NotMcap {
-                file: path.to_owned(),
-                found: head,
-            }
+            let expected = format!("{MAGIC:02x?}");
+            BagError::unexpected(path, "its start", format!("{head:02x?}"), expected)
         })
+    }
+
+    /// Opens a file whatever is in it, which stays open.
+    pub fn open_damaged(path: &Path) -> Result<Self, BagError> {
+        let open = || Ok((regular::length(path)?, File::open(path)?));
+        let (size, file) = open().map_err(BagError::io(path))?;
+        Ok(Self {
+            path: path.to_owned(),
+            size,
+            open: Some(file),
+        })
+    }
+
+    /// Locks the file, if it stays open, against writers of this crate.
+    pub fn try_lock_shared(&self) -> Result<(), TryLockError> {
+        self.open.as_ref().map_or(Ok(()), File::try_lock_shared)
     }
 
     /// Decompresses the file into a temporary one.
@@ -86,13 +101,13 @@ impl Source {
             return Err(io::Error::new(ErrorKind::FileTooLarge, text));
         }
         unpacked.seek(SeekFrom::Start(0))?;
-        self.unpacked = Some(unpacked);
+        self.open = Some(unpacked);
         Ok(())
     }
 
     /// The bytes from `offset` on.
     fn section(&self, offset: u64) -> io::Result<Section> {
-        let file = match &self.unpacked {
+        let file = match &self.open {
             Some(file) => file.try_clone(),
             None => File::open(&self.path),
         };
@@ -163,10 +178,7 @@ impl Source {
     }
 
     pub fn io_error(&self, source: io::Error) -> BagError {
-        BagError::Io {
-            path: self.path.clone(),
-            source,
-        }
+        BagError::io(&self.path)(source)
     }
 
     pub fn damaged(&self, offset: u64, source: Damage) -> BagError {

@@ -4,7 +4,10 @@ use std::{fmt, marker::PhantomData, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
-use super::wire::{LITTLE_ENDIAN, WirePublisher};
+use super::{
+    SampleId,
+    wire::{LITTLE_ENDIAN, WirePublisher},
+};
 
 /// A message that was not published, or not received by all.
 #[derive(Debug, thiserror::Error)]
@@ -73,6 +76,11 @@ pub struct Publisher<M> {
 /// publishers share 0.3 s; see [`RosNode::leave_on`](super::RosNode::leave_on).
 pub struct RawPublisher(Box<dyn WirePublisher>);
 
+/// The number of the sample after so many: samples count from 1, and what is not sent has no number.
+pub(super) fn next(sent: u64) -> i64 {
+    i64::try_from(sent).unwrap_or(i64::MAX).saturating_add(1)
+}
+
 impl<M: RosMessage> Publisher<M> {
     pub(super) fn new(raw: RawPublisher) -> Self {
         Self {
@@ -117,6 +125,11 @@ impl<M> Publisher<M> {
     /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
     pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
         self.raw.wait_for_subscriptions(count, timeout)
+    }
+
+    /// See [`RawPublisher::next_sample`].
+    pub fn next_sample(&self) -> SampleId {
+        self.raw.next_sample()
     }
 
     /// How many messages were published.
@@ -189,6 +202,15 @@ impl RawPublisher {
     /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
     pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
         self.0.wait_for_matches(count, timeout)
+    }
+
+    /// The identity that subscriptions will find with the next message, if it is published and no other thread comes
+    /// before; after a failure, the message after that has it.
+    pub fn next_sample(&self) -> SampleId {
+        SampleId {
+            writer: self.0.id(),
+            sequence: next(self.sent()),
+        }
     }
 
     /// How many messages were published.

@@ -13,7 +13,7 @@ use iceoryx2::{
 
 use super::{
     Service, ShmError, ShmOptions,
-    channel::{Channel, Control, Feedback, State},
+    channel::{Channel, Control, State},
     delivery::Delivery,
     publisher::ShmPublisher,
     room, root,
@@ -91,24 +91,14 @@ impl ShmNode {
         ShmSubscriber::new(self, topic, buffer)
     }
 
-    /// Creates a publisher of open-loop control sequences.
+    /// Creates a publisher of control sequences.
     pub fn control_publisher(&self, topic: &str) -> Result<ShmPublisher<Control>, ShmError> {
         ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
     }
 
-    /// Creates a subscriber for open-loop control sequences; it gets the last one of each publisher too.
+    /// Creates a subscriber for control sequences; it gets the last one of each publisher too.
     pub fn control_subscriber(&self, topic: &str) -> Result<ShmSubscriber<Control>, ShmError> {
         ShmSubscriber::new(self, topic, Control::BUFFER)
-    }
-
-    /// Creates a publisher of control sequences with a feedback law.
-    pub fn feedback_publisher(&self, topic: &str) -> Result<ShmPublisher<Feedback>, ShmError> {
-        ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
-    }
-
-    /// Creates a subscriber for control sequences with a feedback law; it gets the last one of each publisher too.
-    pub fn feedback_subscriber(&self, topic: &str) -> Result<ShmSubscriber<Feedback>, ShmError> {
-        ShmSubscriber::new(self, topic, Feedback::BUFFER)
     }
 
     /// Removes what processes that were killed have left, their ports included. Takes milliseconds.
@@ -118,7 +108,7 @@ impl ShmNode {
 
     /// Opens the service of a topic, or creates it; returns its name too.
     pub(super) fn open<C: Channel>(&self, topic: &str) -> Result<(String, Open<C>), ShmError> {
-        let name = format!("lgvi/{}{topic}{}", self.domain_id, C::SUFFIX);
+        let name = format!("lgvi/{}{topic}", self.domain_id);
         let fail = |reason: String| ShmError::Service {
             service: name.clone(),
             reason,

@@ -14,6 +14,7 @@ use iceoryx2::{
         update_connections::UpdateConnections,
     },
     prelude::{AllocationStrategy, PortFactory as _},
+    sample_mut::SampleMut,
     sample_mut_uninit::SampleMutUninit,
 };
 
@@ -43,6 +44,9 @@ const CONNECT: Duration = Duration::from_millis(20);
 /// Memory for one sample.
 type Loan<C> =
     SampleMutUninit<Service, [MaybeUninit<<C as Channel>::Element>], <C as Channel>::Header>;
+
+/// The same once it is written.
+type Written<C> = SampleMut<Service, [<C as Channel>::Element], <C as Channel>::Header>;
 
 /// Publishes samples of a channel.
 #[derive(Debug)]
@@ -122,6 +126,15 @@ impl<C: Channel> ShmPublisher<C> {
         elements: usize,
         fill: impl FnMut(usize) -> C::Element,
     ) -> Result<Delivered, ShmError> {
+        self.send_written(header, elements, |loan| loan.write_from_fn(fill))
+    }
+
+    fn send_written(
+        &mut self,
+        header: C::Header,
+        elements: usize,
+        write: impl FnOnce(Loan<C>) -> Written<C>,
+    ) -> Result<Delivered, ShmError> {
         let subscribers = self.subscribers();
         if C::GROWTH != AllocationStrategy::Static {
             room::check(&self.service, elements * size_of::<C::Element>())?;
@@ -131,8 +144,7 @@ impl<C: Channel> ShmPublisher<C> {
             Ok(mut sample) => {
                 self.reserve(&sample)?;
                 *sample.user_header_mut() = header;
-                sample
-                    .write_from_fn(fill)
+                write(sample)
                     .send()
                     .map_err(|error| self.send_error(error.to_string()))?
             }
@@ -194,7 +206,9 @@ impl<C: Channel> ShmPublisher<C> {
                 limit: C::MAX_ELEMENTS,
             });
         }
-        self.send_with(header, elements.len(), |index| elements[index])
+        self.send_written(header, elements.len(), |loan| {
+            loan.write_from_slice(elements)
+        })
     }
 
     /// How many samples subscribers had no room for, summed over subscribers.

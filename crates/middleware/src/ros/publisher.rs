@@ -1,6 +1,6 @@
 //! Publishers, of messages and of ready CDR bytes.
 
-use std::{fmt, marker::PhantomData, time::Duration};
+use std::{fmt, marker::PhantomData, ops::Deref, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
@@ -63,7 +63,7 @@ pub enum PublishError {
     },
 }
 
-/// Publishes messages of one type. Dropping it takes up to 0.2 s if it has just published; see [`RawPublisher`].
+/// Publishes messages of one type; what else it can do is what a [`RawPublisher`] can.
 pub struct Publisher<M> {
     raw: RawPublisher,
     messages: PhantomData<fn(&M)>,
@@ -101,55 +101,11 @@ impl<M: RosMessage> Publisher<M> {
     }
 }
 
-impl<M> Publisher<M> {
-    /// Waits for acknowledgments; see [`RawPublisher::flush`].
-    pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
-        self.raw.flush(patience)
-    }
+impl<M> Deref for Publisher<M> {
+    type Target = RawPublisher;
 
-    /// See [`RawPublisher::acknowledged_within`].
-    pub fn acknowledged_within(&self, wait: Duration) -> bool {
-        self.raw.acknowledged_within(wait)
-    }
-
-    /// See [`RawPublisher::patience`].
-    pub fn patience(&self, patience: Duration) -> Duration {
-        self.raw.patience(patience)
-    }
-
-    /// How many subscriptions of other participants are matched. Cheap.
-    pub fn matched_subscriptions(&self) -> usize {
-        self.raw.matched_subscriptions()
-    }
-
-    /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
-    pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
-        self.raw.wait_for_subscriptions(count, timeout)
-    }
-
-    /// See [`RawPublisher::next_sample`].
-    pub fn next_sample(&self) -> SampleId {
-        self.raw.next_sample()
-    }
-
-    /// How many messages were published.
-    pub fn sent(&self) -> u64 {
-        self.raw.sent()
-    }
-
-    /// How many messages were dropped for want of room.
-    pub fn dropped(&self) -> u64 {
-        self.raw.dropped()
-    }
-
-    /// How many subscriptions of other participants cannot be served; see [`RawPublisher::incompatible`].
-    pub fn incompatible(&self) -> usize {
-        self.raw.incompatible()
-    }
-
-    /// The absolute topic name.
-    pub fn topic(&self) -> &str {
-        self.raw.topic()
+    fn deref(&self) -> &RawPublisher {
+        &self.raw
     }
 }
 

@@ -11,14 +11,7 @@ use iceoryx2::{
     },
 };
 
-use super::{
-    Service, ShmError, ShmOptions,
-    channel::{Channel, Control, State},
-    delivery::Delivery,
-    publisher::ShmPublisher,
-    room, root,
-    subscriber::ShmSubscriber,
-};
+use super::{Service, ShmError, ShmOptions, channel::Channel, room, root};
 use crate::Shutdown;
 
 /// An open service.
@@ -70,35 +63,6 @@ impl ShmNode {
 
     pub(super) fn shutdown(&self) -> &Shutdown {
         &self.shutdown
-    }
-
-    /// Creates the publisher of states of up to `bodies` bodies; there may be one of a topic.
-    pub fn state_publisher(
-        &self,
-        topic: &str,
-        bodies: usize,
-        delivery: Delivery,
-    ) -> Result<ShmPublisher<State>, ShmError> {
-        ShmPublisher::new(self, topic, bodies, delivery)
-    }
-
-    /// Creates a subscriber for states, of which up to `buffer` wait to be received: at least 1, at most 8192.
-    pub fn state_subscriber(
-        &self,
-        topic: &str,
-        buffer: usize,
-    ) -> Result<ShmSubscriber<State>, ShmError> {
-        ShmSubscriber::new(self, topic, buffer)
-    }
-
-    /// Creates a publisher of control sequences.
-    pub fn control_publisher(&self, topic: &str) -> Result<ShmPublisher<Control>, ShmError> {
-        ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
-    }
-
-    /// Creates a subscriber for control sequences; it gets the last one of each publisher too.
-    pub fn control_subscriber(&self, topic: &str) -> Result<ShmSubscriber<Control>, ShmError> {
-        ShmSubscriber::new(self, topic, Control::BUFFER)
     }
 
     /// Removes what processes that were killed have left, their ports included. Takes milliseconds.

@@ -20,7 +20,7 @@ use iceoryx2::{
 
 use super::{
     Service, ShmError, ShmNode,
-    channel::Channel,
+    channel::{Channel, Control, State},
     delivery::{Backpressure, Delivered, Delivery},
     node::Open,
     room::{self, Reserved},
@@ -59,9 +59,26 @@ pub struct ShmPublisher<C: Channel> {
     service: String,
 }
 
+impl ShmNode {
+    /// Creates the publisher of states of up to `bodies` bodies; there may be one of a topic.
+    pub fn state_publisher(
+        &self,
+        topic: &str,
+        bodies: usize,
+        delivery: Delivery,
+    ) -> Result<ShmPublisher<State>, ShmError> {
+        ShmPublisher::new(self, topic, bodies, delivery)
+    }
+
+    /// Creates a publisher of control sequences.
+    pub fn control_publisher(&self, topic: &str) -> Result<ShmPublisher<Control>, ShmError> {
+        ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
+    }
+}
+
 impl<C: Channel> ShmPublisher<C> {
     /// `elements` is the length of samples that memory is taken for.
-    pub(super) fn new(
+    fn new(
         node: &ShmNode,
         topic: &str,
         elements: usize,

@@ -1,9 +1,8 @@
 //! Samples that cross shared memory between nodes of one host, and their conversion to ROS messages.
 //!
-//! A state is an iceoryx2 slice of [`BodySample`] under the user header [`StateHeader`]; a control sequence is a slice
-//! of [`ControlInterval`] under [`ControlHeader`], or with a feedback law of [`FeedbackInterval`] under
-//! [`FeedbackHeader`]. All are plain `repr(C)` structs with fixed type names, so that
-//! processes in other languages can read them. The conversions keep every bit of every number.
+//! A state is an iceoryx2 slice of [`BodySample`] under the user header [`StateHeader`]; both are plain `repr(C)` structs
+//! with fixed type names, so that processes in other languages can read them. The conversions keep every bit of every
+//! number. A control sequence is the CDR of its message, a slice of bytes under [`ControlHeader`].
 
 #![allow(
     unsafe_code,
@@ -11,12 +10,10 @@
 )]
 
 mod control;
-mod feedback;
 mod name;
 mod state;
 
-pub use control::{ControlHeader, ControlInterval};
-pub use feedback::{FeedbackHeader, FeedbackInterval, Limits};
+pub use control::ControlHeader;
 pub use name::{Name, NameError};
 pub use state::{BodySample, StateHeader};
 
@@ -33,33 +30,4 @@ pub enum ConversionError {
     /// The time does not fit a message, or the message's is invalid.
     #[error(transparent)]
     Stamp(#[from] StampError),
-    /// A control sequence needs as many moments as forces.
-    #[error(
-        "control sequence for {body:?} has {forces} forces and {moments} moments, expected as many"
-    )]
-    LengthMismatch {
-        /// The controlled body.
-        body: String,
-        /// Forces in the message.
-        forces: usize,
-        /// Moments in the message.
-        moments: usize,
-    },
-    /// A feedback law has as much of everything as there are intervals, or is not there at all.
-    #[error(
-        "control sequence for {body:?} has {found} elements in `{field}`, expected {expected} for its {intervals} \
-         intervals, or an open loop without `reference` and `feedback`"
-    )]
-    LawLength {
-        /// The controlled body.
-        body: String,
-        /// `reference` or `feedback`.
-        field: &'static str,
-        /// Its elements.
-        found: usize,
-        /// What there should be.
-        expected: usize,
-        /// Intervals of the sequence.
-        intervals: usize,
-    },
 }

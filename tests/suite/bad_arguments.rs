@@ -65,7 +65,7 @@ fn a_parameter_with_a_wrong_value_is_refused_with_name_value_and_expectation() {
         (
             "lgvi_propagator",
             &[&scene, "real_time_factor:=fast"],
-            &["\"real_time_factor\" is fast", "expected a number"],
+            &["\"real_time_factor\" is \"fast\"", "expected a number"],
         ),
         (
             "lgvi_propagator",

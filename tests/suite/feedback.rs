@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use lgvi_common::{Event, FlightReport};
-use lgvi_middleware::shm::{FeedbackPublisher, ShmNode, ShmOptions};
+use lgvi_middleware::ros::SampleId;
+use lgvi_middleware::shm::{ControlPublisher, ShmNode, ShmOptions};
 use lgvi_msgs::cdr;
 use lgvi_msgs::msg::{ControlSequence, SystemState};
-use lgvi_msgs::shm::{FeedbackHeader, Limits};
+use lgvi_msgs::shm::ControlHeader;
 use lgvi_tests::{PATIENCE, Process, Recording, Summary, World, edited, publish, scene};
 
 const FLOWN: &str = "/lgvi_propagator/flown_control";
@@ -40,24 +41,29 @@ fn law(world: &World) -> ControlSequence {
         gain[3 + axis][9 + axis] = 2.0 * rate;
     }
     message.feedback = gain.as_flattened().repeat(message.force.len());
-    message.limits = (&Limits::NONE).into();
     message
 }
 
 /// Sends a sequence over shared memory to the propagator, once it is there; keep the publisher.
-fn send(world: &World, message: &ControlSequence) -> FeedbackPublisher {
+fn send(world: &World, message: &ControlSequence, header: ControlHeader) -> ControlPublisher {
     let options = ShmOptions {
         domain_id: world.environment().domain_id,
         root: Some(world.path("shm")),
     };
     let node = ShmNode::new("stranger", &options).unwrap();
-    let mut publisher = node.feedback_publisher(CONTROL).unwrap();
-    let (header, intervals) = FeedbackHeader::from_message(message).unwrap().unwrap();
+    let mut publisher = node.control_publisher(CONTROL).unwrap();
     assert!(publisher.wait_for_subscribers(1, PATIENCE).unwrap());
-    let delivered = publisher.send(header, &intervals).unwrap();
+    let cdr = cdr::encode(message).unwrap();
+    let delivered = publisher.send(header, &cdr).unwrap();
     assert_eq!((delivered.receivers, delivered.refused), (1, 0));
     publisher
 }
+
+/// That of a sequence that is sent over shared memory only.
+const ALONE: ControlHeader = ControlHeader {
+    publisher: [0; 16],
+    number: 0,
+};
 
 /// Flies the scene with a sequence, over shared memory where it has a law, else over DDS; its report and its bag.
 fn fly(
@@ -69,7 +75,7 @@ fn fly(
     let flight = world.start_flight(scene, bag, &["--no-planner", "--no-plot"]);
     let stranger = world.ros_node("stranger");
     let has_law = !message.feedback.is_empty();
-    let _shm = has_law.then(|| send(world, message));
+    let _shm = has_law.then(|| send(world, message, ALONE));
     let _ros = (!has_law).then(|| publish(&stranger, message));
     let summary: Summary = flight.finish().expect(0).json();
     (summary.flight.unwrap(), summary.bag.unwrap())
@@ -120,8 +126,16 @@ fn a_law_that_comes_by_two_ways_counts_once() {
     let arguments = ["--no-planner", "--no-plot", "--real-time-factor", "0.2"];
     let flight = world.start_flight(&disturbed(&world), "flight", &arguments);
     let stranger = world.ros_node("stranger");
-    let _ros = publish(&stranger, &law);
-    let _shm = send(&world, &law);
+    let ros = publish(&stranger, &law);
+    let sample = SampleId {
+        sequence: 1,
+        ..ros.next_sample()
+    };
+    let header = ControlHeader {
+        publisher: sample.writer.0,
+        number: sample.sequence.unsigned_abs(),
+    };
+    let _shm = send(&world, &law, header);
     let summary: Summary = flight.finish().expect(0).json();
     let bag = summary.bag.unwrap();
     let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);
@@ -149,7 +163,7 @@ fn without_feedback_the_sequence_is_flown_and_recorded_in_open_loop() {
     let parameters = [&scene, "real_time_factor:=0.0", "feedback:=false"];
     let propagator = world.node("propagator", &parameters);
     propagator.await_ready();
-    let _shm = send(&world, &law);
+    let _shm = send(&world, &law, ALONE);
     assert_eq!(await_end(&propagator), 1000);
     recorder.await_event("scene and sequence recorded", |event| match event {
         Event::Recording { messages, .. } => {
@@ -175,7 +189,7 @@ fn a_malformed_law_ends_the_flight_with_the_field_named() {
     let mut law = law(&world);
     law.feedback[73] = f64::NAN;
     let flight = world.start_flight(&scene("inclination_change"), "flight", &["--no-planner"]);
-    let _shm = send(&world, &law);
+    let _shm = send(&world, &law, ALONE);
     let finished = flight.finish().expect(2);
     finished.says(&["`feedback[73]` is NaN", "expected a finite number"]);
 }

@@ -6,6 +6,8 @@ use lgvi_tests::{Process, Recording, Row, World, codes, documented, eventually, 
 
 use crate::real_ros::{Graph, Names};
 
+const LOGGERS: &str = "enable_logger_service:=true";
+
 /// Names, in which `<body>` stands for any one part, and their types, of which some have a package only.
 type Documented = BTreeMap<String, String>;
 
@@ -71,9 +73,10 @@ impl Page {
         ]);
     }
 
-    /// Without the subscription to `/clock`, which a node has under `use_sim_time` only.
-    fn on_the_wall(mut self) -> Self {
+    /// Without what a node has only if a parameter asks for it: the subscription to `/clock` and the services of loggers.
+    fn by_default(mut self) -> Self {
         self.subscriptions.remove("/clock").unwrap();
+        self.services.retain(|name, _| !name.contains("logger_levels"));
         self
     }
 
@@ -166,7 +169,7 @@ fn the_propagator_has_what_is_documented() {
     let world = World::new();
     let scene = format!("scene:={}", scene("docking_corridor").display());
     let propagator = world.node("propagator", &[&scene, "clock:=true"]);
-    let page = Page::of("propagator").on_the_wall();
+    let page = Page::of("propagator").by_default();
     page.is_of(&world, &propagator, "/lgvi_propagator");
     propagator.stop().expect(0);
 }
@@ -175,7 +178,7 @@ fn the_propagator_has_what_is_documented() {
 fn the_planner_has_what_is_documented() {
     let world = World::new();
     let scene = format!("scene:={}", scene("inclination_replan").display());
-    let parameters = [&scene, "plan_at_start:=false", "use_sim_time:=true"];
+    let parameters = [&scene, "plan_at_start:=false", "use_sim_time:=true", LOGGERS];
     let planner = world.node("planner", &parameters);
     Page::of("planner").is_of(&world, &planner, "/lgvi_planner");
     planner.stop().expect(0);
@@ -186,7 +189,7 @@ fn the_recorder_has_what_is_documented_and_the_topics_that_it_is_to_record() {
     let world = World::new();
     let topics = "topics:=[/tf=tf2_msgs/msg/TFMessage]";
     let output = format!("output:={}", world.path("bag").display());
-    let recorder = world.node("recorder", &[&output, topics, "use_sim_time:=true"]);
+    let recorder = world.node("recorder", &[&output, topics, "use_sim_time:=true", LOGGERS]);
     let mut page = Page::of("recorder");
     let recorded = ("/tf".into(), "tf2_msgs/msg/TFMessage".into());
     page.subscriptions.extend([recorded]);
@@ -201,7 +204,7 @@ fn the_player_has_what_is_documented_and_the_topics_of_its_bag() {
     let given = format!("bag:={}", bag.display());
     let parameters = [&given, "clock:=true", "await_subscribers:=1"];
     let player = world.node("player", &parameters);
-    let mut page = Page::of("player").on_the_wall();
+    let mut page = Page::of("player").by_default();
     let played = Recording::read(&bag).topics.into_iter();
     page.publishers
         .extend(played.map(|topic| (topic.name, topic.type_name)));

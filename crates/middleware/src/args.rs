@@ -6,10 +6,8 @@ use std::{
     path::PathBuf,
 };
 
-use serde_yaml_ng::Value;
-
 use crate::{
-    LogSettings,
+    LogSettings, ParameterValue,
     assignment::Assignment,
     names::{self, Kind, NameError},
     parameters::Given as GivenParameters,
@@ -297,7 +295,7 @@ fn refuse(argument: &'static str, value: String, reason: &'static str) -> Result
 /// Bytes of the longest parameter file: what is longer is none, and a device may have no end.
 const LONGEST_FILE: u64 = 4 << 20;
 
-fn read_file(path: PathBuf, node: &str) -> Result<Vec<(String, Value)>, ArgsError> {
+fn read_file(path: PathBuf, node: &str) -> Result<Vec<(String, ParameterValue)>, ArgsError> {
     let read = || {
         let mut text = String::new();
         let file = File::open(&path)?;

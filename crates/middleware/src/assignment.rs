@@ -1,15 +1,13 @@
 //! A parameter on the command line: `[node:]name:=value`.
 
-use serde_yaml_ng::Value;
-
-use crate::{names, remap, yaml};
+use crate::{ParameterValue, names, remap, yaml};
 
 /// What `-p` sets, and for which node.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Assignment {
     node: Option<String>,
     pub(crate) name: String,
-    pub(crate) value: Value,
+    pub(crate) value: ParameterValue,
 }
 
 impl Assignment {

@@ -1,9 +1,7 @@
 //! ROS 2 parameter files: which entries are meant for a node, flattened to dotted names.
 
-use serde_yaml_ng::Value;
-
 use crate::{
-    names,
+    ParameterValue, names,
     yaml::{self, Content, Node},
 };
 
@@ -11,7 +9,7 @@ const PARAMETERS: &str = "ros__parameters";
 
 /// The parameters of `text` meant for the node, in the file's order: later ones win. The values of all nodes are
 /// checked, whomever they are meant for.
-pub(crate) fn read(text: &str, node: &str) -> Result<Vec<(String, Value)>, String> {
+pub(crate) fn read(text: &str, node: &str) -> Result<Vec<(String, ParameterValue)>, String> {
     let mut found = Vec::new();
     for document in yaml::documents(text)? {
         match document.content {
@@ -27,7 +25,7 @@ fn visit_nodes(
     entries: Vec<(String, Node)>,
     path: &str,
     node: &str,
-    found: &mut Vec<(String, Value)>,
+    found: &mut Vec<(String, ParameterValue)>,
 ) -> Result<(), String> {
     for (key, Node { line, content }) in entries {
         let Content::Map(inner) = content else {
@@ -81,7 +79,7 @@ fn extend(path: &str, key: &str) -> Result<String, String> {
 fn flatten(
     entries: Vec<(String, Node)>,
     prefix: &str,
-    found: &mut Vec<(String, Value)>,
+    found: &mut Vec<(String, ParameterValue)>,
 ) -> Result<(), String> {
     for (key, node) in entries {
         let (name, line) = (format!("{prefix}{key}"), node.line);
@@ -140,7 +138,7 @@ mod tests {
         read(text, node)
             .unwrap()
             .into_iter()
-            .map(|(name, value)| format!("{name}={}", serde_json::to_string(&value).unwrap()))
+            .map(|(name, value)| format!("{name}={value}"))
             .collect()
     }
 
@@ -218,7 +216,14 @@ mod tests {
     #[test]
     fn values_keep_the_types_of_rcl() {
         let text = "n: {ros__parameters: {a: 'yes', b: yes, c: '1', d: 017, e: null, <<: {f: 1}}}";
-        let expected = ["a=\"yes\"", "b=true", "c=\"1\"", "d=15", "e=null", "<<.f=1"];
+        let expected = [
+            "a=\"yes\"",
+            "b=true",
+            "c=\"1\"",
+            "d=15",
+            "e=not set",
+            "<<.f=1",
+        ];
         assert_eq!(of(text, "/n"), expected);
     }
 

@@ -1,9 +1,10 @@
 //! YAML as ROS 2 reads it: scalars by the rules of `rcl_yaml_param_parser`, which are those of YAML 1.1 where the
 //! libraries for Rust have YAML 1.2 (`yes` is a bool, `017` is fifteen, `null` is a word). The word `null` alone is told
-//! from the string: it is what `ros2 param dump` writes for a parameter that is not set.
+//! from the string: it is [`ParameterValue::NotSet`], which `ros2 param dump` writes so.
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Tag};
-use serde_yaml_ng::{Number, Value};
+
+use crate::parameters::{ParameterType, ParameterValue as Value};
 
 /// Nesting beyond this is refused: what reads the tree is recursive.
 const MAX_DEPTH: usize = 64;
@@ -47,7 +48,7 @@ pub(crate) fn documents(text: &str) -> Result<Vec<Node>, String> {
 /// The plain word `null`.
 pub(crate) const NULL: &str = "null";
 
-/// A parameter's value: a scalar, or a list of scalars of one type. The plain word `null` is [`Value::Null`], in a list a
+/// A parameter's value: a scalar, or a list of scalars of one type. The plain word `null` is [`Value::NotSet`], in a list a
 /// string.
 ///
 /// # Errors
@@ -57,33 +58,40 @@ pub(crate) fn parameter(node: Node) -> Result<Value, String> {
         Content::Nothing => Err("the value is missing".into()),
         Content::Scalar(value) => Ok(value),
         Content::Map(_) => Err("the value must be a scalar or a list, found a map".into()),
-        Content::List(items) => list(items).map(Value::Sequence),
+        Content::List(items) => list(items),
     }
 }
 
-fn list(items: Vec<Node>) -> Result<Vec<Value>, String> {
+fn list(items: Vec<Node>) -> Result<Value, String> {
     let mut values = Vec::with_capacity(items.len());
     for item in items {
-        let Content::Scalar(value) = item.content else {
-            return Err(format!(
-                "a list must hold scalars only, found {}",
-                item.content.kind()
-            ));
-        };
-        values.push(match value {
-            Value::Null => NULL.into(),
-            value => value,
-        });
+        match item.content {
+            Content::Scalar(Value::NotSet) => values.push(NULL.into()),
+            Content::Scalar(value) => values.push(value),
+            content => {
+                let kind = content.kind();
+                return Err(format!("a list must hold scalars only, found {kind}"));
+            }
+        }
     }
-    let mut kinds = values.iter().map(kind);
-    if let Some(first) = kinds.next()
-        && let Some(other) = kinds.find(|kind| *kind != first)
-    {
+    let first = values.first().cloned().unwrap_or_default();
+    if let Some(other) = values.iter().map(kind).find(|other| *other != kind(&first)) {
+        let first = kind(&first);
         return Err(format!(
             "all of a list must be of one type, found {first} and {other}"
         ));
     }
-    Ok(values)
+    Ok(match first {
+        Value::Bool(_) => of_type::<bool>(values).into(),
+        Value::Integer(_) => of_type::<i64>(values).into(),
+        Value::Double(_) => of_type::<f64>(values).into(),
+        // An empty one is accepted as one of any type.
+        _ => of_type::<String>(values).into(),
+    })
+}
+
+fn of_type<T: ParameterType>(values: Vec<Value>) -> Vec<T> {
+    values.into_iter().filter_map(T::from_value).collect()
 }
 
 impl Content {
@@ -101,8 +109,8 @@ impl Content {
 fn kind(value: &Value) -> &'static str {
     match value {
         Value::Bool(_) => "a bool",
-        Value::Number(number) if number.is_f64() => "a float",
-        Value::Number(_) => "an integer",
+        Value::Integer(_) => "an integer",
+        Value::Double(_) => "a float",
         _ => "a string",
     }
 }
@@ -179,13 +187,13 @@ fn scalar(text: &str, style: ScalarStyle, tag: Option<&Tag>) -> Content {
 
 fn plain(text: &str) -> Value {
     if text == NULL {
-        Value::Null
+        Value::NotSet
     } else if let Some(flag) = boolean(text) {
         Value::Bool(flag)
     } else if let Some(number) = integer(text) {
-        Value::Number(number.into())
+        Value::Integer(number)
     } else if let Some(number) = float(text) {
-        Value::Number(Number::from(number))
+        Value::Double(number)
     } else {
         Value::String(text.into())
     }
@@ -270,7 +278,8 @@ mod tests {
             }
         }
         for text in [".nan", ".NaN", "nan", "NaN"] {
-            assert!(value(text).unwrap().as_f64().unwrap().is_nan(), "{text}");
+            let number = f64::from_value(value(text).unwrap());
+            assert!(number.unwrap().is_nan(), "{text}");
         }
     }
 
@@ -302,7 +311,7 @@ mod tests {
 
     #[test]
     fn the_plain_word_null_is_told_from_the_string() {
-        assert_eq!(value("null").unwrap(), Value::Null);
+        assert_eq!(value("null").unwrap(), Value::NotSet);
         for text in ["'null'", "\"null\"", "!!str null"] {
             assert_eq!(value(text).unwrap(), Value::from("null"), "{text}");
         }
@@ -328,18 +337,16 @@ mod tests {
 
     #[test]
     fn lists_are_of_one_type() {
-        assert_eq!(
-            value("[yes, no]").unwrap(),
-            Value::from(vec![Value::from(true), Value::from(false)])
-        );
-        assert_eq!(value("[0x10, 1,]").unwrap().as_sequence().unwrap().len(), 2);
-        assert_eq!(
-            value("[.inf, 1.0]").unwrap()[0].as_f64(),
-            Some(f64::INFINITY)
-        );
-        assert_eq!(value("- 1\n- 2").unwrap()[1].as_i64(), Some(2));
-        assert_eq!(value("[null]").unwrap()[0].as_str(), Some("null"));
-        assert_eq!(value("[]").unwrap(), Value::Sequence(Vec::new()));
+        assert_eq!(value("[yes, no]").unwrap(), Value::from(vec![true, false]));
+        for (text, expected) in [
+            ("[0x10, 1,]", Value::from(vec![16, 1])),
+            ("[.inf, 1.0]", vec![f64::INFINITY, 1.0].into()),
+            ("- 1\n- 2", vec![1, 2].into()),
+            ("[null]", vec!["null".to_owned()].into()),
+            ("[]", Vec::<String>::new().into()),
+        ] {
+            assert_eq!(value(text).unwrap(), expected, "{text}");
+        }
         for (text, expected) in [
             ("[1, 2.5]", "an integer and a float"),
             ("[1.5, 2]", "a float and an integer"),

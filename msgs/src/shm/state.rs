@@ -43,6 +43,17 @@ pub struct BodySample {
 }
 
 impl BodySample {
+    /// The numbers of a message, without the body's name.
+    pub fn unnamed(message: &BodyState) -> Self {
+        Self {
+            name: Name::default(),
+            position: message.position,
+            linear_momentum: message.linear_momentum,
+            attitude: message.attitude,
+            angular_momentum: message.angular_momentum,
+        }
+    }
+
     /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         let vectors = [self.position, self.linear_momentum, self.angular_momentum];
@@ -137,10 +148,7 @@ impl TryFrom<&BodyState> for BodySample {
     fn try_from(message: &BodyState) -> Result<Self, NameError> {
         Ok(Self {
             name: Name::try_from(&*message.name)?,
-            position: message.position,
-            linear_momentum: message.linear_momentum,
-            attitude: message.attitude,
-            angular_momentum: message.angular_momentum,
+            ..Self::unnamed(message)
         })
     }
 }

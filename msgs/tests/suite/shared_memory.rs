@@ -6,7 +6,10 @@ use iceoryx2::{
     prelude::{NodeBuilder, ServiceName, ZeroCopySend},
     service::local,
 };
-use lgvi_msgs::shm::{BodySample, ControlHeader, ControlInterval, Name, StateHeader};
+use lgvi_msgs::cdr;
+use lgvi_msgs::geometry_msgs::Vector3;
+use lgvi_msgs::msg::ControlSequence;
+use lgvi_msgs::shm::{BodySample, ControlHeader, Name, StateHeader};
 
 fn sent_and_received<H, S>(service: &str, header: H, samples: &[S]) -> (H, Vec<S>)
 where
@@ -57,19 +60,17 @@ fn states() {
 
 #[test]
 fn control_sequences() {
-    let body = Name::try_from("chaser").unwrap();
     let header = ControlHeader {
-        body,
-        first_step: 1,
-        step_size: 0.1,
-        stamp_nanoseconds: 2,
+        publisher: [7; 16],
+        number: 3,
     };
-    let intervals = [ControlInterval {
-        force: [0.1, 0.2, 0.3],
-        moment: [0.4, 0.5, 0.6],
-    }; 3];
-    assert_eq!(
-        sent_and_received("control", header, &intervals),
-        (header, intervals.to_vec())
-    );
+    let message = ControlSequence {
+        body: "chaser".into(),
+        force: vec![Vector3::default(); 5],
+        ..ControlSequence::default()
+    };
+    let bytes = cdr::encode(&message).unwrap();
+    let (received, bytes) = sent_and_received("control", header, &bytes);
+    assert_eq!(received, header);
+    assert_eq!(cdr::decode::<ControlSequence>(&bytes).unwrap(), message);
 }

@@ -1,17 +1,17 @@
+mod controls;
 mod feedback;
 
-use lgvi_dynamics::{BodyState, Load};
+use lgvi_dynamics::BodyState;
 use lgvi_lie::to_quaternion;
 use lgvi_msgs::geometry_msgs::{Point, Pose, Quaternion};
-use lgvi_msgs::shm::{BodySample, ControlInterval, Name};
+use lgvi_msgs::shm::{BodySample, Name};
 use lgvi_msgs::stamp::{self, StampError};
 use lgvi_msgs::std_msgs::Header;
 use lgvi_scene::{Scene, Units};
 use nalgebra::{Matrix3, Vector3};
 
-pub use feedback::{
-    Correction, FeedbackSequence, Gain, Limits, correction, feedback_interval, feedback_sequence,
-};
+pub use controls::{Feedback, control_sequence};
+pub use feedback::{Correction, GAIN, Gain, Limits};
 
 /// The header of what is true at `step`, in the inertial frame.
 pub fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {
@@ -60,23 +60,6 @@ pub fn body_state(sample: &BodySample, units: &Units) -> BodyState {
         attitude: Matrix3::from_row_slice(&sample.attitude),
         angular_momentum: Vector3::from(sample.angular_momentum) / units.angular_momentum(),
     }
-}
-
-/// The sample of a control.
-pub fn control_interval(control: &Load, units: &Units) -> ControlInterval {
-    let si = units.load_to_si(control);
-    ControlInterval {
-        force: si.force.into(),
-        moment: si.moment.into(),
-    }
-}
-
-/// The load of a control's sample.
-pub fn load(interval: &ControlInterval, units: &Units) -> Load {
-    units.load_from_si(&Load {
-        force: interval.force.into(),
-        moment: interval.moment.into(),
-    })
 }
 
 #[cfg(test)]

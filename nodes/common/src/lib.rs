@@ -9,8 +9,8 @@ mod scene_file;
 mod warning;
 
 pub use convert::{
-    Correction, FeedbackSequence, Gain, Limits, body_sample, body_state, control_interval,
-    correction, feedback_interval, feedback_sequence, header, load, pose,
+    Correction, Feedback, GAIN, Gain, Limits, body_sample, body_state, control_sequence, header,
+    pose,
 };
 pub use event::{Event, FlightReport, Miss, PlanReport};
 pub use frame_prefix::FramePrefix;

@@ -9,7 +9,7 @@ use lgvi_msgs::msg::ControlSequence;
 use lgvi_scene::Scene;
 use tracing::warn;
 
-use crate::sequence::{Samples, Sequence};
+use crate::sequence::Sequence;
 use crate::solver::{Iteration, Reason, violation};
 
 /// A goal in the node's hands.
@@ -126,7 +126,7 @@ fn with(scene: &Scene, body: usize, sequence: &Sequence) -> PlanManeuverResult {
         cost,
         ..
     } = &*sequence.plan;
-    let message = Samples::of(scene, body, sequence).and_then(|samples| samples.to_message(scene));
+    let message = sequence.message(scene, body, 0);
     PlanManeuverResult {
         cost: *cost,
         violation: violation(certificate),

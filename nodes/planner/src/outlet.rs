@@ -1,21 +1,21 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use lgvi_common::FeedbackSequence;
 use lgvi_middleware::node::{Node, NodeError};
-use lgvi_middleware::ros::{Publisher, Qos, RosNode};
-use lgvi_middleware::shm::{ControlPublisher, FeedbackPublisher, ShmNode};
-use lgvi_msgs::RosMessage;
+use lgvi_middleware::ros::{PublishError, Publisher, Qos, RawPublisher, RosNode};
+use lgvi_middleware::shm::{ControlPublisher, ShmNode};
 use lgvi_msgs::msg::{ControlSequence, PlanProgress};
 use lgvi_msgs::nav_msgs::Path;
+use lgvi_msgs::shm::ControlHeader;
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
+use lgvi_msgs::{RosMessage, cdr};
 use lgvi_scene::Scene;
 use tracing::warn;
 
 use crate::markers::markers;
 use crate::messages;
-use crate::sequence::{Samples, Sequence};
+use crate::sequence::Sequence;
 
 /// How long subscribers that do not keep up are waited for.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
@@ -29,8 +29,7 @@ const DISCOVERY: Duration = Duration::from_secs(2);
 /// Where the node publishes.
 pub(crate) struct Outlet {
     shm: ControlPublisher,
-    shm_feedback: FeedbackPublisher,
-    controls: Publisher<ControlSequence>,
+    controls: RawPublisher,
     progress: Publisher<PlanProgress>,
     path: Publisher<Path>,
     markers: Publisher<MarkerArray>,
@@ -46,9 +45,8 @@ impl Outlet {
             .map_err(NodeError::input)?;
         Ok(Self {
             shm: shm.control_publisher(&topic).map_err(NodeError::runtime)?,
-            shm_feedback: shm.feedback_publisher(&topic).map_err(NodeError::runtime)?,
             controls: ros
-                .publisher(&topic, &Qos::latched(1))
+                .raw_publisher(&topic, ControlSequence::TYPE_NAME, &Qos::latched(1))
                 .map_err(NodeError::runtime)?,
             progress: ros
                 .publisher("~/progress", &Qos::latched(history))
@@ -71,15 +69,14 @@ impl Outlet {
         }
     }
 
-    /// Publishes a plan, to this host's propagator first.
+    /// Publishes a plan.
     pub(crate) fn plan(
         &mut self,
         scene: &Scene,
         body: usize,
         sequence: &Sequence,
     ) -> Result<(), NodeError> {
-        let samples = Samples::of(scene, body, sequence).map_err(NodeError::runtime)?;
-        self.controls(scene, &samples)?;
+        self.rest(scene, body, sequence, sequence.first_step)?;
         let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
         let markers = markers(scene, sequence).map_err(NodeError::runtime)?;
@@ -95,20 +92,21 @@ impl Outlet {
         sequence: &Sequence,
         first_step: u64,
     ) -> Result<(), NodeError> {
-        let samples = Samples::of(scene, body, sequence).map_err(NodeError::runtime)?;
-        self.controls(scene, &samples.from(scene, first_step))
+        let message = sequence.message(scene, body, first_step);
+        self.controls(&message.map_err(NodeError::runtime)?)
     }
 
-    fn controls(&mut self, scene: &Scene, samples: &Samples) -> Result<(), NodeError> {
-        match samples {
-            Samples::Open(header, intervals) => self.shm.send(*header, intervals),
-            Samples::Closed(FeedbackSequence { header, intervals }) => {
-                self.shm_feedback.send(*header, intervals)
-            }
-        }
-        .map_err(NodeError::runtime)?;
-        let message = samples.to_message(scene).map_err(NodeError::runtime)?;
-        send(&self.controls, &message, &mut self.sent);
+    /// The same bytes go both ways, to this host's propagator first; the identity of the sample tells that they are one.
+    fn controls(&mut self, message: &ControlSequence) -> Result<(), NodeError> {
+        let cdr = cdr::encode(message).map_err(NodeError::runtime)?;
+        let sample = self.controls.next_sample();
+        let header = ControlHeader {
+            publisher: sample.writer.0,
+            number: sample.sequence.unsigned_abs(),
+        };
+        self.shm.send(header, &cdr).map_err(NodeError::runtime)?;
+        let published = self.controls.publish_lossless(cdr, PATIENCE);
+        count(published, self.controls.topic(), &mut self.sent);
         Ok(())
     }
 
@@ -143,8 +141,13 @@ fn send<M: RosMessage + Send + Sync + 'static>(
     message: &M,
     sent: &mut BTreeMap<String, u64>,
 ) {
-    match publisher.publish_lossless(message, PATIENCE) {
-        Ok(()) => *sent.entry(publisher.topic().to_owned()).or_default() += 1,
+    let published = publisher.publish_lossless(message, PATIENCE);
+    count(published, publisher.topic(), sent);
+}
+
+fn count(published: Result<(), PublishError>, topic: &str, sent: &mut BTreeMap<String, u64>) {
+    match published {
+        Ok(()) => *sent.entry(topic.to_owned()).or_default() += 1,
         Err(error) => warn!("{error}"),
     }
 }

@@ -89,7 +89,6 @@ mod tests {
     use lgvi_propagator::{Controls, Flight};
 
     use super::*;
-    use crate::sequence::Samples;
     use crate::solver::{End, Initial, Task, solve};
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
@@ -106,10 +105,7 @@ mod tests {
     }
 
     fn controls(scene: &Scene, sequence: &Sequence) -> Controls {
-        let message = Samples::of(scene, 0, sequence)
-            .unwrap()
-            .to_message(scene)
-            .unwrap();
+        let message = sequence.message(scene, 0, 0).unwrap();
         Controls::of_message(scene, &message).unwrap()
     }
 

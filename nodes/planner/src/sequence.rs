@@ -1,11 +1,11 @@
 use std::sync::Arc;
 
-use lgvi_common::{FeedbackSequence, Limits, control_interval, feedback_sequence};
+use lgvi_common::{Feedback, Limits, control_sequence};
 use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
 use lgvi_control::{Plan, miss};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
-use lgvi_msgs::shm::{ControlHeader, ControlInterval, ConversionError, Name};
+use lgvi_msgs::stamp::StampError;
 use lgvi_scene::{Maneuver, Scene};
 use nalgebra::{SMatrix, Vector3};
 
@@ -35,6 +35,32 @@ impl Sequence {
         self.first_step + self.plan.controls.len() as u64
     }
 
+    /// Its message for `body`, from `first_step` on if that is later than its first.
+    pub(crate) fn message(
+        &self,
+        scene: &Scene,
+        body: usize,
+        first_step: u64,
+    ) -> Result<ControlSequence, StampError> {
+        let Plan {
+            controls,
+            states,
+            feedback,
+            ..
+        } = &*self.plan;
+        let past = first_step.saturating_sub(self.first_step);
+        let first_step = self.first_step + past;
+        let past = usize::try_from(past)
+            .unwrap_or(usize::MAX)
+            .min(controls.len());
+        let law = self.limits.as_ref().map(|limits| Feedback {
+            reference: &states[past..],
+            gains: &feedback[past..],
+            limits,
+        });
+        control_sequence(scene, body, first_step, &controls[past..], law)
+    }
+
     /// What it lets act during `step` on a body in `state`; `None` before its first step.
     pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
         let interval = usize::try_from(step.checked_sub(self.first_step)?).ok()?;
@@ -51,84 +77,6 @@ impl Sequence {
             moment: control.moment - correction.fixed_rows::<3>(3),
         }))
     }
-}
-
-/// A sequence as it goes over shared memory.
-pub(crate) enum Samples {
-    /// Without feedback.
-    Open(ControlHeader, Vec<ControlInterval>),
-    /// With its law.
-    Closed(FeedbackSequence),
-}
-
-impl Samples {
-    /// The samples of a sequence for `body`.
-    pub(crate) fn of(
-        scene: &Scene,
-        body: usize,
-        sequence: &Sequence,
-    ) -> Result<Self, ConversionError> {
-        let Sequence {
-            first_step, plan, ..
-        } = sequence;
-        if let Some(limits) = &sequence.limits {
-            let (states, gains) = (&plan.states, &plan.feedback);
-            let controls = &plan.controls;
-            return feedback_sequence(scene, body, *first_step, controls, states, gains, limits)
-                .map(Self::Closed);
-        }
-        let header = ControlHeader {
-            body: Name::try_from(scene.bodies[body].name.as_str())?,
-            first_step: *first_step,
-            step_size: scene.h() * scene.units.time,
-            stamp_nanoseconds: scene.stamp(*first_step),
-        };
-        let interval = |control| control_interval(control, &scene.units);
-        Ok(Self::Open(
-            header,
-            plan.controls.iter().map(interval).collect(),
-        ))
-    }
-
-    /// What is left of them from a step on.
-    pub(crate) fn from(self, scene: &Scene, first_step: u64) -> Self {
-        match self {
-            Self::Open(mut header, intervals) => {
-                let intervals = rest(scene, &mut header, intervals, first_step);
-                Self::Open(header, intervals)
-            }
-            Self::Closed(FeedbackSequence {
-                mut header,
-                intervals,
-            }) => {
-                let intervals = rest(scene, &mut header.control, intervals, first_step);
-                Self::Closed(FeedbackSequence { header, intervals })
-            }
-        }
-    }
-
-    /// The message that says the same.
-    pub(crate) fn to_message(&self, scene: &Scene) -> Result<ControlSequence, ConversionError> {
-        match self {
-            Self::Open(header, intervals) => header.to_message(intervals, &scene.frame),
-            Self::Closed(sequence) => sequence.to_message(scene),
-        }
-    }
-}
-
-/// The intervals from a step on, whose header becomes theirs.
-fn rest<I>(
-    scene: &Scene,
-    header: &mut ControlHeader,
-    mut intervals: Vec<I>,
-    first_step: u64,
-) -> Vec<I> {
-    let before = first_step.saturating_sub(header.first_step);
-    header.first_step += before;
-    header.stamp_nanoseconds = scene.stamp(header.first_step);
-    let before = usize::try_from(before).unwrap_or(usize::MAX);
-    intervals.drain(..before.min(intervals.len()));
-    intervals
 }
 
 /// The limits that constraints put on force and moment, the tightest of each kind. Those on commands are such limits only
@@ -215,8 +163,7 @@ mod tests {
             let fly = |rests: &[u64]| {
                 let mut flight = Flight::new(&scene).unwrap();
                 for &step in [0].iter().chain(rests) {
-                    let samples = Samples::of(&scene, 0, &sequence).unwrap();
-                    let message = samples.from(&scene, step).to_message(&scene).unwrap();
+                    let message = sequence.message(&scene, 0, step).unwrap();
                     assert_eq!(message.force.len() as u64, 60 - step);
                     let controls = Controls::of_message(&scene, &message).unwrap();
                     flight.accept(controls).unwrap();

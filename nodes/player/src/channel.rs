@@ -8,8 +8,10 @@ use lgvi_middleware::ros::{Qos, RawPublisher};
 use lgvi_middleware::shm::{Delivery, ShmNode, StatePublisher};
 use tracing::warn;
 
-use crate::channels::PATIENCE;
 use crate::states;
+
+/// How long subscribers that do not keep up are waited for.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// How often somebody is told that messages of a topic are not published.
 const COMPLAINT: Duration = Duration::from_secs(1);

@@ -1,7 +1,6 @@
 //! Where a bag's topics go.
 
 use std::mem;
-use std::time::Duration;
 
 use lgvi_bag::{BagReader, Durability, Topic};
 use lgvi_middleware::node::{Node, NodeError};
@@ -9,15 +8,12 @@ use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_middleware::shm::{Delivery, ShmNode};
 use tracing::warn;
 
-use crate::channel::Channel;
+use crate::channel::{Channel, PATIENCE};
 use crate::clock::CLOCK;
 use crate::config::Config;
 use crate::depths;
 use crate::reel::Shown;
 use crate::states;
-
-/// How long subscribers that do not keep up are waited for.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The outlets of a bag's topics.
 pub(crate) struct Channels {

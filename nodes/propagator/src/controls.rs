@@ -1,10 +1,8 @@
-use lgvi_common::load;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::excerpt;
+use lgvi_msgs::geometry_msgs::Vector3;
 use lgvi_msgs::msg::ControlSequence;
-use lgvi_msgs::shm::{
-    ControlHeader, ControlInterval, ConversionError, FeedbackHeader, FeedbackInterval,
-};
+use lgvi_msgs::stamp::{self, StampError};
 use lgvi_scene::Scene;
 use thiserror::Error;
 
@@ -29,9 +27,17 @@ pub enum ControlError {
     /// Bytes that are no message.
     #[error("{0}")]
     Undecodable(String),
-    /// Not a sequence at all: lengths that differ, or a body's name that no sample can hold.
-    #[error("{0}")]
-    Form(#[from] ConversionError),
+    /// A sequence needs as many moments as forces.
+    #[error("{forces} elements in `force` and {moments} in `moment`, expected as many")]
+    Lengths {
+        /// Forces in the sequence.
+        forces: usize,
+        /// Moments in it.
+        moments: usize,
+    },
+    /// A time that is none.
+    #[error("`header.stamp`: {0}")]
+    Stamp(#[from] StampError),
     /// No such body.
     #[error("`body` is {found:?}, expected one of {}", known.join(", "))]
     Body {
@@ -120,67 +126,23 @@ impl Controls {
                 expected: expected.clone(),
             });
         }
-        match FeedbackHeader::from_message(message)? {
-            Some((header, intervals)) => Self::check_feedback(scene, &header, &intervals),
-            None => {
-                let (header, intervals) = ControlHeader::from_message(message)?;
-                Self::check(scene, &header, &intervals)
-            }
-        }
-    }
-
-    /// Checks a received sequence with a feedback law against the scene.
-    pub fn check_feedback(
-        scene: &Scene,
-        header: &FeedbackHeader,
-        intervals: &[FeedbackInterval],
-    ) -> Result<Self, ControlError> {
-        let controls: Vec<_> = intervals.iter().map(|interval| interval.control).collect();
-        Ok(Self {
-            law: Some(Law::check(header, intervals, &scene.units)?),
-            ..Self::check(scene, &header.control, &controls)?
-        })
-    }
-
-    /// Checks a received open-loop sequence against the scene.
-    pub fn check(
-        scene: &Scene,
-        header: &ControlHeader,
-        intervals: &[ControlInterval],
-    ) -> Result<Self, ControlError> {
-        let name = header.body.as_str();
-        let body = scene.body_index(name).ok_or_else(|| ControlError::Body {
-            found: name.into(),
-            known: scene.bodies.iter().map(|body| body.name.clone()).collect(),
-        })?;
+        stamp::from_message(&message.header.stamp)?;
+        let body = scene
+            .body_index(&message.body)
+            .ok_or_else(|| ControlError::Body {
+                found: excerpt(&message.body),
+                known: scene.bodies.iter().map(|body| body.name.clone()).collect(),
+            })?;
         let expected = scene.h() * scene.units.time;
-        let found = header.step_size;
+        let found = message.step_size;
         if found.is_nan() || (found - expected).abs() > 1e-9 * expected {
             return Err(ControlError::StepSize { found, expected });
         }
-        if intervals.is_empty() {
-            return Err(ControlError::Empty);
-        }
-        for (interval, control) in intervals.iter().enumerate() {
-            for (field, value) in [("force", control.force), ("moment", control.moment)] {
-                if value.iter().any(|component| !component.is_finite()) {
-                    return Err(ControlError::NotFinite {
-                        field,
-                        interval,
-                        value,
-                    });
-                }
-            }
-        }
-        let loads = intervals
-            .iter()
-            .map(|interval| load(interval, &scene.units))
-            .collect();
         Ok(Self {
             body,
-            first_step: header.first_step,
-            loads,
-            law: None,
+            first_step: message.first_step,
+            loads: loads(scene, message)?,
+            law: Law::check(message, &scene.units)?,
         })
     }
 
@@ -207,4 +169,37 @@ impl Controls {
             None => *load,
         })
     }
+}
+
+/// The controls of a message in the scene's units.
+fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlError> {
+    let (forces, moments) = (message.force.len(), message.moment.len());
+    if forces != moments {
+        return Err(ControlError::Lengths { forces, moments });
+    }
+    if forces == 0 {
+        return Err(ControlError::Empty);
+    }
+    let finite = |field, interval, vector: &Vector3| {
+        let value = [vector.x, vector.y, vector.z];
+        if value.iter().all(|component| component.is_finite()) {
+            Ok(value.into())
+        } else {
+            Err(ControlError::NotFinite {
+                field,
+                interval,
+                value,
+            })
+        }
+    };
+    let intervals = message.force.iter().zip(&message.moment).enumerate();
+    intervals
+        .map(|(interval, (force, moment))| {
+            let load = Load {
+                force: finite("force", interval, force)?,
+                moment: finite("moment", interval, moment)?,
+            };
+            Ok(scene.units.load_from_si(&load))
+        })
+        .collect()
 }

@@ -1,6 +1,6 @@
 //! How a flight ends: what was published is accounted for once it has been acknowledged, while the loop goes on.
 
-use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::mpsc::TryRecvError;
 use std::time::Duration;
 
 use lgvi_common::{Event, FlightReport};
@@ -9,13 +9,7 @@ use tracing::info;
 
 use crate::config::PATIENCE;
 use crate::link::{LinkError, Published};
-use crate::run::{Phase, Propagator};
-
-/// A flight that is over, of which nobody has been told yet.
-pub(crate) struct Ending {
-    report: FlightReport,
-    published: Receiver<Published>,
-}
+use crate::run::{Ending, Phase, Propagator};
 
 impl Propagator {
     /// Begins to end a flight that has made all its steps.

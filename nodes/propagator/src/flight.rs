@@ -272,7 +272,8 @@ impl Flight {
 
 #[cfg(test)]
 mod tests {
-    use lgvi_msgs::shm::{ControlHeader, ControlInterval, Name};
+    use lgvi_msgs::geometry_msgs;
+    use lgvi_msgs::msg::ControlSequence;
     use nalgebra::Vector3;
 
     use super::*;
@@ -298,33 +299,23 @@ mod tests {
         Scene::parse("test", text).unwrap()
     }
 
-    fn header(body: &str, first_step: u64, step_size: f64) -> ControlHeader {
-        let body = Name::try_from(body).unwrap();
-        ControlHeader {
-            body,
+    fn push(first_step: u64, force: f64, times: usize) -> ControlSequence {
+        let force = geometry_msgs::Vector3 {
+            x: force,
+            ..Default::default()
+        };
+        ControlSequence {
+            body: "ball".into(),
             first_step,
-            step_size,
-            stamp_nanoseconds: 0,
+            step_size: 0.1,
+            force: vec![force; times],
+            moment: vec![Default::default(); times],
+            ..Default::default()
         }
     }
 
-    fn push(force: f64, times: usize) -> Vec<ControlInterval> {
-        vec![
-            ControlInterval {
-                force: [force, 0.0, 0.0],
-                moment: [0.0; 3]
-            };
-            times
-        ]
-    }
-
     fn controls(first_step: u64, force: f64, times: usize) -> Controls {
-        Controls::check(
-            &scene(),
-            &header("ball", first_step, 0.1),
-            &push(force, times),
-        )
-        .unwrap()
+        Controls::of_message(&scene(), &push(first_step, force, times)).unwrap()
     }
 
     /// Momentum gained in each of ten steps, in units of h × scene force.
@@ -484,26 +475,32 @@ mod tests {
 
     #[test]
     fn wrong_sequences_are_refused_with_field_and_value() {
-        let check = |header, intervals: &[ControlInterval]| {
-            Controls::check(&scene(), &header, intervals)
+        let check = |spoil: fn(&mut ControlSequence)| {
+            let mut message = push(0, 1.0, 3);
+            spoil(&mut message);
+            Controls::of_message(&scene(), &message)
                 .unwrap_err()
                 .to_string()
         };
-        let text = check(header("moon", 0, 0.1), &push(1.0, 1));
-        assert_eq!(text, "`body` is \"moon\", expected one of ball");
-        let text = check(header("ball", 0, 0.2), &push(1.0, 1));
         assert_eq!(
-            text,
+            check(|m| m.body = "moon".into()),
+            "`body` is \"moon\", expected one of ball"
+        );
+        assert_eq!(
+            check(|m| m.step_size = 0.2),
             "`step_size` is 0.2 s, expected the scene's step 0.1 s"
         );
-        assert!(check(header("ball", 0, f64::NAN), &push(1.0, 1)).contains("NaN"));
-        assert!(check(header("ball", 0, 0.1), &[]).contains("empty"));
-        let mut intervals = push(1.0, 3);
-        intervals[2].moment[1] = f64::INFINITY;
-        let text = check(header("ball", 0, 0.1), &intervals);
+        assert!(check(|m| m.step_size = f64::NAN).contains("NaN"));
+        assert!(check(|m| (m.force, m.moment) = Default::default()).contains("empty"));
         assert_eq!(
-            text,
+            check(|m| drop(m.moment.pop())),
+            "3 elements in `force` and 2 in `moment`, expected as many"
+        );
+        assert_eq!(
+            check(|m| m.moment[2].y = f64::INFINITY),
             "`moment[2]` is [0.0, inf, 0.0], expected three finite numbers"
         );
+        let text = check(|m| m.header.stamp.nanosec = 1_000_000_000);
+        assert!(text.starts_with("`header.stamp`: "), "{text}");
     }
 }

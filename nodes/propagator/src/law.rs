@@ -1,7 +1,8 @@
-use lgvi_common::{Correction, Limits, correction};
+use lgvi_common::{Correction, GAIN, Limits};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::orthogonality_error;
-use lgvi_msgs::shm::{self, FeedbackHeader, FeedbackInterval};
+use lgvi_msgs::excerpt;
+use lgvi_msgs::msg::{self, ControlLimits, ControlSequence};
 use lgvi_scene::Units;
 use thiserror::Error;
 
@@ -25,6 +26,21 @@ pub struct Law {
 /// Why a feedback law is none.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum LawError {
+    /// Not as much of everything as there are intervals.
+    #[error(
+        "{found} elements in `{field}`, expected {expected} for the {intervals} intervals of the sequence, or an open \
+         loop without `reference` and `feedback`"
+    )]
+    Length {
+        /// `reference` or `feedback`.
+        field: &'static str,
+        /// Its elements.
+        found: usize,
+        /// What there should be.
+        expected: usize,
+        /// Intervals of the sequence.
+        intervals: usize,
+    },
     /// The reference is of another body.
     #[error(
         "`reference[{interval}].name` is {found:?}, expected the sequence's `body`, {expected}"
@@ -79,33 +95,56 @@ impl Law {
         size_of_val(self.corrections.as_slice())
     }
 
-    /// Checks the law of a received sequence.
+    /// Checks the law of a received sequence; `None` for an open loop.
     pub(crate) fn check(
-        header: &FeedbackHeader,
-        intervals: &[FeedbackInterval],
+        message: &ControlSequence,
         units: &Units,
-    ) -> Result<Self, LawError> {
-        check_limits(&header.limits)?;
-        let body = header.control.body;
-        let mut corrections = Vec::with_capacity(intervals.len());
-        for (index, interval) in intervals.iter().enumerate() {
-            let found = interval.reference.name;
-            if found != body {
-                return Err(LawError::ReferenceBody {
-                    interval: index,
-                    found: found.as_str().into(),
-                    expected: body.as_str().into(),
+    ) -> Result<Option<Self>, LawError> {
+        let ControlSequence {
+            body,
+            reference,
+            feedback,
+            limits,
+            ..
+        } = message;
+        if reference.is_empty() && feedback.is_empty() {
+            return Ok(None);
+        }
+        let intervals = message.force.len();
+        for (field, found, each) in [
+            ("reference", reference.len(), 1),
+            ("feedback", feedback.len(), GAIN),
+        ] {
+            let expected = each * intervals;
+            if found != expected {
+                return Err(LawError::Length {
+                    field,
+                    found,
+                    expected,
+                    intervals,
                 });
             }
-            let correction = correction(interval, units);
-            check_reference(index, interval, &correction.reference)?;
-            check_gain(index, interval, &correction)?;
+        }
+        check_limits(limits)?;
+        let (gains, _) = feedback.as_chunks();
+        let mut corrections = Vec::with_capacity(intervals);
+        for (interval, (state, gain)) in reference.iter().zip(gains).enumerate() {
+            if state.name != *body {
+                return Err(LawError::ReferenceBody {
+                    interval,
+                    found: excerpt(&state.name),
+                    expected: excerpt(body),
+                });
+            }
+            let correction = Correction::from_si(state, gain, units);
+            check_reference(interval, state, &correction.reference)?;
+            check_gain(interval, gain, &correction)?;
             corrections.push(correction);
         }
-        Ok(Self {
+        Ok(Some(Self {
             corrections,
-            limits: Limits::from_si(&header.limits, units),
-        })
+            limits: Limits::from_si(limits, units),
+        }))
     }
 
     /// The control `load` of `interval` corrected for the body's `state` at its start.
@@ -119,7 +158,7 @@ impl Law {
     }
 }
 
-fn check_limits(limits: &shm::Limits) -> Result<(), LawError> {
+fn check_limits(limits: &ControlLimits) -> Result<(), LawError> {
     let [fx, fy, fz] = limits.force;
     let [mx, my, mz] = limits.moment;
     let named = [
@@ -143,20 +182,19 @@ fn check_limits(limits: &shm::Limits) -> Result<(), LawError> {
 
 fn check_reference(
     interval: usize,
-    sample: &FeedbackInterval,
+    message: &msg::BodyState,
     reference: &BodyState,
 ) -> Result<(), LawError> {
-    let sample = &sample.reference;
     for (field, value, converted) in [
-        ("position", sample.position, reference.position),
+        ("position", message.position, reference.position),
         (
             "linear_momentum",
-            sample.linear_momentum,
+            message.linear_momentum,
             reference.linear_momentum,
         ),
         (
             "angular_momentum",
-            sample.angular_momentum,
+            message.angular_momentum,
             reference.angular_momentum,
         ),
     ] {
@@ -171,7 +209,7 @@ fn check_reference(
     let attitude = &reference.attitude;
     let error = orthogonality_error(attitude);
     if error.is_nan() || error > ROTATION_TOLERANCE || attitude.determinant() < 0.0 {
-        let value = sample.attitude;
+        let value = message.attitude;
         return Err(LawError::ReferenceAttitude { interval, value });
     }
     Ok(())
@@ -179,15 +217,14 @@ fn check_reference(
 
 fn check_gain(
     interval: usize,
-    sample: &FeedbackInterval,
+    numbers: &[f64; GAIN],
     correction: &Correction,
 ) -> Result<(), LawError> {
-    let numbers = sample.gain.as_flattened();
     // By rows.
     let converted = correction.gain.transpose();
     match converted.iter().position(|number| !number.is_finite()) {
         Some(index) => Err(LawError::Gain {
-            index: interval * numbers.len() + index,
+            index: interval * GAIN + index,
             value: numbers[index],
         }),
         None => Ok(()),

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use lgvi_common::{Event, FlightReport, FramePrefix, Miss, body_sample};
@@ -17,9 +18,8 @@ use tracing::{info, warn};
 use crate::choosing;
 use crate::config::{self, Config, Rates};
 use crate::cuts::Cuts;
-use crate::ending::Ending;
 use crate::flight::Flight;
-use crate::link::{self, LinkEnd, Wait};
+use crate::link::{self, LinkEnd, Published, Wait};
 use crate::lockstep::Lockstep;
 use crate::messages::state_header;
 use crate::monitor::Monitor;
@@ -98,6 +98,12 @@ pub(crate) enum Phase {
     Flying,
     /// All steps are made.
     Flown,
+}
+
+/// A flight that is over, of which nobody has been told yet.
+pub(crate) struct Ending {
+    pub(crate) report: FlightReport,
+    pub(crate) published: Receiver<Published>,
 }
 
 impl Managed for Propagator {

@@ -5,9 +5,8 @@
 use std::sync::Arc;
 
 use allocation_counter::{AllocationInfo, measure};
-use lgvi_common::{Gain, Limits, feedback_sequence};
+use lgvi_common::{Feedback, Gain, Limits, control_sequence};
 use lgvi_dynamics::Load;
-use lgvi_msgs::shm::FeedbackHeader;
 use lgvi_propagator::{Controls, Flight};
 use lgvi_scene::Scene;
 
@@ -39,19 +38,16 @@ force_error = 0.01
 
 fn controls(scene: &Scene, first_step: u64) -> Arc<Controls> {
     let intervals = 1000;
-    let (reference, gain) = (scene.bodies[0].state, Gain::from_element(1e-3));
-    let sequence = feedback_sequence(
-        scene,
-        0,
-        first_step,
-        &vec![Load::default(); intervals],
-        &vec![reference; intervals],
-        &vec![gain; intervals],
-        &Limits::NONE,
-    );
-    let message = sequence.unwrap().to_message(scene).unwrap();
-    assert!(FeedbackHeader::from_message(&message).unwrap().is_some());
-    Arc::new(Controls::of_message(scene, &message).unwrap())
+    let law = Feedback {
+        reference: &vec![scene.bodies[0].state; intervals],
+        gains: &vec![Gain::from_element(1e-3); intervals],
+        limits: &Limits::NONE,
+    };
+    let loads = vec![Load::default(); intervals];
+    let message = control_sequence(scene, 0, first_step, &loads, Some(law)).unwrap();
+    let controls = Controls::of_message(scene, &message).unwrap();
+    assert!(controls.law.is_some());
+    Arc::new(controls)
 }
 
 #[test]

@@ -4,12 +4,12 @@
 
 use std::f64::consts::PI;
 
-use lgvi_common::{Gain, Limits, feedback_sequence};
+use lgvi_common::{Feedback, Gain, Limits, control_sequence};
 use lgvi_control::miss;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::exp;
 use lgvi_msgs::msg::ControlSequence;
-use lgvi_propagator::{Controls, Flight};
+use lgvi_propagator::{ControlError, Controls, Flight, LawError};
 use lgvi_scene::Scene;
 use nalgebra::{Matrix3, Vector3};
 
@@ -107,9 +107,12 @@ fn sequence(gain: impl Fn(usize) -> Gain, limits: &Limits) -> ControlSequence {
     let coast = vec![scene.bodies[0].state; STEPS + 1];
     let none = vec![Gain::zeros(); STEPS];
     let build = |reference: &[BodyState], gains: &[Gain], limits| {
-        feedback_sequence(&scene, 0, 0, &controls, reference, gains, limits)
-            .and_then(|sequence| sequence.to_message(&scene))
-            .unwrap()
+        let law = Feedback {
+            reference,
+            gains,
+            limits,
+        };
+        control_sequence(&scene, 0, 0, &controls, Some(law)).unwrap()
     };
     let (reference, _) = fly(&scene, Some(&build(&coast, &none, &Limits::NONE)));
     build(&reference, &gains, limits)
@@ -345,15 +348,24 @@ fn every_malformed_field_is_refused_by_its_name() {
     let lengths = [
         (STEPS, STEPS - 1),
         (STEPS - 1, STEPS),
-        (STEPS + 2, STEPS),
+        (STEPS, STEPS + 1),
         (0, STEPS),
     ];
     for (references, gains) in lengths {
-        let reference = vec![scene.bodies[0].state; references];
-        let gains = vec![springs(); gains];
-        let limits = Limits::NONE;
-        let built = feedback_sequence(&scene, 0, 0, &controls, &reference, &gains, &limits);
-        assert!(built.is_err(), "{references} references");
+        let law = Feedback {
+            reference: &vec![scene.bodies[0].state; references],
+            gains: &vec![springs(); gains],
+            limits: &Limits::NONE,
+        };
+        let built = control_sequence(&scene, 0, 0, &controls, Some(law)).unwrap();
+        assert!(
+            matches!(
+                Controls::of_message(&scene, &built),
+                Err(ControlError::Law(LawError::Length { .. }))
+            ),
+            "{references} references, {} gains",
+            law.gains.len()
+        );
     }
 }
 

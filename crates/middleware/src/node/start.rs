@@ -15,6 +15,10 @@ use super::{NodeError, let_long_files_fail};
 /// The one argument of our own: report events on standard output, and stop when standard input ends.
 const SUPERVISED: &str = "--supervised";
 
+/// The parameter that has the levels of loggers served; as the option of the same name of `rclcpp` and `rclpy`, off unless
+/// set.
+const LOGGER_SERVICE: &str = "enable_logger_service";
+
 /// A managed node of the ROS 2 graph. Its parameters, lifecycle and diagnostics are served in the background.
 pub struct Node {
     // Fields are dropped in this order.
@@ -83,9 +87,11 @@ impl Node {
         parameters.serve(&ros, &mut executor).map_err(runtime)?;
         let levels = logging.levels();
         levels.follow(&parameters).map_err(NodeError::runtime)?;
-        levels
-            .serve(&parameters, &ros, &mut executor)
-            .map_err(runtime)?;
+        if parameters.get(LOGGER_SERVICE)? {
+            levels
+                .serve(&parameters, &ros, &mut executor)
+                .map_err(runtime)?;
+        }
         Ok(Self {
             lifecycle: Lifecycle::serve(&ros, &mut executor).map_err(runtime)?,
             diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone()).map_err(runtime)?,
@@ -130,8 +136,14 @@ impl Node {
 }
 
 /// The parameters of every node.
-pub(crate) fn common() -> [ParameterSpec; 2] {
+pub(crate) fn common() -> [ParameterSpec; 3] {
     [
+        ParameterSpec::new(
+            LOGGER_SERVICE,
+            false,
+            "offer ~/get_logger_levels and ~/set_logger_levels",
+        )
+        .change(ParameterChange::Never),
         ParameterSpec::new(
             "use_sim_time",
             false,

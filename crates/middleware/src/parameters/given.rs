@@ -2,28 +2,24 @@
 
 use std::collections::BTreeMap;
 
-use serde_yaml_ng::Value;
+use super::ParameterValue;
 
 /// The parameters given to one node, before it has declared its own.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Given(BTreeMap<String, Value>);
+pub struct Given(BTreeMap<String, ParameterValue>);
 
 impl Given {
     /// Collects parameters; of two with the same name the later wins.
-    pub(crate) fn new(given: impl IntoIterator<Item = (String, Value)>) -> Self {
+    pub(crate) fn new(given: impl IntoIterator<Item = (String, ParameterValue)>) -> Self {
         Self(given.into_iter().collect())
     }
 
-    pub(super) fn into_values(self) -> BTreeMap<String, Value> {
+    pub(super) fn into_values(self) -> BTreeMap<String, ParameterValue> {
         self.0
     }
 
     #[cfg(test)]
-    pub(crate) fn value(&self, name: &str) -> Option<&Value> {
+    pub(crate) fn value(&self, name: &str) -> Option<&ParameterValue> {
         self.0.get(name)
     }
-}
-
-pub(super) fn yaml_text(value: &Value) -> String {
-    serde_yaml_ng::to_string(value).map_or_else(|_| format!("{value:?}"), |text| text.trim().into())
 }

@@ -3,13 +3,12 @@
 use std::{fmt, sync::Arc};
 
 use lgvi_msgs::rcl_interfaces::{FloatingPointRange, IntegerRange, ParameterDescriptor};
-use serde_yaml_ng::Value;
 
 use super::{
     ParameterError,
-    given::yaml_text,
     value::{ParameterKind, ParameterType, ParameterValue},
 };
+use crate::yaml::NULL;
 
 /// When a parameter may be set.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -141,7 +140,10 @@ impl ParameterSpec {
     }
 
     /// The value to begin with: the one given, or the default.
-    pub(super) fn begin(&self, given: Option<&Value>) -> Result<ParameterValue, ParameterError> {
+    pub(super) fn begin(
+        &self,
+        given: Option<ParameterValue>,
+    ) -> Result<ParameterValue, ParameterError> {
         let default = self.accept(self.default.clone());
         let default = default.map_err(|error| self.wrong(&error.to_string()))?;
         match (self.range, self.kind) {
@@ -153,11 +155,12 @@ impl ParameterSpec {
         match given {
             None => Ok(default),
             // As a dump of the parameters has it.
-            Some(Value::Null) if default == ParameterValue::NotSet => Ok(default),
-            Some(value) => match self.kind.read_yaml(value) {
-                Some(value) => self.accept(value),
-                None => Err(self.not_of_type(yaml_text(value))),
-            },
+            Some(ParameterValue::NotSet) if default == ParameterValue::NotSet => Ok(default),
+            Some(ParameterValue::NotSet) if self.kind == ParameterKind::String => {
+                self.accept(NULL.into())
+            }
+            Some(ParameterValue::NotSet) => Err(self.not_of_type(NULL.into())),
+            Some(value) => self.accept(value),
         }
     }
 

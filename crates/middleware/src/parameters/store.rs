@@ -61,7 +61,7 @@ impl Parameters {
         let mut values = BTreeMap::new();
         let mut declared = BTreeMap::new();
         for spec in specs {
-            let value = spec.begin(given.remove(&spec.name).as_ref())?;
+            let value = spec.begin(given.remove(&spec.name))?;
             values.insert(spec.name.clone(), value);
             if let Some(twice) = declared.insert(spec.name.clone(), spec) {
                 return Err(twice.wrong("twice"));

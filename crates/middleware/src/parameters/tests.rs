@@ -3,9 +3,8 @@ use std::sync::{Arc, Mutex};
 use super::*;
 
 fn given(text: &str) -> Given {
-    let map: std::collections::BTreeMap<String, serde_yaml_ng::Value> =
-        serde_yaml_ng::from_str(text).unwrap();
-    Given::new(map)
+    let text = format!("n: {{ros__parameters: {text}}}");
+    Given::new(crate::params_file::read(&text, "/n").unwrap())
 }
 
 fn specs() -> Vec<ParameterSpec> {
@@ -38,7 +37,7 @@ fn refusal(text: &str) -> String {
 
 #[test]
 fn values_are_those_given_or_the_defaults() {
-    let parameters = declare("{rate: 4, loud: true, gains: [1, 2.5], bodies: []}").unwrap();
+    let parameters = declare("{rate: 4, loud: true, gains: [1.0, 2.5], bodies: []}").unwrap();
     assert_eq!(parameters.get("rate"), Ok(4.0));
     assert_eq!(parameters.get("steps"), Ok(3_i64));
     assert_eq!(parameters.get("loud"), Ok(true));
@@ -52,7 +51,7 @@ fn what_is_given_is_checked() {
     for (text, expected) in [
         (
             "{rate: fast}",
-            r#"parameter "rate" is fast; expected a number"#,
+            r#"parameter "rate" is "fast"; expected a number"#,
         ),
         (
             "{rate: -1}",
@@ -83,7 +82,7 @@ fn what_is_given_is_checked() {
             "{bodies: [a, '']}",
             r#"parameter "bodies" is ["a", ""]; expected names that are not empty"#,
         ),
-        ("{gains: [1, x]}", "expected a list of numbers"),
+        ("{gains: [a, x]}", "expected a list of numbers"),
         (
             "{rte: 1}",
             r#"unknown parameter "rte"; this node has bodies, gains, loud, rate, scene, steps"#,

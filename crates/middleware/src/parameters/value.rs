@@ -3,9 +3,6 @@
 use std::fmt;
 
 use lgvi_msgs::rcl_interfaces::{self, ParameterType as Number};
-use serde_yaml_ng::Value;
-
-use crate::yaml::NULL;
 
 /// The value of a parameter.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -129,21 +126,6 @@ impl ParameterKind {
         }
     }
 
-    /// Reads a value from YAML; `None` if it is of another type. The plain word `null` is a string.
-    pub(super) fn read_yaml(self, value: &Value) -> Option<ParameterValue> {
-        Some(match self {
-            Self::String if value.is_null() => NULL.into(),
-            Self::Bool => value.as_bool()?.into(),
-            Self::Integer => value.as_i64()?.into(),
-            Self::Double => value.as_f64()?.into(),
-            Self::String => value.as_str()?.into(),
-            Self::BoolArray => yaml_list(value, Value::as_bool)?.into(),
-            Self::IntegerArray => yaml_list(value, Value::as_i64)?.into(),
-            Self::DoubleArray => yaml_list(value, Value::as_f64)?.into(),
-            Self::StringArray => yaml_list(value, |item| item.as_str().map(String::from))?.into(),
-        })
-    }
-
     /// The value as one of this type: integers are numbers too, and an empty list is one of anything.
     pub(super) fn accept(self, value: ParameterValue) -> Option<ParameterValue> {
         use ParameterValue as Value;
@@ -168,10 +150,6 @@ impl ParameterKind {
             _ => None,
         }
     }
-}
-
-fn yaml_list<T>(value: &Value, item: impl Fn(&Value) -> Option<T>) -> Option<Vec<T>> {
-    value.as_sequence()?.iter().map(item).collect()
 }
 
 impl ParameterValue {

@@ -1,10 +1,13 @@
 //! Publishers, of messages and of ready CDR bytes.
 
-use std::{fmt, marker::PhantomData, time::Duration};
+use std::{fmt, marker::PhantomData, ops::Deref, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
-use super::wire::{LITTLE_ENDIAN, WirePublisher};
+use super::{
+    SampleId,
+    wire::{LITTLE_ENDIAN, WirePublisher},
+};
 
 /// A message that was not published, or not received by all.
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +63,7 @@ pub enum PublishError {
     },
 }
 
-/// Publishes messages of one type. Dropping it takes up to 0.2 s if it has just published; see [`RawPublisher`].
+/// Publishes messages of one type; what else it can do is what a [`RawPublisher`] can.
 pub struct Publisher<M> {
     raw: RawPublisher,
     messages: PhantomData<fn(&M)>,
@@ -72,6 +75,11 @@ pub struct Publisher<M> {
 /// [`flush`](Self::flush) before, if more time may be needed. Once the process is to end, all waits of a node's
 /// publishers share 0.3 s; see [`RosNode::leave_on`](super::RosNode::leave_on).
 pub struct RawPublisher(Box<dyn WirePublisher>);
+
+/// The number of the sample after so many: samples count from 1, and what is not sent has no number.
+pub(super) fn next(sent: u64) -> i64 {
+    i64::try_from(sent).unwrap_or(i64::MAX).saturating_add(1)
+}
 
 impl<M: RosMessage> Publisher<M> {
     pub(super) fn new(raw: RawPublisher) -> Self {
@@ -93,50 +101,11 @@ impl<M: RosMessage> Publisher<M> {
     }
 }
 
-impl<M> Publisher<M> {
-    /// Waits for acknowledgments; see [`RawPublisher::flush`].
-    pub fn flush(&self, patience: Duration) -> Result<(), PublishError> {
-        self.raw.flush(patience)
-    }
+impl<M> Deref for Publisher<M> {
+    type Target = RawPublisher;
 
-    /// See [`RawPublisher::acknowledged_within`].
-    pub fn acknowledged_within(&self, wait: Duration) -> bool {
-        self.raw.acknowledged_within(wait)
-    }
-
-    /// See [`RawPublisher::patience`].
-    pub fn patience(&self, patience: Duration) -> Duration {
-        self.raw.patience(patience)
-    }
-
-    /// How many subscriptions of other participants are matched. Cheap.
-    pub fn matched_subscriptions(&self) -> usize {
-        self.raw.matched_subscriptions()
-    }
-
-    /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
-    pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
-        self.raw.wait_for_subscriptions(count, timeout)
-    }
-
-    /// How many messages were published.
-    pub fn sent(&self) -> u64 {
-        self.raw.sent()
-    }
-
-    /// How many messages were dropped for want of room.
-    pub fn dropped(&self) -> u64 {
-        self.raw.dropped()
-    }
-
-    /// How many subscriptions of other participants cannot be served; see [`RawPublisher::incompatible`].
-    pub fn incompatible(&self) -> usize {
-        self.raw.incompatible()
-    }
-
-    /// The absolute topic name.
-    pub fn topic(&self) -> &str {
-        self.raw.topic()
+    fn deref(&self) -> &RawPublisher {
+        &self.raw
     }
 }
 
@@ -189,6 +158,15 @@ impl RawPublisher {
     /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
     pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
         self.0.wait_for_matches(count, timeout)
+    }
+
+    /// The identity that subscriptions will find with the next message, if it is published and no other thread comes
+    /// before; after a failure, the message after that has it.
+    pub fn next_sample(&self) -> SampleId {
+        SampleId {
+            writer: self.0.id(),
+            sequence: next(self.sent()),
+        }
     }
 
     /// How many messages were published.

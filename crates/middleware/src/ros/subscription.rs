@@ -4,6 +4,7 @@ use std::{
     fmt,
     future::poll_fn,
     marker::PhantomData,
+    ops::Deref,
     task::{Context, Poll},
     time::Duration,
 };
@@ -91,7 +92,7 @@ impl fmt::Display for WriterId {
     }
 }
 
-/// Receives messages of one type.
+/// Receives messages of one type; what else it can do is what a [`RawSubscription`] can.
 pub struct Subscription<M> {
     raw: RawSubscription,
     messages: PhantomData<fn() -> M>,
@@ -110,18 +111,13 @@ impl<M: RosMessage> Subscription<M> {
 
     /// Takes the next message that has arrived; `None` if there is none.
     pub fn take(&self) -> Result<Option<Sample<M>>, TakeError> {
-        self.raw
-            .take()?
-            .map(|sample| self.decode(sample))
-            .transpose()
+        let sample = self.raw.take()?;
+        sample.map(|sample| self.decode(sample)).transpose()
     }
 
     /// Waits for the next message, up to `timeout`; `None` if none came.
     pub fn recv_timeout(&self, timeout: Duration) -> Result<Option<Sample<M>>, TakeError> {
-        self.raw
-            .recv_timeout(timeout)?
-            .map(|sample| self.decode(sample))
-            .transpose()
+        block_on_for(self.recv(), timeout).transpose()
     }
 
     /// Waits for the next message; safe to cancel. Call it in a loop for a stream.
@@ -132,6 +128,7 @@ impl<M: RosMessage> Subscription<M> {
     /// Takes the next message, or has the task woken when one arrives.
     pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<M>, TakeError>> {
         self.raw
+            .0
             .poll_take(context)
             .map(|sample| self.decode(sample?))
     }
@@ -141,42 +138,18 @@ impl<M: RosMessage> Subscription<M> {
         lgvi_msgs::cdr::decode(&sample.message)
             .map(|message| Sample { message, info })
             .map_err(|source| TakeError::Decode {
-                topic: self.raw.topic().into(),
+                topic: self.topic().into(),
                 info,
                 source: Box::new(source),
             })
     }
 }
 
-impl<M> Subscription<M> {
-    /// How many publishers of other participants are matched. Cheap.
-    pub fn matched_publishers(&self) -> usize {
-        self.raw.matched_publishers()
-    }
+impl<M> Deref for Subscription<M> {
+    type Target = RawSubscription;
 
-    /// Blocks until so many publishers are matched or the time has passed; returns whether they are.
-    pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
-        self.raw.wait_for_publishers(count, timeout)
-    }
-
-    /// How many samples have arrived.
-    pub fn received(&self) -> u64 {
-        self.raw.received()
-    }
-
-    /// How many publishers of other participants cannot be received; see [`RawSubscription::incompatible`].
-    pub fn incompatible(&self) -> usize {
-        self.raw.incompatible()
-    }
-
-    /// How many samples were lost; see [`RawSubscription::lost`].
-    pub fn lost(&self) -> u64 {
-        self.raw.lost()
-    }
-
-    /// The absolute topic name.
-    pub fn topic(&self) -> &str {
-        self.raw.topic()
+    fn deref(&self) -> &RawSubscription {
+        &self.raw
     }
 }
 
@@ -197,14 +170,7 @@ impl RawSubscription {
 
     /// Waits for the next sample; safe to cancel. Call it in a loop for a stream.
     pub async fn recv(&self) -> Result<Sample<Vec<u8>>, TakeError> {
-        poll_fn(|context| self.poll_take(context)).await
-    }
-
-    pub(super) fn poll_take(
-        &self,
-        context: &Context<'_>,
-    ) -> Poll<Result<Sample<Vec<u8>>, TakeError>> {
-        self.0.poll_take(context)
+        poll_fn(|context| self.0.poll_take(context)).await
     }
 
     /// How many publishers of other participants are matched. Cheap.

@@ -13,7 +13,7 @@ use lgvi_msgs::{RosMessage, Service, cdr::CdrError};
 
 use super::{
     CallError, Namesake, PublishError, Qos, RequestId, RosError, Sample, SampleInfo, TakeError,
-    TopicInfo,
+    TopicInfo, WriterId,
 };
 use crate::Shutdown;
 
@@ -101,6 +101,7 @@ pub(super) trait WirePublisher: Send + Sync {
     fn sent(&self) -> u64;
     fn dropped(&self) -> u64;
     fn topic(&self) -> &str;
+    fn id(&self) -> WriterId;
 }
 
 /// Receives samples, those of one publisher in order.

@@ -3,9 +3,7 @@
 use std::fmt::Debug;
 
 use iceoryx2::prelude::{AllocationStrategy, ZeroCopySend};
-use lgvi_msgs::shm::{
-    BodySample, ControlHeader, ControlInterval, FeedbackHeader, FeedbackInterval, StateHeader,
-};
+use lgvi_msgs::shm::{BodySample, ControlHeader, StateHeader};
 
 /// A kind of channel. All ports of a service must agree on it.
 pub trait Channel: Debug + Send + Sync + 'static {
@@ -13,8 +11,6 @@ pub trait Channel: Debug + Send + Sync + 'static {
     type Header: Debug + Default + Copy + Send + ZeroCopySend + 'static;
     /// What a sample is a list of.
     type Element: Debug + Copy + Send + ZeroCopySend + 'static;
-    /// What follows the topic in the service's name, so that a topic can have channels of several kinds.
-    const SUFFIX: &str = "";
     /// The most publishers at a time.
     const PUBLISHERS: usize;
     /// The most subscribers at a time.
@@ -38,13 +34,9 @@ pub trait Channel: Debug + Send + Sync + 'static {
 #[derive(Debug)]
 pub enum State {}
 
-/// Open-loop control sequences, of up to eight publishers, of up to a million intervals.
+/// Control sequences, of up to eight publishers: the CDR of their messages, up to 100 MB.
 #[derive(Debug)]
 pub enum Control {}
-
-/// Control sequences with a feedback law, of up to eight publishers, of up to 100 000 intervals (80 MB).
-#[derive(Debug)]
-pub enum Feedback {}
 
 impl Channel for State {
     type Header = StateHeader;
@@ -62,29 +54,14 @@ impl Channel for State {
 
 impl Channel for Control {
     type Header = ControlHeader;
-    type Element = ControlInterval;
+    type Element = u8;
     const PUBLISHERS: usize = 8;
     const BUFFER: usize = 4;
     const FEWEST: usize = 8;
-    const MAX_ELEMENTS: usize = 1_000_000;
+    const MAX_ELEMENTS: usize = 100_000_000;
     const GROWTH: AllocationStrategy = AllocationStrategy::BestFit;
 
     fn sequence(_: &ControlHeader) -> Option<u64> {
-        None
-    }
-}
-
-impl Channel for Feedback {
-    type Header = FeedbackHeader;
-    type Element = FeedbackInterval;
-    const SUFFIX: &str = "/feedback";
-    const PUBLISHERS: usize = 8;
-    const BUFFER: usize = 4;
-    const FEWEST: usize = 8;
-    const MAX_ELEMENTS: usize = 100_000;
-    const GROWTH: AllocationStrategy = AllocationStrategy::BestFit;
-
-    fn sequence(_: &FeedbackHeader) -> Option<u64> {
         None
     }
 }

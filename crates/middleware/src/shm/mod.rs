@@ -6,11 +6,7 @@
 //! | Channel | User header | Slice of | Publishers | Subscribers | Buffer | History |
 //! | --- | --- | --- | --- | --- | --- | --- |
 //! | [`State`] | `lgvi/StateHeader` | `lgvi/BodySample` | 1 | 8 | 8192 | 1 |
-//! | [`Control`] | `lgvi/ControlHeader` | `lgvi/ControlInterval` | 8 | 8 | 4 | 1 |
-//! | [`Feedback`] | `lgvi/FeedbackHeader` | `lgvi/FeedbackInterval` | 8 | 8 | 4 | 1 |
-//!
-//! A control topic has two services: open-loop sequences go by the service of its name, those with a feedback law by
-//! the one with `/feedback` behind it. A planner sends on one or the other, a propagator listens to both.
+//! | [`Control`] | `lgvi/ControlHeader` | `u8`: the CDR of `lgvi_msgs/msg/ControlSequence` | 8 | 8 | 4 | 1 |
 //!
 //! The type names in quotes are those a process in another language gives; the structs are `repr(C)` and documented in
 //! [`lgvi_msgs::shm`]. Such a process opens the services with the numbers above and with *safe overflow off*.
@@ -44,7 +40,7 @@ use std::path::PathBuf;
 
 use iceoryx2::service::ipc_threadsafe;
 
-pub use channel::{Channel, Control, Feedback, State};
+pub use channel::{Channel, Control, State};
 pub use delivery::{Delivered, Delivery};
 pub use node::ShmNode;
 pub use options::ShmOptions;
@@ -55,14 +51,10 @@ pub use subscriber::{ShmSample, ShmSubscriber};
 pub type StatePublisher = ShmPublisher<State>;
 /// Receives states.
 pub type StateSubscriber = ShmSubscriber<State>;
-/// Publishes open-loop control sequences.
+/// Publishes control sequences.
 pub type ControlPublisher = ShmPublisher<Control>;
-/// Receives open-loop control sequences.
+/// Receives control sequences.
 pub type ControlSubscriber = ShmSubscriber<Control>;
-/// Publishes control sequences with a feedback law.
-pub type FeedbackPublisher = ShmPublisher<Feedback>;
-/// Receives control sequences with a feedback law.
-pub type FeedbackSubscriber = ShmSubscriber<Feedback>;
 
 type Service = ipc_threadsafe::Service;
 

@@ -11,14 +11,7 @@ use iceoryx2::{
     },
 };
 
-use super::{
-    Service, ShmError, ShmOptions,
-    channel::{Channel, Control, Feedback, State},
-    delivery::Delivery,
-    publisher::ShmPublisher,
-    room, root,
-    subscriber::ShmSubscriber,
-};
+use super::{Service, ShmError, ShmOptions, channel::Channel, room, root};
 use crate::Shutdown;
 
 /// An open service.
@@ -72,45 +65,6 @@ impl ShmNode {
         &self.shutdown
     }
 
-    /// Creates the publisher of states of up to `bodies` bodies; there may be one of a topic.
-    pub fn state_publisher(
-        &self,
-        topic: &str,
-        bodies: usize,
-        delivery: Delivery,
-    ) -> Result<ShmPublisher<State>, ShmError> {
-        ShmPublisher::new(self, topic, bodies, delivery)
-    }
-
-    /// Creates a subscriber for states, of which up to `buffer` wait to be received: at least 1, at most 8192.
-    pub fn state_subscriber(
-        &self,
-        topic: &str,
-        buffer: usize,
-    ) -> Result<ShmSubscriber<State>, ShmError> {
-        ShmSubscriber::new(self, topic, buffer)
-    }
-
-    /// Creates a publisher of open-loop control sequences.
-    pub fn control_publisher(&self, topic: &str) -> Result<ShmPublisher<Control>, ShmError> {
-        ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
-    }
-
-    /// Creates a subscriber for open-loop control sequences; it gets the last one of each publisher too.
-    pub fn control_subscriber(&self, topic: &str) -> Result<ShmSubscriber<Control>, ShmError> {
-        ShmSubscriber::new(self, topic, Control::BUFFER)
-    }
-
-    /// Creates a publisher of control sequences with a feedback law.
-    pub fn feedback_publisher(&self, topic: &str) -> Result<ShmPublisher<Feedback>, ShmError> {
-        ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
-    }
-
-    /// Creates a subscriber for control sequences with a feedback law; it gets the last one of each publisher too.
-    pub fn feedback_subscriber(&self, topic: &str) -> Result<ShmSubscriber<Feedback>, ShmError> {
-        ShmSubscriber::new(self, topic, Feedback::BUFFER)
-    }
-
     /// Removes what processes that were killed have left, their ports included. Takes milliseconds.
     pub fn clean(&self) {
         self.node.try_cleanup_dead_nodes();
@@ -118,7 +72,7 @@ impl ShmNode {
 
     /// Opens the service of a topic, or creates it; returns its name too.
     pub(super) fn open<C: Channel>(&self, topic: &str) -> Result<(String, Open<C>), ShmError> {
-        let name = format!("lgvi/{}{topic}{}", self.domain_id, C::SUFFIX);
+        let name = format!("lgvi/{}{topic}", self.domain_id);
         let fail = |reason: String| ShmError::Service {
             service: name.clone(),
             reason,

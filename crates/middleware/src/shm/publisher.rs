@@ -14,12 +14,13 @@ use iceoryx2::{
         update_connections::UpdateConnections,
     },
     prelude::{AllocationStrategy, PortFactory as _},
+    sample_mut::SampleMut,
     sample_mut_uninit::SampleMutUninit,
 };
 
 use super::{
     Service, ShmError, ShmNode,
-    channel::Channel,
+    channel::{Channel, Control, State},
     delivery::{Backpressure, Delivered, Delivery},
     node::Open,
     room::{self, Reserved},
@@ -44,6 +45,9 @@ const CONNECT: Duration = Duration::from_millis(20);
 type Loan<C> =
     SampleMutUninit<Service, [MaybeUninit<<C as Channel>::Element>], <C as Channel>::Header>;
 
+/// The same once it is written.
+type Written<C> = SampleMut<Service, [<C as Channel>::Element], <C as Channel>::Header>;
+
 /// Publishes samples of a channel.
 #[derive(Debug)]
 pub struct ShmPublisher<C: Channel> {
@@ -55,9 +59,26 @@ pub struct ShmPublisher<C: Channel> {
     service: String,
 }
 
+impl ShmNode {
+    /// Creates the publisher of states of up to `bodies` bodies; there may be one of a topic.
+    pub fn state_publisher(
+        &self,
+        topic: &str,
+        bodies: usize,
+        delivery: Delivery,
+    ) -> Result<ShmPublisher<State>, ShmError> {
+        ShmPublisher::new(self, topic, bodies, delivery)
+    }
+
+    /// Creates a publisher of control sequences.
+    pub fn control_publisher(&self, topic: &str) -> Result<ShmPublisher<Control>, ShmError> {
+        ShmPublisher::new(self, topic, 1, Delivery::DropNewest)
+    }
+}
+
 impl<C: Channel> ShmPublisher<C> {
     /// `elements` is the length of samples that memory is taken for.
-    pub(super) fn new(
+    fn new(
         node: &ShmNode,
         topic: &str,
         elements: usize,
@@ -122,6 +143,15 @@ impl<C: Channel> ShmPublisher<C> {
         elements: usize,
         fill: impl FnMut(usize) -> C::Element,
     ) -> Result<Delivered, ShmError> {
+        self.send_written(header, elements, |loan| loan.write_from_fn(fill))
+    }
+
+    fn send_written(
+        &mut self,
+        header: C::Header,
+        elements: usize,
+        write: impl FnOnce(Loan<C>) -> Written<C>,
+    ) -> Result<Delivered, ShmError> {
         let subscribers = self.subscribers();
         if C::GROWTH != AllocationStrategy::Static {
             room::check(&self.service, elements * size_of::<C::Element>())?;
@@ -131,8 +161,7 @@ impl<C: Channel> ShmPublisher<C> {
             Ok(mut sample) => {
                 self.reserve(&sample)?;
                 *sample.user_header_mut() = header;
-                sample
-                    .write_from_fn(fill)
+                write(sample)
                     .send()
                     .map_err(|error| self.send_error(error.to_string()))?
             }
@@ -194,7 +223,9 @@ impl<C: Channel> ShmPublisher<C> {
                 limit: C::MAX_ELEMENTS,
             });
         }
-        self.send_with(header, elements.len(), |index| elements[index])
+        self.send_written(header, elements.len(), |loan| {
+            loan.write_from_slice(elements)
+        })
     }
 
     /// How many samples subscribers had no room for, summed over subscribers.

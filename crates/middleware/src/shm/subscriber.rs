@@ -7,7 +7,11 @@ use std::{
 
 use iceoryx2::{port::subscriber::Subscriber, prelude::PortFactory as _, sample::Sample};
 
-use super::{Service, ShmError, ShmNode, channel::Channel, node::Open};
+use super::{
+    Service, ShmError, ShmNode,
+    channel::{Channel, Control, State},
+    node::Open,
+};
 
 /// The cycle at which counts are polled.
 const POLL: Duration = Duration::from_millis(1);
@@ -46,8 +50,24 @@ impl<C: Channel> fmt::Debug for ShmSample<C> {
     }
 }
 
+impl ShmNode {
+    /// Creates a subscriber for states, of which up to `buffer` wait to be received: at least 1, at most 8192.
+    pub fn state_subscriber(
+        &self,
+        topic: &str,
+        buffer: usize,
+    ) -> Result<ShmSubscriber<State>, ShmError> {
+        ShmSubscriber::new(self, topic, buffer)
+    }
+
+    /// Creates a subscriber for control sequences; it gets the last one of each publisher too.
+    pub fn control_subscriber(&self, topic: &str) -> Result<ShmSubscriber<Control>, ShmError> {
+        ShmSubscriber::new(self, topic, Control::BUFFER)
+    }
+}
+
 impl<C: Channel> ShmSubscriber<C> {
-    pub(super) fn new(node: &ShmNode, topic: &str, buffer: usize) -> Result<Self, ShmError> {
+    fn new(node: &ShmNode, topic: &str, buffer: usize) -> Result<Self, ShmError> {
         let (service, open) = node.open::<C>(topic)?;
         let port = open
             .subscriber_builder()

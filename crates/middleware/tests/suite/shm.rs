@@ -10,12 +10,9 @@ use std::{
 };
 
 use lgvi_middleware::shm::{
-    Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher, StateSubscriber,
+    ControlPublisher, Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher, StateSubscriber,
 };
-use lgvi_msgs::shm::{
-    BodySample, ControlHeader, ControlInterval, FeedbackHeader, FeedbackInterval, Limits, Name,
-    StateHeader,
-};
+use lgvi_msgs::shm::{BodySample, ControlHeader, Name, StateHeader};
 use nix::unistd::{Uid, geteuid, seteuid};
 use tempfile::TempDir;
 
@@ -310,104 +307,35 @@ fn a_subscriber_that_hangs_costs_one_wait() {
 fn a_late_subscriber_gets_the_last_control_sequence() {
     let root = World::new();
     let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
+    const LIMIT: usize = 100_000_000;
     let topic = "/lgvi_planner/control_sequence";
     let mut publisher = a.control_publisher(topic).unwrap();
     let mut other = a.control_publisher(topic).unwrap();
-    let interval = |k: usize| ControlInterval {
-        force: [k as f64, 0.0, 0.0],
-        moment: [0.0; 3],
+    let bytes = |length: usize| -> Vec<u8> { (0..length).map(|k| (k % 251) as u8).collect() };
+    let header = |number| ControlHeader {
+        publisher: [9; 16],
+        number,
     };
-    let header = |first_step| ControlHeader {
-        first_step,
-        step_size: 0.1,
-        ..ControlHeader::default()
-    };
-    for (first_step, length) in [(1, 3), (2, 1_000_000), (3, 0), (4, 1000)] {
-        let intervals: Vec<_> = (0..length).map(interval).collect();
-        publisher.send(header(first_step), &intervals).unwrap();
+    for (number, length) in [(1, 3), (2, LIMIT), (3, 0), (4, 1000)] {
+        publisher.send(header(number), &bytes(length)).unwrap();
     }
     let mut subscriber = b.control_subscriber(topic).unwrap();
-    let mut receive = |publisher: &mut lgvi_middleware::shm::ControlPublisher| {
+    let mut receive = |publisher: &mut ControlPublisher| {
         publisher.wait_for_subscribers(1, PATIENCE).unwrap();
         let sample = subscriber.receive().unwrap().unwrap();
-        (sample.header().first_step, sample.elements().to_vec())
+        (*sample.header(), sample.elements().to_vec())
     };
-    let (first_step, intervals) = receive(&mut publisher);
-    assert_eq!((first_step, intervals.len()), (4, 1000));
-    assert_eq!(intervals[999], interval(999));
-    let long: Vec<_> = (0..1_000_000).map(interval).collect();
-    other.send(header(5), &long).unwrap();
-    let (first_step, intervals) = receive(&mut other);
-    assert_eq!(first_step, 5);
-    assert_eq!(intervals, long);
-    let error = other
-        .send(header(6), &vec![interval(0); 1_000_001])
-        .unwrap_err();
-    assert!(matches!(
-        error,
-        ShmError::TooLong {
-            length: 1_000_001,
-            ..
-        }
-    ));
-}
-
-#[test]
-fn a_topic_has_sequences_with_and_without_a_feedback_law_side_by_side() {
-    let root = World::new();
-    let (a, b) = (node(root.path(), "a"), node(root.path(), "b"));
-    let topic = "/lgvi_planner/control_sequence";
-    let mut open_loop = a.control_publisher(topic).unwrap();
-    let mut closed_loop = a.feedback_publisher(topic).unwrap();
-    let header = |first_step| ControlHeader {
-        first_step,
-        step_size: 0.1,
-        ..ControlHeader::default()
-    };
-    let interval = |k: usize| FeedbackInterval {
-        gain: [[k as f64; 12]; 6],
-        ..FeedbackInterval::default()
-    };
-    let limits = Limits {
-        force_norm: 2.0,
-        ..Limits::NONE
-    };
-    let law = |first_step| FeedbackHeader {
-        control: header(first_step),
-        limits,
-    };
-    open_loop
-        .send(header(1), &[ControlInterval::default(); 3])
-        .unwrap();
-    for (first_step, length) in [(2, 3), (3, 100_000), (4, 1000)] {
-        let intervals: Vec<_> = (0..length).map(interval).collect();
-        closed_loop.send(law(first_step), &intervals).unwrap();
-    }
-    let mut controls = b.control_subscriber(topic).unwrap();
-    let mut laws = b.feedback_subscriber(topic).unwrap();
-    open_loop.wait_for_subscribers(1, PATIENCE).unwrap();
-    closed_loop.wait_for_subscribers(1, PATIENCE).unwrap();
-    let sample = controls.receive().unwrap().unwrap();
-    assert_eq!(
-        (sample.header().first_step, sample.elements().len()),
-        (1, 3)
+    assert_eq!(receive(&mut publisher), (header(4), bytes(1000)));
+    other.send(header(5), &bytes(LIMIT)).unwrap();
+    let (received, long) = receive(&mut other);
+    assert_eq!(received, header(5));
+    assert!(long == bytes(LIMIT));
+    let error = other.send(header(6), &bytes(LIMIT + 1)).unwrap_err();
+    let expected = (LIMIT + 1, LIMIT);
+    assert!(
+        matches!(error, ShmError::TooLong { length, limit, .. } if (length, limit) == expected),
+        "{error}"
     );
-    assert!(controls.receive().unwrap().is_none());
-    let sample = laws.receive().unwrap().unwrap();
-    assert_eq!(*sample.header(), law(4));
-    assert_eq!(sample.elements()[999], interval(999));
-    assert!(laws.receive().unwrap().is_none());
-    let error = closed_loop
-        .send(law(5), &vec![interval(0); 100_001])
-        .unwrap_err();
-    assert!(matches!(
-        error,
-        ShmError::TooLong {
-            length: 100_001,
-            limit: 100_000,
-            ..
-        }
-    ));
 }
 
 #[test]

@@ -46,6 +46,24 @@ fn next<M: RosMessage>(subscription: &Subscription<M>) -> M {
     sample.expect("a message in time").message
 }
 
+#[test]
+fn a_sample_has_the_identity_that_its_publisher_foretold() {
+    let (sender, receiver) = pair(&isolated());
+    let publisher = sender.publisher("/said", &Qos::latched(5)).unwrap();
+    let early = publisher.next_sample();
+    publisher.publish(&text("early")).unwrap();
+    let subscription = texts(&receiver, "/said", &Qos::latched(5));
+    matched(&publisher, &subscription);
+    let late = publisher.next_sample();
+    assert_eq!((early.sequence, late.sequence), (1, 2));
+    publisher.publish(&text("late")).unwrap();
+    for expected in [early, late] {
+        let info = subscription.recv_timeout(PATIENCE).unwrap().unwrap().info;
+        assert_eq!(info.writer, expected.writer);
+        assert_eq!(info.sequence, expected.sequence.unsigned_abs());
+    }
+}
+
 /// 20 000 odometry messages of about 700 bytes at full speed: all arrive, in order.
 #[test]
 fn a_burst_of_reliable_messages_arrives_complete_and_in_order() {

@@ -1,15 +1,19 @@
 use lgvi_dynamics::{BodyState, Load};
-use lgvi_msgs::msg::ControlSequence;
-use lgvi_msgs::shm::{
-    self, ControlHeader, ConversionError, FeedbackHeader, FeedbackInterval, Name,
-};
-use lgvi_scene::{Scene, Units};
+use lgvi_msgs::msg::{self, ControlLimits};
+use lgvi_msgs::shm::{BodySample, Name};
+use lgvi_scene::Units;
 use nalgebra::{SMatrix, Vector3};
 
-use super::{body_sample, body_state, control_interval};
+use super::{body_sample, body_state};
+
+/// Rows and columns of a gain.
+const SIZE: (usize, usize) = (6, 12);
+
+/// Elements of a gain.
+pub const GAIN: usize = SIZE.0 * SIZE.1;
 
 /// `K`: by rows force (inertial) and moment (body), by columns the deviation `δz = [x − x*, γ − γ*, log(R*ᵀR), Π − Π*]`.
-pub type Gain = SMatrix<f64, 6, 12>;
+pub type Gain = SMatrix<f64, { SIZE.0 }, { SIZE.1 }>;
 
 /// What corrects the control of one interval, `u = u* − K δz`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,15 +37,6 @@ pub struct Limits {
     pub moment_norm: f64,
 }
 
-/// A control sequence with its feedback law, as it goes over shared memory.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FeedbackSequence {
-    /// Which body, when, within which limits.
-    pub header: FeedbackHeader,
-    /// One an interval.
-    pub intervals: Vec<FeedbackInterval>,
-}
-
 impl Limits {
     /// No bounds.
     pub const NONE: Self = Self {
@@ -51,8 +46,8 @@ impl Limits {
         moment_norm: f64::INFINITY,
     };
 
-    /// The limits of a sample.
-    pub fn from_si(limits: &shm::Limits, units: &Units) -> Self {
+    /// The limits of a message.
+    pub fn from_si(limits: &ControlLimits, units: &Units) -> Self {
         Self {
             force: Vector3::from(limits.force) / units.force(),
             moment: Vector3::from(limits.moment) / units.energy(),
@@ -61,9 +56,9 @@ impl Limits {
         }
     }
 
-    /// Their sample.
-    pub fn to_si(&self, units: &Units) -> shm::Limits {
-        shm::Limits {
+    /// Their message.
+    pub fn to_si(&self, units: &Units) -> ControlLimits {
+        ControlLimits {
             force: (self.force * units.force()).into(),
             moment: (self.moment * units.energy()).into(),
             force_norm: self.force_norm * units.force(),
@@ -98,90 +93,28 @@ fn hold(vector: &Vector3<f64>, components: &Vector3<f64>, norm: f64) -> Vector3<
     }
 }
 
-impl FeedbackSequence {
-    /// Its message.
-    ///
-    /// # Errors
-    /// A stamp that ROS time cannot hold.
-    pub fn to_message(&self, scene: &Scene) -> Result<ControlSequence, ConversionError> {
-        self.header.to_message(&self.intervals, &scene.frame)
-    }
-}
-
-/// The sequence of controls `u*` for `body` from `first_step` on, with the reference states at the start of each interval
-/// (a state more, that of the end, is left out) and the gains, one an interval, all in the scene's units.
-///
-/// # Errors
-/// Fewer references or gains than controls, or more than the state of the end; a body's name that no sample can hold.
-pub fn feedback_sequence(
-    scene: &Scene,
-    body: usize,
-    first_step: u64,
-    controls: &[Load],
-    reference: &[BodyState],
-    gains: &[Gain],
-    limits: &Limits,
-) -> Result<FeedbackSequence, ConversionError> {
-    let (units, name) = (&scene.units, scene.bodies[body].name.as_str());
-    let intervals = controls.len();
-    let with_end = reference.len() == intervals + 1;
-    for (field, found) in [
-        ("reference", reference.len() - usize::from(with_end)),
-        ("feedback", gains.len()),
-    ] {
-        if found != intervals {
-            return Err(ConversionError::LawLength {
-                body: name.to_owned(),
-                field,
-                found,
-                expected: intervals,
-                intervals,
-            });
+impl Correction {
+    /// That of an interval's part of a message, `K` by rows.
+    pub fn from_si(reference: &msg::BodyState, gain: &[f64; GAIN], units: &Units) -> Self {
+        Self {
+            reference: body_state(&BodySample::unnamed(reference), units),
+            gain: Gain::from_row_slice(gain).component_div(&gain_units(units)),
         }
     }
-    let name = Name::try_from(name)?;
-    let corrections = reference.iter().zip(gains);
-    let intervals = controls.iter().zip(corrections);
-    Ok(FeedbackSequence {
-        header: FeedbackHeader {
-            control: ControlHeader {
-                body: name,
-                first_step,
-                step_size: scene.h() * units.time,
-                stamp_nanoseconds: scene.stamp(first_step),
-            },
-            limits: limits.to_si(units),
-        },
-        intervals: intervals
-            .map(|(control, (&reference, &gain))| {
-                feedback_interval(name, control, &Correction { reference, gain }, units)
-            })
-            .collect(),
-    })
 }
 
-/// The sample of a control with its correction.
-pub fn feedback_interval(
-    name: Name,
-    control: &Load,
-    correction: &Correction,
-    units: &Units,
-) -> FeedbackInterval {
-    let gain = correction.gain.component_mul(&gain_units(units));
-    FeedbackInterval {
-        control: control_interval(control, units),
-        reference: body_sample(name, &correction.reference, units),
-        gain: std::array::from_fn(|row| std::array::from_fn(|column| gain[(row, column)])),
+/// The message of the reference state of the body `name`.
+pub(super) fn reference(name: &str, state: &BodyState, units: &Units) -> msg::BodyState {
+    msg::BodyState {
+        name: name.to_owned(),
+        ..msg::BodyState::from(&body_sample(Name::default(), state, units))
     }
 }
 
-/// The correction of a sample.
-pub fn correction(interval: &FeedbackInterval, units: &Units) -> Correction {
-    let gain = Gain::from_fn(|row, column| interval.gain[row][column]);
-    Correction {
-        reference: body_state(&interval.reference, units),
-        gain: gain.component_div(&gain_units(units)),
-    }
+/// The numbers of a gain's message, by rows.
+pub(super) fn gain_si(gain: &Gain, units: &Units) -> [f64; GAIN] {
+    let gain = gain.component_mul(&gain_units(units)).transpose();
+    std::array::from_fn(|index| gain[index])
 }
 
 /// The SI size of a gain of 1 in the scene's units, element by element.

@@ -6,6 +6,7 @@
 mod clock;
 mod counted;
 mod end;
+mod sequences;
 mod service;
 mod settling;
 mod topics;
@@ -16,7 +17,6 @@ use std::sync::{Arc, OnceLock, mpsc};
 use std::time::Duration;
 
 use lgvi_middleware::node::{Node, NodeError};
-use lgvi_middleware::ros::Qos;
 use lgvi_middleware::shm::ShmNode;
 use lgvi_msgs::msg::Intervention;
 use lgvi_msgs::shm::Name;
@@ -24,6 +24,7 @@ use lgvi_scene::Scene;
 use rtrb::RingBuffer;
 use thiserror::Error;
 
+use self::sequences::Sequences;
 use self::service::Link;
 use self::topics::Topics;
 use crate::ControlError;
@@ -98,13 +99,9 @@ pub(crate) fn start(
     names: &[Name],
     monitor: &Arc<Monitor>,
 ) -> Result<LinkEnd, NodeError> {
-    let ros = &node.ros;
     let lossless = Arc::new(AtomicBool::new(rates.lossless()));
     let topics = Topics::new(node, scene, config.clock, &lossless)?;
     let counts = topics.counts();
-    let control_topic = ros
-        .resolve("~/control_sequence")
-        .map_err(NodeError::input)?;
     let (filled_in, filled_out) = RingBuffer::new(SNAPSHOTS);
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
     let (controls_in, controls_out) = RingBuffer::new(SEQUENCES);
@@ -121,15 +118,7 @@ pub(crate) fn start(
         names: names.to_vec(),
         topics,
         monitor: Arc::clone(monitor),
-        shm_controls: shm
-            .control_subscriber(&control_topic)
-            .map_err(NodeError::runtime)?,
-        shm_feedback: shm
-            .feedback_subscriber(&control_topic)
-            .map_err(NodeError::runtime)?,
-        ros_controls: ros
-            .subscription(&control_topic, &Qos::reliable(SEQUENCES))
-            .map_err(NodeError::runtime)?,
+        sequences: Sequences::new(&node.ros, shm, "~/control_sequence")?,
         filled: filled_out,
         empty: empty_in,
         controls: controls_in,
@@ -137,7 +126,6 @@ pub(crate) fn start(
         requests: requests_out,
         held: Vec::new(),
         pending: VecDeque::new(),
-        recent: VecDeque::new(),
         initial: VecDeque::new(),
         settling: None,
         feedback: config.feedback,

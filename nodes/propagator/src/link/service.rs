@@ -1,23 +1,22 @@
 use std::collections::VecDeque;
-use std::pin::pin;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
-use std::task::{Context, Poll};
+use std::task::Context;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use lgvi_common::Limits;
 use lgvi_dynamics::System;
 use lgvi_middleware::node::NodeError;
-use lgvi_middleware::ros::Subscription;
-use lgvi_middleware::shm::{ControlSubscriber, FeedbackSubscriber};
 use lgvi_middleware::thread_waker;
-use lgvi_msgs::msg::{self, ControlLimits, ControlSequence, Intervention};
-use lgvi_msgs::shm::{Limits, Name};
+use lgvi_msgs::msg::{self, ControlSequence, Intervention};
+use lgvi_msgs::shm::Name;
 use lgvi_scene::Scene;
 use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
 use super::clock::FlightClock;
+use super::sequences::Sequences;
 use super::settling::Settling;
 use super::topics::Topics;
 use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
@@ -32,9 +31,6 @@ const BUSY: Duration = Duration::from_millis(1);
 /// over DDS, and what the loop asks, wakes it.
 const IDLE: Duration = Duration::from_millis(50);
 
-/// How long after the first copy of a sequence another may come by another way.
-const WAYS: Duration = Duration::from_secs(1);
-
 /// The thread's end of the link.
 pub(super) struct Link {
     pub(super) scene: Arc<Scene>,
@@ -43,9 +39,7 @@ pub(super) struct Link {
     pub(super) names: Vec<Name>,
     pub(super) topics: Topics,
     pub(super) monitor: Arc<Monitor>,
-    pub(super) shm_controls: ControlSubscriber,
-    pub(super) shm_feedback: FeedbackSubscriber,
-    pub(super) ros_controls: Subscription<ControlSequence>,
+    pub(super) sequences: Sequences,
     pub(super) filled: Consumer<Snapshot>,
     pub(super) empty: Producer<Snapshot>,
     pub(super) controls: Producer<Arc<Controls>>,
@@ -55,8 +49,6 @@ pub(super) struct Link {
     pub(super) held: Vec<Arc<Controls>>,
     /// Sequences that the loop has yet to answer.
     pub(super) pending: VecDeque<Arc<ControlSequence>>,
-    /// The last sequences that came in, and when, so that what comes by two ways counts once.
-    pub(super) recent: VecDeque<(Arc<ControlSequence>, Instant)>,
     /// The last sequences that were accepted before the first step: a flight that is reset begins with them again.
     pub(super) initial: VecDeque<Arc<ControlSequence>>,
     /// Whether feedback laws are flown.
@@ -158,7 +150,7 @@ impl Link {
         let expected = wanted
             || !self.shared.attended.load(Ordering::Relaxed)
             || !self.pending.is_empty()
-            || self.shm_controls.publishers() + self.shm_feedback.publishers() > 0
+            || self.sequences.publishers() > 0
             || self.topics.clock.as_ref().is_some_and(FlightClock::wanted);
         if expected { BUSY } else { IDLE }
     }
@@ -167,7 +159,6 @@ impl Link {
     fn intervene(&mut self, message: &Intervention) {
         self.topics.intervention.send(message);
         if message.kind == Intervention::RESET {
-            self.recent.retain(|(_, at)| at.elapsed() < WAYS);
             for message in std::mem::take(&mut self.initial) {
                 self.check(message);
             }
@@ -210,52 +201,30 @@ impl Link {
 
     /// Considers the sequences that have come in; returns whether there were any.
     fn receive_controls(&mut self, context: &mut Context<'_>) -> bool {
-        let frame = &self.scene.frame;
         let mut any = false;
-        let controls = self.shm_controls.receive();
-        let controls =
-            controls.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
-        let feedback = self.shm_feedback.receive();
-        let feedback =
-            feedback.map(|sample| sample.map(|s| s.header().to_message(s.elements(), frame)));
-        for received in [controls, feedback] {
-            any |= matches!(received, Ok(Some(_)));
+        for received in self.sequences.receive(context) {
+            any = true;
             match received {
-                Ok(Some(Ok(message))) => self.consider(message),
-                Ok(Some(Err(error))) => self.refuse(error.into()),
-                Ok(None) => {}
-                Err(error) => warn!("{error}"),
+                Ok((arrival, _)) if self.sequences.is_copy(arrival) => {}
+                Ok((arrival, message)) => {
+                    if self.check(Arc::new(message)) {
+                        self.sequences.expect_copy(arrival);
+                    }
+                }
+                Err(error) => self.refuse(error),
             }
         }
-        let received = pin!(self.ros_controls.recv()).poll(context);
-        any |= received.is_ready();
-        match received {
-            Poll::Ready(Ok(sample)) => self.consider(sample.message),
-            Poll::Ready(Err(error)) => self.refuse(ControlError::Undecodable(error.to_string())),
-            Poll::Pending => {}
-        }
         any
-    }
-
-    /// Checks a sequence that came in, unless it has come by another way.
-    fn consider(&mut self, message: ControlSequence) {
-        if self.recent.iter().any(|(recent, _)| **recent == message) {
-            return;
-        }
-        let message = Arc::new(message);
-        self.recent.truncate(SEQUENCES - 1);
-        self.recent
-            .push_front((Arc::clone(&message), Instant::now()));
-        if !self.check(message) {
-            self.recent.pop_front();
-        }
     }
 
     /// Checks a sequence and sends it to the loop; `false` where too many wait already.
     fn check(&mut self, message: Arc<ControlSequence>) -> bool {
         match Controls::of_message(&self.scene, &message) {
             Ok(controls) if self.feedback => self.send(controls, message),
-            Ok(controls) => self.send(controls.open_loop(), Arc::new(open_loop(&message))),
+            Ok(controls) => self.send(
+                controls.open_loop(),
+                Arc::new(open_loop(&self.scene, &message)),
+            ),
             Err(error) => {
                 self.refuse(error);
                 true
@@ -311,11 +280,11 @@ impl Link {
 }
 
 /// The sequence without its feedback law.
-fn open_loop(message: &ControlSequence) -> ControlSequence {
+fn open_loop(scene: &Scene, message: &ControlSequence) -> ControlSequence {
     ControlSequence {
         reference: Vec::new(),
         feedback: Vec::new(),
-        limits: ControlLimits::from(&Limits::NONE),
+        limits: Limits::NONE.to_si(&scene.units),
         ..message.clone()
     }
 }

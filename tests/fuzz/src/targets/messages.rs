@@ -4,8 +4,8 @@ use std::{collections::BTreeMap, sync::LazyLock};
 
 use lgvi_msgs::{
     RosMessage, cdr as encoding,
-    msg::{ControlSequence, SystemState},
-    shm::{ControlHeader, FeedbackHeader, StateHeader},
+    msg::SystemState,
+    shm::StateHeader,
 };
 
 type Check = fn(&[u8]);
@@ -63,29 +63,6 @@ fn samples(payload: &[u8]) {
     {
         let back = header.to_message(&bodies, &message.header.frame_id);
         assert!(same(&message, back.ok().as_ref()), "{message:?}");
-    }
-    if let Ok(message) = encoding::decode::<ControlSequence>(payload) {
-        let frame = &message.header.frame_id;
-        match FeedbackHeader::from_message(&message) {
-            Ok(Some((header, intervals))) => {
-                let back = header.to_message(&intervals, frame);
-                assert!(same(&message, back.ok().as_ref()), "{message:?}");
-            }
-            Ok(None) => {
-                let (header, intervals) = match ControlHeader::from_message(&message) {
-                    Ok(open_loop) => open_loop,
-                    Err(error) => panic!("an open loop that is none: {error}"),
-                };
-                // An open loop has no limits.
-                let back = header.to_message(&intervals, frame).ok();
-                let back = back.map(|back| ControlSequence {
-                    limits: message.limits.clone(),
-                    ..back
-                });
-                assert!(same(&message, back.as_ref()), "{message:?}");
-            }
-            Err(error) => drop(error.to_string()),
-        }
     }
 }
 

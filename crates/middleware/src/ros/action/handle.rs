@@ -7,7 +7,7 @@ use lgvi_msgs::Action;
 use super::{
     GoalId,
     goals::{Ending, Stop},
-    server::Shared,
+    table::Shared,
 };
 
 /// Why work on a goal is to stop.

@@ -21,6 +21,7 @@ mod goals;
 mod handle;
 mod protocol;
 mod server;
+mod table;
 
 use std::fmt;
 
@@ -29,7 +30,8 @@ use uuid::Uuid;
 
 pub use client::{ActionClient, GoalOutcome, SendGoalError};
 pub use handle::{GoalHandle, StopReason};
-pub use server::{ActionServer, Decision};
+pub use server::ActionServer;
+pub use table::Decision;
 
 /// The identity of a goal, which its client has given it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -19,7 +19,7 @@ use super::{
     Decision, GoalId, GoalState, StopReason,
     goals::{Answer, Ending, MAX_ACTIVE},
     part,
-    server::{Shared, response},
+    table::{Shared, response},
 };
 use crate::{
     ros::{

@@ -9,23 +9,16 @@ use std::{
     },
     task::{Context, Poll},
     thread::{self, JoinHandle, Thread},
-    time::Duration,
 };
 
 use futures_core::Stream;
-use rustdds::{
-    DomainParticipant, DomainParticipantStatusEvent as Event, DomainParticipantStatusListener,
-    GUID, StatusEvented,
-};
+use rustdds::{DomainParticipant, DomainParticipantStatusListener, StatusEvented};
 use tracing::warn;
 
-use super::{
-    census::Census, faults::Faults, fence::Fence, inbox::Inbox, laggards::Laggards,
-    matches::Matches, names::Names,
-};
+use super::{census::Census, inbox::Inbox, keeps::Keeps};
 use crate::block::thread_waker;
 
-/// Keeps [`Matches`] up to date and fills the inboxes; ends when dropped.
+/// Keeps [`Matches`](super::matches::Matches) up to date and fills the inboxes; ends when dropped.
 ///
 /// Both must be done at once: RustDDS discards events that its queue has no room for, and [`Inbox`] says why samples
 /// must not wait.
@@ -33,15 +26,6 @@ use crate::block::thread_waker;
 pub(super) struct Background {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-}
-
-/// What the thread keeps up to date.
-pub(super) struct Keeps {
-    pub(super) matches: Arc<Matches>,
-    pub(super) laggards: Arc<Laggards>,
-    pub(super) names: Arc<Names>,
-    pub(super) faults: Arc<Faults>,
-    pub(super) fence: Arc<Fence>,
 }
 
 #[derive(Debug, Default)]
@@ -84,39 +68,6 @@ impl Background {
             .as_ref()
             .map(JoinHandle::thread)
             .map(Thread::unpark);
-    }
-}
-
-impl Keeps {
-    fn apply(&self, event: Event) {
-        if self.fence.apply(&event) {
-            return;
-        }
-        self.faults.apply(&event);
-        if let Event::ParticipantLost { id, .. } = event {
-            self.names.retain(|participant| participant.prefix != id);
-        }
-        self.matches.apply(event);
-    }
-
-    /// Forgets the remote endpoints and participants for which this is not so.
-    pub(super) fn retain(
-        &self,
-        endpoint: impl Fn(GUID) -> bool,
-        participant: impl Fn(GUID) -> bool,
-    ) {
-        self.matches.retain(&endpoint);
-        self.faults.retain(&endpoint);
-        self.names.retain(&participant);
-        self.laggards.retain(&participant);
-    }
-
-    /// Does what is due; returns when there will be more to do.
-    fn tend(&self) -> Option<Duration> {
-        self.names.refresh();
-        let report = self.faults.report(&self.names);
-        let reminder = self.laggards.remind(&self.matches);
-        report.into_iter().chain(reminder).min()
     }
 }
 

@@ -17,7 +17,7 @@ use rustdds::{DomainParticipant, GUID, RTPSEntity};
 
 use crate::ros::WriterId;
 
-use super::{background::Keeps, inbox::Inbox, laggards::participant, rtps, sockets::Sockets};
+use super::{inbox::Inbox, keeps::Keeps, laggards::participant, rtps, sockets::Sockets};
 
 /// How often. The shortest usual lease is 10 s.
 const PERIOD: Duration = Duration::from_secs(2);

@@ -13,6 +13,7 @@ mod faults;
 mod fence;
 mod graph;
 mod inbox;
+mod keeps;
 mod laggards;
 mod matches;
 mod names;

@@ -18,12 +18,13 @@ use rustdds::{
 use tracing::warn;
 
 use super::{
-    background::{Background, Keeps},
+    background::Background,
     farewell::Farewell,
     faults::Faults,
     fence::{Fence, MakeError},
     graph::{Graph, Side},
     inbox::{Inbox, nanoseconds},
+    keeps::Keeps,
     laggards::{Laggards, RemoteReader},
     matches::Matches,
     names::Names,

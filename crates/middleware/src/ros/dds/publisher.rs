@@ -17,7 +17,7 @@ use rustdds::{
 
 use super::{cdr::CdrBytes, graph::Side, participant::Participant, policies};
 use crate::ros::{
-    PublishError, Qos, RosError, SampleId,
+    PublishError, Qos, RosError, SampleId, WriterId,
     wire::{LITTLE_ENDIAN, WirePublisher},
 };
 
@@ -259,6 +259,10 @@ impl WirePublisher for Writer {
 
     fn topic(&self) -> &str {
         &self.topic
+    }
+
+    fn id(&self) -> WriterId {
+        WriterId(self.writer.guid().to_bytes())
     }
 }
 

@@ -3,7 +3,10 @@
 use ::zenoh::bytes::ZBytes;
 use zenoh_ext::{ZDeserializeError, ZDeserializer, ZSerializer};
 
-use crate::ros::WriterId;
+use crate::{
+    ros::{Sample, SampleInfo, WriterId, arrivals::UNNUMBERED},
+    wall,
+};
 
 /// Sequence number from 1, nanoseconds since the UNIX epoch, and the identity of the publisher or the client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +31,22 @@ impl Attachment {
 
     pub(super) fn writer(&self) -> WriterId {
         WriterId(self.gid)
+    }
+}
+
+/// A sample without an attachment is that of a publisher which is no node of ROS 2, and has no number.
+pub(super) fn taken(sample: &::zenoh::sample::Sample) -> Sample<Vec<u8>> {
+    let attachment = Attachment::read(sample.attachment());
+    Sample {
+        message: sample.payload().to_bytes().into_owned(),
+        info: SampleInfo {
+            writer: attachment.map_or(WriterId([0; 16]), |attachment| attachment.writer()),
+            sequence: attachment
+                .map_or(UNNUMBERED, |attachment| attachment.sequence.unsigned_abs()),
+            source_time: attachment.map(|attachment| attachment.time),
+            received_time: wall::now(),
+            related: None,
+        },
     }
 }
 

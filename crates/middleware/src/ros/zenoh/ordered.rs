@@ -20,7 +20,7 @@ use crate::ros::{
     arrivals::{Arrivals, UNNUMBERED},
 };
 
-use super::subscription::taken;
+use super::attachment::taken;
 
 /// How long a publisher has to answer with what it keeps. Samples that follow a gap wait for the answer.
 const QUERY: Duration = Duration::from_secs(5);

@@ -14,7 +14,7 @@ use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, Mis
 
 use super::{Announced, Connection, attachment::Attachment, keys::Endpoint, reliability, text};
 use crate::{
-    ros::{PublishError, wire::WirePublisher},
+    ros::{PublishError, WriterId, publisher::next, wire::WirePublisher},
     wall,
 };
 
@@ -27,8 +27,8 @@ const ROUTE: Duration = Duration::from_millis(1);
 /// A publisher; a durable one has a cache for late joiners.
 pub(super) struct Publisher {
     publisher: AdvancedPublisher<'static>,
-    /// The number of the latest sample, held while it is handed over.
-    turn: Mutex<i64>,
+    /// Held while a sample is handed over, so that the numbers are in order.
+    turn: Mutex<()>,
     sent: AtomicU64,
     announced: Announced,
 }
@@ -58,7 +58,7 @@ impl Publisher {
         Ok(Self {
             publisher: publisher.wait().map_err(text)?,
             announced: Announced::new(node, endpoint)?,
-            turn: Mutex::new(0),
+            turn: Mutex::new(()),
             sent: AtomicU64::new(0),
         })
     }
@@ -66,10 +66,9 @@ impl Publisher {
 
 impl WirePublisher for Publisher {
     fn publish(&self, cdr: Vec<u8>, _: Option<Duration>) -> Result<(), PublishError> {
-        let mut turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        *turn += 1;
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
         let attachment = Attachment {
-            sequence: *turn,
+            sequence: next(self.sent()),
             time: wall::now(),
             gid: self.announced.gid,
         };
@@ -134,5 +133,9 @@ impl WirePublisher for Publisher {
 
     fn topic(&self) -> &str {
         self.announced.name()
+    }
+
+    fn id(&self) -> WriterId {
+        WriterId(self.announced.gid)
     }
 }

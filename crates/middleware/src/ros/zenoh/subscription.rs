@@ -10,19 +10,12 @@ use ::zenoh::{Wait, key_expr::KeyExpr, pubsub::Subscriber, sample::SampleKind};
 
 use super::{
     Announced, Connection,
-    attachment::Attachment,
+    attachment::taken,
     keys::Endpoint,
     ordered::{CACHED_PUBLISHERS, Ordered},
     text,
 };
-use crate::{
-    ros::{
-        Sample, SampleInfo, TakeError, WriterId,
-        arrivals::{Arrivals, UNNUMBERED},
-        wire::WireSubscription,
-    },
-    wall,
-};
+use crate::ros::{Sample, TakeError, arrivals::Arrivals, wire::WireSubscription};
 
 /// A subscription. A reliable one asks publishers for what they keep, whatever durability it requests, as over DDS.
 pub(super) struct Subscription {
@@ -85,22 +78,6 @@ fn reliable(
             }
         });
     Ok(vec![live.wait()?, past.wait()?])
-}
-
-/// A sample without an attachment is that of a publisher which is no node of ROS 2, and has no number.
-pub(super) fn taken(sample: &::zenoh::sample::Sample) -> Sample<Vec<u8>> {
-    let attachment = Attachment::read(sample.attachment());
-    Sample {
-        message: sample.payload().to_bytes().into_owned(),
-        info: SampleInfo {
-            writer: attachment.map_or(WriterId([0; 16]), |attachment| attachment.writer()),
-            sequence: attachment
-                .map_or(UNNUMBERED, |attachment| attachment.sequence.unsigned_abs()),
-            source_time: attachment.map(|attachment| attachment.time),
-            received_time: wall::now(),
-            related: None,
-        },
-    }
 }
 
 impl WireSubscription for Subscription {

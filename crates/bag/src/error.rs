@@ -111,11 +111,17 @@ pub enum Rest {
     Gone,
 }
 
+/// What the system says, without the number of its error.
+fn words(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error").next().unwrap_or_default().into()
+}
+
 /// Why a bag cannot be read.
 #[derive(Debug, Error)]
 pub enum BagError {
     /// A file operation failed.
-    #[error("{path}: {source}", path = .path.display())]
+    #[error("{path}: {words}", path = .path.display(), words = words(source))]
     Io {
         /// File or directory.
         path: PathBuf,
@@ -238,7 +244,7 @@ pub enum BagError {
         file: PathBuf,
     },
     /// The file does not start like an MCAP file.
-    #[error("{file}: not an MCAP file: it starts with {found:02x?}, expected {magic:02x?}", file = .file.display(), magic = mcap::MAGIC)]
+    #[error("{file}: not an MCAP file; expected a bag: a directory with metadata.yaml, or an MCAP file", file = .file.display())]
     NotMcap {
         /// The file.
         file: PathBuf,

@@ -32,7 +32,7 @@ pub enum RecoverError {
         file: PathBuf,
     },
     /// Nothing in the file is of MCAP.
-    #[error("{file}: starts with {found:02x?} and holds no MCAP record, expected an MCAP file", file = .file.display())]
+    #[error("{file}: holds no MCAP record, expected an MCAP file", file = .file.display())]
     NotMcap {
         /// The file.
         file: PathBuf,

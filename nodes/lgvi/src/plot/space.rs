@@ -1,23 +1,25 @@
-//! The flight in space: where the bodies went and how they were turned, with the orbits they came from and go to.
+//! The flight in space: where the bodies went and how they were turned, with the orbits they came from and go to, and
+//! the corridors and spheres that they must stay in or out of.
 
 use nalgebra::Vector3;
 use plotters::style::{Color, RGBColor};
 
 use super::bodies::Shape;
 use super::cage::Cage;
-use super::canvas::{Canvas, Stroke};
+use super::canvas::{Anchor, Canvas, Font, Stroke};
 use super::chart::Rectangle;
-use super::data::FlightData;
+use super::data::{FlightData, Sample};
 use super::legend::{Entry, Mark, draw_legend, legend_height};
 use super::maneuver::Orbits;
-use super::marks::{Item, force, initial_orbit, target_orbit};
+use super::marks::{Item, boundary, darker, force, initial_orbit, target_orbit};
 use super::orbit::Orbit;
-use super::style;
+use super::subject::named;
 use super::thin::even;
 use super::view::Camera;
+use super::{limits, style};
 
-/// Instants at which bodies are shown, the most wanted number first.
-const MORE_OR_LESS: [usize; 7] = [25, 24, 26, 23, 27, 22, 28];
+/// Instants at which bodies are shown.
+const INSTANTS: usize = 25;
 
 /// Points of all trajectories together.
 const POINTS: usize = 12_000;
@@ -29,26 +31,26 @@ const PIECES: usize = 320;
 const SMALLEST: [f64; 2] = [10.0, 15.0];
 
 /// Length of a body's axes and of the strongest force, of the picture's width.
-const AXES: f64 = 0.035;
+const AXES: f64 = 0.026;
 const STRONGEST: f64 = 0.12;
+
+/// Lines from a corridor's apex to its rim.
+const SIDES: usize = 12;
 
 /// Draws into `whole`, the legend on top.
 pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightData) {
     let scene = &flight.scene;
-    let shapes: Vec<_> = scene
-        .bodies
-        .iter()
-        .map(|named| Shape::of(&named.body, scene.units.length))
+    let length = scene.units.length;
+    let shapes: Vec<_> = (scene.bodies.iter())
+        .map(|named| Shape::of(named, length))
         .collect();
     let each = even(flight.samples.len(), (POINTS / shapes.len().max(1)).max(50));
     let trajectories: Vec<Vec<_>> = (0..shapes.len())
         .map(|body| {
-            each.iter()
-                .map(|k| flight.samples[*k].bodies[body].position)
-                .collect()
+            let poses = each.iter().map(|k| &flight.samples[*k].bodies[body]);
+            poses.map(|pose| shapes[body].center_at(pose)).collect()
         })
         .collect();
-    let instants = instants(flight);
     let orbits = Orbits::of(flight);
     let curves: Vec<_> = orbits
         .iter()
@@ -58,29 +60,41 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
         })
         .collect();
 
-    let camera = Camera::facing(&curves, &trajectories);
+    let hanging = scene.gravity.uniform.is_some_and(|g| g.z > 0.0);
+    let camera = Camera::facing(&curves, &trajectories, hanging);
+    let named = named(flight);
+    let corridors = corridors(flight);
     let mut held: Vec<_> = trajectories
         .iter()
         .chain(&curves)
+        .chain(corridors.iter().map(|(_, rim)| rim))
         .flatten()
         .copied()
         .collect();
-    for k in &instants {
-        for (shape, pose) in shapes.iter().zip(&flight.samples[*k].bodies) {
-            held.extend(shape.at(pose, 1.0).into_iter().map(|(point, _)| point));
+    let instants = even(flight.samples.len(), INSTANTS);
+    for body in &named {
+        let shape = &shapes[*body];
+        for k in &instants {
+            let pose = &flight.samples[*k].bodies[*body];
+            held.push(pose.position);
+            held.extend(shape.points_at(pose, 1.0).iter().map(|(point, _)| point));
+            held.extend(shape.vertices_at(pose, 1.0));
         }
     }
-    let center = scene
-        .gravity
-        .central
-        .as_ref()
-        .map(|central| central.position * scene.units.length);
+    for sphere in limits::spheres(flight) {
+        let arm = Vector3::repeat(sphere.radius());
+        held.extend([sphere.center() - arm, sphere.center() + arm].map(|corner| corner * length));
+    }
+    let center = scene.gravity.central.as_ref();
+    let center = center.map(|central| central.position * length);
     held.extend(center);
+    held.extend(limits::fixed_frames(flight).map(|frame| frame.position * length));
 
     let mut picture = Picture {
         flight,
         shapes,
-        enlarged: 1.0,
+        named,
+        enlarged: Vec::new(),
         cage: Cage::around(&held, camera, whole),
         items: Vec::new(),
     };
@@ -99,48 +113,45 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
     if let Some(orbits) = &orbits {
         picture.draw_orbits(canvas, orbits);
     }
+    picture.draw_limits(canvas, &corridors);
     for (body, trajectory) in trajectories.iter().enumerate() {
-        picture.add_trajectory(trajectory, picture.color(body));
+        picture.add_trajectory(trajectory, picture.color(body), body);
     }
-    picture.add_instants(&instants, space);
-    if let Some(center) = center {
-        picture.add(&center, |cage| Item::Attractor(cage.place(&center)));
+    picture.add_instants(&instants, &trajectories, space);
+    if let Some(central) = &scene.gravity.central {
+        let center = central.position * length;
+        picture.add(&center, |cage| {
+            Item::Attractor(cage.place(&center), central.radius * length * cage.scale)
+        });
     }
     picture.draw_items(canvas);
+    picture.draw_frames(canvas, space);
     picture.cage.draw_numbers(canvas);
 }
 
-/// Indices of the instants at which bodies are shown: evenly in time, as many as put none on top of another when a
-/// flight comes round again and again.
-fn instants(flight: &FlightData) -> Vec<usize> {
-    let closest = |instants: &[usize]| {
-        let mut least = f64::INFINITY;
-        for (number, k) in instants.iter().enumerate() {
-            for other in &instants[..number] {
-                let [a, b] = [k, other].map(|k| &flight.samples[*k].bodies);
-                let between = a
-                    .iter()
-                    .zip(b)
-                    .map(|(a, b)| (a.position - b.position).norm());
-                least = between.fold(least, f64::min);
-            }
-        }
-        least * instants.len() as f64
-    };
-    let choices = MORE_OR_LESS.map(|count| even(flight.samples.len(), count));
-    let scored = choices
-        .into_iter()
-        .map(|instants| (closest(&instants), instants));
-    let best = scored.reduce(|best, next| if next.0 > 1.5 * best.0 { next } else { best });
-    best.map(|(_, instants)| instants).unwrap_or_default()
+/// Apex and rim of each corridor (m), as far as the flight was from the apex.
+fn corridors(flight: &FlightData) -> Vec<(Vector3<f64>, Vec<Vector3<f64>>)> {
+    let length = flight.scene.units.length;
+    let body = super::series::turned(flight);
+    let corridor = limits::corridors(flight).map(|corridor| {
+        let apex = corridor.apex() * length;
+        let positions = flight.samples.iter();
+        let distances = positions.map(|sample| (sample.bodies[body].position - apex).norm());
+        let reach = distances.fold(0.0, f64::max);
+        let rim = limits::rim(&apex, &corridor.axis(), corridor.half_angle(), reach);
+        (apex, rim)
+    });
+    corridor.collect()
 }
 
 /// The picture while it is put together.
 struct Picture<'a> {
     flight: &'a FlightData,
     shapes: Vec<Shape>,
-    /// By how much bodies are drawn larger than they are.
-    enlarged: f64,
+    /// Bodies with a color and a name.
+    named: Vec<usize>,
+    /// By how much each body is drawn larger than it is.
+    enlarged: Vec<f64>,
     cage: Cage,
     /// With their nearness.
     items: Vec<(f64, Item)>,
@@ -148,17 +159,23 @@ struct Picture<'a> {
 
 impl Picture<'_> {
     fn color(&self, body: usize) -> RGBColor {
-        style::BODIES[body % style::BODIES.len()]
+        let number = self.named.iter().position(|named| *named == body);
+        number.map_or(style::OTHERS, |number| style::BODIES[number])
     }
 
     fn enlarge(&mut self) {
-        let reach = self.shapes.iter().map(Shape::reach).fold(0.0, f64::max) * self.cage.scale;
         let [smallest, shown] = SMALLEST;
-        self.enlarged = if reach > 0.0 && reach < smallest {
-            shown / reach
-        } else {
-            1.0
+        let factor = |shape: &Shape| {
+            let reach = shape.reach() * self.cage.scale;
+            let small = reach > 0.0 && reach < smallest && !self.is_crowd();
+            if small { shown / reach } else { 1.0 }
         };
+        self.enlarged = self.shapes.iter().map(factor).collect();
+    }
+
+    /// Whether there are more bodies than have a name: those too small to be seen are not drawn then.
+    fn is_crowd(&self) -> bool {
+        self.named.len() < self.shapes.len()
     }
 
     fn add(&mut self, at: &Vector3<f64>, item: impl FnOnce(&Cage) -> Item) {
@@ -172,7 +189,7 @@ impl Picture<'_> {
             initial, target, ..
         } = orbits;
         let colored = std::iter::once((initial, style::SOFT_INK))
-            .chain(target.iter().map(|target| (target, style::GREEN)));
+            .chain(target.iter().map(|target| (target, style::TARGET)));
         let outline = |orbit: &Orbit| -> Vec<_> {
             orbits
                 .points(orbit)
@@ -191,8 +208,59 @@ impl Picture<'_> {
         }
     }
 
-    /// The trajectory in pieces, farther ones paler.
-    fn add_trajectory(&mut self, trajectory: &[Vector3<f64>], color: RGBColor) {
+    /// Corridors and spheres.
+    fn draw_limits(
+        &self,
+        canvas: &mut Canvas<'_>,
+        corridors: &[(Vector3<f64>, Vec<Vector3<f64>>)],
+    ) {
+        for (apex, rim) in corridors {
+            let places: Vec<_> = rim.iter().map(|point| self.cage.place(point)).collect();
+            canvas.area(&places, style::TARGET.mix(0.08));
+            canvas.path(&places, boundary());
+            let side = Stroke {
+                color: style::TARGET.mix(0.35),
+                width: 1.0,
+            };
+            for place in places.iter().step_by(places.len() / SIDES) {
+                canvas.path(&[self.cage.place(apex), *place], side);
+            }
+        }
+        let length = self.flight.scene.units.length;
+        for sphere in limits::spheres(self.flight) {
+            let center = self.cage.place(&(sphere.center() * length));
+            let radius = sphere.radius() * length * self.cage.scale;
+            canvas.ringed(
+                center,
+                radius,
+                style::faded(style::LIMIT, 0.85),
+                Stroke::new(style::LIMIT, 1.5),
+            );
+        }
+    }
+
+    /// The scene's fixed frames, by their axes and names.
+    fn draw_frames(&self, canvas: &mut Canvas<'_>, space: Rectangle) {
+        let reach = AXES * (space.to[0] - space.from[0]) / self.cage.scale;
+        for frame in limits::fixed_frames(self.flight) {
+            let origin = frame.position * self.flight.scene.units.length;
+            let place = self.cage.place(&origin);
+            for (axis, color) in style::COMPONENTS.into_iter().enumerate() {
+                let tip = origin + reach * frame.attitude.column(axis);
+                canvas.path(&[place, self.cage.place(&tip)], Stroke::new(color, 2.4));
+            }
+            let font = Font {
+                size: style::LABEL,
+                color: style::INK,
+                anchor: Anchor::Middle,
+            };
+            canvas.text(&frame.name, [place[0], place[1] + 18.0], font);
+        }
+    }
+
+    /// The trajectory in pieces, farther ones paler, those of bodies without a name thinner.
+    fn add_trajectory(&mut self, trajectory: &[Vector3<f64>], color: RGBColor, body: usize) {
+        let width = if self.named.contains(&body) { 2.6 } else { 1.0 };
         let length = trajectory.len().div_ceil(PIECES).max(2);
         for start in (0..trajectory.len().saturating_sub(1)).step_by(length) {
             // One point more than its own, to meet the next.
@@ -202,43 +270,63 @@ impl Picture<'_> {
             let pale = 0.35 * (1.0 - self.cage.nearness(&middle)).clamp(0.0, 1.0);
             self.add(&middle, |cage| {
                 let places = piece.iter().map(|point| cage.place(point)).collect();
-                Item::Piece(places, style::faded(color, pale))
+                Item::Piece(places, Stroke::new(style::faded(color, pale), width))
             });
         }
     }
 
-    /// Bodies, forces, start and end.
-    fn add_instants(&mut self, instants: &[usize], space: Rectangle) {
+    /// Bodies, forces, start and end of those with a name. A body is drawn at its end, and before where it is clear of
+    /// what is drawn of it already.
+    fn add_instants(
+        &mut self,
+        instants: &[usize],
+        trajectories: &[Vec<Vector3<f64>>],
+        space: Rectangle,
+    ) {
         let flight = self.flight;
-        let scene = &flight.scene;
         let strongest = self.strongest(instants);
         let width = space.to[0] - space.from[0];
-        for (number, k) in instants.iter().enumerate() {
-            let sample = &flight.samples[*k];
-            let late = number as f64 / (instants.len() - 1).max(1) as f64;
-            for (body, pose) in sample.bodies.iter().enumerate() {
-                let color = style::faded(self.color(body), 0.5 * (1.0 - late));
-                self.add_body(body, *k, color, width);
-                let load = scene.units.load_to_si(&flight.tracks[body].at(sample.step));
-                if strongest > 0.0 && load.force != Vector3::zeros() {
-                    let length = STRONGEST * width / (self.cage.scale * strongest);
-                    let tip = pose.position + length * load.force;
-                    let middle = pose.position + 0.5 * length * load.force;
-                    self.add(&middle, |cage| {
-                        Item::Force(cage.place(&pose.position), cage.place(&tip))
-                    });
+        for body in self.named.clone() {
+            let drawn_reach = self.shapes[body].reach() * self.enlarged[body];
+            let shown = !self.is_crowd() || drawn_reach * self.cage.scale > SMALLEST[0];
+            let clear = 1.2 * drawn_reach.max(AXES * width / self.cage.scale);
+            let mut drawn: Vec<Vector3<f64>> = Vec::new();
+            for (number, k) in instants.iter().enumerate().rev() {
+                let sample = &flight.samples[*k];
+                let late = number as f64 / (instants.len() - 1).max(1) as f64;
+                let center = self.shapes[body].center_at(&sample.bodies[body]);
+                if shown && drawn.iter().all(|other| (center - other).norm() > clear) {
+                    drawn.push(center);
+                    let color = style::faded(self.color(body), 0.5 * (1.0 - late));
+                    self.add_body(body, *k, color, width);
                 }
+                self.add_force(body, sample, strongest, width);
             }
-        }
-        for body in 0..self.shapes.len() {
             let color = self.color(body);
-            let [first, last] =
-                [flight.first(), flight.last()].map(|sample| sample.bodies[body].position);
+            let trajectory = &trajectories[body];
+            let ends = [trajectory[0], trajectory[trajectory.len() - 1]];
+            let [first, last] = ends.map(|end| self.cage.place(&end));
+            if (first[0] - last[0]).abs() + (first[1] - last[1]).abs() < 1.0
+                && self.shapes.len() > 1
+            {
+                continue;
+            }
             // Nothing hides them.
-            self.items
-                .push((2.0, Item::Start(self.cage.place(&first), color)));
-            self.items
-                .push((2.0, Item::End(self.cage.place(&last), color)));
+            self.items.push((2.0, Item::Start(first, color)));
+            self.items.push((2.0, Item::End(last, color)));
+        }
+    }
+
+    fn add_force(&mut self, body: usize, sample: &Sample, strongest: f64, width: f64) {
+        let load = self.flight.tracks[body].at(sample.step);
+        let force = self.flight.scene.units.load_to_si(&load).force;
+        if strongest > 0.0 && force != Vector3::zeros() {
+            let from = sample.bodies[body].position;
+            let length = STRONGEST * width / (self.cage.scale * strongest);
+            let tip = from + length * force;
+            self.add(&(from + 0.5 * length * force), |cage| {
+                Item::Force(cage.place(&from), cage.place(&tip))
+            });
         }
     }
 
@@ -257,9 +345,16 @@ impl Picture<'_> {
 
     fn add_body(&mut self, body: usize, k: usize, color: RGBColor, width: f64) {
         let pose = self.flight.samples[k].bodies[body];
-        let points = self.shapes[body].at(&pose, self.enlarged);
-        let radius =
-            (0.16 * self.shapes[body].reach() * self.enlarged * self.cage.scale).clamp(2.4, 5.0);
+        let center = self.shapes[body].center_at(&pose);
+        if center != pose.position {
+            let rod = [pose.position, center];
+            self.add(&(0.5 * (center + pose.position)), |cage| {
+                Item::Bar(rod.map(|end| cage.place(&end)).into(), color)
+            });
+        }
+        let points = self.shapes[body].points_at(&pose, self.enlarged[body]);
+        let reach = self.shapes[body].reach() * self.enlarged[body];
+        let radius = (0.16 * reach * self.cage.scale).clamp(2.4, 5.0);
         for (point, share) in &points {
             let middle = 0.5 * (point + pose.position);
             self.add(&middle, |cage| {
@@ -271,13 +366,31 @@ impl Picture<'_> {
             let radius = radius * libm::cbrt(2.0 * share);
             self.add(point, |cage| Item::Ball(cage.place(point), radius, color));
         }
-        if points.is_empty() {
-            let length = AXES * width / self.cage.scale;
+        self.add_surface(body, k, color);
+        if self.shapes[body].has_axes() {
             for (axis, color) in style::COMPONENTS.into_iter().enumerate() {
-                let tip = pose.position + length * pose.attitude.column(axis);
-                let middle = 0.5 * (tip + pose.position);
+                let inside = self.shapes[body].support(&Vector3::ith(axis, 1.0));
+                let length = inside * self.enlarged[body] + AXES * width / self.cage.scale;
+                let tip = center + length * pose.attitude.column(axis);
+                let middle = 0.5 * (tip + center);
                 self.add(&middle, |cage| {
-                    Item::Axis(cage.place(&pose.position), cage.place(&tip), color)
+                    Item::Axis(cage.place(&center), cage.place(&tip), color)
+                });
+            }
+        }
+    }
+
+    /// The faces of a body that are seen, lit from the viewer.
+    fn add_surface(&mut self, body: usize, k: usize, color: RGBColor) {
+        let pose = &self.flight.samples[k].bodies[body];
+        let vertices = self.shapes[body].vertices_at(pose, self.enlarged[body]);
+        for face in self.shapes[body].faces.clone() {
+            let [a, b, c] = face.map(|vertex| vertices[vertex]);
+            let lit = self.cage.lit(&(b - a).cross(&(c - a)));
+            if lit > 0.0 {
+                let color = style::faded(darker(color), 0.15 + 0.6 * lit);
+                self.add(&((a + b + c) / 3.0), |cage| {
+                    Item::Face([a, b, c].map(|corner| cage.place(&corner)), color)
                 });
             }
         }
@@ -293,11 +406,26 @@ impl Picture<'_> {
 
     fn legend(&self, orbits: Option<&Orbits>) -> Vec<Entry> {
         let mut entries = Vec::new();
-        let mut add = |mark, text: String| entries.push(Entry { mark, text });
-        for (body, named) in self.flight.scene.bodies.iter().enumerate() {
+        let mut add = |mark, text: String| entries.push(Entry::new(mark, text));
+        for body in &self.named {
+            let line = Stroke::new(self.color(*body), 2.6);
             add(
-                Mark::Line(Stroke::new(self.color(body), 2.6)),
-                named.name.clone(),
+                Mark::Line(line),
+                self.flight.scene.bodies[*body].name.clone(),
+            );
+        }
+        let others = self.shapes.len() - self.named.len();
+        if others > 0 {
+            let line = Stroke::new(style::OTHERS, 1.4);
+            add(Mark::Line(line), format!("{others} other bodies"));
+        }
+        if limits::corridors(self.flight).next().is_some() {
+            add(Mark::Line(boundary()), "corridor".into());
+        }
+        if limits::spheres(self.flight).next().is_some() {
+            add(
+                Mark::Line(Stroke::new(style::LIMIT, 1.5)),
+                "keep-out sphere".into(),
             );
         }
         if orbits.is_some() {
@@ -327,16 +455,20 @@ impl Picture<'_> {
         if self.flight.scene.gravity.central.is_some() {
             add(Mark::Attractor, "attractor".into());
         }
-        if self.shapes.iter().any(|shape| !shape.has_points()) {
+        if self.named.iter().any(|body| self.shapes[*body].has_axes()) {
             for (name, color) in ["x", "y", "z"].into_iter().zip(style::COMPONENTS) {
                 add(Mark::Line(Stroke::new(color, 2.0)), format!("body {name}"));
             }
         }
-        if self.enlarged > 1.0 {
-            add(
-                Mark::None,
-                format!("bodies drawn {} × larger", rounded(self.enlarged)),
-            );
+        for body in &self.named {
+            let factor = self.enlarged[*body];
+            if factor > 1.0 {
+                let name = &self.flight.scene.bodies[*body].name;
+                add(
+                    Mark::None,
+                    format!("{name} drawn {} × larger", rounded(factor)),
+                );
+            }
         }
         entries
     }

@@ -6,6 +6,7 @@
 mod clock;
 mod counted;
 mod end;
+mod late;
 mod service;
 mod settling;
 mod topics;
@@ -140,6 +141,7 @@ pub(crate) fn start(
         recent: VecDeque::new(),
         initial: VecDeque::new(),
         settling: None,
+        late: late::Late::default(),
         feedback: config.feedback,
         stop_on_bad_control: config.stop_on_bad_control,
         shared: Arc::clone(&shared),

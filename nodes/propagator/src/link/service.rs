@@ -18,6 +18,7 @@ use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
 use super::clock::FlightClock;
+use super::late::Late;
 use super::settling::Settling;
 use super::topics::Topics;
 use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
@@ -62,6 +63,8 @@ pub(super) struct Link {
     /// Whether feedback laws are flown.
     pub(super) feedback: bool,
     pub(super) stop_on_bad_control: bool,
+    /// Sequences that came too late.
+    pub(super) late: Late,
     /// What was published is waited for to be acknowledged.
     pub(super) settling: Option<Settling>,
     pub(super) shared: Arc<Shared>,
@@ -302,6 +305,11 @@ impl Link {
                             self.initial.pop_front();
                         }
                         self.initial.push_back(message);
+                    }
+                }
+                Err(error @ ControlError::Late { .. }) => {
+                    if let Some(warning) = self.late.note(&error, Instant::now()) {
+                        warn!("{warning}");
                     }
                 }
                 Err(error) => warn!("control sequence refused: {error}"),

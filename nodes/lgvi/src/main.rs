@@ -222,7 +222,7 @@ fn main() -> ExitCode {
             .map(|()| ExitCode::SUCCESS),
         Command::Ensemble(command) => ensemble::ensemble(command),
         Command::Record(options) => return record::record(options),
-        Command::Play(options) => return play::play(options),
+        Command::Play(options) => play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),
         Command::New(options) => new::new(options),
         Command::Completions { shell } => {

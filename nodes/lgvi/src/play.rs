@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use lgvi_bag::BagReader;
 use lgvi_common::Event;
+use lgvi_middleware::node::NodeError;
 use serde_json::{Value, json};
 
 use crate::chosen::Chosen;
@@ -56,8 +58,9 @@ pub(crate) struct Options {
     pub(crate) json: bool,
 }
 
-/// Runs the player in this process.
-pub(crate) fn play(options: &Options) -> ExitCode {
+/// Runs the player in this process, unless it is no bag.
+pub(crate) fn play(options: &Options) -> Result<ExitCode, NodeError> {
+    BagReader::open(&options.bag).map_err(NodeError::input)?;
     let mut replay = Replay {
         bag: &options.bag,
         bar: bars::told("playing", 0),
@@ -65,7 +68,7 @@ pub(crate) fn play(options: &Options) -> ExitCode {
         complete: false,
     };
     let player = |reports| lgvi_player::main_reporting(options.ros_arguments(), reports);
-    node_command::run(player, &mut replay, options.json)
+    Ok(node_command::run(player, &mut replay, options.json))
 }
 
 /// A replay under way.

@@ -73,6 +73,15 @@ impl Shape {
             .fold(0.0, f64::max)
     }
 
+    /// Farthest point from the center of mass (m).
+    pub(super) fn radius(&self) -> f64 {
+        let points = self.points.iter().map(|(position, _)| position);
+        let arms = points
+            .chain(&self.vertices)
+            .map(|point| point - self.center);
+        arms.map(|arm| arm.norm()).fold(0.0, f64::max)
+    }
+
     /// Farthest point from the center of mass along a unit vector of the body frame (m).
     pub(super) fn support(&self, axis: &Vector3<f64>) -> f64 {
         let along = self.vertices.iter().map(|v| axis.dot(&(v - self.center)));

@@ -19,6 +19,9 @@ const CORNER: f64 = 14.0;
 /// Least length of an edge, of the longest.
 const FLATTEST: f64 = 0.12;
 
+/// Axes shorter than this, of the longest, have no room for numbers of their own.
+const NUMBERED: f64 = 0.2;
+
 /// A box of space, and where it lies in the picture.
 pub(super) struct Cage {
     camera: Camera,
@@ -181,11 +184,11 @@ impl Cage {
                 anchor,
             };
             // Numbers that would crowd are left out.
-            let spacing = length * self.step() / (self.high[axis] - self.low[axis]);
+            let spacing = length * self.step(axis) / (self.high[axis] - self.low[axis]);
             let wide = 34.0 * (along[0] / length).abs() + 17.0 * (along[1] / length).abs();
             let every = (wide / spacing).ceil().max(1.0) as usize;
             let [low, high, step] =
-                [self.low[axis], self.high[axis], self.step()].map(|c| c / scale);
+                [self.low[axis], self.high[axis], self.step(axis)].map(|c| c / scale);
             let numbers = Ticks::with_step(low, high, step);
             for (value, number) in ticks[axis]
                 .values
@@ -243,13 +246,21 @@ impl Cage {
         (size * libm::exp10(f64::from(power)), unit(power, symbol))
     }
 
-    /// Multiples of one step on all axes (m).
+    /// Where the grid is (m).
     fn ticks(&self) -> [Ticks; 3] {
-        [0, 1, 2].map(|axis| Ticks::with_step(self.low[axis], self.high[axis], self.step()))
+        [0, 1, 2].map(|axis| Ticks::with_step(self.low[axis], self.high[axis], self.step(axis)))
     }
 
-    fn step(&self) -> f64 {
-        step((self.high - self.low).max(), 7)
+    /// That of the longest axis, unless it leaves one number or none (m).
+    fn step(&self, axis: usize) -> f64 {
+        let size = self.high - self.low;
+        let common = step(size.max(), 7);
+        let few = size[axis] < 3.0 * common;
+        if few && size[axis] > NUMBERED * size.max() {
+            step(size[axis], 6)
+        } else {
+            common
+        }
     }
 
     /// The edge that carries an axis's numbers: on the floor's near side, and upright where the outline ends.

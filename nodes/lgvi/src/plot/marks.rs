@@ -64,10 +64,11 @@ pub(super) fn force() -> Stroke {
 
 /// To scale, unless it would be too small.
 pub(super) fn attractor(canvas: &mut Canvas<'_>, place: Place, radius: f64) {
+    let pale = if radius > 40.0 { 0.6 } else { 0.0 };
     canvas.ringed(
         place,
         radius.max(8.0),
-        style::ATTRACTOR,
+        style::faded(style::ATTRACTOR, pale),
         Stroke::new(darker(style::ATTRACTOR), 1.2),
     );
 }

@@ -1,21 +1,20 @@
 //! The curves over time that tell how a flight went.
 
 use lgvi_control::Place;
-use lgvi_dynamics::{Load, Mobility};
+use lgvi_dynamics::Load;
 use lgvi_lie::to_quaternion;
 use nalgebra::{Vector3, Vector4};
 use plotters::style::RGBColor;
 
 use super::data::{FlightData, Pose, Sample};
-use super::kept::{self, Momentum};
 use super::subject::{Subject, heaviest, named};
 use super::thin::envelope;
-use super::{limits, style};
+use super::{kept, limits, style};
 
 /// Twice this is how many points a curve has at most.
 const BUCKETS: usize = 500;
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Curves over the same time with the same unit.
 pub(super) struct Panel {
@@ -35,7 +34,7 @@ pub(super) struct Curve {
 }
 
 impl Panel {
-    fn new(title: impl Into<String>, unit: &'static str, curves: Vec<Curve>) -> Self {
+    pub(super) fn new(title: impl Into<String>, unit: &'static str, curves: Vec<Curve>) -> Self {
         Self {
             title: title.into(),
             unit,
@@ -81,10 +80,10 @@ pub(super) fn panels(flight: &FlightData, subject: Subject) -> Vec<Panel> {
     }
     // Alone under a fixed attractor it says no more than the error.
     if gravity && (controlled || scene.bodies.len() > 1 || scene.gravity.uniform.is_some()) {
-        panels.push(energy(flight));
+        panels.push(kept::energies(flight));
     }
     if !controlled {
-        panels.extend([energy_change(flight), momentum_change(flight)]);
+        panels.extend([kept::energy_change(flight), kept::momentum_change(flight)]);
     } else if gravity {
         let curves = components(flight, |sample| sample.angular_momentum);
         let title = "Angular momentum, inertial axes";
@@ -280,96 +279,8 @@ fn distances(flight: &FlightData) -> Panel {
     Panel::new(title, "m", curves)
 }
 
-/// The energies; where no control acts, what goes from one to the other.
-fn energy(flight: &FlightData) -> Panel {
-    let exchanged = !flight.is_disturbed();
-    let curve = |label: &str, color, value: fn(&Sample) -> f64| {
-        let start = if exchanged {
-            value(flight.first())
-        } else {
-            0.0
-        };
-        Curve {
-            label: label.into(),
-            color,
-            points: over_time(flight, |sample| value(sample) - start),
-        }
-    };
-    let [translation, rotation, potential] = style::ENERGIES;
-    let bodies = &mut flight.scene.bodies.iter();
-    let pivoted = bodies.all(|named| *named.body.mobility() == Mobility::Pivoted);
-    let mut curves = Vec::new();
-    if !pivoted {
-        curves.push(curve("translation", translation, |sample| {
-            sample.energy.translation
-        }));
-    }
-    curves.extend([
-        curve("rotation", rotation, |sample| sample.energy.rotation),
-        curve("potential", potential, |sample| sample.energy.potential),
-        curve("total", style::INK, |sample| sample.energy.total),
-    ]);
-    let title = if exchanged {
-        "Energy, change from the start"
-    } else {
-        "Energy"
-    };
-    Panel::new(title, "J", curves)
-}
-
-/// An error where the flight keeps its energy, relative if it is not zero.
-fn energy_change(flight: &FlightData) -> Panel {
-    let start = flight.first().energy.total;
-    let kept = kept::energy(flight);
-    let change = |scale: f64| {
-        let points = over_time(flight, |sample| (sample.energy.total - start) / scale);
-        vec![plain(points)]
-    };
-    match (kept, start) {
-        (false, _) => Panel::new("Energy change E − E₀", "J", change(1.0)),
-        (true, 0.0) => Panel::new("Energy error E − E₀", "J", change(1.0)),
-        (true, _) => Panel::new("Energy error (E − E₀)/|E₀|", "", change(start.abs())),
-    }
-}
-
-/// Likewise, of that part of the angular momentum about the origin which the flight keeps.
-fn momentum_change(flight: &FlightData) -> Panel {
-    let start = flight.first().angular_momentum;
-    let kept = kept::momentum(flight);
-    let value = |momentum: &Vector3<f64>| match kept {
-        Momentum::Along(axis) => momentum.dot(&axis),
-        Momentum::All | Momentum::Nothing => momentum.norm(),
-    };
-    let size = value(&start).abs();
-    // What is only rounding is no measure.
-    let relative = kept != Momentum::Nothing && size > 1e-9 * start.norm();
-    let scale = if relative { size } else { 1.0 };
-    let title = match kept {
-        Momentum::All => "Angular momentum error |L − L₀|".into(),
-        Momentum::Along(axis) => format!("Angular momentum error {}", along(&axis)),
-        Momentum::Nothing => "Angular momentum change |L − L₀|".into(),
-    };
-    let (by, unit) = if relative {
-        ("/|L₀|", "")
-    } else {
-        ("", "kg m²/s")
-    };
-    let points = over_time(flight, |sample| {
-        value(&(sample.angular_momentum - start)) / scale
-    });
-    Panel::new(title + by, unit, vec![plain(points)])
-}
-
-/// The component that is meant: `L_z − L_z₀`, or that along a field's axis.
-fn along(axis: &Vector3<f64>) -> String {
-    match (0..3).find(|i| axis[*i].abs() > 1.0 - 1e-12) {
-        Some(i) => format!("about {}, (L − L₀)", AXES[i]),
-        None => "about the field's axis, (L − L₀)".into(),
-    }
-}
-
 /// The only curve of its panel, which needs no label.
-fn plain(points: Vec<[f64; 2]>) -> Curve {
+pub(super) fn plain(points: Vec<[f64; 2]>) -> Curve {
     Curve {
         label: String::new(),
         color: style::INK,
@@ -387,7 +298,7 @@ fn components(flight: &FlightData, vector: impl Fn(&Sample) -> Vector3<f64>) -> 
         .collect()
 }
 
-fn over_time(flight: &FlightData, value: impl Fn(&Sample) -> f64) -> Vec<[f64; 2]> {
+pub(super) fn over_time(flight: &FlightData, value: impl Fn(&Sample) -> f64) -> Vec<[f64; 2]> {
     thin(
         flight
             .samples

@@ -73,3 +73,31 @@ fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
     };
     format!("{:.3} % of {of}", 100.0 * by)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(scene: &str, from: &str, to: &str) -> String {
+        assert!(scene.contains(from));
+        let scene = Scene::parse("test", &scene.replace(from, to)).unwrap();
+        crate::plan(&scene, &|| true).unwrap_err()
+    }
+
+    #[test]
+    fn a_violated_constraint_has_its_kind_and_a_unit() {
+        let slew = include_str!("../../../../scenes/slew_keep_out.toml");
+        let text = refused(slew, "[0.5, 0.8660254, 0.1]", "[1.0, 0.1, 0.0]");
+        // The line of sight starts 5.711° from the Sun.
+        let expected = "violates keep_out_cone (maneuver.constraints[0]) by 19.289°";
+        assert!(text.contains(expected), "{text}");
+
+        let docking = include_str!("../../../../scenes/docking_corridor.toml");
+        let text = refused(docking, "limit = 2.5", "limit = 0.5");
+        let expected = "violates force_norm (maneuver.constraints[1]) by ";
+        assert!(
+            text.contains(expected) && text.contains(" % of its limit"),
+            "{text}"
+        );
+    }
+}

@@ -77,7 +77,7 @@ test:
 
 # The README's first command, headless. Not in CI: it builds everything once more, in release.
 demo:
-    cargo run --release --locked -- run scenes/inclination_change.toml --bag target/demo_$(date +%s)
+    cargo run --release --locked -- run scenes/inclination_change.toml --output target/demo_$(date +%s)
 
 # The tests with rclpy and colcon over another ROS 2: `just ros kilted`.
 ros distribution:

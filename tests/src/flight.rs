@@ -89,7 +89,7 @@ impl World {
         let mut line = vec![
             "run".as_ref(),
             scene.as_os_str(),
-            "--bag".as_ref(),
+            "--output".as_ref(),
             bag.as_os_str(),
         ];
         line.push("--json".as_ref());
@@ -101,7 +101,7 @@ impl World {
     #[track_caller]
     pub fn fly_fast(&self, scene: &Path, bag: &str) -> (Summary, PathBuf) {
         let path = self.path(bag);
-        let (run, to) = ("run".as_ref(), "--bag".as_ref());
+        let (run, to) = ("run".as_ref(), "--output".as_ref());
         let mut line = vec![run, scene.as_os_str(), to, path.as_os_str()];
         let arguments = ["--json", "--no-plot", "--real-time-factor", "0"];
         line.extend(arguments.map(AsRef::<std::ffi::OsStr>::as_ref));

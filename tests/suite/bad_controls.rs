@@ -84,6 +84,30 @@ fn a_bad_sequence_in_mid_flight_ends_it_and_the_bag_verifies_up_to_there() {
     world.verify_agrees(&world.path("flight"), states as u64);
 }
 
+/// A stream of late sequences is no stream of warnings, and ends no flight.
+#[test]
+fn late_sequences_are_one_warning_and_counted() {
+    let world = World::new();
+    let arguments = ["--no-planner", "--real-time-factor", "0.05"];
+    let flight = world.start_flight(&scene("inclination_change"), "flight", &arguments);
+    flight.await_stderr("waiting at step 0 for a control sequence for spacecraft");
+    let stranger = world.ros_node("stranger");
+    let _publisher = publish(&stranger, &coast());
+    world.await_step(20);
+    let _late: Vec<_> = (1..=5)
+        .map(|number| {
+            let mut late = coast();
+            late.force[0].x = f64::from(number);
+            publish(&stranger, &late)
+        })
+        .collect();
+    let finished = flight.finish().expect(0);
+    let warnings = finished.stderr.matches("too late").count();
+    assert!((1..5).contains(&warnings), "{}", finished.stderr);
+    let summary: Summary = finished.json();
+    assert_eq!(summary.flight.unwrap().late_controls, 5);
+}
+
 #[test]
 fn a_name_of_a_megabyte_is_logged_in_less_than_a_kilobyte() {
     const CHANGES: [fn(&mut ControlSequence); 3] = [

@@ -30,7 +30,7 @@ fn fly(world: &World, bag: &Path) -> Process {
     command
         .arg("run")
         .arg(scene)
-        .arg("--bag")
+        .arg("--output")
         .arg(bag)
         .args(["--no-plot", "--json"]);
     world.start("lgvi", command)

@@ -1,6 +1,7 @@
 //! What makes a first hour easier: templates, changes on the command line, completions, man pages, help of nodes.
 
 use lgvi_tests::{Summary, World, binary, scene};
+use serde_json::Value;
 
 #[test]
 fn a_template_is_written_once_and_explained_with_changes() {
@@ -67,6 +68,70 @@ fn a_changed_scene_is_flown_recorded_and_verified() {
         .lgvi(["verify", bag.to_str().unwrap()])
         .finish()
         .expect(0);
+}
+
+#[test]
+fn results_are_one_json_object() {
+    let world = World::new();
+    let file = |name: &str| world.path(name).to_str().unwrap().to_owned();
+    let json = |line: &[&str]| -> Value { world.lgvi(line).finish().expect(0).json() };
+    let scene = json(&["new", "free_body", "--output", &file("body.toml"), "--json"]);
+    assert_eq!(scene["scene"], file("body.toml"));
+    // The old name of the option.
+    let few = ["--set", "run.steps=20", "--bag", &file("flight"), "--json"];
+    let flown = json(&[&["run", &file("body.toml")], &few[..]].concat());
+    assert_eq!(flown["bag"], file("flight"));
+    let bag = file("flight");
+    let plotted = json(&["plot", &bag, "--json"]);
+    assert_eq!(plotted["picture"], file("flight/flight.svg"));
+    let played = json(&["play", &bag, "--rate", "0", "--json"]);
+    let messages = flown["recorded"].as_object().unwrap().values();
+    let messages: u64 = messages.map(|count| count.as_u64().unwrap()).sum();
+    assert_eq!(
+        played,
+        serde_json::json!({"bag": bag, "messages": messages, "complete": true})
+    );
+    let line = [
+        "record",
+        "--topics",
+        "/a",
+        "--json",
+        "--output",
+        &file("new"),
+    ];
+    let recorder = world.lgvi(line);
+    recorder.await_stderr("writing");
+    let recorded: Value = recorder.stop().expect(0).json();
+    assert_eq!(
+        (&recorded["bag"], &recorded["lost"]),
+        (&file("new").into(), &0.into())
+    );
+}
+
+#[test]
+fn what_is_no_bag_is_told_in_words() {
+    let world = World::new();
+    let scene = scene("pendulum").to_str().unwrap().to_owned();
+    let nothing = world.path("nothing").to_str().unwrap().to_owned();
+    for command in ["info", "verify", "plot", "play"] {
+        for (path, said) in [
+            (&scene, "not an MCAP file; expected a bag"),
+            (&nothing, "No such file"),
+        ] {
+            let refused = world.lgvi([command, path, "--json"]).finish().expect(2);
+            assert_eq!(refused.stderr.lines().count(), 1, "{}", refused.stderr);
+            refused.says(&[path, said]);
+            assert!(!refused.stderr.contains("os error"), "{}", refused.stderr);
+            let failure: Value = refused.json();
+            assert_eq!(failure["failure"]["exit_code"], 2);
+            assert!(
+                failure["failure"]["message"]
+                    .as_str()
+                    .unwrap()
+                    .contains(said)
+            );
+        }
+    }
 }
 
 #[test]

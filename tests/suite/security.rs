@@ -69,7 +69,7 @@ fn a_flight_in_its_enclave_loses_nothing_and_a_stranger_neither_hears_nor_distur
     command
         .env("ROS_SECURITY_ENCLAVE_OVERRIDE", "/flight")
         .args(["run".as_ref(), scene("inclination_change").as_os_str()])
-        .args(["--bag".as_ref(), bag.as_os_str()])
+        .args(["--output".as_ref(), bag.as_os_str()])
         .args(["--json", "--no-plot", "--real-time-factor", "0.3"]);
     let finished = world.start("lgvi", command).finish().expect(0);
     let summary: Summary = finished.json();

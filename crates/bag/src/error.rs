@@ -116,11 +116,17 @@ pub enum Rest {
     Gone,
 }
 
+/// What the system says, without the number of its error.
+fn words(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error").next().unwrap_or_default().into()
+}
+
 /// Why a bag cannot be read.
 #[derive(Debug, Error)]
 pub enum BagError {
     /// A file operation failed.
-    #[error("{path}: {source}", path = .path.display())]
+    #[error("{path}: {words}", path = .path.display(), words = words(source))]
     Io {
         /// File or directory.
         path: PathBuf,

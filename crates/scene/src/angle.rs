@@ -28,6 +28,11 @@ pub(crate) enum AngleFile {
 /// Returns the angle of the parameter `name` (rad).
 pub(crate) fn angle(name: &'static str, file: &AngleFile) -> Result<f64, ParameterError> {
     match file {
+        // Degrees, most likely.
+        AngleFile::Radians(angle) if *angle > PI => {
+            let expected = format!("an angle below π (rad); is it \"{angle} deg\"?");
+            Err(ParameterError::new(name, angle, expected))
+        }
         AngleFile::Radians(angle) => Ok(*angle),
         AngleFile::Text(text) => {
             parse(text).ok_or_else(|| ParameterError::new(name, text, EXPECTED))
@@ -45,6 +50,12 @@ fn parse(text: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_beyond_a_half_turn_was_meant_in_degrees() {
+        let error = angle("half_angle", &AngleFile::Radians(25.0)).unwrap_err();
+        assert!(error.expected.contains("\"25 deg\""), "{error:?}");
+    }
 
     #[test]
     fn angles_have_units() {

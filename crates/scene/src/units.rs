@@ -1,6 +1,6 @@
 use lgvi_dynamics::{BodyState, Load};
 
-use crate::SceneError;
+use crate::{SceneError, suggestion};
 
 /// The SI sizes of a scene's units, with conversions of its inputs and outputs. A factor of 1 is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,10 +37,11 @@ impl Quantity {
     fn parse(&self, text: &str) -> Result<f64, SceneError> {
         let refuse = || {
             let symbols: Vec<_> = self.symbols.iter().map(|(symbol, _)| *symbol).collect();
+            let symbol = text.trim().rsplit(char::is_whitespace).next();
             let expected = format!(
-                "a number > 0 and one of {}, such as \"7 {}\"",
-                symbols.join(", "),
-                symbols[0]
+                "a number > 0 and a unit, such as \"7 {}\": {}",
+                symbols[0],
+                suggestion::one_of(symbol.unwrap_or_default(), &symbols)
             );
             SceneError::value(self.key, text, expected)
         };

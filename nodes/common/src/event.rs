@@ -69,6 +69,15 @@ pub enum Event {
         #[serde(default)]
         waited: f64,
     },
+    /// The player is on its way.
+    Playing {
+        /// Messages published.
+        messages: u64,
+        /// Recorded time since the start (s).
+        time: f64,
+        /// Recorded time in all (s).
+        duration: f64,
+    },
     /// The player has played the whole bag.
     Played {
         /// Messages published.
@@ -138,6 +147,9 @@ pub struct FlightReport {
     pub refused: u64,
     /// Steps that came later than their time in real-time pace.
     pub overruns: u64,
+    /// Control sequences that came after the step at which they were to begin, and were refused.
+    #[serde(default)]
+    pub late_controls: u64,
     /// Steps that could not be made as one and were cut.
     pub cut_steps: u64,
     /// How often an interaction of bodies was taken up in more or in less detail.

@@ -84,7 +84,12 @@ fn refuse(path: &Path, error: &dyn Display) -> NodeError {
 
 /// Reads a text that is no longer than a scene may be.
 fn read(path: &Path) -> Result<String, String> {
-    let text = |error: io::Error| error.to_string();
+    // Without the number of the system's error.
+    let text = |error: io::Error| {
+        let text = error.to_string();
+        let words = text.split(" (os error").next();
+        words.unwrap_or_default().to_owned()
+    };
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(text)?;
     file.take(LONGEST as u64 + 1)

@@ -2,11 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use lgvi_dynamics::auto::{Choice, ChoiceError};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_scene::Scene;
+
+use crate::bars;
 
 /// Chooses what flies the scene, unless that is known; a shutdown ends it.
 pub(crate) fn choose(
@@ -16,10 +17,7 @@ pub(crate) fn choose(
     let Some(tolerance) = scene.undecided() else {
         return Ok(None);
     };
-    let bar = ProgressBar::new(100);
-    let style = ProgressStyle::with_template("{prefix:>10} [{bar:40}] {pos} %");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.set_prefix("choosing");
+    let bar = bars::bar("choosing", 100, "% of the pilot flights");
     let choice = scene.choice(tolerance, &mut |part| {
         bar.set_position((100.0 * part) as u64);
         if shutdown.is_some_and(Shutdown::requested) {

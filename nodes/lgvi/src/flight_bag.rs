@@ -90,6 +90,12 @@ impl FlightBag {
         &self.topics.state
     }
 
+    /// How many full-rate states it has; 0 where the bag does not tell.
+    pub(crate) fn state_count(&self) -> u64 {
+        let counts = self.reader.message_counts().unwrap_or_default();
+        counts.get(self.state_topic()).copied().unwrap_or(0)
+    }
+
     /// How often the flight's course has been changed.
     pub(crate) fn interventions(&self) -> usize {
         self.interventions.len()

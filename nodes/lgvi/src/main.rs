@@ -1,4 +1,5 @@
 //! `lgvi`: the front door to the node suite.
+mod bars;
 mod beside;
 mod choosing;
 mod chosen;
@@ -10,6 +11,7 @@ mod files;
 mod flight_bag;
 mod info;
 mod new;
+mod node_command;
 mod output;
 mod parameters;
 mod play;
@@ -90,6 +92,9 @@ enum Command {
         /// SVG file to write (default: `flight.svg` in the bag's directory).
         #[arg(long, value_parser = values::path())]
         output: Option<PathBuf>,
+        /// Print the result as JSON.
+        #[arg(long)]
+        json: bool,
     },
     /// Fly many dispersed samples of a scene (Monte Carlo), or merge results.
     ///
@@ -135,13 +140,11 @@ impl Command {
             Self::Ensemble(command) => command.prints_json(),
             Self::Explain(options) => options.json,
             Self::Verify { json, .. } => *json,
-            Self::Plot { .. }
-            | Self::New(_)
-            | Self::Record(_)
-            | Self::Play(_)
-            | Self::Node { .. }
-            | Self::Completions { .. }
-            | Self::Man { .. } => false,
+            Self::Plot { json, .. } => *json,
+            Self::New(options) => options.json,
+            Self::Record(options) => options.json,
+            Self::Play(options) => options.json,
+            Self::Node { .. } | Self::Completions { .. } | Self::Man { .. } => false,
         }
     }
 
@@ -207,12 +210,19 @@ fn main() -> ExitCode {
             bag,
             flight,
             output,
+            json,
         } => plot::plot(bag, flight.as_deref(), output.as_deref())
-            .and_then(|picture| output::say(&picture.display()))
+            .and_then(|picture| {
+                if *json {
+                    output::say(&serde_json::json!({"bag": bag, "picture": picture}))
+                } else {
+                    output::say(&picture.display())
+                }
+            })
             .map(|()| ExitCode::SUCCESS),
         Command::Ensemble(command) => ensemble::ensemble(command),
         Command::Record(options) => return record::record(options),
-        Command::Play(options) => return play::play(options),
+        Command::Play(options) => play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),
         Command::New(options) => new::new(options),
         Command::Completions { shell } => {

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use lgvi_middleware::node::NodeError;
+use serde_json::json;
 
 use crate::output::say;
 use crate::values;
@@ -46,6 +47,9 @@ pub(crate) struct Options {
     /// Scene file to write; an existing file is not overwritten (default: `<TEMPLATE>.toml`).
     #[arg(long, value_parser = values::path())]
     output: Option<PathBuf>,
+    /// Print the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Writes the template and prints its path.
@@ -61,7 +65,11 @@ pub(crate) fn new(options: &Options) -> Result<ExitCode, NodeError> {
         .open(&output);
     file.and_then(|mut file| file.write_all(text.as_bytes()))
         .map_err(|error| NodeError::Input(format!("{}: {error}", output.display())))?;
-    say(&output.display())?;
+    if options.json {
+        say(&json!({"template": name, "scene": output}))?;
+    } else {
+        say(&output.display())?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

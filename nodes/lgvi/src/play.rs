@@ -1,13 +1,19 @@
 //! `lgvi play`: the player node with the command line of a tool.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use indicatif::ProgressBar;
+use lgvi_bag::BagReader;
+use lgvi_common::Event;
+use lgvi_middleware::node::NodeError;
+use serde_json::{Value, json};
 
 use crate::chosen::Chosen;
+use crate::node_command::{self, Outcome};
 use crate::parameters::{number, path, ros_arguments};
-use crate::{NodeKind, values};
+use crate::{bars, values};
 
 /// The command line of `lgvi play`.
 #[derive(Args)]
@@ -47,11 +53,62 @@ pub(crate) struct Options {
     /// Wait until every topic has this many subscribers.
     #[arg(long, value_name = "COUNT")]
     await_subscribers: Option<u16>,
+    /// Print the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
-/// Runs the player in this process.
-pub(crate) fn play(options: &Options) -> ExitCode {
-    NodeKind::Player.run(options.ros_arguments())
+/// Runs the player in this process, unless it is no bag.
+pub(crate) fn play(options: &Options) -> Result<ExitCode, NodeError> {
+    BagReader::open(&options.bag).map_err(NodeError::input)?;
+    let mut replay = Replay {
+        bag: &options.bag,
+        bar: bars::told("playing", 0),
+        messages: 0,
+        complete: false,
+    };
+    let player = |reports| lgvi_player::main_reporting(options.ros_arguments(), reports);
+    Ok(node_command::run(player, &mut replay, options.json))
+}
+
+/// A replay under way.
+struct Replay<'a> {
+    bag: &'a Path,
+    bar: ProgressBar,
+    messages: u64,
+    complete: bool,
+}
+
+impl Outcome for Replay<'_> {
+    fn hear(&mut self, event: Event) {
+        match event {
+            Event::Playing {
+                messages,
+                time,
+                duration,
+            } => {
+                self.messages = messages;
+                self.bar.set_length((duration * 1e3) as u64);
+                self.bar.set_position((time * 1e3) as u64);
+                let message = format!("{time:.1} of {duration:.1} s, {messages} messages");
+                self.bar.set_message(message);
+            }
+            Event::Played { messages } => {
+                self.bar.finish_and_clear();
+                self.messages = messages;
+                self.complete = true;
+            }
+            _ => {}
+        }
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "bag": self.bag.display().to_string(),
+            "messages": self.messages,
+            "complete": self.complete,
+        })
+    }
 }
 
 impl Options {

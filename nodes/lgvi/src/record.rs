@@ -1,19 +1,22 @@
 //! `lgvi record`: the recorder node with the command line of a tool.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use lgvi_common::Event;
+use serde_json::{Value, json};
 
 use crate::chosen::Chosen;
 use crate::files::Files;
+use crate::node_command::{self, Outcome};
 use crate::parameters::{list, number, path, ros_arguments, text};
-use crate::{NodeKind, values};
+use crate::values;
 
 /// The command line of `lgvi record`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// Directory of the new bag (default: `rosbag2_<time>`).
+    /// Directory of the new bag (default: `flights/rosbag2_<time>`).
     #[arg(short, long, value_parser = values::path())]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -44,6 +47,9 @@ pub(crate) struct Options {
     /// Start paused; the service `~/resume` starts the recording.
     #[arg(long)]
     start_paused: bool,
+    /// Print the result as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -54,19 +60,45 @@ enum LogTime {
 
 /// Runs the recorder in this process.
 pub(crate) fn record(options: &Options) -> ExitCode {
-    NodeKind::Recorder.run(options.ros_arguments())
+    let output = options.output.clone().unwrap_or_else(|| {
+        let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
+        PathBuf::from(format!("flights/rosbag2_{time}"))
+    });
+    let arguments = options.ros_arguments(&output);
+    let recorder = |reports| lgvi_recorder::main_reporting(arguments, reports);
+    node_command::run(recorder, &mut Recording(Value::Null), options.json)
+}
+
+/// What was recorded; null before the bag is closed.
+struct Recording(Value);
+
+impl Outcome for Recording {
+    fn hear(&mut self, event: Event) {
+        if let Event::Recorded {
+            bag,
+            messages,
+            lost,
+            ..
+        } = event
+        {
+            self.0 = json!({"bag": bag, "messages": messages, "lost": lost});
+        }
+    }
+
+    fn json(&self) -> Value {
+        self.0.clone()
+    }
 }
 
 impl Options {
     /// The recorder's ROS 2 arguments.
-    fn ros_arguments(&self) -> Vec<String> {
+    fn ros_arguments(&self, output: &Path) -> Vec<String> {
         let log_time = self.log_time.map(|time| match time {
             LogTime::Received => "received",
             LogTime::Stamp => "stamp",
         });
-        let output = self.output.as_deref().map(path);
         let parameters = [
-            output.map(|output| format!("output:={output}")),
+            Some(format!("output:={}", path(output))),
             list("states", &self.states),
             text("frame", self.frame.as_deref()),
             text("frame_prefix", self.frame_prefix.as_deref()),
@@ -107,7 +139,9 @@ mod tests {
     }
 
     fn arguments(line: &str) -> String {
-        parsed(line).unwrap().options.ros_arguments().join(" ")
+        let options = parsed(line).unwrap().options;
+        let output = options.output.clone().unwrap_or("flights/new".into());
+        options.ros_arguments(&output).join(" ")
     }
 
     #[test]
@@ -125,9 +159,9 @@ mod tests {
         );
         assert_eq!(
             arguments("--max-bag-size 7 --max-bag-duration 1"),
-            "--ros-args -p max_bytes:=7 -p max_duration:=1.0"
+            "--ros-args -p output:='flights/new' -p max_bytes:=7 -p max_duration:=1.0"
         );
-        assert_eq!(arguments(""), "--ros-args");
+        assert_eq!(arguments(""), "--ros-args -p output:='flights/new'");
     }
 
     #[test]

@@ -18,9 +18,18 @@ mod selection;
 mod services;
 mod states;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Runs the node with `args`, the command line without the program's name.
 pub fn main(args: impl IntoIterator<Item = String>) -> ExitCode {
     lgvi_middleware::node::main::<run::Player>(args)
+}
+
+/// The same in a program of another's; the node's reports go to `reports`.
+pub fn main_reporting(
+    args: impl IntoIterator<Item = String>,
+    reports: impl Write + Send + 'static,
+) -> ExitCode {
+    lgvi_middleware::node::main_reporting::<run::Player>(args, reports)
 }

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use lgvi_bag::BagReader;
+use lgvi_common::Event;
 use lgvi_middleware::node::{Node, NodeError, Stopped};
 use tracing::{info, warn};
 
@@ -17,6 +18,9 @@ use crate::remote::{Order, Remote, Turn};
 
 /// How long the loop waits at a stretch.
 const SLICE: Duration = Duration::from_millis(10);
+
+/// How often progress is told of.
+const PROGRESS: Duration = Duration::from_millis(100);
 
 /// The least time between two beginnings of a bag that is played again and again.
 const ROUND: Duration = Duration::from_millis(1);
@@ -37,6 +41,8 @@ pub(crate) struct Replay<'a> {
     pub(crate) wanted: &'a [bool],
     /// Messages published so far.
     pub(crate) played: &'a AtomicU64,
+    /// When progress was last told of.
+    pub(crate) told: Instant,
 }
 
 impl Replay<'_> {
@@ -79,6 +85,7 @@ impl Replay<'_> {
             if node.interrupted() {
                 return Err(NodeError::Interrupted);
             }
+            self.tell_progress();
             let next = self.reel.peek()?;
             let next = next.map(|shown| shown.message.log_time);
             if generation.replace(node.parameters.generation())
@@ -115,6 +122,20 @@ impl Replay<'_> {
                 },
             }
         }
+    }
+
+    /// Reports how far it is.
+    fn tell_progress(&mut self) {
+        if self.told.elapsed() < PROGRESS {
+            return;
+        }
+        self.told = Instant::now();
+        let seconds = |time: u64| time.saturating_sub(self.range.start) as f64 * 1e-9;
+        self.node.report_progress(Event::Playing {
+            messages: self.played.load(Ordering::Relaxed),
+            time: seconds(self.remote.recorded()),
+            duration: seconds(self.range.end),
+        });
     }
 
     /// Goes on at the next message (ns) where it is too long until then.

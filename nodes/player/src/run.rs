@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lgvi_bag::BagReader;
 use lgvi_common::Event;
@@ -131,6 +131,7 @@ impl Player {
             reel: Reel::new(&self.bag, &self.wanted, self.range.end, place)?,
             wanted: &self.wanted,
             played: &self.played,
+            told: Instant::now(),
         };
         let stopped = replay.play(!begun);
         self.interrupted = Some((replay.place(), self.remote.recorded()));

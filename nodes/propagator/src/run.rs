@@ -15,6 +15,7 @@ use lgvi_msgs::shm::{BodySample, Name};
 use lgvi_scene::Scene;
 use tracing::{info, warn};
 
+use crate::ControlError;
 use crate::choosing;
 use crate::config::{self, Config, Rates};
 use crate::cuts::Cuts;
@@ -71,6 +72,8 @@ pub(crate) struct Propagator {
     pub(crate) paused: bool,
     /// Sequences accepted.
     pub(crate) accepted: u64,
+    /// Sequences refused because they came too late.
+    late_controls: u64,
     /// The steps whose states were last sent over shared memory and handed to the ROS side.
     pub(crate) sampled: Option<u64>,
     pub(crate) handed: Option<u64>,
@@ -163,6 +166,7 @@ impl Managed for Propagator {
             phase: Phase::Unattended,
             paused: false,
             accepted: 0,
+            late_controls: 0,
             sampled: None,
             handed: None,
             began: now,
@@ -284,6 +288,7 @@ impl Propagator {
             let step = self.flight.step();
             let verdict = self.flight.admit(controls).map(|()| step);
             self.accepted += u64::from(verdict.is_ok());
+            self.late_controls += u64::from(matches!(verdict, Err(ControlError::Late { .. })));
             self.link.answer(verdict);
         }
     }
@@ -454,6 +459,7 @@ impl Propagator {
             orthogonality_error: end.orthogonality_error,
             refused: self.states.lost(),
             overruns: self.pace.overruns,
+            late_controls: self.late_controls,
             cut_steps: self.cuts.total(),
             detail_changes: self.flight.switches(),
         }

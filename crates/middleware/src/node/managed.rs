@@ -1,7 +1,10 @@
+use std::io::Write;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::ParameterSpec;
+use crate::report::Reporter;
 use crate::ros::{Change, Outcome, State};
 use tracing::{error, info};
 
@@ -65,15 +68,38 @@ pub enum Stopped {
 /// The main function of a node: starts it, leads it through its life, and turns the outcome into an exit code (0 done,
 /// 1 failed on the way, 2 unusable input).
 pub fn main<M: Managed>(args: impl IntoIterator<Item = String>) -> ExitCode {
-    let args: Vec<_> = args.into_iter().collect();
+    lead::<M>(args.into_iter().collect(), None)
+}
+
+/// The same for a program that runs the node in its own process: the node's reports go to `reports`, one JSON object a line.
+pub fn main_reporting<M: Managed>(
+    args: impl IntoIterator<Item = String>,
+    reports: impl Write + Send + 'static,
+) -> ExitCode {
+    match Reporter::to_writer(reports) {
+        Ok(events) => lead::<M>(args.into_iter().collect(), Some(Arc::new(events))),
+        Err(error) => {
+            complain(&format_args!("{}: {error}", M::NAME));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn lead<M: Managed>(args: Vec<String>, events: Option<Arc<Reporter>>) -> ExitCode {
     if help::is_wanted(&args) {
         return help::print(M::NAME, M::parameters());
     }
-    let node = match Node::start(M::NAME, args, M::parameters()) {
+    let node = match Node::start(M::NAME, args, M::parameters(), events.clone()) {
         Ok(node) => node,
         Err(error) => {
             // Logging needs the arguments that could not be understood.
             complain(&format_args!("{}: {error}", M::NAME));
+            if let Some(events) = events {
+                events.report(Event::Failed {
+                    message: error.to_string(),
+                });
+                events.flush(LAST_WORDS);
+            }
             return error.exit_code();
         }
     };

@@ -18,5 +18,5 @@ pub use error::NodeError;
 pub use event::Event;
 pub use file_lock::{FileLock, LockError};
 pub use file_size::let_long_files_fail;
-pub use managed::{Managed, Stopped, main};
+pub use managed::{Managed, Stopped, main, main_reporting};
 pub use start::Node;

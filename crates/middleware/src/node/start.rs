@@ -51,6 +51,7 @@ impl Node {
         default_name: &str,
         args: impl IntoIterator<Item = String>,
         mut parameters: Vec<ParameterSpec>,
+        events: Option<Arc<Reporter>>,
     ) -> Result<Self, NodeError> {
         let (args, rest) = NodeArgs::parse(default_name, args).map_err(NodeError::input)?;
         let supervised = is_supervised(&rest)?;
@@ -62,12 +63,14 @@ impl Node {
             Parameters::declare(args.parameters(), parameters).map_err(NodeError::input)?;
         let_long_files_fail().map_err(NodeError::runtime)?;
         let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
-        let events = Arc::new(if supervised {
-            supervise(&shutdown);
-            Reporter::stdout().map_err(NodeError::runtime)?
-        } else {
-            Reporter::disabled()
-        });
+        let events = match events {
+            Some(events) => events,
+            None if supervised => {
+                supervise(&shutdown);
+                Arc::new(Reporter::stdout().map_err(NodeError::runtime)?)
+            }
+            None => Arc::new(Reporter::disabled()),
+        };
         let alone = only_one(&environment, &args)?;
         let ros = RosNode::new(&args, &environment).map_err(|error| match error {
             RosError::Security(error) => NodeError::input(error),

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_ensemble::{self as ensemble, Campaign, Commands, FlownBy, Guidance, Settings, Store};
@@ -23,7 +22,7 @@ use super::report::report;
 use crate::choosing::choose;
 use crate::output::say;
 use crate::scene_input::SceneInput;
-use crate::values;
+use crate::{bars, values};
 
 /// The command line of `lgvi ensemble run`.
 #[derive(Args)]
@@ -45,7 +44,8 @@ pub(crate) struct Options {
     /// Fly only the samples A up to, but not including, B: a shard for `lgvi ensemble merge`.
     #[arg(long, value_name = "A..B", value_parser = range)]
     range: Option<Range<u64>>,
-    /// Directory of the results; an interrupted run in it is continued (default: `ensembles/<scene>`).
+    /// Directory of the results; an interrupted run in it is continued (default:
+    /// `flights/<scene>_ensemble`).
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
     output: Option<PathBuf>,
     /// Print the summary as JSON.
@@ -141,14 +141,14 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     let output = options
         .output
         .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("ensembles/{}", scene.name)));
+        .unwrap_or_else(|| PathBuf::from(format!("flights/{}_ensemble", scene.name)));
     let store = Store::create(&output, campaign.identity(), campaign.columns()).map_err(failed)?;
     let flight = ensemble::Options {
         range: options.range.clone(),
         threads: options.threads,
         width: options.lanes.into(),
     };
-    let bar = bar();
+    let bar = bars::bar("flying", 0, "samples");
     let told = Cell::new(false);
     let mut show = |now: ensemble::Progress| {
         bar.set_length(now.wanted);
@@ -214,15 +214,4 @@ fn remarks(campaign: &Campaign<'_>, scene: &Scene) -> Vec<String> {
         remarks.push("no new plans were made on the way: all samples fly the nominal one".into());
     }
     remarks
-}
-
-/// A progress bar on standard error, if that is a terminal.
-fn bar() -> ProgressBar {
-    let bar = ProgressBar::new(0);
-    let template = "{prefix:>10} [{bar:40}] {pos}/{len} samples, {eta} left";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar.set_prefix("flying");
-    bar
 }

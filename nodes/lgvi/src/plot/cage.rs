@@ -11,13 +11,16 @@ use super::ticks::{Ticks, exponent, step, unit};
 use super::view::Camera;
 
 /// Room around the box for its numbers (px).
-const MARGIN: [f64; 2] = [66.0, 42.0];
+const MARGIN: [f64; 2] = [72.0, 46.0];
 
 /// Distance of numbers from the ends of their edge (px).
 const CORNER: f64 = 14.0;
 
 /// Least length of an edge, of the longest.
 const FLATTEST: f64 = 0.12;
+
+/// Axes shorter than this, of the longest, have no room for numbers of their own.
+const NUMBERED: f64 = 0.2;
 
 /// A box of space, and where it lies in the picture.
 pub(super) struct Cage {
@@ -89,6 +92,16 @@ impl Cage {
             .camera
             .depth(&self.corner([0, 1, 2].map(|axis| self.near_is_high(axis))));
         (self.camera.depth(point) - far) / (near - far)
+    }
+
+    /// Cosine of the angle between a direction and that to the viewer.
+    pub(super) fn lit(&self, direction: &Vector3<f64>) -> f64 {
+        let length = direction.norm();
+        if length > 0.0 {
+            self.camera.depth(direction) / length
+        } else {
+            0.0
+        }
     }
 
     fn near_is_high(&self, axis: usize) -> bool {
@@ -171,11 +184,11 @@ impl Cage {
                 anchor,
             };
             // Numbers that would crowd are left out.
-            let spacing = length * self.step() / (self.high[axis] - self.low[axis]);
+            let spacing = length * self.step(axis) / (self.high[axis] - self.low[axis]);
             let wide = 34.0 * (along[0] / length).abs() + 17.0 * (along[1] / length).abs();
             let every = (wide / spacing).ceil().max(1.0) as usize;
             let [low, high, step] =
-                [self.low[axis], self.high[axis], self.step()].map(|c| c / scale);
+                [self.low[axis], self.high[axis], self.step(axis)].map(|c| c / scale);
             let numbers = Ticks::with_step(low, high, step);
             for (value, number) in ticks[axis]
                 .values
@@ -201,14 +214,17 @@ impl Cage {
                 .values
                 .iter()
                 .map(|value| text_width(&numbers.label(*value), style::LABEL));
-            let beyond = 23.0 + widest.fold(0.0, f64::max);
+            let beyond = 32.0 + widest.fold(0.0, f64::max) * away[0].abs();
             let name = if axis == 2 {
                 font.anchor = Anchor::Middle;
-                [ends[1][0], ends[1][1] - 15.0]
-            } else if anchor == Anchor::Middle {
-                [0, 1].map(|i| center[i] + 36.0 * away[i])
+                let [x, y] = if ends[0][1] < ends[1][1] {
+                    ends[0]
+                } else {
+                    ends[1]
+                };
+                [x, y - 15.0]
             } else {
-                [0, 1].map(|i| center[i] + beyond / away[0].abs() * away[i])
+                [0, 1].map(|i| center[i] + beyond * away[i])
             };
             canvas.text(&format!("{} [{unit}]", ["x", "y", "z"][axis]), name, font);
         }
@@ -230,21 +246,30 @@ impl Cage {
         (size * libm::exp10(f64::from(power)), unit(power, symbol))
     }
 
-    /// Multiples of one step on all axes (m).
+    /// Where the grid is (m).
     fn ticks(&self) -> [Ticks; 3] {
-        [0, 1, 2].map(|axis| Ticks::with_step(self.low[axis], self.high[axis], self.step()))
+        [0, 1, 2].map(|axis| Ticks::with_step(self.low[axis], self.high[axis], self.step(axis)))
     }
 
-    fn step(&self) -> f64 {
-        step((self.high - self.low).max(), 7)
+    /// That of the longest axis, unless it leaves one number or none (m).
+    fn step(&self, axis: usize) -> f64 {
+        let size = self.high - self.low;
+        let common = step(size.max(), 7);
+        let few = size[axis] < 3.0 * common;
+        if few && size[axis] > NUMBERED * size.max() {
+            step(size[axis], 6)
+        } else {
+            common
+        }
     }
 
     /// The edge that carries an axis's numbers: on the floor's near side, and upright where the outline ends.
     fn edge(&self, axis: usize) -> (Vector3<f64>, Vector3<f64>) {
         let near = [0, 1, 2].map(|axis| self.near_is_high(axis));
-        let mut corner = [near[0], near[1], false];
+        let floor = self.camera.is_hanging();
+        let mut corner = [near[0], near[1], floor];
         if axis == 2 {
-            let sides = [[near[0], !near[1], false], [!near[0], near[1], false]];
+            let sides = [[near[0], !near[1], floor], [!near[0], near[1], floor]];
             corner = sides[0];
             if self.place(&self.corner(sides[1]))[0] < self.place(&self.corner(sides[0]))[0] {
                 corner = sides[1];

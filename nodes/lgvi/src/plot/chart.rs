@@ -12,13 +12,17 @@ pub(super) struct Rectangle {
     pub(super) to: Place,
 }
 
-/// Room above the frame for the heading, below it for ticks and label of the time (px).
-const ABOVE: f64 = 30.0;
-const BELOW: f64 = 24.0;
-const TIME_LABEL: f64 = 22.0;
+/// Room above the frame for a row of the heading, below it for ticks and label of the time (px).
+const ROW: f64 = 24.0;
+const BELOW: f64 = 25.0;
+const TIME_LABEL: f64 = 23.0;
 
 /// Room left of the frame for tick labels (px).
-const LEFT: f64 = 58.0;
+const LEFT: f64 = 62.0;
+
+/// Room of a sample of a curve, and between it and the next (px).
+const SAMPLE: f64 = 23.0;
+const GAP: f64 = 14.0;
 
 /// Part of its range that stays free beyond a curve.
 const FREE: f64 = 0.06;
@@ -37,11 +41,11 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, panels: &[Panel]) 
     let (per_unit, time_unit) = time_unit(time[1] - time[0]);
     for (index, panel) in panels.iter().enumerate() {
         let top = from[1] + index as f64 * height;
+        let rows = heading(canvas, [from[0], top], to[0], panel);
         let frame = Rectangle {
-            from: [from[0] + LEFT, top + ABOVE],
+            from: [from[0] + LEFT, top + ROW * rows + 4.0],
             to: [to[0], top + height - BELOW],
         };
-        heading(canvas, frame, panel);
         Axes::new(frame, time, panel).draw(canvas, panel, per_unit);
     }
     let font = Font {
@@ -79,44 +83,72 @@ fn range(values: impl Iterator<Item = f64>, free: f64) -> [f64; 2] {
     [low - free * span, high + free * span]
 }
 
-/// Title and unit on the left, legend on the right.
-fn heading(canvas: &mut Canvas<'_>, frame: Rectangle, panel: &Panel) {
-    let y = frame.from[1] - 13.0;
+/// Title and unit on the left, legend on the right, of the next row where they would meet; the rows that it took.
+fn heading(canvas: &mut Canvas<'_>, from: Place, right: f64, panel: &Panel) -> f64 {
     let mut font = Font {
         size: style::HEADING,
         color: style::INK,
         anchor: Anchor::Start,
     };
-    let unit = unit(power(panel), panel.unit);
-    let title = if unit.is_empty() {
-        panel.title.into()
-    } else {
-        format!("{} [{unit}]", panel.title)
+    let unit = match unit(power(panel), panel.unit) {
+        unit if unit.is_empty() => "–".into(),
+        unit => unit,
     };
-    canvas.text(&title, [frame.from[0] - LEFT + 8.0, y], font);
+    let title = format!("{} [{unit}]", panel.title);
+    let mut y = from[1] + 0.5 * ROW + 2.0;
+    let room = right + 12.0 - from[0] - 8.0;
+    font.size *= (room / text_width(&title, font.size)).min(1.0);
+    canvas.text(&title, [from[0] + 8.0, y], font);
 
-    font.size = style::LABEL;
-    let mut x = frame.to[0];
-    for curve in panel
+    let mut entries: Vec<_> = panel
         .curves
         .iter()
-        .rev()
         .filter(|curve| !curve.label.is_empty())
-    {
-        x -= text_width(&curve.label, font.size);
-        canvas.text(&curve.label, [x, y], font);
-        canvas.path(
-            &[[x - 21.0, y], [x - 5.0, y]],
-            Stroke::new(curve.color, 2.4),
-        );
-        x -= 32.0;
+        .map(|curve| (curve.label.as_str(), Stroke::new(curve.color, 2.4)))
+        .collect();
+    if !panel.limits.is_empty() {
+        entries.push(("limit", limit()));
     }
+    if entries.is_empty() {
+        return 1.0;
+    }
+    let widths = entries
+        .iter()
+        .map(|(label, _)| SAMPLE + text_width(label, style::LABEL));
+    let width = widths.sum::<f64>() + GAP * (entries.len() - 1) as f64;
+    let fits = from[0] + 8.0 + text_width(&title, style::HEADING) + GAP + width <= right;
+    let rows = if fits { 1.0 } else { 2.0 };
+    y += ROW * (rows - 1.0);
+    font.size = style::LABEL;
+    let mut x = right - width;
+    for (label, stroke) in entries {
+        let sample = [[x, y], [x + SAMPLE - 5.0, y]];
+        if label == "limit" {
+            canvas.dashed(&sample, stroke, [6.0, 4.0]);
+        } else {
+            canvas.path(&sample, stroke);
+        }
+        canvas.text(label, [x + SAMPLE, y], font);
+        x += SAMPLE + text_width(label, font.size) + GAP;
+    }
+    rows
+}
+
+fn limit() -> Stroke {
+    Stroke::new(style::LIMIT, 1.6)
 }
 
 /// The power of ten taken out of the panel's values.
 fn power(panel: &Panel) -> i32 {
-    let values = panel.curves.iter().flat_map(|curve| &curve.points);
-    exponent(values.map(|point| point[1].abs()).fold(0.0, f64::max))
+    exponent(values(panel).map(f64::abs).fold(0.0, f64::max))
+}
+
+/// All that a panel shows.
+fn values(panel: &Panel) -> impl Iterator<Item = f64> {
+    let points = panel.curves.iter().flat_map(|curve| &curve.points);
+    points
+        .map(|point| point[1])
+        .chain(panel.limits.iter().copied())
 }
 
 /// Where values are in a frame.
@@ -131,8 +163,7 @@ struct Axes {
 impl Axes {
     fn new(frame: Rectangle, time: [f64; 2], panel: &Panel) -> Self {
         let scale = libm::exp10(f64::from(power(panel)));
-        let values = panel.curves.iter().flat_map(|curve| &curve.points);
-        let value = range(values.map(|point| point[1] / scale), FREE);
+        let value = range(values(panel).map(|value| value / scale), FREE);
         Self {
             frame,
             time,
@@ -159,8 +190,12 @@ impl Axes {
             color: style::SOFT_INK,
             anchor: Anchor::End,
         };
-        let rows = ((to[1] - from[1]) / 24.0).clamp(3.0, 8.0) as u32;
-        let ticks = Ticks::new(self.value[0], self.value[1], rows);
+        let rows = ((to[1] - from[1]) / 28.0).clamp(3.0, 8.0) as u32;
+        // One number says nothing of the scale.
+        let ticks = (rows..2 * rows + 2)
+            .map(|rows| Ticks::new(self.value[0], self.value[1], rows))
+            .find(|ticks| ticks.values.len() > 1);
+        let ticks = ticks.unwrap_or_else(|| Ticks::new(self.value[0], self.value[1], rows));
         for value in &ticks.values {
             let y = self.y(*value);
             let stroke = if *value == 0.0 {
@@ -172,14 +207,18 @@ impl Axes {
             canvas.text(&ticks.label(*value), [from[0] - 7.0, y], font);
         }
         font.anchor = Anchor::Middle;
-        let ticks = Ticks::new(self.time[0] / per_unit, self.time[1] / per_unit, 6);
+        let ticks = Ticks::new(self.time[0] / per_unit, self.time[1] / per_unit, 5);
         for time in &ticks.values {
             let x = self.x(*time * per_unit);
             canvas.path(&[[x, from[1]], [x, to[1]]], grid);
-            canvas.text(&ticks.label(*time), [x, to[1] + 12.0], font);
+            canvas.text(&ticks.label(*time), [x, to[1] + 13.0], font);
         }
         let corners = [from, [to[0], from[1]], to, [from[0], to[1]], from];
         canvas.path(&corners, Stroke::new(style::FRAME, 1.0));
+        for value in &panel.limits {
+            let y = self.y(value / self.scale);
+            canvas.dashed(&[[from[0], y], [to[0], y]], limit(), [6.0, 4.0]);
+        }
         for curve in &panel.curves {
             let place = |point: &[f64; 2]| [self.x(point[0]), self.y(point[1] / self.scale)];
             let points: Vec<_> = curve.points.iter().map(place).collect();

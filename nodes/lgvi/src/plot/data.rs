@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::controls::Track;
 use super::thin::Thinned;
+use crate::bars;
 use crate::flight_bag::FlightBag;
 
 /// States that are kept at most; a longer flight is thinned out evenly.
@@ -21,6 +22,8 @@ pub(super) struct FlightData {
     pub(super) samples: Vec<Sample>,
     /// One a body.
     pub(super) tracks: Vec<Track>,
+    /// Whether states were set from outside.
+    pub(super) intervened: bool,
 }
 
 /// A recorded state and what follows from it.
@@ -44,6 +47,10 @@ pub(super) struct Pose {
     pub(super) attitude: Matrix3<f64>,
     /// About the center of mass, body frame (kg m²/s).
     pub(super) spin: Vector3<f64>,
+    /// Angular velocity, body frame (rad/s).
+    pub(super) rate: Vector3<f64>,
+    /// (m/s), inertial frame.
+    pub(super) velocity: Vector3<f64>,
 }
 
 /// Energy of all bodies (J).
@@ -72,8 +79,10 @@ impl FlightData {
         let system = scene.system();
         let mut samples = Thinned::new(SAMPLES);
         let mut reached = None;
+        let bar = bars::bar("reading", bag.state_count(), "states");
         for state in bag.states_of(course.samples.clone()) {
             let state = state?;
+            bar.inc(1);
             let step = state.step;
             let set = course
                 .set
@@ -85,6 +94,7 @@ impl FlightData {
             let sample = sample(&scene, &system, &state);
             samples.push(sample.map_err(|error| refuse(format!("step {step}: {error}")))?);
         }
+        bar.finish_and_clear();
         let samples = samples.finish();
         if samples.is_empty() {
             return Err(refuse("no states, expected at least one".into()));
@@ -93,7 +103,13 @@ impl FlightData {
             scene,
             samples,
             tracks,
+            intervened: !course.set.is_empty(),
         })
+    }
+
+    /// Whether controls acted or states were set.
+    pub(super) fn is_disturbed(&self) -> bool {
+        self.intervened || !self.controlled().is_empty()
     }
 
     /// The first recorded state; there is always one.
@@ -172,19 +188,21 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
         potential: system.potential(&states) * units.energy(),
         total: invariants.energy * units.energy(),
     };
-    for (body, state) in system.bodies().iter().zip(&states) {
+    let bodies = || system.bodies().iter().zip(&states);
+    for (body, state) in bodies() {
         energy.translation +=
             0.5 * state.linear_momentum.dot(&state.velocity(body)) * units.energy();
         energy.rotation +=
             0.5 * state.angular_momentum.dot(&state.angular_velocity(body)) * units.energy();
     }
-    let poses = states
-        .iter()
+    let poses = bodies()
         .zip(&state.bodies)
-        .map(|(state, message)| Pose {
+        .map(|((body, state), message)| Pose {
             position: message.position.into(),
             attitude: state.attitude,
             spin: message.angular_momentum.into(),
+            rate: state.angular_velocity(body) / units.time,
+            velocity: state.velocity(body) * (units.length / units.time),
         });
     Ok(Sample {
         step: state.step,
@@ -202,6 +220,59 @@ fn from_si(body: &msg::BodyState, units: &Units) -> BodyState {
         linear_momentum: Vector3::from(body.linear_momentum) / units.momentum(),
         attitude: Matrix3::from_row_slice(&body.attitude),
         angular_momentum: Vector3::from(body.angular_momentum) / units.angular_momentum(),
+    }
+}
+
+#[cfg(test)]
+impl FlightData {
+    /// The first `steps` steps of a scene, with the same load in the scene's units on `pushed` all the time.
+    pub(super) fn flown(
+        text: &str,
+        steps: u64,
+        pushed: Option<(usize, lgvi_dynamics::Load)>,
+    ) -> Self {
+        let scene = Scene::parse("test", text).unwrap();
+        let system = scene.system();
+        let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+        let mut tracks = vec![Track::default(); scene.bodies.len()];
+        let mut loads = vec![lgvi_dynamics::Load::default(); scene.bodies.len()];
+        if let Some((body, load)) = pushed {
+            loads[body] = load;
+            tracks[body].accept(lgvi_propagator::Controls {
+                body,
+                first_step: 0,
+                loads: vec![load; steps as usize],
+                law: None,
+            });
+        }
+        let mut samples = Vec::new();
+        for step in 0..=steps {
+            let bodies = scene.bodies.iter().zip(simulation.states());
+            let bodies = bodies.map(|(named, state)| {
+                let si = scene.units.state_to_si(state);
+                msg::BodyState {
+                    name: named.name.clone(),
+                    position: si.position.into(),
+                    linear_momentum: si.linear_momentum.into(),
+                    attitude: std::array::from_fn(|i| si.attitude[(i / 3, i % 3)]),
+                    angular_momentum: si.angular_momentum.into(),
+                }
+            });
+            let state = SystemState {
+                step,
+                time: scene.seconds(step),
+                bodies: bodies.collect(),
+                ..SystemState::default()
+            };
+            samples.push(sample(&scene, &system, &state).unwrap());
+            simulation.advance(&loads).unwrap();
+        }
+        Self {
+            scene,
+            samples,
+            tracks,
+            intervened: false,
+        }
     }
 }
 

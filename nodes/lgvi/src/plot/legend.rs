@@ -24,6 +24,15 @@ pub(super) struct Entry {
     pub(super) text: String,
 }
 
+impl Entry {
+    pub(super) fn new(mark: Mark, text: impl Into<String>) -> Self {
+        Self {
+            mark,
+            text: text.into(),
+        }
+    }
+}
+
 /// Height of a row, distance of entries (px).
 const ROW: f64 = 22.0;
 const GAP: f64 = 18.0;
@@ -47,7 +56,7 @@ impl Mark {
             Self::Arrow(stroke) => canvas.arrow(line[0], line[1], stroke),
             Self::Start(color) => marks::start(canvas, [x + 8.0, y], color),
             Self::End(color) => marks::end(canvas, [x + 8.0, y], color),
-            Self::Attractor => marks::attractor(canvas, [x + 8.0, y]),
+            Self::Attractor => marks::attractor(canvas, [x + 8.0, y], 0.0),
         }
     }
 }

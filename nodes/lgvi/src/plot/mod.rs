@@ -1,7 +1,7 @@
 //! `lgvi plot`: a picture of a recorded flight.
 //!
-//! [`data`] reads the bag; [`space`] or [`sphere`] draws the motion on the left, [`chart`] what [`series`] finds worth
-//! seeing over time on the right. The same bag gives the same bytes: nothing depends on clock, fonts or platform.
+//! [`data`] reads the bag; [`subject`] says what the flight is about; [`space`], [`pointing`] or [`tumbling`] draws the motion
+//! on the left, [`chart`] what [`series`] finds worth seeing over time on the right. The same bag gives the same bytes: nothing depends on clock, fonts or platform.
 
 mod bodies;
 mod cage;
@@ -9,19 +9,29 @@ mod canvas;
 mod chart;
 mod controls;
 mod data;
+mod globe;
+mod kept;
 mod legend;
+mod limits;
 mod maneuver;
 mod marks;
+mod motion;
 mod orbit;
 mod page;
+mod pointing;
 mod polhode;
+mod scenery;
 mod series;
 mod space;
-mod sphere;
 mod style;
+mod subject;
 mod thin;
 mod ticks;
+mod tumbling;
 mod view;
+
+#[cfg(test)]
+mod tests;
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};

@@ -3,48 +3,66 @@
 use lgvi_middleware::node::NodeError;
 use plotters::style::Color;
 
-use super::canvas::{Anchor, Font, picture, text_width};
+use super::canvas::{Anchor, Canvas, Font, picture, text_width};
 use super::chart::{self, Rectangle};
 use super::data::FlightData;
-use super::{series, space, sphere, style};
+use super::subject::Subject;
+use super::{pointing, series, space, style, tumbling};
 
-/// (px)
-const SIZE: [u32; 2] = [1280, 800];
-const LEFT: Rectangle = Rectangle {
-    from: [28.0, 88.0],
-    to: [776.0, 788.0],
-};
-const RIGHT: Rectangle = Rectangle {
-    from: [796.0, 20.0],
-    to: [1260.0, 794.0],
-};
+/// Width, and height with as many panels as fit it and for each further one (px).
+const WIDTH: f64 = 1120.0;
+const HEIGHT: f64 = 760.0;
+const PANELS: usize = 4;
+const PANEL: f64 = 175.0;
+
+/// Ends of the motion and of the curves from the left, and where they begin from the top (px).
+const MOTION: [f64; 2] = [24.0, 660.0];
+const CURVES: [f64; 2] = [676.0, 1098.0];
+const TOP: f64 = 84.0;
 
 /// The picture of a flight, as an SVG document.
 pub(super) fn draw(flight: &FlightData) -> Result<String, NodeError> {
-    let free_body = sphere::is_free_body(flight);
-    let panels = series::panels(flight, free_body);
-    picture(SIZE, &flight.scene.title, |canvas| {
-        let [width, height] = SIZE.map(f64::from);
-        let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
+    let subject = Subject::of(flight);
+    let panels = series::panels(flight, subject);
+    let height = HEIGHT + PANEL * panels.len().saturating_sub(PANELS) as f64;
+    let size = [WIDTH as u32, height as u32];
+    let between = |[left, right]: [f64; 2], top| Rectangle {
+        from: [left, top],
+        to: [right, height - 8.0],
+    };
+    picture(size, &flight.scene.title, |canvas| {
+        let corners = [[0.0, 0.0], [WIDTH, 0.0], [WIDTH, height], [0.0, height]];
         canvas.area(&corners, style::PAPER.to_rgba());
+        let [left, right] = MOTION;
         let width = text_width(&flight.scene.title, style::TITLE);
         let mut font = Font {
-            size: style::TITLE * ((LEFT.to[0] - LEFT.from[0]) / width).min(1.0),
+            size: style::TITLE * ((right - left) / width).min(1.0),
             color: style::INK,
             anchor: Anchor::Start,
         };
-        canvas.text(&flight.scene.title, [28.0, 34.0], font);
+        canvas.text(&flight.scene.title, [left, 26.0], font);
         font.size = style::HEADING;
         font.color = style::SOFT_INK;
-        canvas.text(&subtitle(flight), [28.0, 65.0], font);
-        if free_body {
-            sphere::draw(canvas, LEFT, flight);
-        } else {
-            space::draw(canvas, LEFT, flight);
-        }
-        chart::draw(canvas, RIGHT, &panels);
+        canvas.text(&subtitle(flight), [left, 50.0], font);
+        font.color = style::INK;
+        let (draw, seen): (Draw, _) = match subject {
+            Subject::Tumbling => (
+                tumbling::draw,
+                "Direction of the angular momentum in the body",
+            ),
+            Subject::Turning => (
+                pointing::draw,
+                "Directions of the body's axes in the inertial frame",
+            ),
+            Subject::Moving => (space::draw, "Motion in the inertial frame"),
+        };
+        canvas.text(seen, [left, 72.0], font);
+        draw(canvas, between(MOTION, TOP), flight);
+        chart::draw(canvas, between(CURVES, 10.0), &panels);
     })
 }
+
+type Draw = fn(&mut Canvas<'_>, Rectangle, &FlightData);
 
 /// Integrator, steps, duration; and the cost of a maneuver.
 fn subtitle(flight: &FlightData) -> String {

@@ -1,22 +1,29 @@
 //! The curves over time that tell how a flight went.
 
+use lgvi_control::Place;
 use lgvi_dynamics::Load;
-use nalgebra::Vector3;
+use lgvi_lie::to_quaternion;
+use nalgebra::{Vector3, Vector4};
 use plotters::style::RGBColor;
 
-use super::data::{FlightData, Sample};
-use super::style;
+use super::data::{FlightData, Pose, Sample};
+use super::subject::{Subject, heaviest, named};
 use super::thin::envelope;
+use super::{kept, limits, style};
 
 /// Twice this is how many points a curve has at most.
 const BUCKETS: usize = 500;
 
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// Curves over the same time with the same unit.
 pub(super) struct Panel {
-    pub(super) title: &'static str,
-    /// SI; empty where there is none.
+    pub(super) title: String,
+    /// SI, or degrees; empty where there is none.
     pub(super) unit: &'static str,
     pub(super) curves: Vec<Curve>,
+    /// Values that must not be passed.
+    pub(super) limits: Vec<f64>,
 }
 
 /// A curve: time (s) and value.
@@ -26,138 +33,254 @@ pub(super) struct Curve {
     pub(super) points: Vec<[f64; 2]>,
 }
 
-/// All panels, from top to bottom. What controls change is shown itself; what is to stay is shown by its error.
-pub(super) fn panels(flight: &FlightData, free_body: bool) -> Vec<Panel> {
-    let mut panels = Vec::new();
+impl Panel {
+    pub(super) fn new(title: impl Into<String>, unit: &'static str, curves: Vec<Curve>) -> Self {
+        Self {
+            title: title.into(),
+            unit,
+            curves,
+            limits: Vec::new(),
+        }
+    }
+}
+
+/// All panels, from top to bottom: what acts, what it must keep to, what moves, and what is kept.
+pub(super) fn panels(flight: &FlightData, subject: Subject) -> Vec<Panel> {
+    let scene = &flight.scene;
     let controlled = !flight.controlled().is_empty();
+    let gravity = !scene.gravity.is_none();
+    let mut panels = Vec::new();
     if controlled {
-        let (force, moment): (Part, Part) = (|load| load.force, |load| load.moment);
-        panels.push(control(flight, "Control force, inertial axes", "N", force));
-        panels.push(control(flight, "Control moment, body axes", "N m", moment));
+        let force = Part {
+            title: "Control force, inertial axes",
+            unit: "N",
+            size: scene.units.force(),
+            place: Place::Position,
+            of: |load| load.force,
+        };
+        let moment = Part {
+            title: "Control moment, body axes",
+            unit: "N m",
+            size: scene.units.energy(),
+            place: Place::Attitude,
+            of: |load| load.moment,
+        };
+        panels.extend(control(flight, &force));
+        panels.extend(control(flight, &moment));
     }
-    if free_body {
-        let curves = components(["x", "y", "z"], |sample| sample.bodies[0].spin, flight);
-        panels.push(Panel {
-            title: "Angular momentum Π, body axes",
-            unit: "kg m²/s",
-            curves,
-        });
-    } else {
-        panels.push(energy(flight));
+    panels.extend(margins(flight));
+    if subject != Subject::Moving {
+        panels.extend([attitude(flight), rates(flight)]);
+    } else if let Some(relative) = relative(flight) {
+        panels.extend(relative);
+    } else if scene.bodies.len() > 1 {
+        panels.push(distances(flight));
+    } else if !controlled {
+        panels.push(rates(flight));
     }
-    if controlled {
-        let curves = components(["x", "y", "z"], |sample| sample.angular_momentum, flight);
-        panels.push(Panel {
-            title: "Angular momentum",
-            unit: "kg m²/s",
-            curves,
-        });
-    } else {
-        panels.push(energy_error(flight));
-        panels.push(momentum_error(flight));
+    // Alone under a fixed attractor it says no more than the error.
+    if gravity && (controlled || scene.bodies.len() > 1 || scene.gravity.uniform.is_some()) {
+        panels.push(kept::energies(flight));
+    }
+    if !controlled {
+        panels.extend([kept::energy_change(flight), kept::momentum_change(flight)]);
+    } else if gravity {
+        let curves = components(flight, |sample| sample.angular_momentum);
+        let title = "Angular momentum, inertial axes";
+        panels.push(Panel::new(title, "kg m²/s", curves));
     }
     panels
 }
 
-/// Force or moment.
-type Part = fn(&Load) -> Vector3<f64>;
+/// The force or the moment of a load.
+struct Part {
+    title: &'static str,
+    unit: &'static str,
+    /// The scene's unit in SI.
+    size: f64,
+    place: Place,
+    of: fn(&Load) -> Vector3<f64>,
+}
 
-/// The components for one controlled body, the magnitudes for several.
-fn control(flight: &FlightData, title: &'static str, unit: &'static str, part: Part) -> Panel {
+/// The components for one controlled body, the magnitudes for several; nothing where there is none.
+fn control(flight: &FlightData, part: &Part) -> Option<Panel> {
     let scene = &flight.scene;
-    let stairs = |body: usize| {
+    let stairs = |body: usize| -> Vec<_> {
         let stairs = flight.tracks[body].stairs(flight.last().step).into_iter();
-        stairs.map(|(step, load)| (scene.seconds(step), part(&scene.units.load_to_si(&load))))
+        stairs
+            .map(|(step, load)| (scene.seconds(step), (part.of)(&load) * part.size))
+            .collect()
     };
-    let curves = match flight.controlled()[..] {
-        [body] => (0..3)
-            .map(|i| Curve {
-                label: ["x", "y", "z"][i].into(),
-                color: style::COMPONENTS[i],
-                points: thin(stairs(body).map(|(time, vector)| [time, vector[i]])),
-            })
-            .collect(),
+    let curve = |label: &str, color, stairs: &[(f64, Vector3<f64>)], value: &Value| {
+        let points = stairs.iter();
+        let points = points.map(|(time, vector)| [*time, value(vector)]);
+        Curve {
+            label: label.into(),
+            color,
+            points: thin(points),
+        }
+    };
+    let limit = limits::of_norm(flight, part.place);
+    let mut limits = Vec::new();
+    let curves: Vec<_> = match flight.controlled()[..] {
+        [body] => {
+            let stairs = stairs(body);
+            let mut curves: Vec<_> = (0..3)
+                .map(|i| curve(AXES[i], style::COMPONENTS[i], &stairs, &move |v| v[i]))
+                .collect();
+            if let Some(limit) = limit {
+                curves.push(curve("norm", style::INK, &stairs, &|v| v.norm()));
+                limits.push(limit * part.size);
+            }
+            for limit in limits::of_components(flight, part.place) {
+                limits.extend([limit * part.size, -limit * part.size]);
+            }
+            curves
+        }
         ref bodies => bodies
             .iter()
-            .map(|body| Curve {
-                label: scene.bodies[*body].name.clone(),
-                color: style::BODIES[body % style::BODIES.len()],
-                points: thin(stairs(*body).map(|(time, vector)| [time, vector.norm()])),
+            .zip(style::BODIES.iter().cycle())
+            .map(|(body, color)| {
+                let name = &scene.bodies[*body].name;
+                curve(name, *color, &stairs(*body), &|v| v.norm())
             })
             .collect(),
     };
-    Panel {
-        title,
-        unit,
-        curves,
-    }
+    let mut values = curves.iter().flat_map(|curve| &curve.points);
+    values.any(|point| point[1] != 0.0).then(|| Panel {
+        limits,
+        ..Panel::new(part.title, part.unit, curves)
+    })
 }
 
-fn energy(flight: &FlightData) -> Panel {
-    let curve = |label: &str, color, value: fn(&Sample) -> f64| Curve {
-        label: label.into(),
-        color,
-        points: over_time(flight, value),
+/// What is shown of a vector.
+type Value = dyn Fn(&Vector3<f64>) -> f64;
+
+/// How near the flight came to what it must stay in or out of.
+fn margins(flight: &FlightData) -> Vec<Panel> {
+    let Some(maneuver) = &flight.scene.maneuver else {
+        return Vec::new();
     };
-    let mut curves = vec![
-        curve("translation", style::BLUE, |sample| {
-            sample.energy.translation
-        }),
-        curve("rotation", style::VERMILION, |sample| {
-            sample.energy.rotation
-        }),
-    ];
-    if !flight.scene.gravity.is_none() {
-        curves.push(curve("potential", style::GREEN, |sample| {
-            sample.energy.potential
-        }));
-    }
-    curves.push(curve("total", style::INK, |sample| sample.energy.total));
-    Panel {
-        title: "Energy",
-        unit: "J",
-        curves,
-    }
-}
-
-fn energy_error(flight: &FlightData) -> Panel {
-    let start = flight.first().energy.total;
-    let (title, unit, scale) = if start == 0.0 {
-        ("Energy error E − E₀", "J", 1.0)
-    } else {
-        ("Relative energy error (E − E₀) / |E₀|", "", start.abs())
-    };
-    let points = over_time(flight, |sample| (sample.energy.total - start) / scale);
-    Panel {
-        title,
-        unit,
-        curves: vec![plain(points)],
-    }
-}
-
-fn momentum_error(flight: &FlightData) -> Panel {
-    let start = flight.first().angular_momentum;
-    let (title, unit, scale) = if start == Vector3::zeros() {
-        ("Angular momentum error |L − L₀|", "kg m²/s", 1.0)
-    } else {
-        (
-            "Relative angular momentum error |L − L₀| / |L₀|",
-            "",
-            start.norm(),
+    let length = flight.scene.units.length;
+    let panel = |title: &str, unit, limit, value: &dyn Fn(&Pose) -> f64| Panel {
+        limits: vec![limit],
+        ..Panel::new(
+            title,
+            unit,
+            vec![plain(over_time(flight, |sample| {
+                value(&sample.bodies[maneuver.body])
+            }))],
         )
     };
-    let points = over_time(flight, |sample| {
-        (sample.angular_momentum - start).norm() / scale
+    let cones = limits::cones(flight).map(|cone| {
+        let title = "Angle from the axis of the keep-out cone";
+        panel(title, "°", cone.half_angle().to_degrees(), &|pose| {
+            angle(&(pose.attitude * cone.axis()), &cone.direction())
+        })
     });
-    Panel {
-        title,
-        unit,
-        curves: vec![plain(points)],
-    }
+    let corridors = limits::corridors(flight).map(|corridor| {
+        let title = "Angle from the axis of the corridor";
+        panel(title, "°", corridor.half_angle().to_degrees(), &|pose| {
+            angle(
+                &(pose.position - corridor.apex() * length),
+                &corridor.axis(),
+            )
+        })
+    });
+    let spheres = limits::spheres(flight).map(|sphere| {
+        let title = "Distance from the center of the keep-out sphere";
+        panel(title, "m", sphere.radius() * length, &|pose| {
+            (pose.position - sphere.center() * length).norm()
+        })
+    });
+    cones.chain(corridors).chain(spheres).collect()
+}
+
+/// Between two vectors, the second a unit one (°).
+fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    libm::atan2(a.cross(b).norm(), a.dot(b)).to_degrees()
+}
+
+/// The body that is turned: that of the maneuver, or the only one.
+pub(super) fn turned(flight: &FlightData) -> usize {
+    let maneuver = flight.scene.maneuver.as_ref();
+    maneuver.map_or(0, |maneuver| maneuver.body)
+}
+
+/// The quaternion, of the two signs always the one nearer to that before.
+fn attitude(flight: &FlightData) -> Panel {
+    let body = turned(flight);
+    let mut before = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    let quaternions = flight.samples.iter().map(|sample| {
+        let matrix = sample.bodies[body].attitude;
+        let (w, v) = to_quaternion(&matrix);
+        let quaternion = Vector4::new(w, v.x, v.y, v.z);
+        before = if quaternion.dot(&before) < 0.0 {
+            -quaternion
+        } else {
+            quaternion
+        };
+        (sample.time, before)
+    });
+    let quaternions: Vec<_> = quaternions.collect();
+    let [x, y, z] = style::COMPONENTS;
+    let parts = [("w", style::INK), ("x", x), ("y", y), ("z", z)];
+    let curves = (0..).zip(parts).map(|(i, (label, color))| {
+        let points = quaternions.iter().map(|(time, q)| [*time, q[i]]);
+        Curve {
+            label: label.into(),
+            color,
+            points: thin(points),
+        }
+    });
+    Panel::new("Attitude quaternion", "", curves.collect())
+}
+
+fn rates(flight: &FlightData) -> Panel {
+    let body = turned(flight);
+    let curves = components(flight, |sample| sample.bodies[body].rate);
+    Panel::new("Body rates, body axes", "rad/s", curves)
+}
+
+/// Position and velocity relative to the port that a corridor leads to, in its axes.
+fn relative(flight: &FlightData) -> Option<[Panel; 2]> {
+    let port = limits::port(flight)?;
+    let body = turned(flight);
+    let origin = port.position * flight.scene.units.length;
+    let position = components(flight, |sample| {
+        port.attitude
+            .tr_mul(&(sample.bodies[body].position - origin))
+    });
+    let velocity = components(flight, |sample| {
+        port.attitude.tr_mul(&sample.bodies[body].velocity)
+    });
+    let title = |what: &str| format!("{what} in the frame of {}", port.name);
+    Some([
+        Panel::new(title("Position"), "m", position),
+        Panel::new(title("Velocity"), "m/s", velocity),
+    ])
+}
+
+/// Between the two bodies, or of the named bodies from the heaviest.
+fn distances(flight: &FlightData) -> Panel {
+    let bodies = &flight.scene.bodies;
+    let from = heaviest(flight);
+    let curves: Vec<_> = (named(flight).into_iter().zip(style::BODIES))
+        .filter(|(body, _)| *body != from)
+        .map(|(body, color)| Curve {
+            label: bodies[body].name.clone(),
+            color,
+            points: over_time(flight, |sample| {
+                (sample.bodies[body].position - sample.bodies[from].position).norm()
+            }),
+        })
+        .collect();
+    let title = format!("Distance from {}", bodies[from].name);
+    Panel::new(title, "m", curves)
 }
 
 /// The only curve of its panel, which needs no label.
-fn plain(points: Vec<[f64; 2]>) -> Curve {
+pub(super) fn plain(points: Vec<[f64; 2]>) -> Curve {
     Curve {
         label: String::new(),
         color: style::INK,
@@ -165,21 +288,17 @@ fn plain(points: Vec<[f64; 2]>) -> Curve {
     }
 }
 
-fn components(
-    labels: [&str; 3],
-    vector: impl Fn(&Sample) -> Vector3<f64>,
-    flight: &FlightData,
-) -> Vec<Curve> {
+fn components(flight: &FlightData, vector: impl Fn(&Sample) -> Vector3<f64>) -> Vec<Curve> {
     (0..3)
         .map(|i| Curve {
-            label: labels[i].into(),
+            label: AXES[i].into(),
             color: style::COMPONENTS[i],
             points: over_time(flight, |sample| vector(sample)[i]),
         })
         .collect()
 }
 
-fn over_time(flight: &FlightData, value: impl Fn(&Sample) -> f64) -> Vec<[f64; 2]> {
+pub(super) fn over_time(flight: &FlightData, value: impl Fn(&Sample) -> f64) -> Vec<[f64; 2]> {
     thin(
         flight
             .samples

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-/// A viewer at infinity, z upright.
+/// A viewer at infinity, z upright or hanging down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Camera {
     right: Vector3<f64>,
@@ -34,6 +34,21 @@ impl Camera {
         }
     }
 
+    /// The same view of a scene whose z axis points down.
+    fn hanging(self) -> Self {
+        let turned = |v: Vector3<f64>| Vector3::new(v.x, -v.y, -v.z);
+        Self {
+            right: turned(self.right),
+            up: turned(self.up),
+            towards: turned(self.towards),
+        }
+    }
+
+    /// Whether the z axis points down in the picture.
+    pub(super) fn is_hanging(&self) -> bool {
+        self.up.z < 0.0
+    }
+
     /// Looks along `-direction`, which is not zero.
     pub(super) fn from(direction: &Vector3<f64>) -> Self {
         let across = libm::hypot(direction.x, direction.y);
@@ -44,12 +59,18 @@ impl Camera {
     }
 
     /// The direction in which as much as possible of `curves` is seen: none from its edge, and those in `flown` near.
-    pub(super) fn facing(curves: &[Vec<Vector3<f64>>], flown: &[Vec<Vector3<f64>>]) -> Self {
+    /// The z axis points up, or down where the scene is `hanging`.
+    pub(super) fn facing(
+        curves: &[Vec<Vector3<f64>>],
+        flown: &[Vec<Vector3<f64>>],
+        hanging: bool,
+    ) -> Self {
+        let turned = |camera: Self| if hanging { camera.hanging() } else { camera };
         let quadrants = (0..4).map(|quadrant| 90.0 * f64::from(quadrant));
         let azimuths =
             quadrants.flat_map(|start| AZIMUTHS.map(|azimuth| (start + azimuth) * PI / 180.0));
         let candidates = azimuths.flat_map(|azimuth| {
-            ELEVATIONS.map(|elevation| Self::new(azimuth, elevation * PI / 180.0))
+            ELEVATIONS.map(|elevation| turned(Self::new(azimuth, elevation * PI / 180.0)))
         });
         let score = |camera: &Self| {
             let open: f64 = curves
@@ -64,7 +85,10 @@ impl Camera {
         candidates
             .map(|camera| (score(&camera), camera))
             .reduce(|best, next| if next.0 > best.0 + 1e-9 { next } else { best })
-            .map_or_else(|| Self::new(-PI / 3.0, PI / 7.0), |(_, camera)| camera)
+            .map_or_else(
+                || turned(Self::new(-PI / 3.0, PI / 7.0)),
+                |(_, camera)| camera,
+            )
     }
 
     /// Right, up: in the units of the point.
@@ -153,9 +177,15 @@ mod tests {
         let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
         let orbits = [circle(x, y), circle(y, z)];
         let flown = [vec![y, (y + z).normalize(), z]];
-        let camera = Camera::facing(&orbits, &flown);
+        let camera = Camera::facing(&orbits, &flown, false);
         assert!(camera.towards.z > 0.25, "{camera:?}");
         assert!(camera.towards.x.abs() > 0.4, "{camera:?}");
         assert!(camera.depth(&flown[0][1]) > 0.0, "{camera:?}");
+
+        let hanging = Camera::facing(&orbits, &flown, true);
+        assert!(hanging.is_hanging() && !camera.is_hanging());
+        assert!(hanging.project(&z).y < 0.0 && hanging.depth(&z) < 0.0);
+        let frame = nalgebra::Matrix3::from_columns(&[hanging.right, hanging.up, hanging.towards]);
+        assert!((frame.determinant() - 1.0).abs() < 1e-15, "not mirrored");
     }
 }

@@ -93,6 +93,13 @@ pub(crate) fn fly(
             course.start(NodeKind::Planner, planner)?;
         }
         course.start(NodeKind::Propagator, propagator)?;
+        if let Some(maneuver) = scene.maneuver.as_ref().filter(|_| !planned) {
+            let body = &scene.bodies[maneuver.body].name;
+            course.progress.say(&format!(
+                "waiting at step 0 for a control sequence for {body} on /lgvi_propagator/control_sequence \
+                 (lgvi_msgs/msg/ControlSequence); Ctrl-C ends the wait"
+            ));
+        }
         course.attend(shutdown, |course| {
             course.flown.flight.is_some() && (course.flown.plan.is_some() || !planned)
         });
@@ -237,7 +244,7 @@ impl Course {
                 self.flown.recorded = messages;
                 self.gaps = lost;
             }
-            Event::Played { .. } => {}
+            Event::Playing { .. } | Event::Played { .. } => {}
             Event::Warned(warning) => self.flown.warn(warning),
             Event::Failed { message } => self.fail(kind, message),
         }

@@ -31,15 +31,15 @@ pub(crate) struct Options {
     #[command(flatten)]
     input: SceneInput,
     /// Directory of the new bag (default: `flights/<scene>_<time>`).
-    #[arg(long, value_parser = values::path())]
-    bag: Option<PathBuf>,
+    #[arg(long, alias = "bag", value_name = "DIRECTORY", value_parser = values::path())]
+    output: Option<PathBuf>,
     /// Simulated seconds per second; 0 flies as fast as possible, without loss (default: 0, or 1 if the scene is replanned
     /// in flight).
     #[arg(long, value_parser = values::rate, allow_negative_numbers = true)]
     real_time_factor: Option<f64>,
     #[command(flatten)]
     files: Files,
-    /// Do not start the planner; wait for a control sequence from another node.
+    /// Do not start the planner; a maneuver waits for a control sequence from another node.
     #[arg(long)]
     no_planner: bool,
     /// Do not draw the flight.
@@ -55,7 +55,7 @@ pub(crate) struct Options {
 /// Flies the scene and prints the summary.
 pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     let Loaded { scene, file, .. } = &options.input.load()?;
-    let bag = options.bag.clone().unwrap_or_else(|| {
+    let bag = options.output.clone().unwrap_or_else(|| {
         let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
         PathBuf::from(format!("flights/{}_{time}", scene.name))
     });

@@ -2,9 +2,12 @@
 
 use std::time::Duration;
 
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar};
 use lgvi_common::PlanReport;
+use lgvi_middleware::node::complain;
 use lgvi_scene::Scene;
+
+use crate::bars;
 
 /// Bars on standard error; nothing where that is no terminal.
 pub(crate) struct Progress {
@@ -14,31 +17,31 @@ pub(crate) struct Progress {
     recording: ProgressBar,
 }
 
-fn style(template: &str) -> ProgressStyle {
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
-}
-
 impl Progress {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let bars = MultiProgress::new();
+        let all = MultiProgress::new();
         let spinner = |prefix: &'static str| {
-            let bar = bars.add(ProgressBar::new_spinner());
-            bar.set_style(style("{prefix:>10} {spinner} {msg}"));
+            let bar = all.add(ProgressBar::new_spinner());
+            bar.set_style(bars::style("{prefix:>10} {spinner} {msg}"));
             bar.set_prefix(prefix);
             bar.enable_steady_tick(Duration::from_millis(100));
             bar
         };
         let plan = scene.maneuver.as_ref().map(|_| spinner("planning"));
-        let flight = bars.add(ProgressBar::new(scene.steps));
-        flight.set_style(style("{prefix:>10} [{bar:40}] {pos}/{len} steps"));
-        flight.set_prefix("flying");
+        let flight = all.add(bars::bar("flying", scene.steps, "steps"));
         let recording = spinner("recording");
         Self {
-            bars: bars.clone(),
+            bars: all.clone(),
             plan,
             flight,
             recording,
         }
+    }
+
+    /// Says something in a line of its own.
+    pub(crate) fn say(&self, text: &str) {
+        self.bars
+            .suspend(|| complain(&format_args!("lgvi: {text}")));
     }
 
     pub(crate) fn planning(&self, plan: &PlanReport) {

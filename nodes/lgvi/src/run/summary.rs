@@ -65,6 +65,13 @@ impl Display for Summary<'_> {
                     flight.overruns
                 )?;
             }
+            if flight.late_controls > 0 {
+                write!(
+                    f,
+                    "\n  late      {} control sequences came after the step at which they were to begin, and were refused",
+                    flight.late_controls
+                )?;
+            }
             if flight.cut_steps > 0 {
                 write!(
                     f,

@@ -14,6 +14,7 @@ use lgvi_middleware::node::NodeError;
 
 use self::repetition::Repetition;
 use self::verdict::{Outcome, Verdict};
+use crate::bars;
 use crate::flight_bag::FlightBag;
 use crate::output::say;
 
@@ -36,8 +37,10 @@ fn repeat(bag: &FlightBag, path: &Path) -> Result<Verdict, NodeError> {
     let courses = bag.courses()?;
     let mut under_way = BTreeMap::new();
     let mut latest = 0;
+    let bar = bars::bar("repeating", bag.state_count(), "states");
     for state in bag.states() {
         let state = state?;
+        bar.inc(1);
         let number = courses.partition_point(|course| course.samples.end <= state.sequence);
         let course = courses.get(number).ok_or_else(|| {
             let (topic, sequence) = (bag.state_topic(), state.sequence);
@@ -67,6 +70,7 @@ fn repeat(bag: &FlightBag, path: &Path) -> Result<Verdict, NodeError> {
             break;
         }
     }
+    bar.finish_and_clear();
     if verdict.states == 0 {
         let topic = bag.state_topic();
         return Err(bag.refuse(&format!("{topic}: no states, expected at least one")));

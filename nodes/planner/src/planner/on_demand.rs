@@ -107,6 +107,7 @@ impl Planner {
                 reason,
                 message,
                 best,
+                ..
             }) => {
                 let best = best.map(|best| sequence(*best));
                 goal.fail(&self.scene, body, (reason, &message), best.as_ref());

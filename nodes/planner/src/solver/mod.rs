@@ -4,6 +4,7 @@ mod duration;
 mod shooting;
 #[cfg(test)]
 mod tests;
+mod violated;
 
 use std::sync::Arc;
 
@@ -16,6 +17,7 @@ use lgvi_dynamics::BodyState;
 use lgvi_scene::{FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
+use self::violated::Violated;
 use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
@@ -136,6 +138,8 @@ pub(crate) struct Unsolved {
     pub(crate) message: String,
     /// The best iterate, where there is one.
     pub(crate) best: Option<Box<Plan>>,
+    /// The constraint that stands in the way, if one does.
+    pub(crate) violated: Option<Violated>,
 }
 
 impl Unsolved {
@@ -144,6 +148,7 @@ impl Unsolved {
             reason,
             message: message.to_string(),
             best: None,
+            violated: None,
         }
     }
 }
@@ -198,6 +203,24 @@ fn once(
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
+    attempt(scene, maneuver, transfer, guess, observe).map_err(|unsolved| {
+        match &unsolved.violated {
+            None => unsolved,
+            Some(violated) => Unsolved {
+                message: violated.told(scene, &maneuver.constraints),
+                ..unsolved
+            },
+        }
+    })
+}
+
+fn attempt(
+    scene: &Scene,
+    maneuver: &Maneuver,
+    transfer: &Transfer,
+    guess: Option<&Plan>,
+    observe: Observe<'_>,
+) -> Result<Solved, Unsolved> {
     if !maneuver.processed {
         return by_method(maneuver, transfer, guess, observe);
     }
@@ -331,6 +354,7 @@ impl From<&Progress> for Iteration {
 impl From<PlanError> for Unsolved {
     fn from(error: PlanError) -> Self {
         let message = error.to_string();
+        let violated = Violated::of(&error);
         let (reason, best) = match error {
             PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, best),
@@ -342,6 +366,7 @@ impl From<PlanError> for Unsolved {
             reason,
             message,
             best,
+            violated,
         }
     }
 }

@@ -6,6 +6,7 @@
 mod clock;
 mod counted;
 mod end;
+mod late;
 mod sequences;
 mod service;
 mod settling;
@@ -128,6 +129,7 @@ pub(crate) fn start(
         pending: VecDeque::new(),
         initial: VecDeque::new(),
         settling: None,
+        late: late::Late::default(),
         feedback: config.feedback,
         stop_on_bad_control: config.stop_on_bad_control,
         shared: Arc::clone(&shared),

@@ -3,7 +3,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, mpsc};
 use std::task::Context;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lgvi_common::Limits;
 use lgvi_dynamics::System;
@@ -16,6 +16,7 @@ use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
 use super::clock::FlightClock;
+use super::late::Late;
 use super::sequences::Sequences;
 use super::settling::Settling;
 use super::topics::Topics;
@@ -54,6 +55,8 @@ pub(super) struct Link {
     /// Whether feedback laws are flown.
     pub(super) feedback: bool,
     pub(super) stop_on_bad_control: bool,
+    /// Sequences that came too late.
+    pub(super) late: Late,
     /// What was published is waited for to be acknowledged.
     pub(super) settling: Option<Settling>,
     pub(super) shared: Arc<Shared>,
@@ -271,6 +274,11 @@ impl Link {
                             self.initial.pop_front();
                         }
                         self.initial.push_back(message);
+                    }
+                }
+                Err(error @ ControlError::Late { .. }) => {
+                    if let Some(warning) = self.late.note(&error, Instant::now()) {
+                        warn!("{warning}");
                     }
                 }
                 Err(error) => warn!("control sequence refused: {error}"),

@@ -69,8 +69,8 @@ impl Source {
         Err(if MAGIC.starts_with(&head) {
             source.truncated("the MCAP magic", 0, head)
         } else {
-            let expected = format!("{MAGIC:02x?}");
-            BagError::unexpected(path, "its start", format!("{head:02x?}"), expected)
+            let expected = "a bag: a directory with metadata.yaml, or an MCAP file";
+            BagError::unexpected(path, "this", "not an MCAP file", expected)
         })
     }
 

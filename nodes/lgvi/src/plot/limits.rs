@@ -1,0 +1,103 @@
+//! What a maneuver must keep to: limits of force and moment, cones, corridors and spheres.
+
+use std::f64::consts::TAU;
+
+use lgvi_control::constraint::{ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit};
+use lgvi_control::{Constraint, Place};
+use lgvi_scene::Frame;
+use nalgebra::Vector3;
+
+use super::data::FlightData;
+
+/// Points of a rim.
+const POINTS: u32 = 96;
+
+/// The constraints of a flight's maneuver that are a `T`.
+fn all<T: 'static>(flight: &FlightData) -> impl Iterator<Item = &T> {
+    let maneuver = flight.scene.maneuver.iter();
+    maneuver
+        .flat_map(|maneuver| &maneuver.constraints)
+        .filter_map(Constraint::downcast_ref)
+}
+
+pub(super) fn cones(flight: &FlightData) -> impl Iterator<Item = &KeepOutCone> {
+    all(flight)
+}
+
+pub(super) fn corridors(flight: &FlightData) -> impl Iterator<Item = &Corridor> {
+    all(flight)
+}
+
+pub(super) fn spheres(flight: &FlightData) -> impl Iterator<Item = &KeepOutSphere> {
+    all(flight)
+}
+
+/// Limits of the components of force or moment, in the scene's units.
+pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
+    let limits = all(flight).filter(|limit: &&ComponentLimit| limit.place() == place);
+    let limits = limits.flat_map(|limit| limit.limit().data.0[0]);
+    let mut limits: Vec<_> = limits.filter(|limit| limit.is_finite()).collect();
+    limits.sort_by(f64::total_cmp);
+    limits.dedup();
+    limits
+}
+
+/// The limit of the norm of force or moment, in the scene's units.
+pub(super) fn of_norm(flight: &FlightData, place: Place) -> Option<f64> {
+    let limits = all(flight).filter(|limit: &&NormLimit| limit.place() == place);
+    limits.map(NormLimit::limit).reduce(f64::min)
+}
+
+/// The fixed frame nearest to a corridor's apex: the port that it leads to.
+pub(super) fn port(flight: &FlightData) -> Option<&Frame> {
+    let corridor = corridors(flight).next()?;
+    let distance = |frame: &Frame| (frame.position - corridor.apex()).norm();
+    fixed_frames(flight).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+/// The scene's frames that are fixed in the inertial one.
+pub(super) fn fixed_frames(flight: &FlightData) -> impl Iterator<Item = &Frame> {
+    let scene = &flight.scene;
+    let frames = scene.frames.iter();
+    frames.filter(|frame| frame.parent == scene.frame)
+}
+
+/// The rim of a cone, at this distance from its apex, closed.
+pub(super) fn rim(
+    apex: &Vector3<f64>,
+    axis: &Vector3<f64>,
+    half_angle: f64,
+    reach: f64,
+) -> Vec<Vector3<f64>> {
+    let (sin, cos) = libm::sincos(half_angle);
+    let [u, v] = across(axis);
+    let around = |k: u32| {
+        let (s, c) = libm::sincos(TAU * f64::from(k) / f64::from(POINTS));
+        apex + reach * (cos * axis + sin * (c * u + s * v))
+    };
+    (0..=POINTS).map(around).collect()
+}
+
+/// Two directions that are at right angles to a direction and to each other.
+fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let least = Vector3::ith(axis.iamin(), 1.0);
+    let u = axis.cross(&least).normalize();
+    [u, axis.cross(&u)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rim_is_at_its_angle_and_distance() {
+        let (apex, axis) = (Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.6, 0.0, -0.8));
+        let rim = rim(&apex, &axis, 0.3, 5.0);
+        for point in &rim {
+            let arm = point - apex;
+            assert!((arm.norm() - 5.0).abs() < 1e-12);
+            assert!((libm::acos(arm.dot(&axis) / 5.0) - 0.3).abs() < 1e-12);
+        }
+        assert!((rim[0] - rim[rim.len() - 1]).norm() < 1e-12, "closed");
+    }
+}

@@ -1,0 +1,88 @@
+//! A body that turns where it is: where its axes point, on the sphere of directions in the inertial frame, with the cones
+//! that they must stay out of.
+
+use nalgebra::Vector3;
+
+use super::canvas::{Canvas, Stroke};
+use super::chart::Rectangle;
+use super::data::FlightData;
+use super::globe::{self, Content};
+use super::legend::{Entry, Mark};
+use super::marks::{end, start};
+use super::series::turned;
+use super::thin::even;
+use super::view::Camera;
+use super::{limits, style};
+
+/// Points of a path.
+const POINTS: usize = 3000;
+
+/// Draws into `space`.
+pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightData) {
+    let body = turned(flight);
+    let path = |axis: &Vector3<f64>| -> Vec<_> {
+        even(flight.samples.len(), POINTS)
+            .into_iter()
+            .map(|k| flight.samples[k].bodies[body].attitude * axis)
+            .collect()
+    };
+    let mut legend = Vec::new();
+    let mut curves = Vec::new();
+    let mut ends = Vec::new();
+    let kept_out = |i| limits::cones(flight).any(|cone| cone.axis() == Vector3::ith(i, 1.0));
+    for (i, color) in style::COMPONENTS.into_iter().enumerate() {
+        if kept_out(i) {
+            continue;
+        }
+        let stroke = Stroke::new(color, 1.8);
+        let path = path(&Vector3::ith(i, 1.0));
+        ends.push((path[0], path[path.len() - 1], color));
+        curves.push((path, stroke));
+        legend.push(Entry::new(
+            Mark::Line(stroke),
+            ["body x", "body y", "body z"][i],
+        ));
+    }
+    let rim = Stroke::new(style::LIMIT, 2.0);
+    let kept = Stroke::new(style::BODIES[0], 4.0);
+    let mut caps = Vec::new();
+    let mut seen: Vector3<f64> = ends.iter().map(|(first, last, _)| first + last).sum();
+    for cone in limits::cones(flight) {
+        let direction = cone.direction();
+        seen = direction;
+        let edge = limits::rim(&Vector3::zeros(), &direction, cone.half_angle(), 1.0);
+        caps.push(edge.clone());
+        curves.push((edge, rim));
+        let path = path(&cone.axis());
+        let (first, last) = (path[0], path[path.len() - 1]);
+        seen += first + last;
+        ends.push((first, last, style::BODIES[0]));
+        curves.push((path, kept));
+    }
+    if !caps.is_empty() {
+        let x = if kept_out(0) {
+            "body x, kept out"
+        } else {
+            "axis kept out"
+        };
+        legend.push(Entry::new(Mark::Line(kept), x));
+        legend.push(Entry::new(Mark::Line(rim), "keep-out cone"));
+    }
+    legend.push(Entry::new(Mark::Start(style::SOFT_INK), "start"));
+    legend.push(Entry::new(Mark::End(style::SOFT_INK), "end"));
+    let content = Content {
+        legend,
+        axes: [0, 1, 2].map(|i| Vector3::ith(i, 1.0)),
+        names: ["x", "y", "z"],
+        caps,
+        curves,
+    };
+    // From where most is seen, a little from above.
+    let aslant = Vector3::new(0.1, -0.1, 0.5);
+    let from = seen.try_normalize(1e-6).unwrap_or_default() + aslant;
+    let globe = globe::draw(canvas, space, Camera::from(&from.normalize()), &content);
+    for (first, last, color) in ends {
+        start(canvas, globe.place(&first), color);
+        end(canvas, globe.place(&last), color);
+    }
+}

@@ -1,0 +1,109 @@
+//! What stays where it is beside the bodies of a flight: orbits, corridors, spheres, frames.
+
+use nalgebra::Vector3;
+use plotters::style::Color;
+
+use super::canvas::{Anchor, Canvas, Font, Stroke};
+use super::chart::Rectangle;
+use super::data::FlightData;
+use super::maneuver::Orbits;
+use super::marks::{boundary, initial_orbit, target_orbit};
+use super::orbit::Orbit;
+use super::series::turned;
+use super::space::{AXES, Picture};
+use super::{limits, style};
+
+/// Lines from a corridor's apex to its rim.
+const SIDES: usize = 12;
+
+/// Apex and rim of each corridor (m), as far as the flight was from the apex.
+pub(super) fn corridors(flight: &FlightData) -> Vec<(Vector3<f64>, Vec<Vector3<f64>>)> {
+    let length = flight.scene.units.length;
+    let body = turned(flight);
+    let corridor = limits::corridors(flight).map(|corridor| {
+        let apex = corridor.apex() * length;
+        let positions = flight.samples.iter();
+        let distances = positions.map(|sample| (sample.bodies[body].position - apex).norm());
+        let reach = distances.fold(0.0, f64::max);
+        let rim = limits::rim(&apex, &corridor.axis(), corridor.half_angle(), reach);
+        (apex, rim)
+    });
+    corridor.collect()
+}
+
+impl Picture<'_> {
+    /// Planes and outlines of the orbits of a maneuver.
+    pub(super) fn draw_orbits(&self, canvas: &mut Canvas<'_>, orbits: &Orbits) {
+        let Orbits {
+            initial, target, ..
+        } = orbits;
+        let colored = std::iter::once((initial, style::SOFT_INK))
+            .chain(target.iter().map(|target| (target, style::TARGET)));
+        let outline = |orbit: &Orbit| -> Vec<_> {
+            orbits
+                .points(orbit)
+                .iter()
+                .map(|point| self.cage.place(point))
+                .collect()
+        };
+        for (orbit, color) in colored {
+            if orbits.close(orbit) {
+                canvas.area(&outline(orbit), color.mix(0.08));
+            }
+        }
+        canvas.path(&outline(initial), initial_orbit());
+        if let Some(target) = target {
+            canvas.dashed(&outline(target), target_orbit(), [7.0, 4.0]);
+        }
+    }
+
+    /// Corridors and spheres.
+    pub(super) fn draw_limits(
+        &self,
+        canvas: &mut Canvas<'_>,
+        corridors: &[(Vector3<f64>, Vec<Vector3<f64>>)],
+    ) {
+        for (apex, rim) in corridors {
+            let places: Vec<_> = rim.iter().map(|point| self.cage.place(point)).collect();
+            canvas.area(&places, style::TARGET.mix(0.08));
+            canvas.path(&places, boundary());
+            let side = Stroke {
+                color: style::TARGET.mix(0.35),
+                width: 1.0,
+            };
+            for place in places.iter().step_by(places.len() / SIDES) {
+                canvas.path(&[self.cage.place(apex), *place], side);
+            }
+        }
+        let length = self.flight.scene.units.length;
+        for sphere in limits::spheres(self.flight) {
+            let center = self.cage.place(&(sphere.center() * length));
+            let radius = sphere.radius() * length * self.cage.scale;
+            canvas.ringed(
+                center,
+                radius,
+                style::faded(style::LIMIT, 0.85),
+                Stroke::new(style::LIMIT, 1.5),
+            );
+        }
+    }
+
+    /// The scene's fixed frames, by their axes and names.
+    pub(super) fn draw_frames(&self, canvas: &mut Canvas<'_>, space: Rectangle) {
+        let reach = AXES * (space.to[0] - space.from[0]) / self.cage.scale;
+        for frame in limits::fixed_frames(self.flight) {
+            let origin = frame.position * self.flight.scene.units.length;
+            let place = self.cage.place(&origin);
+            for (axis, color) in style::COMPONENTS.into_iter().enumerate() {
+                let tip = origin + reach * frame.attitude.column(axis);
+                canvas.path(&[place, self.cage.place(&tip)], Stroke::new(color, 2.4));
+            }
+            let font = Font {
+                size: style::LABEL,
+                color: style::INK,
+                anchor: Anchor::Middle,
+            };
+            canvas.text(&frame.name, [place[0], place[1] + 18.0], font);
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! A violated constraint in words: its kind, and by how much in a unit.
+
+use lgvi_control::constraint::{KeepOutCone, KeepOutSphere};
+use lgvi_control::{Constraint, Place, PlanError};
+use lgvi_scene::Scene;
+
+/// A constraint that no plan meets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Violated {
+    constraint: usize,
+    step: usize,
+    /// In parts of a limit, a radius or a length, in radians of a cone.
+    by: f64,
+    /// Start or target decide it.
+    given: bool,
+}
+
+impl Violated {
+    pub(super) fn of(error: &PlanError) -> Option<Self> {
+        let (constraint, step, by, given) = match *error {
+            PlanError::Infeasible {
+                constraint,
+                step,
+                violation,
+            } => (constraint, step, violation, true),
+            PlanError::NotFound {
+                constraint,
+                step,
+                violation,
+            } => (constraint, step, violation, false),
+            _ => return None,
+        };
+        Some(Self {
+            constraint,
+            step,
+            by,
+            given,
+        })
+    }
+
+    pub(super) fn told(&self, scene: &Scene, constraints: &[Constraint]) -> String {
+        let Self {
+            constraint: number,
+            step,
+            by,
+            given,
+        } = *self;
+        let (kind, amount) = match constraints.get(number) {
+            Some(constraint) => (constraint.name(), amount(scene, constraint, by)),
+            None => ("constraint", format!("{by:.1e}")),
+        };
+        let violates = format!("violates {kind} (maneuver.constraints[{number}]) by {amount}");
+        if given {
+            format!(
+                "the transfer is infeasible: start or target decide step {step}, which {violates}"
+            )
+        } else {
+            format!("no feasible plan found: of those found the nearest {violates} in step {step}")
+        }
+    }
+}
+
+fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
+    if constraint.downcast_ref::<KeepOutCone>().is_some() {
+        return format!("{:.3}°", by.to_degrees());
+    }
+    if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+        return format!("{:.3e} m", by * sphere.radius() * scene.units.length);
+    }
+    let of = match constraint {
+        Constraint::State(state) if state.place() == Place::Position => "its length",
+        Constraint::State(_) | Constraint::Commands(_) => "its limit",
+    };
+    format!("{:.3} % of {of}", 100.0 * by)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(scene: &str, from: &str, to: &str) -> String {
+        assert!(scene.contains(from));
+        let scene = Scene::parse("test", &scene.replace(from, to)).unwrap();
+        crate::plan(&scene, &|| true).unwrap_err()
+    }
+
+    #[test]
+    fn a_violated_constraint_has_its_kind_and_a_unit() {
+        let slew = include_str!("../../../../scenes/slew_keep_out.toml");
+        let text = refused(slew, "[0.5, 0.8660254, 0.1]", "[1.0, 0.1, 0.0]");
+        // The line of sight starts 5.711° from the Sun.
+        let expected = "violates keep_out_cone (maneuver.constraints[0]) by 19.289°";
+        assert!(text.contains(expected), "{text}");
+
+        let docking = include_str!("../../../../scenes/docking_corridor.toml");
+        let text = refused(docking, "limit = 2.5", "limit = 0.5");
+        let expected = "violates force_norm (maneuver.constraints[1]) by ";
+        assert!(
+            text.contains(expected) && text.contains(" % of its limit"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,57 @@
+//! Control sequences that came too late: one line of the log for many.
+
+use std::time::{Duration, Instant};
+
+use crate::ControlError;
+
+/// How often a warning comes at most.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// The late sequences of a flight.
+#[derive(Debug, Default)]
+pub(super) struct Late {
+    told: Option<Instant>,
+    /// Since then.
+    untold: u64,
+}
+
+impl Late {
+    /// Counts a sequence that came too late, and says what is to be told `now`.
+    pub(super) fn note(&mut self, error: &ControlError, now: Instant) -> Option<String> {
+        let quiet = |told: Instant| now.duration_since(told) < PATIENCE;
+        if self.told.is_some_and(quiet) {
+            self.untold += 1;
+            return None;
+        }
+        self.told = Some(now);
+        let others = match std::mem::take(&mut self.untold) {
+            0 => String::new(),
+            others => format!("; {others} others have come too late since the last such message"),
+        };
+        Some(format!(
+            "control sequence refused, too late: {error}{others}"
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_late_sequences_are_one_line_a_second() {
+        let error = ControlError::Late {
+            first_step: 3,
+            step: 10,
+        };
+        let (mut late, start) = (Late::default(), Instant::now());
+        let mut at = |ms| late.note(&error, start + Duration::from_millis(ms));
+        let first = at(0).unwrap();
+        assert!(first.contains("too late: `first_step` is 3"), "{first}");
+        assert!(!first.contains("others"), "{first}");
+        assert_eq!((1..1000).find_map(&mut at), None);
+        let next = at(1000).unwrap();
+        assert!(next.contains("999 others"), "{next}");
+        assert!(!at(2000).unwrap().contains("others"));
+    }
+}

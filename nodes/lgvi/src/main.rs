@@ -99,6 +99,11 @@ enum Command {
     Ensemble(ensemble::Command),
     /// Write a scene file from a template.
     New(new::Options),
+    /// Print the JSON Schema of scene files, for editors.
+    ///
+    /// With `#:schema scene.schema.json` in the first line of a scene, a TOML language server such as taplo completes and
+    /// checks it.
+    Schema,
     /// Record topics from shared memory and DDS until stopped.
     Record(record::Options),
     /// Replay a bag over shared memory and DDS.
@@ -137,6 +142,7 @@ impl Command {
             Self::Verify { json, .. } => *json,
             Self::Plot { .. }
             | Self::New(_)
+            | Self::Schema
             | Self::Record(_)
             | Self::Play(_)
             | Self::Node { .. }
@@ -215,6 +221,7 @@ fn main() -> ExitCode {
         Command::Play(options) => return play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),
         Command::New(options) => new::new(options),
+        Command::Schema => output::say(&lgvi_scene::SCHEMA.trim_end()).map(|()| ExitCode::SUCCESS),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Arguments::command(), "lgvi", &mut script);

@@ -7,14 +7,21 @@ use super::Collection;
 use crate::{SceneError, check};
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CentralFile {
+    /// Gravitational parameter.
     gm: f64,
+    /// Oblateness; 0 by default.
     j2: Option<f64>,
+    /// Radius that `j2` refers to.
     reference_radius: Option<f64>,
+    /// Axis of the attractor, inertial frame, of any length; [0, 0, 1] by default.
     pole: Option<[f64; 3]>,
+    /// Position of the center, inertial frame.
     #[serde(default)]
     position: [f64; 3],
+    /// Radius of a sphere that no body may enter; 0 means none.
     #[serde(default)]
     radius: f64,
 }

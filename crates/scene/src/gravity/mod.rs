@@ -23,22 +23,30 @@ pub struct SceneGravity {
 }
 
 #[derive(Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct GravityFile {
+    /// A fixed attractor.
     central: Option<CentralFile>,
+    /// A uniform field.
     uniform: Option<UniformFile>,
+    /// Mutual attraction of the bodies.
     mutual: Option<MutualFile>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct UniformFile {
+    /// Acceleration, inertial frame.
     acceleration: [f64; 3],
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct MutualFile {
+    /// Gravitational constant, in the units of the scene.
     constant: f64,
 }
 

@@ -11,41 +11,64 @@ use crate::angle::{AngleFile, angle};
 
 /// A constraint in the form of the scene file. Each kind has one variant here and one arm in [`constraint`].
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum ConstraintFile {
+    /// Bounds on the commands.
     Commands {
+        /// Largest size of each command: one number, or one per actuator.
         limit: LimitFile,
     },
+    /// Bounds on the components of the force, inertial axes.
     ForceComponents {
+        /// Largest size of each component: one number or three.
         limit: LimitFile,
     },
+    /// Bounds on the components of the moment, body axes.
     MomentComponents {
+        /// Largest size of each component: one number or three.
         limit: LimitFile,
     },
+    /// A bound on the norm of the force.
     ForceNorm {
+        /// Largest norm.
         limit: f64,
     },
+    /// A bound on the norm of the moment.
     MomentNorm {
+        /// Largest norm.
         limit: f64,
     },
+    /// A cone that an axis of the body stays out of.
     KeepOutCone {
+        /// Axis, body frame, of any length.
         axis: [f64; 3],
+        /// Axis of the cone, inertial frame, of any length.
         direction: [f64; 3],
+        /// Half-angle of the cone, 0 to π (rad, or a text such as "25 deg").
         half_angle: AngleFile,
     },
+    /// A sphere that the center of mass stays out of.
     KeepOutSphere {
+        /// Center of the sphere, inertial frame.
         #[serde(alias = "centre")]
         center: [f64; 3],
+        /// Radius of the sphere.
         radius: f64,
     },
+    /// A cone that the center of mass stays in.
     Corridor {
+        /// Apex of the cone, inertial frame.
         apex: [f64; 3],
+        /// Axis of the cone from the apex inwards, inertial frame, of any length.
         axis: [f64; 3],
+        /// Half-angle of the cone, 0 to π/2 (rad, or a text such as "25 deg").
         half_angle: AngleFile,
     },
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected a number, or one for each axis or command"

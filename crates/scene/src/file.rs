@@ -9,7 +9,8 @@ mod maneuver;
 use serde::Deserialize;
 
 pub(crate) use body::{
-    AttitudeFile, BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile,
+    AttitudeFile, BodyFile, ElementsFile, InertiaFile, MobilityFile, MultipoleFile, PointFile,
+    PolyhedronFile, RelativeFile,
 };
 pub(crate) use disturbance::DisturbanceFile;
 pub(crate) use ensemble::{EnsembleFile, SpreadFile};

@@ -37,6 +37,7 @@
 //! inputs back.
 
 mod angle;
+mod axes;
 mod check;
 mod chosen;
 mod compile;
@@ -51,6 +52,7 @@ mod integrator;
 mod maneuver;
 mod miss;
 mod numbers;
+mod orbit;
 mod position;
 mod resolution;
 mod scene;

@@ -1,5 +1,8 @@
 use serde::Deserialize;
 
+use crate::angle::AngleFile;
+use crate::axes::AxesFile;
+
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -23,13 +26,17 @@ pub(crate) struct BodyFile {
     /// How the body moves: "free" by default.
     #[serde(default)]
     pub mobility: MobilityFile,
-    /// Initial position, inertial frame.
-    pub position: [f64; 3],
-    /// Initial velocity, inertial frame; only of a free body.
+    /// Axes that position, velocity, attitude and angular velocity are relative to; the inertial frame by default.
+    pub relative_to: Option<RelativeFile>,
+    /// Initial position.
+    pub position: Option<[f64; 3]>,
+    /// Initial velocity, as seen in the axes of the position; only of a free body.
     pub velocity: Option<[f64; 3]>,
-    /// Initial attitude, from the body frame to the inertial frame.
+    /// Initial position and velocity by orbital elements, in the place of `position` and `velocity`.
+    pub orbit: Option<ElementsFile>,
+    /// Initial attitude, from the body frame to the inertial frame or to the axes of `relative_to`.
     pub attitude: AttitudeFile,
-    /// Initial angular velocity, body frame (rad per unit of time); only of a free or pivoted body.
+    /// Initial angular velocity relative to these axes, body frame (rad per unit of time); only of a free or pivoted body.
     pub angular_velocity: Option<[f64; 3]>,
 }
 
@@ -142,4 +149,41 @@ pub(crate) struct QuaternionFile {
     pub y: f64,
     /// Third component of the vector part.
     pub z: f64,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RelativeFile {
+    /// Name of the body at which the axes are. With the body's own name, only attitude and angular velocity are relative.
+    pub body: String,
+    /// The axes.
+    pub axes: AxesFile,
+    /// Name of the body in the center of the orbit, for rtn and lvlh axes; the central attractor by default.
+    pub about: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ElementsFile {
+    /// Name of the body in the center; the central attractor by default.
+    pub about: Option<String>,
+    /// Semi-major axis, < 0 for a hyperbola.
+    pub semi_major_axis: Option<f64>,
+    /// Distance of the periapsis from the center, in the place of `semi_major_axis`.
+    pub periapsis: Option<f64>,
+    /// Eccentricity.
+    #[serde(default)]
+    pub eccentricity: f64,
+    /// Inclination to the xy plane of the inertial frame; 0 by default (rad, or a text such as "25 deg").
+    pub inclination: Option<AngleFile>,
+    /// Right ascension of the ascending node, from the x axis; 0 by default (rad, or a text such as "25 deg").
+    pub raan: Option<AngleFile>,
+    /// Argument of the periapsis, from the ascending node; 0 by default (rad, or a text such as "25 deg").
+    pub argument_of_periapsis: Option<AngleFile>,
+    /// True anomaly at the epoch; 0 by default (rad, or a text such as "25 deg").
+    pub true_anomaly: Option<AngleFile>,
+    /// Mean anomaly at the epoch, in the place of `true_anomaly` (rad, or a text such as "25 deg").
+    pub mean_anomaly: Option<AngleFile>,
 }

@@ -1,6 +1,6 @@
 use serde::Deserialize;
 
-use super::AttitudeFile;
+use super::{AttitudeFile, RelativeFile};
 use crate::compile::ConstraintFile;
 
 #[derive(Deserialize)]
@@ -153,17 +153,20 @@ pub(crate) enum SolverMethodFile {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TargetFile {
-    /// Final position, inertial frame.
+    /// Axes that position, velocity, attitude and angular velocity are relative to, at the end of the run; the inertial
+    /// frame by default.
+    pub relative_to: Option<RelativeFile>,
+    /// Final position.
     pub position: Option<[f64; 3]>,
-    /// Final velocity, inertial frame; only with `position`.
+    /// Final velocity, as seen in the axes of the position; only with `position`.
     pub velocity: Option<[f64; 3]>,
     /// An ellipse about the central attractor, any point of which may be the end.
     pub orbit: Option<OrbitFile>,
-    /// Final attitude, from the body frame to the inertial frame.
+    /// Final attitude, from the body frame to the inertial frame or to the axes of `relative_to`.
     pub attitude: Option<AttitudeFile>,
     /// An axis of the body that points in a given direction at the end.
     pub spin_axis: Option<SpinAxisFile>,
-    /// Final angular velocity, body frame (rad per unit of time).
+    /// Final angular velocity relative to these axes, body frame (rad per unit of time).
     pub angular_velocity: Option<[f64; 3]>,
 }
 

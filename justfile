@@ -109,6 +109,10 @@ stress *family:
 bags:
     bags/regenerate
 
+# The JSON Schema of scenes is made anew from the types that read them.
+schema:
+    UPDATE_SCHEMA=1 cargo nextest run --package lgvi_scene -E 'test(the_schema_is_that_of_the_types)'
+
 # All benchmarks beside all peers; replaces the tables and pictures of docs. Some 35 minutes, of a machine that does nothing else.
 bench *arguments:
     cargo build --release --locked --workspace

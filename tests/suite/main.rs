@@ -54,6 +54,7 @@ mod reference_bags;
 mod reference_replay;
 mod replay;
 mod scenes;
+mod schema;
 mod security;
 mod shutdown;
 mod stalls;

@@ -41,6 +41,7 @@ impl Transfer {
         Ok(Self {
             intervals: self.intervals - step,
             initial: state,
+            inequalities: self.inequalities.later(self.h * step as f64),
             ..self.clone()
         })
     }

@@ -16,6 +16,7 @@ const EXPECTED: &str =
     "an angle: a number (rad), or a text such as \"25 deg\" (rad, deg, arcmin, arcsec)";
 
 #[derive(Clone, Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected an angle: a number (rad), or a text such as \"25 deg\" (rad, deg, arcmin, arcsec)"

@@ -25,10 +25,14 @@ pub struct Chosen {
 /// The entry `chosen = { integrator = { name = "nystrom", order = 8 }, substeps = 4 }` at the beginning of a flight's
 /// scene.
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChosenFile {
+    /// The chosen integrator.
     integrator: IntegratorFile,
+    /// Steps of the integrator per step of the run.
     substeps: u32,
+    /// How the choice falls short of the requested accuracy.
     warning: Option<String>,
 }
 

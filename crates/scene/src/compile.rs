@@ -2,19 +2,24 @@
 
 mod body;
 mod disturbance;
+mod elements;
 mod ensemble;
 mod frame;
 mod maneuver;
 mod polyhedron;
 mod run;
+mod state;
 
 pub(crate) use maneuver::ConstraintFile;
+
+use std::sync::Arc;
 
 use lgvi_dynamics::Invariants;
 
 use crate::file::{BodyFile, SceneFile};
 use crate::scene::{NamedBody, Publishing, Scene};
 use crate::{Chosen, LONGEST, SceneError, SceneGravity, Units, check, numbers};
+use state::Bodies;
 
 /// Largest number of bodies in a scene, each of which has its own topic.
 const MAX_BODIES: usize = 1024;
@@ -34,8 +39,8 @@ impl Scene {
         numbers::check(text)?;
         let units = Units::parse(&file.units.length, &file.units.mass, &file.units.time)?;
         check::name("frame", &file.frame)?;
-        let gravity = SceneGravity::parse(&file.gravity)?;
-        let bodies = bodies(&file.bodies)?;
+        let gravity = SceneGravity::parse(&file.gravity, &units)?;
+        let bodies = bodies(&file.bodies, &gravity)?;
         let integration = run::integration(&file.run, file.maneuver.as_ref())?;
         let mut scene = Self {
             name: name.into(),
@@ -157,26 +162,39 @@ fn count(key: &str, value: u64) -> Result<u64, SceneError> {
     }
 }
 
-fn bodies(files: &[BodyFile]) -> Result<Vec<NamedBody>, SceneError> {
+fn bodies(files: &[BodyFile], gravity: &SceneGravity) -> Result<Vec<NamedBody>, SceneError> {
     if !(1..=MAX_BODIES).contains(&files.len()) {
         let expected = format!("1 to {MAX_BODIES} bodies");
         return Err(SceneError::value("bodies", files.len(), expected));
     }
     let mut work = polyhedron::MOST_WORK;
-    let mut bodies: Vec<NamedBody> = Vec::with_capacity(files.len());
+    let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
     for (index, file) in files.iter().enumerate() {
-        let body = body::body(&format!("bodies[{index}]"), file, &mut work)?;
-        if bodies.iter().any(|other| other.name == body.name) {
+        let (body, mesh) = body::body(&format!("bodies[{index}]"), file, &mut work)?;
+        if files[..index].iter().any(|other| other.name == file.name) {
             let key = format!("bodies[{index}].name");
-            return Err(SceneError::value(
-                key,
-                &body.name,
-                "a name that no other body has",
-            ));
+            let expected = "a name that no other body has";
+            return Err(SceneError::value(key, &file.name, expected));
         }
         bodies.push(body);
+        meshes.push(mesh.map(Arc::new));
     }
-    Ok(bodies)
+    let states = Bodies {
+        files,
+        bodies: &bodies,
+        gravity,
+    }
+    .states()?;
+    let parts = files.iter().zip(bodies).zip(meshes).zip(states);
+    let named = parts.map(|(((file, body), mesh), state)| NamedBody {
+        name: file.name.clone(),
+        frame: file.name.clone(),
+        body,
+        state,
+        mesh,
+        given: state::given(file),
+    });
+    Ok(named.collect())
 }
 
 #[cfg(test)]

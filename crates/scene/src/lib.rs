@@ -37,6 +37,7 @@
 //! inputs back.
 
 mod angle;
+mod axes;
 mod check;
 mod chosen;
 mod compile;
@@ -51,9 +52,11 @@ mod integrator;
 mod maneuver;
 mod miss;
 mod numbers;
+mod orbit;
 mod position;
 mod resolution;
 mod scene;
+mod schema;
 mod shape;
 mod suggestion;
 mod units;
@@ -68,5 +71,6 @@ pub use integrator::{Integration, Scheme, Skipping};
 pub use maneuver::{FinalTime, Maneuver, Replan, Search, Solver, SolverMethod};
 pub use resolution::{Energies, Rates};
 pub use scene::{NamedBody, Publishing, Scene};
+pub use schema::SCHEMA;
 pub use shape::Shape;
 pub use units::Units;

@@ -1,3 +1,4 @@
+use lgvi_control::constraint::Moving;
 use lgvi_control::{
     Actuation, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError, shooting,
 };
@@ -13,6 +14,8 @@ pub struct Maneuver {
     pub body: usize,
     /// Set of final states in which it may end.
     pub target: Terminal,
+    /// True if the target is relative to another body, whose motion is foretold.
+    pub foretold: bool,
     /// Effects and costs of its commands.
     pub actuation: Actuation,
     /// Discrete dynamics of the plan.
@@ -139,6 +142,13 @@ impl Scene {
         intervals: usize,
     ) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
+        // The rest of the run: constraints that change with time are those of then.
+        let start = self.h() * self.steps.saturating_sub(intervals as u64) as f64;
+        let later = |constraint: &Constraint| match constraint.downcast_ref::<Moving>() {
+            Some(moving) => Constraint::state(moving.later(start)),
+            None => constraint.clone(),
+        };
+        let constraints: Vec<_> = maneuver.constraints.iter().map(later).collect();
         let transfer = Transfer::new(
             self.bodies[maneuver.body].body.clone(),
             self.gravity.on_body(maneuver.body, &self.bodies),
@@ -152,7 +162,7 @@ impl Scene {
             transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
-                .with_constraints(&maneuver.constraints)
+                .with_constraints(&constraints)
         }))
     }
 

@@ -70,6 +70,8 @@ pub struct NamedBody {
     pub state: BodyState,
     /// Its surface, if the scene gives one.
     pub mesh: Option<Arc<Polyhedron>>,
+    /// How the scene gives its state, unless by numbers in the inertial frame.
+    pub given: Option<String>,
 }
 
 /// Intervals of publication, in steps.

@@ -104,6 +104,11 @@ enum Command {
     Ensemble(ensemble::Command),
     /// Write a scene file from a template.
     New(new::Options),
+    /// Print the JSON Schema of scene files, for editors.
+    ///
+    /// With `#:schema scene.schema.json` in the first line of a scene, a TOML language server such as taplo completes and
+    /// checks it.
+    Schema,
     /// Record topics from shared memory and DDS until stopped.
     Record(record::Options),
     /// Replay a bag over shared memory and DDS.
@@ -144,7 +149,10 @@ impl Command {
             Self::New(options) => options.json,
             Self::Record(options) => options.json,
             Self::Play(options) => options.json,
-            Self::Node { .. } | Self::Completions { .. } | Self::Man { .. } => false,
+            Self::Schema
+            | Self::Node { .. }
+            | Self::Completions { .. }
+            | Self::Man { .. } => false,
         }
     }
 
@@ -225,6 +233,7 @@ fn main() -> ExitCode {
         Command::Play(options) => play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),
         Command::New(options) => new::new(options),
+        Command::Schema => output::say(&lgvi_scene::SCHEMA.trim_end()).map(|()| ExitCode::SUCCESS),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Arguments::command(), "lgvi", &mut script);

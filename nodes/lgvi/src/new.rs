@@ -22,7 +22,7 @@ macro_rules! template {
     };
 }
 /// The shipped scenes.
-const TEMPLATES: [(&str, &str); 13] = [
+const TEMPLATES: [(&str, &str); 14] = [
     template!("asteroid_orbiter"),
     template!("binary_asteroid"),
     template!("dispersed_capture"),
@@ -35,6 +35,7 @@ const TEMPLATES: [(&str, &str); 13] = [
     template!("pendulum"),
     template!("rocks"),
     template!("slew_keep_out"),
+    template!("tumbling_target"),
     template!("two_dumbbells"),
 ];
 

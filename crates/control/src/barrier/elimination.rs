@@ -31,7 +31,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
             if !placed.plans(interval) {
                 continue;
             }
-            let inequality = &placed.inequality;
+            let inequality = placed.at(interval);
             row.model(&self.schedule.penalty, *scale * inequality.value(state));
             let (by_place, twice) = inequality.derivatives(state);
             let by_place = *scale * by_place;
@@ -69,8 +69,8 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let mut force = SVector::<f64, X>::zeros();
         for (placed, StateRow { row, scale, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
-                let value = scale * placed.inequality.value(state);
-                let (by_place, _) = placed.inequality.derivatives(state);
+                let value = scale * placed.at(interval).value(state);
+                let (by_place, _) = placed.at(interval).derivatives(state);
                 let y = row.multiplier_at(&self.schedule.penalty, value);
                 let mut part = force.fixed_rows_mut::<3>(placed.offset);
                 part += (y * scale) * by_place;
@@ -127,7 +127,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let rows = &self.state_rows[interval * self.states.len()..];
         for (placed, StateRow { scale, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
-                sum += penalty.value(scale * placed.inequality.value(state));
+                sum += penalty.value(scale * placed.at(interval).value(state));
             }
         }
         sum

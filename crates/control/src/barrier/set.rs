@@ -25,7 +25,9 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
 
 /// A state inequality and the index of its coordinate in z.
 pub(super) struct Placed {
-    pub(super) inequality: StateInequality,
+    inequality: StateInequality,
+    /// The inequality at the end of each interval, if it changes with time.
+    moving: Vec<StateInequality>,
     pub(super) offset: usize,
     /// For each interval, true if the inequality applies at its end.
     applies: Vec<bool>,
@@ -38,10 +40,15 @@ impl Placed {
         self.applies[interval] && self.planned.contains(&interval)
     }
 
+    /// The inequality at the end of an interval.
+    pub(super) fn at(&self, interval: usize) -> &StateInequality {
+        self.moving.get(interval).unwrap_or(&self.inequality)
+    }
+
     /// The value at the end of an interval, or `−∞` if the inequality does not apply there.
     fn value(&self, interval: usize, state: &BodyState) -> f64 {
         if self.applies[interval] {
-            self.inequality.value(state)
+            self.at(interval).value(state)
         } else {
             f64::NEG_INFINITY
         }
@@ -88,14 +95,14 @@ const SLACK: f64 = 0.1;
 const RESUMED: f64 = 1e-4;
 
 impl<const X: usize, const U: usize> Barrier<X, U> {
-    /// The inequalities of `set` over `intervals`. `selection` makes the actuation's commands of the `U` planned ones,
-    /// `offsets` are the indices of δx and ζ in z if they are planned, and `cost` is the size of the cost.
+    /// The inequalities of `set` over `intervals` of length `h`. `selection` makes the actuation's commands of the `U`
+    /// planned ones, `offsets` are the indices of δx and ζ in z if they are planned, and `cost` is the size of the cost.
     pub(crate) fn new(
         set: &InequalitySet,
         selection: &SMatrix<f64, 6, U>,
         offsets: [Option<usize>; 2],
         given: Given,
-        intervals: usize,
+        (h, intervals): (f64, usize),
         cost: f64,
         tolerances: BarrierTolerances,
     ) -> Self {
@@ -107,6 +114,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             let planned = usize::from(given.first)..intervals - usize::from(last);
             Placed {
                 inequality: inequality.clone(),
+                moving: inequality.through(h, intervals),
                 offset: offset.unwrap_or(0),
                 applies: inequality.applies(intervals),
                 planned: if offset.is_some() { planned } else { 0..0 },
@@ -274,11 +282,12 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             let (interval, placed) = (at / count, &self.states[at % count]);
             if placed.plans(interval) {
                 let state = &states[interval];
-                *scale = placed.inequality.scale(state);
-                let (gradient, _) = placed.inequality.derivatives(state);
+                let inequality = placed.at(interval);
+                *scale = inequality.scale(state);
+                let (gradient, _) = inequality.derivatives(state);
                 let gradient = Gradient::State(placed.offset, *scale * gradient);
                 let along = Along { interval, gradient };
-                let value = *scale * placed.inequality.value(state);
+                let value = *scale * inequality.value(state);
                 visit(&self.schedule, row, value, along);
             }
         }

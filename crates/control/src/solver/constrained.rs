@@ -127,9 +127,10 @@ impl<C> Solver<'_, C> {
                 Place::Attitude => C::OFFSETS[1],
             };
             let cheapest = problem.stiffness.fixed_rows::<3>(offset?).min();
-            let depths = states
-                .iter()
-                .map(|state| inequality.size() * inequality.value(state));
+            let moving = inequality.through(self.transfer.h, states.len());
+            let at = |interval: usize| moving.get(interval).unwrap_or(inequality);
+            let states = states.iter().enumerate();
+            let depths = states.map(|(at_end, state)| inequality.size() * at(at_end).value(state));
             let depth = depths.fold(ROUNDING, f64::max);
             Some(cheapest * depth * depth)
         };
@@ -279,7 +280,7 @@ impl<C> Solver<'_, C> {
             &self.class.selection(),
             C::OFFSETS,
             given,
-            transfer.intervals,
+            (transfer.h, transfer.intervals),
             cost + self.detour(problem, &iterate.states[1..]),
             tolerances(&transfer.inequalities),
         )

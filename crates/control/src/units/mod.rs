@@ -97,6 +97,10 @@ impl Units {
         }
     }
 
+    pub(crate) fn time(&self) -> f64 {
+        self.time
+    }
+
     pub(crate) fn length(&self) -> f64 {
         self.length
     }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, StateConstraint};
+use lgvi_control::constraint::{
+    Corridor, FramePose, KeepOutCone, KeepOutSphere, Moving, StateConstraint,
+};
 use lgvi_control::{Constraint, Place};
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;
@@ -29,10 +31,20 @@ fn between_ends(constraint: &Constraint) -> Arc<dyn StateConstraint> {
 /// A state constraint and an independent formula for it in differentiating arithmetic, up to a positive factor.
 type Written = (Constraint, Box<dyn Fn(&Moved) -> Number>);
 
-fn written(rng: &mut fastrand::Rng) -> [Written; 3] {
+fn in_frame(constraint: impl StateConstraint, poses: &[FramePose]) -> Constraint {
+    Constraint::state(Moving::new(constraint, poses, 1.0).expect("a frame"))
+}
+
+fn written(rng: &mut fastrand::Rng) -> [Written; 5] {
     let mut unit = || Vector3::from_fn(|_, _| rng.f64() - 0.5).normalize();
     let (axis, direction, apex) = (unit(), unit(), unit());
     let (half_angle, radius) = (0.7, 0.9);
+    // In a frame, the cones are about axes that are turned with it.
+    let rotation = exp(&(2.0 * unit()));
+    let origin = unit();
+    let (apex_there, axis_there) = (origin + rotation * apex, rotation * axis);
+    let direction_there = rotation * direction;
+    let poses = vec![FramePose { origin, rotation }];
     [
         (
             Constraint::state(KeepOutCone::new(axis, direction, half_angle).expect("a cone")),
@@ -54,6 +66,22 @@ fn written(rng: &mut fastrand::Rng) -> [Written; 3] {
                 let epsilon = 1e-12 * (start().position - apex).norm();
                 let rounded = (dot(arm, arm) + epsilon * epsilon).sqrt();
                 (rounded - epsilon) * half_angle.cos() - dot(arm, constant(&axis))
+            }),
+        ),
+        (
+            in_frame(Corridor::new(apex, axis, half_angle).expect("a corridor"), &poses),
+            Box::new(move |s| {
+                let arm = minus(s.position, constant(&apex_there));
+                let epsilon = 1e-12 * (start().position - apex_there).norm();
+                let rounded = (dot(arm, arm) + epsilon * epsilon).sqrt();
+                (rounded - epsilon) * half_angle.cos() - dot(arm, constant(&axis_there))
+            }),
+        ),
+        (
+            in_frame(KeepOutCone::new(axis, direction, half_angle).expect("a cone"), &poses),
+            Box::new(move |s| {
+                let turned = product(&s.attitude, constant(&axis));
+                dot(turned, constant(&direction_there)) - half_angle.cos()
             }),
         ),
     ]

@@ -10,6 +10,7 @@ mod coupling;
 mod final_time;
 mod inequalities;
 mod maneuvers;
+mod moving;
 mod multistart;
 mod newton;
 mod own;

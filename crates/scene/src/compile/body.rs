@@ -1,16 +1,18 @@
-use std::sync::Arc;
-
 use lgvi_dynamics::gravity::{Moments, Multipole, Polyhedron};
-use lgvi_dynamics::{BodyError, BodyState, Drive, Inertia, Mobility, PointMass, RigidBody};
+use lgvi_dynamics::{BodyError, Drive, Inertia, Mobility, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
 use super::polyhedron::{DEGREE, polyhedron, work as work_of};
 use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile};
-use crate::scene::NamedBody;
 use crate::{SceneError, check};
 
-/// Compiles the body whose keys begin with `key`. Subtracts the cost of its point cloud from `work`.
-pub(super) fn body(key: &str, file: &BodyFile, work: &mut u64) -> Result<NamedBody, SceneError> {
+/// Compiles the body whose keys begin with `key`, and its surface if the file gives one. Subtracts the cost of its point
+/// cloud from `work`.
+pub(super) fn body(
+    key: &str,
+    file: &BodyFile,
+    work: &mut u64,
+) -> Result<(RigidBody, Option<Polyhedron>), SceneError> {
     check::name(&format!("{key}.name"), &file.name)?;
     let mobility = mobility(&format!("{key}.mobility"), &file.mobility)?;
     let (body, mesh) = rigid_body(key, file, &mobility, work)?;
@@ -20,13 +22,7 @@ pub(super) fn body(key: &str, file: &BodyFile, work: &mut u64) -> Result<NamedBo
         .map_err(|_| {
             SceneError::value(format!("{key}.radius"), file.radius, "a finite number ≥ 0")
         })?;
-    Ok(NamedBody {
-        name: file.name.clone(),
-        frame: file.name.clone(),
-        state: state(key, file, &body)?,
-        body,
-        mesh: mesh.map(Arc::new),
-    })
+    Ok((body, mesh))
 }
 
 fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {
@@ -222,38 +218,5 @@ fn homogeneous(key: &str, axes: [f64; 3], second: &Matrix3<f64>) -> Result<Inert
     Inertia::new(matrix).map_err(|error| {
         let expected = format!("an ellipsoid that is a rigid body: {error}");
         SceneError::value(format!("{key}.multipole.ellipsoid"), axes, expected)
-    })
-}
-
-/// Returns the state at the epoch. Only velocities that the mobility leaves free may and must be given.
-fn state(key: &str, file: &BodyFile, body: &RigidBody) -> Result<BodyState, SceneError> {
-    let position = check::vector(&format!("{key}.position"), file.position)?;
-    let attitude = check::rotation(&format!("{key}.attitude"), &file.attitude)?;
-    let (moves, turns, kind) = match body.mobility() {
-        Mobility::Free => (true, true, "free"),
-        Mobility::Pivoted => (false, true, "pivoted"),
-        Mobility::Fixed => (false, false, "fixed"),
-        Mobility::Driven(_) => (false, false, "driven"),
-    };
-    let rate = |name: &str, value: Option<[f64; 3]>, wanted: bool| {
-        let key = format!("{key}.{name}");
-        match value {
-            Some(value) if wanted => check::vector(&key, value),
-            Some(value) => {
-                let expected = format!("none: the body is {kind}");
-                Err(SceneError::value(key, value, expected))
-            }
-            None if wanted => {
-                let expected = format!("three numbers, as the body is {kind}");
-                Err(SceneError::missing(key, expected))
-            }
-            None => Ok(Vector3::zeros()),
-        }
-    };
-    let velocity = rate("velocity", file.velocity, moves)?;
-    let angular_velocity = rate("angular_velocity", file.angular_velocity, turns)?;
-    Ok(match body.mobility() {
-        Mobility::Driven(drive) => drive.state(body, position, attitude),
-        _ => BodyState::from_velocities(body, position, velocity, attitude, angular_velocity),
     })
 }

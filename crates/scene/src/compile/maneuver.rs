@@ -1,5 +1,6 @@
 mod actuation;
 mod constraints;
+mod foretold;
 mod options;
 mod target;
 
@@ -36,7 +37,8 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     let maneuver = Maneuver {
         body,
         target: target::target(scene, body, &file.target, motion)?,
-        constraints: constraints::constraints(&file.constraints, motion, &actuation)?,
+        foretold: file.target.relative_to.is_some(),
+        constraints: constraints::constraints(scene, body, &file.constraints, motion, &actuation)?,
         actuation,
         dynamics: dynamics(scene, file),
         processed: file.processed,

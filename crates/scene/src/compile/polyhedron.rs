@@ -37,11 +37,16 @@ pub(super) fn polyhedron(
         vertices,
         faces,
         obj,
+        obj_file,
         degree: _,
     } = file;
     let misplaced = |name: &str, value: &dyn std::fmt::Debug, expected: &str| {
         Err(SceneError::value(format!("{key}.{name}"), value, expected))
     };
+    if let Some(path) = obj_file {
+        let expected = "the mesh itself as `obj`: only scenes that are read from a file can name another";
+        return misplaced("obj_file", path, expected);
+    }
     if let (Some(subdivisions), None) = (subdivisions, ellipsoid) {
         let expected = "none without an `ellipsoid`";
         return misplaced("subdivisions", subdivisions, expected);

@@ -1,33 +1,49 @@
 use serde::Deserialize;
 
-use super::AttitudeFile;
+use super::{AttitudeFile, RelativeFile};
 use crate::compile::ConstraintFile;
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ManeuverFile {
+    /// Name of the planned body.
     pub body: String,
+    /// Discrete dynamics of the plan; by default the scene's integrator if it is one of the two, else "lgvi".
     pub dynamics: Option<DynamicsFile>,
+    /// Plans Lie–Euler steps between boundary states that are moved by half a drift (§4.5).
     #[serde(default)]
     pub processed: bool,
+    /// The planned motion: "full" by default.
     #[serde(default)]
     pub motion: MotionFile,
+    /// Weight of the force: a number, three, or a symmetric positive definite 3×3 matrix; 1 by default.
     pub force_weight: Option<WeightFile>,
+    /// Weight of the moment: a number, three, or a symmetric positive definite 3×3 matrix; 1 by default.
     pub moment_weight: Option<WeightFile>,
+    /// One to six actuators that replace force, moment and their weights.
     pub actuators: Option<Vec<ActuatorFile>>,
+    /// Constraints along the path.
     #[serde(default)]
     pub constraints: Vec<ConstraintFile>,
+    /// Finds the duration, a local minimum of the cost plus `weight` times the duration.
     pub final_time: Option<FinalTimeFile>,
+    /// Takes the cheapest local minimum from several starts; not with `final_time`.
     pub search: Option<SearchFile>,
+    /// Replans in flight.
     pub replan: Option<ReplanFile>,
+    /// Flies the gains of neighboring extremals.
     #[serde(default)]
     pub feedback: bool,
+    /// Settings of the solver.
     #[serde(default)]
     pub solver: SolverFile,
+    /// Set of states in which the maneuver may end; what it omits is free.
     pub target: TargetFile,
 }
 
 #[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum DynamicsFile {
     LieEuler,
@@ -35,15 +51,20 @@ pub(crate) enum DynamicsFile {
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum MotionFile {
     #[default]
+    /// Position and attitude.
     Full,
+    /// The position alone.
     Translation,
+    /// The attitude alone.
     Rotation,
 }
 
 #[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected a number, three numbers or a 3×3 matrix"
@@ -55,12 +76,16 @@ pub(crate) enum WeightFile {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ActuatorFile {
+    /// Force of a unit command, inertial frame.
     #[serde(default)]
     pub force: [f64; 3],
+    /// Moment of a unit command, body frame.
     #[serde(default)]
     pub moment: [f64; 3],
+    /// Weight of the command.
     #[serde(default = "one")]
     pub weight: f64,
 }
@@ -70,38 +95,53 @@ fn one() -> f64 {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FinalTimeFile {
+    /// Shortest duration.
     pub min: f64,
+    /// Longest duration; that of the run by default.
     pub max: Option<f64>,
+    /// Cost of a unit of time.
     #[serde(default)]
     pub weight: f64,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SearchFile {
+    /// Number of starts.
     pub starts: u32,
+    /// Seed of the random starts.
     #[serde(default)]
     pub seed: u64,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ReplanFile {
+    /// Steps from one plan to the next.
     pub every: u64,
+    /// Wall-clock time in which a plan must be ready (s).
     pub deadline: f64,
 }
 
 #[derive(Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct SolverFile {
+    /// "newton" by default; "shooting" plans only the full motion to a state in Lie–Euler steps.
     pub method: SolverMethodFile,
+    /// Largest terminal error, relative to the size of each quantity; 1e-12 by default.
     pub tolerance: Option<f64>,
+    /// Largest number of iterations per resolution and guess; 300 by default, 200 for shooting.
     pub max_iterations: Option<u32>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum SolverMethodFile {
     #[default]
@@ -110,26 +150,42 @@ pub(crate) enum SolverMethodFile {
 }
 
 #[derive(Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TargetFile {
+    /// Axes that position, velocity, attitude and angular velocity are relative to, at the end of the run; the inertial
+    /// frame by default.
+    pub relative_to: Option<RelativeFile>,
+    /// Final position.
     pub position: Option<[f64; 3]>,
+    /// Final velocity, as seen in the axes of the position; only with `position`.
     pub velocity: Option<[f64; 3]>,
+    /// An ellipse about the central attractor, any point of which may be the end.
     pub orbit: Option<OrbitFile>,
+    /// Final attitude, from the body frame to the inertial frame or to the axes of `relative_to`.
     pub attitude: Option<AttitudeFile>,
+    /// An axis of the body that points in a given direction at the end.
     pub spin_axis: Option<SpinAxisFile>,
+    /// Final angular velocity relative to these axes, body frame (rad per unit of time).
     pub angular_velocity: Option<[f64; 3]>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct OrbitFile {
+    /// A position on the ellipse, inertial frame.
     pub position: [f64; 3],
+    /// The velocity there, inertial frame.
     pub velocity: [f64; 3],
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpinAxisFile {
+    /// Axis, body frame, of any length.
     pub axis: [f64; 3],
+    /// Direction of the axis, inertial frame, of any length.
     pub direction: [f64; 3],
 }

@@ -4,24 +4,35 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::Collection;
-use crate::{SceneError, check};
+use super::named::{Constants, NamedFile};
+use crate::{SceneError, Units, check};
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CentralFile {
-    gm: f64,
+    /// A body of the solar system, whose constants are the defaults of the other keys.
+    body: Option<NamedFile>,
+    /// Gravitational parameter.
+    gm: Option<f64>,
+    /// Oblateness; 0 by default, or that of `body`.
     j2: Option<f64>,
+    /// Radius that `j2` refers to.
     reference_radius: Option<f64>,
+    /// Axis of the attractor, inertial frame, of any length; [0, 0, 1] by default, or that of `body` at J2000 in the ICRF.
     pole: Option<[f64; 3]>,
+    /// Position of the center, inertial frame.
     #[serde(default)]
     position: [f64; 3],
-    #[serde(default)]
-    radius: f64,
+    /// Radius of a sphere that no body may enter; 0 (none) by default, or the mean radius of `body`.
+    radius: Option<f64>,
 }
 
 /// A fixed attractor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentralAttractor {
+    /// Name, if it is a body of the solar system.
+    pub name: Option<&'static str>,
     /// Gravitational parameter `GM`.
     pub gm: f64,
     /// Position of the center, inertial frame.
@@ -53,13 +64,27 @@ pub struct Oblateness {
 }
 
 impl CentralAttractor {
-    /// Creates the attractor from the scene file.
-    pub(super) fn parse(file: &CentralFile) -> Result<Self, SceneError> {
-        let gm = check::positive("gravity.central.gm", file.gm)?;
+    /// Creates the attractor from the scene file. The keys of the file override the constants of its body.
+    pub(super) fn parse(file: &CentralFile, units: &Units) -> Result<Self, SceneError> {
+        let known = file.body.map(|body| body.constants(units));
+        let gm = match (file.gm, &known) {
+            (Some(gm), _) => check::positive("gravity.central.gm", gm)?,
+            (None, Some(known)) => known.gm,
+            (None, None) => {
+                let expected = "a number > 0, or the name of a `body`";
+                return Err(SceneError::missing("gravity.central.gm", expected));
+            }
+        };
         let position = check::vector("gravity.central.position", file.position)?;
-        let oblateness = oblateness(file)?;
-        Self::new(gm, position, file.radius, oblateness).map_err(|_| {
-            SceneError::value("gravity.central.radius", file.radius, "a finite number ≥ 0")
+        let radius = file.radius.or(known.map(|known| known.radius));
+        let radius = radius.unwrap_or(0.0);
+        let oblateness = oblateness(file, known.as_ref())?;
+        let attractor = Self::new(gm, position, radius, oblateness).map_err(|_| {
+            SceneError::value("gravity.central.radius", radius, "a finite number ≥ 0")
+        })?;
+        Ok(Self {
+            name: known.map(|known| known.name),
+            ..attractor
         })
     }
 
@@ -88,6 +113,7 @@ impl CentralAttractor {
             }
         };
         Ok(Self {
+            name: None,
             gm,
             position,
             radius,
@@ -105,11 +131,22 @@ impl CentralAttractor {
     }
 }
 
-fn oblateness(file: &CentralFile) -> Result<Option<Oblateness>, SceneError> {
-    let Some(j2) = file.j2 else {
+fn oblateness(
+    file: &CentralFile,
+    known: Option<&Constants>,
+) -> Result<Option<Oblateness>, SceneError> {
+    let CentralFile {
+        j2,
+        reference_radius,
+        pole,
+        ..
+    } = *file;
+    // An oblateness of 0 makes the attractor a sphere.
+    let known = known.filter(|_| j2 != Some(0.0));
+    let Some(j2) = j2.or(known.map(|known| known.j2)) else {
         let unused = [
-            ("reference_radius", file.reference_radius.is_some()),
-            ("pole", file.pole.is_some()),
+            ("reference_radius", reference_radius.is_some()),
+            ("pole", pole.is_some()),
         ];
         return match unused.into_iter().find(|(_, given)| *given) {
             Some((key, _)) => Err(SceneError::missing(
@@ -119,13 +156,19 @@ fn oblateness(file: &CentralFile) -> Result<Option<Oblateness>, SceneError> {
             None => Ok(None),
         };
     };
-    let radius = file.reference_radius.ok_or_else(|| {
-        SceneError::missing(
-            "gravity.central.reference_radius",
-            "the radius that belongs to `j2`",
-        )
-    })?;
-    let pole = file.pole.unwrap_or([0.0, 0.0, 1.0]);
+    let radius = match (reference_radius, known) {
+        (Some(radius), _) => radius,
+        (None, Some(known)) => known.reference_radius,
+        (None, None) if file.body.is_some() => return Ok(None),
+        (None, None) => {
+            let expected = "the radius that belongs to `j2`";
+            return Err(SceneError::missing(
+                "gravity.central.reference_radius",
+                expected,
+            ));
+        }
+    };
+    let pole = pole.unwrap_or_else(|| known.map_or([0.0, 0.0, 1.0], |known| known.pole.into()));
     let length = check::vector("gravity.central.pole", pole)?.norm();
     if !length.is_normal() {
         let expected = "the direction of the pole, of any length > 0";

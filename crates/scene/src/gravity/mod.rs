@@ -1,6 +1,7 @@
 //! Gravity of a scene: the fields that act on all bodies in flight, and on one body in the planner.
 
 mod central;
+mod named;
 
 pub use central::{CentralAttractor, Oblateness};
 
@@ -8,7 +9,7 @@ use lgvi_dynamics::gravity::{Field, Gravity, Mutual, Sources, Uniform};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use crate::{NamedBody, SceneError, check};
+use crate::{NamedBody, SceneError, Units, check};
 use central::CentralFile;
 
 /// Gravity of a scene, in its units. Each contribution is optional.
@@ -23,22 +24,30 @@ pub struct SceneGravity {
 }
 
 #[derive(Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct GravityFile {
+    /// A fixed attractor.
     central: Option<CentralFile>,
+    /// A uniform field.
     uniform: Option<UniformFile>,
+    /// Mutual attraction of the bodies.
     mutual: Option<MutualFile>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct UniformFile {
+    /// Acceleration, inertial frame.
     acceleration: [f64; 3],
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct MutualFile {
+    /// Gravitational constant, in the units of the scene.
     constant: f64,
 }
 
@@ -61,10 +70,13 @@ impl Collection for Vec<Box<dyn Field>> {
 
 impl SceneGravity {
     /// Creates the gravity from the scene file.
-    pub(crate) fn parse(file: &GravityFile) -> Result<Self, SceneError> {
+    pub(crate) fn parse(file: &GravityFile, units: &Units) -> Result<Self, SceneError> {
         let (central, uniform, mutual) = (&file.central, &file.uniform, &file.mutual);
         Ok(Self {
-            central: central.as_ref().map(CentralAttractor::parse).transpose()?,
+            central: central
+                .as_ref()
+                .map(|file| CentralAttractor::parse(file, units))
+                .transpose()?,
             uniform: uniform
                 .as_ref()
                 .map(|file| check::vector("gravity.uniform.acceleration", file.acceleration))

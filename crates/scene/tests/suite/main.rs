@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod axes;
 mod bodies;
 mod chosen;
 mod classes;
@@ -9,10 +10,12 @@ mod discretization;
 mod disturbances;
 mod ensembles;
 mod extremes;
+mod foretold;
 mod frames;
 mod gravity;
 mod integrators;
 mod maneuvers;
+mod orbits;
 mod planned;
 mod resolution;
 mod shapes;

@@ -4,6 +4,7 @@ use lgvi_control::constraint::{ComponentLimit, Corridor, KeepOutCone, NormLimit}
 use lgvi_control::{NewtonSettings, Plan, Start, solve};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::shipped::shipped;
 
@@ -78,4 +79,62 @@ fn the_chaser_stays_in_the_corridor_within_the_force_of_its_thrusters() {
         .fold(0.0, f64::max);
     assert!((largest - limit).abs() < 1e-6, "{largest}");
     assert!(plan.controls.iter().all(|u| u.moment.norm() == 0.0));
+}
+
+/// Seen from the satellite, the chaser stays in the corridor at the end of every step, and ends at rest before the port.
+#[test]
+fn the_chaser_follows_the_corridor_of_the_tumbling_satellite() {
+    let scene = shipped("tumbling_target");
+    let plan = plan(&scene);
+    let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+    let turn = |states: &[BodyState]| {
+        let [satellite, chaser] = states else {
+            panic!("two bodies")
+        };
+        let seen = satellite.attitude.tr_mul(&(chaser.position - satellite.position));
+        let attitude = satellite.attitude.tr_mul(&chaser.attitude);
+        (seen, attitude)
+    };
+    let first = simulation.states()[0].attitude;
+    let mut poses = Vec::new();
+    for control in &plan.controls {
+        simulation.advance(&[Load::default(), *control]).unwrap();
+        poses.push(turn(simulation.states()));
+    }
+    // More than half a turn.
+    let tumbled = lgvi_lie::log(&first.tr_mul(&simulation.states()[0].attitude));
+    assert!(tumbled.norm() > 1.5, "{tumbled}");
+    let angles = poses.iter().map(|(seen, _)| Vector3::x().angle(&(seen - 0.5 * Vector3::x())));
+    let widest = angles.fold(0.0, f64::max).to_degrees();
+    assert!((widest - 12.0).abs() < 1e-2, "{widest}");
+    assert!(widest < 12.0 + 1e-6, "{widest}");
+    let largest = plan.controls.iter().map(|u| u.force.norm());
+    assert!(largest.fold(0.0, f64::max) < 25.0 + 1e-6);
+
+    let [(before, _), (end, attitude)] = poses[poses.len() - 2..] else {
+        panic!("two poses")
+    };
+    assert!((end - Vector3::new(3.0, 0.0, 0.0)).norm() < 1e-6, "{end}");
+    let opposite = Matrix3::from_diagonal(&Vector3::new(-1.0, -1.0, 1.0));
+    assert!((attitude - opposite).norm() < 1e-9, "{attitude}");
+    // At rest in the axes: in the last step it comes to the end with the acceleration of the thrust.
+    assert!((end - before).norm() < 0.5 * 25.0 / 800.0 + 1e-3, "{before}");
+    let [satellite, chaser] = simulation.states() else {
+        panic!("two bodies")
+    };
+    let [one, other] = [&scene.bodies[0].body, &scene.bodies[1].body];
+    let rate = satellite.attitude * satellite.angular_velocity(one);
+    let arm = chaser.position - satellite.position;
+    let slip = chaser.velocity(other) - satellite.velocity(one) - rate.cross(&arm);
+    assert!(slip.norm() < 1e-6, "{slip}");
+    let twist = chaser.attitude * chaser.angular_velocity(other) - rate;
+    assert!(twist.norm() < 1e-9, "{twist}");
+
+    // The rest of it, planned anew on the way, is the rest of the plan.
+    let step = 60;
+    let rest = scene.transfer_from(plan.states[step], 240 - step).unwrap().unwrap();
+    let rest = solve(&rest, Start::Cold, &NewtonSettings::default(), |_| true).unwrap();
+    for (one, other) in plan.states[step..].iter().zip(&rest.states) {
+        assert!((one.position - other.position).norm() < 1e-3);
+    }
 }

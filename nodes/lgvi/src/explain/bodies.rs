@@ -1,5 +1,5 @@
 use lgvi_dynamics::{Inertia, MassDistribution, Mobility, RigidBody};
-use lgvi_scene::NamedBody;
+use lgvi_scene::{NamedBody, Units};
 use serde::Serialize;
 
 /// What a body is to the integrators and to gravity.
@@ -9,14 +9,31 @@ pub(super) struct Body {
     pub(super) kind: &'static str,
     pub(super) mobility: &'static str,
     pub(super) distribution: String,
+    /// How the scene gives the initial state, unless by numbers in the inertial frame.
+    pub(super) given: Option<String>,
+    /// Initial position, inertial frame (m).
+    pub(super) position: [f64; 3],
+    /// Initial velocity, inertial frame (m/s).
+    pub(super) velocity: [f64; 3],
+    /// Initial attitude, body to inertial, by rows.
+    pub(super) attitude: [[f64; 3]; 3],
+    /// Initial angular velocity, body frame (rad/s).
+    pub(super) angular_velocity: [f64; 3],
 }
 
 /// Difference of principal moments, of the greatest, that is rounding.
 const EQUAL: f64 = 1e-9;
 
 impl Body {
-    pub(super) fn of(named: &NamedBody) -> Self {
+    pub(super) fn of(named: &NamedBody, units: &Units) -> Self {
+        let (body, state) = (&named.body, &named.state);
+        let attitude = &state.attitude;
         Self {
+            given: named.given.clone(),
+            position: (state.position * units.length).into(),
+            velocity: (state.velocity(body) * (units.length / units.time)).into(),
+            attitude: std::array::from_fn(|i| std::array::from_fn(|j| attitude[(i, j)])),
+            angular_velocity: (state.angular_velocity(body) / units.time).into(),
             name: named.name.clone(),
             kind: kind(named.body.inertia()),
             mobility: match named.body.mobility() {

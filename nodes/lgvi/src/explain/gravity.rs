@@ -15,6 +15,7 @@ pub(super) struct Gravity {
 
 #[derive(Debug, Serialize)]
 struct Central {
+    name: Option<&'static str>,
     /// (m³/s²)
     gm: f64,
     j2: Option<f64>,
@@ -30,6 +31,7 @@ impl Gravity {
         let gravity = &scene.gravity;
         Self {
             central: gravity.central.as_ref().map(|central| Central {
+                name: central.name,
                 gm: central.gm * acceleration * area,
                 j2: central.oblateness.map(|oblateness| oblateness.j2),
                 radius: central.radius * units.length,
@@ -45,12 +47,13 @@ impl Gravity {
 impl fmt::Display for Gravity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
-        if let Some(Central { gm, j2, .. }) = &self.central {
+        if let Some(Central { name, gm, j2, .. }) = &self.central {
             let shape = match j2 {
                 Some(j2) => format!("oblate with J₂ = {j2:e}"),
                 None => "a sphere or point".into(),
             };
-            parts.push(format!("fixed attractor, {shape}, GM = {gm:e} m³/s²"));
+            let name = name.unwrap_or("fixed attractor");
+            parts.push(format!("{name}, {shape}, GM = {gm:e} m³/s²"));
         }
         if let Some(g) = &self.uniform {
             parts.push(format!("uniform, {g:?} m/s²"));

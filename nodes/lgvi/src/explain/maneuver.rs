@@ -1,5 +1,6 @@
 use std::fmt::{self, Display, Formatter};
 
+use lgvi_control::terminal::FinalPosition;
 use lgvi_control::{Dynamics, Motion, Place};
 use lgvi_dynamics::{MassDistribution, RigidBody};
 use lgvi_scene::{Scene, SolverMethod};
@@ -12,6 +13,8 @@ pub(super) struct Maneuver {
     pub(super) body: String,
     /// Where to.
     target: String,
+    /// The final position (m) and velocity (m/s) of a target that is relative to another body, inertial frame.
+    arrival: Option<[[f64; 3]; 2]>,
     /// Which motion, in which steps.
     motion: &'static str,
     dynamics: &'static str,
@@ -59,6 +62,7 @@ impl Maneuver {
         Some(Self {
             body: scene.bodies[maneuver.body].name.clone(),
             target: target.join(", "),
+            arrival: arrival(scene, maneuver),
             motion: match maneuver.motion {
                 Motion::Full => "full motion",
                 Motion::Translation => "translation",
@@ -79,6 +83,17 @@ impl Maneuver {
     }
 }
 
+/// Where a target that is relative to another body is at the end.
+fn arrival(scene: &Scene, maneuver: &lgvi_scene::Maneuver) -> Option<[[f64; 3]; 2]> {
+    maneuver.foretold.then_some(())?;
+    let position = maneuver.target.condition(Place::Position)?;
+    let position: &FinalPosition = position.downcast_ref()?;
+    let (units, mass) = (&scene.units, scene.bodies[maneuver.body].body.mass());
+    let velocity = position.linear_momentum()? / mass;
+    let velocity = velocity * (units.length / units.time);
+    Some([(position.position() * units.length).into(), velocity.into()])
+}
+
 /// Whether gravity may pull a body by how it is turned, or turn it by where it is.
 fn is_coupled(body: &RigidBody) -> bool {
     match body.distribution() {
@@ -92,6 +107,7 @@ impl Display for Maneuver {
         let Self {
             body,
             target,
+            arrival,
             motion,
             dynamics,
             solver,
@@ -102,6 +118,9 @@ impl Display for Maneuver {
             f,
             "of {body} to {target}: {motion}, planned in {dynamics} steps by {solver}"
         )?;
+        if let Some([position, velocity]) = arrival {
+            write!(f, "; foretold at {position:?} m with {velocity:?} m/s")?;
+        }
         match constraints {
             0 => {}
             1 => write!(f, ", under a constraint")?,

@@ -78,7 +78,11 @@ impl Explanation {
             duration: scene.duration * scene.units.time,
             steps: scene.steps,
             step_size: scene.h() * scene.units.time,
-            bodies: scene.bodies.iter().map(Body::of).collect(),
+            bodies: scene
+                .bodies
+                .iter()
+                .map(|named| Body::of(named, &scene.units))
+                .collect(),
             gravity: Gravity::of(scene),
             maneuver: Maneuver::of(scene),
             disturbance: scene.disturbance.map(|disturbance| disturbance.seed),

@@ -19,6 +19,13 @@ impl Display for Explanation {
                 "\n  body        {}: {}, {}, {}",
                 body.name, body.kind, body.mobility, body.distribution
             )?;
+            if let Some(given) = &body.given {
+                write!(
+                    f,
+                    "\n  state       by {given}: position {:?} m, velocity {:?} m/s, attitude {:?}, angular velocity {:?} rad/s",
+                    body.position, body.velocity, body.attitude, body.angular_velocity
+                )?;
+            }
         }
         write!(f, "\n  gravity     {}", self.gravity)?;
         if let Some(maneuver) = &self.maneuver {

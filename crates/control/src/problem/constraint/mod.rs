@@ -11,6 +11,7 @@ mod command;
 mod cone;
 mod corridor;
 mod limits;
+mod moving;
 mod set;
 mod sphere;
 
@@ -31,6 +32,7 @@ pub use command::CommandInequality;
 pub use cone::KeepOutCone;
 pub use corridor::Corridor;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
+pub use moving::{FramePose, Moving};
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use sphere::KeepOutSphere;
 
@@ -98,6 +100,11 @@ pub trait StateConstraint: Comparable + Debug + Send + Sync {
         _start: &Vector3<f64>,
         _end: Option<&Vector3<f64>>,
     ) -> Option<Arc<dyn StateConstraint>> {
+        None
+    }
+
+    /// The constraint as it is at a time after the start of the transfer. Returns `None` if it does not change with time.
+    fn at(&self, _time: f64) -> Option<Arc<dyn StateConstraint>> {
         None
     }
 }

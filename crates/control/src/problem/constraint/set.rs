@@ -26,6 +26,8 @@ pub(crate) struct StateInequality {
     units: Units,
     /// The allowed violation.
     slack: f64,
+    /// Time of the transfer's start, in the units of the constraint.
+    start: f64,
 }
 
 impl InequalitySet {
@@ -55,6 +57,7 @@ impl InequalitySet {
                         .unwrap_or_else(|| constraint.clone()),
                     units: Units::ones(),
                     slack: 0.0,
+                    start: 0.0,
                 }),
             }
         }
@@ -75,6 +78,18 @@ impl InequalitySet {
         };
         Self {
             command: self.command.iter().map(|row| row.of(&commands)).collect(),
+            state: self.state.iter().map(state).collect(),
+        }
+    }
+
+    /// The inequalities of the transfer that starts `time` later.
+    pub(crate) fn later(&self, time: f64) -> Self {
+        let state = |row: &StateInequality| StateInequality {
+            start: row.start + time,
+            ..row.clone()
+        };
+        Self {
+            command: self.command.clone(),
             state: self.state.iter().map(state).collect(),
         }
     }
@@ -103,6 +118,19 @@ impl StateInequality {
         let range = self.constraint.applies();
         let ends = (1..=intervals).map(|end| end as f64 / intervals as f64);
         ends.map(|part| range.contains(&part)).collect()
+    }
+
+    /// The inequality at the end of each of `intervals` intervals of length `h`, or nothing if it is always the same.
+    pub(crate) fn through(&self, h: f64, intervals: usize) -> Vec<Self> {
+        let h = h * self.units.time();
+        let at = |end: usize| {
+            let constraint = self.constraint.at(self.start + h * end as f64)?;
+            Some(Self {
+                constraint,
+                ..self.clone()
+            })
+        };
+        (1..=intervals).map_while(at).collect()
     }
 
     /// The unit of the coordinate.

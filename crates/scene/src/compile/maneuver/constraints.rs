@@ -1,51 +1,82 @@
 use lgvi_control::constraint::{
-    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit,
+    CommandLimit, ComponentLimit, Corridor, FramePose, KeepOutCone, KeepOutSphere, Moving,
+    NormLimit, StateConstraint,
 };
 use lgvi_control::{Actuation, Constraint, Motion, ParameterError, Place};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::moves;
-use crate::SceneError;
+use super::{foretold, moves};
 use crate::angle::{AngleFile, angle};
+use crate::file::RelativeFile;
+use crate::{Scene, SceneError};
 
 /// A constraint in the form of the scene file. Each kind has one variant here and one arm in [`constraint`].
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum ConstraintFile {
+    /// Bounds on the commands.
     Commands {
+        /// Largest size of each command: one number, or one per actuator.
         limit: LimitFile,
     },
+    /// Bounds on the components of the force, inertial axes.
     ForceComponents {
+        /// Largest size of each component: one number or three.
         limit: LimitFile,
     },
+    /// Bounds on the components of the moment, body axes.
     MomentComponents {
+        /// Largest size of each component: one number or three.
         limit: LimitFile,
     },
+    /// A bound on the norm of the force.
     ForceNorm {
+        /// Largest norm.
         limit: f64,
     },
+    /// A bound on the norm of the moment.
     MomentNorm {
+        /// Largest norm.
         limit: f64,
     },
+    /// A cone that an axis of the body stays out of.
     KeepOutCone {
+        /// Axis, body frame, of any length.
         axis: [f64; 3],
+        /// Axis of the cone, inertial frame, of any length.
         direction: [f64; 3],
+        /// Half-angle of the cone, 0 to π (rad, or a text such as "25 deg").
         half_angle: AngleFile,
+        /// Axes that `direction` is relative to; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
     },
+    /// A sphere that the center of mass stays out of.
     KeepOutSphere {
+        /// Center of the sphere, inertial frame.
         #[serde(alias = "centre")]
         center: [f64; 3],
+        /// Radius of the sphere.
         radius: f64,
+        /// Axes that `center` is relative to; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
     },
+    /// A cone that the center of mass stays in.
     Corridor {
+        /// Apex of the cone, inertial frame.
         apex: [f64; 3],
+        /// Axis of the cone from the apex inwards, inertial frame, of any length.
         axis: [f64; 3],
+        /// Half-angle of the cone, 0 to π/2 (rad, or a text such as "25 deg").
         half_angle: AngleFile,
+        /// Axes that `apex` and `axis` are relative to; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
     },
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected a number, or one for each axis or command"
@@ -55,7 +86,10 @@ pub(crate) enum LimitFile {
     Each(Vec<f64>),
 }
 
+/// Compiles the constraints on the body with the index `body`.
 pub(super) fn constraints(
+    scene: &Scene,
+    body: usize,
     files: &[ConstraintFile],
     motion: Motion,
     actuation: &Actuation,
@@ -65,7 +99,14 @@ pub(super) fn constraints(
         .enumerate()
         .map(|(index, file)| {
             let key = |name: &str| format!("maneuver.constraints[{index}].{name}");
-            let constraint = constraint(file, actuation)
+            let frame = match file.relative_to() {
+                None => None,
+                Some(file) => {
+                    let axes = foretold::axes(scene, body, &key("relative_to"), file)?;
+                    Some((axes.iter().map(FramePose::from).collect(), scene.h()))
+                }
+            };
+            let constraint = constraint(file, actuation, frame)
                 .map_err(|error| SceneError::parameter(key(error.name), error))?;
             check_motion(&key("kind"), &constraint, motion)?;
             Ok(constraint)
@@ -88,7 +129,33 @@ fn check_motion(key: &str, constraint: &Constraint, motion: Motion) -> Result<()
     Err(SceneError::value(key, constraint.name(), expected))
 }
 
-fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint, ParameterError> {
+impl ConstraintFile {
+    pub(super) fn relative_to(&self) -> Option<&RelativeFile> {
+        match self {
+            Self::KeepOutCone { relative_to, .. }
+            | Self::KeepOutSphere { relative_to, .. }
+            | Self::Corridor { relative_to, .. } => relative_to.as_ref(),
+            _ => None,
+        }
+    }
+}
+
+/// The poses of a frame at the ends of steps, and the length of a step.
+type Frame = Option<(Vec<FramePose>, f64)>;
+
+/// Returns a constraint on states in a frame, or in the inertial frame.
+fn state(constraint: impl StateConstraint, frame: Frame) -> Result<Constraint, ParameterError> {
+    Ok(match frame {
+        None => Constraint::state(constraint),
+        Some((poses, h)) => Constraint::state(Moving::new(constraint, poses, h)?),
+    })
+}
+
+fn constraint(
+    file: &ConstraintFile,
+    actuation: &Actuation,
+    frame: Frame,
+) -> Result<Constraint, ParameterError> {
     use ConstraintFile as File;
     use Place::{Attitude, Position};
     Ok(match file {
@@ -105,23 +172,25 @@ fn constraint(file: &ConstraintFile, actuation: &Actuation) -> Result<Constraint
             axis,
             direction,
             half_angle,
-        } => Constraint::state(KeepOutCone::new(
-            (*axis).into(),
-            (*direction).into(),
-            angle("half_angle", half_angle)?,
-        )?),
-        File::KeepOutSphere { center, radius } => {
-            Constraint::state(KeepOutSphere::new((*center).into(), *radius)?)
+            ..
+        } => {
+            let half_angle = angle("half_angle", half_angle)?;
+            let cone = KeepOutCone::new((*axis).into(), (*direction).into(), half_angle)?;
+            state(cone, frame)?
+        }
+        File::KeepOutSphere { center, radius, .. } => {
+            state(KeepOutSphere::new((*center).into(), *radius)?, frame)?
         }
         File::Corridor {
             apex,
             axis,
             half_angle,
-        } => Constraint::state(Corridor::new(
-            (*apex).into(),
-            (*axis).into(),
-            angle("half_angle", half_angle)?,
-        )?),
+            ..
+        } => {
+            let half_angle = angle("half_angle", half_angle)?;
+            let corridor = Corridor::new((*apex).into(), (*axis).into(), half_angle)?;
+            state(corridor, frame)?
+        }
     })
 }
 

@@ -1,8 +1,10 @@
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
-use lgvi_control::{Motion, Terminal};
+use lgvi_control::{Motion as Planned, Terminal};
+use nalgebra::{Matrix3, Vector3};
 
-use super::moves;
-use crate::file::TargetFile;
+use super::{foretold, moves};
+use crate::axes::Motion;
+use crate::file::{AttitudeFile, RelativeFile, TargetFile};
 use crate::{Scene, SceneError, check};
 
 /// Compiles the set in which the maneuver may end. Quantities that the file omits are free.
@@ -10,9 +12,14 @@ pub(super) fn target(
     scene: &Scene,
     body: usize,
     file: &TargetFile,
-    motion: Motion,
+    motion: Planned,
 ) -> Result<Terminal, SceneError> {
     check_motion(file, motion)?;
+    let inertial = match &file.relative_to {
+        None => None,
+        Some(relative) => Some(inertial(scene, body, file, relative)?),
+    };
+    let file = inertial.as_ref().unwrap_or(file);
     let target = translation(scene, body, file, Terminal::FREE)?;
     let target = rotation(scene, body, file, target)?;
     if target == Terminal::FREE {
@@ -22,8 +29,52 @@ pub(super) fn target(
     Ok(target)
 }
 
+/// Returns the target in the inertial frame, of one that is relative to axes at the end of the run.
+fn inertial(
+    scene: &Scene,
+    body: usize,
+    file: &TargetFile,
+    relative: &RelativeFile,
+) -> Result<TargetFile, SceneError> {
+    let unrelated = [
+        ("orbit", file.orbit.is_some()),
+        ("spin_axis", file.spin_axis.is_some()),
+    ];
+    if let Some((name, _)) = unrelated.into_iter().find(|(_, given)| *given) {
+        let expected = "none beside `relative_to`";
+        return Err(SceneError::value(key(name), "given", expected));
+    }
+    let vector = |name: &str, value: Option<[f64; 3]>| match value {
+        Some(value) => check::vector(&key(name), value),
+        None => Ok(Vector3::zeros()),
+    };
+    let attitude = file.attitude.as_ref();
+    let attitude = attitude.map(|attitude| check::rotation(&key("attitude"), attitude));
+    let given = Motion {
+        position: vector("position", file.position)?,
+        velocity: vector("velocity", file.velocity)?,
+        attitude: attitude.transpose()?.unwrap_or_else(Matrix3::identity),
+        angular_velocity: vector("angular_velocity", file.angular_velocity)?,
+    };
+    let axes = foretold::axes(scene, body, &key("relative_to"), relative)?;
+    let Some(last) = axes.last() else {
+        return Err(SceneError::missing(key("relative_to"), "a run with steps"));
+    };
+    let end = last.moved(&given);
+    let rows = std::array::from_fn(|i| std::array::from_fn(|j| end.attitude[(i, j)]));
+    Ok(TargetFile {
+        relative_to: None,
+        position: file.position.map(|_| end.position.into()),
+        velocity: file.velocity.map(|_| end.velocity.into()),
+        orbit: None,
+        attitude: file.attitude.as_ref().map(|_| AttitudeFile::Matrix(rows)),
+        spin_axis: None,
+        angular_velocity: file.angular_velocity.map(|_| end.angular_velocity.into()),
+    })
+}
+
 /// Refuses a target for a motion that is not planned.
-fn check_motion(file: &TargetFile, motion: Motion) -> Result<(), SceneError> {
+fn check_motion(file: &TargetFile, motion: Planned) -> Result<(), SceneError> {
     let (translates, rotates) = moves(motion);
     let given = [
         ("position", file.position.is_some(), translates),

@@ -1,0 +1,129 @@
+//! Constraints in frames that move.
+
+use std::f64::consts::PI;
+
+use lgvi_control::constraint::{FramePose, KeepOutSphere, Moving};
+use lgvi_control::{
+    Actuation, Constraint, Dynamics, Motion, NewtonSettings, Plan, Start, Terminal, Transfer, solve,
+};
+use lgvi_dynamics::gravity::Sources;
+use lgvi_dynamics::{BodyState, Inertia, RigidBody};
+use lgvi_lie::exp;
+use nalgebra::{Matrix3, Vector3};
+
+const INTERVALS: usize = 60;
+const H: f64 = 0.05;
+const MASS: f64 = 2.0;
+
+fn state(position: Vector3<f64>, velocity: Vector3<f64>) -> BodyState {
+    BodyState {
+        position,
+        linear_momentum: MASS * velocity,
+        attitude: Matrix3::identity(),
+        angular_momentum: Vector3::zeros(),
+    }
+}
+
+/// A body without gravity passes a sphere from one side to the other, seen from a frame that drifts.
+fn transfer(drift: Vector3<f64>, sphere: Constraint) -> Transfer {
+    let inertia = Inertia::principal([1.0, 1.0, 1.0]).expect("inertia");
+    let body = RigidBody::new(MASS, inertia, Vec::new()).expect("a body");
+    let weight = Matrix3::identity();
+    let duration = H * INTERVALS as f64;
+    let [start, end] = [Vector3::new(-2.0, 0.1, 0.0), Vector3::new(2.0, 0.2, 0.1)];
+    Transfer::new(
+        body,
+        Sources::new(Vec::new()),
+        H,
+        INTERVALS,
+        state(start, drift),
+        Terminal::try_from(state(end + duration * drift, drift)).expect("a state"),
+        Actuation::full(&weight, &weight).expect("weights"),
+    )
+    .expect("a transfer")
+    .with_dynamics(Dynamics::Lgvi)
+    .with_motion(Motion::Translation)
+    .with_constraints(&[sphere])
+}
+
+fn sphere() -> KeepOutSphere {
+    KeepOutSphere::new(Vector3::new(0.0, -0.1, 0.0), 0.8).expect("a sphere")
+}
+
+fn drifting(drift: Vector3<f64>) -> Constraint {
+    let poses = (0..=INTERVALS).map(|end| FramePose {
+        origin: H * end as f64 * drift,
+        rotation: Matrix3::identity(),
+    });
+    let poses: Vec<_> = poses.collect();
+    Constraint::state(Moving::new(sphere(), poses, H).expect("a moving sphere"))
+}
+
+fn plan(transfer: &Transfer) -> Plan {
+    let plan = solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true);
+    plan.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The laws of motion are the same in a frame that drifts, and so is the best way around a sphere that drifts along.
+#[test]
+fn a_plan_around_a_drifting_sphere_is_that_around_a_resting_one() {
+    let drift = Vector3::new(0.3, 0.7, -0.2);
+    let resting = plan(&transfer(Vector3::zeros(), Constraint::state(sphere())));
+    let moving = plan(&transfer(drift, drifting(drift)));
+    assert!(resting.certificate.sufficient);
+    assert!((moving.cost / resting.cost - 1.0).abs() < 1e-8);
+    let pairs = resting.states.iter().zip(&moving.states).enumerate();
+    let mut nearest = f64::INFINITY;
+    for (end, (one, other)) in pairs {
+        let back = other.position - H * end as f64 * drift;
+        let off = (back - one.position).norm();
+        assert!(off < 1e-6, "{end}: {off:e}");
+        nearest = nearest.min((back - Vector3::new(0.0, -0.1, 0.0)).norm());
+    }
+    // The straight way leads through it.
+    assert!((nearest - 0.8).abs() < 1e-3, "{nearest}");
+}
+
+/// The rest of a transfer sees the frame where it then is.
+#[test]
+fn the_rest_of_a_transfer_is_planned_in_the_frame_of_then() {
+    let drift = Vector3::new(0.3, 0.7, -0.2);
+    let whole = transfer(drift, drifting(drift));
+    let all = plan(&whole);
+    let step = 20;
+    let rest = whole.remaining(step, all.states[step]).expect("a rest");
+    let rest = plan(&rest);
+    for (one, other) in all.states[step..].iter().zip(&rest.states) {
+        assert!((one.position - other.position).norm() < 1e-6);
+    }
+}
+
+#[test]
+fn poses_are_met_at_their_times_and_interpolated_between_them() {
+    let poses: Vec<_> = (0..4)
+        .map(|index| FramePose {
+            origin: Vector3::x() * f64::from(index * index),
+            rotation: exp(&(Vector3::z() * (0.25 * PI * f64::from(index)))),
+        })
+        .collect();
+    let moving = Moving::new(sphere(), poses.clone(), 0.1).expect("a moving sphere");
+    for (index, pose) in poses.iter().enumerate() {
+        assert_eq!(moving.pose(0.1 * index as f64), *pose);
+    }
+    assert_eq!(moving.pose(-1.0), poses[0]);
+    assert_eq!(moving.pose(9.0), poses[3]);
+    assert_eq!(moving.later(0.1).pose(0.1), poses[2]);
+    let between = moving.pose(0.15);
+    assert!((between.origin - Vector3::x() * 2.5).norm() < 1e-12);
+    let turned = exp(&(Vector3::z() * (0.375 * PI)));
+    assert!((between.rotation - turned).norm() < 1e-12);
+
+    for (poses, interval, name) in [
+        (Vec::new(), 0.1, "poses"),
+        (poses.clone(), 0.0, "interval"),
+        (poses, f64::NAN, "interval"),
+    ] {
+        let error = Moving::new(sphere(), poses, interval).expect_err("an error");
+        assert_eq!(error.name, name);
+    }
+}

@@ -1,0 +1,95 @@
+//! Axes of another body during a maneuver, foretold by the integration that flies it.
+
+use lgvi_control::constraint::FramePose;
+use lgvi_dynamics::Load;
+use nalgebra::Vector3;
+
+use crate::axes::{Axes, AxesFile, Motion};
+use crate::file::RelativeFile;
+use crate::{Integration, Scene, SceneError, SceneGravity};
+
+/// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step.
+///
+/// The bodies that they belong to are flown as in the run, by the scene's integrator, but without the planned body: it
+/// does not act on them.
+pub(super) fn axes(
+    scene: &Scene,
+    planned: usize,
+    key: &str,
+    file: &RelativeFile,
+) -> Result<Vec<Axes>, SceneError> {
+    let RelativeFile { body, axes, about } = file;
+    let key = |name: &str| format!("{key}.{name}");
+    let other = |name: &str, body: &str| {
+        let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+        match scene.body_index(body) {
+            Some(index) if index != planned => Ok(index),
+            Some(_) => {
+                let expected = "a body other than the planned one";
+                Err(SceneError::value(key(name), body, expected))
+            }
+            None => Err(SceneError::unknown(key(name), body, &names)),
+        }
+    };
+    let mut flown = vec![other("body", body)?];
+    let orbital = matches!(axes, AxesFile::Rtn | AxesFile::Lvlh);
+    match (about, &scene.gravity.central) {
+        (Some(about), _) if orbital => flown.push(other("about", about)?),
+        (Some(about), _) => {
+            let expected = format!("none beside {axes} axes, which have no center");
+            return Err(SceneError::value(key("about"), about, expected));
+        }
+        (None, None) if orbital => {
+            let expected = "the name of the body in the center, as there is no `gravity.central`";
+            return Err(SceneError::missing(key("about"), expected));
+        }
+        (None, _) => {}
+    }
+    let alone = Scene {
+        bodies: flown.iter().map(|index| scene.bodies[*index].clone()).collect(),
+        gravity: SceneGravity {
+            mutual: None,
+            ..scene.gravity.clone()
+        },
+        ..scene.clone()
+    };
+    let fixed = scene.gravity.central.as_ref();
+    let fixed = fixed.map_or_else(Vector3::zeros, |central| central.position);
+    let unforeseen = |error: String| {
+        let expected = format!("a body whose motion can be foretold: {error}");
+        SceneError::value(key("body"), body, expected)
+    };
+    let Integration::Method(method) = scene.integration else {
+        return Err(unforeseen("the integrator is not chosen".into()));
+    };
+    let scheme = alone.scheme_by(method, scene.substeps);
+    let mut simulation = alone
+        .simulation_from(alone.states(), scheme)
+        .map_err(|error| unforeseen(error.to_string()))?;
+    let loads = vec![Load::default(); flown.len()];
+    let mut all = Vec::with_capacity(scene.steps as usize + 1);
+    loop {
+        let motions = alone.bodies.iter().zip(simulation.states());
+        let motions: Vec<_> = motions.map(|(named, state)| Motion::of(&named.body, state)).collect();
+        let center = motions.get(1).copied().unwrap_or(Motion::at(fixed));
+        all.push(Axes::of(*axes, &motions[0], &center).ok_or_else(|| {
+            let expected = format!("a body that moves around its center, for {axes} axes");
+            SceneError::value(key("body"), body, expected)
+        })?);
+        if simulation.step() == scene.steps {
+            return Ok(all);
+        }
+        simulation
+            .advance(&loads)
+            .map_err(|error| unforeseen(error.to_string()))?;
+    }
+}
+
+impl From<&Axes> for FramePose {
+    fn from(axes: &Axes) -> Self {
+        Self {
+            origin: axes.origin,
+            rotation: axes.rotation,
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Targets and constraints relative to another body, whose motion is foretold.
+
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, Moving};
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_scene::Scene;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::{assert_refused, with};
+
+const REST: &str = "attitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0, 0, 0]\n";
+const TARGET: &str = "relative_to = { body = \"target\", axes = \"body\" }\nposition = [0.3, -0.2, 0.1]\nvelocity = [0.05, 0.02, -0.04]\n\
+    attitude = { w = 0.6, x = 0.8, y = 0, z = 0 }\nangular_velocity = [0.4, 0.1, -0.2]\n";
+
+/// A maneuver beside a target that tumbles on an ellipse, a beacon that is driven and a tower that stands.
+fn text(keys: &str, target: &str) -> String {
+    format!(
+        "title = \"Foretold\"\n[run]\nduration = 1.0\nsteps = 50\nintegrator = \"lgvi\"\n[gravity.central]\ngm = 2.0\n\
+         [[bodies]]\nname = \"craft\"\nmass = 2.0\ninertia = [1.0, 2.0, 2.5]\nposition = [2, 0, 0]\nvelocity = [0, 1, 0]\n{REST}\
+         [[bodies]]\nname = \"target\"\nmass = 3.0\ninertia = [1.0, 2.0, 2.5]\nposition = [1.1, 0.4, 0.3]\n\
+         velocity = [-0.3, 0.9, 0.4]\nattitude = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]\nangular_velocity = [0.3, -1.2, 0.7]\n\
+         [[bodies]]\nname = \"beacon\"\nmass = 1.0\ninertia = [1, 1, 1]\nposition = [0, 3, 0]\n\
+         attitude = {{ w = 1, x = 0, y = 0, z = 0 }}\nmobility = {{ circle = {{ rate = [0, 0, 0.5], spin = [1, 0, 0] }} }}\n\
+         [[bodies]]\nname = \"tower\"\nmass = 1.0\ninertia = [1, 1, 1]\nposition = [0, 0, 3]\nmobility = \"fixed\"\n\
+         attitude = {{ w = 1, x = 0, y = 0, z = 0 }}\n\
+         [maneuver]\nbody = \"craft\"\n{keys}\n[maneuver.target]\n{target}"
+    )
+}
+
+fn parse(text: &str) -> Scene {
+    Scene::parse("test", text).unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+/// The states of all bodies in a flight without control.
+fn flown(scene: &Scene) -> Vec<Vec<BodyState>> {
+    let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+    let mut all = vec![simulation.states().to_vec()];
+    for _ in 0..scene.steps {
+        simulation.advance(&[Load::default(); 4]).unwrap();
+        all.push(simulation.states().to_vec());
+    }
+    all
+}
+
+/// The axes of a body and their angular velocity (inertial frame), by definitions of their own.
+fn axes(scene: &Scene, index: usize, state: &BodyState, name: &str) -> (Matrix3<f64>, Vector3<f64>) {
+    let body = &scene.bodies[index].body;
+    let (r, v) = (state.position, state.velocity(body));
+    let (out, normal) = (r.normalize(), r.cross(&v).normalize());
+    let orbital = r.cross(&v) / r.norm_squared();
+    match name {
+        "rtn" => (Matrix3::from_columns(&[out, normal.cross(&out), normal]), orbital),
+        "lvlh" => (Matrix3::from_columns(&[normal.cross(&out), -normal, -out]), orbital),
+        "body" => (state.attitude, state.attitude * state.angular_velocity(body)),
+        _ => (Matrix3::identity(), Vector3::zeros()),
+    }
+}
+
+/// The target is where the other body's own flight will take it, whether that one is free, driven or fixed.
+#[test]
+fn a_relative_target_is_that_of_the_flown_body_at_the_end() {
+    for (index, name, kinds) in [
+        (1, "target", &["inertial", "rtn", "lvlh", "body"][..]),
+        (2, "beacon", &["inertial", "rtn", "body"]),
+        (3, "tower", &["inertial", "body"]),
+    ] {
+        for kind in kinds {
+            let target = TARGET.replace("body = \"target\"", &format!("body = \"{name}\""));
+            let target = target.replace("axes = \"body\"", &format!("axes = \"{kind}\""));
+            let scene = parse(&text("", &target));
+            let end = flown(&scene)[50][index];
+            let (a, rate) = axes(&scene, index, &end, kind);
+            let found = scene.maneuver.as_ref().unwrap().target.state().unwrap();
+            let body = &scene.bodies[0].body;
+            let arm = a * Vector3::new(0.3, -0.2, 0.1);
+            let own = a * Vector3::new(0.05, 0.02, -0.04);
+            let velocity = end.velocity(&scene.bodies[index].body) + own + rate.cross(&arm);
+            assert!((found.position - end.position - arm).norm() < 1e-14, "{name} {kind}");
+            assert!((found.velocity(body) - velocity).norm() < 1e-14, "{name} {kind}");
+            let turn = lgvi_lie::exp(&Vector3::new(2.0 * 0.8_f64.asin(), 0.0, 0.0));
+            assert!((found.attitude - a * turn).norm() < 1e-14, "{name} {kind}");
+            let spin = found.attitude * found.angular_velocity(body) - rate;
+            let given = found.attitude * Vector3::new(0.4, 0.1, -0.2);
+            assert!((spin - given).norm() < 1e-14, "{name} {kind}");
+        }
+    }
+}
+
+/// Constraints are in the axes of the flown body at the end of every step, and the rest of a maneuver in those of then.
+#[test]
+fn relative_constraints_are_in_the_axes_of_the_flown_body() {
+    let keys = "constraints = [\n\
+        { kind = \"corridor\", relative_to = { body = \"target\", axes = \"body\" }, apex = [0, 0, 0], axis = [1, 0, 0], half_angle = \"80 deg\" },\n\
+        { kind = \"keep_out_sphere\", relative_to = { body = \"target\", axes = \"rtn\" }, center = [1, 0, 0], radius = 0.1 },\n\
+        { kind = \"keep_out_cone\", relative_to = { body = \"beacon\", axes = \"body\" }, axis = [1, 0, 0], direction = [0, 1, 0], half_angle = 0.2 }]\n";
+    let scene = parse(&text(keys, TARGET));
+    let states = flown(&scene);
+    let constraints = &scene.maneuver.as_ref().unwrap().constraints;
+    for (constraint, (index, kind)) in constraints.iter().zip([(1, "body"), (1, "rtn"), (2, "body")]) {
+        let moving: &Moving = constraint.downcast_ref().expect("a moving constraint");
+        assert_eq!(moving.poses().len(), 51);
+        for (step, states) in states.iter().enumerate() {
+            let (rotation, _) = axes(&scene, index, &states[index], kind);
+            for pose in [moving.poses()[step], moving.pose(0.02 * step as f64)] {
+                assert_eq!(pose.origin, states[index].position, "{kind}");
+                assert!((pose.rotation - rotation).norm() < 1e-14, "{kind}");
+            }
+        }
+        let inner = moving.constraint() as &dyn std::any::Any;
+        assert!(match step_kind(index, kind) {
+            0 => inner.is::<Corridor>(),
+            1 => inner.is::<KeepOutSphere>(),
+            _ => inner.is::<KeepOutCone>(),
+        });
+    }
+}
+
+fn step_kind(index: usize, kind: &str) -> usize {
+    match (index, kind) {
+        (1, "body") => 0,
+        (1, _) => 1,
+        _ => 2,
+    }
+}
+
+#[test]
+fn mistakes_in_relative_maneuvers_are_named() {
+    let sphere = "constraints = [{ kind = \"keep_out_sphere\", relative_to = { body = \"target\", axes = \"body\" }, center = [1, 0, 0], radius = 0.1 }]";
+    let plain = "position = [3, 1, 0]\n";
+    for (keys, target, parts) in [
+        (
+            "",
+            with(TARGET, "\"target\"", "\"taget\""),
+            &["maneuver.target.relative_to.body` is \"taget\"", "did you mean target?"][..],
+        ),
+        (
+            "",
+            with(TARGET, "\"target\"", "\"craft\""),
+            &["maneuver.target.relative_to.body` is \"craft\"", "other than the planned one"],
+        ),
+        (
+            "",
+            with(TARGET, "axes = \"body\"", "axes = \"body\", about = \"tower\""),
+            &["maneuver.target.relative_to.about`", "none beside body axes"],
+        ),
+        (
+            "",
+            format!("{TARGET}spin_axis = {{ axis = [1, 0, 0], direction = [1, 0, 0] }}\n"),
+            &["maneuver.target.spin_axis`", "none beside `relative_to`"],
+        ),
+        (
+            "final_time = { min = 0.5 }",
+            TARGET.into(),
+            &["maneuver.final_time`", "none beside `relative_to`"],
+        ),
+        (
+            &format!("final_time = {{ min = 0.5 }}\n{sphere}"),
+            plain.into(),
+            &["maneuver.final_time`", "none beside `relative_to`"],
+        ),
+        (
+            &sphere.replace("\"target\"", "\"craft\""),
+            plain.into(),
+            &["maneuver.constraints[0].relative_to.body`", "other than the planned one"],
+        ),
+        (
+            &sphere.replace("\"target\", axes = \"body\"", "\"tower\", axes = \"rtn\""),
+            plain.into(),
+            &["maneuver.constraints[0].relative_to.body`", "moves around its center"],
+        ),
+    ] {
+        assert_refused(&text(keys, &target), parts);
+    }
+    let fast = with(&text("", TARGET), "velocity = [-0.3, 0.9, 0.4]", "velocity = [0, 0, 0]");
+    let fast = with(&fast, "gm = 2.0", "gm = 2.0\nradius = 1.0");
+    assert_refused(&fast, &["relative_to.body` is \"target\"", "foretold"]);
+}

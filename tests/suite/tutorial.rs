@@ -25,6 +25,7 @@ fn every_command_of_the_tutorial_runs() {
     }
     for made in [
         "flights/first/flight.svg",
+        "flights/first/report.html",
         "flights/first_csv",
         "capture/summary.txt",
     ] {

@@ -4,6 +4,7 @@ mod choosing;
 mod chosen;
 mod convert;
 mod course;
+mod drawn;
 mod ensemble;
 mod explain;
 mod files;
@@ -16,6 +17,7 @@ mod play;
 mod plot;
 mod record;
 mod recover;
+mod report;
 mod run;
 mod scene_input;
 mod strictness;
@@ -91,6 +93,11 @@ enum Command {
         #[arg(long, value_parser = values::path())]
         output: Option<PathBuf>,
     },
+    /// Write an interactive HTML page of a recorded flight: 3D view and linked plots.
+    ///
+    /// The page is one file that any browser with WebGL shows, also without network. Overwrites `report.html` in the bag's
+    /// directory, but never another existing file.
+    Report(report::Options),
     /// Fly many dispersed samples of a scene (Monte Carlo), or merge results.
     ///
     /// Exit codes: 0 all requested samples are there (the output says how many failed); 1 the run was interrupted or results
@@ -132,6 +139,7 @@ impl Command {
             Self::Info(options) => options.json,
             Self::Convert(options) => options.json,
             Self::Recover(options) => options.json,
+            Self::Report(options) => options.json,
             Self::Ensemble(command) => command.prints_json(),
             Self::Explain(options) => options.json,
             Self::Verify { json, .. } => *json,
@@ -210,6 +218,7 @@ fn main() -> ExitCode {
         } => plot::plot(bag, flight.as_deref(), output.as_deref())
             .and_then(|picture| output::say(&picture.display()))
             .map(|()| ExitCode::SUCCESS),
+        Command::Report(options) => report::report(options),
         Command::Ensemble(command) => ensemble::ensemble(command),
         Command::Record(options) => return record::record(options),
         Command::Play(options) => return play::play(options),

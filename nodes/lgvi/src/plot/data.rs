@@ -16,48 +16,54 @@ use crate::flight_bag::FlightBag;
 const SAMPLES: usize = 1 << 16;
 
 /// A flight in SI units.
-pub(super) struct FlightData {
-    pub(super) scene: Scene,
-    pub(super) samples: Vec<Sample>,
+pub(crate) struct FlightData {
+    pub(crate) scene: Scene,
+    /// States of it in the bag.
+    pub(crate) recorded: u64,
+    pub(crate) samples: Vec<Sample>,
     /// One a body.
-    pub(super) tracks: Vec<Track>,
+    pub(crate) tracks: Vec<Track>,
 }
 
 /// A recorded state and what follows from it.
 #[derive(Clone, Debug)]
-pub(super) struct Sample {
-    pub(super) step: u64,
+pub(crate) struct Sample {
+    pub(crate) step: u64,
     /// Since the epoch (s).
-    pub(super) time: f64,
-    pub(super) bodies: Vec<Pose>,
-    pub(super) energy: Energy,
+    pub(crate) time: f64,
+    pub(crate) bodies: Vec<Pose>,
+    pub(crate) energy: Energy,
+    /// Total, inertial frame (kg m/s).
+    pub(crate) linear_momentum: Vector3<f64>,
     /// Total about the origin, inertial frame (kg m²/s).
-    pub(super) angular_momentum: Vector3<f64>,
+    pub(crate) angular_momentum: Vector3<f64>,
 }
 
 /// Where a body is and how it turns.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pose {
+pub(crate) struct Pose {
     /// (m), inertial frame.
-    pub(super) position: Vector3<f64>,
+    pub(crate) position: Vector3<f64>,
     /// Body to inertial.
-    pub(super) attitude: Matrix3<f64>,
+    pub(crate) attitude: Matrix3<f64>,
+    /// Inertial frame (kg m/s).
+    pub(crate) linear_momentum: Vector3<f64>,
     /// About the center of mass, body frame (kg m²/s).
-    pub(super) spin: Vector3<f64>,
+    pub(crate) spin: Vector3<f64>,
 }
 
 /// Energy of all bodies (J).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Energy {
-    pub(super) translation: f64,
-    pub(super) rotation: f64,
-    pub(super) potential: f64,
-    pub(super) total: f64,
+pub(crate) struct Energy {
+    pub(crate) translation: f64,
+    pub(crate) rotation: f64,
+    pub(crate) potential: f64,
+    pub(crate) total: f64,
 }
 
 impl FlightData {
     /// Reads the flight in the bag at `path`, from its last reset on; every error is [`NodeError::Input`] and names bag and topic.
-    pub(super) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
+    pub(crate) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
         let bag = FlightBag::open(path, flight)?;
         let scene = bag.scene.clone();
         let mut tracks = vec![Track::default(); scene.bodies.len()];
@@ -71,7 +77,7 @@ impl FlightData {
 
         let system = scene.system();
         let mut samples = Thinned::new(SAMPLES);
-        let mut reached = None;
+        let (mut recorded, mut reached) = (0, None);
         for state in bag.states_of(course.samples.clone()) {
             let state = state?;
             let step = state.step;
@@ -81,6 +87,7 @@ impl FlightData {
             if let Some(before) = reached.filter(|before| *before >= step && set.is_err()) {
                 return Err(refuse(format!("step {step} follows step {before}")));
             }
+            recorded += 1;
             reached = Some(step);
             let sample = sample(&scene, &system, &state);
             samples.push(sample.map_err(|error| refuse(format!("step {step}: {error}")))?);
@@ -91,23 +98,24 @@ impl FlightData {
         }
         Ok(Self {
             scene,
+            recorded,
             samples,
             tracks,
         })
     }
 
     /// The first recorded state; there is always one.
-    pub(super) fn first(&self) -> &Sample {
+    pub(crate) fn first(&self) -> &Sample {
         &self.samples[0]
     }
 
     /// The last recorded state.
-    pub(super) fn last(&self) -> &Sample {
+    pub(crate) fn last(&self) -> &Sample {
         &self.samples[self.samples.len() - 1]
     }
 
     /// Indices of the bodies on which controls acted.
-    pub(super) fn controlled(&self) -> Vec<usize> {
+    pub(crate) fn controlled(&self) -> Vec<usize> {
         let end = self.last().step;
         (0..self.tracks.len())
             .filter(|body| !self.tracks[*body].is_empty(end))
@@ -115,7 +123,7 @@ impl FlightData {
     }
 
     /// The cost of what was flown, in the scene's units; `None` without a maneuver or before its end.
-    pub(super) fn cost(&self) -> Option<f64> {
+    pub(crate) fn cost(&self) -> Option<f64> {
         let maneuver = self.scene.maneuver.as_ref()?;
         let track = &self.tracks[maneuver.body];
         let end = self.last().step;
@@ -184,6 +192,7 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
         .map(|(state, message)| Pose {
             position: message.position.into(),
             attitude: state.attitude,
+            linear_momentum: message.linear_momentum.into(),
             spin: message.angular_momentum.into(),
         });
     Ok(Sample {
@@ -191,6 +200,7 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
         time: state.time,
         bodies: poses.collect(),
         energy,
+        linear_momentum: invariants.linear_momentum * units.momentum(),
         angular_momentum: invariants.angular_momentum * units.angular_momentum(),
     })
 }

@@ -45,11 +45,11 @@ pub fn browse(world: &World, page: &Path, script: &str) -> (Value, Vec<String>) 
     let (body, end) = rest.rsplit_once("</body>").expect("the end of the body");
     let after = format!(
         r#"<script>
-const outcome = {{}};
-try {{ outcome.found = (() => {{ {script} }})(); }} catch (error) {{ window.problems.push(`test: ${{error.stack}}`); }}
-outcome.problems = window.problems;
-const bytes = new TextEncoder().encode(JSON.stringify(outcome));
-document.documentElement.dataset.outcome = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+(async () => {{
+  const found = await (async () => {{ {script} }})().catch((error) => window.problems.push(`test: ${{error.stack}}`));
+  const bytes = new TextEncoder().encode(JSON.stringify({{ found, problems: window.problems }}));
+  document.documentElement.dataset.outcome = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}})();
 </script>"#
     );
     let probed = page.with_extension("probed.html");

@@ -119,9 +119,10 @@ fn the_view_goes_with_a_body() {
           return view.bodies.map(({ place }) => place);
         };
         const { flight } = window.lgvi;
-        const time = flight.time[700];
-        const apart = minus(nth(flight.bodies[1].position, 700), nth(flight.bodies[0].position, 700));
-        const turned = rotate(conjugate(flight.bodies[0].attitude.slice(2800, 2804)), apart);
+        const k = flight.time.length >> 1;
+        const time = flight.time[k];
+        const apart = minus(nth(flight.bodies[1].position, k), nth(flight.bodies[0].position, k));
+        const turned = rotate(conjugate(flight.bodies[0].attitude.slice(4 * k, 4 * k + 4)), apart);
         return { centered: visit("centered 0", time), fixed: visit("fixed 0", time), inertial: visit("inertial", time), apart, turned,
           trails: view.trails.children.length };
     "#;
@@ -158,8 +159,12 @@ fn plots_are_linked() {
         const before = all.map(({ plot, now }) => ({ at: parseFloat(now.style.left) / plot.over.clientWidth, index: plot.legend.idx }));
         all[0].plot.setSelect({ left: 0.25 * all[0].plot.over.clientWidth, width: 0.5 * all[0].plot.over.clientWidth, top: 0, height: 1 });
         const ranges = () => all.map(({ plot }) => [plot.scales.x.min, plot.scales.x.max]);
+        // Plots take up what was set when the script is done.
+        const settled = () => new Promise((resume) => setTimeout(resume, 50));
+        await settled();
         const zoomed = ranges();
         all[1].plot.over.dispatchEvent(new MouseEvent("dblclick"));
+        await settled();
         return { titles: all.map(({ element }) => element.querySelector("h3").textContent), units: all.map(({ plot }) => plot.axes.map((axis) => axis.label)),
           before, zoomed, whole: ranges(), end: flight.end };
     "#;

@@ -6,7 +6,6 @@ const { AmbientLight, DirectionalLight, PerspectiveCamera, Scene, WebGLRenderer,
 const LEAST_PIXELS = { few: 11, many: 3.5 };
 const MANY = 8;
 const FIELD_OF_VIEW = 40;
-const TRAIL = 4000;
 const THRUSTS = 48;
 /** The length of trail behind a body that is bright, of the diagonal of all of it. */
 const RECENT = 2;
@@ -172,16 +171,15 @@ class View {
     }
     this.recent = [];
     const { flight, frame } = this;
-    const chosen = even(flight.time.length, TRAIL);
-    this.trailTimes = chosen.map((k) => flight.time[k]);
-    const poses = chosen.map((k) => flight.pose(frame, { k, part: 0 }));
+    const all = even(flight.time.length, Infinity);
+    const poses = all.map((k) => flight.pose(frame, { k, part: 0 }));
     const inView = ({ origin, turn }, place) => rotate(conjugate(turn), minus(place, origin));
     this.places = new Map();
     for (const body of flight.bodies) {
-      const few = this.listed.has(body.index) ? chosen : [chosen[0], chosen[chosen.length - 1]];
-      const places = chosen.length === 0 ? [] : few.map((k, i) => inView(few === chosen ? poses[i] : flight.pose(frame, { k, part: 0 }), flight.center(body, { k, part: 0 })));
+      const isListed = this.listed.has(body.index);
+      const places = (isListed ? all : even(all.length, 2)).map((k) => inView(poses[k], flight.center(body, { k, part: 0 })));
       this.places.set(body.index, places);
-      if (few === chosen && diagonal(places) > 0) this.addTrail(body, places);
+      if (isListed && diagonal(places) > 0) this.addTrail(body, places);
     }
     const size = diagonal([...this.places.values()].flat());
     for (const controls of flight.controls) {
@@ -190,7 +188,7 @@ class View {
       const points = even(flight.time.length, THRUSTS).flatMap((k) => {
         const load = flight.load(controls.body, flight.time[k]);
         if (!load || norm(load.force) < 0.01 * this.largest.force) return [];
-        const pose = flight.pose(frame, { k, part: 0 });
+        const pose = poses[k];
         const from = inView(pose, nth(body.position, k));
         return [from, plus(from, rotate(conjugate(pose.turn), load.force), (0.12 * size) / this.largest.force)];
       });
@@ -316,7 +314,7 @@ class View {
     this.inertial.quaternion.copy(toQuaternion(back));
     this.inertial.position.copy(toVector(rotate(back, times(origin, -1))));
     this.triad.visible = this.withAxes;
-    const reached = lastAtOrBefore(this.trailTimes, this.time);
+    const reached = lastAtOrBefore(flight.time, this.time);
     for (const { trail, lengths, length } of this.recent) {
       const from = lastAtOrBefore(lengths, lengths[reached] - length);
       trail.geometry.setDrawRange(from, reached - from + 1);

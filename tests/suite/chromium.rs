@@ -144,7 +144,8 @@ fn the_view_goes_with_a_body() {
         "{found}"
     );
     assert!(!close(&found["inertial"][0], [0.0; 3]), "{found}");
-    assert_eq!(found["trails"], 2);
+    // All of the way, and what lies shortly behind.
+    assert_eq!(found["trails"], 4);
 }
 
 /// Plots have units on both axes, show the time of the slider, and zoom together.

@@ -158,7 +158,7 @@ fn controls_and_maneuver_of_a_planned_flight() {
     let target = [
         -0.353_553_390_593_273_8,
         0.353_553_390_593_273_8,
-        0.866_025_403_784_438_4,
+        0.866_025_403_784_438_6,
     ];
     assert_eq!(maneuver["position"], serde_json::json!(target));
     assert_eq!(flight["scenery"]["bodies"][0]["shape"]["kind"], "spheres");

@@ -95,9 +95,9 @@ class Panels {
     if (this.angles === "euler") {
       const angles = this.each((k) => euler(body.attitude.slice(4 * k, 4 * k + 4)));
       const each = ["yaw", "pitch", "roll"].map((_, i) => angles.map((all) => all[i]));
-      const isFast = each.some((angles) => rounds(angles) > ROUNDS);
+      const isFast = each.some((angles) => rounds(angles).length > ROUNDS);
       if (isFast) title += ", turns counted";
-      curves = ["yaw", "pitch", "roll"].map((label, i) => ({ label, values: isFast ? countedOn(each[i]) : broken(each[i]), color: LINE_COLORS[2 - i] }));
+      curves = ["yaw", "pitch", "roll"].map((label, i) => ({ label, values: isFast ? countedOn(each[i]) : each[i], breaks: isFast ? [] : rounds(each[i]), color: LINE_COLORS[2 - i] }));
     } else {
       [title, unit] = ["Attitude: quaternion, body to inertial axes", "1"];
       curves = ["w", ...COMPONENTS].map((label, i) => ({ label, values: this.each((k) => body.attitude[4 * k + i]), color: i === 0 ? INK : LINE_COLORS[i - 1] }));
@@ -220,19 +220,9 @@ class Panels {
   }
 }
 
-/** How often angles (°) go round. */
+/** Indices of the angles (°) before which they go round. */
 function rounds(angles) {
-  return angles.reduce((count, angle, k) => count + (k > 0 && Math.abs(angle - angles[k - 1]) > 180 ? 1 : 0), 0);
-}
-
-/** Angles (°) with gaps where they go round, wide enough to be seen. */
-function broken(angles) {
-  const gap = Math.ceil(angles.length / 500);
-  const shown = [...angles];
-  for (let k = 1; k < angles.length; k++) {
-    if (Math.abs(angles[k] - angles[k - 1]) > 180) shown.fill(null, Math.max(k - gap, 0), k + gap);
-  }
-  return shown;
+  return even(angles.length, Infinity).filter((k) => k > 0 && Math.abs(angles[k] - angles[k - 1]) > 180);
 }
 
 /** Angles (°) that go on beyond 180° instead of going round. */

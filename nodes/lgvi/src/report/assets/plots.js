@@ -14,8 +14,8 @@ class Plots {
   }
 
   /**
-   * A plot in `host`: `time` (s); `unit` is that of all curves, each of which has `label`, `values` and perhaps `color` and
-   * `dashed`; `stepped` curves keep a value until the next.
+   * A plot in `host`: `time` (s); `unit` is that of all curves, each of which has `label`, `values` and perhaps `color`,
+   * `dashed` and `breaks`, indices before which its line is broken; `stepped` curves keep a value until the next.
    */
   add(host, { title, unit, time, curves, stepped = false }) {
     const largest = Math.max(...curves.map((curve) => curve.values.reduce((most, value) => Math.max(most, Math.abs(value ?? 0)), 0)));
@@ -47,6 +47,12 @@ class Plots {
           dash: curve.dashed ? [6, 4] : undefined,
           points: { show: false },
           value,
+          // Pixels in which no line goes from one side to the other.
+          gaps: (plot, _, from, to, gaps) => {
+            const x = (k) => plot.valToPos(data[0][k], "x", true);
+            const breaks = (curve.breaks ?? []).filter((k) => k > from && k <= to);
+            return [...gaps, ...breaks.map((k) => [x(k - 1) - 2, x(k) + 2])];
+          },
           ...(stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}),
         })),
       ],

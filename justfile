@@ -105,6 +105,10 @@ instructions-update:
 stress *family:
     cargo run --release --locked {{bench}} -- stress {{family}}
 
+# The libraries of the page of `lgvi report` are bundled anew. Needs npm, which a build of lgvi does not.
+report-bundle:
+    nodes/lgvi/src/report/bundle/make
+
 # Reference bags are made anew.
 bags:
     bags/regenerate

@@ -9,6 +9,7 @@
 
 mod bags;
 mod binaries;
+mod chromium;
 mod controls;
 mod cpp;
 mod disks;
@@ -32,6 +33,7 @@ use std::path::PathBuf;
 
 pub use bags::{earlier_bags, reference_bag, reference_bags};
 pub use binaries::{binary, fly_in_release, secured};
+pub use chromium::browse;
 pub use controls::{coast, publish};
 pub use cpp::fast_dds;
 pub use disks::{Disk, with_disks};

@@ -186,7 +186,7 @@ fn a_command_line_that_is_no_unicode_is_refused() {
         finished.says(&["argument \"b\\xFFd\"", "expected valid Unicode"]);
     }
     let free_body = scene("free_body");
-    let lines: [&[&OsStr]; 6] = [
+    let lines: [&[&OsStr]; 7] = [
         &["run".as_ref(), alien],
         &[
             "run".as_ref(),
@@ -196,6 +196,7 @@ fn a_command_line_that_is_no_unicode_is_refused() {
         ],
         &["verify".as_ref(), alien],
         &["plot".as_ref(), alien],
+        &["report".as_ref(), alien],
         &["play".as_ref(), alien],
         &["node".as_ref(), "planner".as_ref(), alien],
     ];

@@ -40,6 +40,7 @@ fn every_command_of_the_tutorial_runs() {
     let directory = run(&world, "tutorial.md");
     for made in [
         "flights/first/flight.svg",
+        "flights/first/report.html",
         "flights/first_csv",
         "capture/summary.txt",
     ] {

@@ -51,7 +51,7 @@ fn of_several_flights_one_is_chosen() {
     let [one, both] = two_flights(&world);
     let names = ["/lgvi_propagator", "/z/lgvi_propagator"];
     let picture = both.join("flight.svg");
-    for tool in ["verify", "plot"] {
+    for tool in ["verify", "plot", "report"] {
         let unchosen = run(&world, &both, &[tool], 2);
         unchosen.says(&["2 flights", "--flight", names[0], names[1]]);
         let unknown = run(&world, &both, &[tool, "--flight", "/moon"], 2);

@@ -5,6 +5,7 @@ mod choosing;
 mod chosen;
 mod convert;
 mod course;
+mod drawn;
 mod ensemble;
 mod explain;
 mod files;
@@ -18,6 +19,7 @@ mod play;
 mod plot;
 mod record;
 mod recover;
+mod report;
 mod run;
 mod scene_input;
 mod strictness;
@@ -96,6 +98,11 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Write an interactive HTML page of a recorded flight: 3D view and linked plots.
+    ///
+    /// The page is one file that any browser with WebGL shows, also without network. Overwrites `report.html` in the bag's
+    /// directory, but never another existing file.
+    Report(report::Options),
     /// Fly many dispersed samples of a scene (Monte Carlo), or merge results.
     ///
     /// Exit codes: 0 all requested samples are there (the output says how many failed); 1 the run was interrupted or results
@@ -142,6 +149,7 @@ impl Command {
             Self::Info(options) => options.json,
             Self::Convert(options) => options.json,
             Self::Recover(options) => options.json,
+            Self::Report(options) => options.json,
             Self::Ensemble(command) => command.prints_json(),
             Self::Explain(options) => options.json,
             Self::Verify { json, .. } => *json,
@@ -228,6 +236,7 @@ fn main() -> ExitCode {
                 }
             })
             .map(|()| ExitCode::SUCCESS),
+        Command::Report(options) => report::report(options),
         Command::Ensemble(command) => ensemble::ensemble(command),
         Command::Record(options) => return record::record(options),
         Command::Play(options) => play::play(options),

@@ -6,14 +6,14 @@ use lgvi_propagator::Controls;
 
 /// What acted on one body: sequences one after the other, zero before, between and after them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Track {
+pub(crate) struct Track {
     /// First step and loads of each, in the order of their steps, without overlap.
     sequences: Vec<(u64, Vec<Load>)>,
 }
 
 impl Track {
     /// Takes the next accepted sequence: it acts from its first step on, in place of any before it.
-    pub(super) fn accept(&mut self, controls: Controls) {
+    pub(crate) fn accept(&mut self, controls: Controls) {
         let start = controls.first_step;
         self.sequences.retain(|(first, _)| *first < start);
         if let Some((first, loads)) = self.sequences.last_mut() {
@@ -23,12 +23,12 @@ impl Track {
     }
 
     /// Whether nothing acted before `end`.
-    pub(super) fn is_empty(&self, end: u64) -> bool {
+    pub(crate) fn is_empty(&self, end: u64) -> bool {
         self.sequences.iter().all(|(first, _)| *first >= end)
     }
 
     /// What acts from `step` to the next.
-    pub(super) fn at(&self, step: u64) -> Load {
+    pub(crate) fn at(&self, step: u64) -> Load {
         let acting = self.sequences.iter().rfind(|(first, _)| *first <= step);
         acting
             .and_then(|(first, loads)| loads.get(usize::try_from(step - first).ok()?))
@@ -37,7 +37,7 @@ impl Track {
     }
 
     /// The loads that acted from step 0 to `end`, as corners of a staircase: `(step, load)`.
-    pub(super) fn stairs(&self, end: u64) -> Vec<(u64, Load)> {
+    pub(crate) fn stairs(&self, end: u64) -> Vec<(u64, Load)> {
         let mut stairs = Vec::new();
         let mut reached = 0;
         let sequences = self.sequences.iter().filter(|(first, _)| *first < end);

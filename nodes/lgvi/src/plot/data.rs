@@ -17,54 +17,60 @@ use crate::flight_bag::FlightBag;
 const SAMPLES: usize = 1 << 16;
 
 /// A flight in SI units.
-pub(super) struct FlightData {
-    pub(super) scene: Scene,
-    pub(super) samples: Vec<Sample>,
+pub(crate) struct FlightData {
+    pub(crate) scene: Scene,
+    /// States of it in the bag.
+    pub(crate) recorded: u64,
+    pub(crate) samples: Vec<Sample>,
     /// One a body.
-    pub(super) tracks: Vec<Track>,
+    pub(crate) tracks: Vec<Track>,
     /// Whether states were set from outside.
-    pub(super) intervened: bool,
+    pub(crate) intervened: bool,
 }
 
 /// A recorded state and what follows from it.
 #[derive(Clone, Debug)]
-pub(super) struct Sample {
-    pub(super) step: u64,
+pub(crate) struct Sample {
+    pub(crate) step: u64,
     /// Since the epoch (s).
-    pub(super) time: f64,
-    pub(super) bodies: Vec<Pose>,
-    pub(super) energy: Energy,
+    pub(crate) time: f64,
+    pub(crate) bodies: Vec<Pose>,
+    pub(crate) energy: Energy,
+    /// Total, inertial frame (kg m/s).
+    pub(crate) linear_momentum: Vector3<f64>,
     /// Total about the origin, inertial frame (kg m²/s).
-    pub(super) angular_momentum: Vector3<f64>,
+    pub(crate) angular_momentum: Vector3<f64>,
 }
 
 /// Where a body is and how it turns.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pose {
+pub(crate) struct Pose {
     /// (m), inertial frame.
-    pub(super) position: Vector3<f64>,
+    pub(crate) position: Vector3<f64>,
     /// Body to inertial.
-    pub(super) attitude: Matrix3<f64>,
+    pub(crate) attitude: Matrix3<f64>,
+    /// Inertial frame (kg m/s).
+    pub(crate) linear_momentum: Vector3<f64>,
     /// About the center of mass, body frame (kg m²/s).
-    pub(super) spin: Vector3<f64>,
+    pub(crate) spin: Vector3<f64>,
     /// Angular velocity, body frame (rad/s).
-    pub(super) rate: Vector3<f64>,
+    pub(crate) rate: Vector3<f64>,
     /// (m/s), inertial frame.
-    pub(super) velocity: Vector3<f64>,
+    pub(crate) velocity: Vector3<f64>,
 }
 
 /// Energy of all bodies (J).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Energy {
-    pub(super) translation: f64,
-    pub(super) rotation: f64,
-    pub(super) potential: f64,
-    pub(super) total: f64,
+pub(crate) struct Energy {
+    pub(crate) translation: f64,
+    pub(crate) rotation: f64,
+    pub(crate) potential: f64,
+    pub(crate) total: f64,
 }
 
 impl FlightData {
     /// Reads the flight in the bag at `path`, from its last reset on; every error is [`NodeError::Input`] and names bag and topic.
-    pub(super) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
+    pub(crate) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
         let bag = FlightBag::open(path, flight)?;
         let scene = bag.scene.clone();
         let mut tracks = vec![Track::default(); scene.bodies.len()];
@@ -78,7 +84,7 @@ impl FlightData {
 
         let system = scene.system();
         let mut samples = Thinned::new(SAMPLES);
-        let mut reached = None;
+        let (mut recorded, mut reached) = (0, None);
         let bar = bars::bar("reading", bag.state_count(), "states");
         for state in bag.states_of(course.samples.clone()) {
             let state = state?;
@@ -90,6 +96,7 @@ impl FlightData {
             if let Some(before) = reached.filter(|before| *before >= step && set.is_err()) {
                 return Err(refuse(format!("step {step} follows step {before}")));
             }
+            recorded += 1;
             reached = Some(step);
             let sample = sample(&scene, &system, &state);
             samples.push(sample.map_err(|error| refuse(format!("step {step}: {error}")))?);
@@ -101,6 +108,7 @@ impl FlightData {
         }
         Ok(Self {
             scene,
+            recorded,
             samples,
             tracks,
             intervened: !course.set.is_empty(),
@@ -113,17 +121,17 @@ impl FlightData {
     }
 
     /// The first recorded state; there is always one.
-    pub(super) fn first(&self) -> &Sample {
+    pub(crate) fn first(&self) -> &Sample {
         &self.samples[0]
     }
 
     /// The last recorded state.
-    pub(super) fn last(&self) -> &Sample {
+    pub(crate) fn last(&self) -> &Sample {
         &self.samples[self.samples.len() - 1]
     }
 
     /// Indices of the bodies on which controls acted.
-    pub(super) fn controlled(&self) -> Vec<usize> {
+    pub(crate) fn controlled(&self) -> Vec<usize> {
         let end = self.last().step;
         (0..self.tracks.len())
             .filter(|body| !self.tracks[*body].is_empty(end))
@@ -131,7 +139,7 @@ impl FlightData {
     }
 
     /// The cost of what was flown, in the scene's units; `None` without a maneuver or before its end.
-    pub(super) fn cost(&self) -> Option<f64> {
+    pub(crate) fn cost(&self) -> Option<f64> {
         let maneuver = self.scene.maneuver.as_ref()?;
         let track = &self.tracks[maneuver.body];
         let end = self.last().step;
@@ -200,6 +208,7 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
         .map(|((body, state), message)| Pose {
             position: message.position.into(),
             attitude: state.attitude,
+            linear_momentum: message.linear_momentum.into(),
             spin: message.angular_momentum.into(),
             rate: state.angular_velocity(body) / units.time,
             velocity: state.velocity(body) * (units.length / units.time),
@@ -209,6 +218,7 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
         time: state.time,
         bodies: poses.collect(),
         energy,
+        linear_momentum: invariants.linear_momentum * units.momentum(),
         angular_momentum: invariants.angular_momentum * units.angular_momentum(),
     })
 }

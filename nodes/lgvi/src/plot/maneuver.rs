@@ -11,10 +11,10 @@ const CLOSED: f64 = 2.5;
 const OPEN: f64 = 1.0;
 
 /// The orbits before and after a maneuver.
-pub(super) struct Orbits {
-    pub(super) initial: Orbit,
+pub(crate) struct Orbits {
+    pub(crate) initial: Orbit,
     /// None where the target is no orbit.
-    pub(super) target: Option<Orbit>,
+    pub(crate) target: Option<Orbit>,
     /// The attractor, inertial frame (m).
     center: Vector3<f64>,
     /// Farthest that the flight gets from the attractor (m).
@@ -22,7 +22,7 @@ pub(super) struct Orbits {
 }
 
 impl Orbits {
-    pub(super) fn of(flight: &FlightData) -> Option<Self> {
+    pub(crate) fn of(flight: &FlightData) -> Option<Self> {
         let scene = &flight.scene;
         let units = &scene.units;
         let central = scene.gravity.central.as_ref()?;
@@ -55,19 +55,19 @@ impl Orbits {
         })
     }
 
-    pub(super) fn points(&self, orbit: &Orbit) -> Vec<Vector3<f64>> {
+    pub(crate) fn points(&self, orbit: &Orbit) -> Vec<Vector3<f64>> {
         let reach = self.farthest * if self.close(orbit) { CLOSED } else { OPEN };
         let points = orbit.points(reach).into_iter();
         points.map(|point| point + self.center).collect()
     }
 
     /// Whether an orbit is drawn whole.
-    pub(super) fn close(&self, orbit: &Orbit) -> bool {
+    pub(crate) fn close(&self, orbit: &Orbit) -> bool {
         orbit.closes_within(CLOSED * self.farthest)
     }
 
     /// Angle between the initial plane and another's [°].
-    pub(super) fn plane_change(&self, target: &Orbit) -> f64 {
+    pub(crate) fn plane_change(&self, target: &Orbit) -> f64 {
         let cos = self.initial.normal().dot(&target.normal());
         libm::acos(cos.clamp(-1.0, 1.0)).to_degrees()
     }

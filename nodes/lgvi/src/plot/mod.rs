@@ -8,12 +8,12 @@ mod cage;
 mod canvas;
 mod chart;
 mod controls;
-mod data;
+pub(crate) mod data;
 mod globe;
 mod kept;
 mod legend;
 mod limits;
-mod maneuver;
+pub(crate) mod maneuver;
 mod marks;
 mod motion;
 mod orbit;
@@ -25,7 +25,7 @@ mod series;
 mod space;
 mod style;
 mod subject;
-mod thin;
+pub(crate) mod thin;
 mod ticks;
 mod tumbling;
 mod view;
@@ -33,12 +33,11 @@ mod view;
 #[cfg(test)]
 mod tests;
 
-use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use lgvi_middleware::node::NodeError;
 
+use crate::drawn;
 use data::FlightData;
 
 /// Draws the flight in the bag at `path` and prints the picture's path. `flight` names the propagator if there are
@@ -49,32 +48,6 @@ pub(crate) fn plot(
     flight: Option<&str>,
     output: Option<&Path>,
 ) -> Result<PathBuf, NodeError> {
-    let own = output.is_none() && path.is_dir();
-    let output = match output {
-        Some(output) => output.to_owned(),
-        None if own => path.join("flight.svg"),
-        None => path.with_extension("svg"),
-    };
     let picture = page::draw(&FlightData::read(path, flight)?)?;
-    let written = if own {
-        fs::write(&output, picture)
-    } else {
-        write_new(&output, picture.as_bytes())
-    };
-    written.map_err(|error| {
-        let message = format!("cannot write {}: {error}", output.display());
-        match error.kind() {
-            ErrorKind::AlreadyExists => NodeError::Input(message),
-            _ => NodeError::Runtime(message),
-        }
-    })?;
-    Ok(output)
-}
-
-/// Writes a file that does not exist yet, or none.
-fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    File::create_new(path)?.write_all(bytes).inspect_err(|_| {
-        // It is of no use; what went wrong is told.
-        let _ = fs::remove_file(path);
-    })
+    drawn::write(path, output, "flight.svg", picture.as_bytes())
 }

@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 
 /// The osculating conic of a point about an attractor at the origin; SI.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Orbit {
+pub(crate) struct Orbit {
     /// Semi-latus rectum (m).
-    pub(super) parameter: f64,
-    pub(super) eccentricity: f64,
+    pub(crate) parameter: f64,
+    pub(crate) eccentricity: f64,
     /// Towards the periapsis, unit; for a circle towards the state itself.
     periapsis: Vector3<f64>,
     /// In the plane, a quarter turn ahead of the periapsis, unit.
@@ -29,7 +29,7 @@ const POINTS: u32 = 180;
 
 impl Orbit {
     /// From position (m), velocity (m/s) and `GM` [m³/s²]; `None` on a straight line through the attractor.
-    pub(super) fn osculating(
+    pub(crate) fn osculating(
         position: &Vector3<f64>,
         velocity: &Vector3<f64>,
         gm: f64,
@@ -55,7 +55,7 @@ impl Orbit {
     }
 
     /// Normal of the plane, along the angular momentum, unit.
-    pub(super) fn normal(&self) -> Vector3<f64> {
+    pub(crate) fn normal(&self) -> Vector3<f64> {
         self.periapsis.cross(&self.ahead)
     }
 
@@ -67,13 +67,13 @@ impl Orbit {
     }
 
     /// Whether it is an ellipse that lies within `reach` (m) of the attractor.
-    pub(super) fn closes_within(&self, reach: f64) -> bool {
+    pub(crate) fn closes_within(&self, reach: f64) -> bool {
         self.eccentricity < 1.0 && self.parameter <= reach * (1.0 - self.eccentricity)
     }
 
     /// The orbit as far as it lies within `reach` (m) of the attractor: whole where it closes, else from the state on,
     /// to shortly after the periapsis or, from beyond that, until it leaves.
-    pub(super) fn points(&self, reach: f64) -> Vec<Vector3<f64>> {
+    pub(crate) fn points(&self, reach: f64) -> Vec<Vector3<f64>> {
         let (from, to) = if self.closes_within(reach) {
             (self.anomaly, self.anomaly + TAU)
         } else {

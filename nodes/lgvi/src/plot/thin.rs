@@ -48,7 +48,7 @@ impl<T> Thinned<T> {
 }
 
 /// At most `limit` (≥ 2) indices below `length`, evenly spaced, the first and the last among them.
-pub(super) fn even(length: usize, limit: usize) -> Vec<usize> {
+pub(crate) fn even(length: usize, limit: usize) -> Vec<usize> {
     if length <= limit {
         return (0..length).collect();
     }

@@ -32,8 +32,14 @@ fn scenes_satisfy_the_schema_and_misspelled_ones_do_not() {
     assert!(shipped.len() >= 13 && recorded.len() >= 5 && fuzzed.len() >= 100);
     let all = shipped.iter().chain(&recorded).chain(&fuzzed);
     let arguments: Vec<_> = std::iter::once(&schema).chain(all).collect();
-    let arguments: Vec<_> = arguments.iter().map(|path| path.to_str().unwrap()).collect();
-    let checked = world.python("check_schema.py", &arguments).finish().expect(0);
+    let arguments: Vec<_> = arguments
+        .iter()
+        .map(|path| path.to_str().unwrap())
+        .collect();
+    let checked = world
+        .python("check_schema.py", &arguments)
+        .finish()
+        .expect(0);
     let misspelled: usize = checked.stdout.trim().parse().unwrap();
     assert!(misspelled > 2000, "{misspelled}");
 }

@@ -157,10 +157,7 @@ impl Command {
             Self::New(options) => options.json,
             Self::Record(options) => options.json,
             Self::Play(options) => options.json,
-            Self::Schema
-            | Self::Node { .. }
-            | Self::Completions { .. }
-            | Self::Man { .. } => false,
+            Self::Schema | Self::Node { .. } | Self::Completions { .. } | Self::Man { .. } => false,
         }
     }
 

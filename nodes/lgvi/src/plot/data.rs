@@ -279,6 +279,7 @@ impl FlightData {
         }
         Self {
             scene,
+            recorded: samples.len() as u64,
             samples,
             tracks,
             intervened: false,

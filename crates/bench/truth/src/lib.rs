@@ -157,7 +157,7 @@ impl Case {
 
     /// Returns the path of the case called `name`.
     pub fn path(name: &str) -> PathBuf {
-        let truth = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/truth");
+        let truth = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../tests/truth");
         PathBuf::from(truth).join(name).with_extension("json")
     }
 

@@ -1,6 +1,22 @@
 //! What a node logs, as its command line says.
 
+use lgvi_msgs::rcl_interfaces::LoggerLevel;
 use tracing_subscriber::filter::LevelFilter;
+
+/// The levels of ROS by name and number, the most frequent messages first. Nothing here is logged as fatal.
+pub(crate) const LEVELS: [(&str, u8, LevelFilter); 5] = [
+    ("debug", LoggerLevel::LOG_LEVEL_DEBUG, LevelFilter::DEBUG),
+    ("info", LoggerLevel::LOG_LEVEL_INFO, LevelFilter::INFO),
+    ("warn", LoggerLevel::LOG_LEVEL_WARN, LevelFilter::WARN),
+    ("error", LoggerLevel::LOG_LEVEL_ERROR, LevelFilter::ERROR),
+    ("fatal", LoggerLevel::LOG_LEVEL_FATAL, LevelFilter::OFF),
+];
+
+/// The level of this name.
+pub(crate) fn filter(level: &str) -> Option<LevelFilter> {
+    let mut levels = LEVELS.into_iter();
+    levels.find_map(|(name, _, filter)| (name == level).then_some(filter))
+}
 
 /// What is logged, and where.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,13 +55,10 @@ impl LogSettings {
         };
         let level = match level.to_ascii_lowercase().as_str() {
             "unset" => None,
-            "debug" => Some(LevelFilter::DEBUG),
-            "info" => Some(LevelFilter::INFO),
-            "warn" => Some(LevelFilter::WARN),
-            "error" => Some(LevelFilter::ERROR),
-            // Nothing here is logged as fatal.
-            "fatal" => Some(LevelFilter::OFF),
-            _ => return false,
+            name => match filter(name) {
+                None => return false,
+                level => level,
+            },
         };
         let Some(logger) = logger else {
             self.level = level;

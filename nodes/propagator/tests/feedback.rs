@@ -271,7 +271,10 @@ fn every_malformed_field_is_refused_by_its_name() {
             |m| m.reference[5].name = "moon".into(),
             "`reference[5].name` is \"moon\", expected the sequence's `body`, craft",
         ),
-        (|m| m.reference[5].name.clear(), "a body's name is empty"),
+        (
+            |m| m.reference[5].name.clear(),
+            "`reference[5].name` is \"\", expected",
+        ),
         (
             |m| m.reference[6].position[1] = f64::NAN,
             "`reference[6].position` is [",

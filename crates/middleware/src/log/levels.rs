@@ -18,21 +18,13 @@ use tracing_subscriber::{filter::LevelFilter, reload};
 
 use crate::{
     LogSettings, ParameterError,
+    log_settings::{LEVELS, filter},
     parameters::{Change, ParameterSpec, ParameterValue, Parameters},
     ros::{Executor, RosError, RosNode},
 };
 
 /// The parameter that holds the level of this project's messages.
 const PARAMETER: &str = "log_level";
-
-/// The levels of ROS by name and number, the most frequent messages first. This project has none above errors.
-const LEVELS: [(&str, u8, LevelFilter); 5] = [
-    ("debug", LoggerLevel::LOG_LEVEL_DEBUG, LevelFilter::DEBUG),
-    ("info", LoggerLevel::LOG_LEVEL_INFO, LevelFilter::INFO),
-    ("warn", LoggerLevel::LOG_LEVEL_WARN, LevelFilter::WARN),
-    ("error", LoggerLevel::LOG_LEVEL_ERROR, LevelFilter::ERROR),
-    ("fatal", LoggerLevel::LOG_LEVEL_FATAL, LevelFilter::ERROR),
-];
 
 /// The names of loggers that stand for all of this project.
 type Own = [String; 3];
@@ -244,11 +236,6 @@ impl Levels {
         let settings = self.0.settings.lock();
         settings.unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-fn filter(level: &str) -> Option<LevelFilter> {
-    let mut levels = LEVELS.into_iter();
-    levels.find_map(|(name, _, filter)| (name == level).then_some(filter))
 }
 
 fn name(level: LevelFilter) -> &'static str {

@@ -1,18 +1,27 @@
 //! A process's part in shared memory.
 
-use std::{fmt, sync::Arc};
+use std::{
+    fmt,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use iceoryx2::{
     node::{Node, NodeBuilder},
     prelude::{NodeName, SignalHandlingMode},
     service::{
-        builder::publish_subscribe::PublishSubscribeOpenOrCreateError,
+        builder::publish_subscribe::{
+            PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError as OpenOrCreateError,
+        },
         port_factory::publish_subscribe::PortFactory,
     },
 };
 
 use super::{Service, ShmError, ShmOptions, channel::Channel, room, root};
 use crate::Shutdown;
+
+/// How long another process may take to create a service, on a busy host.
+const CREATION: Duration = Duration::from_secs(5);
 
 /// An open service.
 pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as Channel>::Header>;
@@ -82,18 +91,28 @@ impl ShmNode {
             .as_str()
             .try_into()
             .map_err(|error| fail(format!("{error:?}")))?;
-        self.node
-            .service_builder(&service_name)
-            .publish_subscribe::<[C::Element]>()
-            .user_header::<C::Header>()
-            .enable_safe_overflow(false)
-            .max_publishers(C::PUBLISHERS)
-            .max_subscribers(C::SUBSCRIBERS)
-            .subscriber_max_buffer_size(C::BUFFER)
-            .history_size(C::HISTORY)
-            .open_or_create()
-            .map_err(|error: PublishSubscribeOpenOrCreateError| fail(format!("{error:?}")))
-            .map(|service| (name.clone(), service))
+        let begun = Instant::now();
+        loop {
+            let opened = self
+                .node
+                .service_builder(&service_name)
+                .publish_subscribe::<[C::Element]>()
+                .user_header::<C::Header>()
+                .enable_safe_overflow(false)
+                .max_publishers(C::PUBLISHERS)
+                .max_subscribers(C::SUBSCRIBERS)
+                .subscriber_max_buffer_size(C::BUFFER)
+                .history_size(C::HISTORY)
+                .open_or_create();
+            match opened {
+                Ok(service) => return Ok((name, service)),
+                // Another process creates it, for which iceoryx2 waits 0.5 s.
+                Err(OpenOrCreateError::PublishSubscribeOpenError(
+                    PublishSubscribeOpenError::HangsInCreation,
+                )) if begun.elapsed() < CREATION && !self.shutdown.requested() => {}
+                Err(error) => return Err(fail(format!("{error:?}"))),
+            }
+        }
     }
 }
 

@@ -23,7 +23,7 @@ const FLAGS: [&str; 12] = [
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--window-size=1400,1000",
+    "--window-size=1200,800",
     // (ms) of the page's own time.
     "--virtual-time-budget=3000",
 ];

@@ -86,6 +86,11 @@ class Flight {
   }
 }
 
+/** Index of the body of the largest mass. */
+function heaviestOf(bodies) {
+  return bodies.reduce((best, body) => (body.mass > best.mass ? body : best)).index;
+}
+
 /** Index of the last of ascending numbers that is at most `value`, or 0. */
 function lastAtOrBefore(numbers, value) {
   let [low, high] = [0, numbers.length - 1];

@@ -13,6 +13,8 @@ const plus = (a, b, factor = 1) => [a[0] + factor * b[0], a[1] + factor * b[1], 
 const times = (a, factor) => [a[0] * factor, a[1] * factor, a[2] * factor];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = (a) => times(a, 1 / (norm(a) || 1));
+/** The largest of many numbers; there is at least one. */
+const most = (values) => values.reduce((largest, value) => Math.max(largest, value), -Infinity);
 /** The `k`-th vector of an array of them. */
 const nth = (array, k) => [array[3 * k], array[3 * k + 1], array[3 * k + 2]];
 

@@ -57,15 +57,13 @@ function start() {
       find(id).addEventListener("change", (event) => Object.assign(view, { [key]: event.target.checked, stale: true }));
     }
     fillLegend(find("legend"), flight, listed, view);
+    fillBodies(find("bodies"), flight, listed, () => {
+      view.list();
+      fillLegend(find("legend"), flight, listed, view);
+    });
   } else {
-    find("choices").hidden = true;
+    for (const id of ["choices", "bar", "bodies"]) find(id).hidden = true;
   }
-  fillBodies(find("bodies"), flight, listed, () => {
-    if (!view) return;
-    view.buildTrails();
-    fillLegend(find("legend"), flight, listed, view);
-    view.stale = true;
-  });
   const resized = () => {
     view?.resize();
     plots.resize();
@@ -86,7 +84,7 @@ function makeView(host, notice, flight, listed) {
     return new View(host, flight, listed);
   } catch (error) {
     notice.hidden = false;
-    notice.textContent = `The 3D view needs WebGL, which this browser does not offer (${error.message}). The plots do without it.`;
+    notice.textContent = `The 3D view needs WebGL, which this browser does not offer (${error.message.replace(/\.$/, "")}). The plots do without it.`;
     return null;
   }
 }
@@ -95,8 +93,7 @@ function makeView(host, notice, flight, listed) {
 function firstListed(flight) {
   const bodies = flight.bodies.map((body) => body.index);
   if (bodies.length <= LISTED) return new Set(bodies);
-  const heaviest = bodies.reduce((best, index) => (flight.bodies[index].mass > flight.bodies[best].mass ? index : best), 0);
-  return new Set([...new Set([...flight.controls.map((controls) => controls.body), heaviest, ...bodies])].slice(0, LISTED));
+  return new Set([...new Set([...flight.controls.map((controls) => controls.body), heaviestOf(flight.bodies), ...bodies])].slice(0, LISTED));
 }
 
 function decimals(duration) {

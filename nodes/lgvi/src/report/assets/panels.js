@@ -13,7 +13,7 @@ class Panels {
     if (maneuver) this.body = maneuver.body;
     if (maneuver?.body > 0) this.pair = [0, maneuver.body];
     const places = flight.bodies.flatMap((body) => even(flight.time.length, 100).map((k) => nth(body.position, k)));
-    const extent = Math.max(...flight.bodies.map((body) => body.extent));
+    const extent = most(flight.bodies.map((body) => body.extent));
     this.duration = Math.max(flight.end - flight.start, Number.MIN_VALUE);
     this.length = Math.max(diagonal(places), extent);
     this.sections = {};
@@ -54,7 +54,7 @@ class Panels {
   /** A plot of vectors, by component, unless there is nothing. */
   vectors(host, title, unit, vectors, scale, extra = []) {
     const curves = COMPONENTS.map((label, i) => ({ label, values: vectors.map((vector) => vector[i]) }));
-    const largest = Math.max(...vectors.map(norm), 0);
+    const largest = most(vectors.map(norm));
     if (!(largest > NOTHING * scale)) return;
     this.plots.add(host, { title, unit, time: this.flight.time, curves: [...curves, ...extra] });
   }
@@ -118,7 +118,7 @@ class Panels {
     let shown = false;
     for (const [kind, title, unit] of [["force", "Control force, inertial axes", "N"], ["moment", "Control moment, body axes", "N m"]]) {
       const vectors = Array.from({ length: count + 1 }, (_, k) => nth(controls[kind], Math.min(k, count - 1)));
-      if (!(Math.max(...vectors.map(norm)) > 1e-12)) continue;
+      if (!(most(vectors.map(norm)) > 1e-12 * flight.largest(kind))) continue;
       const curves = COMPONENTS.map((label, i) => ({ label, values: vectors.map((vector) => vector[i]) }));
       const limits = flight.maneuver?.body === this.body ? flight.maneuver.limits.filter((limit) => limit.of === kind) : [];
       const constant = (label, value) => curves.push({ label, values: vectors.map(() => value), color: "#d00", dashed: true });
@@ -199,7 +199,7 @@ class Panels {
     const parts = named.filter(([key]) => energy[key].some((value) => value !== 0));
     if (parts.length > 0) plots.add(host, { title: "Energy", unit: "J", time, curves: parts.map(([label, color]) => ({ label, values: energy[label], color })) });
     const change = this.each((k) => energy.total[k] - energy.total[0]);
-    const scale = Math.max(...parts.flatMap(([key]) => this.each((k) => Math.abs(energy[key][k]))), 0);
+    const scale = most([0, ...parts.map(([key]) => most(energy[key].map(Math.abs)))]);
     if (change.some((value) => value !== 0)) {
       const title = `Change of the total energy from its start (largest energy ${short(scale)} J)`;
       plots.add(host, { title, unit: "J", time, curves: [{ label: "E − E₀", values: change, color: INK }] });
@@ -212,7 +212,7 @@ class Panels {
       const changes = this.each((k) => minus(nth(flight[key], k), start));
       const isShown = key === "angular_momentum" || !isPushed || flight.bodies.length > 1;
       if (isShown && changes.some((vector) => norm(vector) > 0)) {
-        const largest = Math.max(...this.each((k) => norm(nth(flight[key], k))));
+        const largest = most(this.each((k) => norm(nth(flight[key], k))));
         const curves = COMPONENTS.map((label, i) => ({ label, values: changes.map((vector) => vector[i]) }));
         plots.add(host, { title: `Change of the total ${title} from its start (largest ${short(largest)} ${unit})`, unit, time, curves });
       }

@@ -18,7 +18,7 @@ class Plots {
    * `dashed` and `breaks`, indices before which its line is broken; `stepped` curves keep a value until the next.
    */
   add(host, { title, unit, time, curves, stepped = false }) {
-    const largest = Math.max(...curves.map((curve) => curve.values.reduce((most, value) => Math.max(most, Math.abs(value ?? 0)), 0)));
+    const largest = most(curves.map((curve) => most(curve.values.map((value) => Math.abs(value ?? 0)))));
     const { size, symbol } = readable(largest, unit);
     const scaled = curves.map(({ values }) => Array.from(values, (value) => (value === null ? null : value / size)));
     const data = [Array.from(time, (t) => t / this.unit.size), ...scaled];

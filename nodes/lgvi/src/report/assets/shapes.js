@@ -39,8 +39,8 @@ function segments(points, color, options = {}) {
   return new LineSegments(positions(points), new LineBasicMaterial({ color, ...options }));
 }
 
-/** A solid in its frame. Every other octant is darker, so that a turn is seen. */
-function solid(shape, color, options = {}) {
+/** A solid in its frame. Every other octant is darker, so that a turn is seen; a `coarse` ellipsoid has fewer faces. */
+function solid(shape, color, { coarse = false, ...options } = {}) {
   const material = () => new MeshLambertMaterial({ color, ...options });
   if (shape.kind === "mesh") {
     const vertices = unpack(shape.vertices);
@@ -49,7 +49,7 @@ function solid(shape, color, options = {}) {
     return new Mesh(geometry, new MeshLambertMaterial({ color, vertexColors: true, ...options }));
   }
   if (shape.kind === "ellipsoid") {
-    const mesh = new Mesh(checkered(new SphereGeometry(1, 48, 32).toNonIndexed()), new MeshLambertMaterial({ color, vertexColors: true, ...options }));
+    const mesh = new Mesh(checkered(new SphereGeometry(1, coarse ? 16 : 48, coarse ? 12 : 32).toNonIndexed()), new MeshLambertMaterial({ color, vertexColors: true, ...options }));
     mesh.scale.copy(toVector(shape.semi_axes));
     mesh.quaternion.copy(toQuaternion(shape.axes));
     mesh.position.copy(toVector(shape.center));
@@ -57,7 +57,7 @@ function solid(shape, color, options = {}) {
   }
   const group = new Group();
   const centers = unpack(shape.centers);
-  const farthest = Math.max(...even(centers.length / 3, Infinity).map((k) => norm(nth(centers, k))));
+  const farthest = most(even(centers.length / 3, Infinity).map((k) => norm(nth(centers, k))));
   const radius = Math.max(shape.radius, 0.02 * farthest);
   for (let k = 0; k < centers.length / 3; k++) {
     const ball = new Mesh(new SphereGeometry(radius, 28, 20), material());

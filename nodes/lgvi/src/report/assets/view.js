@@ -1,14 +1,11 @@
 // The motion in space, seen from a frame that may move with a body.
 
-const { AmbientLight, DirectionalLight, PerspectiveCamera, Scene, WebGLRenderer, OrbitControls } = libraries;
+const { AmbientLight, DirectionalLight, OrbitControls, PerspectiveCamera, Scene, WebGLRenderer } = libraries;
 
 /** Bodies are at least this large (px); of many, or without a trail, less. */
 const LEAST_PIXELS = { few: 11, many: 3.5 };
 const MANY = 8;
 const FIELD_OF_VIEW = 40;
-const THRUSTS = 48;
-/** The length of trail behind a body that is bright, of the diagonal of all of it. */
-const RECENT = 2;
 /** Length of the strongest load's arrow, of the picture's radius. */
 const STRONGEST = 0.4;
 
@@ -16,7 +13,7 @@ class View {
   /** `listed` is the set of bodies with trail and name. */
   constructor(host, flight, listed) {
     Object.assign(this, { host, flight, listed, frame: { kind: "inertial" }, focus: null, time: flight.start });
-    Object.assign(this, { trueSize: false, withAxes: true, withLabels: true, orbits: [], surrounds: [], recent: [], reach: 0, width: 1, height: 1 });
+    Object.assign(this, { trueSize: false, withAxes: true, withLabels: true, width: 1, height: 1 });
     this.renderer = new WebGLRenderer({ antialias: true });
     this.renderer.setClearColor("#10151f");
     host.prepend(this.renderer.domElement);
@@ -47,16 +44,15 @@ class View {
     const { flight } = this;
     const { scenery, maneuver } = flight;
     this.inertial = new Group();
-    this.trails = new Group();
-    this.triad = axes();
-    this.root.add(this.inertial, this.trails);
-    this.camera.add(this.triad);
-    this.triad.traverse((part) => part.material && Object.assign(part.material, { depthTest: false }));
+    this.trails = new Trails(flight);
+    this.marks = new Marks(this);
+    this.root.add(this.inertial, this.trails.group);
+    const heaviest = heaviestOf(flight.bodies);
     this.bodies = flight.bodies.map((body) => {
       const group = new Group();
       const own = axes();
       own.scale.setScalar(1.5 * body.extent);
-      const look = solid(body.shape, bodyColor(body.index));
+      const look = solid(body.shape, bodyColor(body.index), { coarse: flight.bodies.length > MANY && body.index !== heaviest });
       group.add(look, own);
       if (body.is_pivoted) group.add(...pivot(body));
       this.root.add(group);
@@ -73,7 +69,8 @@ class View {
       this.root.add(arrows.force, arrows.moment);
       return arrows;
     });
-    if (maneuver) this.buildManeuver(maneuver);
+    this.goal = maneuver && buildGoal(flight, maneuver);
+    if (this.goal) this.inertial.add(this.goal.group);
   }
 
   addFrame(frame) {
@@ -92,121 +89,17 @@ class View {
     return { ...frame, holder, group, body: body?.body };
   }
 
-  buildManeuver(goal) {
-    const { flight } = this;
-    const body = flight.bodies[goal.body];
-    const places = even(flight.time.length, 200).map((k) => nth(body.position, k));
-    const span = diagonal(places);
-    // As long as the markers of the planner are.
-    const size = Math.max(span, 4 * body.extent);
-    const list = (packed) => {
-      const values = unpack(packed);
-      return even(values.length / 3, Infinity).map((k) => nth(values, k));
-    };
-    for (const [packed, color] of [[goal.initial_orbit, COLORS.initial], [goal.target_orbit, COLORS.target]]) {
-      if (!packed) continue;
-      const places = list(packed);
-      this.orbits.push(...places);
-      this.inertial.add(color === COLORS.target ? dashedLine(places, color, 0.02 * size) : line(places, color));
-    }
-    const origin = goal.position ?? places[places.length - 1];
-    if (goal.position || goal.attitude) {
-      this.target = new Group();
-      this.target.add(ghost(body.shape));
-      if (goal.attitude) {
-        const own = axes();
-        own.scale.setScalar(1.5 * body.extent);
-        this.target.add(own);
-        this.target.quaternion.copy(toQuaternion(goal.attitude));
-      }
-      this.target.position.copy(toVector(origin));
-      this.target.userData = { origin, extent: body.extent };
-      this.inertial.add(this.target);
-    }
-    if (goal.spin_direction) {
-      const spin = arrow(COLORS.target);
-      point(spin, origin, goal.spin_direction, Math.max(0.1 * size, 1.5 * body.extent));
-      this.inertial.add(spin);
-    }
-    // Cones of directions move with the body.
-    this.cones = [];
-    for (const limit of goal.limits) {
-      if (limit.kind === "keep_out_sphere") {
-        this.inertial.add(keepOutSphere(limit.center, limit.radius));
-        this.surrounds.push(...aroundSphere(limit.center, limit.radius));
-      }
-      if (limit.kind === "corridor") {
-        const reach = Math.max(...places.map((place) => norm(minus(place, limit.apex))));
-        const corridor = cone(limit.apex, limit.axis, limit.half_angle, reach, COLORS.corridor);
-        this.inertial.add(corridor);
-        this.surrounds.push(...corridor.userData.rim.map((place) => plus(place, limit.apex)));
-      }
-      if (limit.kind === "keep_out_cone") {
-        const reach = 0.5 * size;
-        this.reach = Math.max(this.reach, reach);
-        const holder = new Group();
-        holder.add(cone([0, 0, 0], unit(limit.direction), limit.half_angle, reach, COLORS.forbidden));
-        const path = even(flight.time.length, 600).map((k) => times(rotate(flight.attitude(body, { k, part: 0 }), unit(limit.axis)), reach));
-        holder.add(line(path, bodyColor(body.index)));
-        const now = line([[0, 0, 0], times(unit(limit.axis), reach)], "#ffffff");
-        holder.add(now);
-        this.inertial.add(holder);
-        this.cones.push({ holder, now, body });
-      }
-    }
-  }
-
   /** Looks from another frame. */
   setFrame(frame) {
     this.frame = frame;
-    this.buildTrails();
+    this.list();
     this.fit();
   }
 
-  /** Trails, and thrust along them, as seen from the frame. */
-  buildTrails() {
-    for (const child of [...this.trails.children]) {
-      child.geometry.dispose();
-      this.trails.remove(child);
-    }
-    this.recent = [];
-    const { flight, frame } = this;
-    const all = even(flight.time.length, Infinity);
-    const poses = all.map((k) => flight.pose(frame, { k, part: 0 }));
-    const inView = ({ origin, turn }, place) => rotate(conjugate(turn), minus(place, origin));
-    this.places = new Map();
-    for (const body of flight.bodies) {
-      const isListed = this.listed.has(body.index);
-      const places = (isListed ? all : even(all.length, 2)).map((k) => inView(poses[k], flight.center(body, { k, part: 0 })));
-      this.places.set(body.index, places);
-      if (isListed && diagonal(places) > 0) this.addTrail(body, places);
-    }
-    const size = diagonal([...this.places.values()].flat());
-    for (const controls of flight.controls) {
-      if (this.largest.force === 0 || !this.listed.has(controls.body)) continue;
-      const body = flight.bodies[controls.body];
-      const points = even(flight.time.length, THRUSTS).flatMap((k) => {
-        const load = flight.load(controls.body, flight.time[k]);
-        if (!load || norm(load.force) < 0.01 * this.largest.force) return [];
-        const pose = poses[k];
-        const from = inView(pose, nth(body.position, k));
-        return [from, plus(from, rotate(conjugate(pose.turn), load.force), (0.12 * size) / this.largest.force)];
-      });
-      if (points.length > 0) this.trails.add(segments(points, COLORS.force, { transparent: true, opacity: 0.45 }));
-    }
-  }
-
-  /** The whole way, faint, and on it the way that lies shortly behind. */
-  addTrail(body, places) {
-    const lengths = new Float64Array(places.length);
-    for (let k = 1; k < places.length; k++) lengths[k] = lengths[k - 1] + norm(minus(places[k], places[k - 1]));
-    const length = RECENT * diagonal(places);
-    // The more often it goes round, the fainter.
-    const opacity = Math.max(0.05, Math.min(0.3, (1.2 * length) / lengths[places.length - 1]));
-    const whole = line(places, bodyColor(body.index), { transparent: true, opacity });
-    const recent = line(places, bodyColor(body.index));
-    this.trails.add(whole, recent);
-    this.recent.push({ trail: recent, lengths, length });
+  /** Takes up which bodies are listed. */
+  list() {
+    this.trails.build(this.frame, this.listed);
+    this.stale = true;
   }
 
   /** Looks at everything that moves, or at the body in focus, from where it is seen best. */
@@ -219,23 +112,24 @@ class View {
       points = [this.placeNow(flight.bodies[focus], moment)];
       around = 2.6 * flight.bodies[focus].extent;
     } else {
-      points = [...this.places.values()].flat();
+      points = [...this.trails.places.values()].flat();
       if (this.frame.kind === "inertial") {
         if (flight.scenery.attractor) points.push(...aroundSphere(flight.scenery.attractor.position, flight.scenery.attractor.radius));
-        points.push(...this.surrounds);
+        points.push(...(this.goal?.surrounds ?? []));
         if (flight.maneuver?.position) points.push(flight.maneuver.position);
         const [low, high] = box(points);
         const near = (place) => place.every((x, i) => x >= low[i] - 0.6 * diagonal(points) && x <= high[i] + 0.6 * diagonal(points));
-        if (this.orbits.every(near)) points.push(...this.orbits);
+        if (this.goal?.orbits.every(near)) points.push(...this.goal.orbits);
       } else {
         points.push([0, 0, 0]);
       }
       const span = diagonal(points);
-      const largest = Math.max(...flight.bodies.filter((body) => this.listed.has(body.index)).map((body) => body.extent), 0);
-      around = Math.max(span > 0 ? largest : 1.55 * largest, this.reach);
+      const largest = most([0, ...flight.bodies.filter((body) => this.listed.has(body.index)).map((body) => body.extent)]);
+      // Where bodies hardly move, their axes are to be seen too.
+      around = Math.max(span > 4 * largest ? largest : 1.7 * largest, this.goal?.reach ?? 0);
     }
     const up = flight.scenery.gravity ? unit(times(flight.scenery.gravity, -1)) : [0, 0, 1];
-    this.direction = focus !== null && this.direction ? this.direction : bestDirection([...this.places.values()], up);
+    this.direction = focus !== null && this.direction ? this.direction : bestDirection([...this.trails.places.values()], up);
     this.frameAll(points, around, up);
     // OrbitControls takes the upright direction when it is made.
     this.controls.dispose();
@@ -258,11 +152,11 @@ class View {
     const seen = points.map((place) => [dot(place, side), dot(place, top), dot(place, towards)]);
     const [low, high] = box(seen);
     const middle = times(plus(low, high), 0.5);
-    const radius = Math.max(...seen.map((place) => norm(minus(place, middle)))) + around || 1;
+    const radius = most(seen.map((place) => norm(minus(place, middle)))) + around || 1;
     const tangent = Math.tan((Math.PI / 360) * FIELD_OF_VIEW);
     const tangents = [tangent * this.camera.aspect, tangent];
     const margin = 1.12;
-    const distance = Math.max(...seen.map((place) => {
+    const distance = most(seen.map((place) => {
       const arm = minus(place, middle);
       return Math.max(...tangents.map((tangent, i) => arm[2] + (margin * (Math.abs(arm[i]) + around * Math.hypot(1, tangent))) / tangent));
     }));
@@ -299,7 +193,7 @@ class View {
     return (this.root.scale.x * this.height) / (2 * Math.tan((Math.PI / 360) * FIELD_OF_VIEW) * distance);
   }
 
-  /** By how much something of an extent (m) is drawn larger so that it is seen. */
+  /** By how much something of an extent (m) is drawn larger, so that it has a radius of `least` pixels. */
   enlarged(extent, place, least) {
     if (this.trueSize) return 1;
     return Math.max(1, least / Math.max(extent * this.pixels(place), 1e-30));
@@ -313,12 +207,8 @@ class View {
     const back = conjugate(turn);
     this.inertial.quaternion.copy(toQuaternion(back));
     this.inertial.position.copy(toVector(rotate(back, times(origin, -1))));
-    this.triad.visible = this.withAxes;
-    const reached = lastAtOrBefore(flight.time, this.time);
-    for (const { trail, lengths, length } of this.recent) {
-      const from = lastAtOrBefore(lengths, lengths[reached] - length);
-      trail.geometry.setDrawRange(from, reached - from + 1);
-    }
+    this.marks.triad.visible = this.withAxes;
+    this.trails.show(moment.k);
     for (const item of this.bodies) {
       const { body, group, look, own } = item;
       const listed = this.listed.has(body.index);
@@ -344,12 +234,12 @@ class View {
       const place = rotate(back, minus(position, origin));
       this.attractor.scale.setScalar(radius > 0 ? this.enlarged(radius, place, 5) : 6 / this.pixels(place));
     }
-    if (this.target) {
-      const { origin: at, extent } = this.target.userData;
+    if (this.goal?.target) {
+      const { origin: at, extent } = this.goal.target.userData;
       const place = rotate(back, minus(at, origin));
-      this.target.scale.setScalar(this.enlarged(extent, place, LEAST_PIXELS.few));
+      this.goal.target.scale.setScalar(this.enlarged(extent, place, LEAST_PIXELS.few));
     }
-    for (const { holder, now, body } of this.cones ?? []) {
+    for (const { holder, now, body } of this.goal?.cones ?? []) {
       holder.position.copy(toVector(flight.position(body, moment)));
       now.quaternion.copy(toQuaternion(flight.attitude(body, moment)));
     }
@@ -363,9 +253,10 @@ class View {
         point(arrows[kind], place, rotate(back, vectors[kind]), share < 0.01 ? 0 : STRONGEST * this.radius * share);
       }
     }
-    this.placeTriad();
+    this.marks.placeTriad();
     this.renderer.render(this.sceneRoot, this.camera);
-    this.placeMarks();
+    this.marks.placeNames();
+    this.marks.drawBar();
     this.stale = false;
   }
 
@@ -380,140 +271,4 @@ class View {
     }
     this.followed = here;
   }
-
-  /** The axes of the frame in the lower left corner. */
-  placeTriad() {
-    const tangent = Math.tan((Math.PI / 360) * FIELD_OF_VIEW);
-    const pixel = (2 * tangent) / this.height;
-    this.triad.position.set(-tangent * this.camera.aspect + 62 * pixel, -tangent + 62 * pixel, -1);
-    this.triad.scale.setScalar(38 * pixel);
-    // As it would look in the middle of the picture.
-    this.triad.quaternion.setFromUnitVectors(new Vector3(0, 0, -1), this.triad.position.clone().normalize());
-    this.triad.quaternion.multiply(this.camera.quaternion.clone().invert());
-    this.sceneRoot.updateMatrixWorld(true);
-  }
-
-  /** Names beside what they name, none over another. */
-  placeMarks() {
-    const marks = this.host.querySelector("#marks");
-    const taken = [];
-    const texts = [];
-    const add = (world, text, kind = "") => {
-      const seen = world.project(this.camera);
-      if (Math.abs(seen.z) > 1) return;
-      const x = (0.5 + 0.5 * seen.x) * this.width;
-      const y = (0.5 - 0.5 * seen.y) * this.height;
-      const size = [text.length * 6.6 + 4, 15];
-      const places = [[8, -18], [8, 4], [-size[0] - 8, -18], [-size[0] - 8, 4]].map(([right, down]) => [x + right, y + down]);
-      const free = places.find(([left, top]) => left > 0 && top > 0 && left + size[0] < this.width && top + size[1] < this.height
-        && taken.every((other) => left > other[2] || left + size[0] < other[0] || top > other[3] || top + size[1] < other[1]));
-      if (!free) return;
-      taken.push([free[0], free[1], free[0] + size[0], free[1] + size[1]]);
-      texts.push({ text, kind, x: free[0], y: free[1] });
-    };
-    if (this.withLabels) {
-      for (const { body, place, factor } of this.bodies) {
-        if (!this.listed.has(body.index)) continue;
-        const enlarged = factor > 1.05 ? ` ×${factorText(factor)}` : "";
-        add(this.root.localToWorld(toVector(place)), body.name + enlarged, this.isHidden(place) ? "hidden" : "");
-      }
-      if (this.withAxes) {
-        for (const { name, holder } of this.frames) add(holder.getWorldPosition(new Vector3()), name, "frame");
-      }
-    }
-    if (this.withAxes) {
-      for (const [axis, name] of ["x", "y", "z"].entries()) {
-        const tip = [0, 0, 0];
-        tip[axis] = 1.2;
-        const world = this.triad.localToWorld(toVector(tip));
-        const seen = world.project(this.camera);
-        if (Math.abs(seen.z) < 1) texts.push({ text: name, kind: "frame", x: (0.5 + 0.5 * seen.x) * this.width - 3, y: (0.5 - 0.5 * seen.y) * this.height - 9 });
-      }
-    }
-    while (marks.children.length < texts.length) marks.append(document.createElement("span"));
-    [...marks.children].forEach((span, i) => {
-      const mark = texts[i];
-      span.hidden = !mark;
-      if (!mark) return;
-      if (span.textContent !== mark.text) span.textContent = mark.text;
-      span.className = mark.kind;
-      span.style.transform = `translate(${mark.x.toFixed(1)}px, ${mark.y.toFixed(1)}px)`;
-    });
-    this.drawBar();
-  }
-
-  /** Whether the attractor is before a place in the frame. */
-  isHidden(place) {
-    const attractor = this.flight.scenery.attractor;
-    if (!attractor?.radius) return false;
-    const center = this.attractor.getWorldPosition(new Vector3()).sub(this.camera.position);
-    const arm = this.root.localToWorld(toVector(place)).sub(this.camera.position);
-    const along = arm.clone().normalize();
-    const nearest = center.dot(along);
-    return nearest > 0 && nearest < arm.length() && center.addScaledVector(along, -nearest).length() < attractor.radius * this.root.scale.x;
-  }
-
-  /** A round length in the plane of what is looked at. */
-  drawBar() {
-    const pixels = this.pixels(this.root.worldToLocal(this.controls.target.clone()).toArray());
-    const wanted = 110 / pixels;
-    const power = 10 ** Math.floor(Math.log10(wanted));
-    const length = [5, 2, 1].map((digit) => digit * power).find((length) => length <= wanted) ?? power;
-    const bar = this.host.querySelector("#bar");
-    bar.style.width = `${(length * pixels).toFixed(1)}px`;
-    bar.firstElementChild.textContent = lengthText(length);
-  }
-}
-
-function box(points) {
-  const low = [Infinity, Infinity, Infinity];
-  const high = [-Infinity, -Infinity, -Infinity];
-  for (const place of points) {
-    for (let i = 0; i < 3; i++) {
-      low[i] = Math.min(low[i], place[i]);
-      high[i] = Math.max(high[i], place[i]);
-    }
-  }
-  return [low, high];
-}
-
-/** The ends of a sphere's diameters. */
-function aroundSphere(center, radius) {
-  return [0, 1, 2].flatMap((axis) => [-radius, radius].map((offset) => center.map((x, i) => (i === axis ? x + offset : x))));
-}
-
-function diagonal(points) {
-  return points.length === 0 ? 0 : norm(minus(...box(points).reverse()));
-}
-
-/** The direction to look from, in which curves cover the largest area, none from its edge. */
-function bestDirection(curves, up) {
-  const right = unit(cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0]));
-  const ahead = cross(right, up);
-  const spreads = curves.map((curve) => {
-    const chosen = even(curve.length, 200).map((k) => curve[k]);
-    const center = times(chosen.reduce((sum, place) => plus(sum, place), [0, 0, 0]), 1 / Math.max(chosen.length, 1));
-    return chosen.map((place) => minus(place, center));
-  }).filter((arms) => arms.length > 2 && arms.some((arm) => norm(arm) > 0));
-  let best = { score: -Infinity };
-  for (let azimuth = 300; azimuth < 660; azimuth += 10) {
-    for (const elevation of [20, 25, 30, 35, 40]) {
-      const [a, e] = [azimuth, elevation].map((angle) => ((angle + 5) * Math.PI) / 180);
-      const level = plus(times(right, Math.cos(a)), ahead, Math.sin(a));
-      const towards = plus(times(level, Math.cos(e)), up, Math.sin(e));
-      const side = cross(up, level);
-      const top = cross(towards, side);
-      let score = 0;
-      for (const arms of spreads) {
-        let [xx, xy, yy, all] = [0, 0, 0, 0];
-        for (const arm of arms) {
-          const [x, y] = [dot(arm, side), dot(arm, top)];
-          [xx, xy, yy, all] = [xx + x * x, xy + x * y, yy + y * y, all + dot(arm, arm)];
-        }
-        score += Math.log(Math.max(xx * yy - xy * xy, 0) / (all * all) + 1e-5) + 2 * Math.log((xx + yy) / all + 1e-5);
-      }
-      if (score > best.score + 1e-9) best = { score, towards };
-    }
-  }
-  return best.towards;
 }

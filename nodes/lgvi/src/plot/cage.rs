@@ -190,20 +190,18 @@ impl Cage {
             let [low, high, step] =
                 [self.low[axis], self.high[axis], self.step(axis)].map(|c| c / scale);
             let numbers = Ticks::with_step(low, high, step);
-            for (value, number) in ticks[axis]
-                .values
-                .iter()
-                .zip(&numbers.values)
-                .step_by(every)
-            {
+            let placed = ticks[axis].values.iter().zip(&numbers.values);
+            let placed = placed.map(|(value, number)| {
                 let mut point = from;
                 point[axis] = *value;
-                let place = self.place(&point);
-                // Two axes meet at a corner: there is no room for the numbers of both.
+                (self.place(&point), number)
+            });
+            // Two axes meet at a corner: there is no room for the numbers of both.
+            let clear = placed.filter(|(place, _)| {
                 let from_end = |end: &Place| libm::hypot(place[0] - end[0], place[1] - end[1]);
-                if ends.iter().any(|end| from_end(end) < CORNER) {
-                    continue;
-                }
+                ends.iter().all(|end| from_end(end) >= CORNER)
+            });
+            for (place, number) in clear.step_by(every) {
                 let beside = |gap: f64| [0, 1].map(|i| place[i] + gap * away[i]);
                 canvas.path(&[place, beside(5.0)], Stroke::new(style::FRAME, 1.0));
                 canvas.text(&numbers.label(*number), beside(13.0), font);

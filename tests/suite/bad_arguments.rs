@@ -121,7 +121,7 @@ fn variables_of_discovery_that_cannot_be_honored_are_refused() {
         (
             "ROS_STATIC_PEERS",
             "10.0.0.1;10.0.0.2:7400",
-            ["ROS_STATIC_PEERS has \"10.0.0.2:7400\"", "parted by ';'"],
+            ["ROS_STATIC_PEERS has \"10.0.0.2:7400\"", "separated by ';'"],
         ),
         (
             "ROS_LOCALHOST_ONLY",
@@ -151,7 +151,7 @@ fn ros_arguments_that_cannot_be_honored_are_refused() {
         (["-p", "topics:=[a, 1]"], ["topics:=[a, 1]", "one type"]),
         (
             ["-r", "a:={node}"],
-            ["\"a:={node}\"", "\"{node}\" is no name"],
+            ["\"a:={node}\"", "\"{node}\" is not a name"],
         ),
         (
             ["-r", "__ns:=y"],

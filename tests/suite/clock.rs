@@ -211,7 +211,7 @@ fn a_flight_follows_a_strangers_time_and_outlives_it_going_back() {
     tell(505 * MILLISECOND);
     flight.await_rest(500 * MILLISECOND);
     tell(100 * MILLISECOND);
-    follower.await_stderr("/clock has gone back by 0.405 s to 946728000.1 s");
+    follower.await_stderr("/clock jumped back by 0.405 s to 946728000.1 s");
     let client = observer.service_client("/follower/pause").unwrap();
     pause(&client, true);
     pause(&client, false);

@@ -8,7 +8,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum Damage {
     /// A checksum does not match.
-    #[error("checksum of the {of} is {calculated:08x}, saved is {saved:08x}")]
+    #[error("checksum of the {of} is {calculated:08x}, expected {saved:08x}")]
     Checksum {
         /// The part of the file.
         of: &'static str,
@@ -58,7 +58,7 @@ pub enum Damage {
         source: Box<McapError>,
     },
     /// Two definitions of one id differ.
-    #[error("{record} {id} is defined twice, and differently")]
+    #[error("{record} {id} has two different definitions")]
     Redefined {
         /// Kind of the definition.
         record: &'static str,

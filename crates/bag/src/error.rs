@@ -223,7 +223,7 @@ pub enum BagError {
         size: u64,
     },
     /// A topic's quality of service is not what rosbag2 writes; ROS 2's default is taken.
-    #[error("{file}: {field} of {topic}: {source}; taken as the default", file = .file.display(), field = crate::channel_key::QOS)]
+    #[error("{file}: {field} of {topic}: {source}; the default is used", file = .file.display(), field = crate::channel_key::QOS)]
     Qos {
         /// The file.
         file: PathBuf,

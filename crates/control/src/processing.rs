@@ -26,7 +26,9 @@ pub enum ProcessingError {
     #[error("the LGVI needs no processing: expected Lie–Euler dynamics")]
     Dynamics,
     /// The terminal set has several states.
-    #[error("half a drift early the terminal set is none of those known: expected a single state")]
+    #[error(
+        "moved back by half a drift, the target is not a single state; expected a target that fixes the full state"
+    )]
     Terminal,
     /// The body turns too far in half a step.
     #[error("{which}: {source}")]

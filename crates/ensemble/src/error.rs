@@ -16,7 +16,7 @@ pub enum EnsembleError {
     #[error("{0} samples, expected 1 to 10000000")]
     Samples(u64),
     /// Samples outside the ensemble were requested.
-    #[error("samples {}..{} are asked for, expected a part of 0..{samples} that is not empty", range.start, range.end)]
+    #[error("samples {}..{} were requested, expected a non-empty part of 0..{samples}", range.start, range.end)]
     Range {
         /// The requested samples.
         range: Range<u64>,
@@ -24,7 +24,7 @@ pub enum EnsembleError {
         samples: u64,
     },
     /// A maneuver without a plan, or a plan without a maneuver.
-    #[error("commands for a scene without a maneuver, or none for one with")]
+    #[error("expected commands exactly if the scene has a maneuver")]
     Commands,
     /// The scene has no integrator.
     #[error(transparent)]
@@ -95,7 +95,7 @@ pub enum EnsembleError {
         path: PathBuf,
     },
     /// The directory to be created exists already and is not empty.
-    #[error("{}: not empty, expected a directory to be made", path.display())]
+    #[error("{}: is not empty, expected a new or empty directory", path.display())]
     Occupied {
         /// The directory.
         path: PathBuf,

@@ -22,7 +22,7 @@ impl Assignment {
         let (node, name) = remap::split_node(left)?;
         if !is_parameter_name(name) {
             return Err(format!(
-                "{name:?} is no name: parts of letters, digits and single underscores, parted by '.' or '/'"
+                "{name:?} is not a name: parts of letters, digits and single underscores, separated by '.' or '/'"
             ));
         }
         let mut documents = yaml::documents(text)?;

@@ -98,7 +98,7 @@ pub enum EnvironmentError {
     )]
     DiscoveryOff,
     /// A peer that is no address or host name.
-    #[error("ROS_STATIC_PEERS has {0:?}; expected addresses or host names, parted by ';'")]
+    #[error("ROS_STATIC_PEERS has {0:?}; expected addresses or host names, separated by ';'")]
     StaticPeer(String),
     /// An implementation that these nodes do not talk to.
     #[error(

@@ -71,7 +71,7 @@ fn extend(path: &str, key: &str) -> Result<String, String> {
         Ok(format!("{path}/{relative}"))
     } else {
         Err(format!(
-            "{key:?} is no node: names and the wildcards \"*\" and \"**\" are parted by single slashes"
+            "{key:?} is not a node: names and the wildcards \"*\" and \"**\" are separated by single slashes"
         ))
     }
 }
@@ -265,12 +265,15 @@ mod tests {
                 "n: {ros__parameters: {a: [[1]]}}",
                 "parameter \"a\": a list must hold scalars only",
             ),
-            ("/n*: {ros__parameters: {a: 1}}", "\"/n*\" is no node"),
-            ("n//x: {ros__parameters: {a: 1}}", "\"n//x\" is no node"),
-            ("n/: {ros__parameters: {a: 1}}", "\"n/\" is no node"),
-            ("/: {ros__parameters: {a: 1}}", "\"/\" is no node"),
-            ("'': {ros__parameters: {a: 1}}", "\"\" is no node"),
-            ("/a: {/n: {ros__parameters: {a: 1}}}", "\"/n\" is no node"),
+            ("/n*: {ros__parameters: {a: 1}}", "\"/n*\" is not a node"),
+            ("n//x: {ros__parameters: {a: 1}}", "\"n//x\" is not a node"),
+            ("n/: {ros__parameters: {a: 1}}", "\"n/\" is not a node"),
+            ("/: {ros__parameters: {a: 1}}", "\"/\" is not a node"),
+            ("'': {ros__parameters: {a: 1}}", "\"\" is not a node"),
+            (
+                "/a: {/n: {ros__parameters: {a: 1}}}",
+                "\"/n\" is not a node",
+            ),
         ] {
             let error = read(text, "/n").unwrap_err();
             assert!(error.contains(expected), "{text:?}: {error}");

@@ -106,7 +106,7 @@ pub(crate) fn split_node(left: &str) -> Result<(Option<&str>, &str), String> {
     match left.split_once(':') {
         Some((_, rest)) if rest.starts_with("//") => Ok((None, left)),
         Some((node, rest)) if names::is_rule_token(node) => Ok((Some(node), rest)),
-        Some((node, _)) => Err(format!("{node:?} is no name of a node")),
+        Some((node, _)) => Err(format!("{node:?} is not the name of a node")),
         None => Ok((None, left)),
     }
 }
@@ -135,7 +135,7 @@ fn check_name(name: &str) -> Result<(), String> {
         Err(format!("{name:?}: ROS 2 has no wildcards in remapping"))
     } else {
         Err(format!(
-            "{name:?} is no name: parts of letters, digits and single underscores, parted by slashes"
+            "{name:?} is not a name: parts of letters, digits and single underscores, separated by slashes"
         ))
     }
 }

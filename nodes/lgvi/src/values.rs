@@ -10,7 +10,7 @@ pub(crate) fn path() -> impl TypedValueParser<Value = PathBuf> {
     OsStringValueParser::new().try_map(|path| match path.into_string() {
         Ok(path) if path.is_empty() => Err("expected a path".to_owned()),
         Ok(path) => Ok(PathBuf::from(path)),
-        Err(path) => Err(format!("{path:?} is no valid Unicode")),
+        Err(path) => Err(format!("{path:?} is not valid Unicode")),
     })
 }
 

@@ -43,7 +43,7 @@ pub(crate) struct Follower {
     /// What has come over shared memory, and over DDS.
     shm_lane: Lane,
     ros_lane: Lane,
-    /// How often the flight has begun anew.
+    /// How often the flight restarts.
     course: u64,
     latest: Option<Observed>,
     /// Steps and when they were heard, oldest first, over the last [`WINDOW`].
@@ -55,7 +55,7 @@ pub(crate) struct Follower {
 struct Lane {
     /// The last state's step.
     last: Option<u64>,
-    /// How often the step has become lower: the flight has begun anew.
+    /// How often the step has become lower: the flight restarts.
     course: u64,
 }
 
@@ -176,7 +176,7 @@ impl Follower {
         }
     }
 
-    /// How often the flight has begun anew, at step 0 again.
+    /// How often the flight restarts, at step 0 again.
     pub(crate) fn course(&self) -> u64 {
         self.course
     }

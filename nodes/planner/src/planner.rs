@@ -280,7 +280,7 @@ impl Planner {
             Err(Unsolved {
                 reason, message, ..
             }) => {
-                info!("no plan; those who listen for its progress have a moment to come");
+                info!("no plan; subscribers to the progress have a moment to connect");
                 self.outlet.await_listener(node);
                 self.account(PATIENCE);
                 return match reason {

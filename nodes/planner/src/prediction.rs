@@ -17,7 +17,7 @@ pub(crate) enum PredictionError {
         step: u64,
     },
     /// The steps until then cannot be made.
-    #[error("the flight cannot be foretold from step {from} to {step}: {reason}")]
+    #[error("the flight cannot be predicted from step {from} to {step}: {reason}")]
     Steps {
         /// The flight's step.
         from: u64,

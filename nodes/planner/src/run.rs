@@ -20,7 +20,7 @@ use crate::worker::Worker;
 const HISTORY: u32 = 500;
 
 const NOT_IN_LOCKSTEP: &str =
-    "parameter \"lockstep\" is true, expected false: the scene is not planned anew in flight";
+    "parameter \"lockstep\" is true, expected false: the scene does not replan";
 
 impl Managed for Planner {
     const NAME: &'static str = "lgvi_planner";

@@ -64,7 +64,7 @@ impl Channels {
             .map(|topic| {
                 let own = config.clock.is_some() && topic.name == CLOCK;
                 if own {
-                    warn!("{CLOCK} of the bag is not played: it is published as parameter \"clock\" asks for");
+                    warn!("{CLOCK} of the bag is not played: the parameter \"clock\" makes this node publish it");
                 }
                 selection.takes(&topic.name) && !own
             })

@@ -142,7 +142,7 @@ impl Replay<'_> {
     fn skip_gap(&self, next: u64) {
         if self.remote.until(next).is_some_and(|wait| wait > LONGEST) {
             let gap = next.saturating_sub(self.remote.recorded()) as f64 * 1e-9;
-            warn!("no message is recorded for {gap:.0} s: goes on at {next} ns");
+            warn!("there is no message for {gap:.0} s; playing continues at {next} ns");
             self.remote.jump(next);
         }
     }

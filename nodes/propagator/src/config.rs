@@ -118,7 +118,7 @@ impl Config {
         let replan = scene.maneuver.as_ref().and_then(|maneuver| maneuver.replan);
         if lockstep && replan.is_none() {
             return Err(NodeError::Input(
-                "parameter \"lockstep\" is true, expected false: the scene is not planned anew in flight".into(),
+                "parameter \"lockstep\" is true, expected false: the scene does not replan".into(),
             ));
         }
         let await_subscribers: i64 = parameters.get("await_subscribers")?;

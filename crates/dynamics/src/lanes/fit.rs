@@ -18,10 +18,12 @@ pub enum Unfit {
         method: String,
     },
     /// The gravity model is not supported.
-    #[error("lanes know no such gravity, expected point masses, second moments, uniform or mutual")]
+    #[error(
+        "this gravity cannot be computed side by side; expected point masses, second moments, a uniform field or mutual gravity"
+    )]
     Gravity,
     /// Gravity acts on a body other than through points.
-    #[error("body {body} is no set of points of mass")]
+    #[error("body {body} does not consist of point masses")]
     Distribution {
         /// Index of the body.
         body: usize,
@@ -33,16 +35,18 @@ pub enum Unfit {
         body: usize,
     },
     /// There are no systems.
-    #[error("there is no system, expected one at least")]
+    #[error("there are no systems, expected at least one")]
     Nobody,
     /// The thrust refers to a body that does not exist.
-    #[error("the thrust is that of body {body}, expected a body of the system")]
+    #[error("the thrust acts on body {body}, expected a body of the system")]
     Thrust {
         /// Index of the body.
         body: usize,
     },
     /// A system differs from the first in its layout.
-    #[error("system {member} differs from the first in more than numbers")]
+    #[error(
+        "system {member} has another structure than the first; systems side by side may differ only in numbers"
+    )]
     Unlike {
         /// Index of the system, from 0.
         member: usize,

@@ -168,14 +168,17 @@ fn what_is_wrong_is_said() {
         ),
         (
             "--ros-args -r a:={node}",
-            "remapping rule \"a:={node}\": \"{node}\" is no name",
+            "remapping rule \"a:={node}\": \"{node}\" is not a name",
         ),
         (
             "--ros-args -r __ns:=b",
             "namespace \"b\" must start with '/'",
         ),
         ("--ros-args -p a=b", "not of the form"),
-        ("--ros-args -p /**:a:=1", "\"/**\" is no name of a node"),
+        (
+            "--ros-args -p /**:a:=1",
+            "\"/**\" is not the name of a node",
+        ),
         (
             "--ros-args -p a:=[1,x]",
             "all of a list must be of one type",

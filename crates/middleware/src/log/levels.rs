@@ -46,7 +46,7 @@ pub enum LevelError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// Logging has ended.
-    #[error("logging is not set up any more")]
+    #[error("logging is no longer set up")]
     Gone(#[from] reload::Error),
 }
 

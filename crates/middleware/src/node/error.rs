@@ -14,7 +14,7 @@ pub enum NodeError {
     #[error("{0}")]
     Runtime(String),
     /// It was told to end meanwhile: exit code 0.
-    #[error("told to end before it was ready")]
+    #[error("stopped before it was ready")]
     Interrupted,
 }
 

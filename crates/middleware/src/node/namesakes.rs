@@ -45,7 +45,7 @@ impl Namesakes {
                 if namesake.elder {
                     let _ = refusing.set(refusal(&name, domain_id, &other));
                 } else {
-                    warn!("another node named {name} has appeared ({other}): this one was there before and goes on");
+                    warn!("another node named {name} has appeared ({other}): this node was there first and continues");
                 }
             }
         });

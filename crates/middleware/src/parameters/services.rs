@@ -89,7 +89,7 @@ impl Parameters {
         };
         let publish = |publisher: &Publisher<ParameterEvent>, event| {
             if let Err(error) = publisher.publish(&event) {
-                warn!("a parameter event is lost: {error}");
+                warn!("a parameter event was lost: {error}");
             }
         };
         let weak = Arc::downgrade(&publisher);

@@ -138,7 +138,7 @@ impl Times {
             {
                 self.complained = Some(Instant::now());
                 let (by, to, times) = (seconds(back), seconds(time), self.set_back);
-                warn!("/clock has gone back by {by} s to {to} s, {times} times so far");
+                warn!("/clock jumped back by {by} s to {to} s ({times} jumps so far)");
             }
         }
         self.latest = Some(time);

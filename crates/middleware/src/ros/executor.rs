@@ -180,7 +180,7 @@ impl<S: Service> Reply<S> {
     pub fn send_or(self, response: &S::Response, instead: &S::Response) {
         match self.server.reply(self.id, response) {
             Err(error @ PublishError::TooLong { .. }) => {
-                warn!("an empty reply instead: {error}");
+                warn!("an empty reply is sent instead: {error}");
                 self.send(instead);
             }
             Err(error) => warn!("no reply: {error}"),

@@ -78,7 +78,7 @@ pub enum Fault {
         length: usize,
     },
     /// A text is not valid Unicode.
-    #[error("text is no valid Unicode after {valid} bytes or units")]
+    #[error("text is not valid Unicode after {valid} bytes or units")]
     Unicode {
         /// Length of the valid part.
         valid: usize,

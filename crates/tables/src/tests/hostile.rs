@@ -50,7 +50,7 @@ fn faults_are_named_by_field() {
     refused(
         "string x",
         b"\x03\0\0\0a\xff\0",
-        "x: text is no valid Unicode after 1 bytes or units",
+        "x: text is not valid Unicode after 1 bytes or units",
     );
     refused(
         "uint8 x",
@@ -145,13 +145,13 @@ fn wide_text_is_utf_16_in_four_bytes_a_unit() {
     refused(
         "wstring x",
         &half,
-        "x: text is no valid Unicode after 1 bytes or units",
+        "x: text is not valid Unicode after 1 bytes or units",
     );
     let beyond = [unit(1), unit(0x1_0000)].concat();
     refused(
         "wstring x",
         &beyond,
-        "x: text is no valid Unicode after 0 bytes or units",
+        "x: text is not valid Unicode after 0 bytes or units",
     );
     refused("wstring<=3 x", &body, "x: length 4, expected at most 3");
 }

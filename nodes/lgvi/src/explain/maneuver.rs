@@ -45,7 +45,7 @@ impl Maneuver {
         }
         if let Some(replan) = maneuver.replan {
             let (every, deadline) = (scene.seconds(replan.every), replan.deadline);
-            options.push(format!("planned anew every {every} s within {deadline} s"));
+            options.push(format!("replanned every {every} s within {deadline} s"));
         }
         let other = match maneuver.motion {
             Motion::Full => None,

@@ -17,7 +17,7 @@ use crate::solver::{
 };
 
 /// Why a plan is not flown that was made for an earlier course of the flight.
-const ANEW: &str = "the flight has begun anew";
+const ANEW: &str = "the flight restarts";
 
 impl Planner {
     /// The task of the rest of the maneuver from a later step on, to arrive when the last plan does.
@@ -104,7 +104,7 @@ impl Planner {
                     replanner.published += 1;
                 }
                 let milliseconds = current.began.elapsed().as_secs_f64() * 1e3;
-                info!("planned anew from step {first_step} on in {milliseconds:.1} ms");
+                info!("replanned from step {first_step} in {milliseconds:.1} ms");
                 self.count();
                 Ok(())
             }
@@ -112,13 +112,13 @@ impl Planner {
         }
     }
 
-    /// Where the flight has begun anew, forgets what was planned for its earlier course.
+    /// Where the flight restarts, forgets what was planned for its earlier course.
     pub(super) fn follow(&mut self) {
         if self.follower.course() == self.course {
             return;
         }
         self.course = self.follower.course();
-        info!("the flight has begun anew");
+        info!("the flight restarts");
         self.sequences = self.initial.iter().cloned().collect();
         if let Some(replanner) = &mut self.replanner {
             replanner.begin_anew();
@@ -159,7 +159,7 @@ impl Planner {
                 self.outlet.rest(&self.scene, body, flown, first_step)?;
             }
         }
-        warn!("the old plan is kept, there is no new one from step {first_step} on: {why}");
+        warn!("the old plan is kept; there is no new plan from step {first_step}: {why}");
         self.progress(first_step, &last, (PlanProgress::KEPT, why));
         if let Some(replanner) = &mut self.replanner {
             replanner.kept += 1;

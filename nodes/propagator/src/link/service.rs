@@ -243,7 +243,7 @@ impl Link {
             self.held.push(controls);
             self.pending.push_back(message);
         } else {
-            warn!("control sequence refused: {SEQUENCES} others wait to be taken up");
+            warn!("control sequence refused: {SEQUENCES} others are waiting");
         }
         sent
     }

@@ -82,7 +82,7 @@ impl<A: Action> Shared<A> {
                 return shorter;
             }
         }
-        warn!("a result is too long to be sent: replaced by the default one");
+        warn!("a result is too long to be sent; the default result is sent instead");
         encode(&Response::<A>::from((code, A::Result::default())))
     }
 

@@ -12,7 +12,7 @@ pub(super) fn enclave(
     environment: &Environment,
 ) -> Result<Option<Enclave>, RosError> {
     let enclave = environment.security.enclave(args.enclave(), |error| {
-        warn!("joins without security, as ROS_SECURITY_STRATEGY is Permissive: {error}");
+        warn!("joining without security because ROS_SECURITY_STRATEGY is Permissive: {error}");
     })?;
     if let Some(Enclave {
         name, directory, ..

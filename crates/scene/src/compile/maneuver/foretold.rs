@@ -59,7 +59,7 @@ pub(super) fn axes(
     let fixed = scene.gravity.central.as_ref();
     let fixed = fixed.map_or_else(Vector3::zeros, |central| central.position);
     let unforeseen = |error: String| {
-        let expected = format!("a body whose motion can be foretold: {error}");
+        let expected = format!("a body whose motion can be predicted: {error}");
         SceneError::value(key("body"), body, expected)
     };
     let Integration::Method(method) = scene.integration else {

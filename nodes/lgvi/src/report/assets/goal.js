@@ -37,7 +37,9 @@ function buildGoal(flight, goal) {
   }
   if (goal.spin_direction) {
     const spin = arrow(COLORS.target);
-    point(spin, origin, goal.spin_direction, Math.max(0.1 * size, 1.5 * body.extent));
+    const length = Math.max(0.1 * size, 1.5 * body.extent);
+    point(spin, origin, goal.spin_direction, length);
+    built.surrounds.push(plus(origin, unit(goal.spin_direction), length));
     built.group.add(spin);
   }
   for (const limit of goal.limits) {

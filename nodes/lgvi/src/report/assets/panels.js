@@ -14,7 +14,7 @@ class Panels {
     if (maneuver?.body > 0) this.pair = [0, maneuver.body];
     const places = flight.bodies.flatMap((body) => even(flight.time.length, 100).map((k) => nth(body.position, k)));
     const extent = most(flight.bodies.map((body) => body.extent));
-    this.duration = Math.max(flight.end - flight.start, Number.MIN_VALUE);
+    this.duration = flight.end - flight.start || 1;
     this.length = Math.max(diagonal(places), extent);
     this.sections = {};
     const names = flight.bodies.map((body) => body.name);

@@ -45,7 +45,7 @@ class Plots {
           stroke: curve.color ?? LINE_COLORS[index % LINE_COLORS.length],
           width: curve.dashed ? 1 : 1.4,
           dash: curve.dashed ? [6, 4] : undefined,
-          points: { show: false },
+          points: { show: time.length === 1 },
           value,
           // Pixels in which no line goes from one side to the other.
           gaps: (plot, _, from, to, gaps) => {

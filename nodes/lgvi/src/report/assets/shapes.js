@@ -93,9 +93,9 @@ function rod(from, to, radius, material) {
 function arrow(color) {
   const material = new MeshBasicMaterial({ color, depthTest: false });
   const group = new Group();
-  const shaft = new Mesh(new CylinderGeometry(0.022, 0.022, 0.78, 12), material);
+  const shaft = new Mesh(new CylinderGeometry(0.018, 0.018, 0.78, 12), material);
   shaft.position.y = 0.39;
-  const head = new Mesh(new ConeGeometry(0.07, 0.22, 16), material);
+  const head = new Mesh(new ConeGeometry(0.06, 0.22, 16), material);
   head.position.y = 0.89;
   for (const part of [shaft, head]) part.renderOrder = 1;
   group.add(shaft, head);

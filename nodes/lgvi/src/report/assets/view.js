@@ -7,7 +7,7 @@ const LEAST_PIXELS = { few: 11, many: 3.5 };
 const MANY = 8;
 const FIELD_OF_VIEW = 40;
 /** Length of the strongest load's arrow, of the picture's radius. */
-const STRONGEST = 0.4;
+const STRONGEST = 0.3;
 
 class View {
   /** `listed` is the set of bodies with trail and name. */

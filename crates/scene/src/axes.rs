@@ -92,7 +92,10 @@ impl Axes {
             AxesFile::Inertial => (Matrix3::identity(), Vector3::zeros()),
             AxesFile::Body => (body.attitude, body.angular_velocity),
             AxesFile::Rtn | AxesFile::Lvlh => {
-                let (r, v) = (body.position - center.position, body.velocity - center.velocity);
+                let (r, v) = (
+                    body.position - center.position,
+                    body.velocity - center.velocity,
+                );
                 let momentum = r.cross(&v);
                 let (distance, size) = (r.norm(), momentum.norm());
                 let turns = size > RADIAL * distance * v.norm();

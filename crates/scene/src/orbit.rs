@@ -58,7 +58,10 @@ pub(crate) fn true_anomaly(e: f64, mean: f64) -> f64 {
         let mean = mean - turns * TAU;
         let eccentric = mean.signum() * eccentric_anomaly(e, mean.abs().min(PI));
         let half = 0.5 * eccentric;
-        2.0 * libm::atan2((1.0 + e).sqrt() * libm::sin(half), (1.0 - e).sqrt() * libm::cos(half))
+        2.0 * libm::atan2(
+            (1.0 + e).sqrt() * libm::sin(half),
+            (1.0 - e).sqrt() * libm::cos(half),
+        )
     } else {
         let half = 0.5 * mean.signum() * hyperbolic_anomaly(e, mean.abs());
         2.0 * libm::atan(((e + 1.0) / (e - 1.0)).sqrt() * libm::tanh(half))
@@ -107,7 +110,10 @@ mod tests {
     fn published_anomalies_are_found() {
         let mean = 235.4_f64.to_radians();
         let eccentric = TAU - eccentric_anomaly(0.4, TAU - mean);
-        assert!((eccentric.to_degrees() - 220.512_074).abs() < 1e-6, "{eccentric}");
+        assert!(
+            (eccentric.to_degrees() - 220.512_074).abs() < 1e-6,
+            "{eccentric}"
+        );
         let hyperbolic = hyperbolic_anomaly(2.4, mean);
         assert!((hyperbolic - 1.601_376_1).abs() < 1e-7, "{hyperbolic}");
     }
@@ -119,7 +125,10 @@ mod tests {
             for mean in [0.0, 1e-12, 1e-3, 0.5, 2.0, 3.1, PI] {
                 let at = eccentric_anomaly(e, mean);
                 let error = at - e * libm::sin(at) - mean;
-                assert!(error.abs() <= 4.0 * f64::EPSILON * at, "{e} {mean}: {error:e}");
+                assert!(
+                    error.abs() <= 4.0 * f64::EPSILON * at,
+                    "{e} {mean}: {error:e}"
+                );
             }
         }
         for e in [1.0 + 1e-9, 1.01, 1.5, 20.0, 1e6] {
@@ -127,7 +136,10 @@ mod tests {
                 let at = hyperbolic_anomaly(e, mean);
                 let error = e * libm::sinh(at) - at - mean;
                 let size = e * libm::cosh(at) * at + mean;
-                assert!(error.abs() <= 4.0 * f64::EPSILON * size, "{e} {mean}: {error:e}");
+                assert!(
+                    error.abs() <= 4.0 * f64::EPSILON * size,
+                    "{e} {mean}: {error:e}"
+                );
             }
         }
     }

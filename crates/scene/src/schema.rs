@@ -54,7 +54,9 @@ mod tests {
                 let inner = object.iter();
                 inner.for_each(|(key, value)| assert_described(value, &format!("{path}.{key}")));
             }
-            Value::Array(values) => values.iter().for_each(|value| assert_described(value, path)),
+            Value::Array(values) => values
+                .iter()
+                .for_each(|value| assert_described(value, path)),
             _ => {}
         }
     }

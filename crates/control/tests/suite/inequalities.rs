@@ -69,7 +69,10 @@ fn written(rng: &mut fastrand::Rng) -> [Written; 5] {
             }),
         ),
         (
-            in_frame(Corridor::new(apex, axis, half_angle).expect("a corridor"), &poses),
+            in_frame(
+                Corridor::new(apex, axis, half_angle).expect("a corridor"),
+                &poses,
+            ),
             Box::new(move |s| {
                 let arm = minus(s.position, constant(&apex_there));
                 let epsilon = 1e-12 * (start().position - apex_there).norm();
@@ -78,7 +81,10 @@ fn written(rng: &mut fastrand::Rng) -> [Written; 5] {
             }),
         ),
         (
-            in_frame(KeepOutCone::new(axis, direction, half_angle).expect("a cone"), &poses),
+            in_frame(
+                KeepOutCone::new(axis, direction, half_angle).expect("a cone"),
+                &poses,
+            ),
             Box::new(move |s| {
                 let turned = product(&s.attitude, constant(&axis));
                 dot(turned, constant(&direction_there)) - half_angle.cos()

@@ -8,7 +8,11 @@ pub(super) fn elements(key: &str, file: &ElementsFile) -> Result<Elements, Scene
     let at = |name: &str| format!("{key}.{name}");
     let e = file.eccentricity;
     if !(e.is_finite() && e >= 0.0) {
-        return Err(SceneError::value(at("eccentricity"), e, "a finite number ≥ 0"));
+        return Err(SceneError::value(
+            at("eccentricity"),
+            e,
+            "a finite number ≥ 0",
+        ));
     }
     let angle = |name: &'static str, file: &AngleFile| {
         let angle = angle(name, file).map_err(|error| SceneError::parameter(at(name), error))?;

@@ -44,7 +44,8 @@ pub(super) fn polyhedron(
         Err(SceneError::value(format!("{key}.{name}"), value, expected))
     };
     if let Some(path) = obj_file {
-        let expected = "the mesh itself as `obj`: only scenes that are read from a file can name another";
+        let expected =
+            "the mesh itself as `obj`: only scenes that are read from a file can name another";
         return misplaced("obj_file", path, expected);
     }
     if let (Some(subdivisions), None) = (subdivisions, ellipsoid) {

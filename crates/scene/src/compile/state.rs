@@ -134,8 +134,16 @@ impl Bodies<'_> {
         Ok(match body.mobility() {
             Mobility::Driven(drive) => drive.state(body, position, attitude),
             Mobility::Free | Mobility::Pivoted | Mobility::Fixed => {
-                let velocity = if freedom.moves { velocity } else { Vector3::zeros() };
-                let rate = if freedom.turns { angular_velocity } else { Vector3::zeros() };
+                let velocity = if freedom.moves {
+                    velocity
+                } else {
+                    Vector3::zeros()
+                };
+                let rate = if freedom.turns {
+                    angular_velocity
+                } else {
+                    Vector3::zeros()
+                };
                 BodyState::from_velocities(body, position, velocity, attitude, rate)
             }
         })
@@ -180,7 +188,8 @@ impl Bodies<'_> {
             }
             (None, Some(central)) => (central.gm, Motion::at(central.position)),
             (None, None) => {
-                let expected = "the name of the body in the center, as there is no `gravity.central`";
+                let expected =
+                    "the name of the body in the center, as there is no `gravity.central`";
                 return Err(SceneError::missing(about, expected));
             }
         };
@@ -202,7 +211,11 @@ impl Bodies<'_> {
         let orbital = matches!(file.axes, AxesFile::Rtn | AxesFile::Lvlh);
         if own && !orbital {
             let expected = "rtn or lvlh beside the body's own name";
-            return Err(SceneError::value(key("axes"), file.axes.to_string(), expected));
+            return Err(SceneError::value(
+                key("axes"),
+                file.axes.to_string(),
+                expected,
+            ));
         }
         let reference = match own {
             true => given,
@@ -216,13 +229,17 @@ impl Bodies<'_> {
             (Some(name), _) => self.motion(&key("about"), name, known)?,
             (None, Some(central)) => Motion::at(central.position),
             (None, None) if orbital => {
-                let expected = "the name of the body in the center, as there is no `gravity.central`";
+                let expected =
+                    "the name of the body in the center, as there is no `gravity.central`";
                 return Err(SceneError::missing(key("about"), expected));
             }
             (None, None) => Motion::at(Vector3::zeros()),
         };
         let axes = Axes::of(file.axes, &reference, &center).ok_or_else(|| {
-            let expected = format!("a body that moves around its center, for {} axes", file.axes);
+            let expected = format!(
+                "a body that moves around its center, for {} axes",
+                file.axes
+            );
             SceneError::value(key("body"), &file.body, expected)
         })?;
         let moved = axes.moved(&given);

@@ -97,9 +97,5 @@ impl NamedFile {
 fn direction(right_ascension: f64, declination: f64) -> Vector3<f64> {
     let [ra, dec] = [right_ascension, declination].map(f64::to_radians);
     let along = libm::cos(dec);
-    Vector3::new(
-        along * libm::cos(ra),
-        along * libm::sin(ra),
-        libm::sin(dec),
-    )
+    Vector3::new(along * libm::cos(ra), along * libm::sin(ra), libm::sin(dec))
 }

@@ -175,19 +175,27 @@ fn references_may_be_chains() {
 
 #[test]
 fn mistakes_in_references_are_named() {
-    let mutual = "relative_to = { body = \"chaser\", axes = \"inertial\" }\nposition = [1.1, 0.4, 0.3]";
+    let mutual =
+        "relative_to = { body = \"chaser\", axes = \"inertial\" }\nposition = [1.1, 0.4, 0.3]";
     let rtn = chaser("body = \"target\", axes = \"rtn\"");
     for (text, parts) in [
         (
             text(1, 1.0, &chaser("body = \"targt\", axes = \"rtn\"")),
-            &["bodies[1].relative_to.body` is \"targt\"", "did you mean target?"][..],
+            &[
+                "bodies[1].relative_to.body` is \"targt\"",
+                "did you mean target?",
+            ][..],
         ),
         (
             text(1, 1.0, &chaser("body = \"target\", axes = \"rsw\"")),
             &["line ", "rsw", "rtn"],
         ),
         (
-            text(1, 1.0, &chaser("body = \"target\", axes = \"body\", about = \"target\"")),
+            text(
+                1,
+                1.0,
+                &chaser("body = \"target\", axes = \"body\", about = \"target\""),
+            ),
             &["relative_to.about`", "none beside body axes"],
         ),
         (
@@ -203,7 +211,10 @@ fn mistakes_in_references_are_named() {
             &["bodies[1].relative_to.body`", "moves around its center"],
         ),
         (
-            text(1, 1.0, &rtn).replace("[gravity.central]\ngm = 2.0\nposition = [0.1, -0.2, 0.3]\n", ""),
+            text(1, 1.0, &rtn).replace(
+                "[gravity.central]\ngm = 2.0\nposition = [0.1, -0.2, 0.3]\n",
+                "",
+            ),
             &["bodies[1].relative_to.about` is missing", "gravity.central"],
         ),
     ] {

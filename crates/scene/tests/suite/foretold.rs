@@ -42,15 +42,29 @@ fn flown(scene: &Scene) -> Vec<Vec<BodyState>> {
 }
 
 /// The axes of a body and their angular velocity (inertial frame), by definitions of their own.
-fn axes(scene: &Scene, index: usize, state: &BodyState, name: &str) -> (Matrix3<f64>, Vector3<f64>) {
+fn axes(
+    scene: &Scene,
+    index: usize,
+    state: &BodyState,
+    name: &str,
+) -> (Matrix3<f64>, Vector3<f64>) {
     let body = &scene.bodies[index].body;
     let (r, v) = (state.position, state.velocity(body));
     let (out, normal) = (r.normalize(), r.cross(&v).normalize());
     let orbital = r.cross(&v) / r.norm_squared();
     match name {
-        "rtn" => (Matrix3::from_columns(&[out, normal.cross(&out), normal]), orbital),
-        "lvlh" => (Matrix3::from_columns(&[normal.cross(&out), -normal, -out]), orbital),
-        "body" => (state.attitude, state.attitude * state.angular_velocity(body)),
+        "rtn" => (
+            Matrix3::from_columns(&[out, normal.cross(&out), normal]),
+            orbital,
+        ),
+        "lvlh" => (
+            Matrix3::from_columns(&[normal.cross(&out), -normal, -out]),
+            orbital,
+        ),
+        "body" => (
+            state.attitude,
+            state.attitude * state.angular_velocity(body),
+        ),
         _ => (Matrix3::identity(), Vector3::zeros()),
     }
 }
@@ -74,8 +88,14 @@ fn a_relative_target_is_that_of_the_flown_body_at_the_end() {
             let arm = a * Vector3::new(0.3, -0.2, 0.1);
             let own = a * Vector3::new(0.05, 0.02, -0.04);
             let velocity = end.velocity(&scene.bodies[index].body) + own + rate.cross(&arm);
-            assert!((found.position - end.position - arm).norm() < 1e-14, "{name} {kind}");
-            assert!((found.velocity(body) - velocity).norm() < 1e-14, "{name} {kind}");
+            assert!(
+                (found.position - end.position - arm).norm() < 1e-14,
+                "{name} {kind}"
+            );
+            assert!(
+                (found.velocity(body) - velocity).norm() < 1e-14,
+                "{name} {kind}"
+            );
             let turn = lgvi_lie::exp(&Vector3::new(2.0 * 0.8_f64.asin(), 0.0, 0.0));
             assert!((found.attitude - a * turn).norm() < 1e-14, "{name} {kind}");
             let spin = found.attitude * found.angular_velocity(body) - rate;
@@ -95,7 +115,11 @@ fn relative_constraints_are_in_the_axes_of_the_flown_body() {
     let scene = parse(&text(keys, TARGET));
     let states = flown(&scene);
     let constraints = &scene.maneuver.as_ref().unwrap().constraints;
-    for (constraint, (index, kind)) in constraints.iter().zip([(1, "body"), (1, "rtn"), (2, "body")]) {
+    for (constraint, (index, kind)) in
+        constraints
+            .iter()
+            .zip([(1, "body"), (1, "rtn"), (2, "body")])
+    {
         let moving: &Moving = constraint.downcast_ref().expect("a moving constraint");
         assert_eq!(moving.poses().len(), 51);
         for (step, states) in states.iter().enumerate() {
@@ -130,17 +154,30 @@ fn mistakes_in_relative_maneuvers_are_named() {
         (
             "",
             with(TARGET, "\"target\"", "\"taget\""),
-            &["maneuver.target.relative_to.body` is \"taget\"", "did you mean target?"][..],
+            &[
+                "maneuver.target.relative_to.body` is \"taget\"",
+                "did you mean target?",
+            ][..],
         ),
         (
             "",
             with(TARGET, "\"target\"", "\"craft\""),
-            &["maneuver.target.relative_to.body` is \"craft\"", "other than the planned one"],
+            &[
+                "maneuver.target.relative_to.body` is \"craft\"",
+                "other than the planned one",
+            ],
         ),
         (
             "",
-            with(TARGET, "axes = \"body\"", "axes = \"body\", about = \"tower\""),
-            &["maneuver.target.relative_to.about`", "none beside body axes"],
+            with(
+                TARGET,
+                "axes = \"body\"",
+                "axes = \"body\", about = \"tower\"",
+            ),
+            &[
+                "maneuver.target.relative_to.about`",
+                "none beside body axes",
+            ],
         ),
         (
             "",
@@ -160,17 +197,27 @@ fn mistakes_in_relative_maneuvers_are_named() {
         (
             &sphere.replace("\"target\"", "\"craft\""),
             plain.into(),
-            &["maneuver.constraints[0].relative_to.body`", "other than the planned one"],
+            &[
+                "maneuver.constraints[0].relative_to.body`",
+                "other than the planned one",
+            ],
         ),
         (
             &sphere.replace("\"target\", axes = \"body\"", "\"tower\", axes = \"rtn\""),
             plain.into(),
-            &["maneuver.constraints[0].relative_to.body`", "moves around its center"],
+            &[
+                "maneuver.constraints[0].relative_to.body`",
+                "moves around its center",
+            ],
         ),
     ] {
         assert_refused(&text(keys, &target), parts);
     }
-    let fast = with(&text("", TARGET), "velocity = [-0.3, 0.9, 0.4]", "velocity = [0, 0, 0]");
+    let fast = with(
+        &text("", TARGET),
+        "velocity = [-0.3, 0.9, 0.4]",
+        "velocity = [0, 0, 0]",
+    );
     let fast = with(&fast, "gm = 2.0", "gm = 2.0\nradius = 1.0");
     assert_refused(&fast, &["relative_to.body` is \"target\"", "foretold"]);
 }

@@ -64,7 +64,8 @@ fn bodies_of_the_solar_system_have_their_constants_in_any_units() {
     assert!((sun.gm / (gauss * gauss) - 1.0).abs() < 1e-9, "{}", sun.gm);
     let ecliptic = |pole: Vector3<f64>| {
         let tilt = 23.439_28_f64.to_radians();
-        pole.angle(&Vector3::new(0.0, -tilt.sin(), tilt.cos())).to_degrees()
+        pole.angle(&Vector3::new(0.0, -tilt.sin(), tilt.cos()))
+            .to_degrees()
     };
     assert!((ecliptic(sun.oblateness.unwrap().pole) - 7.25).abs() < 0.01);
 
@@ -96,12 +97,18 @@ fn bodies_of_the_solar_system_have_their_constants_in_any_units() {
 #[test]
 fn keys_override_the_constants_of_a_body() {
     let known = central("", "body = \"mars\"");
-    let gm = central("", "body = \"mars\"\ngm = 4.3e13\nradius = 0\npole = [0, 0, 2]\nposition = [1, 2, 3]");
+    let gm = central(
+        "",
+        "body = \"mars\"\ngm = 4.3e13\nradius = 0\npole = [0, 0, 2]\nposition = [1, 2, 3]",
+    );
     assert_eq!((gm.gm, gm.radius), (4.3e13, 0.0));
     assert_eq!(gm.position, Vector3::new(1.0, 2.0, 3.0));
     let [before, after] = [&known, &gm].map(|central| central.oblateness.unwrap());
     assert_eq!(after.pole, Vector3::z());
-    assert_eq!((after.j2, after.reference_radius), (before.j2, before.reference_radius));
+    assert_eq!(
+        (after.j2, after.reference_radius),
+        (before.j2, before.reference_radius)
+    );
     let j2 = central("", "body = \"mars\"\nj2 = 1e-3\nreference_radius = 3e6");
     let oblate = j2.oblateness.unwrap();
     assert_eq!((oblate.j2, oblate.reference_radius), (1e-3, 3e6));

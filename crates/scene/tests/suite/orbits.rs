@@ -74,10 +74,18 @@ fn assert_same_angle(found: f64, given: f64) {
 fn states_have_the_elements_that_are_given() {
     let mut random = fastrand::Rng::with_seed(18);
     for sample in 0..400 {
-        let (gm, size) = if sample % 2 == 0 { (3.986e14, 7e6) } else { (1.0, 1.0) };
+        let (gm, size) = if sample % 2 == 0 {
+            (3.986e14, 7e6)
+        } else {
+            (1.0, 1.0)
+        };
         let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
         let hyperbola = sample % 4 > 1;
-        let eccentricity = if hyperbola { between(1.05, 5.0) } else { between(0.05, 0.95) };
+        let eccentricity = if hyperbola {
+            between(1.05, 5.0)
+        } else {
+            between(0.05, 0.95)
+        };
         let periapsis = size * between(1.0, 3.0);
         let [i, node, peri] = [between(0.1, 3.0), between(0.0, TAU), between(0.0, TAU)];
         let angles = format!(
@@ -86,7 +94,11 @@ fn states_have_the_elements_that_are_given() {
             peri.to_degrees()
         );
         let axis = periapsis / (1.0 - eccentricity);
-        let limit = if hyperbola { (-1.0 / eccentricity).acos() - 0.05 } else { PI };
+        let limit = if hyperbola {
+            (-1.0 / eccentricity).acos() - 0.05
+        } else {
+            PI
+        };
         let anomaly = between(-limit, limit);
         let mean = between(-10.0, 10.0);
         for (orbit, anomalies) in [
@@ -169,7 +181,11 @@ fn a_parabola_has_the_speed_of_escape_and_a_circle_needs_one_number() {
 #[test]
 fn a_body_orbits_another_one_by_the_masses_that_move() {
     for (mobility, mass, velocity) in [
-        ("\"free\"", 5.0, "velocity = [0, 0, 1]\nangular_velocity = [0, 0, 0]\n"),
+        (
+            "\"free\"",
+            5.0,
+            "velocity = [0, 0, 1]\nangular_velocity = [0, 0, 0]\n",
+        ),
         ("\"fixed\"", 3.0, ""),
     ] {
         let text = format!(
@@ -194,7 +210,13 @@ fn a_body_orbits_another_one_by_the_masses_that_move() {
 #[test]
 fn mistakes_in_elements_are_named() {
     for (orbit, parts) in [
-        ("", &["`bodies[0].orbit.semi_major_axis` is missing", "`periapsis`"][..]),
+        (
+            "",
+            &[
+                "`bodies[0].orbit.semi_major_axis` is missing",
+                "`periapsis`",
+            ][..],
+        ),
         (
             "semi_major_axis = 1, periapsis = 1",
             &["semi_major_axis` is 1.0", "none beside `periapsis`"],

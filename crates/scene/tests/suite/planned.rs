@@ -91,7 +91,9 @@ fn the_chaser_follows_the_corridor_of_the_tumbling_satellite() {
         let [satellite, chaser] = states else {
             panic!("two bodies")
         };
-        let seen = satellite.attitude.tr_mul(&(chaser.position - satellite.position));
+        let seen = satellite
+            .attitude
+            .tr_mul(&(chaser.position - satellite.position));
         let attitude = satellite.attitude.tr_mul(&chaser.attitude);
         (seen, attitude)
     };
@@ -101,10 +103,12 @@ fn the_chaser_follows_the_corridor_of_the_tumbling_satellite() {
         simulation.advance(&[Load::default(), *control]).unwrap();
         poses.push(turn(simulation.states()));
     }
-    // More than half a turn.
+    // A good part of a turn.
     let tumbled = lgvi_lie::log(&first.tr_mul(&simulation.states()[0].attitude));
     assert!(tumbled.norm() > 1.5, "{tumbled}");
-    let angles = poses.iter().map(|(seen, _)| Vector3::x().angle(&(seen - 0.5 * Vector3::x())));
+    let angles = poses
+        .iter()
+        .map(|(seen, _)| Vector3::x().angle(&(seen - 0.5 * Vector3::x())));
     let widest = angles.fold(0.0, f64::max).to_degrees();
     assert!((widest - 12.0).abs() < 1e-2, "{widest}");
     assert!(widest < 12.0 + 1e-6, "{widest}");
@@ -118,7 +122,10 @@ fn the_chaser_follows_the_corridor_of_the_tumbling_satellite() {
     let opposite = Matrix3::from_diagonal(&Vector3::new(-1.0, -1.0, 1.0));
     assert!((attitude - opposite).norm() < 1e-9, "{attitude}");
     // At rest in the axes: in the last step it comes to the end with the acceleration of the thrust.
-    assert!((end - before).norm() < 0.5 * 25.0 / 800.0 + 1e-3, "{before}");
+    assert!(
+        (end - before).norm() < 0.5 * 25.0 / 800.0 + 1e-3,
+        "{before}"
+    );
     let [satellite, chaser] = simulation.states() else {
         panic!("two bodies")
     };
@@ -132,7 +139,10 @@ fn the_chaser_follows_the_corridor_of_the_tumbling_satellite() {
 
     // The rest of it, planned anew on the way, is the rest of the plan.
     let step = 60;
-    let rest = scene.transfer_from(plan.states[step], 240 - step).unwrap().unwrap();
+    let rest = scene
+        .transfer_from(plan.states[step], 240 - step)
+        .unwrap()
+        .unwrap();
     let rest = solve(&rest, Start::Cold, &NewtonSettings::default(), |_| true).unwrap();
     for (one, other) in plan.states[step..].iter().zip(&rest.states) {
         assert!((one.position - other.position).norm() < 1e-3);

@@ -46,7 +46,10 @@ pub(super) fn axes(
         (None, _) => {}
     }
     let alone = Scene {
-        bodies: flown.iter().map(|index| scene.bodies[*index].clone()).collect(),
+        bodies: flown
+            .iter()
+            .map(|index| scene.bodies[*index].clone())
+            .collect(),
         gravity: SceneGravity {
             mutual: None,
             ..scene.gravity.clone()
@@ -70,7 +73,9 @@ pub(super) fn axes(
     let mut all = Vec::with_capacity(scene.steps as usize + 1);
     loop {
         let motions = alone.bodies.iter().zip(simulation.states());
-        let motions: Vec<_> = motions.map(|(named, state)| Motion::of(&named.body, state)).collect();
+        let motions: Vec<_> = motions
+            .map(|(named, state)| Motion::of(&named.body, state))
+            .collect();
         let center = motions.get(1).copied().unwrap_or(Motion::at(fixed));
         all.push(Axes::of(*axes, &motions[0], &center).ok_or_else(|| {
             let expected = format!("a body that moves around its center, for {axes} axes");

@@ -61,7 +61,9 @@ def main():
         scene = plain(tomllib.loads(Path(file).read_text()))
         for error in validator.iter_errors(scene):
             sys.exit(f"{file}: {error.json_path}: {error.message}")
-        for path in keys(scene):
+        # The same key in another element of an array is checked once.
+        shapes = {tuple(0 if isinstance(part, int) else part for part in path): path for path in keys(scene)}
+        for path in shapes.values():
             if validator.is_valid(misspelled(scene, path)):
                 sys.exit(f"{file}: the schema accepts a misspelled {path}")
             refused += 1

@@ -89,8 +89,10 @@ scenes!(
     oblate_orbit,
     orbital_capture,
     pendulum,
+    relative_orbit,
     rocks,
     slew_keep_out,
+    tumbling_target,
     two_dumbbells,
 );
 

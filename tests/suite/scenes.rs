@@ -78,3 +78,34 @@ fn free_body_tumbles_as_the_reference_for_100_seconds() {
     let reference = "b1_free_asymmetric";
     deviates_by_the_square_of_the_step("free_body", reference, [10_000, 5_000], &bound);
 }
+
+/// In the recorded states the chaser is in the corridor of the tumbling satellite at every step, and at the end at rest before
+/// the port: its body-frame coordinates hardly change in the last step.
+#[test]
+fn the_chaser_meets_the_tumbling_satellite_through_its_corridor() {
+    let world = World::new();
+    let (summary, bag) = world.fly(&scene("tumbling_target"), "flight");
+    let miss = summary.flight.unwrap().miss.unwrap();
+    assert!(miss.norm <= 1e-9, "{miss:?}");
+    world.verify_agrees(&bag, 241);
+    let states: Vec<SystemState> = Recording::read(&bag).messages("/lgvi_propagator/state");
+    assert_eq!(states.len(), 241);
+    // In the satellite's axes: Rᵀ (x − x₀), with R by rows.
+    let seen = |state: &SystemState| {
+        let (satellite, chaser) = (&state.bodies[0], &state.bodies[1]);
+        let arm = [0, 1, 2].map(|i| chaser.position[i] - satellite.position[i]);
+        let row = |i: usize, j: usize| satellite.attitude[3 * i + j];
+        [0, 1, 2].map(|j| (0..3).map(|i| row(i, j) * arm[i]).sum::<f64>())
+    };
+    for state in &states {
+        let [x, y, z] = seen(state);
+        let angle = y.hypot(z).atan2(x - 0.5).to_degrees();
+        assert!(angle <= 12.0 + 1e-6, "{angle} at step {}", state.step);
+    }
+    let off = |state: &SystemState| {
+        let [x, y, z] = seen(state);
+        (x - 3.0).hypot(y).hypot(z)
+    };
+    assert!(off(&states[240]) < 1e-9, "{}", off(&states[240]));
+    assert!(off(&states[239]) < 0.05, "{}", off(&states[239]));
+}

@@ -22,7 +22,7 @@ macro_rules! template {
     };
 }
 /// The shipped scenes.
-const TEMPLATES: [(&str, &str); 14] = [
+const TEMPLATES: [(&str, &str); 15] = [
     template!("asteroid_orbiter"),
     template!("binary_asteroid"),
     template!("dispersed_capture"),
@@ -33,6 +33,7 @@ const TEMPLATES: [(&str, &str); 14] = [
     template!("oblate_orbit"),
     template!("orbital_capture"),
     template!("pendulum"),
+    template!("relative_orbit"),
     template!("rocks"),
     template!("slew_keep_out"),
     template!("tumbling_target"),

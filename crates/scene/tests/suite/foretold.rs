@@ -1,5 +1,7 @@
 //! Targets and constraints relative to another body, whose motion is foretold.
 
+use std::any::Any;
+
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, Moving};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
@@ -115,12 +117,14 @@ fn relative_constraints_are_in_the_axes_of_the_flown_body() {
     let scene = parse(&text(keys, TARGET));
     let states = flown(&scene);
     let constraints = &scene.maneuver.as_ref().unwrap().constraints;
-    for (constraint, (index, kind)) in
-        constraints
-            .iter()
-            .zip([(1, "body"), (1, "rtn"), (2, "body")])
-    {
+    let expected: [(usize, &str, fn(&dyn Any) -> bool); 3] = [
+        (1, "body", |inner| inner.is::<Corridor>()),
+        (1, "rtn", |inner| inner.is::<KeepOutSphere>()),
+        (2, "body", |inner| inner.is::<KeepOutCone>()),
+    ];
+    for (constraint, (index, kind, is_that)) in constraints.iter().zip(expected) {
         let moving: &Moving = constraint.downcast_ref().expect("a moving constraint");
+        assert!(is_that(moving.constraint()), "{kind}");
         assert_eq!(moving.poses().len(), 51);
         for (step, states) in states.iter().enumerate() {
             let (rotation, _) = axes(&scene, index, &states[index], kind);
@@ -129,20 +133,6 @@ fn relative_constraints_are_in_the_axes_of_the_flown_body() {
                 assert!((pose.rotation - rotation).norm() < 1e-14, "{kind}");
             }
         }
-        let inner = moving.constraint() as &dyn std::any::Any;
-        assert!(match step_kind(index, kind) {
-            0 => inner.is::<Corridor>(),
-            1 => inner.is::<KeepOutSphere>(),
-            _ => inner.is::<KeepOutCone>(),
-        });
-    }
-}
-
-fn step_kind(index: usize, kind: &str) -> usize {
-    match (index, kind) {
-        (1, "body") => 0,
-        (1, _) => 1,
-        _ => 2,
     }
 }
 

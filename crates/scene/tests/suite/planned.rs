@@ -103,7 +103,7 @@ fn the_chaser_follows_the_corridor_of_the_tumbling_satellite() {
         simulation.advance(&[Load::default(), *control]).unwrap();
         poses.push(turn(simulation.states()));
     }
-    // More than half a turn.
+    // A good part of a turn.
     let tumbled = lgvi_lie::log(&first.tr_mul(&simulation.states()[0].attitude));
     assert!(tumbled.norm() > 1.5, "{tumbled}");
     let angles = poses

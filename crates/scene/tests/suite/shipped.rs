@@ -119,3 +119,47 @@ fn the_orbiter_stays_with_its_asteroid() {
     }
     assert!(range[0] > 500.0 && range[1] < 1200.0, "{range:?}");
 }
+
+/// After an orbit the chaser is back where it began relative to the satellite, but for the drift by the oblate Earth.
+#[test]
+fn the_relative_ellipse_closes_and_the_satellite_looks_down() {
+    let scene = shipped("relative_orbit");
+    let mut simulation = start(&scene);
+    let seen = |simulation: &Simulation| {
+        let [satellite, chaser] = simulation.states() else {
+            panic!("two bodies")
+        };
+        let out = satellite.position.normalize();
+        let normal = satellite
+            .position
+            .cross(&satellite.linear_momentum)
+            .normalize();
+        let arm = chaser.position - satellite.position;
+        let down = satellite.attitude.column(2).into_owned();
+        (
+            [out.dot(&arm), normal.cross(&out).dot(&arm)],
+            down.angle(&-out),
+        )
+    };
+    let ([height, along], tilt) = seen(&simulation);
+    assert!((height - 100.0).abs() < 1e-6 && along.abs() < 1e-6 && tilt < 1e-7);
+    let (mut least, mut most) = ([0.0_f64; 2], [0.0_f64; 2]);
+    let mut largest = 0.0_f64;
+    for _ in 0..scene.steps {
+        fly(&mut simulation, 1);
+        let (place, tilt) = seen(&simulation);
+        largest = largest.max(tilt);
+        for axis in 0..2 {
+            least[axis] = least[axis].min(place[axis]);
+            most[axis] = most[axis].max(place[axis]);
+        }
+    }
+    let ratio = (most[1] - least[1]) / (most[0] - least[0]);
+    assert!((ratio - 2.0).abs() < 0.05, "{ratio}");
+    let ([height, along], _) = seen(&simulation);
+    assert!(
+        (height - 100.0).abs() < 3.0 && along.abs() < 10.0,
+        "{height} {along}"
+    );
+    assert!(largest < 0.2, "{largest}");
+}

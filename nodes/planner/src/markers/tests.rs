@@ -218,3 +218,15 @@ fn a_plan_that_stays_in_place_has_no_path() {
             .all(|marker| points(marker).iter().all(finite))
     );
 }
+
+/// What moves with another body is drawn where it is at the end.
+#[test]
+fn constraints_relative_to_a_body_are_drawn_at_the_arrival() {
+    let constraints = "constraints = [{ kind = \"keep_out_sphere\", relative_to = { body = \"post\", axes = \"inertial\" }, \
+        center = [1, 2, 3], radius = 0.5 }]\n";
+    let post = "[[bodies]]\nname = \"post\"\nmass = 1.0\ninertia = [1, 1, 1]\nposition = [0, 0, 0]\n\
+        attitude = { w = 1, x = 0, y = 0, z = 0 }\nmobility = { uniform = { velocity = [0, 0, 1] } }\n";
+    let markers = shown(&format!("{constraints}{STATE}{post}"));
+    let Point { x, y, z } = of(&markers, "keep_out")[0].pose.position;
+    assert!((Vector3::new(x, y, z) - Vector3::new(10.0, 20.0, 70.0)).norm() < 1e-12);
+}

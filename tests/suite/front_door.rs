@@ -78,8 +78,9 @@ fn results_are_one_json_object() {
     let scene = json(&["new", "free_body", "--output", &file("body.toml"), "--json"]);
     assert_eq!(scene["scene"], file("body.toml"));
     // The old name of the option.
-    let few = ["--set", "run.steps=20", "--bag", &file("flight"), "--json"];
-    let flown = json(&[&["run", &file("body.toml")], &few[..]].concat());
+    let few = ["--set", "run.steps=20", "--set", "run.duration=0.2"];
+    let into = ["--bag", &file("flight"), "--json"];
+    let flown = json(&[&["run", &file("body.toml")], &few[..], &into[..]].concat());
     assert_eq!(flown["bag"], file("flight"));
     let bag = file("flight");
     let plotted = json(&["plot", &bag, "--json"]);

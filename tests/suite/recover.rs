@@ -174,12 +174,7 @@ fn what_is_left_out_is_told() {
     let output = world.path("elsewhere");
     let arguments = ["--output", output.to_str().unwrap()];
     let said = recover(&world, &bag, &arguments).expect(1).stdout;
-    let expected = [
-        file.to_str().unwrap(),
-        "left out",
-        "log times",
-        "missing: ",
-    ];
+    let expected = [file.to_str().unwrap(), "left out", "log times", "missing: "];
     for fragment in expected {
         assert!(said.contains(fragment), "{fragment:?} is not in {said}");
     }

@@ -70,7 +70,12 @@ impl Source {
             source.truncated("the MCAP magic", 0, head)
         } else {
             let expected = format!("{MAGIC:02x?}");
-            BagError::unexpected(path, "its start", format!("{head:02x?}"), expected)
+            BagError::unexpected(
+                path,
+                "not an MCAP file: its start",
+                format!("{head:02x?}"),
+                expected,
+            )
         })
     }
 

@@ -134,7 +134,7 @@ pub enum BagError {
         source: io::Error,
     },
     /// A directory that is no bag.
-    #[error("{path}: no bag: expected metadata.yaml or .mcap files in it", path = .path.display())]
+    #[error("{path}: no .mcap file, expected metadata.yaml and the files that it lists, or .mcap files", path = .path.display())]
     NoBag {
         /// The directory.
         path: PathBuf,
@@ -188,12 +188,16 @@ pub enum BagError {
         limit: usize,
     },
     /// `metadata.yaml` and the MCAP files disagree: messages were lost, or belong to another bag.
-    #[error("{file}: message_count of {topic} is {expected}, but the bag's files hold {found}", file = .file.display())]
+    #[error(
+        "{file}: message_count{of} is {expected}, but the bag's files hold {found}",
+        file = .file.display(),
+        of = .topic.as_ref().map_or_else(String::new, |topic| format!(" of {topic}"))
+    )]
     Count {
         /// The metadata file.
         file: PathBuf,
-        /// The topic, or that all are meant.
-        topic: String,
+        /// The topic; none for all together.
+        topic: Option<String>,
         /// Messages by the metadata.
         expected: u64,
         /// Messages by the files.

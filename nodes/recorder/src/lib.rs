@@ -11,7 +11,6 @@ mod definitions;
 mod drain;
 mod elsewhere;
 mod fields;
-mod kept;
 mod log_time;
 mod outlet;
 mod participants;

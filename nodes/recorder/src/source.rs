@@ -16,7 +16,6 @@ use tracing::{info, warn};
 use crate::account::{Account, Track};
 use crate::batch::Head;
 use crate::definitions::Definition;
-use crate::kept::Kept;
 use crate::log_time::Message;
 use crate::participants::Participants;
 use crate::request::{DEPTH, Request, offered};
@@ -37,9 +36,6 @@ pub(crate) struct Source {
     count: usize,
     /// A publisher may be matched with two of them.
     seen: Seen,
-    kept: Kept,
-    /// What may be kept before that is said (bytes).
-    cache: usize,
     place: usize,
     track: Arc<Track>,
 }
@@ -57,7 +53,6 @@ impl Source {
         definition: Definition,
         request: Request,
         participants: &mut Participants,
-        cache: usize,
         account: &Account,
     ) -> Result<Self, NodeError> {
         let first = subscribe(name, &definition, request, 0, participants)?;
@@ -71,8 +66,6 @@ impl Source {
             subscriptions: VecDeque::from([first]),
             count: 1,
             seen: Seen::default(),
-            kept: Kept::default(),
-            cache,
             place,
             track,
         })
@@ -151,12 +144,6 @@ impl Source {
                     && let Ok(scene) = cdr::decode::<msg::Scene>(&sample.message)
                 {
                     account.fly(scene.name);
-                }
-                if let Some(kept) = self.kept.add(sample.message.len(), self.cache) {
-                    warn!(
-                        "{}: {kept} bytes in memory, more than max_cache_size: the middleware keeps the last {DEPTH} messages",
-                        self.name
-                    );
                 }
                 let stamp = self.stamped.read(&sample.message);
                 let received = sample.info.received_time;

@@ -45,8 +45,6 @@ pub(crate) struct Topics {
     times: LogTimes,
     paused: Arc<AtomicBool>,
     account: Arc<Account>,
-    /// `max_cache_size`.
-    cache: usize,
     /// When the graph was asked last.
     asked: Option<Instant>,
 }
@@ -71,7 +69,6 @@ impl Topics {
             times,
             paused,
             account,
-            cache: config.cache,
             asked: None,
         };
         for (name, type_name) in config.typed() {
@@ -90,7 +87,6 @@ impl Topics {
                 definition,
                 request,
                 &mut topics.participants,
-                config.cache,
                 &topics.account,
             )?;
             topics.sources.insert(source.name().to_owned(), source);
@@ -196,7 +192,6 @@ impl Topics {
             definition,
             Request::of(topic),
             &mut self.participants,
-            self.cache,
             &self.account,
         )?;
         self.sources.insert(topic.name.clone(), source);

@@ -16,9 +16,6 @@ use crate::{
 /// Endings of names of MCAP files, as a whole compressed ones included.
 const MCAP_FILES: [&str; 2] = [".mcap", ".mcap.zstd"];
 
-/// What is told of a file in `metadata.yaml`.
-const LISTED: &str = "a listed file";
-
 /// Largest number of a file that is taken to count the files before it.
 const LARGEST_NUMBER: u64 = 10_000;
 
@@ -56,7 +53,7 @@ impl Listing {
         let within = |listed: &String| {
             let found = within(listed, metadata.version).map(|relative| path.join(relative));
             let expected = "a path within the bag's directory";
-            found.ok_or_else(|| BagError::unexpected(&file, LISTED, listed, expected))
+            found.ok_or_else(|| BagError::unexpected(&file, "a listed file", listed, expected))
         };
         let mut files: Vec<PathBuf> = Vec::new();
         let mut known = BTreeSet::new();
@@ -69,7 +66,7 @@ impl Listing {
                 let listed = listed.display();
                 faults.push(BagError::unexpected(
                     &file,
-                    LISTED,
+                    "a file listed twice",
                     listed,
                     "each file once",
                 ));

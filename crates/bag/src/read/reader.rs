@@ -181,13 +181,13 @@ impl BagReader {
             return Ok(());
         };
         let mut found = self.by_name(&found);
-        let check = |topic: &str, expected, found| {
+        let check = |topic: Option<&str>, expected, found| {
             if expected == found {
                 return Ok(());
             }
             Err(BagError::Count {
                 file: metadata_file.to_owned(),
-                topic: topic.to_owned(),
+                topic: topic.map(str::to_owned),
                 expected,
                 found,
             })
@@ -199,17 +199,17 @@ impl BagReader {
             if left_out.contains(topic) {
                 continue;
             }
-            check(topic, expected, found.remove(topic).unwrap_or(0))?;
+            check(Some(topic), expected, found.remove(topic).unwrap_or(0))?;
         }
         found
             .into_iter()
-            .try_for_each(|(topic, found)| check(topic, 0, found))?;
+            .try_for_each(|(topic, found)| check(Some(topic), 0, found))?;
         let found = self.files.iter().flat_map(|file| &file.contents.counts);
         let found = found.flat_map(BTreeMap::values);
         let found = sum(found.copied());
         // Topics that are left out may be counted or not.
         if left_out.is_empty() {
-            check("all topics", metadata.message_count, found)?;
+            check(None, metadata.message_count, found)?;
         }
         Ok(())
     }

@@ -264,7 +264,12 @@ impl Copy<'_, '_> {
                 sequence: header.sequence,
                 data,
             };
-            messages.push((writer.add_topic(topic)?, kept));
+            match writer.add_topic(topic) {
+                Ok(id) => messages.push((id, kept)),
+                Err(error) if writer.is_ended() => return Err(error.into()),
+                // The bag has it under another type.
+                Err(_) => {}
+            }
         }
         writer.go_on_in(self.name.display().to_string(), compression, messages)?;
         self.file.kept = true;

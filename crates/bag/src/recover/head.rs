@@ -73,7 +73,9 @@ impl Head {
         }
         if let Some(left) = self.expected.get_mut(topic) {
             *left -= 1;
-            self.expected.retain(|_, count| *count > 0);
+            if *left == 0 {
+                self.expected.remove(topic);
+            }
         }
         self.messages.push((*header, data.to_vec()));
         true

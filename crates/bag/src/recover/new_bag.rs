@@ -47,7 +47,13 @@ impl NewBag<'_> {
             ..BagOptions::default()
         };
         let name = name.display().to_string();
-        Ok(none.insert(BagWriter::open(self.directory, "recovered", name, options)?))
+        Ok(none.insert(BagWriter::open(
+            self.directory,
+            "recovered",
+            name,
+            options,
+            false,
+        )?))
     }
 
     /// Adds the topics without messages, where there is a file for them.

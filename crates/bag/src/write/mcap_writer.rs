@@ -61,18 +61,20 @@ struct Content {
 }
 
 impl McapWriter {
-    /// Creates the file, which must not exist, with room for a description of the bag of so many bytes.
+    /// Creates the file, which must not exist, with room for a description of the bag of so many bytes. If it reserves
+    /// no space, it cannot be completed on a full disk.
     pub fn create(
         path: PathBuf,
         compression: Compression,
         chunk_size: u64,
         description: u64,
+        reserves: bool,
     ) -> io::Result<Self> {
         let file = File::create_new(&path)?;
         // Held until the file is closed or the process has ended, so that nobody recovers a bag that is being written.
         // A file system without locks does without.
         let _ = file.try_lock();
-        let (sink, mut reserve) = sink::open(file);
+        let (sink, mut reserve) = sink::open(file, reserves);
         let room = Room::new(description);
         let compression = match compression {
             Compression::None => None,

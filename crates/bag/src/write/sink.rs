@@ -38,8 +38,8 @@ pub(crate) struct Reserve {
     is_supported: bool,
 }
 
-/// Makes the sink of a file and its reserve.
-pub(crate) fn open(file: File) -> (Sink, Reserve) {
+/// Makes the sink of a file and its reserve, which reserves nothing if it is not to.
+pub(crate) fn open(file: File, reserves: bool) -> (Sink, Reserve) {
     let file = Arc::new(file);
     let written = Arc::new(AtomicU64::new(0));
     let limit = getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft);
@@ -53,7 +53,7 @@ pub(crate) fn open(file: File) -> (Sink, Reserve) {
         written,
         end: 0,
         limit,
-        is_supported: true,
+        is_supported: reserves,
     };
     (sink, reserve)
 }

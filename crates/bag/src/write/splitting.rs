@@ -126,7 +126,13 @@ impl BagWriter {
             ..
         } = self.options;
         let chunk = max_bytes.map_or(CHUNK, |most| CHUNK.min(most.get() / 8).max(1 << 10));
-        let file = McapWriter::create(path.clone(), compression, chunk, self.description());
+        let file = McapWriter::create(
+            path.clone(),
+            compression,
+            chunk,
+            self.description(),
+            self.reserves,
+        );
         self.file = Some(file.map_err(|source| Fault { path, source })?);
         self.repeated.fill(0);
         self.flushed.clear();

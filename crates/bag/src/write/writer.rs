@@ -58,6 +58,8 @@ pub struct BagWriter {
     pub(crate) directory: PathBuf,
     pub(crate) name: String,
     pub(crate) options: BagOptions,
+    /// Whether space for the ends of files is reserved.
+    pub(crate) reserves: bool,
     /// Bytes of memory from which on the index of a file ends it.
     pub(crate) max_index: usize,
     pub(crate) custom: BTreeMap<String, String>,
@@ -105,19 +107,21 @@ impl BagWriter {
             path: directory.to_owned(),
         })?;
         let made = make_empty(directory)?;
-        let opened = Self::open(directory, name, format!("{name}_0.mcap"), options);
+        let opened = Self::open(directory, name, format!("{name}_0.mcap"), options, true);
         if made && opened.is_err() {
             let _ = fs::remove_dir(directory);
         }
         opened
     }
 
-    /// Begins a bag in a directory that is there, with a file of this name; further ones are numbered after `name`.
+    /// Begins a bag in a directory that is there, with a file of this name; further ones are numbered after `name`. A bag that
+    /// reserves no space may be left without its end on a full disk.
     pub(crate) fn open(
         directory: &Path,
         name: &str,
         file_name: String,
         options: BagOptions,
+        reserves: bool,
     ) -> Result<Self, WriteError> {
         let latched = options
             .max_bytes
@@ -126,6 +130,7 @@ impl BagWriter {
             directory: directory.to_owned(),
             name: name.to_owned(),
             options,
+            reserves,
             max_index: INDEX,
             custom: BTreeMap::new(),
             flushed: BTreeMap::new(),

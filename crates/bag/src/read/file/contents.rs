@@ -1,6 +1,6 @@
 use std::{
     borrow::Cow,
-    collections::{BTreeMap, btree_map::Entry},
+    collections::{BTreeMap, BTreeSet, btree_map::Entry},
 };
 
 use mcap::records::{Channel, ChunkIndex, Record, SchemaHeader};
@@ -74,6 +74,30 @@ impl Contents {
         chunks.count += 1;
         chunks.packed = chunks.packed.saturating_add(packed);
         chunks.unpacked = chunks.unpacked.saturating_add(unpacked);
+    }
+
+    /// Holds what is told against what is found.
+    pub fn agree_with(&self, found: &Self) -> Result<(), Damage> {
+        let offsets: BTreeSet<_> = found.spans.iter().map(|span| span.offset).collect();
+        let with_messages =
+            |span: &&Span| span.channels.is_some() || offsets.contains(&span.offset);
+        let places = |contents: &Self| {
+            let spans = contents.spans.iter().filter(with_messages);
+            let places = spans.map(|it| (it.offset, it.length, it.start_time, it.end_time));
+            let mut places: Vec<_> = places.collect();
+            places.sort_unstable();
+            places
+        };
+        agree("chunk index", "chunks", places(self), places(found))?;
+        if let Some(mut counts) = self.counts.clone() {
+            counts.retain(|_, count| *count > 0);
+            let found = found.counts.clone().unwrap_or_default();
+            agree("statistics", "messages by channel", counts, found)?;
+        }
+        let times = self.times.zip(found.times);
+        times.map_or(Ok(()), |(told, found)| {
+            agree("statistics", "log times", told, found)
+        })
     }
 
     /// Takes over definitions that are missing.

@@ -4,7 +4,6 @@
 
 mod chunk;
 mod contents;
-mod found;
 mod scan;
 mod source;
 mod summary;
@@ -216,10 +215,6 @@ fn check_header(source: &Source) -> Result<(), BagError> {
 
 /// A channel's topic, and what is wrong with its quality of service: it is then ROS 2's default. The inner error is of a
 /// channel whose messages cannot be given out: MCAP allows any encoding, and messages without schema.
-#[expect(
-    clippy::type_complexity,
-    reason = "two outcomes, of which one has a warning"
-)]
 pub(crate) fn topic(
     source: &Source,
     channel: &Channel,

@@ -3,7 +3,7 @@
 use std::{mem, ops::ControlFlow};
 
 use mcap::{
-    records::{ChunkHeader, MessageHeader, MessageIndexEntry, Record, op},
+    records::{ChunkHeader, MessageHeader, Record, op},
     sans_io::linear_reader::LinearReaderOptions,
 };
 
@@ -11,7 +11,6 @@ use super::{
     MAX_RECORD_LENGTH,
     chunk::unpack,
     contents::{Contents, Span},
-    found::Found,
     source::Source,
 };
 use crate::{
@@ -41,18 +40,15 @@ pub(crate) fn scan(source: &Source) -> (Contents, Option<BagError>) {
     (scan.contents, walked.err())
 }
 
-/// All damaged chunks of a file, or else the first thing that is wrong with it: in a checksum, a record, or in what one
-/// record tells of others. `known` has the definitions that the summary tells.
+/// All damaged chunks of a file, or else the first thing that is wrong with it: in a checksum, a record, or in what the
+/// summary tells, which is `known`.
 pub(crate) fn check(source: &Source, known: &Contents) -> Vec<BagError> {
     let options = LinearReaderOptions::default()
         .with_validate_data_section_crc(true)
         .with_validate_summary_section_crc(true)
         .with_check_finishes_after_end_magic(true);
     let mut faults = Vec::new();
-    let mut scan = Scan {
-        found: Some(Found::default()),
-        ..Scan::default()
-    };
+    let mut scan = Scan::default();
     let walked = source.walk(None, options, |offset, opcode, body| {
         if opcode == op::CHUNK || faults.is_empty() {
             match scan.record(offset, opcode, body) {
@@ -67,7 +63,10 @@ pub(crate) fn check(source: &Source, known: &Contents) -> Vec<BagError> {
         Ok(ControlFlow::Continue(()))
     });
     if faults.is_empty() {
-        faults.extend(walked.err());
+        scan.end_run();
+        let agreed = known.agree_with(&scan.contents);
+        let agreed = agreed.map_err(|damage| source.damaged(0, damage));
+        faults.extend(walked.and(agreed).err());
     }
     faults
 }
@@ -77,8 +76,6 @@ struct Scan {
     contents: Contents,
     /// Messages outside of chunks that are read together.
     run: Option<Span>,
-    /// What records have to tell of others, if that is checked.
-    found: Option<Found>,
 }
 
 impl Scan {
@@ -102,9 +99,6 @@ impl Scan {
                 self.contents.repeated = record::counts(metadata)?;
             }
             _ => {}
-        }
-        if let Some(found) = &mut self.found {
-            found.record(offset, length, &record, &self.contents)?;
         }
         self.define(record, body.len())
     }
@@ -180,34 +174,20 @@ impl Scan {
                 channels: None,
             });
         }
-        if let Some(found) = &mut self.found {
-            found.chunk(offset, length, header, times)?;
-        }
         Ok(())
     }
 
     /// Takes the definitions and messages of a chunk.
     fn records(&mut self, bytes: &[u8]) -> Result<(), Damage> {
-        if let Some(found) = &mut self.found {
-            found.messages.clear();
-        }
-        let mut offset = 0;
         for record in Records::new(bytes) {
             let (opcode, place) = record?;
-            let (offset, body) = (mem::replace(&mut offset, place.end), &bytes[place]);
+            let body = &bytes[place];
             limited(opcode, body.len() as u64, MAX_RECORD_LENGTH)?;
             match opcode {
                 op::SCHEMA | op::CHANNEL => self.define(parse(opcode, body)?, body.len())?,
                 op::MESSAGE => {
                     let (header, _) = record::message(body)?;
                     self.count(&header)?;
-                    if let Some(found) = &mut self.found {
-                        let entries = found.messages.entry(header.channel_id).or_default();
-                        entries.push(MessageIndexEntry {
-                            log_time: header.log_time,
-                            offset: offset as u64,
-                        });
-                    }
                 }
                 _ => {}
             }

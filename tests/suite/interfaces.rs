@@ -76,7 +76,8 @@ impl Page {
     /// Without what a node has only if a parameter asks for it: the subscription to `/clock` and the services of loggers.
     fn by_default(mut self) -> Self {
         self.subscriptions.remove("/clock").unwrap();
-        self.services.retain(|name, _| !name.contains("logger_levels"));
+        self.services
+            .retain(|name, _| !name.contains("logger_levels"));
         self
     }
 
@@ -178,7 +179,12 @@ fn the_propagator_has_what_is_documented() {
 fn the_planner_has_what_is_documented() {
     let world = World::new();
     let scene = format!("scene:={}", scene("inclination_replan").display());
-    let parameters = [&scene, "plan_at_start:=false", "use_sim_time:=true", LOGGERS];
+    let parameters = [
+        &scene,
+        "plan_at_start:=false",
+        "use_sim_time:=true",
+        LOGGERS,
+    ];
     let planner = world.node("planner", &parameters);
     Page::of("planner").is_of(&world, &planner, "/lgvi_planner");
     planner.stop().expect(0);
@@ -189,7 +195,10 @@ fn the_recorder_has_what_is_documented_and_the_topics_that_it_is_to_record() {
     let world = World::new();
     let topics = "topics:=[/tf=tf2_msgs/msg/TFMessage]";
     let output = format!("output:={}", world.path("bag").display());
-    let recorder = world.node("recorder", &[&output, topics, "use_sim_time:=true", LOGGERS]);
+    let recorder = world.node(
+        "recorder",
+        &[&output, topics, "use_sim_time:=true", LOGGERS],
+    );
     let mut page = Page::of("recorder");
     let recorded = ("/tf".into(), "tf2_msgs/msg/TFMessage".into());
     page.subscriptions.extend([recorded]);

@@ -10,7 +10,8 @@ use std::{
 };
 
 use lgvi_middleware::shm::{
-    ControlPublisher, Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher, StateSubscriber,
+    ControlPublisher, Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher,
+    StateSubscriber,
 };
 use lgvi_msgs::shm::{BodySample, ControlHeader, Name, StateHeader};
 use nix::unistd::{Uid, geteuid, seteuid};

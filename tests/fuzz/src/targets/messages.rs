@@ -2,11 +2,7 @@
 
 use std::{collections::BTreeMap, sync::LazyLock};
 
-use lgvi_msgs::{
-    RosMessage, cdr as encoding,
-    msg::SystemState,
-    shm::StateHeader,
-};
+use lgvi_msgs::{RosMessage, cdr as encoding, msg::SystemState, shm::StateHeader};
 
 type Check = fn(&[u8]);
 

@@ -493,7 +493,7 @@ mod tests {
         assert!(check(|m| m.step_size = f64::NAN).contains("NaN"));
         assert!(check(|m| (m.force, m.moment) = Default::default()).contains("empty"));
         assert_eq!(
-            check(|m| drop(m.moment.pop())),
+            check(|m| m.moment.truncate(2)),
             "3 elements in `force` and 2 in `moment`, expected as many"
         );
         assert_eq!(

@@ -67,7 +67,7 @@ impl NamedFile {
             },
             Self::Moon => Constants {
                 name: "Moon",
-                gm: 4.902_800_118_457_549_6e12,
+                gm: 4.902_800_118_457_55e12,
                 radius: 1_737_400.0,
                 j2: 2.032_156_846_495_257e-4,
                 reference_radius: 1_738_000.0,
@@ -83,7 +83,7 @@ impl NamedFile {
             },
             Self::Mars => Constants {
                 name: "Mars",
-                gm: 4.282_837_285_418_775_7e13,
+                gm: 4.282_837_285_418_776e13,
                 radius: 3_389_500.0,
                 j2: 1.956_606_733_693_567_3e-3,
                 reference_radius: 3_396_000.0,

@@ -119,7 +119,7 @@ impl Display for Maneuver {
             "of {body} to {target}: {motion}, planned in {dynamics} steps by {solver}"
         )?;
         if let Some([position, velocity]) = arrival {
-            write!(f, "; foretold at {position:?} m with {velocity:?} m/s")?;
+            write!(f, "; foretold at {position:.6?} m with {velocity:.6?} m/s")?;
         }
         match constraints {
             0 => {}

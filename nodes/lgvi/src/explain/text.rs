@@ -22,8 +22,8 @@ impl Display for Explanation {
             if let Some(given) = &body.given {
                 write!(
                     f,
-                    "\n  state       by {given}: position {:?} m, velocity {:?} m/s, attitude {:?}, angular velocity {:?} rad/s",
-                    body.position, body.velocity, body.attitude, body.angular_velocity
+                    "\n  state       by {given}: position {:.6?} m, velocity {:.6?} m/s",
+                    body.position, body.velocity
                 )?;
             }
         }

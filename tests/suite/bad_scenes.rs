@@ -33,7 +33,8 @@ fn a_scene_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
             &[
                 "line 11: `units.mass`",
                 "\"1 pound\"",
-                "expected a number > 0 and one of kg",
+                "expected a number > 0 and a unit",
+                "one of kg",
             ],
         ),
         (

@@ -263,7 +263,7 @@ fn a_planner_that_plans_or_has_failed() {
             let hasty = [("[maneuver.target]", solver)];
             let scene = parameter("scene", &edited(world, "inclination_change", &hasty));
             let node = world.node("planner", &[&scene]);
-            node.await_stderr("no plan; those who listen");
+            node.await_stderr("no plan; subscribers to the progress");
             Scenario {
                 node,
                 others: Vec::new(),

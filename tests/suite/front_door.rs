@@ -116,7 +116,7 @@ fn what_is_no_bag_is_told_in_words() {
     let nothing = world.path("nothing").to_str().unwrap().to_owned();
     for command in ["info", "verify", "plot", "play"] {
         for (path, said) in [
-            (&scene, "not an MCAP file; expected a bag"),
+            (&scene, "not an MCAP file, expected a bag"),
             (&nothing, "No such file"),
         ] {
             let refused = world.lgvi([command, path, "--json"]).finish().expect(2);

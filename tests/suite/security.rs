@@ -339,7 +339,7 @@ fn a_permissive_node_without_files_joins_without_security_and_says_so() {
             .args(["-p", &output]);
         let recorder = world.start("recorder", command);
         recorder.await_ready();
-        recorder.await_stderr("joins without security");
+        recorder.await_stderr("joining without security");
         let there = || observer.other_nodes().contains(&"/lgvi_recorder".into());
         eventually("the recorder", || there().then_some(()));
         recorder.stop().expect(0);

@@ -15,6 +15,8 @@ const UNITS: [(&str, f64); 4] = [
 const EXPECTED: &str =
     "an angle: a number (rad), or a text such as \"25 deg\" (rad, deg, arcmin, arcsec)";
 
+const HALF_ANGLE: &str = "half_angle";
+
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
@@ -29,15 +31,21 @@ pub(crate) enum AngleFile {
 /// Returns the angle of the parameter `name` (rad).
 pub(crate) fn angle(name: &'static str, file: &AngleFile) -> Result<f64, ParameterError> {
     match file {
-        // Degrees, most likely.
-        AngleFile::Radians(angle) if *angle > PI => {
-            let expected = format!("an angle below π (rad); is it \"{angle} deg\"?");
-            Err(ParameterError::new(name, angle, expected))
-        }
         AngleFile::Radians(angle) => Ok(*angle),
         AngleFile::Text(text) => {
             parse(text).ok_or_else(|| ParameterError::new(name, text, EXPECTED))
         }
+    }
+}
+
+/// Returns the half angle of a cone (rad). A number beyond π is refused: degrees were meant, most likely.
+pub(crate) fn half_angle(file: &AngleFile) -> Result<f64, ParameterError> {
+    match file {
+        AngleFile::Radians(angle) if *angle > PI => {
+            let expected = format!("an angle below π (rad); is it \"{angle} deg\"?");
+            Err(ParameterError::new(HALF_ANGLE, angle, expected))
+        }
+        file => angle(HALF_ANGLE, file),
     }
 }
 
@@ -53,14 +61,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_beyond_a_half_turn_was_meant_in_degrees() {
-        let error = angle("half_angle", &AngleFile::Radians(25.0)).unwrap_err();
+    fn a_half_angle_beyond_a_half_turn_was_meant_in_degrees() {
+        assert_eq!(angle("raan", &AngleFile::Radians(4.0)).unwrap(), 4.0);
+        let error = half_angle(&AngleFile::Radians(25.0)).unwrap_err();
         assert!(error.expected.contains("\"25 deg\""), "{error:?}");
     }
 
     #[test]
     fn angles_have_units() {
-        let text = |text: &str| angle("half_angle", &AngleFile::Text(text.into()));
+        let text = |text: &str| half_angle(&AngleFile::Text(text.into()));
         assert_eq!(text("180 deg").unwrap(), PI);
         assert_eq!(text("0.5 rad").unwrap(), 0.5);
         assert!((text("60 arcmin").unwrap() - PI / 180.0).abs() < 1e-17);

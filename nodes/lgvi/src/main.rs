@@ -100,7 +100,7 @@ enum Command {
     },
     /// Write an interactive HTML page of a recorded flight: 3D view and linked plots.
     ///
-    /// The page is one file that any browser with WebGL shows, also without network. Overwrites `report.html` in the bag's
+    /// The page is one file that opens in any browser with WebGL and needs no network. Overwrites `report.html` in the bag's
     /// directory, but never another existing file.
     Report(report::Options),
     /// Fly many dispersed samples of a scene (Monte Carlo), or merge results.

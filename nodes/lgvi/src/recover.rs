@@ -65,7 +65,7 @@ impl Display for Text<'_> {
             describe(file, f)?;
         }
         if let Some(why) = &recovery.metadata_rebuilt {
-            writeln!(f, "metadata.yaml is made anew: {why}")?;
+            writeln!(f, "metadata.yaml was rebuilt: {why}")?;
         }
         if recovery.unverified > 0 {
             let messages = recovery.unverified;

@@ -43,7 +43,7 @@ pub(crate) struct Follower {
     /// What has come over shared memory, and over DDS.
     shm_lane: Lane,
     ros_lane: Lane,
-    /// How often the flight restarts.
+    /// How many times the flight has restarted.
     course: u64,
     latest: Option<Observed>,
     /// Steps and when they were heard, oldest first, over the last [`WINDOW`].
@@ -55,7 +55,7 @@ pub(crate) struct Follower {
 struct Lane {
     /// The last state's step.
     last: Option<u64>,
-    /// How often the step has become lower: the flight restarts.
+    /// How many times the step has become lower: the flight has restarted.
     course: u64,
 }
 
@@ -176,7 +176,7 @@ impl Follower {
         }
     }
 
-    /// How often the flight restarts, at step 0 again.
+    /// How many times the flight has restarted at step 0.
     pub(crate) fn course(&self) -> u64 {
         self.course
     }

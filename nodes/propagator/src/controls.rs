@@ -28,7 +28,7 @@ pub enum ControlError {
     #[error("{0}")]
     Undecodable(String),
     /// A sequence needs as many moments as forces.
-    #[error("{forces} elements in `force` and {moments} in `moment`, expected as many")]
+    #[error("{forces} elements in `force` and {moments} in `moment`, expected the same number")]
     Lengths {
         /// Forces in the sequence.
         forces: usize,

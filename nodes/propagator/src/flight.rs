@@ -494,7 +494,7 @@ mod tests {
         assert!(check(|m| (m.force, m.moment) = Default::default()).contains("empty"));
         assert_eq!(
             check(|m| m.moment.truncate(2)),
-            "3 elements in `force` and 2 in `moment`, expected as many"
+            "3 elements in `force` and 2 in `moment`, expected the same number"
         );
         assert_eq!(
             check(|m| m.moment[2].y = f64::INFINITY),

@@ -426,6 +426,7 @@ impl Propagator {
             lockstep.begin_anew();
         }
         self.cost = 0.0;
+        self.late_controls = 0;
         self.arrival = None;
         self.start = self.flight.invariants();
         self.resolution.begin(&self.flight);

@@ -86,6 +86,6 @@ fn years_without_a_message_are_skipped_and_said() {
     let listener = Listener::new(World::new(), &bag, "/numbers");
     let line = ["play", &listener.bag, "--await-subscribers", "1"];
     let played = listener.world.lgvi(line).finish().expect(0);
-    played.says(&["no message is recorded for 1000000000 s"]);
+    played.says(&["there is no message for 1000000000 s"]);
     assert_eq!(listener.numbers(), Vec::from_iter(0..COUNT));
 }

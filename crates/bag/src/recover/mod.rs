@@ -36,7 +36,8 @@ use crate::NewDirectory;
 ///
 /// # Errors
 /// Returns an error if nothing of the bag is readable, if it is of another kind or is being written by this crate, or if
-/// the new bag cannot be written. A bag that had no messages, or of which nothing says that it had, becomes one without.
+/// the new bag cannot be written. A bag without messages, or without any sign of messages,
+/// becomes an empty bag.
 ///
 /// # Assumptions and limitations
 /// Memory is bounded by 256 MiB for a chunk as it is in the file, as much for its records, and what the summary needs.

@@ -3,6 +3,9 @@ use crate::file::ElementsFile;
 use crate::orbit::{Elements, true_anomaly};
 use crate::{SceneError, check};
 
+/// The least `1 + e cos ν` on a hyperbola whose mean anomaly is given: rounding changes the distance by 1e-8 of it there.
+const ASYMPTOTE: f64 = 1e-8;
+
 /// Compiles the orbital elements at `key`.
 pub(super) fn elements(key: &str, file: &ElementsFile) -> Result<Elements, SceneError> {
     let at = |name: &str| format!("{key}.{name}");
@@ -33,14 +36,23 @@ pub(super) fn elements(key: &str, file: &ElementsFile) -> Result<Elements, Scene
         argument_of_periapsis: optional("argument_of_periapsis", &file.argument_of_periapsis)?,
         true_anomaly: match (&file.true_anomaly, &file.mean_anomaly) {
             (Some(_), Some(_)) => {
-                let expected = "none beside `true_anomaly`";
+                let expected = "one of `true_anomaly` and `mean_anomaly`";
                 return Err(SceneError::value(at("mean_anomaly"), "given", expected));
             }
             (None, Some(_)) if e == 1.0 => {
                 let expected = "none on a parabola; give the `true_anomaly`";
                 return Err(SceneError::value(at("mean_anomaly"), "given", expected));
             }
-            (None, Some(mean)) => true_anomaly(e, angle("mean_anomaly", mean)?),
+            (None, Some(mean)) => {
+                let mean = angle("mean_anomaly", mean)?;
+                let anomaly = true_anomaly(e, mean);
+                // Of a hyperbola, so near the asymptote the true anomaly does not tell the distance.
+                if e > 1.0 && 1.0 + e * libm::cos(anomaly) < ASYMPTOTE {
+                    let expected = "an anomaly farther from the asymptote of the hyperbola";
+                    return Err(SceneError::value(at("mean_anomaly"), mean, expected));
+                }
+                anomaly
+            }
             (given, None) => {
                 let anomaly = optional("true_anomaly", given)?;
                 if 1.0 + e * libm::cos(anomaly) <= 0.0 {

@@ -51,7 +51,7 @@ impl Bodies<'_> {
         match states.iter().enumerate().find_map(waits) {
             None => Ok(states.into_iter().flatten().collect()),
             Some((key, other)) => {
-                let expected = "a body whose state does not depend on that of this one";
+                let expected = "a body whose state does not depend on this body (these references form a cycle)";
                 Err(SceneError::value(key, &self.files[*other].name, expected))
             }
         }
@@ -88,6 +88,14 @@ impl Bodies<'_> {
             let names: Vec<_> = self.files.iter().map(|file| file.name.as_str()).collect();
             SceneError::unknown(key, name, &names)
         })
+    }
+
+    /// Whether the elements of a body's orbit are about another body.
+    fn orbits_a_body(&self, name: &str) -> bool {
+        let mut files = self.files.iter();
+        let file = files.find(|file| file.name == name);
+        file.and_then(|file| file.orbit.as_ref())
+            .is_some_and(|orbit| orbit.about.is_some())
     }
 
     /// Returns the motion of a body whose state is known.
@@ -163,7 +171,11 @@ impl Bodies<'_> {
         for (name, value) in [("position", position), ("velocity", velocity)] {
             if let Some(value) = value {
                 let key = format!("bodies[{index}].{name}");
-                return Err(SceneError::value(key, value, "none beside `orbit`"));
+                return Err(SceneError::value(
+                    key,
+                    value,
+                    "none, because `orbit` gives it: give `orbit` or `position` and `velocity`",
+                ));
             }
         }
         let key = format!("bodies[{index}].orbit");
@@ -227,6 +239,10 @@ impl Bodies<'_> {
                 return Err(SceneError::value(key("about"), name, expected));
             }
             (Some(name), _) => self.motion(&key("about"), name, known)?,
+            (None, _) if orbital && self.orbits_a_body(&file.body) => {
+                let expected = "the name of the body in the center, which `orbit.about` names";
+                return Err(SceneError::missing(key("about"), expected));
+            }
             (None, Some(central)) => Motion::at(central.position),
             (None, None) if orbital => {
                 let expected =

@@ -151,7 +151,7 @@ pub(crate) struct QuaternionFile {
     pub z: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RelativeFile {

@@ -210,5 +210,5 @@ fn mistakes_in_relative_maneuvers_are_named() {
         "velocity = [0, 0, 0]",
     );
     let fast = with(&fast, "gm = 2.0", "gm = 2.0\nradius = 1.0");
-    assert_refused(&fast, &["relative_to.body` is \"target\"", "foretold"]);
+    assert_refused(&fast, &["relative_to.body` is \"target\"", "predicted"]);
 }

@@ -255,7 +255,10 @@ fn mistakes_in_elements_are_named() {
         ),
         (
             "periapsis = 1, mean_anomaly = 1, true_anomaly = 1",
-            &["mean_anomaly` is ", "none beside `true_anomaly`"],
+            &[
+                "mean_anomaly` is ",
+                "one of `true_anomaly` and `mean_anomaly`",
+            ],
         ),
         (
             "periapsis = 1, inclinaton = 1",
@@ -272,11 +275,11 @@ fn mistakes_in_elements_are_named() {
     let beside = |more: &str| format!("{}{more}\n", text(1.0, orbit));
     assert_refused(
         &beside("position = [1, 0, 0]"),
-        &["bodies[0].position`", "none beside `orbit`"],
+        &["bodies[0].position`", "give `orbit` or `position`"],
     );
     assert_refused(
         &beside("velocity = [1, 0, 0]"),
-        &["bodies[0].velocity`", "none beside `orbit`"],
+        &["bodies[0].velocity`", "give `orbit` or `position`"],
     );
     let without = text(1.0, orbit).replace("[gravity.central]\ngm = 1e0\n", "");
     assert_refused(&without, &["orbit.about` is missing", "gravity.central"]);

@@ -119,7 +119,10 @@ impl Display for Maneuver {
             "of {body} to {target}: {motion}, planned in {dynamics} steps by {solver}"
         )?;
         if let Some([position, velocity]) = arrival {
-            write!(f, "; foretold at {position:.6?} m with {velocity:.6?} m/s")?;
+            write!(
+                f,
+                "; predicted position {position:.6?} m, velocity {velocity:.6?} m/s"
+            )?;
         }
         match constraints {
             0 => {}

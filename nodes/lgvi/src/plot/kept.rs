@@ -119,10 +119,10 @@ pub(super) fn momentum_change(flight: &FlightData) -> Panel {
         Momentum::Along(axis) => format!("Angular momentum error {}", along(&axis)),
         Momentum::Nothing => "Angular momentum change |L − L₀|".into(),
     };
-    let (by, unit) = if relative {
-        ("/|L₀|", "")
-    } else {
-        ("", "kg m²/s")
+    let (by, unit) = match (relative, kept) {
+        (true, Momentum::Along(_)) => (", relative", ""),
+        (true, _) => ("/|L₀|", ""),
+        (false, _) => ("", "kg m²/s"),
     };
     let points = over_time(flight, |sample| {
         value(&(sample.angular_momentum - start)) / scale

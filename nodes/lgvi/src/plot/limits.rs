@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use lgvi_control::constraint::{ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit};
+use lgvi_control::constraint::{
+    ComponentLimit, Corridor, FramePose, KeepOutCone, KeepOutSphere, NormLimit,
+};
 use lgvi_control::{Constraint, Place};
 use lgvi_scene::Frame;
 use nalgebra::Vector3;
@@ -30,6 +32,16 @@ pub(super) fn corridors(flight: &FlightData) -> impl Iterator<Item = &Corridor> 
 
 pub(super) fn spheres(flight: &FlightData) -> impl Iterator<Item = &KeepOutSphere> {
     all(flight)
+}
+
+/// Corridors to be drawn, with the pose of their frame: at the end, if they move with another body.
+pub(super) fn placed_corridors(
+    flight: &FlightData,
+) -> impl Iterator<Item = (FramePose, &Corridor)> {
+    let maneuver = flight.scene.maneuver.iter();
+    maneuver
+        .flat_map(|maneuver| &maneuver.constraints)
+        .filter_map(Constraint::placed)
 }
 
 /// Limits of the components of force or moment, in the scene's units.

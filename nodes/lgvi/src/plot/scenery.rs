@@ -20,12 +20,13 @@ const SIDES: usize = 12;
 pub(super) fn corridors(flight: &FlightData) -> Vec<(Vector3<f64>, Vec<Vector3<f64>>)> {
     let length = flight.scene.units.length;
     let body = turned(flight);
-    let corridor = limits::corridors(flight).map(|corridor| {
-        let apex = corridor.apex() * length;
+    let corridor = limits::placed_corridors(flight).map(|(frame, corridor)| {
+        let apex = frame.point(corridor.apex()) * length;
         let positions = flight.samples.iter();
         let distances = positions.map(|sample| (sample.bodies[body].position - apex).norm());
         let reach = distances.fold(0.0, f64::max);
-        let rim = limits::rim(&apex, &corridor.axis(), corridor.half_angle(), reach);
+        let axis = frame.rotation * corridor.axis();
+        let rim = limits::rim(&apex, &axis, corridor.half_angle(), reach);
         (apex, rim)
     });
     corridor.collect()

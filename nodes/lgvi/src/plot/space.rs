@@ -184,7 +184,7 @@ impl Picture<'_> {
             let line = Stroke::new(style::OTHERS, 1.4);
             add(Mark::Line(line), format!("{others} other bodies"));
         }
-        if limits::corridors(self.flight).next().is_some() {
+        if limits::placed_corridors(self.flight).next().is_some() {
             add(Mark::Line(boundary()), "corridor".into());
         }
         if limits::spheres(self.flight).next().is_some() {

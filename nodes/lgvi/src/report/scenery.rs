@@ -1,7 +1,9 @@
 //! What there is to see of a scene: shapes, attractor, frames and the maneuver, in SI units.
 
 use lgvi_control::Place;
-use lgvi_control::constraint::{ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit};
+use lgvi_control::constraint::{
+    ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, Moving, NormLimit,
+};
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, SpinAxis};
 use lgvi_dynamics::Mobility;
 use lgvi_scene::{Maneuver, NamedBody, Scene, Shape, Units};
@@ -82,7 +84,16 @@ struct Goal {
     position: Option<[f64; 3]>,
     attitude: Option<[f64; 4]>,
     spin_direction: Option<[f64; 3]>,
-    limits: Vec<Limit>,
+    limits: Vec<Kept>,
+}
+
+/// What the maneuver keeps to.
+#[derive(Serialize)]
+struct Kept {
+    #[serde(flatten)]
+    limit: Limit,
+    /// Whether it moves with another body: it is where it is at the end.
+    moves: bool,
 }
 
 #[derive(Serialize)]
@@ -228,27 +239,28 @@ fn goal(data: &FlightData, maneuver: &Maneuver) -> Goal {
 }
 
 /// Those that can be drawn.
-fn limits(maneuver: &Maneuver, units: &Units) -> Vec<Limit> {
+fn limits(maneuver: &Maneuver, units: &Units) -> Vec<Kept> {
     let of = |place| match place {
         Place::Position => ("force", units.force()),
         Place::Attitude => ("moment", units.energy()),
     };
     let limits = maneuver.constraints.iter().filter_map(|constraint| {
-        if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+        let moves = constraint.downcast_ref::<Moving>().is_some();
+        let limit = if let Some((frame, sphere)) = constraint.placed::<KeepOutSphere>() {
             Some(Limit::KeepOutSphere {
-                center: (sphere.center() * units.length).into(),
+                center: (frame.point(sphere.center()) * units.length).into(),
                 radius: sphere.radius() * units.length,
             })
-        } else if let Some(cone) = constraint.downcast_ref::<KeepOutCone>() {
+        } else if let Some((frame, cone)) = constraint.placed::<KeepOutCone>() {
             Some(Limit::KeepOutCone {
                 axis: cone.axis().into(),
-                direction: cone.direction().into(),
+                direction: (frame.rotation * cone.direction()).into(),
                 half_angle: cone.half_angle(),
             })
-        } else if let Some(corridor) = constraint.downcast_ref::<Corridor>() {
+        } else if let Some((frame, corridor)) = constraint.placed::<Corridor>() {
             Some(Limit::Corridor {
-                apex: (corridor.apex() * units.length).into(),
-                axis: corridor.axis().into(),
+                apex: (frame.point(corridor.apex()) * units.length).into(),
+                axis: (frame.rotation * corridor.axis()).into(),
                 half_angle: corridor.half_angle(),
             })
         } else if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
@@ -261,7 +273,8 @@ fn limits(maneuver: &Maneuver, units: &Units) -> Vec<Limit> {
             Some(Limit::Components { of, limits })
         } else {
             None
-        }
+        };
+        limit.map(|limit| Kept { limit, moves })
     });
     limits.collect()
 }

@@ -3,17 +3,14 @@
 mod curves;
 mod drawing;
 
-use std::any::Any;
-
 use lgvi_common::header;
-use lgvi_control::constraint::{Corridor, FramePose, KeepOutCone, KeepOutSphere, Moving};
+use lgvi_control::Place;
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
-use lgvi_control::{Constraint, Place};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_scene::{Maneuver, Scene};
-use nalgebra::{Matrix3, Vector3};
 
 use crate::sequence::Sequence;
 use drawing::{Drawing, color};
@@ -50,23 +47,6 @@ pub(crate) fn markers(scene: &Scene, sequence: &Sequence) -> Result<MarkerArray,
     plan.target(&mut drawing);
     plan.constraints(&mut drawing);
     Ok(drawing.finish())
-}
-
-/// A constraint of this kind, and the pose of its frame: if that moves, the one at the end.
-fn placed<T: 'static>(constraint: &Constraint) -> Option<(FramePose, &T)> {
-    match constraint.downcast_ref::<Moving>() {
-        Some(moving) => {
-            let inner: &dyn Any = moving.constraint();
-            Some((*moving.poses().last()?, inner.downcast_ref()?))
-        }
-        None => {
-            let inertial = FramePose {
-                origin: Vector3::zeros(),
-                rotation: Matrix3::identity(),
-            };
-            Some((inertial, constraint.downcast_ref()?))
-        }
-    }
 }
 
 /// Diagonal of the box round all positions.
@@ -157,11 +137,11 @@ impl Picture<'_> {
         let states = &self.sequence.plan.states;
         let Some(first) = states.first() else { return };
         for (id, constraint) in (0..).zip(&self.maneuver.constraints) {
-            if let Some((frame, sphere)) = placed::<KeepOutSphere>(constraint) {
-                let center = frame.origin + frame.rotation * sphere.center();
+            if let Some((frame, sphere)) = constraint.placed::<KeepOutSphere>() {
+                let center = frame.point(sphere.center());
                 let radius = sphere.radius();
                 drawing.sphere("keep_out", id, center, radius, color::FORBIDDEN);
-            } else if let Some((frame, cone)) = placed::<KeepOutCone>(constraint) {
+            } else if let Some((frame, cone)) = constraint.placed::<KeepOutCone>() {
                 let (apex, reach) = (first.position, 0.5 * self.size);
                 let direction = frame.rotation * cone.direction();
                 let sides = curves::cone(&apex, &direction, cone.half_angle(), reach);
@@ -169,8 +149,8 @@ impl Picture<'_> {
                 let trace = self.shown();
                 let trace = trace.map(|state| apex + state.attitude * cone.axis() * reach);
                 drawing.strip("kept_axis", id, trace, color::PATH);
-            } else if let Some((frame, corridor)) = placed::<Corridor>(constraint) {
-                let apex = frame.origin + frame.rotation * corridor.apex();
+            } else if let Some((frame, corridor)) = constraint.placed::<Corridor>() {
+                let apex = frame.point(corridor.apex());
                 let distance = |state: &BodyState| (state.position - apex).norm();
                 let reach = states.iter().map(distance).fold(0.0, f64::max);
                 let axis = frame.rotation * corridor.axis();

@@ -17,7 +17,7 @@ use crate::solver::{
 };
 
 /// Why a plan is not flown that was made for an earlier course of the flight.
-const ANEW: &str = "the flight restarts";
+const ANEW: &str = "the flight has restarted";
 
 impl Planner {
     /// The task of the rest of the maneuver from a later step on, to arrive when the last plan does.
@@ -112,13 +112,13 @@ impl Planner {
         }
     }
 
-    /// Where the flight restarts, forgets what was planned for its earlier course.
+    /// If the flight has restarted, forgets what was planned for its earlier course.
     pub(super) fn follow(&mut self) {
         if self.follower.course() == self.course {
             return;
         }
         self.course = self.follower.course();
-        info!("the flight restarts");
+        info!("the flight has restarted");
         self.sequences = self.initial.iter().cloned().collect();
         if let Some(replanner) = &mut self.replanner {
             replanner.begin_anew();

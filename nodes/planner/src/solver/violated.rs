@@ -52,19 +52,19 @@ impl Violated {
         let violates = format!("violates {kind} (maneuver.constraints[{number}]) by {amount}");
         if given {
             format!(
-                "the transfer is infeasible: start or target decide step {step}, which {violates}"
+                "infeasible: the start or the target fixes the state at step {step}, which {violates}"
             )
         } else {
-            format!("no feasible plan found: of those found the nearest {violates} in step {step}")
+            format!("no feasible plan was found; the closest one {violates} at step {step}")
         }
     }
 }
 
 fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
-    if constraint.downcast_ref::<KeepOutCone>().is_some() {
+    if constraint.placed::<KeepOutCone>().is_some() {
         return format!("{:.3}°", by.to_degrees());
     }
-    if let Some(sphere) = constraint.downcast_ref::<KeepOutSphere>() {
+    if let Some((_, sphere)) = constraint.placed::<KeepOutSphere>() {
         return format!("{:.3e} m", by * sphere.radius() * scene.units.length);
     }
     let of = match constraint {

@@ -51,7 +51,7 @@ impl LinkEnd {
 
     /// Says what became of it: the step at which it was accepted, or why it was not.
     pub(crate) fn answer(&mut self, verdict: Result<u64, ControlError>) {
-        // There are as many places as sequences can be under way.
+        // There is a place for each sequence that is pending.
         let _ = self.verdicts.push(verdict);
     }
 

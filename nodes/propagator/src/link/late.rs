@@ -16,6 +16,12 @@ pub(super) struct Late {
 }
 
 impl Late {
+    /// What is still to be told at the end.
+    pub(super) fn rest(&mut self) -> Option<String> {
+        let others = std::mem::take(&mut self.untold);
+        (others > 0).then(|| format!("{others} more control sequences came too late"))
+    }
+
     /// Counts a sequence that came too late, and says what is to be told `now`.
     pub(super) fn note(&mut self, error: &ControlError, now: Instant) -> Option<String> {
         let quiet = |told: Instant| now.duration_since(told) < PATIENCE;
@@ -26,7 +32,7 @@ impl Late {
         self.told = Some(now);
         let others = match std::mem::take(&mut self.untold) {
             0 => String::new(),
-            others => format!("; {others} others have come too late since the last such message"),
+            others => format!("; {others} others came too late since the last such message"),
         };
         Some(format!(
             "control sequence refused, too late: {error}{others}"
@@ -53,5 +59,9 @@ mod tests {
         let next = at(1000).unwrap();
         assert!(next.contains("999 others"), "{next}");
         assert!(!at(2000).unwrap().contains("others"));
+        assert_eq!(at(2001), None);
+        let rest = late.rest().unwrap();
+        assert!(rest.starts_with("1 more control sequences"), "{rest}");
+        assert_eq!(late.rest(), None);
     }
 }

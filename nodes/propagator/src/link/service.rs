@@ -126,6 +126,9 @@ impl Link {
             match request {
                 Some(Request::Settle(patience, answer)) => {
                     self.answer_pending();
+                    if let Some(warning) = self.late.rest() {
+                        warn!("{warning}");
+                    }
                     self.settling = Some(Settling::new(patience, answer));
                 }
                 Some(Request::Intervene(message, done)) => {
@@ -238,7 +241,9 @@ impl Link {
     /// Sends a sequence to the loop; `message` is what it will be said to fly.
     fn send(&mut self, controls: Controls, message: Arc<ControlSequence>) -> bool {
         let controls = Arc::new(controls);
-        let sent = self.controls.push(Arc::clone(&controls)).is_ok();
+        // The loop has a place for the verdict on each that is pending.
+        let sent =
+            self.pending.len() < SEQUENCES && self.controls.push(Arc::clone(&controls)).is_ok();
         if sent {
             self.held.push(controls);
             self.pending.push_back(message);

@@ -155,6 +155,18 @@ impl Constraint {
         self.any().downcast_ref()
     }
 
+    /// The constraint as a `T`, if it is one in the inertial frame or in one that moves, and the pose of that frame: of
+    /// one that moves, the last.
+    pub fn placed<T: 'static>(&self) -> Option<(FramePose, &T)> {
+        match self.downcast_ref::<Moving>() {
+            Some(moving) => {
+                let inner: &dyn Any = moving.constraint();
+                Some((*moving.poses().last()?, inner.downcast_ref()?))
+            }
+            None => Some((FramePose::INERTIAL, self.downcast_ref()?)),
+        }
+    }
+
     fn any(&self) -> &dyn Any {
         match self {
             Self::Commands(constraint) => &**constraint,

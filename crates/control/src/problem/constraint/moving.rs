@@ -17,6 +17,19 @@ pub struct FramePose {
     pub rotation: Matrix3<f64>,
 }
 
+impl FramePose {
+    /// The inertial frame.
+    pub const INERTIAL: Self = Self {
+        origin: Vector3::new(0.0, 0.0, 0.0),
+        rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+    };
+
+    /// The point of the frame, in the inertial frame.
+    pub fn point(&self, point: Vector3<f64>) -> Vector3<f64> {
+        self.origin + self.rotation * point
+    }
+}
+
 /// A constraint on the pose relative to a frame that moves in a known way: `g(R_fᵀ (x − x_f), R_fᵀ R)`. The motion of the
 /// frame is data, so that derivatives are those of `g`, turned.
 ///

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use lgvi_control::constraint::{
     CommandLimit, ComponentLimit, Corridor, FramePose, KeepOutCone, KeepOutSphere, Moving,
     NormLimit, StateConstraint,
@@ -7,7 +9,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::{foretold, moves};
-use crate::angle::{AngleFile, angle};
+use crate::angle::{self, AngleFile};
 use crate::file::RelativeFile;
 use crate::{Scene, SceneError};
 
@@ -94,6 +96,8 @@ pub(super) fn constraints(
     motion: Motion,
     actuation: &Actuation,
 ) -> Result<Vec<Constraint>, SceneError> {
+    // Each motion is integrated once.
+    let mut frames: Vec<(&RelativeFile, Arc<[FramePose]>)> = Vec::new();
     files
         .iter()
         .enumerate()
@@ -102,8 +106,17 @@ pub(super) fn constraints(
             let frame = match file.relative_to() {
                 None => None,
                 Some(file) => {
-                    let axes = foretold::axes(scene, body, &key("relative_to"), file)?;
-                    Some((axes.iter().map(FramePose::from).collect(), scene.h()))
+                    let known = frames.iter().find(|(known, _)| *known == file);
+                    let poses = match known {
+                        Some((_, poses)) => Arc::clone(poses),
+                        None => {
+                            let axes = foretold::axes(scene, body, &key("relative_to"), file)?;
+                            let poses: Arc<_> = axes.iter().map(FramePose::from).collect();
+                            frames.push((file, Arc::clone(&poses)));
+                            poses
+                        }
+                    };
+                    Some((poses, scene.h()))
                 }
             };
             let constraint = constraint(file, actuation, frame)
@@ -141,7 +154,7 @@ impl ConstraintFile {
 }
 
 /// The poses of a frame at the ends of steps, and the length of a step.
-type Frame = Option<(Vec<FramePose>, f64)>;
+type Frame = Option<(Arc<[FramePose]>, f64)>;
 
 /// Returns a constraint on states in a frame, or in the inertial frame.
 fn state(constraint: impl StateConstraint, frame: Frame) -> Result<Constraint, ParameterError> {
@@ -174,7 +187,7 @@ fn constraint(
             half_angle,
             ..
         } => {
-            let half_angle = angle("half_angle", half_angle)?;
+            let half_angle = angle::half_angle(half_angle)?;
             let cone = KeepOutCone::new((*axis).into(), (*direction).into(), half_angle)?;
             state(cone, frame)?
         }
@@ -187,7 +200,7 @@ fn constraint(
             half_angle,
             ..
         } => {
-            let half_angle = angle("half_angle", half_angle)?;
+            let half_angle = angle::half_angle(half_angle)?;
             let corridor = Corridor::new((*apex).into(), (*axis).into(), half_angle)?;
             state(corridor, frame)?
         }

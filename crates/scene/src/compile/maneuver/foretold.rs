@@ -8,6 +8,9 @@ use crate::axes::{Axes, AxesFile, Motion};
 use crate::file::RelativeFile;
 use crate::{Integration, Scene, SceneError, SceneGravity};
 
+/// The most steps of the integrator that foretell the motion of a body.
+const MOST_STEPS: u64 = 10_000_000;
+
 /// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step.
 ///
 /// The bodies that they belong to are flown as in the run, by the scene's integrator, but without the planned body: it
@@ -65,6 +68,12 @@ pub(super) fn axes(
     let Integration::Method(method) = scene.integration else {
         return Err(unforeseen("the integrator is not chosen".into()));
     };
+    if scene.steps.saturating_mul(u64::from(scene.substeps)) > MOST_STEPS {
+        let expected = format!(
+            "at most {MOST_STEPS} substeps in the run, for axes of a body whose motion is predicted"
+        );
+        return Err(SceneError::value("run.substeps", scene.substeps, expected));
+    }
     let scheme = alone.scheme_by(method, scene.substeps);
     let mut simulation = alone
         .simulation_from(alone.states(), scheme)

@@ -148,7 +148,7 @@ class Panels {
     const degrees = 180 / Math.PI;
     const angle = (a, b) => degrees * Math.atan2(norm(cross(a, b)), dot(a, b));
     const { time } = flight;
-    for (const limit of flight.maneuver.limits) {
+    for (const limit of flight.maneuver.limits.filter((limit) => !limit.moves)) {
       const bound = (value) => ({ label: "limit", values: this.each(() => value), color: "#d00", dashed: true });
       if (limit.kind === "keep_out_cone") {
         const values = this.each((k) => angle(rotate(body.attitude.slice(4 * k, 4 * k + 4), limit.axis), limit.direction));

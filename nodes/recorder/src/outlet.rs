@@ -22,9 +22,10 @@ pub(crate) struct Outlet {
 }
 
 impl Outlet {
-    pub(crate) fn new(queue: Arc<Queue>) -> Self {
+    pub(crate) fn new(queue: &Arc<Queue>) -> Self {
+        queue.open_outlet();
         Self {
-            queue,
+            queue: Arc::clone(queue),
             batch: Batch::default(),
             since: None,
         }
@@ -102,7 +103,7 @@ mod tests {
     #[test]
     fn a_message_is_put_without_allocating() {
         let queue = Queue::new(8 << 20, Arc::default());
-        let mut outlet = queue.outlet();
+        let mut outlet = Outlet::new(&queue);
         let bodies = ["one", "other"].map(|name| BodySample {
             name: Name::try_from(name).unwrap(),
             position: [1.0; 3],

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use crate::account::Account;
 use crate::batch::Batch;
-use crate::outlet::Outlet;
 
 /// The most messages that wait to be written, however small.
 const MESSAGES: usize = 1 << 18;
@@ -71,10 +70,9 @@ impl Queue {
         })
     }
 
-    /// An end for one who receives. The queue ends with the last of them.
-    pub(crate) fn outlet(self: &Arc<Self>) -> Outlet {
+    /// One outlet more is there.
+    pub(crate) fn open_outlet(&self) {
         self.lock().outlets += 1;
-        Outlet::new(Arc::clone(self))
     }
 
     /// Takes what is next, up to `timeout`.
@@ -198,6 +196,7 @@ impl Queue {
 mod tests {
     use super::*;
     use crate::batch::Head;
+    use crate::outlet::Outlet;
 
     const HEAD: Head = Head {
         publisher: 0,
@@ -229,7 +228,7 @@ mod tests {
         let account = Arc::<Account>::default();
         let budget = 4000;
         let queue = Queue::new(budget, Arc::clone(&account));
-        let mut outlet = queue.outlet();
+        let mut outlet = Outlet::new(&queue);
         let (most, sequences) = std::thread::scope(|scope| {
             let taker = scope.spawn(|| take_slowly(&queue));
             for sequence in 0..200 {
@@ -248,7 +247,7 @@ mod tests {
     fn a_message_larger_than_the_budget_waits_alone() {
         let account = Arc::<Account>::default();
         let queue = Queue::new(1000, Arc::clone(&account));
-        let mut outlet = queue.outlet();
+        let mut outlet = Outlet::new(&queue);
         std::thread::scope(|scope| {
             let taker = scope.spawn(|| take_slowly(&queue));
             for sequence in 0..3 {
@@ -262,7 +261,7 @@ mod tests {
     #[test]
     fn nobody_waits_for_a_writer_that_has_ended() {
         let queue = Queue::new(100, Arc::default());
-        let mut outlet = queue.outlet();
+        let mut outlet = Outlet::new(&queue);
         queue.end();
         (0..10).for_each(|_| outlet.put(HEAD, &[0; 300]));
         let (answer, answered) = std::sync::mpsc::channel();

@@ -153,7 +153,7 @@ impl Opened {
             account,
         } = self;
         let queue = Queue::new(config.cache, Arc::clone(&account));
-        let outlets = [queue.outlet(), queue.outlet()];
+        let outlets = [Outlet::new(&queue), Outlet::new(&queue)];
         let sink = {
             let (events, told) = (Arc::clone(&node.events), Arc::clone(&account));
             let tell = move || {

@@ -111,7 +111,10 @@ fn panels_are_those_of_what_happens() {
         ]
     );
     let pendulum = titles("pendulum");
-    assert_eq!(pendulum[3], "Angular momentum error about z, (L − L₀), relative");
+    assert_eq!(
+        pendulum[3],
+        "Angular momentum error about z, (L − L₀), relative"
+    );
 }
 
 /// What is not kept has no error.

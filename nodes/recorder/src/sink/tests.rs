@@ -7,6 +7,7 @@ use lgvi_bag::{BagOptions, BagReader, Qos, ROS2MSG, Rest, Topic};
 
 use super::*;
 use crate::batch::Head;
+use crate::outlet::Outlet;
 
 const BUDGET: usize = 1 << 20;
 
@@ -65,14 +66,14 @@ fn all_that_was_received_and_is_not_in_the_bag_is_counted() {
             .get_or_init(|| topic(name, "std_msgs/msg/Empty"));
         (place, track)
     });
-    let receive = |outlet: &mut crate::outlet::Outlet, index: usize, count: u64| {
+    let receive = |outlet: &mut Outlet, index: usize, count: u64| {
         let (place, track) = &tracks[index];
         for sequence in 0..count {
             track.received.fetch_add(1, Ordering::Relaxed);
             outlet.put(head(*place, sequence), &[0; 8]);
         }
     };
-    let mut outlets = [queue.outlet(), queue.outlet()];
+    let mut outlets = [Outlet::new(&queue), Outlet::new(&queue)];
     let sink = start(&queue, &account, &bag);
     receive(&mut outlets[0], 0, 100);
     outlets[0].hand_over();
@@ -127,7 +128,7 @@ fn a_message_that_the_bag_cannot_take_is_passed_over() {
         let (_, track) = account.add("/a");
         track.topic.get_or_init(|| topic("/a", type_name));
     }
-    let mut outlet = queue.outlet();
+    let mut outlet = Outlet::new(&queue);
     let sink = start(&queue, &account, &bag);
     for sequence in 0..9 {
         outlet.put(head(usize::from(sequence % 3 == 2), sequence), &[0; 8]);
@@ -152,7 +153,7 @@ fn losses_survive_a_split_and_a_kill() {
         .get_or_init(|| topic("/a", "std_msgs/msg/Empty"));
     track.lost.store(7, Ordering::Relaxed);
     let sink = start_splitting(&queue, &account, &bag);
-    let mut outlet = queue.outlet();
+    let mut outlet = Outlet::new(&queue);
     for sequence in 0..3 {
         outlet.put(head(0, sequence), &[0; 3000]);
     }

@@ -31,7 +31,7 @@ const MAX_WINDOW: usize = 8192;
 ///
 /// The depth of a publisher is how many samples a late joiner gets at least: RustDDS trims only every few seconds, so
 /// that it may get more, oldest first. The depth of a subscription is how many samples wait to be taken; further ones
-/// push out the oldest, which [`lost`](super::Subscription::lost) counts.
+/// push out the oldest, which [`lost`](super::RawSubscription::lost) counts.
 ///
 /// A reliable publisher has a window: 512 samples (16 if latched) or twice its depth, whichever is more, but at most 8192
 /// may be unacknowledged. A subscription that is stopped, hangs or was killed fills it. Then the publisher waits once for

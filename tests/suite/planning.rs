@@ -230,14 +230,14 @@ fn what_cannot_be_reached_fails_with_the_reason() {
         PlanManeuverResult::INFEASIBLE,
     );
     assert!(
-        result.message.contains("no feasible plan found"),
+        result.message.contains("no feasible plan was found"),
         "{}",
         result.message
     );
     planner.stop().expect(0);
 
     let flight = world.start_flight(&weak, "flight", &[]).finish().expect(1);
-    flight.says(&["no plan", "no feasible plan found"]);
+    flight.says(&["no plan", "no feasible plan was found"]);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::{Plan, TransferError};
 pub enum PlanError {
     /// Start or target violate an inequality.
     #[error(
-        "the transfer is infeasible: start or target decide step {step}, which violates constraint {constraint} by \
+        "infeasible: the start or the target fixes the state at step {step}, which violates constraint {constraint} by \
          {violation:.3e} (in parts of a limit, a radius or a length, in radians of a cone)"
     )]
     Infeasible {
@@ -23,7 +23,7 @@ pub enum PlanError {
     },
     /// No plan that satisfies the inequalities was found, although one may exist.
     #[error(
-        "no feasible plan found: of those found the nearest violates constraint {constraint} by {violation:.3e} in \
+        "no feasible plan was found; the closest one violates constraint {constraint} by {violation:.3e} at \
          step {step} (in parts of a limit, a radius or a length, in radians of a cone)"
     )]
     NotFound {

@@ -58,14 +58,12 @@ book-env:
 
 # No warning of the compiler or of clippy.
 lint:
-    cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
-    cargo clippy --package lgvi --package lgvi_middleware --all-targets --features security --locked -- -D warnings
+    cargo clippy --workspace --all-targets --locked {{all}},lgvi/security -- -D warnings
     cargo clippy {{bench}} --workspace --all-targets --locked -- -D warnings
 
 # The documentation builds, all links resolve.
 docs:
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked {{all}}
-    RUSTDOCFLAGS="-D warnings" cargo doc {{bench}} --workspace --no-deps --locked
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked {{all}},lgvi/security
 
 # The library crates can be published.
 package:

@@ -14,8 +14,8 @@ pub struct Maneuver {
     pub body: usize,
     /// Set of final states in which it may end.
     pub target: Terminal,
-    /// True if the target is relative to another body, whose motion is foretold.
-    pub foretold: bool,
+    /// True if the target is relative to another body, whose motion is predicted.
+    pub predicted: bool,
     /// Effects and costs of its commands.
     pub actuation: Actuation,
     /// Discrete dynamics of the plan.

@@ -1,7 +1,8 @@
 //! Where what is drawn of a bag is written.
 
-use std::fs::{self, File};
+use std::fs::Permissions;
 use std::io::{self, ErrorKind, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use lgvi_middleware::node::NodeError;
@@ -21,12 +22,7 @@ pub(crate) fn write(
         None if own => bag.join(name),
         None => bag.with_extension(extension),
     };
-    let written = if own {
-        fs::write(&output, bytes)
-    } else {
-        write_new(&output, bytes)
-    };
-    written.map_err(|error| {
+    whole(&output, bytes, own).map_err(|error| {
         let message = format!("cannot write {}: {error}", output.display());
         match error.kind() {
             ErrorKind::AlreadyExists => NodeError::Input(message),
@@ -36,10 +32,17 @@ pub(crate) fn write(
     Ok(output)
 }
 
-/// Writes a file that does not exist yet, or none.
-fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    File::create_new(path)?.write_all(bytes).inspect_err(|_| {
-        // It is of no use; what went wrong is told.
-        let _ = fs::remove_file(path);
-    })
+/// Writes a file as a whole or not at all. One that exists is an error or is replaced.
+fn whole(path: &Path, bytes: &[u8], replace: bool) -> io::Result<()> {
+    let directory = path.parent().filter(|parent| *parent != Path::new(""));
+    let mut file = tempfile::Builder::new()
+        .permissions(Permissions::from_mode(0o666))
+        .tempfile_in(directory.unwrap_or(Path::new(".")))?;
+    file.write_all(bytes)?;
+    let kept = if replace {
+        file.persist(path)
+    } else {
+        file.persist_noclobber(path)
+    };
+    kept.map(drop).map_err(|error| error.error)
 }

@@ -112,7 +112,7 @@ mod tests {
     /// The same as what the propagator makes of the same sequences where actuators do not err, but for rounding, of which the
     /// propagator's integrator remembers what is past.
     #[test]
-    fn what_is_foretold_is_what_is_flown() {
+    fn what_is_predicted_is_flown() {
         let nominal = SCENE
             .replace("time = \"10 s\"", "time = \"1 s\"")
             .replace("steps = 500", "steps = 100")

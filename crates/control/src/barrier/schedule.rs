@@ -34,14 +34,18 @@ pub(super) struct Measure {
     pub(super) violation: f64,
     /// Largest `y s`.
     pub(super) product: f64,
+    /// Largest rounding error of `y s`.
+    pub(super) noise: f64,
 }
 
 impl Measure {
-    pub(super) fn take(&mut self, row: &Row) {
+    /// Adds a row whose `g` has this rounding error.
+    pub(super) fn take(&mut self, row: &Row, rounding: f64) {
         self.gap = self.gap.max(row.gap);
         self.multiplier = self.multiplier.max(row.multiplier);
         self.violation = self.violation.max(row.value);
         self.product = self.product.max(row.product);
+        self.noise = self.noise.max(row.multiplier * rounding);
     }
 }
 
@@ -54,7 +58,7 @@ pub(super) struct Schedule {
     cost: f64,
     /// The share of the cost per inequality.
     share: f64,
-    /// The smallest β and the highest ρ.
+    /// The smallest β, rounding errors aside, and the highest ρ.
     last: f64,
     highest: f64,
     /// True if the subproblem was solved at the last check.
@@ -73,6 +77,8 @@ const NEAR: f64 = 0.1;
 const HOPELESS: f64 = 0.9;
 /// Relative errors to which the last and the first subproblem are solved.
 const ERRORS: [f64; 2] = [1e-8, 0.1];
+/// Least β, relative to the rounding error of the products of slack and multiplier.
+const CLEAR: f64 = 10.0;
 
 /// Relative error of the products of slack and multiplier, stationarity, and number of consecutive checks for which
 /// only rounding errors are left. A rounding error ε of `g` changes the multipliers by `y² ε/β`.
@@ -120,9 +126,10 @@ impl Schedule {
             self.penalty.rho = self.highest;
             return true;
         }
-        if beta > self.last && !self.hopeless(now) {
+        let last = self.last(now);
+        if beta > last && !self.hopeless(now) {
             self.rough = 0;
-            self.penalty.beta = (self.share * (0.2 * part).min(part * part.sqrt())).max(self.last);
+            self.penalty.beta = (self.share * (0.2 * part).min(part * part.sqrt())).max(last);
             return true;
         }
         false
@@ -130,11 +137,12 @@ impl Schedule {
 
     /// The state of the inequalities.
     pub(super) fn satisfied(&self, now: &Measure) -> Satisfied {
+        let clear = 2.0 * CLEAR * now.noise / self.cost;
         let within = now.violation <= self.tolerances.violation
-            && self.complementarity(now) <= self.tolerances.complementarity;
+            && self.complementarity(now) <= self.tolerances.complementarity.max(clear);
         if self.solved && self.hopeless(now) {
             Satisfied::Never
-        } else if within && self.penalty.beta <= self.last {
+        } else if within && self.penalty.beta <= self.last(now) {
             if self.rough > ROUGH_TIMES {
                 Satisfied::ToRounding
             } else {
@@ -148,6 +156,11 @@ impl Schedule {
     /// The largest product of slack and multiplier, relative to the cost.
     pub(super) fn complementarity(&self, now: &Measure) -> f64 {
         now.product / self.cost
+    }
+
+    /// The β of the last subproblem.
+    fn last(&self, now: &Measure) -> f64 {
+        self.last.max(CLEAR * now.noise)
     }
 
     /// True if a violation remains with the highest ρ.

@@ -7,6 +7,7 @@ use super::known::Force;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
 use crate::problem::{CommandInequality, InequalitySet, Place, StateInequality};
+use crate::units::ROUNDING;
 
 /// Inequalities of `X` coordinates and `U` commands over all intervals, with their multipliers.
 pub(crate) struct Barrier<const X: usize, const U: usize> {
@@ -251,12 +252,13 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     pub(super) fn measure(&self) -> Measure {
         let mut now = Measure::default();
         for (row, _) in &self.command_rows {
-            now.take(row);
+            now.take(row, 0.0);
         }
         let count = self.states.len();
-        for (at, StateRow { row, .. }) in self.state_rows.iter().enumerate() {
-            if self.states[at % count].plans(at / count) {
-                now.take(row);
+        for (at, StateRow { row, scale, .. }) in self.state_rows.iter().enumerate() {
+            let placed = &self.states[at % count];
+            if placed.plans(at / count) {
+                now.take(row, scale * ROUNDING / placed.inequality.size());
             }
         }
         now

@@ -47,7 +47,7 @@ fn next<M: RosMessage>(subscription: &Subscription<M>) -> M {
 }
 
 #[test]
-fn a_sample_has_the_identity_that_its_publisher_foretold() {
+fn a_sample_has_the_identity_that_its_publisher_predicted() {
     let (sender, receiver) = pair(&isolated());
     let publisher = sender.publisher("/said", &Qos::latched(5)).unwrap();
     let early = publisher.next_sample();

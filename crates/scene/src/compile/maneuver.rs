@@ -1,7 +1,7 @@
 mod actuation;
 mod constraints;
-mod foretold;
 mod options;
+mod prediction;
 mod target;
 
 pub(crate) use constraints::ConstraintFile;
@@ -13,6 +13,7 @@ use lgvi_dynamics::{Method, Mobility};
 use crate::file::{DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile};
 use crate::scene::{NamedBody, Scene};
 use crate::{Integration, Maneuver, SceneError};
+use prediction::Predictions;
 
 /// Largest number of steps of a maneuver: the planner keeps all of them in memory, and one message holds the sequence.
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
@@ -34,11 +35,20 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         MotionFile::Rotation => Motion::Rotation,
     };
     let actuation = actuation::actuation(file, motion)?;
+    let mut predictions = Predictions::new(scene, body);
+    let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
+    let constraints = &file.constraints;
     let maneuver = Maneuver {
         body,
-        target: target::target(scene, body, &file.target, motion)?,
-        foretold: file.target.relative_to.is_some(),
-        constraints: constraints::constraints(scene, body, &file.constraints, motion, &actuation)?,
+        target,
+        predicted: file.target.relative_to.is_some(),
+        constraints: constraints::constraints(
+            scene,
+            constraints,
+            motion,
+            &actuation,
+            &mut predictions,
+        )?,
         actuation,
         dynamics: dynamics(scene, file),
         processed: file.processed,

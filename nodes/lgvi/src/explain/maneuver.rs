@@ -85,7 +85,7 @@ impl Maneuver {
 
 /// Where a target that is relative to another body is at the end.
 fn arrival(scene: &Scene, maneuver: &lgvi_scene::Maneuver) -> Option<[[f64; 3]; 2]> {
-    maneuver.foretold.then_some(())?;
+    maneuver.predicted.then_some(())?;
     let position = maneuver.target.condition(Place::Position)?;
     let position: &FinalPosition = position.downcast_ref()?;
     let (units, mass) = (&scene.units, scene.bodies[maneuver.body].body.mass());

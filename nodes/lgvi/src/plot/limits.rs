@@ -2,9 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use lgvi_control::constraint::{
-    ComponentLimit, Corridor, FramePose, KeepOutCone, KeepOutSphere, NormLimit,
-};
+use lgvi_control::constraint::{ComponentLimit, Corridor, InFrame, NormLimit};
 use lgvi_control::{Constraint, Place};
 use lgvi_scene::Frame;
 use nalgebra::Vector3;
@@ -14,39 +12,27 @@ use super::data::FlightData;
 /// Points of a rim.
 const POINTS: u32 = 96;
 
-/// The constraints of a flight's maneuver that are a `T`.
-fn all<T: 'static>(flight: &FlightData) -> impl Iterator<Item = &T> {
+/// The constraints of a flight's maneuver that are a `T`, in their frames.
+pub(super) fn all<T: 'static>(flight: &FlightData) -> impl Iterator<Item = InFrame<'_, T>> {
     let maneuver = flight.scene.maneuver.iter();
     maneuver
         .flat_map(|maneuver| &maneuver.constraints)
-        .filter_map(Constraint::downcast_ref)
+        .filter_map(Constraint::in_frame)
 }
 
-pub(super) fn cones(flight: &FlightData) -> impl Iterator<Item = &KeepOutCone> {
-    all(flight)
-}
-
-pub(super) fn corridors(flight: &FlightData) -> impl Iterator<Item = &Corridor> {
-    all(flight)
-}
-
-pub(super) fn spheres(flight: &FlightData) -> impl Iterator<Item = &KeepOutSphere> {
-    all(flight)
-}
-
-/// Corridors to be drawn, with the pose of their frame: at the end, if they move with another body.
-pub(super) fn placed_corridors(
-    flight: &FlightData,
-) -> impl Iterator<Item = (FramePose, &Corridor)> {
-    let maneuver = flight.scene.maneuver.iter();
-    maneuver
-        .flat_map(|maneuver| &maneuver.constraints)
-        .filter_map(Constraint::placed)
+/// The name of a kind of constraint in a legend. What moves is drawn where it is at the end.
+pub(super) fn label<T: 'static>(flight: &FlightData, name: &str) -> Option<String> {
+    let moves = all::<T>(flight).map(|limit| limit.moves());
+    moves.reduce(|a, b| a || b).map(|any_moves| {
+        let when = if any_moves { " at the end" } else { "" };
+        format!("{name}{when}")
+    })
 }
 
 /// Limits of the components of force or moment, in the scene's units.
 pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
-    let limits = all(flight).filter(|limit: &&ComponentLimit| limit.place() == place);
+    let limits = all::<ComponentLimit>(flight).map(|limit| limit.constraint);
+    let limits = limits.filter(|limit| limit.place() == place);
     let limits = limits.flat_map(|limit| limit.limit().data.0[0]);
     let mut limits: Vec<_> = limits.filter(|limit| limit.is_finite()).collect();
     limits.sort_by(f64::total_cmp);
@@ -56,14 +42,16 @@ pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
 
 /// The limit of the norm of force or moment, in the scene's units.
 pub(super) fn of_norm(flight: &FlightData, place: Place) -> Option<f64> {
-    let limits = all(flight).filter(|limit: &&NormLimit| limit.place() == place);
+    let limits = all::<NormLimit>(flight).map(|limit| limit.constraint);
+    let limits = limits.filter(|limit| limit.place() == place);
     limits.map(NormLimit::limit).reduce(f64::min)
 }
 
-/// The fixed frame nearest to a corridor's apex: the port that it leads to.
+/// The fixed frame nearest to the apex of a corridor that does not move: the port that it leads to.
 pub(super) fn port(flight: &FlightData) -> Option<&Frame> {
-    let corridor = corridors(flight).next()?;
-    let distance = |frame: &Frame| (frame.position - corridor.apex()).norm();
+    let corridor = all::<Corridor>(flight).find(|corridor| !corridor.moves())?;
+    let apex = corridor.constraint.apex();
+    let distance = |frame: &Frame| (frame.position - apex).norm();
     fixed_frames(flight).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 

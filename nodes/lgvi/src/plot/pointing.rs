@@ -1,6 +1,7 @@
 //! A body that turns where it is: where its axes point, on the sphere of directions in the inertial frame, with the cones
 //! that they must stay out of.
 
+use lgvi_control::constraint::KeepOutCone;
 use nalgebra::Vector3;
 
 use super::canvas::{Canvas, Stroke};
@@ -29,7 +30,8 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
     let mut legend = Vec::new();
     let mut curves = Vec::new();
     let mut ends = Vec::new();
-    let kept_out = |i| limits::cones(flight).any(|cone| cone.axis() == Vector3::ith(i, 1.0));
+    let cones = || limits::all::<KeepOutCone>(flight);
+    let kept_out = |i| cones().any(|cone| cone.constraint.axis() == Vector3::ith(i, 1.0));
     for (i, color) in style::COMPONENTS.into_iter().enumerate() {
         if kept_out(i) {
             continue;
@@ -47,8 +49,9 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
     let kept = Stroke::new(style::BODIES[0], 4.0);
     let mut caps = Vec::new();
     let mut seen: Vector3<f64> = ends.iter().map(|(first, last, _)| first + last).sum();
-    for cone in limits::cones(flight) {
-        let direction = cone.direction();
+    for framed in cones() {
+        let cone = framed.constraint;
+        let direction = framed.last_pose().rotation * cone.direction();
         seen = direction;
         let edge = limits::rim(&Vector3::zeros(), &direction, cone.half_angle(), 1.0);
         caps.push(edge.clone());
@@ -66,7 +69,9 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
             "axis kept out"
         };
         legend.push(Entry::new(Mark::Line(kept), x));
-        legend.push(Entry::new(Mark::Line(rim), "keep-out cone"));
+    }
+    if let Some(label) = limits::label::<KeepOutCone>(flight, "keep-out cone") {
+        legend.push(Entry::new(Mark::Line(rim), label));
     }
     legend.push(Entry::new(Mark::Start(style::SOFT_INK), "start"));
     legend.push(Entry::new(Mark::End(style::SOFT_INK), "end"));

@@ -1,5 +1,6 @@
 //! What stays where it is beside the bodies of a flight: orbits, corridors, spheres, frames.
 
+use lgvi_control::constraint::{Corridor, KeepOutSphere};
 use nalgebra::Vector3;
 use plotters::style::Color;
 
@@ -20,7 +21,8 @@ const SIDES: usize = 12;
 pub(super) fn corridors(flight: &FlightData) -> Vec<(Vector3<f64>, Vec<Vector3<f64>>)> {
     let length = flight.scene.units.length;
     let body = turned(flight);
-    let corridor = limits::placed_corridors(flight).map(|(frame, corridor)| {
+    let corridor = limits::all::<Corridor>(flight).map(|framed| {
+        let (frame, corridor) = (framed.last_pose(), framed.constraint);
         let apex = frame.point(corridor.apex()) * length;
         let positions = flight.samples.iter();
         let distances = positions.map(|sample| (sample.bodies[body].position - apex).norm());
@@ -30,6 +32,23 @@ pub(super) fn corridors(flight: &FlightData) -> Vec<(Vector3<f64>, Vec<Vector3<f
         (apex, rim)
     });
     corridor.collect()
+}
+
+/// A keep-out sphere (m), where it is at the end.
+pub(super) struct Sphere {
+    pub(super) center: Vector3<f64>,
+    pub(super) radius: f64,
+}
+
+pub(super) fn spheres(flight: &FlightData) -> impl Iterator<Item = Sphere> {
+    let length = flight.scene.units.length;
+    limits::all::<KeepOutSphere>(flight).map(move |framed| {
+        let center = framed.last_pose().point(framed.constraint.center());
+        Sphere {
+            center: center * length,
+            radius: framed.constraint.radius() * length,
+        }
+    })
 }
 
 impl Picture<'_> {
@@ -76,10 +95,9 @@ impl Picture<'_> {
                 canvas.path(&[self.cage.place(apex), *place], side);
             }
         }
-        let length = self.flight.scene.units.length;
-        for sphere in limits::spheres(self.flight) {
-            let center = self.cage.place(&(sphere.center() * length));
-            let radius = sphere.radius() * length * self.cage.scale;
+        for sphere in spheres(self.flight) {
+            let center = self.cage.place(&sphere.center);
+            let radius = sphere.radius * self.cage.scale;
             canvas.ringed(
                 center,
                 radius,

@@ -1,6 +1,7 @@
 //! The curves over time that tell how a flight went.
 
 use lgvi_control::Place;
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
 use lgvi_dynamics::Load;
 use lgvi_lie::to_quaternion;
 use nalgebra::{Vector3, Vector4};
@@ -156,41 +157,50 @@ fn control(flight: &FlightData, part: &Part) -> Option<Panel> {
 /// What is shown of a vector.
 type Value = dyn Fn(&Vector3<f64>) -> f64;
 
-/// How near the flight came to what it must stay in or out of.
+/// How near the flight came to what it must stay in or out of, in the frame of each limit.
 fn margins(flight: &FlightData) -> Vec<Panel> {
     let Some(maneuver) = &flight.scene.maneuver else {
         return Vec::new();
     };
     let length = flight.scene.units.length;
-    let panel = |title: &str, unit, limit, value: &dyn Fn(&Pose) -> f64| Panel {
-        limits: vec![limit],
-        ..Panel::new(
-            title,
-            unit,
-            vec![plain(over_time(flight, |sample| {
-                value(&sample.bodies[maneuver.body])
-            }))],
-        )
+    let panel = |title: &str, unit, limit, value: &dyn Fn(&Pose, f64) -> f64| {
+        let curve = plain(over_time(flight, |sample| {
+            let time = flight.scene.h() * sample.step as f64;
+            value(&sample.bodies[maneuver.body], time)
+        }));
+        Panel {
+            limits: vec![limit],
+            ..Panel::new(title, unit, vec![curve])
+        }
     };
-    let cones = limits::cones(flight).map(|cone| {
+    let cones = limits::all::<KeepOutCone>(flight).map(|framed| {
+        let cone = framed.constraint;
         let title = "Angle from the axis of the keep-out cone";
-        panel(title, "°", cone.half_angle().to_degrees(), &|pose| {
-            angle(&(pose.attitude * cone.axis()), &cone.direction())
-        })
+        panel(
+            title,
+            "°",
+            cone.half_angle().to_degrees(),
+            &|pose, time| {
+                let axis = framed.pose(time).rotation * cone.direction();
+                angle(&(pose.attitude * cone.axis()), &axis)
+            },
+        )
     });
-    let corridors = limits::corridors(flight).map(|corridor| {
+    let corridors = limits::all::<Corridor>(flight).map(|framed| {
+        let corridor = framed.constraint;
         let title = "Angle from the axis of the corridor";
-        panel(title, "°", corridor.half_angle().to_degrees(), &|pose| {
-            angle(
-                &(pose.position - corridor.apex() * length),
-                &corridor.axis(),
-            )
+        let limit = corridor.half_angle().to_degrees();
+        panel(title, "°", limit, &|pose, time| {
+            let position = framed.pose(time).seen(&(pose.position / length));
+            angle(&(position - corridor.apex()), &corridor.axis())
         })
     });
-    let spheres = limits::spheres(flight).map(|sphere| {
+    let spheres = limits::all::<KeepOutSphere>(flight).map(|framed| {
+        let sphere = framed.constraint;
         let title = "Distance from the center of the keep-out sphere";
-        panel(title, "m", sphere.radius() * length, &|pose| {
-            (pose.position - sphere.center() * length).norm()
+        panel(title, "m", sphere.radius() * length, &|pose, time| {
+            let position = framed.pose(time).seen(&(pose.position / length));
+            (position - sphere.center()).norm() * length
         })
     });
     cones.chain(corridors).chain(spheres).collect()

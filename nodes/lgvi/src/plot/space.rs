@@ -1,6 +1,7 @@
 //! The flight in space: where the bodies went and how they were turned, with the orbits they came from and go to, and
 //! the corridors and spheres that they must stay in or out of.
 
+use lgvi_control::constraint::{Corridor, KeepOutSphere};
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 
@@ -12,7 +13,7 @@ use super::data::FlightData;
 use super::legend::{Entry, Mark, draw_legend, legend_height};
 use super::maneuver::Orbits;
 use super::marks::{Item, boundary, force, initial_orbit, target_orbit};
-use super::scenery::corridors;
+use super::scenery::{corridors, spheres};
 use super::subject::named;
 use super::thin::even;
 use super::view::Camera;
@@ -74,9 +75,9 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
             held.extend(shape.vertices_at(pose, 1.0));
         }
     }
-    for sphere in limits::spheres(flight) {
-        let arm = Vector3::repeat(sphere.radius());
-        held.extend([sphere.center() - arm, sphere.center() + arm].map(|corner| corner * length));
+    for sphere in spheres(flight) {
+        let arm = Vector3::repeat(sphere.radius);
+        held.extend([sphere.center - arm, sphere.center + arm]);
     }
     let center = scene.gravity.central.as_ref();
     let center = center.map(|central| central.position * length);
@@ -184,14 +185,11 @@ impl Picture<'_> {
             let line = Stroke::new(style::OTHERS, 1.4);
             add(Mark::Line(line), format!("{others} other bodies"));
         }
-        if limits::placed_corridors(self.flight).next().is_some() {
-            add(Mark::Line(boundary()), "corridor".into());
+        if let Some(label) = limits::label::<Corridor>(self.flight, "corridor") {
+            add(Mark::Line(boundary()), label);
         }
-        if limits::spheres(self.flight).next().is_some() {
-            add(
-                Mark::Line(Stroke::new(style::LIMIT, 1.5)),
-                "keep-out sphere".into(),
-            );
+        if let Some(label) = limits::label::<KeepOutSphere>(self.flight, "keep-out sphere") {
+            add(Mark::Line(Stroke::new(style::LIMIT, 1.5)), label);
         }
         if orbits.is_some() {
             add(Mark::Line(initial_orbit()), "initial orbit".into());

@@ -3,7 +3,7 @@
 use lgvi_dynamics::Load;
 use serde::Serialize;
 
-use super::packed::{Packed, quaternion};
+use super::packed::{FrameMotion, Packed};
 use super::scenery::Scenery;
 use crate::plot::data::{FlightData, Sample};
 use crate::plot::thin::even;
@@ -43,10 +43,8 @@ pub(super) struct Flight<'a> {
 /// The states of a body.
 #[derive(Default, Serialize)]
 struct Motion {
-    /// (m), inertial frame.
-    position: Packed,
-    /// Body to inertial: w, x, y, z, whose signs do not jump.
-    attitude: Packed,
+    #[serde(flatten)]
+    frame: FrameMotion,
     /// (kg m/s), inertial frame.
     linear_momentum: Packed,
     /// (kg m²/s), body frame, about the center of mass or the pivot.
@@ -102,7 +100,7 @@ impl<'a> Flight<'a> {
                 .into_iter()
                 .map(|body| controls(data, body))
                 .collect(),
-            scenery: Scenery::of(data),
+            scenery: Scenery::of(data, &samples),
         };
         for sample in &samples {
             flight.time.push(&[sample.time]);
@@ -125,17 +123,9 @@ impl<'a> Flight<'a> {
 
 fn motion(samples: &[&Sample], body: usize) -> Motion {
     let mut motion = Motion::default();
-    let mut before = [1.0, 0.0, 0.0, 0.0];
     for sample in samples {
         let pose = &sample.bodies[body];
-        let mut attitude = quaternion(&pose.attitude);
-        let along: f64 = attitude.iter().zip(&before).map(|(a, b)| a * b).sum();
-        if along < 0.0 {
-            attitude = attitude.map(|component| -component);
-        }
-        before = attitude;
-        motion.position.push(pose.position.as_slice());
-        motion.attitude.push(&attitude);
+        motion.frame.push(&pose.position, &pose.attitude);
         motion.linear_momentum.push(pose.linear_momentum.as_slice());
         motion.angular_momentum.push(pose.spin.as_slice());
     }

@@ -37,3 +37,28 @@ pub(super) fn quaternion(rotation: &Matrix3<f64>) -> [f64; 4] {
     let (w, u) = to_quaternion(rotation);
     [w, u.x, u.y, u.z]
 }
+
+/// The poses of a frame over time.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct FrameMotion {
+    /// (m), inertial frame.
+    position: Packed,
+    /// To the inertial frame: w, x, y, z, whose signs do not jump.
+    attitude: Packed,
+    #[serde(skip)]
+    before: [f64; 4],
+}
+
+impl FrameMotion {
+    /// Adds the next pose.
+    pub(super) fn push(&mut self, position: &Vector3<f64>, attitude: &Matrix3<f64>) {
+        let mut attitude = quaternion(attitude);
+        let along: f64 = attitude.iter().zip(&self.before).map(|(a, b)| a * b).sum();
+        if along < 0.0 {
+            attitude = attitude.map(|component| -component);
+        }
+        self.before = attitude;
+        self.position.push(position.as_slice());
+        self.attitude.push(&attitude);
+    }
+}

@@ -2,7 +2,7 @@
 
 use lgvi_control::Place;
 use lgvi_control::constraint::{
-    ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, Moving, NormLimit,
+    ComponentLimit, Corridor, InFrame, KeepOutCone, KeepOutSphere, Moving, NormLimit,
 };
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, SpinAxis};
 use lgvi_dynamics::Mobility;
@@ -10,8 +10,8 @@ use lgvi_scene::{Maneuver, NamedBody, Scene, Shape, Units};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::packed::{Packed, quaternion};
-use crate::plot::data::FlightData;
+use super::packed::{FrameMotion, Packed, quaternion};
+use crate::plot::data::{FlightData, Sample};
 use crate::plot::maneuver::Orbits;
 
 #[derive(Serialize)]
@@ -75,7 +75,7 @@ struct Attractor {
     pole: Option<[f64; 3]>,
 }
 
-/// Where a maneuver goes to and what it keeps clear of, inertial frame.
+/// Where a maneuver goes to, inertial frame, and what it keeps to.
 #[derive(Serialize)]
 struct Goal {
     body: usize,
@@ -87,13 +87,13 @@ struct Goal {
     limits: Vec<Kept>,
 }
 
-/// What the maneuver keeps to.
+/// What the maneuver keeps to, in its frame.
 #[derive(Serialize)]
 struct Kept {
     #[serde(flatten)]
     limit: Limit,
-    /// Whether it moves with another body: it is where it is at the end.
-    moves: bool,
+    /// Where its frame is, at the times of the states; `None` for the inertial frame.
+    frame: Option<FrameMotion>,
 }
 
 #[derive(Serialize)]
@@ -126,7 +126,8 @@ enum Limit {
 }
 
 impl<'a> Scenery<'a> {
-    pub(super) fn of(data: &'a FlightData) -> Self {
+    /// `samples` are the states that are shown.
+    pub(super) fn of(data: &'a FlightData, samples: &[&Sample]) -> Self {
         let scene = &data.scene;
         let units = &scene.units;
         let length = units.length;
@@ -151,7 +152,10 @@ impl<'a> Scenery<'a> {
             frames: frames(scene),
             attractor,
             gravity: scene.gravity.uniform.map(|g| (g * acceleration).into()),
-            maneuver: scene.maneuver.as_ref().map(|maneuver| goal(data, maneuver)),
+            maneuver: scene
+                .maneuver
+                .as_ref()
+                .map(|maneuver| goal(data, samples, maneuver)),
         }
     }
 }
@@ -214,7 +218,7 @@ fn frames(scene: &Scene) -> Vec<Frame<'_>> {
         .collect()
 }
 
-fn goal(data: &FlightData, maneuver: &Maneuver) -> Goal {
+fn goal(data: &FlightData, samples: &[&Sample], maneuver: &Maneuver) -> Goal {
     let units = &data.scene.units;
     let orbits = Orbits::of(data);
     let points = |orbits: &Orbits, orbit| Packed::of(&orbits.points(orbit));
@@ -234,47 +238,66 @@ fn goal(data: &FlightData, maneuver: &Maneuver) -> Goal {
         position: final_position.map(|target| (target.position() * units.length).into()),
         attitude: final_attitude.map(|target| quaternion(&target.attitude())),
         spin_direction: spin_axis.map(|target| target.direction().into()),
-        limits: limits(maneuver, units),
+        limits: limits(&data.scene, samples, maneuver),
     }
 }
 
 /// Those that can be drawn.
-fn limits(maneuver: &Maneuver, units: &Units) -> Vec<Kept> {
+fn limits(scene: &Scene, samples: &[&Sample], maneuver: &Maneuver) -> Vec<Kept> {
+    let units = &scene.units;
     let of = |place| match place {
         Place::Position => ("force", units.force()),
         Place::Attitude => ("moment", units.energy()),
     };
     let limits = maneuver.constraints.iter().filter_map(|constraint| {
-        let moves = constraint.downcast_ref::<Moving>().is_some();
-        let limit = if let Some((frame, sphere)) = constraint.placed::<KeepOutSphere>() {
-            Some(Limit::KeepOutSphere {
-                center: (frame.point(sphere.center()) * units.length).into(),
+        let limit = if let Some(InFrame {
+            constraint: sphere, ..
+        }) = constraint.in_frame::<KeepOutSphere>()
+        {
+            Limit::KeepOutSphere {
+                center: (sphere.center() * units.length).into(),
                 radius: sphere.radius() * units.length,
-            })
-        } else if let Some((frame, cone)) = constraint.placed::<KeepOutCone>() {
-            Some(Limit::KeepOutCone {
+            }
+        } else if let Some(InFrame {
+            constraint: cone, ..
+        }) = constraint.in_frame::<KeepOutCone>()
+        {
+            Limit::KeepOutCone {
                 axis: cone.axis().into(),
-                direction: (frame.rotation * cone.direction()).into(),
+                direction: cone.direction().into(),
                 half_angle: cone.half_angle(),
-            })
-        } else if let Some((frame, corridor)) = constraint.placed::<Corridor>() {
-            Some(Limit::Corridor {
-                apex: (frame.point(corridor.apex()) * units.length).into(),
-                axis: (frame.rotation * corridor.axis()).into(),
+            }
+        } else if let Some(InFrame {
+            constraint: corridor,
+            ..
+        }) = constraint.in_frame::<Corridor>()
+        {
+            Limit::Corridor {
+                apex: (corridor.apex() * units.length).into(),
+                axis: corridor.axis().into(),
                 half_angle: corridor.half_angle(),
-            })
+            }
         } else if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
             let (of, unit) = of(norm.place());
             let limit = norm.limit() * unit;
-            Some(Limit::Norm { of, limit })
+            Limit::Norm { of, limit }
         } else if let Some(components) = constraint.downcast_ref::<ComponentLimit>() {
             let (of, unit) = of(components.place());
             let limits = (components.limit() * unit).into();
-            Some(Limit::Components { of, limits })
+            Limit::Components { of, limits }
         } else {
-            None
+            return None;
         };
-        limit.map(|limit| Kept { limit, moves })
+        let moving = constraint.downcast_ref::<Moving>();
+        let frame = moving.map(|moving| {
+            let mut motion = FrameMotion::default();
+            for sample in samples {
+                let pose = moving.pose(scene.h() * sample.step as f64);
+                motion.push(&(pose.origin * units.length), &pose.rotation);
+            }
+            motion
+        });
+        Some(Kept { limit, frame })
     });
     limits.collect()
 }

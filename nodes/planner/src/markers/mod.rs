@@ -137,19 +137,21 @@ impl Picture<'_> {
         let states = &self.sequence.plan.states;
         let Some(first) = states.first() else { return };
         for (id, constraint) in (0..).zip(&self.maneuver.constraints) {
-            if let Some((frame, sphere)) = constraint.placed::<KeepOutSphere>() {
-                let center = frame.point(sphere.center());
-                let radius = sphere.radius();
+            if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
+                let center = sphere.last_pose().point(sphere.constraint.center());
+                let radius = sphere.constraint.radius();
                 drawing.sphere("keep_out", id, center, radius, color::FORBIDDEN);
-            } else if let Some((frame, cone)) = constraint.placed::<KeepOutCone>() {
+            } else if let Some(framed) = constraint.in_frame::<KeepOutCone>() {
+                let cone = framed.constraint;
                 let (apex, reach) = (first.position, 0.5 * self.size);
-                let direction = frame.rotation * cone.direction();
+                let direction = framed.last_pose().rotation * cone.direction();
                 let sides = curves::cone(&apex, &direction, cone.half_angle(), reach);
                 drawing.triangles("keep_out", id, sides, color::FORBIDDEN);
                 let trace = self.shown();
                 let trace = trace.map(|state| apex + state.attitude * cone.axis() * reach);
                 drawing.strip("kept_axis", id, trace, color::PATH);
-            } else if let Some((frame, corridor)) = constraint.placed::<Corridor>() {
+            } else if let Some(framed) = constraint.in_frame::<Corridor>() {
+                let (frame, corridor) = (framed.last_pose(), framed.constraint);
                 let apex = frame.point(corridor.apex());
                 let distance = |state: &BodyState| (state.position - apex).norm();
                 let reach = states.iter().map(distance).fold(0.0, f64::max);

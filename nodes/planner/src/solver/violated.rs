@@ -61,11 +61,12 @@ impl Violated {
 }
 
 fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
-    if constraint.placed::<KeepOutCone>().is_some() {
+    if constraint.in_frame::<KeepOutCone>().is_some() {
         return format!("{:.3}°", by.to_degrees());
     }
-    if let Some((_, sphere)) = constraint.placed::<KeepOutSphere>() {
-        return format!("{:.3e} m", by * sphere.radius() * scene.units.length);
+    if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
+        let radius = sphere.constraint.radius();
+        return format!("{:.3e} m", by * radius * scene.units.length);
     }
     let of = match constraint {
         Constraint::State(state) if state.place() == Place::Position => "its length",

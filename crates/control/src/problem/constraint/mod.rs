@@ -32,7 +32,7 @@ pub use command::CommandInequality;
 pub use cone::KeepOutCone;
 pub use corridor::Corridor;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
-pub use moving::{FramePose, Moving};
+pub use moving::{FramePose, InFrame, Moving};
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use sphere::KeepOutSphere;
 
@@ -155,16 +155,14 @@ impl Constraint {
         self.any().downcast_ref()
     }
 
-    /// The constraint as a `T`, if it is one in the inertial frame or in one that moves, and the pose of that frame: of
-    /// one that moves, the last.
-    pub fn placed<T: 'static>(&self) -> Option<(FramePose, &T)> {
-        match self.downcast_ref::<Moving>() {
-            Some(moving) => {
-                let inner: &dyn Any = moving.constraint();
-                Some((*moving.poses().last()?, inner.downcast_ref()?))
-            }
-            None => Some((FramePose::INERTIAL, self.downcast_ref()?)),
-        }
+    /// The constraint as a `T` in the frame that it is defined in, if it is one.
+    pub fn in_frame<T: 'static>(&self) -> Option<InFrame<'_, T>> {
+        let moving = self.downcast_ref::<Moving>();
+        let constraint = match moving {
+            Some(moving) => (moving.constraint() as &dyn Any).downcast_ref(),
+            None => self.downcast_ref(),
+        };
+        constraint.map(|constraint| InFrame { constraint, moving })
     }
 
     fn any(&self) -> &dyn Any {

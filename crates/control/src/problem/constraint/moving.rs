@@ -89,11 +89,6 @@ impl Moving {
         &*self.constraint
     }
 
-    /// The poses of the frame.
-    pub fn poses(&self) -> &[FramePose] {
-        &self.poses
-    }
-
     /// The pose at a time after the start; before the first and after the last, it is that one.
     pub fn pose(&self, time: f64) -> FramePose {
         let last = self.poses.len() - 1;
@@ -119,6 +114,33 @@ impl Moving {
             constraint: self.constraint.clone(),
             pose,
         }
+    }
+}
+
+/// A constraint of a known kind, and the frame that it is defined in: the inertial frame, or one that moves.
+#[derive(Clone, Copy, Debug)]
+pub struct InFrame<'c, T> {
+    /// The constraint, in its frame.
+    pub constraint: &'c T,
+    /// How the frame moves.
+    pub(super) moving: Option<&'c Moving>,
+}
+
+impl<T> InFrame<'_, T> {
+    /// Whether the frame moves.
+    pub fn moves(&self) -> bool {
+        self.moving.is_some()
+    }
+
+    /// The pose of the frame at a time after the start of the transfer; after its end, that at the end.
+    pub fn pose(&self, time: f64) -> FramePose {
+        self.moving
+            .map_or(FramePose::INERTIAL, |moving| moving.pose(time))
+    }
+
+    /// The pose of the frame at the end of the transfer.
+    pub fn last_pose(&self) -> FramePose {
+        self.pose(f64::INFINITY)
     }
 }
 
@@ -184,8 +206,8 @@ impl StateConstraint for Moving {
 }
 
 impl FramePose {
-    /// A position in the frame.
-    fn seen(&self, position: &Vector3<f64>) -> Vector3<f64> {
+    /// A position of the inertial frame, in this frame.
+    pub fn seen(&self, position: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.tr_mul(&(position - self.origin))
     }
 }

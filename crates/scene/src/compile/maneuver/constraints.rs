@@ -8,7 +8,8 @@ use lgvi_control::{Actuation, Constraint, Motion, ParameterError, Place};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::{foretold, moves};
+use super::moves;
+use super::prediction::Predictions;
 use crate::angle::{self, AngleFile};
 use crate::file::RelativeFile;
 use crate::{Scene, SceneError};
@@ -88,16 +89,14 @@ pub(crate) enum LimitFile {
     Each(Vec<f64>),
 }
 
-/// Compiles the constraints on the body with the index `body`.
-pub(super) fn constraints(
+/// Compiles the constraints.
+pub(super) fn constraints<'s>(
     scene: &Scene,
-    body: usize,
-    files: &[ConstraintFile],
+    files: &'s [ConstraintFile],
     motion: Motion,
     actuation: &Actuation,
+    predictions: &mut Predictions<'s>,
 ) -> Result<Vec<Constraint>, SceneError> {
-    // Each motion is integrated once.
-    let mut frames: Vec<(&RelativeFile, Arc<[FramePose]>)> = Vec::new();
     files
         .iter()
         .enumerate()
@@ -106,17 +105,8 @@ pub(super) fn constraints(
             let frame = match file.relative_to() {
                 None => None,
                 Some(file) => {
-                    let known = frames.iter().find(|(known, _)| *known == file);
-                    let poses = match known {
-                        Some((_, poses)) => Arc::clone(poses),
-                        None => {
-                            let axes = foretold::axes(scene, body, &key("relative_to"), file)?;
-                            let poses: Arc<_> = axes.iter().map(FramePose::from).collect();
-                            frames.push((file, Arc::clone(&poses)));
-                            poses
-                        }
-                    };
-                    Some((poses, scene.h()))
+                    let axes = predictions.axes(&key("relative_to"), file)?;
+                    Some((axes.iter().map(FramePose::from).collect(), scene.h()))
                 }
             };
             let constraint = constraint(file, actuation, frame)

@@ -2,22 +2,27 @@ use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis
 use lgvi_control::{Motion as Planned, Terminal};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{foretold, moves};
-use crate::axes::Motion;
-use crate::file::{AttitudeFile, RelativeFile, TargetFile};
+use super::moves;
+use super::prediction::Predictions;
+use crate::axes::{Axes, Motion};
+use crate::file::{AttitudeFile, TargetFile};
 use crate::{Scene, SceneError, check};
 
 /// Compiles the set in which the maneuver may end. Quantities that the file omits are free.
-pub(super) fn target(
+pub(super) fn target<'s>(
     scene: &Scene,
     body: usize,
-    file: &TargetFile,
+    file: &'s TargetFile,
     motion: Planned,
+    predictions: &mut Predictions<'s>,
 ) -> Result<Terminal, SceneError> {
     check_motion(file, motion)?;
     let inertial = match &file.relative_to {
         None => None,
-        Some(relative) => Some(inertial(scene, body, file, relative)?),
+        Some(relative) => Some(inertial(
+            file,
+            predictions.axes(&key("relative_to"), relative)?.last(),
+        )?),
     };
     let file = inertial.as_ref().unwrap_or(file);
     let target = translation(scene, body, file, Terminal::FREE)?;
@@ -29,13 +34,8 @@ pub(super) fn target(
     Ok(target)
 }
 
-/// Returns the target in the inertial frame, of one that is relative to axes at the end of the run.
-fn inertial(
-    scene: &Scene,
-    body: usize,
-    file: &TargetFile,
-    relative: &RelativeFile,
-) -> Result<TargetFile, SceneError> {
+/// Returns the target in the inertial frame, of one that is relative to `last`, the axes at the end of the run.
+fn inertial(file: &TargetFile, last: Option<&Axes>) -> Result<TargetFile, SceneError> {
     let unrelated = [
         ("orbit", file.orbit.is_some()),
         ("spin_axis", file.spin_axis.is_some()),
@@ -56,8 +56,7 @@ fn inertial(
         attitude: attitude.transpose()?.unwrap_or_else(Matrix3::identity),
         angular_velocity: vector("angular_velocity", file.angular_velocity)?,
     };
-    let axes = foretold::axes(scene, body, &key("relative_to"), relative)?;
-    let Some(last) = axes.last() else {
+    let Some(last) = last else {
         return Err(SceneError::missing(key("relative_to"), "a run with steps"));
     };
     let end = last.moved(&given);

@@ -20,6 +20,9 @@ class Flight {
       return unpacked;
     });
     this.maneuver = data.scenery.maneuver;
+    for (const limit of this.maneuver?.limits ?? []) {
+      if (limit.frame) limit.frame = { position: unpack(limit.frame.position), attitude: unpack(limit.frame.attitude) };
+    }
   }
 
   /** The last recorded state at or before `t`, and how much of the time to the next has passed. */
@@ -33,6 +36,11 @@ class Flight {
   position(body, { k, part }) {
     const here = nth(body.position, k);
     return part === 0 ? here : plus(here, minus(nth(body.position, k + 1), here), part);
+  }
+
+  /** A body or frame at a moment: `origin` (m), inertial frame, and `turn` to it; that of the inertial frame for `null`. */
+  poseOf(frame, moment) {
+    return frame ? { origin: this.position(frame, moment), turn: this.attitude(frame, moment) } : { origin: [0, 0, 0], turn: [1, 0, 0, 0] };
   }
 
   /** Where a body is seen to be (m), inertial frame: the center of one that turns about a pivot. */

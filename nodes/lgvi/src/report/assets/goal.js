@@ -1,11 +1,12 @@
 // What a maneuver goes to and keeps clear of.
 
 /**
- * In the inertial frame: `group` has all of it, `target` the shadow of the body there, `cones` what moves with the body.
+ * In the inertial frame: `group` has all of it, `target` the shadow of the body there, `moving` groups with the place of one
+ * body or frame and the attitude of one.
  * `orbits` and `surrounds` are points (m) to be seen, with what is within `reach` (m) of the body.
  */
 function buildGoal(flight, goal) {
-  const built = { group: new Group(), target: null, cones: [], orbits: [], surrounds: [], reach: 0 };
+  const built = { group: new Group(), target: null, moving: [], orbits: [], surrounds: [], reach: 0 };
   const body = flight.bodies[goal.body];
   const places = even(flight.time.length, 200).map((k) => nth(body.position, k));
   const span = diagonal(places);
@@ -42,30 +43,36 @@ function buildGoal(flight, goal) {
     built.surrounds.push(plus(origin, unit(goal.spin_direction), length));
     built.group.add(spin);
   }
+  const last = { k: flight.time.length - 1, part: 0 };
   for (const limit of goal.limits) {
+    const frame = new Group();
+    const end = flight.poseOf(limit.frame, last);
+    const placed = (place) => plus(end.origin, rotate(end.turn, place));
     if (limit.kind === "keep_out_sphere") {
-      built.group.add(keepOutSphere(limit.center, limit.radius));
-      built.surrounds.push(...aroundSphere(limit.center, limit.radius));
+      frame.add(keepOutSphere(limit.center, limit.radius));
+      built.surrounds.push(...aroundSphere(placed(limit.center), limit.radius));
     }
     if (limit.kind === "corridor") {
-      const reach = most(places.map((place) => norm(minus(place, limit.apex))));
+      const ways = even(flight.time.length, 200).map((k) => [nth(body.position, k), flight.poseOf(limit.frame, { k, part: 0 })]);
+      const reach = most(ways.map(([place, { origin, turn }]) => norm(minus(rotate(conjugate(turn), minus(place, origin)), limit.apex))));
       const corridor = cone(limit.apex, limit.axis, limit.half_angle, reach, COLORS.corridor);
-      built.group.add(corridor);
-      built.surrounds.push(...corridor.userData.rim.map((place) => plus(place, limit.apex)));
+      frame.add(corridor);
+      built.surrounds.push(...corridor.userData.rim.map((place) => placed(plus(place, limit.apex))));
     }
     // Cones of directions move with the body.
     if (limit.kind === "keep_out_cone") {
       const reach = 0.5 * size;
       built.reach = Math.max(built.reach, reach);
-      const holder = new Group();
-      holder.add(cone([0, 0, 0], unit(limit.direction), limit.half_angle, reach, COLORS.forbidden));
-      const path = even(flight.time.length, 600).map((k) => times(rotate(flight.attitude(body, { k, part: 0 }), unit(limit.axis)), reach));
-      holder.add(line(path, bodyColor(body.index)));
+      frame.add(cone([0, 0, 0], unit(limit.direction), limit.half_angle, reach, COLORS.forbidden));
+      const pointing = (k) => compose(conjugate(flight.poseOf(limit.frame, { k, part: 0 }).turn), flight.attitude(body, { k, part: 0 }));
+      const path = even(flight.time.length, 600).map((k) => times(rotate(pointing(k), unit(limit.axis)), reach));
+      frame.add(line(path, bodyColor(body.index)));
       const now = line([[0, 0, 0], times(unit(limit.axis), reach)], "#ffffff");
-      holder.add(now);
-      built.group.add(holder);
-      built.cones.push({ holder, now, body });
+      built.group.add(now);
+      built.moving.push({ group: now, place: body, turn: body });
     }
+    built.group.add(frame);
+    built.moving.push({ group: frame, place: limit.kind === "keep_out_cone" ? body : limit.frame, turn: limit.frame });
   }
   return built;
 }

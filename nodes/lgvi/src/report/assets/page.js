@@ -171,10 +171,9 @@ function fillLegend(list, flight, listed, view) {
   if (maneuver?.target_orbit) add(COLORS.target, "target orbit", "dashed");
   if (maneuver?.position || maneuver?.attitude || maneuver?.spin_direction) add(COLORS.target, "target", "area");
   const kinds = new Set(maneuver?.limits.map((limit) => limit.kind) ?? []);
-  const where = maneuver?.limits.some((limit) => limit.moves) ? "; what moves with another body is where it is at the end" : "";
-  if (kinds.has("keep_out_cone")) add(COLORS.forbidden, "keep-out cone; white: the axis that keeps clear of it" + where, "area");
-  if (kinds.has("keep_out_sphere")) add(COLORS.forbidden, "keep-out sphere" + where, "area");
-  if (kinds.has("corridor")) add(COLORS.corridor, "corridor" + where, "area");
+  if (kinds.has("keep_out_cone")) add(COLORS.forbidden, "keep-out cone; white: the axis that keeps clear of it", "area");
+  if (kinds.has("keep_out_sphere")) add(COLORS.forbidden, "keep-out sphere", "area");
+  if (kinds.has("corridor")) add(COLORS.corridor, "corridor", "area");
   if (scenery.attractor) add(COLORS.attractor, scenery.attractor.radius > 0 ? `attractor, radius ${lengthText(scenery.attractor.radius)}` : "attractor (a point)", "area");
   if (flight.bodies.some((body) => body.is_pivoted)) add(COLORS.pivot, "pivot, to the center of mass", "light");
   COLORS.axes.forEach((color, axis) => add(color, `${COMPONENTS[axis]} axes`));

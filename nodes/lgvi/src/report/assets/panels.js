@@ -148,18 +148,24 @@ class Panels {
     const degrees = 180 / Math.PI;
     const angle = (a, b) => degrees * Math.atan2(norm(cross(a, b)), dot(a, b));
     const { time } = flight;
-    for (const limit of flight.maneuver.limits.filter((limit) => !limit.moves)) {
+    for (const limit of flight.maneuver.limits) {
+      // In the frame of the limit.
+      const seen = (k, place) => {
+        const { origin, turn } = flight.poseOf(limit.frame, { k, part: 0 });
+        return rotate(conjugate(turn), minus(place, origin));
+      };
+      const pointing = (k, axis) => rotate(compose(conjugate(flight.poseOf(limit.frame, { k, part: 0 }).turn), flight.attitude(body, { k, part: 0 })), axis);
       const bound = (value) => ({ label: "limit", values: this.each(() => value), color: "#d00", dashed: true });
       if (limit.kind === "keep_out_cone") {
-        const values = this.each((k) => angle(rotate(body.attitude.slice(4 * k, 4 * k + 4), limit.axis), limit.direction));
+        const values = this.each((k) => angle(pointing(k, limit.axis), limit.direction));
         const curves = [{ label: "angle", values, color: INK }, bound(degrees * limit.half_angle)];
         plots.add(host, { title: "Angle between the axis and the keep-out direction, at least the limit", unit: "°", time, curves });
       } else if (limit.kind === "corridor") {
-        const values = this.each((k) => angle(minus(nth(body.position, k), limit.apex), limit.axis));
+        const values = this.each((k) => angle(minus(seen(k, nth(body.position, k)), limit.apex), limit.axis));
         const curves = [{ label: "angle", values, color: INK }, bound(degrees * limit.half_angle)];
         plots.add(host, { title: "Angle from the axis of the corridor, seen from its apex, at most the limit", unit: "°", time, curves });
       } else if (limit.kind === "keep_out_sphere") {
-        const values = this.each((k) => norm(minus(nth(body.position, k), limit.center)));
+        const values = this.each((k) => norm(minus(seen(k, nth(body.position, k)), limit.center)));
         const curves = [{ label: "distance", values, color: INK }, bound(limit.radius)];
         plots.add(host, { title: "Distance to the center of the keep-out sphere, at least the limit", unit: "m", time, curves });
       }

@@ -239,9 +239,9 @@ class View {
       const place = rotate(back, minus(at, origin));
       this.goal.target.scale.setScalar(this.enlarged(extent, place, LEAST_PIXELS.few));
     }
-    for (const { holder, now, body } of this.goal?.cones ?? []) {
-      holder.position.copy(toVector(flight.position(body, moment)));
-      now.quaternion.copy(toQuaternion(flight.attitude(body, moment)));
+    for (const { group, place, turn } of this.goal?.moving ?? []) {
+      group.position.copy(toVector(flight.poseOf(place, moment).origin));
+      group.quaternion.copy(toQuaternion(flight.poseOf(turn, moment).turn));
     }
     for (const arrows of this.arrows) {
       const load = flight.load(arrows.body, this.time);

@@ -1,4 +1,4 @@
-//! Targets and constraints relative to another body, whose motion is foretold.
+//! Targets and constraints relative to another body, whose motion is predicted.
 
 use std::any::{Any, TypeId};
 
@@ -16,7 +16,7 @@ const TARGET: &str = "relative_to = { body = \"target\", axes = \"body\" }\nposi
 /// A maneuver beside a target that tumbles on an ellipse, a beacon that is driven and a tower that stands.
 fn text(keys: &str, target: &str) -> String {
     format!(
-        "title = \"Foretold\"\n[run]\nduration = 1.0\nsteps = 50\nintegrator = \"lgvi\"\n[gravity.central]\ngm = 2.0\n\
+        "title = \"Predicted\"\n[run]\nduration = 1.0\nsteps = 50\nintegrator = \"lgvi\"\n[gravity.central]\ngm = 2.0\n\
          [[bodies]]\nname = \"craft\"\nmass = 2.0\ninertia = [1.0, 2.0, 2.5]\nposition = [2, 0, 0]\nvelocity = [0, 1, 0]\n{REST}\
          [[bodies]]\nname = \"target\"\nmass = 3.0\ninertia = [1.0, 2.0, 2.5]\nposition = [1.1, 0.4, 0.3]\n\
          velocity = [-0.3, 0.9, 0.4]\nattitude = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]\nangular_velocity = [0.3, -1.2, 0.7]\n\
@@ -126,13 +126,11 @@ fn relative_constraints_are_in_the_axes_of_the_flown_body() {
         let moving: &Moving = constraint.downcast_ref().expect("a moving constraint");
         let found: &dyn Any = moving.constraint();
         assert_eq!(found.type_id(), inner, "{kind}");
-        assert_eq!(moving.poses().len(), 51);
         for (step, states) in states.iter().enumerate() {
             let (rotation, _) = axes(&scene, index, &states[index], kind);
-            for pose in [moving.poses()[step], moving.pose(0.02 * step as f64)] {
-                assert_eq!(pose.origin, states[index].position, "{kind}");
-                assert!((pose.rotation - rotation).norm() < 1e-14, "{kind}");
-            }
+            let pose = moving.pose(0.02 * step as f64);
+            assert_eq!(pose.origin, states[index].position, "{kind}");
+            assert!((pose.rotation - rotation).norm() < 1e-14, "{kind}");
         }
     }
 }

@@ -1,4 +1,6 @@
-//! Axes of another body during a maneuver, foretold by the integration that flies it.
+//! Axes of another body during a maneuver, predicted by the integration that flies it.
+
+use std::sync::Arc;
 
 use lgvi_control::constraint::FramePose;
 use lgvi_dynamics::Load;
@@ -8,14 +10,46 @@ use crate::axes::{Axes, AxesFile, Motion};
 use crate::file::RelativeFile;
 use crate::{Integration, Scene, SceneError, SceneGravity};
 
-/// The most steps of the integrator that foretell the motion of a body.
+/// The most steps of the integrator that predict the motion of a body.
 const MOST_STEPS: u64 = 10_000_000;
 
-/// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step.
+/// The predicted axes of a maneuver. Each motion is integrated once.
+pub(super) struct Predictions<'s> {
+    scene: &'s Scene,
+    /// The planned body.
+    planned: usize,
+    known: Vec<(&'s RelativeFile, Arc<[Axes]>)>,
+}
+
+impl<'s> Predictions<'s> {
+    pub(super) fn new(scene: &'s Scene, planned: usize) -> Self {
+        Self {
+            scene,
+            planned,
+            known: Vec::new(),
+        }
+    }
+
+    /// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step.
+    pub(super) fn axes(
+        &mut self,
+        key: &str,
+        file: &'s RelativeFile,
+    ) -> Result<Arc<[Axes]>, SceneError> {
+        if let Some((_, axes)) = self.known.iter().find(|(known, _)| *known == file) {
+            return Ok(Arc::clone(axes));
+        }
+        let axes: Arc<[Axes]> = axes(self.scene, self.planned, key, file)?.into();
+        self.known.push((file, Arc::clone(&axes)));
+        Ok(axes)
+    }
+}
+
+/// Integrates the motion that axes follow.
 ///
 /// The bodies that they belong to are flown as in the run, by the scene's integrator, but without the planned body: it
 /// does not act on them.
-pub(super) fn axes(
+fn axes(
     scene: &Scene,
     planned: usize,
     key: &str,

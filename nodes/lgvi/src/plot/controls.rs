@@ -3,6 +3,7 @@
 
 use lgvi_dynamics::Load;
 use lgvi_propagator::Controls;
+use nalgebra::Matrix3;
 
 /// What acted on one body: sequences one after the other, zero before, between and after them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,6 +21,17 @@ impl Track {
             loads.truncate(usize::try_from(start - *first).unwrap_or(usize::MAX));
         }
         self.sequences.push((start, controls.loads));
+    }
+
+    /// With forces in axes of these rotations to the inertial frame, by step.
+    pub(crate) fn seen(&self, rotation: impl Fn(u64) -> Matrix3<f64>) -> Self {
+        let mut track = self.clone();
+        for (first, loads) in &mut track.sequences {
+            for (step, load) in (*first..).zip(loads) {
+                load.force = rotation(step).tr_mul(&load.force);
+            }
+        }
+        track
     }
 
     /// Whether nothing acted before `end`.

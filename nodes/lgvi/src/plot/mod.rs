@@ -1,6 +1,6 @@
 //! `lgvi plot`: a picture of a recorded flight.
 //!
-//! [`data`] reads the bag; [`subject`] says what the flight is about; [`space`], [`pointing`] or [`tumbling`] draws the motion
+//! [`data`] reads the bag; [`subject`] says what the flight is about; [`space`], [`proximity`], [`pointing`] or [`tumbling`] draws the motion
 //! on the left, [`chart`] what [`series`] finds worth seeing over time on the right. The same bag gives the same bytes: nothing depends on clock, fonts or platform.
 
 mod bodies;
@@ -20,6 +20,7 @@ mod orbit;
 mod page;
 mod pointing;
 mod polhode;
+mod proximity;
 mod scenery;
 mod series;
 mod space;

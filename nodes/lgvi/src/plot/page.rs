@@ -6,8 +6,9 @@ use plotters::style::Color;
 use super::canvas::{Anchor, Canvas, Font, picture, text_width};
 use super::chart::{self, Rectangle};
 use super::data::FlightData;
+use super::proximity::Proximity;
 use super::subject::Subject;
-use super::{pointing, series, space, style, tumbling};
+use super::{pointing, proximity, series, space, style, tumbling};
 
 /// Width, and height with as many panels as fit it and for each further one (px).
 const WIDTH: f64 = 1120.0;
@@ -30,6 +31,7 @@ pub(super) fn draw(flight: &FlightData) -> Result<String, NodeError> {
         from: [left, top],
         to: [right, height - 8.0],
     };
+    let near = Proximity::of(flight).map_or_else(String::new, |near| near.title(flight));
     picture(size, &flight.scene.title, |canvas| {
         let corners = [[0.0, 0.0], [WIDTH, 0.0], [WIDTH, height], [0.0, height]];
         canvas.area(&corners, style::PAPER.to_rgba());
@@ -45,7 +47,7 @@ pub(super) fn draw(flight: &FlightData) -> Result<String, NodeError> {
         font.color = style::SOFT_INK;
         canvas.text(&subtitle(flight), [left, 50.0], font);
         font.color = style::INK;
-        let (draw, seen): (Draw, _) = match subject {
+        let (draw, seen): (Draw, &str) = match subject {
             Subject::Tumbling => (
                 tumbling::draw,
                 "Direction of the angular momentum in the body",
@@ -54,6 +56,7 @@ pub(super) fn draw(flight: &FlightData) -> Result<String, NodeError> {
                 pointing::draw,
                 "Directions of the body's axes in the inertial frame",
             ),
+            Subject::Near => (proximity::draw, &near),
             Subject::Moving => (space::draw, "Motion in the inertial frame"),
         };
         canvas.text(seen, [left, 72.0], font);

@@ -1,6 +1,6 @@
 //! What stays where it is beside the bodies of a flight: orbits, corridors, spheres, frames.
 
-use lgvi_control::constraint::{Corridor, KeepOutSphere};
+use lgvi_control::constraint::{Corridor, FramePose, KeepOutSphere};
 use nalgebra::Vector3;
 use plotters::style::Color;
 
@@ -17,35 +17,38 @@ use super::{limits, style};
 /// Lines from a corridor's apex to its rim.
 const SIDES: usize = 12;
 
-/// Apex and rim of each corridor (m), as far as the flight was from the apex.
-pub(super) fn corridors(flight: &FlightData) -> Vec<(Vector3<f64>, Vec<Vector3<f64>>)> {
+/// Apex and rim of each corridor (m), seen from a frame, as far as the flight was from the apex.
+pub(super) fn corridors(
+    flight: &FlightData,
+    from: &FramePose,
+) -> Vec<(Vector3<f64>, Vec<Vector3<f64>>)> {
     let length = flight.scene.units.length;
     let body = turned(flight);
     let corridor = limits::all::<Corridor>(flight).map(|framed| {
         let (frame, corridor) = (framed.last_pose(), framed.constraint);
-        let apex = frame.point(corridor.apex()) * length;
+        let apex = from.seen(&(frame.point(corridor.apex()) * length));
         let positions = flight.samples.iter();
         let distances = positions.map(|sample| (sample.bodies[body].position - apex).norm());
         let reach = distances.fold(0.0, f64::max);
-        let axis = frame.rotation * corridor.axis();
+        let axis = from.rotation.tr_mul(&(frame.rotation * corridor.axis()));
         let rim = limits::rim(&apex, &axis, corridor.half_angle(), reach);
         (apex, rim)
     });
     corridor.collect()
 }
 
-/// A keep-out sphere (m), where it is at the end.
+/// A keep-out sphere (m), seen from a frame, where it is at the end.
 pub(super) struct Sphere {
     pub(super) center: Vector3<f64>,
     pub(super) radius: f64,
 }
 
-pub(super) fn spheres(flight: &FlightData) -> impl Iterator<Item = Sphere> {
+pub(super) fn spheres(flight: &FlightData, from: &FramePose) -> impl Iterator<Item = Sphere> {
     let length = flight.scene.units.length;
     limits::all::<KeepOutSphere>(flight).map(move |framed| {
         let center = framed.last_pose().point(framed.constraint.center());
         Sphere {
-            center: center * length,
+            center: from.seen(&(center * length)),
             radius: framed.constraint.radius() * length,
         }
     })
@@ -82,6 +85,7 @@ impl Picture<'_> {
         &self,
         canvas: &mut Canvas<'_>,
         corridors: &[(Vector3<f64>, Vec<Vector3<f64>>)],
+        spheres: &[Sphere],
     ) {
         for (apex, rim) in corridors {
             let places: Vec<_> = rim.iter().map(|point| self.cage.place(point)).collect();
@@ -95,7 +99,7 @@ impl Picture<'_> {
                 canvas.path(&[self.cage.place(apex), *place], side);
             }
         }
-        for sphere in spheres(self.flight) {
+        for sphere in spheres {
             let center = self.cage.place(&sphere.center);
             let radius = sphere.radius * self.cage.scale;
             canvas.ringed(

@@ -8,6 +8,7 @@ use nalgebra::{Vector3, Vector4};
 use plotters::style::RGBColor;
 
 use super::data::{FlightData, Pose, Sample};
+use super::proximity::Proximity;
 use super::subject::{Subject, heaviest, named};
 use super::thin::envelope;
 use super::{kept, limits, style};
@@ -70,8 +71,10 @@ pub(super) fn panels(flight: &FlightData, subject: Subject) -> Vec<Panel> {
         panels.extend(control(flight, &moment));
     }
     panels.extend(margins(flight));
-    if subject != Subject::Moving {
+    if matches!(subject, Subject::Turning | Subject::Tumbling) {
         panels.extend([attitude(flight), rates(flight)]);
+    } else if let Some(near) = Proximity::of(flight) {
+        panels.extend(apart(flight, &near));
     } else if let Some(relative) = relative(flight) {
         panels.extend(relative);
     } else if scene.bodies.len() > 1 {
@@ -269,6 +272,32 @@ fn relative(flight: &FlightData) -> Option<[Panel; 2]> {
         Panel::new(title("Position"), "m", position),
         Panel::new(title("Velocity"), "m/s", velocity),
     ])
+}
+
+/// Where the others are, seen from the body that they are near to: by component if there is one other.
+fn apart(flight: &FlightData, near: &Proximity) -> Vec<Panel> {
+    let bodies = &flight.scene.bodies;
+    let mut panels = vec![distances(flight)];
+    if let [_, _] = bodies.as_slice() {
+        let other = 1 - near.body;
+        let curves = (0..3).map(|i| {
+            let points = (0..).zip(&flight.samples).map(|(k, sample)| {
+                let place = near.position(k, &sample.bodies[other].position);
+                [sample.time, place[i]]
+            });
+            Curve {
+                label: AXES[i].into(),
+                color: style::COMPONENTS[i],
+                points: thin(points),
+            }
+        });
+        let title = format!(
+            "Position of {}, seen from {}",
+            bodies[other].name, bodies[near.body].name
+        );
+        panels.insert(0, Panel::new(title, "m", curves.collect()));
+    }
+    panels
 }
 
 /// Between the two bodies, or of the named bodies from the heaviest.

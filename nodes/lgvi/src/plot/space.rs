@@ -1,7 +1,7 @@
 //! The flight in space: where the bodies went and how they were turned, with the orbits they came from and go to, and
 //! the corridors and spheres that they must stay in or out of.
 
-use lgvi_control::constraint::{Corridor, KeepOutSphere};
+use lgvi_control::constraint::{Corridor, FramePose, KeepOutSphere};
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 
@@ -33,6 +33,16 @@ pub(super) const AXES: f64 = 0.026;
 
 /// Draws into `whole`, the legend on top.
 pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightData) {
+    draw_from(canvas, whole, flight, FramePose::INERTIAL);
+}
+
+/// Draws a flight that is seen from a frame, whose last pose is `end` (m).
+pub(super) fn draw_from(
+    canvas: &mut Canvas<'_>,
+    whole: Rectangle,
+    flight: &FlightData,
+    end: FramePose,
+) {
     let scene = &flight.scene;
     let length = scene.units.length;
     let shapes: Vec<_> = (scene.bodies.iter())
@@ -57,7 +67,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
     let hanging = scene.gravity.uniform.is_some_and(|g| g.z > 0.0);
     let camera = Camera::facing(&curves, &trajectories, hanging);
     let named = named(flight);
-    let corridors = corridors(flight);
+    let corridors = corridors(flight, &end);
     let mut held: Vec<_> = trajectories
         .iter()
         .chain(&curves)
@@ -75,7 +85,8 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
             held.extend(shape.vertices_at(pose, 1.0));
         }
     }
-    for sphere in spheres(flight) {
+    let spheres: Vec<_> = spheres(flight, &end).collect();
+    for sphere in &spheres {
         let arm = Vector3::repeat(sphere.radius);
         held.extend([sphere.center - arm, sphere.center + arm]);
     }
@@ -107,7 +118,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, whole: Rectangle, flight: &FlightDat
     if let Some(orbits) = &orbits {
         picture.draw_orbits(canvas, orbits);
     }
-    picture.draw_limits(canvas, &corridors);
+    picture.draw_limits(canvas, &corridors, &spheres);
     for (body, trajectory) in trajectories.iter().enumerate() {
         picture.add_trajectory(trajectory, picture.color(body), body);
     }

@@ -5,6 +5,7 @@ use lgvi_dynamics::Mobility;
 use nalgebra::Vector3;
 
 use super::data::FlightData;
+use super::proximity::Proximity;
 
 /// What happens in a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,8 @@ pub(super) enum Subject {
     Tumbling,
     /// One body turns where it is.
     Turning,
+    /// Bodies stay near each other on a long way together.
+    Near,
     /// Bodies move.
     Moving,
 }
@@ -26,7 +29,10 @@ impl Subject {
             return Self::Turning;
         }
         let [body] = scene.bodies.as_slice() else {
-            return Self::Moving;
+            return match Proximity::of(flight) {
+                Some(_) => Self::Near,
+                None => Self::Moving,
+            };
         };
         let poses = || flight.samples.iter().map(|sample| &sample.bodies[0]);
         let place = flight.first().bodies[0].position;

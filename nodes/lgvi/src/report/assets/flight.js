@@ -1,5 +1,8 @@
 // The flight: states at the recorded times, and between them.
 
+/** Bodies are near each other within this part of the way that they go together. */
+const NEAR = 0.01;
+
 class Flight {
   constructor(data) {
     Object.assign(this, data);
@@ -86,11 +89,35 @@ class Flight {
     return largest;
   }
 
-  /** Where the view frame is: `kind` is inertial, centered (on a body, inertial axes) or fixed (to a body's axes). */
+  /**
+   * Where the view frame is: `kind` is inertial, centered (on a body, inertial axes), fixed (to a body's axes) or orbital (on a
+   * body; radial, transverse and normal axes of its orbit).
+   */
   pose({ kind, body }, moment) {
-    if (kind === "inertial") return { origin: [0, 0, 0], turn: [1, 0, 0, 0] };
-    const origin = this.position(this.bodies[body], moment);
-    return { origin, turn: kind === "fixed" ? this.attitude(this.bodies[body], moment) : [1, 0, 0, 0] };
+    if (kind === "inertial") return this.poseOf(null, moment);
+    const pose = this.poseOf(this.bodies[body], moment);
+    if (kind === "centered") pose.turn = [1, 0, 0, 0];
+    if (kind === "orbital") pose.turn = this.orbitalAxes(this.bodies[body], moment);
+    return pose;
+  }
+
+  /** From the radial, transverse and normal axes of a body's orbit to the inertial frame. */
+  orbitalAxes(body, moment) {
+    const momentum = { position: body.linear_momentum };
+    const outwards = unit(minus(this.position(body, moment), this.scenery.attractor.position));
+    const normal = unit(cross(outwards, this.position(momentum, moment)));
+    return norm(normal) > 0.5 ? fromAxes(outwards, cross(normal, outwards), normal) : [1, 0, 0, 0];
+  }
+
+  /** The frame in which the motion is seen best: that of the most massive body, if the others stay near it on a long way. */
+  bestFrame() {
+    const body = heaviestOf(this.bodies);
+    const center = this.bodies[body];
+    const instants = even(this.time.length, 200);
+    const way = diagonal(instants.map((k) => nth(center.position, k)));
+    const apart = most([0, ...this.bodies.flatMap((other) => instants.map((k) => norm(minus(nth(other.position, k), nth(center.position, k)))))]);
+    if (this.bodies.length < 2 || apart > NEAR * way) return { kind: "inertial" };
+    return { kind: this.scenery.attractor ? "orbital" : "centered", body };
   }
 }
 

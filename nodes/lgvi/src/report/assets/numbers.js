@@ -32,6 +32,16 @@ function rotate(q, v) {
   const t = times(cross(u, v), 2);
   return plus(plus(v, t, q[0]), cross(u, t));
 }
+/** The rotation from axes, given in others, to those others. */
+function fromAxes(x, y, z) {
+  const squares = [1 + x[0] + y[1] + z[2], 1 + x[0] - y[1] - z[2], 1 - x[0] + y[1] - z[2], 1 - x[0] - y[1] + z[2]];
+  const [a, b, c] = [y[2] - z[1], z[0] - x[2], x[1] - y[0]];
+  const [d, e, f] = [x[1] + y[0], z[0] + x[2], y[2] + z[1]];
+  const largest = squares.indexOf(most(squares));
+  const all = [[squares[0], a, b, c], [a, squares[1], d, e], [b, d, squares[2], f], [c, e, f, squares[3]]][largest];
+  const half = 0.5 / Math.sqrt(squares[largest]);
+  return all.map((component) => component * half);
+}
 /** Yaw, pitch and roll (°): about z, then the turned y, then the turned x. */
 function euler([w, x, y, z]) {
   const degrees = 180 / Math.PI;

@@ -71,7 +71,11 @@ function start() {
   new ResizeObserver(resized).observe(document.querySelector("main"));
   window.addEventListener("resize", resized);
   view?.resize();
-  view?.setFrame({ kind: "inertial" });
+  if (view) {
+    const frame = flight.bestFrame();
+    find("frame").value = frame.kind === "inertial" ? frame.kind : `${frame.kind} ${frame.body}`;
+    view.setFrame(frame);
+  }
   seek(flight.start);
   view?.draw();
   requestAnimationFrame(tick);
@@ -110,10 +114,12 @@ function fillSpeeds(select, duration) {
 
 function fillFrames(frames, focuses, flight, view) {
   frames.append(new Option("inertial frame", "inertial"));
-  for (const [kind, title] of [["centered", "with the body, inertial axes"], ["fixed", "fixed to the body's axes"]]) {
+  const kinds = [["centered", "with the body, inertial axes", ""], ["fixed", "fixed to the body's axes", " (its axes)"]];
+  if (flight.scenery.attractor) kinds.push(["orbital", "with the body, orbital axes: radial, transverse, normal", " (its orbit)"]);
+  for (const [kind, title, suffix] of kinds) {
     const group = document.createElement("optgroup");
     group.label = title;
-    for (const body of flight.bodies) group.append(new Option(`${body.name}${kind === "fixed" ? " (its axes)" : ""}`, `${kind} ${body.index}`));
+    for (const body of flight.bodies) group.append(new Option(body.name + suffix, `${kind} ${body.index}`));
     frames.append(group);
   }
   frames.addEventListener("change", () => {

@@ -8,10 +8,12 @@ const ROUNDS = 25;
 
 class Panels {
   constructor(host, flight, plots) {
-    Object.assign(this, { host, flight, plots, angles: "euler", body: 0, pair: [0, 1], fixed: false });
+    Object.assign(this, { host, flight, plots, angles: "euler", body: 0, pair: [0, 1], axes: "centered" });
     const { maneuver } = flight;
     if (maneuver) this.body = maneuver.body;
     if (maneuver?.body > 0) this.pair = [0, maneuver.body];
+    const best = flight.bestFrame();
+    if (best.kind === "orbital") this.axes = best.kind;
     const places = flight.bodies.flatMap((body) => even(flight.time.length, 100).map((k) => nth(body.position, k)));
     const extent = most(flight.bodies.map((body) => body.extent));
     this.duration = flight.end - flight.start || 1;
@@ -22,10 +24,12 @@ class Panels {
     this.section("body", "Body", names.length > 1 ? [bodyChoice] : [], names.length > 1 ? "" : names[0]);
     if (names.length > 1) {
       const [from, of] = this.pair;
+      const axes = [["centered", "inertial axes"], ["fixed", "axes of the latter"]];
+      if (flight.scenery.attractor) axes.push(["orbital", "orbital axes of the latter"]);
       this.section("pair", "Motion", [
         this.choice("of", names, of, (index) => { this.pair[1] = index; this.showPair(); }),
         this.choice("relative to", names, from, (index) => { this.pair[0] = index; this.showPair(); }),
-        this.choice("in", ["inertial axes", "axes of the latter"], 0, (index) => { this.fixed = index === 1; this.showPair(); }),
+        this.choice("in", axes.map(([, title]) => title), axes.findIndex(([kind]) => kind === this.axes), (index) => { this.axes = axes[index][0]; this.showPair(); }),
       ]);
     }
     this.section("all", names.length > 1 ? "All bodies together" : "Energy and momentum", []);
@@ -181,9 +185,9 @@ class Panels {
       host.append(note("Choose two different bodies."));
       return;
     }
-    const turned = (k, vector) => (this.fixed ? rotate(conjugate(from.attitude.slice(4 * k, 4 * k + 4)), vector) : vector);
+    const turned = (k, vector) => rotate(conjugate(flight.pose({ kind: this.axes, body: from.index }, { k, part: 0 }).turn), vector);
     const apart = this.each((k) => turned(k, minus(nth(of.position, k), nth(from.position, k))));
-    const axes = this.fixed ? `axes of ${from.name}` : "inertial axes";
+    const axes = { centered: "inertial axes", fixed: `axes of ${from.name}`, orbital: `radial (x), transverse (y), normal (z) axes of ${from.name}` }[this.axes];
     const distance = { label: "distance", values: apart.map(norm), color: INK };
     this.vectors(host, `Position of ${of.name} relative to ${from.name}, ${axes}`, "m", apart, this.length, [distance]);
     const velocity = (body, k) => times(nth(body.linear_momentum, k), 1 / body.mass);

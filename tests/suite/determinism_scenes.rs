@@ -86,6 +86,7 @@ scenes!(
     free_body,
     inclination_change,
     inclination_replan,
+    low_orbit_approach,
     oblate_orbit,
     orbital_capture,
     pendulum,

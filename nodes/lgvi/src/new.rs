@@ -22,7 +22,7 @@ macro_rules! template {
     };
 }
 /// The shipped scenes.
-const TEMPLATES: [(&str, &str); 15] = [
+const TEMPLATES: [(&str, &str); 16] = [
     template!("asteroid_orbiter"),
     template!("binary_asteroid"),
     template!("dispersed_capture"),
@@ -30,6 +30,7 @@ const TEMPLATES: [(&str, &str); 15] = [
     template!("free_body"),
     template!("inclination_change"),
     template!("inclination_replan"),
+    template!("low_orbit_approach"),
     template!("oblate_orbit"),
     template!("orbital_capture"),
     template!("pendulum"),

@@ -57,6 +57,7 @@ pub(super) fn axes(
             mutual: None,
             ..scene.gravity.clone()
         },
+        docking: Vec::new(),
         ..scene.clone()
     };
     let fixed = scene.gravity.central.as_ref();

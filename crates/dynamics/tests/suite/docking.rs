@@ -11,7 +11,7 @@ use lgvi_dynamics::{
     BodyState, Inertia, Load, Method, MethodError, Mobility, PointMass, RigidBody, Simulation,
     StepError, System,
 };
-use lgvi_lie::{exp, orthogonality_error};
+use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3};
 
 fn random(rng: &mut Rng) -> Vector3<f64> {
@@ -249,24 +249,20 @@ fn joined_bodies_fly_as_one_that_was_set_up_by_itself() {
             }
             let case = format!("{method}, seed {seed}");
             let (parts, whole) = (joined.states(), &alone.states()[0]);
-            // Where a method lets attitudes deviate from rotations, the result depends on the frame by as much.
-            let bound = 1e-11 + 10.0 * orthogonality_error(&parts[0].attitude);
+            let mut off: f64 = between(relative_pose(&parts[0], &parts[1]), pose);
             for (part, (position, attitude)) in parts.iter().zip(&seats) {
                 let expected = whole.position + whole.attitude * position;
-                assert!((part.position - expected).norm() < bound, "{case}");
-                let expected = whole.attitude * attitude;
-                assert!((part.attitude - expected).norm() < bound, "{case}");
+                off = off.max((part.position - expected).norm());
+                off = off.max((part.attitude - whole.attitude * attitude).norm());
             }
-            let found = totals(&bodies[..2], &parts[..2], &whole.position);
-            assert!((found.0 - whole.linear_momentum).norm() < bound, "{case}");
-            let angular = whole.attitude * whole.angular_momentum;
-            assert!((found.1 - angular).norm() < bound, "{case}");
-            assert!(
-                (parts[2].position - alone.states()[1].position).norm() < bound,
-                "{case}"
-            );
-            let flown_pose = relative_pose(&parts[0], &parts[1]);
-            assert!(between(flown_pose, pose) < bound, "{case}");
+            let (linear, angular, _) = totals(&bodies[..2], &parts[..2], &whole.position);
+            off = off.max((linear - whole.linear_momentum).norm());
+            off = off.max((angular - whole.attitude * whole.angular_momentum).norm());
+            off = off.max((parts[2].position - alone.states()[1].position).norm());
+            println!("{case}: {off:.1e}");
+            // Other methods evaluate gravity at matrices that are not quite rotations.
+            let bound = if promise.geometric { 1e-11 } else { 1e-4 };
+            assert!(off < bound, "{case}: {off:e}");
             flown += 1;
         }
     }

@@ -68,7 +68,7 @@ impl Assembly {
         let seats = self.seats.iter().enumerate();
         let members = seats.filter(|(_, seat)| [kept, removed].contains(&seat.0));
         let members: Vec<_> = members.map(|(part, _)| part).collect();
-        let (body, state, poses) = self.joined(&members, states)?;
+        let (body, state, poses) = self.compose(&members, states)?;
         self.wholes[kept] = body;
         self.wholes.remove(removed);
         wholes[kept] = state;
@@ -94,7 +94,7 @@ impl Assembly {
 
     /// The rigid body that parts in these states form, its state, and their poses in it. Its axes are those of the first
     /// part.
-    fn joined(
+    fn compose(
         &self,
         members: &[usize],
         states: &[BodyState],

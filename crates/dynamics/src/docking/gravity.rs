@@ -1,3 +1,5 @@
+use std::cell::{RefCell, RefMut};
+
 use super::assembly::Assembly;
 use crate::gravity::{Clearance, CloseApproach, Gravity};
 use crate::{BodyState, Load, RigidBody, System};
@@ -6,7 +8,8 @@ use crate::{BodyState, Load, RigidBody, System};
 pub(super) struct OnParts {
     assembly: Assembly,
     system: System,
-    states: Vec<BodyState>,
+    /// Buffers for the parts.
+    states: RefCell<Vec<BodyState>>,
     loads: Vec<Load>,
 }
 
@@ -23,12 +26,13 @@ impl OnParts {
             loads: vec![Load::default(); states.len()],
             assembly,
             system,
-            states,
+            states: RefCell::new(states),
         }
     }
 
-    fn placed(&self, wholes: &[BodyState]) -> Vec<BodyState> {
-        let mut states = self.states.clone();
+    /// The parts in the wholes.
+    fn placed(&self, wholes: &[BodyState]) -> RefMut<'_, Vec<BodyState>> {
+        let mut states = self.states.borrow_mut();
         self.assembly.place(wholes, &mut states);
         states
     }
@@ -36,8 +40,9 @@ impl OnParts {
 
 impl Gravity for OnParts {
     fn add_loads(&mut self, _: &[RigidBody], wholes: &[BodyState], loads: &mut [Load]) {
-        self.assembly.place(wholes, &mut self.states);
-        self.system.loads(&self.states, &mut self.loads);
+        let states = self.states.get_mut();
+        self.assembly.place(wholes, states);
+        self.system.loads(states, &mut self.loads);
         self.assembly.gather(wholes, &self.loads, loads);
     }
 

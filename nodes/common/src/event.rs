@@ -183,7 +183,7 @@ impl Display for Docked {
         } = self;
         write!(
             f,
-            "{one} and {other} at step {step} after {time} s, with a loss of {energy_loss:.3e} J of kinetic energy"
+            "{one} and {other} at step {step}, {time:.3} s, kinetic energy lost {energy_loss:.3e} J"
         )
     }
 }

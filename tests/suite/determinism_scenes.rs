@@ -82,6 +82,7 @@ scenes!(
     asteroid_orbiter,
     binary_asteroid,
     dispersed_capture,
+    docking,
     docking_corridor,
     free_body,
     inclination_change,

@@ -79,6 +79,46 @@ fn free_body_tumbles_as_the_reference_for_100_seconds() {
     deviates_by_the_square_of_the_step("free_body", reference, [10_000, 5_000], &bound);
 }
 
+/// Momentum is kept, the loss of energy is reported, both turn as one, and the repetition docks in the same bits.
+#[test]
+fn the_chaser_docks_and_the_record_is_verified() {
+    let world = World::new();
+    let (summary, bag) = world.fly(&scene("docking"), "flight");
+    let flight = summary.flight.unwrap();
+    let [docked] = &flight.docked[..] else {
+        panic!("{:?}", flight.docked)
+    };
+    assert_eq!(docked.bodies, ["station", "chaser"]);
+    assert!((150..300).contains(&docked.step), "{docked:?}");
+    assert!((1.0..10.0).contains(&docked.energy_loss), "{docked:?}");
+    world.verify_agrees(&bag, 1201);
+    let states: Vec<SystemState> = Recording::read(&bag).messages("/lgvi_propagator/state");
+    // `R₀ᵀ R₁` by rows.
+    let relative = |state: &SystemState| {
+        let [station, chaser] = [0, 1].map(|body| &state.bodies[body].attitude);
+        let entry =
+            |i: usize, j: usize| (0..3).map(|k| station[3 * k + i] * chaser[3 * k + j]).sum();
+        std::array::from_fn::<f64, 9, _>(|n| entry(n / 3, n % 3))
+    };
+    let difference = |one: &SystemState, other: &SystemState| {
+        let pairs = relative(one).into_iter().zip(relative(other));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let joined = docked.step as usize + 1;
+    assert!(difference(&states[joined], &states[1200]) < 1e-13);
+    // The angular momentum about the pole of the oblate Earth.
+    let about_pole = |state: &SystemState| {
+        let each = state.bodies.iter().map(|body| {
+            let ([x, y, _], [px, py, _]) = (body.position, body.linear_momentum);
+            let spin = (6..9).zip(body.angular_momentum);
+            x * py - y * px + spin.map(|(n, l)| body.attitude[n] * l).sum::<f64>()
+        });
+        each.sum::<f64>()
+    };
+    let [start, end] = [0, 1200].map(|step| about_pole(&states[step]));
+    assert!((end / start - 1.0).abs() < 1e-13, "{start} {end}");
+}
+
 /// In the recorded states the chaser is in the corridor of the tumbling satellite at every step, and at the end at rest before
 /// the port: its body-frame coordinates hardly change in the last step.
 #[test]

@@ -28,7 +28,7 @@
 //!
 //! The crate is purely computational: no I/O, no clock, no threads. A [`System`] consists of bodies and the gravity
 //! that acts on them. An [`Integrator`] advances their states by one step. A [`Simulation`] holds all three, counts the
-//! steps, and omits the interactions that a [`Skip`] allows it to omit.
+//! steps, and omits the interactions that a [`Skip`] allows it to omit. Bodies may join on the way, see [`docking`].
 //!
 //! Any consistent system of units can be used. Vectors are 3-vectors: `x`, `γ` and forces in the inertial frame, `Ω`,
 //! `Π` and moments in the body frame. Equation numbers refer to M. Leok, *An Overview of Lie Group Variational
@@ -37,6 +37,7 @@
 mod accuracy;
 pub mod auto;
 mod body;
+pub mod docking;
 pub mod gravity;
 mod inertia;
 pub mod integrator;

@@ -1,5 +1,7 @@
 use lgvi_lie::orthogonality_error;
 
+use crate::docking::{Docked, Docking, Dockings};
+use crate::gravity::Gravity;
 use crate::integrator::Subdivision;
 use crate::range::{check_body, check_step};
 use crate::skip::{LevelSwitching, Skip};
@@ -19,6 +21,7 @@ pub struct Simulation {
     next: Vec<BodyState>,
     /// States at the beginning of a step with several substeps.
     begun: Vec<BodyState>,
+    dockings: Option<Box<Dockings>>,
 }
 
 /// Largest depth of subdivision. Dividing a step into `2³⁰` is practically unlimited.
@@ -67,6 +70,7 @@ impl Simulation {
             h,
             substeps: 1,
             step: 0,
+            dockings: None,
         })
     }
 
@@ -105,6 +109,23 @@ impl Simulation {
         self
     }
 
+    /// Lets bodies dock, see [`docking`](crate::docking). `gravity` creates the gravity of the system, and `simulation`
+    /// a simulation like this one of another system. Must be the last of these modifications.
+    ///
+    /// # Errors
+    /// Returns an error if the ports of a docking are not on two different free bodies.
+    pub fn with_dockings(
+        mut self,
+        dockings: Vec<Docking>,
+        gravity: impl Fn() -> Vec<Box<dyn Gravity>> + Send + 'static,
+        simulation: impl Fn(System, Vec<BodyState>) -> Result<Self, MethodError> + Send + 'static,
+    ) -> Result<Self, MethodError> {
+        let (gravity, simulation) = (Box::new(gravity), Box::new(simulation));
+        let dockings = Dockings::new(&self.system, dockings, gravity, simulation)?;
+        self.dockings = Some(Box::new(dockings));
+        Ok(self)
+    }
+
     /// Makes one step under gravity and `controls` (one per body). On an error the simulation remains unchanged.
     pub fn advance(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         if controls.len() != self.states.len() {
@@ -113,10 +134,14 @@ impl Simulation {
                 found: controls.len(),
             });
         }
-        let made = if self.substeps == 1 {
-            self.substep(controls, self.h)
-        } else {
-            self.substeps(controls)
+        let joined = match &mut self.dockings {
+            Some(dockings) => dockings.advance(&self.system, &mut self.states, controls, self.step),
+            None => None,
+        };
+        let made = match joined {
+            Some(made) => made,
+            None if self.substeps == 1 => self.substep(controls, self.h),
+            None => self.substeps(controls),
         };
         self.step += u64::from(made.is_ok());
         made
@@ -155,7 +180,8 @@ impl Simulation {
         Ok(report)
     }
 
-    /// Continues from other states (one per body) at the current step.
+    /// Continues from other states (one per body) at the current step. Bodies that have docked separate, and dock again at
+    /// the next step if the conditions still hold.
     ///
     /// # Errors
     /// Returns the errors of [`new`](Self::new). The simulation then remains unchanged.
@@ -164,7 +190,16 @@ impl Simulation {
         self.states.copy_from_slice(states);
         self.system.constrain(&mut self.states);
         self.integrator.start(&mut self.system, &self.states);
+        if let Some(dockings) = &mut self.dockings {
+            dockings.separate();
+        }
         Ok(())
+    }
+
+    /// The dockings that have taken place since the start, in their order.
+    pub fn docked(&self) -> &[Docked] {
+        let dockings = self.dockings.as_ref();
+        dockings.map_or(&[], |dockings| dockings.docked())
     }
 
     /// The number of changes of an interaction's level of detail so far.

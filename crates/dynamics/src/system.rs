@@ -1,4 +1,4 @@
-use crate::gravity::{CloseApproach, Form, Gravity, Interaction, Kept};
+use crate::gravity::{CloseApproach, Form, Gravity, Interaction, Kept, Level};
 use crate::skip::Levels;
 use crate::{BodyState, Load, Mobility, RigidBody};
 
@@ -76,6 +76,31 @@ impl System {
         each.collect()
     }
 
+    /// Leaves out the interactions of two bodies that are not `apart`, given their indices. The others are computed in
+    /// full.
+    pub(crate) fn keep_apart(&mut self, apart: impl Fn(usize, usize) -> bool) {
+        let interactions = self.interactions();
+        let bodies = &self.bodies;
+        let matters = |one: &Interaction| {
+            let joined = one.other().is_some_and(|other| !apart(one.body, other));
+            one.exact > Level::Dropped && !joined
+        };
+        let kept = |one: Interaction| Kept {
+            body: one.body,
+            other: one.other().unwrap_or(one.body),
+            level: Level::Full,
+            masses: one.masses(bodies),
+        };
+        self.selection = Selection {
+            is_partial: true,
+            kept: interactions
+                .into_iter()
+                .map(|all| Some(all?.into_iter().filter(matters).map(kept).collect()))
+                .collect(),
+            coasting: vec![false; self.bodies.len()],
+        };
+    }
+
     /// Sets the levels of interactions. `None` computes everything in full.
     pub(crate) fn set_levels(&mut self, levels: Option<Levels>) {
         self.selection.is_partial = false;
@@ -149,6 +174,25 @@ impl System {
             }
         }
         Ok(())
+    }
+
+    /// As [`check_clearance`](Self::check_clearance), but of two bodies only those that are `apart`, given their indices.
+    pub(crate) fn check_clearance_apart(
+        &self,
+        states: &[BodyState],
+        apart: &dyn Fn(usize, usize) -> bool,
+    ) -> Result<(), CloseApproach> {
+        let clearances = self
+            .gravity
+            .iter()
+            .filter_map(|gravity| gravity.clearance());
+        let mut clearances = clearances.map(|one| one.check_apart(&self.bodies, states, apart));
+        clearances.try_for_each(|checked| checked)
+    }
+
+    /// Returns true if a body or source has an extent that another could enter.
+    pub(crate) fn has_extents(&self) -> bool {
+        self.extents
     }
 
     /// The parameters of the gravity models in the order of summation, or `None` if a model has no such form.

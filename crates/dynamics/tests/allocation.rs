@@ -8,6 +8,7 @@ mod case;
 
 use allocation_counter::{AllocationInfo, measure};
 use case::Case;
+use lgvi_dynamics::docking::{Docking, Port};
 use lgvi_dynamics::gravity::{Fixed, Gravity, Multipole, Mutual, Polyhedron};
 use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
 use lgvi_dynamics::skip::Allowance;
@@ -140,7 +141,7 @@ fn a_step_that_fails_allocates_nothing() {
 }
 
 /// A rock, a multipole, a sphere, a driven body and a fixed body attract each other, and an oblate planet attracts
-/// them.
+/// them; then the rock and the multipole are joined.
 #[test]
 fn gravity_of_every_kind_allocates_nothing() {
     let inertia = || Inertia::principal([1.0, 1.2, 1.5]).expect("inertia");
@@ -172,22 +173,39 @@ fn gravity_of_every_kind_allocates_nothing() {
         })
         .collect();
     let planet = Multipole::oblate(1.0, 0.1, 0.5);
+    let gravity = move || -> Vec<Box<dyn Gravity>> {
+        let place = Vector3::new(0.0, -20.0, 0.0);
+        vec![
+            Box::new(Mutual::new(1e-2)),
+            Box::new(Fixed::new(planet.clone(), place, Matrix3::identity())),
+        ]
+    };
+    let port = |body| Port {
+        body,
+        position: Vector3::zeros(),
+        axis: Vector3::x(),
+    };
+    let docking = Docking {
+        ports: [port(0), port(1)],
+        distance: f64::INFINITY,
+        angle: 4.0,
+        speed: f64::INFINITY,
+        rate: f64::INFINITY,
+    };
     for method in methods() {
         // It does not support fixed or driven bodies.
         if matches!(method, Method::LagrangianLgvi) {
             continue;
         }
-        let gravity: Vec<Box<dyn Gravity>> = vec![
-            Box::new(Mutual::new(1e-2)),
-            Box::new(Fixed::new(
-                planet.clone(),
-                Vector3::new(0.0, -20.0, 0.0),
-                Matrix3::identity(),
-            )),
-        ];
-        let system = System::new(bodies.clone(), gravity);
-        let simulation = Simulation::new(system, states.clone(), method, 0.01).expect("a method");
-        assert_eq!(taken(simulation), AllocationInfo::default(), "{method}");
+        let simulation = move |system, states| Simulation::new(system, states, method, 0.01);
+        let start = || {
+            let system = System::new(bodies.clone(), gravity());
+            simulation(system, states.clone()).expect("a method")
+        };
+        assert_eq!(taken(start()), AllocationInfo::default(), "{method}");
+        let joined = start().with_dockings(vec![docking], gravity.clone(), simulation);
+        let info = taken(joined.expect("a docking"));
+        assert_eq!(info, AllocationInfo::default(), "{method}, joined");
     }
 }
 

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
-use lgvi_dynamics::{BodyState, Load, Simulation, Skip, System};
+use lgvi_dynamics::{BodyState, Load, Skip};
 use lgvi_scene::{ActuatorErrors, Ensemble, Sample, Scene, Scheme};
 
 use crate::row::Failure;
@@ -187,19 +187,8 @@ impl<'a> Campaign<'a> {
 
     /// Flies one sample by itself.
     fn alone(&self, member: &Member) -> Result<Outcome, Failure> {
-        let bodies = member.system.bodies().to_vec();
-        let system = System::new(bodies, self.scene.gravity.of_system());
-        let Scheme {
-            method,
-            substeps,
-            skip,
-        } = self.scheme;
-        let simulation = Simulation::new(system, member.states.clone(), method, self.scene.h())?;
-        let mut simulation = simulation.with_substeps(substeps);
-        if self.scene.subdivides(self.scheme) {
-            simulation = simulation.with_subdivision(self.scene.subdivide)?;
-        }
-        simulation = simulation.with_skips(skip);
+        let (bodies, states) = (member.system.bodies().to_vec(), member.states.clone());
+        let mut simulation = self.scene.simulation_of(bodies, states, self.scheme)?;
         let actuators = ActuatorErrors {
             force: member.force,
             moment: member.moment,
@@ -231,6 +220,8 @@ impl<'a> Campaign<'a> {
 fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance, unfit: Option<Unfit>) -> FlownBy {
     let reason = if matches!(guidance, Guidance::Feedback(_)) {
         Some("feedback answers to each sample by itself".into())
+    } else if !scene.docking.is_empty() {
+        Some("bodies dock".into())
     } else if scene.subdivides(scheme) {
         Some("steps are cut where a sample needs it".into())
     } else if matches!(scheme.skip, Skip::Within(_)) {

@@ -15,8 +15,6 @@ const UNITS: [(&str, f64); 4] = [
 const EXPECTED: &str =
     "an angle: a number (rad), or a text such as \"25 deg\" (rad, deg, arcmin, arcsec)";
 
-const HALF_ANGLE: &str = "half_angle";
-
 #[derive(Clone, Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
@@ -38,14 +36,14 @@ pub(crate) fn angle(name: &'static str, file: &AngleFile) -> Result<f64, Paramet
     }
 }
 
-/// Returns the half angle of a cone (rad). A number beyond π is refused: degrees were meant, most likely.
-pub(crate) fn half_angle(file: &AngleFile) -> Result<f64, ParameterError> {
+/// Returns an angle of half a turn at most (rad). A number beyond π is refused: degrees were meant, most likely.
+pub(crate) fn half_turn(name: &'static str, file: &AngleFile) -> Result<f64, ParameterError> {
     match file {
         AngleFile::Radians(angle) if *angle > PI => {
             let expected = format!("an angle below π (rad); is it \"{angle} deg\"?");
-            Err(ParameterError::new(HALF_ANGLE, angle, expected))
+            Err(ParameterError::new(name, angle, expected))
         }
-        file => angle(HALF_ANGLE, file),
+        file => angle(name, file),
     }
 }
 
@@ -61,15 +59,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_half_angle_beyond_a_half_turn_was_meant_in_degrees() {
+    fn a_number_beyond_a_half_turn_was_meant_in_degrees() {
         assert_eq!(angle("raan", &AngleFile::Radians(4.0)).unwrap(), 4.0);
-        let error = half_angle(&AngleFile::Radians(25.0)).unwrap_err();
+        let error = half_turn("half_angle", &AngleFile::Radians(25.0)).unwrap_err();
         assert!(error.expected.contains("\"25 deg\""), "{error:?}");
     }
 
     #[test]
     fn angles_have_units() {
-        let text = |text: &str| half_angle(&AngleFile::Text(text.into()));
+        let text = |text: &str| half_turn("half_angle", &AngleFile::Text(text.into()));
         assert_eq!(text("180 deg").unwrap(), PI);
         assert_eq!(text("0.5 rad").unwrap(), 0.5);
         assert!((text("60 arcmin").unwrap() - PI / 180.0).abs() < 1e-17);

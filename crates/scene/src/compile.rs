@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod docking;
 mod elements;
 mod ensemble;
 mod frame;
@@ -64,6 +65,7 @@ impl Scene {
             bodies,
             frames: Vec::new(),
             gravity,
+            docking: Vec::new(),
             maneuver: None,
             disturbance: None,
             ensemble: None,
@@ -75,6 +77,7 @@ impl Scene {
         check_si(&scene)?;
         run::check_end(&scene)?;
         scene.frames = frame::frames(&scene, &file.frames)?;
+        scene.docking = docking::dockings(&scene, &file.docking)?;
         if let Some(file) = &file.maneuver {
             scene.maneuver = Some(maneuver::maneuver(&scene, file)?);
             if let Some(Err(error)) = scene.transfer() {

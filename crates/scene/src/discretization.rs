@@ -29,7 +29,12 @@ impl Scene {
         let reference = Method::DormandPrince853 {
             tolerance: tolerance.max(FINEST),
         };
-        let flown = self.simulation_from(start.clone(), scheme).ok()?;
+        // The continuous motion is that of bodies that do not dock.
+        let apart = Self {
+            docking: Vec::new(),
+            ..self.clone()
+        };
+        let flown = apart.simulation_from(start.clone(), scheme).ok()?;
         let simulate = |h| Simulation::new(self.system(), start.clone(), reference, h).ok();
         let (flown, truth) = if controls.is_empty() {
             let free = |steps| repeat_n(Load::default(), steps);

@@ -2,6 +2,7 @@
 
 mod body;
 mod disturbance;
+mod docking;
 mod ensemble;
 mod frame;
 mod maneuver;
@@ -13,6 +14,7 @@ pub(crate) use body::{
     PolyhedronFile, RelativeFile,
 };
 pub(crate) use disturbance::DisturbanceFile;
+pub(crate) use docking::{DockingFile, PortFile};
 pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
 pub(crate) use maneuver::{
@@ -53,6 +55,9 @@ pub(crate) struct SceneFile {
     /// Additional frames, such as docking ports, cameras or thrusters.
     #[serde(default)]
     pub frames: Vec<FrameFile>,
+    /// Pairs of ports at which bodies join.
+    #[serde(default)]
+    pub docking: Vec<DockingFile>,
     /// A maneuver of one free body, planned over the run.
     pub maneuver: Option<ManeuverFile>,
     /// Deviations of the maneuver's flight from its plan.

@@ -1,9 +1,10 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use lgvi_dynamics::docking::Docking;
 use lgvi_dynamics::gravity::Polyhedron;
 use lgvi_dynamics::skip::{Allowance, Refusal, Summary};
-use lgvi_dynamics::{BodyState, Method, RigidBody, Simulation, Skip, System};
+use lgvi_dynamics::{BodyState, Method, MethodError, RigidBody, Simulation, Skip, System};
 
 use crate::{
     Chosen, Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError,
@@ -49,6 +50,8 @@ pub struct Scene {
     pub frames: Vec<Frame>,
     /// Gravity that acts on the bodies.
     pub gravity: SceneGravity,
+    /// Ports of bodies that dock.
+    pub docking: Vec<Docking>,
     /// The maneuver to be planned and flown.
     pub maneuver: Option<Maneuver>,
     /// Deviations of the maneuver's flight from its plan.
@@ -124,8 +127,11 @@ impl Scene {
 
     /// Returns the bodies and their gravity.
     pub fn system(&self) -> System {
-        let bodies = self.bodies.iter().map(|body| body.body.clone()).collect();
-        System::new(bodies, self.gravity.of_system())
+        System::new(self.rigid_bodies(), self.gravity.of_system())
+    }
+
+    fn rigid_bodies(&self) -> Vec<RigidBody> {
+        self.bodies.iter().map(|body| body.body.clone()).collect()
     }
 
     /// Returns the scheme that flies the scene. Chooses an automatic integrator, unless that has been done, and
@@ -198,14 +204,37 @@ impl Scene {
         states: Vec<BodyState>,
         scheme: Scheme,
     ) -> Result<Simulation, SchemeError> {
-        let simulation = Simulation::new(self.system(), states, scheme.method, self.h())?
-            .with_substeps(scheme.substeps);
-        let simulation = if self.subdivides(scheme) {
-            simulation.with_subdivision(self.subdivide)?
-        } else {
-            simulation
+        Ok(self.simulation_of(self.rigid_bodies(), states, scheme)?)
+    }
+
+    /// Returns the simulation by a scheme of other bodies in place of the scene's, such as those of a sample.
+    pub fn simulation_of(
+        &self,
+        bodies: Vec<RigidBody>,
+        states: Vec<BodyState>,
+        scheme: Scheme,
+    ) -> Result<Simulation, MethodError> {
+        let (h, subdivides, subdivide) = (self.h(), self.subdivides(scheme), self.subdivide);
+        let simulation = move |system, states| -> Result<Simulation, MethodError> {
+            let simulation =
+                Simulation::new(system, states, scheme.method, h)?.with_substeps(scheme.substeps);
+            let simulation = if subdivides {
+                simulation.with_subdivision(subdivide)?
+            } else {
+                simulation
+            };
+            Ok(simulation.with_skips(scheme.skip))
         };
-        Ok(simulation.with_skips(scheme.skip))
+        let whole = simulation(System::new(bodies, self.gravity.of_system()), states)?;
+        if self.docking.is_empty() {
+            return Ok(whole);
+        }
+        let gravity = self.gravity.clone();
+        whole.with_dockings(
+            self.docking.clone(),
+            move || gravity.of_system(),
+            simulation,
+        )
     }
 
     /// Returns true if this scheme subdivides steps that fail as a whole.

@@ -1,6 +1,7 @@
 //! What a node tells the process that started it. All quantities are SI unless said otherwise.
 
 use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -154,4 +155,35 @@ pub struct FlightReport {
     pub cut_steps: u64,
     /// How often an interaction of bodies was taken up in more or in less detail.
     pub detail_changes: u64,
+    /// Bodies that have docked.
+    #[serde(default)]
+    pub docked: Vec<Docked>,
+}
+
+/// Two bodies that have become one.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Docked {
+    /// Their names.
+    pub bodies: [String; 2],
+    /// The step at whose beginning they joined.
+    pub step: u64,
+    /// The time since the epoch (s).
+    pub time: f64,
+    /// Loss of kinetic energy (J).
+    pub energy_loss: f64,
+}
+
+impl Display for Docked {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self {
+            bodies: [one, other],
+            step,
+            time,
+            energy_loss,
+        } = self;
+        write!(
+            f,
+            "{one} and {other} at step {step}, {time:.3} s, kinetic energy lost {energy_loss:.3e} J"
+        )
+    }
 }

@@ -22,10 +22,11 @@ macro_rules! template {
     };
 }
 /// The shipped scenes.
-const TEMPLATES: [(&str, &str); 16] = [
+const TEMPLATES: [(&str, &str); 17] = [
     template!("asteroid_orbiter"),
     template!("binary_asteroid"),
     template!("dispersed_capture"),
+    template!("docking"),
     template!("docking_corridor"),
     template!("free_body"),
     template!("inclination_change"),

@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use lgvi_dynamics::docking::Docked;
 use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
 use lgvi_scene::{ActuatorErrors, Energies, Scene, Scheme, SchemeError};
 use thiserror::Error;
@@ -184,17 +185,22 @@ impl Flight {
         }
     }
 
-    /// Goes on from other states of some bodies at the present step; where they cannot be, from those that it has.
+    /// Goes on from other states of some bodies at the present step; where they cannot be, nothing changes. Bodies that have
+    /// docked separate, and dock again where their ports still meet.
     pub fn set_states(&mut self, states: &SetStates) -> Result<(), SetStatesError> {
-        let before = self.simulation.states().to_vec();
-        let mut all = before.clone();
+        let system = self.simulation.system();
+        let mut all = self.simulation.states().to_vec();
         states.write(&mut all);
-        self.simulation.set_states(&all)?;
-        if self.invariants().energy.is_finite() {
-            return Ok(());
+        system.constrain(&mut all);
+        if !Invariants::of(system, &all).energy.is_finite() {
+            return Err(SetStatesError::Energy);
         }
-        self.simulation.set_states(&before)?;
-        Err(SetStatesError::Energy)
+        Ok(self.simulation.set_states(&all)?)
+    }
+
+    /// The dockings that have taken place since the last reset.
+    pub fn docked(&self) -> &[Docked] {
+        self.simulation.docked()
     }
 
     /// Whether a sequence has been accepted for `body`.

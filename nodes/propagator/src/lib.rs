@@ -9,6 +9,7 @@ mod choosing;
 mod config;
 mod controls;
 mod cuts;
+mod docked;
 mod ending;
 mod flight;
 mod law;

@@ -29,6 +29,11 @@ impl Resolution {
         self.start = flight.energies();
     }
 
+    /// Takes note of a loss of energy that is not an error, in the scene's units.
+    pub(crate) fn lose(&mut self, energy: f64) {
+        self.start.kinetic -= energy;
+    }
+
     /// Takes note of the present states, if it is their turn.
     pub(crate) fn note(&mut self, scene: &Scene, flight: &Flight) {
         if flight.step().is_multiple_of(self.every) {

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use lgvi_common::{Event, FlightReport, FramePrefix, Miss, body_sample};
+use lgvi_common::{Docked, Event, FlightReport, FramePrefix, Miss, body_sample};
 use lgvi_dynamics::{BodyState, Invariants, Skip};
 use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
@@ -61,6 +61,8 @@ pub(crate) struct Propagator {
     arrival: Option<BodyState>,
     /// Steps that could not be made as one.
     cuts: Cuts,
+    /// Bodies that have docked.
+    pub(crate) docked: Vec<Docked>,
     pub(crate) link: LinkEnd,
     pub(crate) orders: Orders,
     /// Steps to be made of a paused flight, and who has asked for them.
@@ -159,6 +161,7 @@ impl Managed for Propagator {
             cost: 0.0,
             arrival: None,
             cuts: Cuts::default(),
+            docked: Vec::new(),
             orders,
             stepping: None,
             pace: Pace::free(),
@@ -352,6 +355,7 @@ impl Propagator {
             self.monitor.timed(began.elapsed());
         }
         self.monitor.step.store(step + 1, Ordering::Relaxed);
+        self.note_docked();
         self.resolution.note(&self.scene, &self.flight);
         let overruns = self.pace.overruns;
         self.monitor.overruns.store(overruns, Ordering::Relaxed);
@@ -427,6 +431,7 @@ impl Propagator {
         }
         self.cost = 0.0;
         self.late_controls = 0;
+        self.docked.clear();
         self.arrival = None;
         self.start = self.flight.invariants();
         self.resolution.begin(&self.flight);
@@ -463,6 +468,7 @@ impl Propagator {
             late_controls: self.late_controls,
             cut_steps: self.cuts.total(),
             detail_changes: self.flight.switches(),
+            docked: self.docked.clone(),
         }
     }
 

@@ -77,6 +77,13 @@ impl Interaction {
         }
     }
 
+    /// The mass on which a source acts, or the product of both masses.
+    pub(crate) fn masses(&self, bodies: &[RigidBody]) -> f64 {
+        let mass = |body: usize| bodies[body].attracted_mass();
+        let other = self.other().map_or(1.0, mass);
+        mass(self.body) * other
+    }
+
     /// The interaction of two bodies with the gravitational constant `g` and the cost of its full computation.
     pub(super) fn of_pair(
         pair: [usize; 2],

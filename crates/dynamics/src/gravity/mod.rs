@@ -106,6 +106,16 @@ pub trait Clearance {
     /// # Errors
     /// Returns the first pair that violates this.
     fn check(&self, bodies: &[RigidBody], states: &[BodyState]) -> Result<(), CloseApproach>;
+
+    /// As [`check`](Self::check), but of two bodies only those that are `apart`, given their indices.
+    fn check_apart(
+        &self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+        _apart: &dyn Fn(usize, usize) -> bool,
+    ) -> Result<(), CloseApproach> {
+        self.check(bodies, states)
+    }
 }
 
 /// A body has entered the extent of another body or of a source.

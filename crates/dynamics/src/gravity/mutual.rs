@@ -186,28 +186,46 @@ impl Clearance for Mutual {
     }
 
     fn check(&self, bodies: &[RigidBody], states: &[BodyState]) -> Result<(), CloseApproach> {
-        for (body, (first, at)) in bodies.iter().zip(states).enumerate() {
-            for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
-                if !matters([first, second]) {
-                    continue;
-                }
-                let distance = (at.position - there.position).norm();
-                let radii = first.radius() + second.radius();
-                let limit = if distance < radii {
-                    Some(radii)
-                } else {
-                    pair::reach_of_overlap([first, second], [at, there])
-                };
-                if let Some(limit) = limit {
-                    return Err(CloseApproach {
-                        body,
-                        other: Some(other),
-                        distance,
-                        limit,
-                    });
-                }
+        check_pairs(bodies, states, |_, _| true)
+    }
+
+    fn check_apart(
+        &self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+        apart: &dyn Fn(usize, usize) -> bool,
+    ) -> Result<(), CloseApproach> {
+        check_pairs(bodies, states, apart)
+    }
+}
+
+/// Checks the pairs of bodies that are `apart`.
+fn check_pairs(
+    bodies: &[RigidBody],
+    states: &[BodyState],
+    apart: impl Fn(usize, usize) -> bool,
+) -> Result<(), CloseApproach> {
+    for (body, (first, at)) in bodies.iter().zip(states).enumerate() {
+        for (other, (second, there)) in bodies.iter().zip(states).enumerate().skip(body + 1) {
+            if !(matters([first, second]) && apart(body, other)) {
+                continue;
+            }
+            let distance = (at.position - there.position).norm();
+            let radii = first.radius() + second.radius();
+            let limit = if distance < radii {
+                Some(radii)
+            } else {
+                pair::reach_of_overlap([first, second], [at, there])
+            };
+            if let Some(limit) = limit {
+                return Err(CloseApproach {
+                    body,
+                    other: Some(other),
+                    distance,
+                    limit,
+                });
             }
         }
-        Ok(())
     }
+    Ok(())
 }

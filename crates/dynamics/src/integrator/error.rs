@@ -63,6 +63,14 @@ pub enum StepError {
         /// Required tolerance.
         tolerance: f64,
     },
+    /// Two bodies dock that do not form a rigid body within the range of numbers.
+    #[error("bodies {body} and {other} dock, but do not form a valid rigid body")]
+    Docking {
+        /// Index of the body.
+        body: usize,
+        /// Index of the other body.
+        other: usize,
+    },
     /// The error control requires steps too small to advance time.
     #[error("the error control needs steps of {step:.1e}, at least {least:.1e} is possible")]
     StepSizeUnderflow {
@@ -89,6 +97,26 @@ impl StepError {
         }
     }
 
+    /// The error with other indices of bodies.
+    pub(crate) fn of_bodies(mut self, index: impl Fn(usize) -> usize) -> Self {
+        match &mut self {
+            Self::Unsolvable { body, .. }
+            | Self::TurnsTooFar { body, .. }
+            | Self::NotFinite { body }
+            | Self::Unresolved { body, .. } => *body = index(*body),
+            Self::CloseApproach(CloseApproach { body, other, .. }) => {
+                *body = index(*body);
+                *other = other.map(index);
+            }
+            Self::Docking { .. }
+            | Self::Controls { .. }
+            | Self::NotConverged { .. }
+            | Self::TooManySteps { .. }
+            | Self::StepSizeUnderflow { .. } => {}
+        }
+        self
+    }
+
     /// The body that the error refers to. For a pair, the first body.
     pub fn body(&self) -> Option<usize> {
         match self {
@@ -96,6 +124,7 @@ impl StepError {
             | Self::TurnsTooFar { body, .. }
             | Self::NotFinite { body }
             | Self::CloseApproach(CloseApproach { body, .. })
+            | Self::Docking { body, .. }
             | Self::Unresolved { body, .. } => Some(*body),
             Self::Controls { .. }
             | Self::NotConverged { .. }
@@ -124,6 +153,16 @@ pub enum MethodError {
     Gravity {
         /// Name of the method.
         method: &'static str,
+    },
+    /// The ports of a docking are not on two different free bodies.
+    #[error(
+        "docking {docking}: its ports are on two different free bodies, which body {body} is not"
+    )]
+    Docking {
+        /// Index of the docking, from 0.
+        docking: usize,
+        /// Index of the body.
+        body: usize,
     },
     /// The number of states differs from the number of bodies.
     #[error("there are {found} states for {expected} bodies")]

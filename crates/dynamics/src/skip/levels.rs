@@ -48,13 +48,7 @@ impl Levels {
         let terms: Vec<_> = all
             .into_iter()
             .map(|(gravity, one)| {
-                Term::new(
-                    gravity,
-                    one,
-                    masses(bodies, &one),
-                    skip,
-                    share(&one, &costs),
-                )
+                Term::new(gravity, one, one.masses(bodies), skip, share(&one, &costs))
             })
             .collect();
         let sources = terms
@@ -293,13 +287,6 @@ impl Levels {
         let none = coasting.iter().all(|coasting| !coasting);
         *is_partial = !(all && none);
     }
-}
-
-/// The mass on which a source acts, or the product of both masses.
-fn masses(bodies: &[RigidBody], interaction: &Interaction) -> f64 {
-    let mass = |body: usize| bodies[body].attracted_mass();
-    let other = interaction.other().map_or(1.0, mass);
-    mass(interaction.body) * other
 }
 
 /// The total cost, for each body, of the interactions that may be simplified.

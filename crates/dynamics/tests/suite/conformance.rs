@@ -11,7 +11,7 @@ pub struct Promise {
     pub method: Method,
     pub order: u32,
     /// Exact conservation of linear and angular momentum, bounded energy error, and rotations without projection.
-    geometric: bool,
+    pub geometric: bool,
     /// Reversed momenta lead back to the start.
     reversible: bool,
     /// Supports only free bodies.

@@ -9,6 +9,7 @@ mod company;
 mod conformance;
 mod conservation;
 mod derivatives;
+mod docking;
 mod equivalence;
 mod failures;
 mod floor;

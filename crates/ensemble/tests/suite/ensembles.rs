@@ -325,6 +325,42 @@ fn lanes_and_simulations_come_to_the_same_rows() {
     }
 }
 
+/// The samples of bodies that dock, each with its own masses.
+#[test]
+fn samples_dock() {
+    let docking = r#"
+[[docking]]
+ports = [
+    { body = "dumbbell1", position = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] },
+    { body = "dumbbell2", position = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] },
+]
+distance = 10.0
+angle = "180 deg"
+
+[ensemble]
+"#;
+    let scene = dumbbells(&[("[ensemble]\n", docking)]);
+    let campaign = campaign(&scene);
+    let reason = "bodies dock".into();
+    assert_eq!(campaign.flown_by(), &FlownBy::Simulation { reason });
+    for row in campaign.fly(0..5, Width::Eight) {
+        let ensemble = scene.ensemble.as_ref().unwrap();
+        let (system, states) = ensemble.sample(row.index).system(&scene).unwrap();
+        let (bodies, scheme) = (system.bodies().to_vec(), scene.scheme().unwrap());
+        let mut simulation = scene.simulation_of(bodies, states, scheme).unwrap();
+        for _ in 0..30 {
+            simulation.advance(&[Load::default(); 2]).unwrap();
+        }
+        assert_eq!(simulation.docked().len(), 1);
+        for (name, state) in ["dumbbell1", "dumbbell2"].iter().zip(simulation.states()) {
+            let name = format!("{name}.final.position.y");
+            assert_eq!(value(&campaign, &row, &name), state.position.y);
+        }
+        assert!(value(&campaign, &row, "change.linear_momentum") < 1e-14);
+        assert!(value(&campaign, &row, "change.angular_momentum") < 1e-14);
+    }
+}
+
 fn value(campaign: &Campaign<'_>, row: &Row, name: &str) -> f64 {
     let column = campaign.columns().iter().position(|column| column == name);
     row.numbers[column.unwrap_or_else(|| panic!("{name} in {:?}", campaign.columns()))]

@@ -8,6 +8,7 @@ mod chosen;
 mod classes;
 mod discretization;
 mod disturbances;
+mod dockings;
 mod ensembles;
 mod extremes;
 mod frames;

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod choice;
+mod docking;
 mod gravity;
 mod integrator;
 mod maneuver;
@@ -21,6 +22,7 @@ use crate::output::say;
 use crate::scene_input::SceneInput;
 use crate::strictness::Strictness;
 use bodies::Body;
+use docking::Docking;
 use gravity::Gravity;
 use integrator::Integrator;
 use maneuver::Maneuver;
@@ -50,6 +52,7 @@ struct Explanation {
     step_size: f64,
     bodies: Vec<Body>,
     gravity: Gravity,
+    docking: Vec<Docking>,
     maneuver: Option<Maneuver>,
     /// Seed of the maneuver's disturbance.
     disturbance: Option<u64>,
@@ -84,6 +87,7 @@ impl Explanation {
                 .map(|named| Body::of(named, &scene.units))
                 .collect(),
             gravity: Gravity::of(scene),
+            docking: Docking::of(scene),
             maneuver: Maneuver::of(scene),
             disturbance: scene.disturbance.map(|disturbance| disturbance.seed),
             integrator,

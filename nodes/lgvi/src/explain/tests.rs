@@ -52,6 +52,36 @@ fn a_scene_is_explained_in_si() {
     }
 }
 
+#[test]
+fn dockings_are_explained_in_si() {
+    let docking = r#"[[bodies]]
+    name = "ring"
+    mass = 1.0
+    inertia = [2, 2, 3]
+    position = [-3, 0, 0]
+    velocity = [0, 1, 0]
+    attitude = { w = 1, x = 0, y = 0, z = 0 }
+    angular_velocity = [0, 0, 5]
+    [[docking]]
+    ports = [
+        { body = "top", position = [0, 0, 1], axis = [0, 0, 1] },
+        { body = "ring", position = [0, 0, 0], axis = [0, 0, -1] },
+    ]
+    distance = 0.5
+    rate = 3.0
+    [[bodies]]"#;
+    let explanation = explained("[[bodies]]", docking);
+    let json = serde_json::to_value(&explanation).unwrap();
+    let found = &json["docking"][0];
+    assert_eq!(found["bodies"], serde_json::json!(["top", "ring"]));
+    assert_eq!(found["distance"], 5.0);
+    assert_eq!(found["speed"], serde_json::Value::Null);
+    assert_eq!(found["rate"], 1.5);
+    let text = explanation.to_string();
+    let said = "docking     top and ring join when their ports are within 5 m and 5.000°, at 1.5 rad/s at most";
+    assert!(text.contains(said), "{text}");
+}
+
 /// The splittings evaluate gravity once a kick that is not shared with the next step.
 #[test]
 fn evaluations_of_gravity_are_counted() {

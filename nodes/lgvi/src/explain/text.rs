@@ -28,6 +28,9 @@ impl Display for Explanation {
             }
         }
         write!(f, "\n  gravity     {}", self.gravity)?;
+        for docking in &self.docking {
+            write!(f, "\n  docking     {docking}")?;
+        }
         if let Some(maneuver) = &self.maneuver {
             write!(f, "\n  maneuver   {maneuver}")?;
         }

@@ -16,10 +16,11 @@ pub(super) enum Momentum {
     Nothing,
 }
 
-/// Whether the total energy is kept: nothing acts on the bodies from outside that depends on time.
+/// Whether the total energy is kept: nothing acts on the bodies from outside that depends on time, and none dock.
 pub(super) fn energy(flight: &FlightData) -> bool {
     let mut bodies = flight.scene.bodies.iter();
     !flight.is_disturbed()
+        && flight.scene.docking.is_empty()
         && !bodies.any(|named| matches!(named.body.mobility(), Mobility::Driven(_)))
 }
 

@@ -58,6 +58,9 @@ impl Display for Summary<'_> {
                 flight.angular_momentum_change,
                 flight.orthogonality_error
             )?;
+            for docked in &flight.docked {
+                write!(f, "\n  docked    {docked}")?;
+            }
             if flight.overruns > 0 {
                 write!(
                     f,

@@ -177,7 +177,7 @@ fn constraint(
             half_angle,
             ..
         } => {
-            let half_angle = angle::half_angle(half_angle)?;
+            let half_angle = angle::half_turn("half_angle", half_angle)?;
             let cone = KeepOutCone::new((*axis).into(), (*direction).into(), half_angle)?;
             state(cone, frame)?
         }
@@ -190,7 +190,7 @@ fn constraint(
             half_angle,
             ..
         } => {
-            let half_angle = angle::half_angle(half_angle)?;
+            let half_angle = angle::half_turn("half_angle", half_angle)?;
             let corridor = Corridor::new((*apex).into(), (*axis).into(), half_angle)?;
             state(corridor, frame)?
         }

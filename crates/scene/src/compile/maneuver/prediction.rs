@@ -91,6 +91,7 @@ fn axes(
             mutual: None,
             ..scene.gravity.clone()
         },
+        docking: Vec::new(),
         ..scene.clone()
     };
     let fixed = scene.gravity.central.as_ref();

@@ -34,7 +34,7 @@ impl Approach {
         );
         let mut direction = |_| between(-1.0, 1.0);
         let axis = Vector3::from_fn(|i, _| direction(i)).normalize();
-        let attitude = std::array::from_fn(|i| direction(i));
+        let attitude = std::array::from_fn(&mut direction);
         Self {
             altitude: between(350e3, 1500e3),
             duration: between(100.0, 900.0),

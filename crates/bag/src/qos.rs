@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use serde_yaml_ng::Value;
 
 use crate::yaml;
 
@@ -20,7 +21,7 @@ pub struct Qos {
 
 /// Whether lost samples are sent again; the stronger policy is greater.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", from = "Policy")]
+#[serde(rename_all = "snake_case", from = "Value")]
 pub enum Reliability {
     /// Never.
     BestEffort,
@@ -31,7 +32,7 @@ pub enum Reliability {
 
 /// Whether late joiners get earlier samples; the stronger policy is greater.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", from = "Policy")]
+#[serde(rename_all = "snake_case", from = "Value")]
 pub enum Durability {
     /// No.
     #[default]
@@ -42,7 +43,7 @@ pub enum Durability {
 
 /// Which samples are kept; the one that may keep more is greater.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", from = "Policy")]
+#[serde(rename_all = "snake_case", from = "Value")]
 pub enum History {
     /// The latest, as many as the depth says.
     #[default]
@@ -84,7 +85,7 @@ impl Qos {
             durability: self.durability,
             deadline: INFINITE,
             lifespan: INFINITE,
-            liveliness: serde_yaml_ng::Value::from("automatic"),
+            liveliness: Value::from("automatic"),
             liveliness_lease_duration: INFINITE,
             avoid_ros_namespace_conventions: false,
         }
@@ -150,51 +151,39 @@ pub(crate) struct Profile {
     durability: Durability,
     deadline: Duration,
     lifespan: Duration,
-    liveliness: serde_yaml_ng::Value,
+    liveliness: Value,
     liveliness_lease_duration: Duration,
     avoid_ros_namespace_conventions: bool,
 }
 
-/// A policy by name, or by its number in `rmw/types.h` up to metadata version 8.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Policy {
-    Name(String),
-    Number(i64),
+/// Whether a policy is the one of this name, or of this number in `rmw/types.h` up to metadata version 8.
+fn is(policy: &Value, name: &str, number: i64) -> bool {
+    policy.as_str() == Some(name) || policy.as_i64() == Some(number)
 }
 
-impl Policy {
-    fn is(&self, name: &str, number: i64) -> bool {
-        match self {
-            Self::Name(found) => found == name,
-            Self::Number(found) => *found == number,
-        }
-    }
-}
-
-impl From<Policy> for Reliability {
-    fn from(policy: Policy) -> Self {
-        match policy.is("best_effort", 2) {
+impl From<Value> for Reliability {
+    fn from(policy: Value) -> Self {
+        match is(&policy, "best_effort", 2) {
             true => Self::BestEffort,
             false => Self::Reliable,
         }
     }
 }
 
-impl From<Policy> for Durability {
-    fn from(policy: Policy) -> Self {
-        match policy.is("transient_local", 1) {
+impl From<Value> for Durability {
+    fn from(policy: Value) -> Self {
+        match is(&policy, "transient_local", 1) {
             true => Self::TransientLocal,
             false => Self::Volatile,
         }
     }
 }
 
-impl From<Policy> for History {
-    fn from(policy: Policy) -> Self {
+impl From<Value> for History {
+    fn from(policy: Value) -> Self {
         match policy {
-            policy if policy.is("keep_all", 2) => Self::KeepAll,
-            policy if policy.is("keep_last", 1) => Self::KeepLast,
+            policy if is(&policy, "keep_all", 2) => Self::KeepAll,
+            policy if is(&policy, "keep_last", 1) => Self::KeepLast,
             _ => Self::Unknown,
         }
     }
@@ -211,143 +200,3 @@ const INFINITE: Duration = Duration {
     sec: 9_223_372_036,
     nsec: 854_775_807,
 };
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn round_trip() {
-        for reliability in [Reliability::Reliable, Reliability::BestEffort] {
-            for durability in [Durability::Volatile, Durability::TransientLocal] {
-                for history in [History::KeepLast, History::KeepAll, History::Unknown] {
-                    let qos = Qos {
-                        reliability,
-                        durability,
-                        history,
-                        depth: 7,
-                    };
-                    assert_eq!(Qos::from_yaml(&qos.to_yaml().unwrap()).unwrap(), qos);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn text_is_that_of_jazzy() {
-        let expected = "\
-- history: keep_last
-  depth: 10
-  reliability: reliable
-  durability: volatile
-  deadline:
-    sec: 9223372036
-    nsec: 854775807
-  lifespan:
-    sec: 9223372036
-    nsec: 854775807
-  liveliness: automatic
-  liveliness_lease_duration:
-    sec: 9223372036
-    nsec: 854775807
-  avoid_ros_namespace_conventions: false
-";
-        assert_eq!(Qos::default().to_yaml().unwrap(), expected);
-    }
-
-    #[test]
-    fn what_discovery_does_not_tell_is_unknown() {
-        let qos = Qos {
-            history: History::Unknown,
-            depth: 0,
-            ..Qos::default()
-        };
-        let text = qos.to_yaml().unwrap();
-        assert!(
-            text.starts_with("- history: unknown\n  depth: 0\n"),
-            "{text}"
-        );
-        assert_eq!(Qos::from_yaml(&text).unwrap(), qos);
-    }
-
-    #[test]
-    fn late_joiners_are_taken_to_get_what_a_publisher_keeps() {
-        let assumed = |history, depth| {
-            Qos {
-                history,
-                depth,
-                ..Qos::default()
-            }
-            .assumed_depth()
-        };
-        assert_eq!(assumed(History::KeepLast, 0), 1);
-        assert_eq!(assumed(History::KeepLast, 7), 7);
-        assert_eq!(assumed(History::KeepAll, 0), u32::MAX);
-        assert_eq!(assumed(History::Unknown, 0), Qos::default().depth);
-    }
-
-    #[test]
-    fn publishers_keep_together_what_each_of_them_keeps() {
-        use Durability::{TransientLocal, Volatile};
-        use History::{KeepAll, KeepLast, Unknown};
-        let profile = |durability, history, depth| Qos {
-            durability,
-            history,
-            depth,
-            ..Qos::default()
-        };
-        let latched = |history, depth| profile(TransientLocal, history, depth);
-        for (profiles, together) in [
-            (vec![latched(KeepLast, 1); 15], latched(KeepLast, 15)),
-            (
-                vec![latched(KeepLast, 2), latched(KeepLast, 5)],
-                latched(KeepLast, 7),
-            ),
-            (
-                vec![latched(KeepLast, u32::MAX), latched(KeepLast, 5)],
-                latched(KeepLast, u32::MAX),
-            ),
-            (
-                vec![profile(Volatile, KeepAll, 100), latched(KeepLast, 5)],
-                latched(KeepLast, 5),
-            ),
-            (
-                vec![latched(KeepLast, 5), latched(Unknown, 0)],
-                latched(Unknown, 5),
-            ),
-            (
-                vec![latched(KeepAll, 0), latched(Unknown, 0)],
-                latched(KeepAll, 0),
-            ),
-        ] {
-            let texts = profiles.iter().map(|profile| profile.to_yaml().unwrap());
-            let text: String = texts.collect();
-            assert_eq!(Qos::from_yaml(&text).unwrap(), together);
-            let reversed: String = profiles
-                .iter()
-                .rev()
-                .map(|profile| profile.to_yaml().unwrap())
-                .collect();
-            assert_eq!(Qos::from_yaml(&reversed).unwrap(), together);
-            // Further files tell of the same publishers.
-            assert_eq!(together.strongest(together), together);
-        }
-    }
-
-    #[test]
-    fn reads_what_humble_records() {
-        let text = "- {history: 3, depth: 0, reliability: 2, durability: 1, deadline: {sec: 9223372036, nsec: 854775807}, \
-                    lifespan: {sec: 9223372036, nsec: 854775807}, liveliness: 1, \
-                    liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}, avoid_ros_namespace_conventions: false}";
-        let expected = Qos {
-            reliability: Reliability::BestEffort,
-            durability: Durability::TransientLocal,
-            history: History::Unknown,
-            depth: 0,
-        };
-        assert_eq!(Qos::from_yaml(text).unwrap(), expected);
-        assert_eq!(Qos::from_yaml("").unwrap(), Qos::default());
-        assert_eq!(Qos::from_yaml("[]").unwrap(), Qos::default());
-        assert!(Qos::from_yaml("history: keep_last").is_err());
-    }
-}

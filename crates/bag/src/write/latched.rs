@@ -74,14 +74,6 @@ impl Latched {
         messages.push_back((publisher, kept));
     }
 
-    /// Forgets all messages.
-    pub fn clear(&mut self) {
-        self.bytes = 0;
-        for last in self.topics.iter_mut().flatten() {
-            last.messages.clear();
-        }
-    }
-
     /// Whether messages of the topic are kept.
     pub fn keeps(&self, topic: usize) -> bool {
         self.last(topic).is_some()
@@ -95,95 +87,5 @@ impl Latched {
 
     fn last(&self, topic: usize) -> Option<&Last> {
         self.topics.get(topic)?.as_ref()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Durability, Qos};
-
-    fn latched(limit: usize, depths: &[u32]) -> Latched {
-        let mut latched = Latched::new(limit);
-        let topic = |qos| Topic {
-            name: "/topic".to_owned(),
-            type_name: "std_msgs/msg/String".to_owned(),
-            type_hash: String::new(),
-            definition: String::new(),
-            definition_encoding: crate::ROS2MSG.to_owned(),
-            qos,
-        };
-        for &depth in depths {
-            latched.add_topic(&topic(Qos {
-                durability: Durability::TransientLocal,
-                depth,
-                ..Qos::default()
-            }));
-        }
-        latched.add_topic(&topic(Qos::default()));
-        latched
-    }
-
-    fn message(sequence: u32, length: usize) -> Kept {
-        Kept {
-            publish_time: 0,
-            sequence,
-            data: vec![0; length],
-        }
-    }
-
-    /// Topics of which messages are kept, with those.
-    fn kept(latched: &Latched) -> Vec<(usize, Vec<u32>)> {
-        let sequences = |topic| latched.messages(topic).map(|kept| kept.sequence).collect();
-        let topics = (0..latched.topics.len()).map(|topic| (topic, sequences(topic)));
-        topics
-            .filter(|(_, sequences): &(_, Vec<_>)| !sequences.is_empty())
-            .collect()
-    }
-
-    #[test]
-    fn depth_is_respected_and_at_least_one() {
-        let mut latched = latched(usize::MAX, &[0, 1, 3]);
-        for sequence in 0..5 {
-            for topic in 0..4 {
-                latched.push(topic, 0, message(sequence, 10));
-            }
-        }
-        assert_eq!(
-            kept(&latched),
-            [(0, vec![4]), (1, vec![4]), (2, vec![2, 3, 4])]
-        );
-        assert_eq!(latched.bytes, 50);
-    }
-
-    #[test]
-    fn each_publisher_has_its_depth() {
-        let mut latched = latched(usize::MAX, &[2]);
-        for (publisher, sequence) in [(1, 0), (2, 1), (1, 2), (3, 3), (1, 4), (1, 5)] {
-            latched.push(0, publisher, message(sequence, 10));
-        }
-        assert_eq!(kept(&latched), [(0, vec![1, 3, 4, 5])]);
-        assert_eq!(latched.bytes, 40);
-        for publisher in 10..2000 {
-            latched.push(0, publisher, message(7, 10));
-        }
-        assert_eq!(kept(&latched)[0].1.len(), MOST);
-    }
-
-    #[test]
-    fn bytes_are_bounded() {
-        let mut latched = latched(100, &[10, 10]);
-        latched.push(0, 0, message(0, 40));
-        for sequence in 1..4 {
-            latched.push(1, 0, message(sequence, 30));
-        }
-        assert_eq!(kept(&latched), [(0, vec![0]), (1, vec![2, 3])]);
-        // An old message is not repeated in place of a new one that is too long.
-        latched.push(1, 0, message(4, 61));
-        assert_eq!(kept(&latched), [(0, vec![0])]);
-        assert_eq!(latched.bytes, 40);
-        latched.push(1, 0, message(5, 60));
-        assert_eq!(kept(&latched), [(0, vec![0]), (1, vec![5])]);
-        assert_eq!(latched.bytes, 100);
     }
 }

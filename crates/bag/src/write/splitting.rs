@@ -5,9 +5,8 @@ use std::{collections::BTreeMap, io, time::Duration};
 use mcap::records::MessageHeader;
 
 use super::{
-    BagOptions, BagWriter, Compression, TopicId,
+    BagOptions, BagWriter,
     closing::Fault,
-    latched::Kept,
     mcap_writer::{CHUNK, McapWriter},
 };
 use crate::{REPEATED, WriteError};
@@ -23,34 +22,18 @@ impl BagWriter {
         self.split_into(next)
     }
 
-    fn split_into(&mut self, file_name: String) -> Result<(), WriteError> {
+    /// The same with a name for the next file.
+    pub(crate) fn split_into(&mut self, file_name: String) -> Result<(), WriteError> {
         self.finish_chunk()?;
         if self.begin.is_none() {
             return Ok(());
         }
-        let opened = self.close_file().and_then(|()| {
+        let opened = self.close(false).and_then(|()| {
             self.begin = None;
             self.file_name = file_name;
             self.open_file()
         });
         opened.map_err(|fault| self.fail(fault))
-    }
-
-    /// Goes on in a file of this name and compression, which repeats these messages in place of the last ones of each
-    /// publisher.
-    pub(crate) fn go_on_in(
-        &mut self,
-        file_name: String,
-        compression: Compression,
-        repeated: Vec<(TopicId, Kept)>,
-    ) -> Result<(), WriteError> {
-        self.options.compression = compression;
-        self.split_into(file_name)?;
-        self.latched.clear();
-        for (publisher, (topic, kept)) in (0..).zip(repeated) {
-            self.latched.push(topic.0, publisher, kept);
-        }
-        Ok(())
     }
 
     /// Whether a message of this log time belongs into the next file.
@@ -60,16 +43,14 @@ impl BagWriter {
             max_duration,
             ..
         } = self.options;
-        let max_index = self.max_index;
-        let begin = self.begin;
+        let (max_index, begin) = (self.max_index, self.begin);
         let file = self.file()?;
-        let Some(begin) = begin else {
-            return Ok(false);
-        };
-        let elapsed = Duration::from_nanos(log_time.saturating_sub(begin));
-        Ok(max_duration.is_some_and(|most| elapsed > most)
-            || max_bytes.is_some_and(|most| file.written() >= most.get())
-            || file.index_memory() >= max_index)
+        Ok(begin.is_some_and(|begin| {
+            let elapsed = Duration::from_nanos(log_time.saturating_sub(begin));
+            max_duration.is_some_and(|most| elapsed > most)
+                || max_bytes.is_some_and(|most| file.size() >= most.get())
+                || file.index_memory >= max_index
+        }))
     }
 
     /// Begins the file that is being written, at the log time of its first message: adds the topics and repeats latched
@@ -126,13 +107,8 @@ impl BagWriter {
             ..
         } = self.options;
         let chunk = max_bytes.map_or(CHUNK, |most| CHUNK.min(most.get() / 8).max(1 << 10));
-        let file = McapWriter::create(
-            path.clone(),
-            compression,
-            chunk,
-            self.description(),
-            self.reserves,
-        );
+        let (description, reserves) = (self.description(), self.reserves);
+        let file = McapWriter::create(path.clone(), compression, chunk, description, reserves);
         self.file = Some(file.map_err(|source| Fault { path, source })?);
         self.repeated.fill(0);
         self.flushed.clear();
@@ -164,7 +140,7 @@ mod tests {
         for time in 0..100 {
             writer.write(topic, time, time, 0, &[]).unwrap();
             writer.flush().unwrap();
-            let index = writer.file().unwrap().index_memory();
+            let index = writer.file().unwrap().index_memory;
             assert!(index < 2_000 + 200, "{index}");
         }
         let summary = writer.finish(BTreeMap::new()).unwrap();

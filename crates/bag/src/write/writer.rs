@@ -8,13 +8,17 @@ use mcap::records::MessageHeader;
 
 use super::{
     BagOptions, BagSummary,
-    closing::{Closed, Fault, LastWords, described},
+    closing::{Fault, LastWords, described},
     latched::{Kept, Latched},
     mcap_writer::McapWriter,
 };
 use crate::{
-    CUSTOM_DATA, Topic, WriteError, new_directory::make_empty, read::MAX_RECORD_LENGTH,
+    CUSTOM_DATA, Topic, WriteError,
+    metadata::File,
+    new_directory::make_empty,
+    read::MAX_RECORD_LENGTH,
     record::MESSAGE_HEADER,
+    times::{Times, widen},
 };
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
@@ -71,7 +75,9 @@ pub struct BagWriter {
     /// Index in `topics` by name.
     indexes: BTreeMap<String, usize>,
     pub(crate) latched: Latched,
-    pub(crate) closed: Vec<Closed>,
+    /// The files that are complete, and their bytes.
+    pub(crate) closed: Vec<File>,
+    pub(crate) bytes: u64,
     /// The file that is being written; none after an error.
     pub(crate) file: Option<McapWriter>,
     /// Its name.
@@ -81,7 +87,7 @@ pub struct BagWriter {
     /// How many messages of each topic are repeated in that file.
     pub(crate) repeated: Vec<u64>,
     /// First and last log time of the messages taken.
-    pub(crate) times: Option<(u64, u64)>,
+    pub(crate) times: Times,
     pub(crate) last_words: Option<LastWords>,
 }
 
@@ -103,9 +109,7 @@ impl BagWriter {
     /// The directory exists and is not empty, has no usable name, or cannot be written.
     pub fn create(directory: &Path, options: BagOptions) -> Result<Self, WriteError> {
         let name = directory.file_name().and_then(|name| name.to_str());
-        let name = name.ok_or_else(|| WriteError::NoName {
-            path: directory.to_owned(),
-        })?;
+        let name = name.ok_or_else(|| WriteError::NoName(directory.to_owned()))?;
         let made = make_empty(directory)?;
         let opened = Self::open(directory, name, format!("{name}_0.mcap"), options, true);
         if made && opened.is_err() {
@@ -139,6 +143,7 @@ impl BagWriter {
             indexes: BTreeMap::new(),
             latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
             closed: Vec::new(),
+            bytes: 0,
             file: None,
             file_name,
             begin: None,
@@ -147,7 +152,7 @@ impl BagWriter {
             last_words: None,
         };
         let opened = writer.open_file();
-        opened.map_err(|Fault { path, source }| WriteError::Io { path, source })?;
+        opened.map_err(|Fault { path, source }| WriteError::Io(path, source))?;
         Ok(writer)
     }
 
@@ -173,19 +178,21 @@ impl BagWriter {
             if (&known.type_name, &known.type_hash) == (&topic.type_name, &topic.type_hash) {
                 return Ok(TopicId(index));
             }
-            let type_and_hash =
-                |topic: &Topic| format!("{} ({})", topic.type_name, topic.type_hash);
-            return Err(WriteError::ConflictingType {
-                topic: topic.name.clone(),
-                existing: type_and_hash(known),
-                requested: type_and_hash(topic),
-            });
+            let of = |topic: &Topic| format!("{} ({})", topic.type_name, topic.type_hash);
+            let (known, new) = (of(known), of(topic));
+            let reason = format!(
+                "topic {} has type {known}, cannot also have {new}",
+                topic.name
+            );
+            return Err(WriteError::Refused(reason));
         }
-        let qos = topic.qos.to_yaml()?;
-        let channel =
-            u16::try_from(self.topics.len() + 1).map_err(|_| WriteError::TooManyTopics {
-                topic: topic.name.clone(),
-            })?;
+        let refused = |reason| WriteError::Refused(format!("topic {}: {reason}", topic.name));
+        let qos = topic
+            .qos
+            .to_yaml()
+            .map_err(|error| refused(error.to_string()))?;
+        let channel = u16::try_from(self.topics.len() + 1)
+            .map_err(|_| refused("a bag has at most 65535 topics".to_owned()))?;
         self.file()?;
         self.described += described(topic);
         self.make_room();
@@ -237,17 +244,16 @@ impl BagWriter {
         cdr: &[u8],
     ) -> Result<(), WriteError> {
         let Some(recorded) = self.topics.get(topic.0) else {
-            return Err(WriteError::UnknownTopic {
-                index: topic.0,
-                count: self.topics.len(),
-            });
+            let (index, count) = (topic.0, self.topics.len());
+            let reason = format!("topic id {index} is not of this bag, which has {count} topics");
+            return Err(WriteError::Refused(reason));
         };
         if cdr.len() > MAX_MESSAGE {
-            return Err(WriteError::TooLong {
-                topic: recorded.topic.name.clone(),
-                length: cdr.len(),
-                limit: MAX_MESSAGE,
-            });
+            let (topic, length) = (&recorded.topic.name, cdr.len());
+            let reason = format!("has {length} bytes, expected at most {MAX_MESSAGE}");
+            return Err(WriteError::Refused(format!(
+                "a message of {topic} {reason}"
+            )));
         }
         let channel = recorded.channel;
         if self.is_full(log_time)? {
@@ -266,8 +272,7 @@ impl BagWriter {
             return Err(self.fail_on_file(source));
         }
         self.topics[topic.0].taken += 1;
-        let (first, last) = self.times.unwrap_or((log_time, log_time));
-        self.times = Some((first.min(log_time), last.max(log_time)));
+        widen(&mut self.times, log_time);
         if self.latched.keeps(topic.0) {
             let kept = Kept {
                 publish_time,
@@ -314,16 +319,15 @@ impl BagWriter {
             self.begin(last)?;
         }
         self.finish_chunk()?;
-        let closed = self.close_bag();
+        let closed = self.close(true);
         closed.map_err(|fault| self.fail(fault))?;
         Ok(self.summary())
     }
 
     /// The file that is being written.
     pub(crate) fn file(&mut self) -> Result<&mut McapWriter, WriteError> {
-        self.file.as_mut().ok_or_else(|| WriteError::Ended {
-            path: self.directory.clone(),
-        })
+        let file = self.file.as_mut();
+        file.ok_or_else(|| WriteError::Ended(self.directory.clone()))
     }
 }
 
@@ -331,7 +335,7 @@ impl Drop for BagWriter {
     fn drop(&mut self) {
         if let Some(file) = &mut self.file {
             let _ = file.finish_chunk();
-            let _ = self.close_file();
+            let _ = self.close(false);
         }
     }
 }

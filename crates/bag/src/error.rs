@@ -99,24 +99,7 @@ pub enum BagError {
         /// The storage found, as `sqlite3`.
         found: String,
     },
-    /// The file ends before its end: the recorder was killed, or the file cut off.
-    #[error(
-        "{file}: truncated: expected {expected} at byte {offset} of {size}, found {found:02x?}; what is readable: lgvi recover",
-        file = .file.display()
-    )]
-    Truncated {
-        /// The file.
-        file: PathBuf,
-        /// What should be there.
-        expected: &'static str,
-        /// Where it should be.
-        offset: u64,
-        /// Bytes found there.
-        found: Vec<u8>,
-        /// The file's size.
-        size: u64,
-    },
-    /// Bytes of the file are damaged.
+    /// Bytes of the file are damaged, or it ends before its end: the recorder was killed, or the file cut off.
     #[error("{file}: damaged at byte {offset} or after it: {source}", file = .file.display())]
     Damaged {
         /// The file.

@@ -42,7 +42,6 @@ mod qos;
 mod read;
 mod record;
 mod recover;
-mod regular;
 mod times;
 mod topic;
 mod write;
@@ -50,7 +49,7 @@ mod yaml;
 
 pub use error::{BagError, Damage, RecoverError, Rest, WriteError};
 pub use new_directory::NewDirectory;
-pub use qos::{Durability, History, Qos, Reliability};
+pub use qos::{History, Qos};
 pub use read::{BagFile, BagReader, Chunks, Message, Messages};
 pub use recover::{LeftOut, RecoveredFile, Recovery, recover, recover_in_place};
 pub use topic::{LeftOutTopic, Topic};

@@ -6,11 +6,12 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use serde::{Deserialize, Deserializer, Serialize, de::Error};
-use serde_yaml_ng::{Number, Value};
+use serde::{Deserialize, Serialize};
+use serde_yaml_ng::Value;
 
 use crate::{
-    BagError, SERIALIZATION_FORMAT, Topic, regular,
+    BagError, SERIALIZATION_FORMAT, Topic,
+    read::Source,
     times::{Times, around},
     yaml,
 };
@@ -71,6 +72,8 @@ pub(crate) struct File {
     starting_time: NanosecondsSinceEpoch,
     duration: Nanoseconds,
     message_count: u64,
+    #[serde(skip)]
+    times: Times,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -92,18 +95,10 @@ struct TopicMetadata {
     type_description_hash: String,
 }
 
+/// A bag without messages ends, as some recorders write it, before it begins.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct Nanoseconds {
-    #[serde(deserialize_with = "not_negative")]
-    nanoseconds: u64,
-}
-
-/// A bag without messages ends, as some recorders write it, before it begins.
-fn not_negative<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
-    let number = Number::deserialize(deserializer)?;
-    let negative = number.as_i64().filter(|number| *number < 0).map(|_| 0);
-    let expected = || D::Error::custom(format!("{number}, expected a whole number"));
-    number.as_u64().or(negative).ok_or_else(expected)
+    nanoseconds: i128,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -117,7 +112,7 @@ fn span(times: Times) -> (NanosecondsSinceEpoch, Nanoseconds) {
     let start_time = NanosecondsSinceEpoch {
         nanoseconds_since_epoch: start,
     };
-    let nanoseconds = end - start;
+    let nanoseconds = i128::from(end) - i128::from(start);
     (start_time, Nanoseconds { nanoseconds })
 }
 
@@ -129,12 +124,8 @@ impl File {
             starting_time,
             duration,
             message_count,
+            times,
         }
-    }
-
-    fn times(&self) -> Times {
-        let start = self.starting_time.nanoseconds_since_epoch;
-        (self.message_count > 0).then_some((start, start + self.duration.nanoseconds))
     }
 }
 
@@ -157,7 +148,7 @@ impl Metadata {
                 message_count,
             })
         });
-        let (starting_time, duration) = span(around(files.iter().filter_map(File::times)));
+        let (starting_time, duration) = span(around(files.iter().filter_map(|file| file.times)));
         Ok(Self {
             version: VERSION,
             storage_identifier: STORAGE.to_owned(),
@@ -207,7 +198,9 @@ impl Metadata {
         }
 
         let yaml_error = |error: serde_yaml_ng::Error| BagError::invalid(file, error.to_string());
-        let text = regular::text(file, yaml::MAX_TEXT).map_err(BagError::io(file))?;
+        let text = Source::open_damaged(file)?.bytes(0, yaml::MAX_TEXT as u64 + 1)?;
+        let text =
+            String::from_utf8(text).map_err(|error| BagError::invalid(file, error.to_string()))?;
         let versioned: Document<Versioned> = yaml::read(&text).map_err(yaml_error)?;
         let versioned = versioned.rosbag2_bagfile_information;
         let storage = versioned.storage_identifier;

@@ -9,44 +9,20 @@ use crate::yaml;
 /// A reliability or durability that is unknown or a system's default is read as the default of ROS 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
-    /// Whether lost samples are sent again.
-    pub reliability: Reliability,
-    /// Whether late joiners get earlier samples.
-    pub durability: Durability,
+    /// Whether lost samples are sent again until they are acknowledged.
+    pub reliable: bool,
+    /// Whether late joiners get earlier samples, as long as the publisher lives: `transient_local`, else `volatile`.
+    pub durable: bool,
     /// Which samples are kept for that.
     pub history: History,
     /// Number of samples kept with [`History::KeepLast`], by all publishers together; 0 where it is unknown.
     pub depth: u32,
 }
 
-/// Whether lost samples are sent again; the stronger policy is greater.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", from = "Value")]
-pub enum Reliability {
-    /// Never.
-    BestEffort,
-    /// Until they are acknowledged.
-    #[default]
-    Reliable,
-}
-
-/// Whether late joiners get earlier samples; the stronger policy is greater.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", from = "Value")]
-pub enum Durability {
-    /// No.
-    #[default]
-    Volatile,
-    /// As long as the publisher lives.
-    TransientLocal,
-}
-
 /// Which samples are kept; the one that may keep more is greater.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", from = "Value")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum History {
     /// The latest, as many as the depth says.
-    #[default]
     KeepLast,
     /// Discovery does not tell.
     Unknown,
@@ -54,18 +30,47 @@ pub enum History {
     KeepAll,
 }
 
+impl History {
+    /// Its name in profiles.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KeepLast => "keep_last",
+            Self::Unknown => "unknown",
+            Self::KeepAll => "keep_all",
+        }
+    }
+}
+
 impl Default for Qos {
     fn default() -> Self {
         Self {
-            reliability: Reliability::default(),
-            durability: Durability::default(),
-            history: History::default(),
+            reliable: true,
+            durable: false,
+            history: History::KeepLast,
             depth: 10,
         }
     }
 }
 
 impl Qos {
+    /// Name of the reliability in profiles.
+    pub fn reliability(&self) -> &'static str {
+        if self.reliable {
+            "reliable"
+        } else {
+            "best_effort"
+        }
+    }
+
+    /// Name of the durability in profiles.
+    pub fn durability(&self) -> &'static str {
+        if self.durable {
+            "transient_local"
+        } else {
+            "volatile"
+        }
+    }
+
     /// How many samples of one publisher late joiners are taken to get: the depth, or that of ROS 2's default where it is
     /// unknown.
     pub fn assumed_depth(&self) -> u32 {
@@ -79,13 +84,13 @@ impl Qos {
     /// The profile as rosbag2 writes it into `metadata.yaml`.
     pub(crate) fn profile(&self) -> Profile {
         Profile {
-            history: self.history,
+            history: self.history.name().into(),
             depth: self.depth,
-            reliability: self.reliability,
-            durability: self.durability,
+            reliability: self.reliability().into(),
+            durability: self.durability().into(),
             deadline: INFINITE,
             lifespan: INFINITE,
-            liveliness: Value::from("automatic"),
+            liveliness: "automatic".into(),
             liveliness_lease_duration: INFINITE,
             avoid_ros_namespace_conventions: false,
         }
@@ -103,7 +108,7 @@ impl Qos {
             return Ok(Self::default());
         }
         let profiles: Vec<Profile> = yaml::read(text)?;
-        let profiles = profiles.into_iter().map(Self::from);
+        let profiles = profiles.iter().map(Self::from);
         let together = profiles.reduce(|one, other| one.combine(other, u32::saturating_add));
         Ok(together.unwrap_or_default())
     }
@@ -115,40 +120,30 @@ impl Qos {
 
     /// The history is that of those that keep samples for late joiners, if there are any.
     fn combine(self, other: Self, depths: impl Fn(u32, u32) -> u32) -> Self {
-        let (history, depth) = match (self.durability, other.durability) {
-            (Durability::TransientLocal, Durability::Volatile) => (self.history, self.depth),
-            (Durability::Volatile, Durability::TransientLocal) => (other.history, other.depth),
+        let (history, depth) = match (self.durable, other.durable) {
+            (true, false) => (self.history, self.depth),
+            (false, true) => (other.history, other.depth),
             _ => (
                 self.history.max(other.history),
                 depths(self.depth, other.depth),
             ),
         };
         Self {
-            reliability: self.reliability.max(other.reliability),
-            durability: self.durability.max(other.durability),
+            reliable: self.reliable || other.reliable,
+            durable: self.durable || other.durable,
             history,
             depth,
         }
     }
 }
 
-impl From<Profile> for Qos {
-    fn from(profile: Profile) -> Self {
-        Self {
-            reliability: profile.reliability,
-            durability: profile.durability,
-            history: profile.history,
-            depth: profile.depth,
-        }
-    }
-}
-
+/// A profile, whose policies are names, or numbers of `rmw/types.h` up to metadata version 8.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Profile {
-    history: History,
+    history: Value,
     depth: u32,
-    reliability: Reliability,
-    durability: Durability,
+    reliability: Value,
+    durability: Value,
     deadline: Duration,
     lifespan: Duration,
     liveliness: Value,
@@ -156,35 +151,20 @@ pub(crate) struct Profile {
     avoid_ros_namespace_conventions: bool,
 }
 
-/// Whether a policy is the one of this name, or of this number in `rmw/types.h` up to metadata version 8.
-fn is(policy: &Value, name: &str, number: i64) -> bool {
-    policy.as_str() == Some(name) || policy.as_i64() == Some(number)
-}
-
-impl From<Value> for Reliability {
-    fn from(policy: Value) -> Self {
-        match is(&policy, "best_effort", 2) {
-            true => Self::BestEffort,
-            false => Self::Reliable,
-        }
-    }
-}
-
-impl From<Value> for Durability {
-    fn from(policy: Value) -> Self {
-        match is(&policy, "transient_local", 1) {
-            true => Self::TransientLocal,
-            false => Self::Volatile,
-        }
-    }
-}
-
-impl From<Value> for History {
-    fn from(policy: Value) -> Self {
-        match policy {
-            policy if is(&policy, "keep_all", 2) => Self::KeepAll,
-            policy if is(&policy, "keep_last", 1) => Self::KeepLast,
-            _ => Self::Unknown,
+impl From<&Profile> for Qos {
+    fn from(profile: &Profile) -> Self {
+        let is = |policy: &Value, name: &str, number: i64| {
+            policy.as_str() == Some(name) || policy.as_i64() == Some(number)
+        };
+        Self {
+            reliable: !is(&profile.reliability, "best_effort", 2),
+            durable: is(&profile.durability, "transient_local", 1),
+            history: match &profile.history {
+                history if is(history, "keep_all", 2) => History::KeepAll,
+                history if is(history, "keep_last", 1) => History::KeepLast,
+                _ => History::Unknown,
+            },
+            depth: profile.depth,
         }
     }
 }

@@ -1,4 +1,4 @@
-use crate::{Durability, Qos};
+use crate::Qos;
 
 /// Types of which a message tells how things are at its time: earlier ones are of no use to whoever comes later.
 const STREAMS: [&str; 8] = [
@@ -39,7 +39,7 @@ impl Topic {
         let (transforms, fixed) = TRANSFORMS;
         let is_stream = STREAMS.contains(&&*self.type_name)
             || (self.type_name == transforms && !self.name.ends_with(fixed));
-        self.qos.durability == Durability::TransientLocal && !is_stream
+        self.qos.durable && !is_stream
     }
 }
 

@@ -51,19 +51,10 @@ impl Request {
 
 /// What all publishers of a topic offer, as it stands in the bag. Discovery tells neither history nor depth.
 pub(crate) fn offered(topic: &TopicInfo) -> lgvi_bag::Qos {
-    use lgvi_bag::{Durability, History, Reliability};
     lgvi_bag::Qos {
-        reliability: if topic.reliable {
-            Reliability::Reliable
-        } else {
-            Reliability::BestEffort
-        },
-        durability: if topic.durable {
-            Durability::TransientLocal
-        } else {
-            Durability::Volatile
-        },
-        history: History::Unknown,
+        reliable: topic.reliable,
+        durable: topic.durable,
+        history: lgvi_bag::History::Unknown,
         depth: 0,
     }
 }

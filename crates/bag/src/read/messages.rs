@@ -50,13 +50,8 @@ pub struct Messages<'a> {
     held: usize,
 }
 
-/// Place of a batch's next message in the order of reading; batches themselves never overlap in a file.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Position {
-    log_time: u64,
-    file: usize,
-    offset: u64,
-}
+/// Log time of a batch's next message, with its file and offset, in the order of reading.
+type Position = (u64, usize, u64);
 
 impl<'a> Messages<'a> {
     pub(crate) fn new(bag: &'a BagReader, start: u64, wanted: Vec<bool>) -> Self {
@@ -77,7 +72,7 @@ impl<'a> Messages<'a> {
         let mut spans: Vec<_> = spans
             .filter(|&(file, span)| span.times.1 >= start && is_wanted(file, span))
             .collect();
-        spans.sort_by_key(|&(file, span)| Position::start_of(file, span));
+        spans.sort_by_key(|&(file, span)| start_of(file, span));
         Self {
             bag,
             start,
@@ -92,7 +87,7 @@ impl<'a> Messages<'a> {
     /// Reads spans until no unread one can hold a message before the next one.
     fn fill(&mut self) -> Result<(), BagError> {
         while let Some(&(file, span)) = self.spans.front() {
-            let start = Position::start_of(file, span);
+            let start = start_of(file, span);
             if self.next.peek().is_some_and(|Reverse(next)| *next < start) {
                 break;
             }
@@ -116,7 +111,7 @@ impl<'a> Messages<'a> {
             })?;
             if let Some(log_time) = batch.next_time() {
                 self.held += batch.memory();
-                self.next.push(Reverse(Position { log_time, ..start }));
+                self.next.push(Reverse((log_time, file, span.offset)));
                 self.batches.insert((file, span.offset), batch);
             }
         }
@@ -125,14 +120,14 @@ impl<'a> Messages<'a> {
 
     fn pop(&mut self) -> Option<Result<Message<'a>, BagError>> {
         let mut next = self.next.peek_mut()?;
-        let Reverse(position) = &mut *next;
-        let Position { file, offset, .. } = *position;
+        let Reverse((next_time, file, offset)) = &mut *next;
+        let (file, offset) = (*file, *offset);
         let batch = self.batches.get_mut(&(file, offset))?;
         let (header, data) = batch.pop()?;
         let topic_index = self.bag.files[file].channels[&header.channel_id];
         let data = unpacked(data).map(Cow::into_owned);
         if let Some(log_time) = batch.next_time() {
-            position.log_time = log_time;
+            *next_time = log_time;
         } else {
             self.held -= batch.memory();
             PeekMut::pop(next);
@@ -150,14 +145,8 @@ impl<'a> Messages<'a> {
     }
 }
 
-impl Position {
-    fn start_of(file: usize, span: &Span) -> Self {
-        Self {
-            log_time: span.times.0,
-            file,
-            offset: span.offset,
-        }
-    }
+fn start_of(file: usize, span: &Span) -> Position {
+    (span.times.0, file, span.offset)
 }
 
 impl<'a> Iterator for Messages<'a> {

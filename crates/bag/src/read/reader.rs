@@ -6,7 +6,7 @@ use std::{
 
 use super::{
     Chunks, Messages,
-    file::{Contents, McapFile, Repeated, topic},
+    file::{McapFile, Repeated, topic},
     listing::Listing,
 };
 use crate::{
@@ -79,29 +79,21 @@ impl BagReader {
     /// # Errors
     /// See [`BagError`]. Damage within messages is found when they are read.
     pub fn open(path: &Path) -> Result<Self, BagError> {
-        let (reader, faults) = Self::open_by(path, McapFile::open)?;
-        match faults.into_iter().next() {
+        let (mut reader, faults) = Self::open_damaged(path)?;
+        let files = reader.files.iter_mut();
+        let of_files = files.filter_map(|file| file.mcap.fault.take());
+        match of_files.chain(faults).next() {
             Some(fault) => Err(fault),
             None => Ok(reader),
         }
     }
 
-    /// Opens what is readable of a bag of which files are damaged, cut off or missing; what is wrong with them, in the
-    /// order of the files.
+    /// Opens what is readable of a bag of which files are damaged, cut off or missing; what is wrong with the bag besides the
+    /// [faults](BagFile::fault) of these files.
     ///
     /// # Errors
     /// It is no bag, or none of its files has a readable beginning.
     pub fn open_damaged(path: &Path) -> Result<(Self, Vec<BagError>), BagError> {
-        Self::open_by(path, |file| {
-            McapFile::open(file).or_else(|fault| McapFile::open_damaged(file, fault))
-        })
-    }
-
-    /// Opens the files of a bag, of which there must be one; the faults of the others.
-    fn open_by(
-        path: &Path,
-        open: impl Fn(&Path) -> Result<McapFile, BagError>,
-    ) -> Result<(Self, Vec<BagError>), BagError> {
         let mut listing = Listing::read(path)?;
         let metadata = listing.metadata.take().transpose()?;
         let mut faults = mem::take(&mut listing.faults);
@@ -116,7 +108,7 @@ impl BagReader {
             reader.odd.push(odd);
         }
         for file in &listing.files {
-            match open(&listing.directory.join(file)) {
+            match McapFile::open(&listing.directory.join(file)) {
                 Ok(file) => faults.extend(reader.add(file).err()),
                 Err(error) => faults.push(error),
             }
@@ -152,21 +144,16 @@ impl BagReader {
             |fault| (Repeated::default(), Err(fault)),
             |repeated| (repeated, Ok(())),
         );
-        let Contents {
-            channels: all,
-            schemas,
-            counts,
-            ..
-        } = &mcap.contents;
         let mut channels = BTreeMap::new();
-        for (id, channel) in all {
-            match topic(&mcap.source.path, channel, schemas) {
+        for (id, channel) in &mcap.contents.channels {
+            match topic(&mcap.source.path, channel, &mcap.contents.schemas) {
                 Err(topic) => self.left_out.push(topic),
                 Ok((topic, odd)) => {
                     self.odd.extend(odd);
                     let index = self.add_topic(topic);
                     let of = |counts: &BTreeMap<u16, u64>| counts.get(id).copied().unwrap_or(0);
-                    self.counts[index] = self.counts[index].saturating_add(of(counts));
+                    let count = of(&mcap.contents.counts);
+                    self.counts[index] = self.counts[index].saturating_add(count);
                     self.repeats[index] += of(&repeated.by_channel);
                     channels.insert(*id, index);
                 }
@@ -202,30 +189,30 @@ impl BagReader {
 
     /// Holds what the metadata tells against the files: messages were lost, or belong to another bag, if they disagree.
     fn check_counts(&self, file: &Path, metadata: &Metadata) -> Result<(), BagError> {
-        let found = self.by_name(&self.counts);
-        let told = metadata.message_counts();
-        let check = |of: &str, told: u64, found: u64| {
-            let reason = format!("message_count{of} is {told}, but the bag's files hold {found}");
-            match told == found {
-                true => Ok(()),
-                false => Err(BagError::invalid(file, reason)),
-            }
-        };
+        let (told, found) = (metadata.message_counts(), self.by_name(&self.counts));
         // Topics that are left out may be counted or not.
         let left_out: BTreeSet<_> = self.left_out.iter().map(|topic| &*topic.name).collect();
-        for topic in told.keys().chain(found.keys()) {
-            if !left_out.contains(topic) {
-                let [told, found] = [&told, &found].map(|counts| counts.get(topic).copied());
-                check(
-                    &format!(" of {topic}"),
-                    told.unwrap_or(0),
-                    found.unwrap_or(0),
-                )?;
+        let mut counts = Vec::new();
+        for name in told.keys().chain(found.keys()) {
+            if !left_out.contains(name) {
+                let [told, found] = [&told, &found].map(|counts| counts.get(name).copied());
+                let of = format!(" of {name}");
+                counts.push((of, told.unwrap_or(0), found.unwrap_or(0)));
             }
         }
-        match left_out.is_empty() {
-            true => check("", metadata.message_count, sum(self.counts.iter().copied())),
-            false => Ok(()),
+        if left_out.is_empty() {
+            let found = sum(self.counts.iter().copied());
+            counts.push((String::new(), metadata.message_count, found));
+        }
+        match counts.into_iter().find(|(_, told, found)| told != found) {
+            None => Ok(()),
+            Some((of, told, found)) => {
+                let hold = format!("{told}, but the bag's files hold {found}");
+                Err(BagError::invalid(
+                    file,
+                    format!("message_count{of} is {hold}"),
+                ))
+            }
         }
     }
 
@@ -291,31 +278,28 @@ impl BagReader {
     /// The bag's files in their order.
     pub fn files(&self) -> impl Iterator<Item = BagFile<'_>> {
         self.files.iter().map(|file| {
-            let OpenFile {
-                mcap,
-                channels,
-                repeated,
-            } = file;
+            let mcap = &file.mcap;
             let counts = mcap.contents.counts.iter();
-            let known = counts.filter(|(channel, _)| channels.contains_key(channel));
+            let known = counts.filter(|(channel, _)| file.channels.contains_key(channel));
             BagFile {
                 path: &mcap.source.path,
                 size: mcap.source.size,
                 chunks: &mcap.contents.chunks,
                 times: mcap.contents.times,
                 messages: sum(known.map(|(_, count)| *count)),
-                repeated: repeated.values().sum::<usize>() as u64,
+                repeated: file.repeated.values().sum::<usize>() as u64,
                 fault: mcap.fault.as_ref(),
             }
         })
     }
 
     /// Files that are not there, of a bag without `metadata.yaml`: the numbers in the names of the others have a gap there.
-    pub fn missing(&self) -> impl Iterator<Item = BagError> {
-        self.missing.iter().map(|file| {
-            let reason = "is not there, though the bag has files with a number before and after it";
-            BagError::invalid(&self.directory.join(file), reason)
-        })
+    pub fn missing(&self) -> Vec<BagError> {
+        let reason = "is not there, though the bag has files with a number before and after it";
+        let missing = self.missing.iter().map(|file| self.directory.join(file));
+        missing
+            .map(|file| BagError::invalid(&file, reason))
+            .collect()
     }
 
     /// First and last log time (ns), if the bag has messages.
@@ -330,17 +314,11 @@ impl BagReader {
     /// All messages in the order of their log times, without those repeated at the head of a further file; those of one
     /// log time in the order of the files.
     pub fn messages(&self) -> Messages<'_> {
-        self.messages_from(0)
+        self.messages_of(0, |_| true)
     }
 
-    /// The messages whose log time (ns) is not before `start`, as [`messages`](Self::messages) gives them; chunks before
-    /// it are not read.
-    pub fn messages_from(&self, start: u64) -> Messages<'_> {
-        self.messages_of(start, |_| true)
-    }
-
-    /// The messages from `start` (ns) on of the topics that are wanted, as [`messages`](Self::messages) gives them; chunks
-    /// that have none of them are not read. `wanted` is asked once about each topic, in the order of
+    /// The messages whose log time (ns) is not before `start` of the topics that are wanted, as [`messages`](Self::messages)
+    /// gives them; chunks that have none of them are not read. `wanted` is asked once about each topic, in the order of
     /// [`topics`](Self::topics).
     pub fn messages_of(&self, start: u64, wanted: impl FnMut(&Topic) -> bool) -> Messages<'_> {
         Messages::new(self, start, self.topics.iter().map(wanted).collect())

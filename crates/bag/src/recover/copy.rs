@@ -1,6 +1,6 @@
 //! Copies what is readable of a damaged file into the recovered bag.
 
-use std::{borrow::Cow, collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use mcap::records::{ChunkHeader, MessageHeader, Metadata, Record, op};
 use serde::Deserialize;
@@ -11,7 +11,7 @@ use super::{
     scan::{Piece, Scanner},
 };
 use crate::{
-    CUSTOM_DATA, Compression, REPEATED, RecoverError, Topic, TopicId,
+    CUSTOM_DATA, Compression, Damage, REPEATED, RecoverError, Topic, TopicId, WriteError,
     metadata::RECORD,
     read::{Contents, MAX_RECORD_LENGTH, Source, footer, schema, summary, topic, unpacked},
     record::{self, parse, records},
@@ -28,8 +28,7 @@ struct Described {
 
 struct Copy<'a> {
     source: &'a Source,
-    /// Directory of the recovered bag, and path of the file within the bag.
-    directory: &'a Path,
+    /// Path of the file within the bag.
     name: &'a Path,
     bag: &'a mut NewBag,
     file: RecoveredFile,
@@ -43,10 +42,32 @@ struct Copy<'a> {
     head_time: Option<u64>,
 }
 
+/// Why a record is not copied.
+enum Stop {
+    /// It is left out.
+    LeftOut(String),
+    /// The bag cannot be written on.
+    Failed(RecoverError),
+}
+
+impl From<Damage> for Stop {
+    fn from(Damage(reason): Damage) -> Self {
+        Self::LeftOut(reason)
+    }
+}
+
+impl From<WriteError> for Stop {
+    fn from(error: WriteError) -> Self {
+        match error {
+            WriteError::Refused(reason) => Self::LeftOut(reason),
+            error => Self::Failed(error.into()),
+        }
+    }
+}
+
 /// Copies a file into a bag. Its number of missing messages is, as yet, the number that it says to hold.
 pub(super) fn copy(
     source: &Source,
-    directory: &Path,
     name: &Path,
     bag: &mut NewBag,
 ) -> Result<RecoveredFile, RecoverError> {
@@ -62,7 +83,6 @@ pub(super) fn copy(
             ..RecoveredFile::default()
         },
         source,
-        directory,
         name,
         bag,
         definitions: summary.unwrap_or_default(),
@@ -93,7 +113,7 @@ pub(super) fn copy(
     }
     let channels: Vec<_> = copy.definitions.channels.keys().copied().collect();
     for channel in channels {
-        if let Err(reason) = copy.resolve(channel, 0) {
+        if let Err(Damage(reason)) = copy.resolve(channel, 0) {
             copy.leave_out(0, 0, reason);
         }
     }
@@ -120,7 +140,7 @@ impl Copy<'_> {
                     let is_checked = header.uncompressed_crc != 0;
                     self.record(opcode, &bytes[place], offset, is_checked)?;
                 }
-                Err(damage) => self.leave_out(offset, 0, damage.to_string()),
+                Err(Damage(reason)) => self.leave_out(offset, 0, reason),
             }
         }
         Ok(())
@@ -133,30 +153,24 @@ impl Copy<'_> {
         offset: u64,
         is_checked: bool,
     ) -> Result<(), RecoverError> {
-        let taken = match opcode {
-            op::MESSAGE => {
-                let kept = self.message(body, offset)?;
-                self.bag.unverified += u64::from(kept.is_ok() && !is_checked);
-                kept
-            }
-            op::SCHEMA | op::CHANNEL | op::METADATA => match parse(opcode, body) {
-                Ok(record) => {
-                    self.take(record, is_checked);
-                    Ok(())
-                }
-                Err(damage) => Err(damage.to_string()),
-            },
-            _ => Ok(()),
-        };
-        if let Err(reason) = taken {
-            self.leave_out(offset, body.len() as u64, reason);
+        match self.take(opcode, body, offset, is_checked) {
+            Ok(()) => {}
+            Err(Stop::LeftOut(reason)) => self.leave_out(offset, body.len() as u64, reason),
+            Err(Stop::Failed(error)) => return Err(error),
         }
         Ok(())
     }
 
-    /// Takes a definition or metadata.
-    fn take(&mut self, record: Record<'_>, is_checked: bool) {
-        match record {
+    fn take(&mut self, opcode: u8, body: &[u8], offset: u64, is_checked: bool) -> Result<(), Stop> {
+        if opcode == op::MESSAGE {
+            self.message(body, offset)?;
+            self.bag.unverified += u64::from(!is_checked);
+            return Ok(());
+        }
+        if ![op::SCHEMA, op::CHANNEL, op::METADATA].contains(&opcode) {
+            return Ok(());
+        }
+        match parse(opcode, body)? {
             Record::Schema { header, data } => {
                 let known = &mut self.definitions.schemas;
                 define(known, header.id, schema(header, data), is_checked);
@@ -169,7 +183,7 @@ impl Copy<'_> {
                 self.bag.custom = record.metadata;
             }
             Record::Metadata(record) if record.name == REPEATED && self.file.messages == 0 => {
-                self.repeated = record::repeated(record).unwrap_or_default();
+                self.repeated = record::repeated(record)?;
             }
             Record::Metadata(Metadata { name, metadata }) if name == RECORD.0 => {
                 let described = metadata.get(RECORD.1).map(|text| yaml::read(text));
@@ -182,55 +196,43 @@ impl Copy<'_> {
             }
             _ => {}
         }
+        Ok(())
     }
 
-    /// Copies a message; the inner error says why it cannot be kept.
-    fn message(&mut self, body: &[u8], offset: u64) -> Result<Result<(), String>, RecoverError> {
-        let (header, data) = match self.read(body, offset) {
-            Ok(message) => message,
-            Err(reason) => return Ok(Err(reason)),
-        };
-        if self.is_repeated(&header, &data) {
-            self.file.messages += 1;
-            return Ok(Ok(()));
-        }
-        if !self.file.kept {
-            let compression = self.compression.unwrap_or_default();
-            self.bag.begin(self.directory, self.name, compression)?;
-            self.file.kept = true;
-        }
-        let Some((topic, id)) = self.topics.get_mut(&header.channel_id) else {
-            return Ok(Ok(()));
-        };
-        let written = self.bag.write(topic, id, &header, &data)?;
-        self.file.messages += u64::from(written.is_ok());
-        Ok(written)
-    }
-
-    fn read<'b>(
-        &mut self,
-        body: &'b [u8],
-        offset: u64,
-    ) -> Result<(MessageHeader, Cow<'b, [u8]>), String> {
+    fn message(&mut self, body: &[u8], offset: u64) -> Result<(), Stop> {
         if body.len() > MAX_RECORD_LENGTH {
-            return Err(format!("a message of more than {MAX_RECORD_LENGTH} bytes"));
+            let reason = format!("a message of more than {MAX_RECORD_LENGTH} bytes");
+            return Err(Stop::LeftOut(reason));
         }
-        let (header, data) = record::message(body).map_err(|damage| damage.to_string())?;
-        let data = unpacked(data).map_err(|damage| damage.to_string())?;
+        let (header, data) = record::message(body)?;
+        let data = unpacked(data)?;
         self.resolve(header.channel_id, offset)?;
-        Ok((header, data))
+        if !self.is_repeated(&header, &data) {
+            if !self.file.kept {
+                let compression = self.compression.unwrap_or_default();
+                let begun = self.bag.begin(self.name, compression);
+                begun.map_err(Stop::Failed)?;
+                self.file.kept = true;
+            }
+            if let Some((topic, id)) = self.topics.get_mut(&header.channel_id) {
+                self.bag.write(topic, id, &header, &data)?;
+            }
+        }
+        self.file.messages += 1;
+        Ok(())
     }
 
     /// Makes the topic of a channel known, or says why its messages cannot be kept.
-    fn resolve(&mut self, id: u16, offset: u64) -> Result<(), String> {
+    fn resolve(&mut self, id: u16, offset: u64) -> Result<(), Damage> {
         if self.topics.contains_key(&id) {
             return Ok(());
         }
         let Some(channel) = self.definitions.channels.get(&id) else {
-            return Err(format!("the definition of channel {id} is lost"));
+            return Err(Damage(format!("the definition of channel {id} is lost")));
         };
         let found = topic(&self.source.path, channel, &self.definitions.schemas);
-        let (topic, fault) = found.map_err(|topic| format!("{}: {}", topic.name, topic.reason))?;
+        let (topic, fault) =
+            found.map_err(|topic| Damage(format!("{}: {}", topic.name, topic.reason)))?;
         if let Some(fault) = fault {
             self.leave_out(offset, 0, fault.to_string());
         }

@@ -12,7 +12,7 @@ pub use in_place::recover_in_place;
 pub use report::{LeftOut, RecoveredFile, Recovery};
 
 use crate::{
-    BagError, Compression, METADATA_FILE, NewDirectory, RecoverError,
+    BagError, Compression, METADATA_FILE, NewDirectory, RecoverError, WriteError,
     metadata::Metadata,
     read::{Listing, Source, natural},
     times::sum,
@@ -117,7 +117,10 @@ impl Damaged {
 
     /// Makes a bag of it in the directory `output`; the files of that.
     fn copy(self, bag: &Path, output: &Path) -> Result<(Recovery, Vec<PathBuf>), RecoverError> {
-        let mut new = NewBag::default();
+        let mut new = NewBag {
+            directory: output.to_owned(),
+            ..NewBag::default()
+        };
         let metadata = self.metadata.as_ref().ok();
         let told = metadata.map(Metadata::file_counts).unwrap_or_default();
         let mut files = Vec::new();
@@ -125,7 +128,7 @@ impl Damaged {
         for name in &self.files {
             let path = self.directory.join(name);
             let mut file = if path.exists() {
-                copy::copy(&open(&path)?, output, name, &mut new)?
+                copy::copy(&open(&path)?, name, &mut new)?
             } else {
                 RecoveredFile {
                     path,
@@ -152,14 +155,20 @@ impl Damaged {
             && let Some(first) = self.files.first()
         {
             // A bag has at least one file.
-            new.begin(output, first, Compression::default())?;
+            new.begin(first, Compression::default())?;
         }
-        let (unverified, recorded) = (new.unverified, std::mem::take(&mut new.custom));
-        let Some(writer) = new.finish()? else {
+        let Some(mut writer) = new.writer else {
             return Ok((Recovery::default(), Vec::new()));
         };
+        for topic in &new.silent {
+            match writer.add_topic(topic) {
+                // The bag has it under another type.
+                Ok(_) | Err(WriteError::Refused(_)) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
         let metadata_rebuilt = self.metadata.as_ref().err().cloned();
-        let mut custom = self.metadata.map_or(recorded, Metadata::into_custom);
+        let mut custom = self.metadata.map_or(new.custom, Metadata::into_custom);
         custom.insert(RECOVERED.to_owned(), "true".to_owned());
         if let Some(missing @ 1..) = missing {
             let before = custom.get(MISSING).and_then(|count| count.parse().ok());
@@ -173,7 +182,7 @@ impl Damaged {
             repeated: summary.repeated,
             missing,
             times: summary.times,
-            unverified,
+            unverified: new.unverified,
             metadata_rebuilt,
             files,
         };

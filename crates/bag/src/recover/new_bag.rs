@@ -3,28 +3,29 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use mcap::records::MessageHeader;
 
-use crate::{BagOptions, BagWriter, Compression, Durability, RecoverError, Topic, TopicId};
+use crate::{BagOptions, BagWriter, Compression, RecoverError, Topic, TopicId, WriteError};
 
 /// Largest number of latched messages that are remembered.
 const MOST: usize = 1 << 20;
 
 /// What identifies a latched message wherever it stands: topic, publish time, sequence number, length and checksum.
-type Identity = (String, u64, u32, usize, u32);
+pub(super) type Identity = (String, u64, u32, usize, u32);
 
 /// The recovered bag, as far as it has come.
 #[derive(Default)]
 pub(super) struct NewBag {
+    pub directory: PathBuf,
     /// `None` before the first message.
-    writer: Option<BagWriter>,
+    pub writer: Option<BagWriter>,
     /// Topics without messages.
     pub silent: Vec<Topic>,
     /// The messages of latched topics that it holds.
-    known: BTreeSet<Identity>,
+    pub known: BTreeSet<Identity>,
     /// Number of messages that no checksum covers.
     pub unverified: u64,
     /// The last custom data that a file holds.
@@ -33,13 +34,8 @@ pub(super) struct NewBag {
 
 impl NewBag {
     /// Begins a file; the first one begins the bag.
-    pub fn begin(
-        &mut self,
-        directory: &Path,
-        name: &Path,
-        compression: Compression,
-    ) -> Result<(), RecoverError> {
-        let path = directory.join(name);
+    pub fn begin(&mut self, name: &Path, compression: Compression) -> Result<(), RecoverError> {
+        let path = self.directory.join(name);
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
         }
@@ -52,7 +48,7 @@ impl NewBag {
             compression,
             ..BagOptions::default()
         };
-        let writer = BagWriter::open(directory, "recovered", name, options, false)?;
+        let writer = BagWriter::open(&self.directory, "recovered", name, options, false)?;
         self.writer = Some(writer);
         Ok(())
     }
@@ -62,60 +58,32 @@ impl NewBag {
         self.known.contains(&identity(topic, header, data))
     }
 
-    /// Writes a message; the inner error says why it cannot be taken.
+    /// Writes a message into the file that was begun.
     pub fn write(
         &mut self,
         topic: &Topic,
         id: &mut Option<TopicId>,
         header: &MessageHeader,
         data: &[u8],
-    ) -> Result<Result<(), String>, RecoverError> {
+    ) -> Result<(), WriteError> {
         let Some(writer) = &mut self.writer else {
-            return Ok(Err("no file is begun".to_owned()));
+            return Ok(());
         };
-        let mut write = || {
-            let id = match *id {
-                Some(id) => id,
-                None => *id.insert(writer.add_topic(topic)?),
-            };
-            let (log_time, publish_time) = (header.log_time, header.publish_time);
-            writer.write(id, log_time, publish_time, header.sequence, data)
+        let id = match *id {
+            Some(id) => id,
+            None => *id.insert(writer.add_topic(topic)?),
         };
-        match write() {
-            Ok(()) => {}
-            Err(error) if writer.is_ended() => return Err(error.into()),
-            Err(error) => return Ok(Err(error.to_string())),
-        }
-        if topic.qos.durability == Durability::TransientLocal && self.known.len() < MOST {
+        let (log_time, publish_time) = (header.log_time, header.publish_time);
+        writer.write(id, log_time, publish_time, header.sequence, data)?;
+        if topic.qos.durable && self.known.len() < MOST {
             self.known.insert(identity(topic, header, data));
         }
-        Ok(Ok(()))
-    }
-
-    /// The writer, for the end of the bag; with the topics without messages.
-    pub fn finish(self) -> Result<Option<BagWriter>, RecoverError> {
-        let Some(mut writer) = self.writer else {
-            return Ok(None);
-        };
-        for topic in &self.silent {
-            match writer.add_topic(topic) {
-                Err(error) if writer.is_ended() => return Err(error.into()),
-                // The bag has it under another type.
-                _ => {}
-            }
-        }
-        Ok(Some(writer))
+        Ok(())
     }
 }
 
 fn identity(topic: &Topic, header: &MessageHeader, data: &[u8]) -> Identity {
-    let checksum = crc32fast::hash(data);
+    let (name, checksum) = (topic.name.clone(), crc32fast::hash(data));
     let (publish_time, sequence) = (header.publish_time, header.sequence);
-    (
-        topic.name.clone(),
-        publish_time,
-        sequence,
-        data.len(),
-        checksum,
-    )
+    (name, publish_time, sequence, data.len(), checksum)
 }

@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    fmt,
     io::{self, ErrorKind},
     iter,
     path::PathBuf,
@@ -24,16 +23,7 @@ pub(crate) type LastWords =
     Box<dyn FnMut(&mut BTreeMap<String, u64>) -> BTreeMap<String, String> + Send>;
 
 /// What went wrong where.
-pub(crate) struct Fault {
-    pub path: PathBuf,
-    pub source: io::Error,
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}: {}", self.path.display(), self.source)
-    }
-}
+pub(crate) type Fault = (PathBuf, io::Error);
 
 impl BagWriter {
     /// Has `last_words` called when the bag is to be closed after an error, at least once, and again each time that room was
@@ -58,7 +48,7 @@ impl BagWriter {
         if is_last {
             let path = self.directory.join(METADATA_FILE);
             let written = self.metadata().and_then(|metadata| metadata.write(&path));
-            written.map_err(|source| Fault { path, source })?;
+            written.map_err(|source| (path, source))?;
         }
         if let Some(file) = self.file.take() {
             let description = self.describe(&file);
@@ -78,14 +68,14 @@ impl BagWriter {
     pub(crate) fn fail(&mut self, fault: Fault) -> WriteError {
         let rest = self.salvage(&fault);
         self.file = None;
-        let Fault { path, source } = fault;
+        let (path, source) = fault;
         WriteError::Failed { path, source, rest }
     }
 
     /// The same after an error of the file that is being written.
     pub(crate) fn fail_on_file(&mut self, source: io::Error) -> WriteError {
         let path = self.path();
-        self.fail(Fault { path, source })
+        self.fail((path, source))
     }
 
     fn salvage(&mut self, fault: &Fault) -> Rest {
@@ -130,10 +120,7 @@ impl BagWriter {
             let texts = BTreeMap::from([(key.to_owned(), text)]);
             file.close(name, texts)
         });
-        ended.map_err(|source| Fault {
-            path: file.path.clone(),
-            source,
-        })
+        ended.map_err(|source| (file.path.clone(), source))
     }
 
     /// The topics with the numbers of their messages in the chunks written of the present file.
@@ -199,7 +186,9 @@ impl BagWriter {
         self.custom.extend(counts);
         let lost = unwritten.values().sum::<u64>();
         self.custom.insert(UNWRITTEN.to_owned(), lost.to_string());
-        self.custom.insert(ERROR.to_owned(), fault.to_string());
+        let (path, error) = fault;
+        let error = format!("{}: {error}", path.display());
+        self.custom.insert(ERROR.to_owned(), error);
         lost
     }
 

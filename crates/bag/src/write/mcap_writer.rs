@@ -29,18 +29,16 @@ use crate::{
 /// Size of chunks (bytes), before compression. Larger messages are chunks of their own.
 pub(crate) const CHUNK: u64 = 1 << 20;
 
-/// Memory of the entry of a chunk in the index, and of each of its channels.
+/// Memory of the entry of a chunk in the index, and of each of its channels; more than they take in the file.
 const INDEX: usize = 160;
 const INDEXED_CHANNEL: usize = 40;
 
 /// More bytes than any record but a message takes without its texts, lists and data.
 const RECORD: u64 = 160;
 
-/// Bytes of a message's entry in the index of its chunk, and of what a channel adds to a chunk: the head of that index and
-/// an entry in the index of the chunk.
+/// Bytes of a message's entry in the index of its chunk, and at most of what a channel adds to a chunk.
 const MESSAGE_ENTRY: u64 = 8 + 8;
-const INDEX_HEAD: u64 = PREFIX as u64 + 2 + 4;
-const CHANNEL_ENTRY: u64 = 2 + 8;
+const CHANNEL_ENTRY: u64 = 64;
 
 /// Bytes of the end of the data, statistics, summary offsets, footer and magic, and of a chunk without its records.
 const END: u64 = 2048;
@@ -61,14 +59,13 @@ pub(crate) struct McapWriter {
     /// The part of `taken` that is written, and the length of the file with it.
     written: Content,
     length: u64,
-    chunks: usize,
     /// Memory of the index of the file (bytes).
     pub index_memory: usize,
-    /// Bytes of the messages in the chunk that is being filled, and at most of all its records and what they add to the end.
+    /// Bytes of the messages in the chunk that is being filled, and at most of its other records and its index.
     messages: u64,
-    chunk: u64,
-    /// Bytes at most of the end of the file, by what is written.
-    end: u64,
+    others: u64,
+    /// Bytes at most of the definitions in the summary.
+    definitions: u64,
     /// Bytes at most of the description of the bag, which is written into the file and beside it.
     pub description: u64,
 }
@@ -107,11 +104,10 @@ impl McapWriter {
             taken: Content::default(),
             written: Content::default(),
             length: 0,
-            chunks: 0,
             index_memory: 0,
             messages: 0,
-            chunk: 0,
-            end: END,
+            others: 0,
+            definitions: 0,
             description,
         };
         let begun = writer.begin(compression);
@@ -146,15 +142,12 @@ impl McapWriter {
 
     /// Adds a topic under the id of its channel. Adding it again has no effect.
     pub fn add_topic(&mut self, channel: u16, topic: &Topic, qos: &str) -> io::Result<()> {
-        let Topic {
-            name,
-            type_name,
-            type_hash,
-            definition,
-            definition_encoding,
-            ..
-        } = topic;
-        let texts = [type_name, definition_encoding, definition];
+        let (name, hash) = (&topic.name, &topic.type_hash);
+        let texts = [
+            &topic.type_name,
+            &topic.definition_encoding,
+            &topic.definition,
+        ];
         let mut hasher = crc32fast::Hasher::new();
         for text in texts {
             hasher.update(text.as_bytes());
@@ -162,14 +155,15 @@ impl McapWriter {
         if self.schemas.insert(hasher.finalize()) {
             self.define(texts.map(String::len).iter().sum());
         }
-        self.define(name.len() + qos.len() + type_hash.len());
+        self.define(name.len() + qos.len() + hash.len());
         self.hold()?;
         let metadata = BTreeMap::from([
             (channel_key::QOS.to_owned(), qos.to_owned()),
-            (channel_key::TYPE_HASH.to_owned(), type_hash.clone()),
+            (channel_key::TYPE_HASH.to_owned(), hash.clone()),
         ]);
         self.with(|mcap| {
-            let schema = mcap.add_schema(type_name, definition_encoding, definition.as_bytes())?;
+            let [type_name, encoding, definition] = texts;
+            let schema = mcap.add_schema(type_name, encoding, definition.as_bytes())?;
             mcap.add_channel_with_id(channel, schema, name, SERIALIZATION_FORMAT, &metadata)
         })?;
         let channels = self.taken.counts.len().max(channel.into());
@@ -180,8 +174,8 @@ impl McapWriter {
     /// Makes room for a definition, which is in a chunk and in the summary.
     fn define(&mut self, texts: usize) {
         let bytes = RECORD + texts as u64;
-        self.chunk += bytes;
-        self.end += bytes;
+        self.others += bytes;
+        self.definitions += bytes;
     }
 
     pub fn write(&mut self, header: &MessageHeader, data: &[u8]) -> io::Result<()> {
@@ -190,9 +184,9 @@ impl McapWriter {
             self.flush()?;
         }
         self.messages += message;
-        self.chunk += message + MESSAGE_ENTRY;
+        self.others += MESSAGE_ENTRY;
         if self.channels.insert(header.channel_id) {
-            self.chunk += INDEX_HEAD + CHANNEL_ENTRY;
+            self.others += CHANNEL_ENTRY;
         }
         self.hold()?;
         self.with(|mcap| mcap.write_to_known_channel(header, data))?;
@@ -204,8 +198,9 @@ impl McapWriter {
     /// Makes sure that the file can be completed.
     fn hold(&mut self) -> io::Result<()> {
         // lz4 and zstd add less than a 128th to what they cannot compress.
-        let chunk = self.chunk + self.chunk / 128;
-        let bytes = chunk + self.end + 2 * (RECORD + self.description);
+        let chunk = self.messages + self.others;
+        let index = self.definitions + self.index_memory as u64;
+        let bytes = chunk + chunk / 128 + index + END + 2 * self.description;
         self.reserve.hold(self.length, bytes)
     }
 
@@ -221,13 +216,11 @@ impl McapWriter {
     fn flush(&mut self) -> io::Result<()> {
         self.with(Writer::flush)?;
         self.length = (&*self.reserve.file).stream_position()?;
-        if self.chunk > 0 {
+        if self.messages + self.others > 0 {
             let channels = std::mem::take(&mut self.channels).len();
             self.index_memory += INDEX + INDEXED_CHANNEL * channels;
-            self.chunks += usize::from(channels > 0);
-            self.end += RECORD + CHANNEL_ENTRY * channels as u64;
             self.messages = 0;
-            self.chunk = 0;
+            self.others = 0;
             self.written.clone_from(&self.taken);
         }
         Ok(())
@@ -243,11 +236,10 @@ impl McapWriter {
             .iter()
             .map(|(key, value)| 8 + key.len() + value.len());
         let record = RECORD + texts.sum::<usize>() as u64;
-        self.chunk += record;
-        self.end += RECORD;
-        self.hold()?;
-        self.chunk -= record;
         self.index_memory += INDEX;
+        self.others += record;
+        self.hold()?;
+        self.others -= record;
         let name = name.to_owned();
         let record = Metadata { name, metadata };
         self.with(|mcap| mcap.write_metadata(&record))?;
@@ -279,7 +271,7 @@ impl McapWriter {
 
     /// Bytes of the file so far, if it has a chunk.
     pub fn size(&self) -> u64 {
-        if self.chunks == 0 { 0 } else { self.length }
+        self.written.times.map_or(0, |_| self.length)
     }
 
     /// The messages in the chunks written.

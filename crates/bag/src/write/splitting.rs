@@ -2,10 +2,8 @@
 
 use std::{collections::BTreeMap, io, time::Duration};
 
-use mcap::records::MessageHeader;
-
 use super::{
-    BagOptions, BagWriter,
+    BagWriter,
     closing::Fault,
     mcap_writer::{CHUNK, McapWriter},
 };
@@ -38,17 +36,14 @@ impl BagWriter {
 
     /// Whether a message of this log time belongs into the next file.
     pub(crate) fn is_full(&mut self, log_time: u64) -> Result<bool, WriteError> {
-        let BagOptions {
-            max_bytes,
-            max_duration,
-            ..
-        } = self.options;
-        let (max_index, begin) = (self.max_index, self.begin);
+        let (options, max_index, begin) = (self.options, self.max_index, self.begin);
         let file = self.file()?;
         Ok(begin.is_some_and(|begin| {
             let elapsed = Duration::from_nanos(log_time.saturating_sub(begin));
-            max_duration.is_some_and(|most| elapsed > most)
-                || max_bytes.is_some_and(|most| file.size() >= most.get())
+            options.max_duration.is_some_and(|most| elapsed > most)
+                || options
+                    .max_bytes
+                    .is_some_and(|most| file.size() >= most.get())
                 || file.index_memory >= max_index
         }))
     }
@@ -84,15 +79,11 @@ impl BagWriter {
             let qos = topic.qos.to_yaml().map_err(io::Error::other)?;
             file.add_topic(recorded.channel, topic, &qos)?;
         }
-        for (topic, recorded) in self.topics.iter().enumerate() {
-            for message in self.latched.messages(topic) {
-                let header = MessageHeader {
-                    channel_id: recorded.channel,
-                    sequence: message.sequence,
-                    log_time,
-                    publish_time: message.publish_time,
-                };
-                file.write(&header, &message.data)?;
+        for topic in 0..self.topics.len() {
+            for (kept, data) in self.latched.messages(topic) {
+                let mut header = *kept;
+                header.log_time = log_time;
+                file.write(&header, data)?;
             }
         }
         Ok(())
@@ -101,50 +92,13 @@ impl BagWriter {
     /// Makes the next file, without its topics.
     pub(crate) fn open_file(&mut self) -> Result<(), Fault> {
         let path = self.path();
-        let BagOptions {
-            compression,
-            max_bytes,
-            ..
-        } = self.options;
+        let (compression, max_bytes) = (self.options.compression, self.options.max_bytes);
         let chunk = max_bytes.map_or(CHUNK, |most| CHUNK.min(most.get() / 8).max(1 << 10));
         let (description, reserves) = (self.description(), self.reserves);
         let file = McapWriter::create(path.clone(), compression, chunk, description, reserves);
-        self.file = Some(file.map_err(|source| Fault { path, source })?);
+        self.file = Some(file.map_err(|source| (path, source))?);
         self.repeated.fill(0);
         self.flushed.clear();
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Topic;
-
-    /// However many chunks are flushed, the index of a file takes no more memory than is allowed.
-    #[test]
-    fn the_memory_of_indexes_is_bounded() {
-        let folder = tempfile::tempdir().unwrap();
-        let directory = folder.path().join("run");
-        let mut writer = BagWriter::create(&directory, BagOptions::default()).unwrap();
-        writer.max_index = 2_000;
-        let topic = Topic {
-            name: "/a".to_owned(),
-            type_name: "std_msgs/msg/Empty".to_owned(),
-            type_hash: String::new(),
-            definition: String::new(),
-            definition_encoding: crate::ROS2MSG.to_owned(),
-            qos: crate::Qos::default(),
-        };
-        let topic = writer.add_topic(&topic).unwrap();
-        for time in 0..100 {
-            writer.write(topic, time, time, 0, &[]).unwrap();
-            writer.flush().unwrap();
-            let index = writer.file().unwrap().index_memory;
-            assert!(index < 2_000 + 200, "{index}");
-        }
-        let summary = writer.finish(BTreeMap::new()).unwrap();
-        assert!((3..20).contains(&summary.files.len()));
-        assert_eq!(summary.messages["/a"], 100);
     }
 }

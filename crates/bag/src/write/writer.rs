@@ -8,8 +8,8 @@ use mcap::records::MessageHeader;
 
 use super::{
     BagOptions, BagSummary,
-    closing::{Fault, LastWords, described},
-    latched::{Kept, Latched},
+    closing::{LastWords, described},
+    latched::Latched,
     mcap_writer::McapWriter,
 };
 use crate::{
@@ -152,7 +152,7 @@ impl BagWriter {
             last_words: None,
         };
         let opened = writer.open_file();
-        opened.map_err(|Fault { path, source }| WriteError::Io(path, source))?;
+        opened.map_err(|(path, source)| WriteError::Io(path, source))?;
         Ok(writer)
     }
 
@@ -179,18 +179,13 @@ impl BagWriter {
                 return Ok(TopicId(index));
             }
             let of = |topic: &Topic| format!("{} ({})", topic.type_name, topic.type_hash);
-            let (known, new) = (of(known), of(topic));
-            let reason = format!(
-                "topic {} has type {known}, cannot also have {new}",
-                topic.name
-            );
+            let (name, known, new) = (&topic.name, of(known), of(topic));
+            let reason = format!("topic {name} has type {known}, cannot also have {new}");
             return Err(WriteError::Refused(reason));
         }
         let refused = |reason| WriteError::Refused(format!("topic {}: {reason}", topic.name));
-        let qos = topic
-            .qos
-            .to_yaml()
-            .map_err(|error| refused(error.to_string()))?;
+        let qos = topic.qos.to_yaml();
+        let qos = qos.map_err(|error| refused(error.to_string()))?;
         let channel = u16::try_from(self.topics.len() + 1)
             .map_err(|_| refused("a bag has at most 65535 topics".to_owned()))?;
         self.file()?;
@@ -249,13 +244,11 @@ impl BagWriter {
             return Err(WriteError::Refused(reason));
         };
         if cdr.len() > MAX_MESSAGE {
-            let (topic, length) = (&recorded.topic.name, cdr.len());
-            let reason = format!("has {length} bytes, expected at most {MAX_MESSAGE}");
-            return Err(WriteError::Refused(format!(
-                "a message of {topic} {reason}"
-            )));
+            let expected = format!("{} bytes, expected at most {MAX_MESSAGE}", cdr.len());
+            let reason = format!("a message of {} has {expected}", recorded.topic.name);
+            return Err(WriteError::Refused(reason));
         }
-        let channel = recorded.channel;
+        let channel_id = recorded.channel;
         if self.is_full(log_time)? {
             self.split()?;
         }
@@ -263,7 +256,7 @@ impl BagWriter {
             self.begin(log_time)?;
         }
         let header = MessageHeader {
-            channel_id: channel,
+            channel_id,
             sequence,
             log_time,
             publish_time,
@@ -273,14 +266,7 @@ impl BagWriter {
         }
         self.topics[topic.0].taken += 1;
         widen(&mut self.times, log_time);
-        if self.latched.keeps(topic.0) {
-            let kept = Kept {
-                publish_time,
-                sequence,
-                data: cdr.to_vec(),
-            };
-            self.latched.push(topic.0, publisher, kept);
-        }
+        self.latched.push(topic.0, publisher, &header, cdr);
         Ok(())
     }
 

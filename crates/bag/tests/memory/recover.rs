@@ -12,8 +12,8 @@ use std::{
 
 use common::{Read, chunks, payload, random, read_all, topic};
 use lgvi_bag::{
-    BagError, BagOptions, BagReader, BagWriter, Compression, Durability, Qos, RecoverError,
-    Recovery, recover, recover_in_place,
+    BagError, BagOptions, BagReader, BagWriter, Compression, Qos, RecoverError, Recovery, recover,
+    recover_in_place,
 };
 use tempfile::TempDir;
 
@@ -32,7 +32,7 @@ fn step(compression: Compression) -> usize {
 
 fn latched() -> Qos {
     Qos {
-        durability: Durability::TransientLocal,
+        durable: true,
         depth: 2,
         ..Qos::default()
     }

@@ -3,7 +3,7 @@
 use std::{borrow::Cow, collections::BTreeMap, fs, path::Path};
 
 use crate::common::{Read, payload, random, read_all, topic};
-use lgvi_bag::{BagError, BagReader, Durability, Qos, Reliability};
+use lgvi_bag::{BagError, BagReader, Qos};
 use mcap::{
     Attachment, Compression, WriteOptions,
     records::{MessageHeader, Metadata},
@@ -166,7 +166,7 @@ fn every_layout_gives_the_same_messages() {
                 );
             }
 
-            let from = bag.messages_from(600).map(Result::unwrap);
+            let from = bag.messages_of(600, |_| true).map(Result::unwrap);
             let later = expected(ascending)
                 .into_iter()
                 .filter(|message| message.log_time >= 600);
@@ -281,15 +281,12 @@ fn publishers_of_one_topic_have_the_strongest_quality_of_service_together() {
     let strongest = |path: &Path| {
         let bag = BagReader::open(path).unwrap();
         let Qos {
-            reliability,
-            durability,
+            reliable,
+            durable,
             depth,
             ..
         } = bag.topics()[0].qos;
-        assert_eq!(
-            (reliability, durability, depth),
-            (Reliability::Reliable, Durability::TransientLocal, 7)
-        );
+        assert_eq!((reliable, durable, depth), (true, true, 7));
     };
     let both = folder.path().join("0.mcap");
     one_message(&both, 0, &(reliable.clone() + &latched), "ros2msg");
@@ -432,7 +429,8 @@ fn what_is_readable_of_a_damaged_bag() {
         let mut most = 0;
         for length in (0..whole.len()).step_by(whole.len() / 50) {
             fs::write(&path, &whole[..length]).unwrap();
-            assert!(matches!(read_all(&path), Err(BagError::Truncated { .. })));
+            let error = read_all(&path).unwrap_err().to_string();
+            assert!(error.contains("truncated: expected"), "{error}");
             let Ok((bag, faults)) = BagReader::open_damaged(&path) else {
                 assert!(length < 100, "nothing of {length} bytes");
                 continue;
@@ -440,13 +438,7 @@ fn what_is_readable_of_a_damaged_bag() {
             assert!(faults.is_empty());
             let file = bag.files().next().unwrap();
             let fault = file.fault;
-            assert!(
-                matches!(
-                    fault,
-                    Some(BagError::Truncated { .. } | BagError::Damaged { .. })
-                ),
-                "{fault:?}"
-            );
+            assert!(matches!(fault, Some(BagError::Damaged { .. })), "{fault:?}");
             let sequences: Vec<_> = bag.messages().map(|m| m.unwrap().sequence).collect();
             let count = sequences.len() as u32;
             assert!(sequences.into_iter().eq(0..count));

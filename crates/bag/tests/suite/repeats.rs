@@ -143,7 +143,7 @@ fn repeated_messages_are_given_out_once() {
         // From a time on, at which the repeated ones are logged.
         let bag = BagReader::open(&directory).unwrap();
         let later = bag
-            .messages_from(20)
+            .messages_of(20, |_| true)
             .map(|message| message.unwrap().sequence);
         assert_eq!(later.collect::<Vec<_>>(), [1, 2, 3]);
     }

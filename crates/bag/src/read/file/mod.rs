@@ -45,7 +45,7 @@ const MAGIC_LENGTH: u64 = MAGIC.len() as u64;
 pub(crate) struct McapFile {
     pub source: Source,
     pub contents: Contents,
-    /// What is wrong with the rest of the file, of one that is opened in spite of that.
+    /// What is wrong with the rest of the file.
     pub fault: Option<BagError>,
 }
 
@@ -58,33 +58,22 @@ pub(crate) struct Repeated {
 }
 
 impl McapFile {
-    /// Reads header and summary; the whole file, once, if it has none that tells of all messages.
+    /// Reads header and summary; the whole file, once and up to its first fault, if it has none that tells of all messages.
     pub fn open(path: &Path) -> Result<Self, BagError> {
         let source = Source::open(path)?;
         check_header(&source)?;
-        let contents = match summary(&source)? {
-            Some(contents) => contents,
-            None => match scan::scan(&source) {
-                (_, Some(fault)) => return Err(fault),
-                (contents, None) => contents,
-            },
+        let (contents, fault) = match summary(&source) {
+            Ok(Some(contents)) => (contents, None),
+            Ok(None) => scan::scan(&source),
+            Err(fault) => {
+                let (contents, found) = scan::scan(&source);
+                (contents, Some(found.unwrap_or(fault)))
+            }
         };
         Ok(Self {
             source,
             contents,
-            fault: None,
-        })
-    }
-
-    /// Reads a file that cannot be opened up to its first fault.
-    pub fn open_damaged(path: &Path, unopened: BagError) -> Result<Self, BagError> {
-        let source = Source::open(path)?;
-        check_header(&source)?;
-        let (contents, fault) = scan::scan(&source);
-        Ok(Self {
-            source,
-            contents,
-            fault: Some(fault.unwrap_or(unopened)),
+            fault,
         })
     }
 

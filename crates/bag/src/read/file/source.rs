@@ -1,7 +1,7 @@
 //! Bytes of one file, and errors that name it.
 
 use std::{
-    fs::{File, TryLockError},
+    fs::{self, File, TryLockError},
     io::{self, ErrorKind, Read},
     ops::ControlFlow,
     os::unix::fs::FileExt,
@@ -18,7 +18,6 @@ use crate::{
     BagError, Damage,
     error::limited,
     record::{self, PREFIX},
-    regular,
 };
 
 /// First bytes of a zstd frame, and of no CDR message: there is no such encapsulation.
@@ -50,14 +49,11 @@ pub(crate) struct Source {
 impl Source {
     /// Opens a file that starts as MCAP files do.
     pub fn open(path: &Path) -> Result<Self, BagError> {
-        let io_error = BagError::io(path);
-        let mut source = Self {
-            path: path.to_owned(),
-            size: regular::length(path).map_err(&io_error)?,
-            open: None,
-        };
+        let mut source = Self::open_damaged(path)?;
+        // Bags may have more files than a process may have open.
+        source.open = None;
         if source.bytes(0, MAGIC_LENGTH)?.starts_with(ZSTD_MAGIC) {
-            source.unpack().map_err(&io_error)?;
+            source.unpack().map_err(BagError::io(path))?;
         }
         source.refuse_other()?;
         let head = source.bytes(0, MAGIC_LENGTH)?;
@@ -65,7 +61,7 @@ impl Source {
             return Ok(source);
         }
         Err(if MAGIC.starts_with(&head) {
-            source.truncated("the MCAP magic", 0, head)
+            source.truncated("the MCAP magic", 0, &head)
         } else {
             let expected = "a bag: a directory with metadata.yaml, or an MCAP file";
             BagError::invalid(
@@ -77,11 +73,16 @@ impl Source {
 
     /// Opens a file whatever is in it, which stays open.
     pub fn open_damaged(path: &Path) -> Result<Self, BagError> {
-        let open = || Ok((regular::length(path)?, File::open(path)?));
-        let (size, file) = open().map_err(BagError::io(path))?;
+        let metadata = fs::metadata(path).map_err(BagError::io(path))?;
+        // Pipes and devices are waited for or never end.
+        if !metadata.is_file() {
+            let error = io::Error::new(ErrorKind::InvalidInput, "is not a regular file");
+            return Err(BagError::io(path)(error));
+        }
+        let file = File::open(path).map_err(BagError::io(path))?;
         Ok(Self {
             path: path.to_owned(),
-            size,
+            size: metadata.len(),
             open: Some(file),
         })
     }
@@ -132,16 +133,16 @@ impl Source {
 
     /// Operation code and body of the record at `offset`, of at most `limit` bytes.
     pub fn record(&self, offset: u64, limit: usize) -> Result<(u8, Vec<u8>), BagError> {
-        let cut = |found| self.truncated("a whole record", offset, found);
+        let cut = |found: &[u8]| self.truncated("a whole record", offset, found);
         let head = self.bytes(offset, PREFIX as u64)?;
         let Some((opcode, length)) = record::prefix(&head) else {
-            return Err(cut(head));
+            return Err(cut(&head));
         };
         limited(opcode, length, limit).map_err(|damage| self.damaged(offset, damage))?;
         let body = self.bytes(offset + PREFIX as u64, length)?;
         match body.len() as u64 == length {
             true => Ok((opcode, body)),
-            false => Err(cut(head)),
+            false => Err(cut(&head)),
         }
     }
 
@@ -178,7 +179,7 @@ impl Source {
                 }
                 Err(McapError::UnexpectedEof) => {
                     let found = self.bytes(offset, PREFIX as u64)?;
-                    return Err(self.truncated("a whole record", offset, found));
+                    return Err(self.truncated("a whole record", offset, &found));
                 }
                 Err(error) => return Err(self.damaged(offset, error.into())),
             }
@@ -194,13 +195,11 @@ impl Source {
         }
     }
 
-    pub fn truncated(&self, expected: &'static str, offset: u64, found: Vec<u8>) -> BagError {
-        BagError::Truncated {
-            file: self.path.clone(),
-            expected,
-            offset,
-            found,
-            size: self.size,
-        }
+    /// For a file that is cut off.
+    pub fn truncated(&self, expected: &str, offset: u64, found: &[u8]) -> BagError {
+        let found = format!("found {found:02x?} at the end of {} bytes", self.size);
+        let text =
+            format!("truncated: expected {expected}, {found}; what is readable: lgvi recover");
+        self.damaged(offset, Damage(text))
     }
 }

@@ -35,7 +35,7 @@ pub(crate) fn footer(source: &Source) -> Result<Footer, BagError> {
     {
         return Ok(footer);
     }
-    Err(source.truncated("a footer and the MCAP end magic", at, end))
+    Err(source.truncated("a footer and the MCAP end magic", at, &end))
 }
 
 /// Reads the summary; `None` if it does not tell of all messages, so that the file has to be scanned.

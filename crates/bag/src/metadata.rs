@@ -188,8 +188,9 @@ impl Metadata {
         written
     }
 
-    /// Reads `metadata.yaml` and refuses what this crate cannot read.
-    pub fn read(file: &Path) -> Result<Self, BagError> {
+    /// Reads `metadata.yaml` and refuses what this crate cannot read, and files that are compressed as a whole unless they
+    /// may be.
+    pub fn read(file: &Path, may_be_compressed: bool) -> Result<Self, BagError> {
         #[derive(Deserialize)]
         struct Versioned {
             version: u32,
@@ -204,8 +205,12 @@ impl Metadata {
         let versioned: Document<Versioned> = yaml::read(&text).map_err(yaml_error)?;
         let versioned = versioned.rosbag2_bagfile_information;
         let storage = versioned.storage_identifier;
+        let refused = |found: String| BagError::Storage {
+            file: file.to_owned(),
+            found,
+        };
         if let Some(storage) = storage.filter(|storage| storage != STORAGE) {
-            return Err(refused(file, storage));
+            return Err(refused(storage));
         }
         if versioned.version > VERSION {
             let found = versioned.version;
@@ -215,25 +220,12 @@ impl Metadata {
         let document: Document<Self> = yaml::read(&text).map_err(yaml_error)?;
         let metadata = document.rosbag2_bagfile_information;
         // Files and messages that are compressed with zstd are known by their first bytes.
-        match metadata.compression_mode.to_lowercase().as_str() {
-            "" | "none" => Ok(metadata),
-            _ if metadata.compression_format == "zstd" => Ok(metadata),
-            _ => Err(metadata.compressed(file)),
+        let (mode, format) = (&metadata.compression_mode, &*metadata.compression_format);
+        match (&*mode.to_lowercase(), format) {
+            ("" | "none", _) | ("message", "zstd") => Ok(metadata),
+            ("file", "zstd") if may_be_compressed => Ok(metadata),
+            _ => Err(refused(format!("{STORAGE}, compressed: {mode} ({format})"))),
         }
-    }
-
-    /// For a compression by rosbag2 that is not undone.
-    pub fn compressed(&self, file: &Path) -> BagError {
-        let (mode, format) = (&self.compression_mode, &self.compression_format);
-        refused(
-            file,
-            format!("{STORAGE} with compression_mode {mode} ({format})"),
-        )
-    }
-
-    /// Returns true if rosbag2 has compressed whole files.
-    pub fn is_compressed_by_file(&self) -> bool {
-        self.compression_mode.eq_ignore_ascii_case("file")
     }
 
     /// Number of messages of each topic.
@@ -268,11 +260,6 @@ impl Metadata {
     pub fn into_custom(self) -> BTreeMap<String, String> {
         self.custom_data.unwrap_or_default()
     }
-}
-
-fn refused(file: &Path, found: String) -> BagError {
-    let file = file.to_owned();
-    BagError::Storage { file, found }
 }
 
 /// A listed path relative to the bag's directory, whatever that is called now, if it lies therein.

@@ -24,7 +24,7 @@ pub(crate) struct Listing {
     pub directory: PathBuf,
     /// Those that `metadata.yaml` lists.
     pub files: Vec<PathBuf>,
-    /// Those that it does not list, in the natural order of their names.
+    /// Those that it does not list, in the order of their numbers.
     pub others: Vec<PathBuf>,
     /// `metadata.yaml`, if there is one, or why it cannot be read.
     pub metadata: Option<Result<Metadata, BagError>>,
@@ -33,8 +33,8 @@ pub(crate) struct Listing {
 }
 
 impl Listing {
-    /// Of a bag's directory, or a single file.
-    pub fn read(path: &Path) -> Result<Self, BagError> {
+    /// Of a bag's directory, or a single file; of one whose files are compressed as a whole only if they can be.
+    pub fn read(path: &Path, may_be_compressed: bool) -> Result<Self, BagError> {
         if !fs::metadata(path).map_err(BagError::io(path))?.is_dir() {
             return Ok(Self {
                 directory: path.parent().unwrap_or(Path::new("")).to_owned(),
@@ -46,7 +46,9 @@ impl Listing {
         let mut listing = Self {
             directory: path.to_owned(),
             others: mcap_files(path).map_err(BagError::io(path))?,
-            metadata: file.exists().then(|| Metadata::read(&file)),
+            metadata: file
+                .exists()
+                .then(|| Metadata::read(&file, may_be_compressed)),
             ..Self::default()
         };
         if let Some(Ok(metadata)) = &listing.metadata {
@@ -97,7 +99,7 @@ impl Listing {
     }
 }
 
-/// The MCAP files of a directory in their natural order.
+/// The MCAP files of a directory in their order.
 fn mcap_files(directory: &Path) -> io::Result<Vec<PathBuf>> {
     let entries = fs::read_dir(directory)?;
     let names = entries.map(|entry| Ok(entry?.file_name()));
@@ -107,8 +109,13 @@ fn mcap_files(directory: &Path) -> io::Result<Vec<PathBuf>> {
         MCAP_FILES.iter().any(|ending| text.ends_with(ending)) && !directory.join(name).is_dir()
     });
     let mut files: Vec<_> = names.into_iter().map(PathBuf::from).collect();
-    files.sort_by_cached_key(|name| natural(name));
+    sort(&mut files);
     Ok(files)
+}
+
+/// Brings the files of a bag into the order of the numbers in their names: `run_2` is before `run_10`.
+pub(crate) fn sort(files: &mut [PathBuf]) {
+    files.sort_by(|a, b| (a.as_os_str().len(), a).cmp(&(b.as_os_str().len(), b)));
 }
 
 /// `run` and 7 of `run_7.mcap`.
@@ -116,22 +123,4 @@ fn numbered(name: &str) -> Option<(&str, u64)> {
     let (bag, digits) = name.strip_suffix(".mcap")?.rsplit_once('_')?;
     let number: u64 = digits.parse().ok()?;
     (number.to_string() == digits).then_some((bag, number))
-}
-
-/// Key of the order of names in which numbers count as such, `run_2` before `run_10`: all numbers have as many digits.
-pub(crate) fn natural(name: &Path) -> (String, PathBuf) {
-    let text = name.to_string_lossy();
-    let is_digit = |c: char| c.is_ascii_digit();
-    let mut key = String::new();
-    let mut left = &*text;
-    while !left.is_empty() {
-        let (before, rest) = left.split_at(left.find(is_digit).unwrap_or(left.len()));
-        let (digits, rest) = rest.split_at(rest.find(|c| !is_digit(c)).unwrap_or(rest.len()));
-        key += before;
-        if !digits.is_empty() {
-            key += &format!("{:0>40}", digits.trim_start_matches('0'));
-        }
-        left = rest;
-    }
-    (key, name.to_owned())
 }

@@ -14,5 +14,5 @@ pub(crate) use {
         Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, Source, footer, schema, summary, topic,
         unpack, unpacked,
     },
-    listing::{Listing, natural},
+    listing::{Listing, sort},
 };

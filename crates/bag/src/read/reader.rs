@@ -74,7 +74,7 @@ pub struct BagFile<'a> {
 impl BagReader {
     /// Opens a bag's directory, or a single MCAP file.
     ///
-    /// The files of a directory without `metadata.yaml` are read in the natural order of their names.
+    /// The files of a directory without `metadata.yaml` are read in the order of the numbers in their names.
     ///
     /// # Errors
     /// See [`BagError`]. Damage within messages is found when they are read.
@@ -94,7 +94,7 @@ impl BagReader {
     /// # Errors
     /// It is no bag, or none of its files has a readable beginning.
     pub fn open_damaged(path: &Path) -> Result<(Self, Vec<BagError>), BagError> {
-        let mut listing = Listing::read(path)?;
+        let mut listing = Listing::read(path, true)?;
         let metadata = listing.metadata.take().transpose()?;
         let mut faults = mem::take(&mut listing.faults);
         let mut reader = Self::default();
@@ -136,14 +136,11 @@ impl BagReader {
 
     /// Adds the next file; an error if it does not tell correctly what it repeats.
     fn add(&mut self, mcap: McapFile) -> Result<(), BagError> {
-        let repeated = match self.files.is_empty() {
-            true => Ok(Repeated::default()),
-            false => mcap.repeated_messages(),
-        };
-        let (repeated, fault) = repeated.map_or_else(
-            |fault| (Repeated::default(), Err(fault)),
-            |repeated| (repeated, Ok(())),
-        );
+        let (mut repeated, mut fault) = (Repeated::default(), Ok(()));
+        if !self.files.is_empty() {
+            let found = mcap.repeated_messages();
+            fault = found.map(|found| repeated = found);
+        }
         let mut channels = BTreeMap::new();
         for (id, channel) in &mcap.contents.channels {
             match topic(&mcap.source.path, channel, &mcap.contents.schemas) {

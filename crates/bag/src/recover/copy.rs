@@ -11,7 +11,7 @@ use super::{
     scan::{Piece, Scanner},
 };
 use crate::{
-    CUSTOM_DATA, Compression, Damage, REPEATED, RecoverError, Topic, TopicId, WriteError,
+    CUSTOM_DATA, Damage, REPEATED, RecoverError, Topic, TopicId, WriteError,
     metadata::RECORD,
     read::{Contents, MAX_RECORD_LENGTH, Source, footer, schema, summary, topic, unpacked},
     record::{self, parse, records},
@@ -35,8 +35,6 @@ struct Copy<'a> {
     definitions: Contents,
     /// The topics by channel, with their ids once they have messages.
     topics: BTreeMap<u16, (Topic, Option<TopicId>)>,
-    /// Compression of the first chunk.
-    compression: Option<Compression>,
     /// Repeated messages still to come, by topic, and their log time.
     repeated: BTreeMap<String, u64>,
     head_time: Option<u64>,
@@ -87,7 +85,6 @@ pub(super) fn copy(
         bag,
         definitions: summary.unwrap_or_default(),
         topics: BTreeMap::new(),
-        compression: None,
         repeated: BTreeMap::new(),
         head_time: None,
     };
@@ -129,11 +126,6 @@ impl Copy<'_> {
         header: &ChunkHeader,
         bytes: &[u8],
     ) -> Result<(), RecoverError> {
-        self.compression.get_or_insert(match &*header.compression {
-            "lz4" => Compression::Lz4,
-            "zstd" => Compression::Zstd,
-            _ => Compression::None,
-        });
         for record in records(bytes) {
             match record {
                 Ok((opcode, place)) => {
@@ -209,9 +201,7 @@ impl Copy<'_> {
         self.resolve(header.channel_id, offset)?;
         if !self.is_repeated(&header, &data) {
             if !self.file.kept {
-                let compression = self.compression.unwrap_or_default();
-                let begun = self.bag.begin(self.name, compression);
-                begun.map_err(Stop::Failed)?;
+                self.bag.begin(self.name).map_err(Stop::Failed)?;
                 self.file.kept = true;
             }
             if let Some((topic, id)) = self.topics.get_mut(&header.channel_id) {

@@ -12,9 +12,9 @@ pub use in_place::recover_in_place;
 pub use report::{LeftOut, RecoveredFile, Recovery};
 
 use crate::{
-    BagError, Compression, METADATA_FILE, NewDirectory, RecoverError, WriteError,
+    BagError, NewDirectory, RecoverError, WriteError,
     metadata::Metadata,
-    read::{Listing, Source, natural},
+    read::{Listing, Source, sort},
     times::sum,
 };
 use new_bag::NewBag;
@@ -73,12 +73,9 @@ struct Damaged {
 impl Damaged {
     /// Finds the files of a bag's directory, or takes a single file. No file of it may be open in a writer of this crate.
     fn find(bag: &Path) -> Result<Self, RecoverError> {
-        let listing = Listing::read(bag)?;
+        let listing = Listing::read(bag, false)?;
         let gaps = listing.gaps();
         let metadata = match listing.metadata {
-            Some(Ok(metadata)) if metadata.is_compressed_by_file() => {
-                Err(metadata.compressed(&bag.join(METADATA_FILE)))?
-            }
             Some(Err(error @ BagError::Storage { .. })) => Err(error)?,
             Some(metadata) => metadata.map_err(|error| error.to_string()),
             None => Err("there was none".to_owned()),
@@ -88,23 +85,18 @@ impl Damaged {
         others.retain(|file| is_single || file.extension().is_some_and(|it| it == "mcap"));
         if listing.files.is_empty() {
             others.extend(gaps);
-            others.sort_by_cached_key(|name| natural(name));
+            sort(&mut others);
         }
         // Files that `metadata.yaml` does not list were begun after it was written.
         let files = [listing.files, others].concat();
         let directory = listing.directory;
         // A bag that is being recorded is refused before anything is made.
-        let mut found = 0;
-        for path in files
-            .iter()
-            .map(|file| directory.join(file))
-            .filter(|path| path.exists())
-        {
-            let source = open(&path)?;
-            source.refuse_other()?;
-            found += 1;
+        let mut paths: Vec<_> = files.iter().map(|file| directory.join(file)).collect();
+        paths.retain(|path| path.exists());
+        for path in &paths {
+            open(path)?.refuse_other()?;
         }
-        if found == 0 {
+        if paths.is_empty() {
             let reason = "no .mcap file, expected those of a bag";
             return Err(BagError::invalid(bag, reason).into());
         }
@@ -155,7 +147,7 @@ impl Damaged {
             && let Some(first) = self.files.first()
         {
             // A bag has at least one file.
-            new.begin(first, Compression::default())?;
+            new.begin(first)?;
         }
         let Some(mut writer) = new.writer else {
             return Ok((Recovery::default(), Vec::new()));

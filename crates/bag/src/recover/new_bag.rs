@@ -8,7 +8,7 @@ use std::{
 
 use mcap::records::MessageHeader;
 
-use crate::{BagOptions, BagWriter, Compression, RecoverError, Topic, TopicId, WriteError};
+use crate::{BagOptions, BagWriter, RecoverError, Topic, TopicId, WriteError};
 
 /// Largest number of latched messages that are remembered.
 const MOST: usize = 1 << 20;
@@ -34,20 +34,16 @@ pub(super) struct NewBag {
 
 impl NewBag {
     /// Begins a file; the first one begins the bag.
-    pub fn begin(&mut self, name: &Path, compression: Compression) -> Result<(), RecoverError> {
+    pub fn begin(&mut self, name: &Path) -> Result<(), RecoverError> {
         let path = self.directory.join(name);
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
         }
         let name = name.display().to_string();
         if let Some(writer) = &mut self.writer {
-            writer.options.compression = compression;
             return Ok(writer.split_into(name)?);
         }
-        let options = BagOptions {
-            compression,
-            ..BagOptions::default()
-        };
+        let options = BagOptions::default();
         let writer = BagWriter::open(&self.directory, "recovered", name, options, false)?;
         self.writer = Some(writer);
         Ok(())

@@ -6,6 +6,7 @@ use super::{
     BagWriter,
     closing::Fault,
     mcap_writer::{CHUNK, McapWriter},
+    writer::INDEX,
 };
 use crate::{REPEATED, WriteError};
 
@@ -36,7 +37,7 @@ impl BagWriter {
 
     /// Whether a message of this log time belongs into the next file.
     pub(crate) fn is_full(&mut self, log_time: u64) -> Result<bool, WriteError> {
-        let (options, max_index, begin) = (self.options, self.max_index, self.begin);
+        let (options, begin) = (self.options, self.begin);
         let file = self.file()?;
         Ok(begin.is_some_and(|begin| {
             let elapsed = Duration::from_nanos(log_time.saturating_sub(begin));
@@ -44,7 +45,7 @@ impl BagWriter {
                 || options
                     .max_bytes
                     .is_some_and(|most| file.size() >= most.get())
-                || file.index_memory >= max_index
+                || file.index_memory >= INDEX
         }))
     }
 

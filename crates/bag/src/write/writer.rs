@@ -26,7 +26,7 @@ use crate::{
 const LATCHED: u64 = 64 << 20;
 
 /// Bytes of memory that the index of a file may take, about 200 for each of its chunks.
-const INDEX: usize = 64 << 20;
+pub(crate) const INDEX: usize = 64 << 20;
 
 /// Longest message: its record is the longest that is read.
 const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - MESSAGE_HEADER;
@@ -64,8 +64,6 @@ pub struct BagWriter {
     pub(crate) options: BagOptions,
     /// Whether space for the ends of files is reserved.
     pub(crate) reserves: bool,
-    /// Bytes of memory from which on the index of a file ends it.
-    pub(crate) max_index: usize,
     pub(crate) custom: BTreeMap<String, String>,
     /// The custom data that stand in the file that is being written.
     pub(crate) flushed: BTreeMap<String, String>,
@@ -135,7 +133,6 @@ impl BagWriter {
             name: name.to_owned(),
             options,
             reserves,
-            max_index: INDEX,
             custom: BTreeMap::new(),
             flushed: BTreeMap::new(),
             topics: Vec::new(),

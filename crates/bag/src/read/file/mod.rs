@@ -175,25 +175,22 @@ pub(crate) fn topic(
     channel: &Channel,
     schemas: &BTreeMap<u16, Schema>,
 ) -> Result<(Topic, Option<BagError>), LeftOutTopic> {
-    let schema = schemas.get(&channel.schema_id);
     let name = &channel.topic;
-    let left_out = |reason| LeftOutTopic {
-        name: name.clone(),
-        type_name: schema.map_or_else(String::new, |schema| schema.name.clone()),
-        reason,
-    };
-    let encoding = &channel.message_encoding;
-    if encoding != SERIALIZATION_FORMAT {
-        let expected = format!("expected {SERIALIZATION_FORMAT:?}");
-        return Err(left_out(format!(
-            "its messages are {encoding:?}, {expected}"
-        )));
-    }
-    let Some(schema) = schema else {
-        return Err(left_out(match channel.schema_id {
+    let encoding = &*channel.message_encoding;
+    let found = schemas.get(&channel.schema_id);
+    let (SERIALIZATION_FORMAT, Some(schema)) = (encoding, found) else {
+        let reason = match channel.schema_id {
+            _ if encoding != SERIALIZATION_FORMAT => {
+                format!("its messages are {encoding:?}, expected {SERIALIZATION_FORMAT:?}")
+            }
             0 => "it has no type and no definition".to_owned(),
             id => format!("schema {id} is not in the file"),
-        }));
+        };
+        return Err(LeftOutTopic {
+            name: name.clone(),
+            type_name: found.map_or_else(String::new, |schema| schema.name.clone()),
+            reason,
+        });
     };
     let metadata = |key| channel.metadata.get(key).map_or("", String::as_str);
     let qos = Qos::from_yaml(metadata(channel_key::QOS));

@@ -63,8 +63,9 @@ struct Scan {
 impl Scan {
     fn take(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<(), Damage> {
         let length = (PREFIX + body.len()) as u64;
-        if ![op::CHUNK, op::ATTACHMENT].contains(&opcode) {
-            limited(opcode, body.len() as u64, MAX_RECORD_LENGTH)?;
+        match opcode {
+            op::CHUNK | op::ATTACHMENT => self.end_run(),
+            _ => drop(limited(opcode, body.len() as u64, MAX_RECORD_LENGTH)?),
         }
         match parse(opcode, body)? {
             Record::Message { header, .. } => {
@@ -72,7 +73,6 @@ impl Scan {
                 self.add_to_run(offset, length, header.log_time);
             }
             Record::Chunk { header, data } => {
-                self.end_run();
                 let times = self.chunk(&header, &data)?;
                 self.contents.spans.extend(times.map(|times| Span {
                     times,
@@ -82,7 +82,6 @@ impl Scan {
                     channels: None,
                 }));
             }
-            Record::Attachment { .. } => self.end_run(),
             Record::Metadata(metadata) if metadata.name == REPEATED => {
                 self.contents.repeated = record::repeated(metadata)?;
             }
@@ -136,7 +135,16 @@ impl Scan {
     fn chunk(&mut self, header: &ChunkHeader, packed: &[u8]) -> Result<Times, Damage> {
         let bytes = unpack(header, packed)?;
         let before = self.contents.times.take();
-        let read = self.records(&bytes);
+        let read = records(&bytes).try_for_each(|record| {
+            let (opcode, place) = record?;
+            let body = &bytes[place];
+            limited(opcode, body.len() as u64, MAX_RECORD_LENGTH)?;
+            match opcode {
+                op::SCHEMA | op::CHANNEL => self.define(parse(opcode, body)?, body.len()),
+                op::MESSAGE => self.count(&record::message(body)?.0),
+                _ => Ok(()),
+            }
+        });
         let times = self.contents.times;
         self.contents.times = around(before.into_iter().chain(times));
         read?;
@@ -144,19 +152,5 @@ impl Scan {
         self.contents
             .add_chunk(&header.compression, packed, unpacked);
         Ok(times)
-    }
-
-    fn records(&mut self, bytes: &[u8]) -> Result<(), Damage> {
-        for record in records(bytes) {
-            let (opcode, place) = record?;
-            let body = &bytes[place];
-            limited(opcode, body.len() as u64, MAX_RECORD_LENGTH)?;
-            match opcode {
-                op::SCHEMA | op::CHANNEL => self.define(parse(opcode, body)?, body.len())?,
-                op::MESSAGE => self.count(&record::message(body)?.0)?,
-                _ => {}
-            }
-        }
-        Ok(())
     }
 }

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use lgvi_bag::BagReader;
+use lgvi_bag::{BagReader, Qos};
 use lgvi_tests::{Recording, World, earlier_bags};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -58,13 +58,18 @@ fn contents(bag: &Path, verifies: bool) -> Contents {
             });
         let time =
             |record: Option<&&lgvi_tests::Record>| record.map_or(0, |record| record.log_time);
+        let Qos {
+            reliable,
+            durable,
+            history,
+            depth,
+        } = topic.qos;
+        let reliability = if reliable { "Reliable" } else { "BestEffort" };
+        let durability = if durable { "TransientLocal" } else { "Volatile" };
         let held = Held {
             r#type: topic.type_name.clone(),
             hash: topic.type_hash.clone(),
-            qos: format!(
-                "{:?}, {:?}, {:?} {}",
-                topic.qos.reliability, topic.qos.durability, topic.qos.history, topic.qos.depth
-            ),
+            qos: format!("{reliability}, {durability}, {history:?} {depth}"),
             messages: records.len() as u64,
             times: [time(records.first()), time(records.last())],
             sha256,

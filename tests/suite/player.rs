@@ -7,7 +7,7 @@ mod offered;
 mod rounds;
 mod shared;
 
-use lgvi_bag::{Durability, Qos as Recorded, Topic};
+use lgvi_bag::{Qos as Recorded, Topic};
 use lgvi_middleware::ros::{Qos, Subscription};
 use lgvi_msgs::builtin_interfaces::{self, Time};
 use lgvi_msgs::rosbag2_interfaces::srv::{
@@ -30,7 +30,7 @@ const COUNT: i32 = 100;
 /// Between two of them (ns).
 const STEP: u64 = 10_000_000;
 
-fn topic(name: &str, durability: Durability) -> Topic {
+fn topic(name: &str, durable: bool) -> Topic {
     Topic {
         name: name.into(),
         type_name: Number::TYPE_NAME.into(),
@@ -38,7 +38,7 @@ fn topic(name: &str, durability: Durability) -> Topic {
         definition: Number::DEFINITION.into(),
         definition_encoding: lgvi_bag::ROS2MSG.into(),
         qos: Recorded {
-            durability,
+            durable,
             depth: 1,
             ..Recorded::default()
         },
@@ -71,8 +71,8 @@ fn numbers(step: u64) -> Recording {
     }
     Recording {
         topics: vec![
-            topic("/numbers", Durability::Volatile),
-            topic("/latched", Durability::TransientLocal),
+            topic("/numbers", false),
+            topic("/latched", true),
         ],
         records,
     }

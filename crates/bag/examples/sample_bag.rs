@@ -10,7 +10,7 @@
 
 use std::{collections::BTreeMap, env, error::Error, path::PathBuf};
 
-use lgvi_bag::{BagOptions, BagWriter, Durability, Qos, Topic};
+use lgvi_bag::{BagOptions, BagWriter, Qos, Topic};
 use lgvi_msgs::{
     RosMessage,
     builtin_interfaces::Time,
@@ -95,7 +95,7 @@ fn body(name: &str, seed: u32) -> BodyState {
 fn write_round(sample: &mut Sample, k: u32) -> Result<(), Box<dyn Error>> {
     let stream = Qos::default();
     let latched = Qos {
-        durability: Durability::TransientLocal,
+        durable: true,
         depth: 1,
         ..Qos::default()
     };

@@ -1,65 +1,30 @@
+//! What can be wrong with bags.
+
 use std::{
     collections::BTreeMap,
-    fmt::Display,
+    fmt::Debug,
     io,
     path::{Path, PathBuf},
 };
 
+use mcap::McapError;
 use thiserror::Error;
-
-use crate::Damage;
 
 /// Why a bag cannot be written.
 #[derive(Debug, Error)]
 pub enum WriteError {
     /// Bags are never overwritten.
-    #[error("{path}: exists and is not an empty directory", path = .path.display())]
-    Exists {
-        /// Where the bag was to be made.
-        path: PathBuf,
-    },
+    #[error("{path}: exists and is not an empty directory", path = .0.display())]
+    Exists(PathBuf),
     /// The bag's file is named after its directory.
-    #[error("{path}: has no name in UTF-8, from which the bag's file could take its own", path = .path.display())]
-    NoName {
-        /// Where the bag was to be made.
-        path: PathBuf,
-    },
-    /// A topic of this name but another type is already in the bag.
-    #[error("topic {topic} has type {existing}, cannot also have {requested}")]
-    ConflictingType {
-        /// The topic's name.
-        topic: String,
-        /// Type and hash in the bag.
-        existing: String,
-        /// Type and hash that were to be added.
-        requested: String,
-    },
-    /// The id comes from another bag.
-    #[error("topic id {index} is not of this bag, which has {count} topics")]
-    UnknownTopic {
-        /// Number behind the id.
-        index: usize,
-        /// Topics of the bag.
-        count: usize,
-    },
-    /// A message is longer than any that is read. The bag goes on without it.
-    #[error("a message of {topic} has {length} bytes, expected at most {limit}")]
-    TooLong {
-        /// The topic.
-        topic: String,
-        /// The message's length (bytes).
-        length: usize,
-        /// The longest that is written.
-        limit: usize,
-    },
-    /// A file operation failed.
-    #[error("{path}: {source}", path = .path.display())]
-    Io {
-        /// File or directory.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
+    #[error("{path}: has no name in UTF-8, from which the bag's file could take its own", path = .0.display())]
+    NoName(PathBuf),
+    /// A topic or a message that the bag cannot take, and why. The bag goes on without it.
+    #[error("{0}")]
+    Refused(String),
+    /// An operation on a file or directory failed.
+    #[error("{path}: {1}", path = .0.display())]
+    Io(PathBuf, #[source] io::Error),
     /// A bag that was being written could not be written on.
     #[error("{path}: {source}; {rest}", path = .path.display())]
     Failed {
@@ -71,20 +36,15 @@ pub enum WriteError {
         rest: Rest,
     },
     /// The bag was closed after an earlier error.
-    #[error("{path}: takes no more messages after an earlier error", path = .path.display())]
-    Ended {
-        /// The bag's directory.
-        path: PathBuf,
-    },
-    /// MCAP numbers topics with 16 bits.
-    #[error("topic {topic}: a bag has at most 65535 topics")]
-    TooManyTopics {
-        /// The topic that was to be added.
-        topic: String,
-    },
-    /// Metadata could not be rendered.
-    #[error("cannot render bag metadata: {0}")]
-    Yaml(#[from] serde_yaml_ng::Error),
+    #[error("{path}: takes no more messages after an earlier error", path = .0.display())]
+    Ended(PathBuf),
+}
+
+impl WriteError {
+    /// For what the system says of `path`.
+    pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Io(path.to_owned(), source)
+    }
 }
 
 /// What is left of a bag that could not be written on.
@@ -116,49 +76,15 @@ pub enum Rest {
     Gone,
 }
 
-/// What the system says, without the number of its error.
-fn words(error: &io::Error) -> String {
-    let text = error.to_string();
-    text.split(" (os error").next().unwrap_or_default().into()
-}
-
 /// Why a bag cannot be read.
 #[derive(Debug, Error)]
 pub enum BagError {
-    /// A file operation failed.
-    #[error("{path}: {words}", path = .path.display(), words = words(source))]
-    Io {
-        /// File or directory.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A directory that is no bag.
-    #[error("{path}: no .mcap file, expected metadata.yaml and the files that it lists, or .mcap files", path = .path.display())]
-    NoBag {
-        /// The directory.
-        path: PathBuf,
-    },
-    /// `metadata.yaml` is not what rosbag2 writes.
-    #[error("{file}: {source}", file = .file.display())]
-    Metadata {
-        /// The metadata file.
-        file: PathBuf,
-        /// Field and place of the fault.
-        source: serde_yaml_ng::Error,
-    },
-    /// The bag is not of a kind that is read.
-    #[error("{file}: {field} is {found}, expected {expected}", file = .file.display())]
-    Unexpected {
-        /// The metadata file, or an MCAP file.
-        file: PathBuf,
-        /// What is not as expected.
-        field: &'static str,
-        /// What it is.
-        found: String,
-        /// What it should be.
-        expected: String,
-    },
+    /// An operation on a file or directory failed.
+    #[error("{path}: {words}", path = .0.display(), words = words(.1))]
+    Io(PathBuf, #[source] io::Error),
+    /// It is no bag, or not of a kind that is read, or its parts do not fit together: the value found and the one expected.
+    #[error("{path}: {1}", path = .0.display())]
+    Invalid(PathBuf, String),
     /// The bag is stored in another format than MCAP.
     #[error(
         "{file}: storage is {found:?}, expected \"mcap\"; convert the bag: {tool}",
@@ -173,70 +99,7 @@ pub enum BagError {
         /// The storage found, as `sqlite3`.
         found: String,
     },
-    /// A file of a bag without `metadata.yaml` is not there.
-    #[error("{file}: is not there, though the bag has files with a number before and after it", file = .file.display())]
-    Missing {
-        /// The file.
-        file: PathBuf,
-    },
-    /// Too many messages would have to be in memory to bring them into the order of their log times.
-    #[error("{file}: chunks that overlap in time hold more than {limit} bytes; sort the file: mcap sort", file = .file.display())]
-    Overlap {
-        /// The file.
-        file: PathBuf,
-        /// Bytes that are held at most.
-        limit: usize,
-    },
-    /// `metadata.yaml` and the MCAP files disagree: messages were lost, or belong to another bag.
-    #[error(
-        "{file}: message_count{of} is {expected}, but the bag's files hold {found}",
-        file = .file.display(),
-        of = .topic.as_ref().map_or_else(String::new, |topic| format!(" of {topic}"))
-    )]
-    Count {
-        /// The metadata file.
-        file: PathBuf,
-        /// The topic; none for all together.
-        topic: Option<String>,
-        /// Messages by the metadata.
-        expected: u64,
-        /// Messages by the files.
-        found: u64,
-    },
-    /// An MCAP file in the bag's directory is not of the bag.
-    #[error("{file}: is not listed in metadata.yaml, and not read", file = .file.display())]
-    Unlisted {
-        /// The file.
-        file: PathBuf,
-    },
-    /// The file ends before its end: the recorder was killed, or the file cut off.
-    #[error(
-        "{file}: truncated: expected {expected} at byte {offset} of {size}, found {found:02x?}; what is readable: lgvi recover",
-        file = .file.display()
-    )]
-    Truncated {
-        /// The file.
-        file: PathBuf,
-        /// What should be there.
-        expected: &'static str,
-        /// Where it should be.
-        offset: u64,
-        /// Bytes found there.
-        found: Vec<u8>,
-        /// The file's size.
-        size: u64,
-    },
-    /// A topic's quality of service is not what rosbag2 writes; ROS 2's default is taken.
-    #[error("{file}: {field} of {topic}: {source}; the default is used", file = .file.display(), field = crate::channel_key::QOS)]
-    Qos {
-        /// The file.
-        file: PathBuf,
-        /// The topic.
-        topic: String,
-        /// Field and place of the fault.
-        source: serde_yaml_ng::Error,
-    },
-    /// Bytes of the file are damaged.
+    /// Bytes of the file are damaged, or it ends before its end: the recorder was killed, or the file cut off.
     #[error("{file}: damaged at byte {offset} or after it: {source}", file = .file.display())]
     Damaged {
         /// The file.
@@ -251,33 +114,94 @@ pub enum BagError {
 impl BagError {
     /// For what the system says of `path`.
     pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |source| Self::Io {
-            path: path.to_owned(),
-            source,
-        }
+        move |source| Self::Io(path.to_owned(), source)
     }
 
-    pub(crate) fn unexpected(
-        file: &Path,
-        field: &'static str,
-        found: impl Display,
-        expected: impl Display,
-    ) -> Self {
-        Self::Unexpected {
-            file: file.to_owned(),
-            field,
-            found: found.to_string(),
-            expected: expected.to_string(),
-        }
+    pub(crate) fn invalid(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Invalid(path.to_owned(), reason.into())
     }
 }
 
-impl WriteError {
-    /// For what the system says of `path`.
-    pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> Self {
-        move |source| Self::Io {
-            path: path.to_owned(),
-            source,
-        }
+/// What the system says, without the number of its error.
+fn words(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error").next().unwrap_or_default().into()
+}
+
+/// What is wrong with bytes of an MCAP file: the value found and the one expected.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct Damage(pub(crate) String);
+
+impl From<McapError> for Damage {
+    fn from(error: McapError) -> Self {
+        Self(format!("cannot be read: {error}"))
+    }
+}
+
+impl Damage {
+    /// The definition of an id is not in the file before it is needed.
+    pub(crate) fn undefined(record: &str, id: u16) -> Self {
+        Self(format!("{record} {id} is not in the file"))
+    }
+}
+
+/// Compares a value that a record tells with the one found.
+pub(crate) fn agree<T: PartialEq + Debug>(what: &str, told: T, found: T) -> Result<(), Damage> {
+    match told == found {
+        true => Ok(()),
+        false => Err(Damage(format!("{what}: {told:?}, found {found:?}"))),
+    }
+}
+
+/// Checks the length of a record that is read into memory.
+pub(crate) fn limited(opcode: u8, length: u64, limit: usize) -> Result<usize, Damage> {
+    let fits = usize::try_from(length).ok();
+    fits.filter(|length| *length <= limit).ok_or_else(|| {
+        let limit = format!("expected at most {limit}");
+        Damage(format!(
+            "record {opcode:#04x} is of {length} bytes, {limit}"
+        ))
+    })
+}
+
+/// Why a bag cannot be recovered.
+#[derive(Debug, Error)]
+pub enum RecoverError {
+    /// The damaged bag cannot be read, or is of a kind that is not recovered.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// A writer has the bag open.
+    #[error("{file}: is being written, expected a bag whose recorder has ended", file = .0.display())]
+    BeingWritten(PathBuf),
+    /// No message can be read, of a bag that had some.
+    #[error("{bag}: nothing is readable of {bytes} bytes{what}", bag = .bag.display())]
+    Nothing {
+        /// The bag.
+        bag: PathBuf,
+        /// Bytes of its files.
+        bytes: u64,
+        /// What is known of it: the first place that was left out, and how many messages are missing.
+        what: String,
+    },
+    /// The new bag cannot be written; the damaged one is as it was.
+    #[error(transparent)]
+    Write(WriteError),
+}
+
+impl RecoverError {
+    /// For what writing `path` gives.
+    pub(crate) fn write(path: &Path) -> impl Fn(io::Error) -> Self {
+        move |source| Self::Write(WriteError::io(path)(source))
+    }
+}
+
+impl From<WriteError> for RecoverError {
+    fn from(error: WriteError) -> Self {
+        Self::Write(match error {
+            // What is left of a new bag that is incomplete is removed.
+            WriteError::Failed { path, source, .. } => WriteError::Io(path, source),
+            error => error,
+        })
     }
 }

@@ -35,7 +35,6 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-mod damage;
 mod error;
 mod metadata;
 mod new_directory;
@@ -43,18 +42,16 @@ mod qos;
 mod read;
 mod record;
 mod recover;
-mod regular;
 mod times;
 mod topic;
 mod write;
 mod yaml;
 
-pub use damage::Damage;
-pub use error::{BagError, Rest, WriteError};
+pub use error::{BagError, Damage, RecoverError, Rest, WriteError};
 pub use new_directory::NewDirectory;
-pub use qos::{Durability, History, Qos, Reliability};
+pub use qos::{History, Qos};
 pub use read::{BagFile, BagReader, Chunks, Message, Messages};
-pub use recover::{LeftOut, RecoverError, RecoveredFile, Recovery, recover, recover_in_place};
+pub use recover::{LeftOut, RecoveredFile, Recovery, recover, recover_in_place};
 pub use topic::{LeftOutTopic, Topic};
 pub use write::{BagOptions, BagSummary, BagWriter, Compression, TopicId};
 

@@ -2,163 +2,97 @@
 
 use std::{
     ffi::OsString,
-    fs::{self, File, TryLockError},
+    fs::{self, Permissions},
     io::{self, ErrorKind},
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
 
-use crate::{METADATA_FILE, WriteError};
+use tempfile::TempDir;
 
-/// Where a directory is filled: added to its name, or a directory in it.
+use crate::WriteError;
+
+/// Added to the name of a directory while it is filled, before some random letters.
 const PART: &str = ".part";
 
-/// A file in a directory that is being filled, locked by who does that.
-const MARK: &str = ".unfinished";
-
-/// A directory that is filled under another name, and has its own when it is complete: `<output>.part` beside it, or
-/// `.part` in it if it is there already. One that is dropped before leaves nothing behind.
+/// A directory that is filled under another name, and has its own when it is complete: `<output>.part…` beside it, or
+/// `.part…` in it if it is there already. One that is dropped before leaves nothing behind; one whose process is killed is
+/// left to be removed by hand.
 pub struct NewDirectory {
     output: PathBuf,
     exists: bool,
-    part: Part,
+    part: TempDir,
 }
 
 impl NewDirectory {
-    /// Begins to make the directory `output`, which must not exist, or be empty. What an earlier attempt left, that was
-    /// ended before it was complete, is removed.
+    /// Begins to make the directory `output`, which must not exist, or be empty.
     ///
     /// # Errors
-    /// There is something at `output` or where it is filled, it has no name, or it cannot be written.
+    /// There is something at `output`, it has no name, or it cannot be written.
     pub fn begin(output: &Path) -> Result<Self, WriteError> {
         let exists = exists_empty(output)?;
-        let part = if exists {
-            output.join(PART)
-        } else {
-            let mut name = output
-                .file_name()
-                .ok_or_else(|| WriteError::NoName {
-                    path: output.to_owned(),
-                })?
-                .to_owned();
-            name.push(PART);
-            let part = output.with_file_name(name);
-            if let Some(parent) = part.parent() {
+        let part = match output.file_name() {
+            _ if exists => part(output, PART.into())?,
+            None => return Err(WriteError::NoName(output.to_owned())),
+            Some(name) => {
+                let parent = match output.parent() {
+                    Some(parent) if parent != Path::new("") => parent,
+                    _ => Path::new("."),
+                };
                 fs::create_dir_all(parent).map_err(WriteError::io(parent))?;
+                let mut name = name.to_owned();
+                name.push(PART);
+                part(parent, name)?
             }
-            part
         };
         Ok(Self {
             output: output.to_owned(),
             exists,
-            part: Part::take(part)?,
+            part,
         })
     }
 
     /// Where its files are written.
     pub fn path(&self) -> &Path {
-        &self.part.path
+        self.part.path()
     }
 
     /// Gives it its name.
     ///
     /// # Errors
     /// That is taken by now, or the directory cannot be renamed.
-    pub fn complete(mut self) -> Result<(), WriteError> {
-        let output = &self.output;
+    pub fn complete(self) -> Result<(), WriteError> {
+        let (part, output) = (self.part.path(), &self.output);
         if self.exists {
             exists_empty(output)?;
-            for name in self.part.files()? {
+            for name in names(part)? {
                 let path = output.join(&name);
-                fs::rename(self.part.path.join(name), &path).map_err(WriteError::io(&path))?;
+                fs::rename(part.join(name), &path).map_err(WriteError::io(&path))?;
             }
             return Ok(());
         }
-        match fs::rename(&self.part.path, output) {
-            Ok(()) => {}
+        match fs::rename(part, output) {
+            Ok(()) => {
+                let _ = self.part.keep();
+                Ok(())
+            }
             Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => {
-                return Err(taken(output));
+                Err(WriteError::Exists(output.clone()))
             }
-            Err(error) => return Err(WriteError::io(output)(error)),
+            Err(error) => Err(WriteError::io(output)(error)),
         }
-        self.part.path.clone_from(output);
-        self.part.renamed = true;
-        let mark = output.join(MARK);
-        fs::remove_file(&mark).map_err(WriteError::io(&mark))
     }
 }
 
-/// A directory that is being filled, and is removed in the end.
-pub(crate) struct Part {
-    pub path: PathBuf,
-    renamed: bool,
-    _lock: File,
-}
-
-impl Part {
-    /// Makes the directory, or takes and empties one that was left. One that others made is left alone.
-    pub fn take(path: PathBuf) -> Result<Self, WriteError> {
-        let mark = path.join(MARK);
-        match fs::create_dir(&path) {
-            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
-                return Err(WriteError::io(&path)(error));
-            }
-            Err(_) if !mark.exists() && !names(&path)?.is_empty() => return Err(taken(&path)),
-            _ => {}
-        }
-        let lock = File::create(&mark).map_err(WriteError::io(&mark))?;
-        // File systems without locks do without.
-        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
-            let busy = io::Error::new(ErrorKind::ResourceBusy, "is being written by another");
-            return Err(WriteError::io(&path)(busy));
-        }
-        let part = Self {
-            path,
-            renamed: false,
-            _lock: lock,
-        };
-        for name in part.files()? {
-            let left = part.path.join(name);
-            let removed = if left.is_dir() {
-                fs::remove_dir_all(&left)
-            } else {
-                fs::remove_file(&left)
-            };
-            removed.map_err(WriteError::io(&left))?;
-        }
-        Ok(part)
-    }
-
-    /// The files in it and in its directories, relative to it; one that describes the others is the last.
-    pub fn tree(&self) -> Result<Vec<PathBuf>, WriteError> {
-        let mut files = Vec::new();
-        let mut left: Vec<_> = self.files()?.into_iter().map(PathBuf::from).rev().collect();
-        while let Some(name) = left.pop() {
-            let path = self.path.join(&name);
-            if path.is_dir() {
-                left.extend(names(&path)?.into_iter().map(|inner| name.join(inner)));
-            } else {
-                files.push(name);
-            }
-        }
-        Ok(files)
-    }
-
-    /// Names of what is in it; one that describes the others is the last.
-    pub fn files(&self) -> Result<Vec<OsString>, WriteError> {
-        let mut names = names(&self.path)?;
-        names.retain(|name| name != MARK);
-        names.sort_by_key(|name| name == METADATA_FILE);
-        Ok(names)
-    }
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        if !self.renamed {
-            // What is in it is of no use; whatever made it incomplete is told already.
-            let _ = fs::remove_dir_all(&self.path);
-        }
-    }
+/// Makes a directory in another one, with random letters behind its name, that is removed when it is dropped.
+pub(crate) fn part(parent: &Path, name: OsString) -> Result<TempDir, WriteError> {
+    let mut builder = tempfile::Builder::new();
+    let builder = builder
+        .prefix(&name)
+        .permissions(Permissions::from_mode(0o777));
+    builder
+        .tempdir_in(parent)
+        .map_err(WriteError::io(&parent.join(name)))
 }
 
 /// Makes the directory, or takes an empty one; whether it was made.
@@ -173,10 +107,14 @@ pub(crate) fn make_empty(path: &Path) -> Result<bool, WriteError> {
 /// Whether there is a directory. It has to be empty, but for one that is being filled.
 fn exists_empty(path: &Path) -> Result<bool, WriteError> {
     match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(WriteError::io(path)(error)),
-        Ok(_) if names(path)?.iter().all(|name| name == PART) => Ok(true),
-        Ok(_) => Err(taken(path)),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+        Err(error) => return Err(WriteError::io(path)(error)),
+        Ok(_) => {}
+    }
+    let is_part = |name: &OsString| name.to_string_lossy().starts_with(PART);
+    match names(path)?.iter().all(is_part) {
+        true => Ok(true),
+        false => Err(WriteError::Exists(path.to_owned())),
     }
 }
 
@@ -186,13 +124,7 @@ fn names(directory: &Path) -> Result<Vec<OsString>, WriteError> {
         entries.map(|entry| Ok(entry?.file_name())).collect()
     };
     read().map_err(|error| match error.kind() {
-        ErrorKind::NotADirectory | ErrorKind::NotFound => taken(directory),
+        ErrorKind::NotADirectory | ErrorKind::NotFound => WriteError::Exists(directory.to_owned()),
         _ => WriteError::io(directory)(error),
     })
-}
-
-fn taken(path: &Path) -> WriteError {
-    WriteError::Exists {
-        path: path.to_owned(),
-    }
 }

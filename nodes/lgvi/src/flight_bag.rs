@@ -90,9 +90,9 @@ impl FlightBag {
         &self.topics.state
     }
 
-    /// How many full-rate states it has; 0 where the bag does not tell.
+    /// How many full-rate states it has.
     pub(crate) fn state_count(&self) -> u64 {
-        let counts = self.reader.message_counts().unwrap_or_default();
+        let counts = self.reader.message_counts();
         counts.get(self.state_topic()).copied().unwrap_or(0)
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use lgvi_bag::{Durability, Message, Reliability, Topic};
+use lgvi_bag::{Message, Topic};
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{Qos, RawPublisher};
 use lgvi_middleware::shm::{Delivery, ShmNode, StatePublisher};
@@ -70,10 +70,10 @@ impl Channel {
 
     /// How a topic is offered, which keeps so many messages: as it was recorded.
     pub(crate) fn qos(topic: &Topic, depth: usize) -> Qos {
-        match (topic.qos.reliability, topic.qos.durability) {
-            (Reliability::BestEffort, _) => Qos::sensor(depth),
-            (Reliability::Reliable, Durability::TransientLocal) => Qos::latched(depth),
-            (Reliability::Reliable, Durability::Volatile) => Qos::volatile(depth),
+        match (topic.qos.reliable, topic.qos.durable) {
+            (false, _) => Qos::sensor(depth),
+            (true, true) => Qos::latched(depth),
+            (true, false) => Qos::volatile(depth),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::mem;
 
-use lgvi_bag::{BagReader, Durability, Topic};
+use lgvi_bag::{BagReader, Topic};
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_middleware::shm::{Delivery, ShmNode};
@@ -165,7 +165,7 @@ fn open(
     delivery: Delivery,
 ) -> Result<Option<Channel>, NodeError> {
     let name = &topic.name;
-    let durable = topic.qos.durability == Durability::TransientLocal;
+    let durable = topic.qos.durable;
     let opened = node.ros.raw_publisher(name, &topic.type_name, qos);
     let dds = match opened {
         Ok(dds) => dds,

@@ -27,8 +27,7 @@ pub(crate) fn depths(
     let counts = bag.topic_counts();
     let topics = bag.topics().iter().enumerate();
     let depths = topics.map(|(index, topic)| {
-        let count = counts.as_ref().map_or(u64::MAX, |counts| counts[index]);
-        kept(topic).min(usize::try_from(count).unwrap_or(usize::MAX))
+        kept(topic).min(usize::try_from(counts[index]).unwrap_or(usize::MAX))
     });
     let mut depths: Vec<usize> = depths.map(|depth| depth.max(1)).collect();
     let mut sought: Vec<bool> = bag

@@ -19,10 +19,9 @@ pub(crate) fn bodies(
     shutdown: &Shutdown,
 ) -> Result<Vec<Option<usize>>, NodeError> {
     let counts = bag.topic_counts();
-    let is_empty = |topic: usize| counts.as_ref().is_some_and(|counts| counts[topic] == 0);
     let topics = bag.topics().iter().zip(wanted).enumerate();
     let mut sought: BTreeMap<usize, &Topic> = topics
-        .filter(|&(index, (topic, &wanted))| wanted && is_state(topic) && !is_empty(index))
+        .filter(|&(index, (topic, &wanted))| wanted && is_state(topic) && counts[index] > 0)
         .map(|(index, (topic, _))| (index, topic))
         .collect();
     let mut bodies = vec![None; bag.topics().len()];

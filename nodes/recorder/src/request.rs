@@ -51,27 +51,16 @@ impl Request {
 
 /// What all publishers of a topic offer, as it stands in the bag. Discovery tells neither history nor depth.
 pub(crate) fn offered(topic: &TopicInfo) -> lgvi_bag::Qos {
-    use lgvi_bag::{Durability, History, Reliability};
     lgvi_bag::Qos {
-        reliability: if topic.reliable {
-            Reliability::Reliable
-        } else {
-            Reliability::BestEffort
-        },
-        durability: if topic.durable {
-            Durability::TransientLocal
-        } else {
-            Durability::Volatile
-        },
-        history: History::Unknown,
+        reliable: topic.reliable,
+        durable: topic.durable,
+        history: lgvi_bag::History::Unknown,
         depth: 0,
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use lgvi_bag::{Durability, Reliability};
-
     use super::*;
 
     fn topic(name: &str, reliable: bool, durable: bool) -> TopicInfo {
@@ -109,15 +98,9 @@ mod tests {
     fn what_all_publishers_offer_is_recorded() {
         let offered = |reliable, durable| {
             let qos = offered(&topic("/topic", reliable, durable));
-            (qos.reliability, qos.durability)
+            (qos.reliable, qos.durable)
         };
-        assert_eq!(
-            offered(true, true),
-            (Reliability::Reliable, Durability::TransientLocal)
-        );
-        assert_eq!(
-            offered(false, false),
-            (Reliability::BestEffort, Durability::Volatile)
-        );
+        assert_eq!(offered(true, true), (true, true));
+        assert_eq!(offered(false, false), (false, false));
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use lgvi_bag::{Durability, History, Qos, ROS2MSG, Reliability, Topic};
+use lgvi_bag::{History, Qos, ROS2MSG, Topic};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::Clock;
@@ -193,8 +193,8 @@ fn describe(topic: &str) -> Topic {
         definition: SystemState::DEFINITION.into(),
         definition_encoding: ROS2MSG.to_owned(),
         qos: Qos {
-            reliability: Reliability::Reliable,
-            durability: Durability::Volatile,
+            reliable: true,
+            durable: false,
             history: History::KeepLast,
             depth: STATE_BUFFER as u32,
         },

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lgvi_bag::{Durability, History, Qos as Recorded, Reliability};
+use lgvi_bag::{History, Qos as Recorded};
 use lgvi_middleware::ros::{Qos, Subscription};
 use lgvi_msgs::rosgraph_msgs::Clock;
 use lgvi_tests::{PATIENCE, Recording, World, eventually};
@@ -20,7 +20,7 @@ fn latched() -> Recording {
         ("/all", History::KeepAll, 0),
         ("/unknown", History::Unknown, 0),
     ] {
-        let mut topic = topic(name, Durability::TransientLocal);
+        let mut topic = topic(name, true);
         topic.qos.history = history;
         topic.qos.depth = depth;
         bag.topics.push(topic);
@@ -94,17 +94,15 @@ fn late_joiners_hear_nothing_of_the_past_of_volatile_topics_and_of_the_clock() {
 
 #[test]
 fn a_replay_that_is_recorded_again_has_the_quality_of_service_of_its_origin() {
-    use Durability::{TransientLocal, Volatile};
-    use Reliability::{BestEffort, Reliable};
     let world = World::new();
     let mut bag = numbers(STEP);
-    for (name, reliability, durability) in [
-        ("/reliable", Reliable, Volatile),
-        ("/kept", Reliable, TransientLocal),
-        ("/sensor", BestEffort, Volatile),
+    for (name, reliable, durable) in [
+        ("/reliable", true, false),
+        ("/kept", true, true),
+        ("/sensor", false, false),
     ] {
-        let mut topic = topic(name, durability);
-        topic.qos.reliability = reliability;
+        let mut topic = topic(name, durable);
+        topic.qos.reliable = reliable;
         bag.topics.push(topic);
         bag.records
             .extend((0..100).map(|number| record(name, number, STEP)));
@@ -112,16 +110,14 @@ fn a_replay_that_is_recorded_again_has_the_quality_of_service_of_its_origin() {
     bag.records.sort_by_key(|record| record.log_time);
     bag.write(&world.path("bag"));
     let copy = recorded_again(&world);
-    let offered = |recording: &Recording| -> BTreeMap<String, (Reliability, Durability)> {
+    let offered = |recording: &Recording| -> BTreeMap<String, (bool, bool)> {
         let topics = recording.topics.iter();
         let own = topics.filter(|topic| topic.type_name.ends_with("/Duration"));
         let offered = own.map(|topic| {
             let Recorded {
-                reliability,
-                durability,
-                ..
+                reliable, durable, ..
             } = topic.qos;
-            (topic.name.clone(), (reliability, durability))
+            (topic.name.clone(), (reliable, durable))
         });
         offered.collect()
     };

@@ -1,6 +1,6 @@
 //! States go over shared memory, too.
 
-use lgvi_bag::{Durability, Topic};
+use lgvi_bag::Topic;
 use lgvi_common::Event;
 use lgvi_msgs::msg::{BodyState, SystemState};
 use lgvi_msgs::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
@@ -49,7 +49,7 @@ fn states(count: u64, bodies: impl Fn(u64) -> u64) -> Recording {
             type_name: SystemState::TYPE_NAME.into(),
             type_hash: SystemState::TYPE_HASH.into(),
             definition: SystemState::DEFINITION.into(),
-            ..topic(STATE, Durability::Volatile)
+            ..topic(STATE, false)
         }],
         records: records.collect(),
     }

@@ -4,14 +4,14 @@ use std::{
     borrow::Cow,
     cmp::Reverse,
     collections::{BTreeMap, BinaryHeap, VecDeque, binary_heap::PeekMut},
-    io::Read,
 };
 
 use super::{
     BagReader,
-    file::{Batch, MAX_RECORD_LENGTH, Span, ZSTD_MAGIC},
+    file::{Batch, Span, unpacked},
+    reader::OpenFile,
 };
-use crate::{BagError, Damage, Topic};
+use crate::{BagError, Topic};
 
 /// Memory (bytes) from which on no further overlapping chunk is read.
 const MAX_HELD: usize = 512 << 20;
@@ -50,32 +50,29 @@ pub struct Messages<'a> {
     held: usize,
 }
 
-/// Place of a batch's next message in the order of reading; batches themselves never overlap in a file.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Position {
-    log_time: u64,
-    file: usize,
-    offset: u64,
-}
+/// Log time of a batch's next message, with its file and offset, in the order of reading.
+type Position = (u64, usize, u64);
 
 impl<'a> Messages<'a> {
     pub(crate) fn new(bag: &'a BagReader, start: u64, wanted: Vec<bool>) -> Self {
         let is_wanted = |file: usize, span: &Span| {
-            let topics = &bag.channels[file];
+            let topics = &bag.files[file].channels;
             span.channels.as_ref().is_none_or(|channels| {
                 let mut topics = channels.iter().filter_map(|channel| topics.get(channel));
                 topics.any(|topic| wanted[*topic])
             })
         };
-        let spans = bag
-            .files
-            .iter()
-            .enumerate()
-            .flat_map(|(file, mcap)| mcap.contents.spans.iter().map(move |span| (file, span)));
+        let spans = bag.files.iter().enumerate().flat_map(|(index, file)| {
+            file.mcap
+                .contents
+                .spans
+                .iter()
+                .map(move |span| (index, span))
+        });
         let mut spans: Vec<_> = spans
-            .filter(|&(file, span)| span.end_time >= start && is_wanted(file, span))
+            .filter(|&(file, span)| span.times.1 >= start && is_wanted(file, span))
             .collect();
-        spans.sort_by_key(|&(file, span)| Position::start_of(file, span));
+        spans.sort_by_key(|&(file, span)| start_of(file, span));
         Self {
             bag,
             start,
@@ -90,21 +87,23 @@ impl<'a> Messages<'a> {
     /// Reads spans until no unread one can hold a message before the next one.
     fn fill(&mut self) -> Result<(), BagError> {
         while let Some(&(file, span)) = self.spans.front() {
-            let start = Position::start_of(file, span);
+            let start = start_of(file, span);
             if self.next.peek().is_some_and(|Reverse(next)| *next < start) {
                 break;
             }
             self.spans.pop_front();
-            let mcap = &self.bag.files[file];
+            let OpenFile {
+                mcap,
+                channels: topics,
+                repeated,
+            } = &self.bag.files[file];
             if self.held > MAX_HELD {
-                return Err(BagError::Overlap {
-                    file: mcap.path().to_owned(),
-                    limit: MAX_HELD,
-                });
+                let reason = format!("chunks that overlap in time hold more than {MAX_HELD} bytes");
+                let reason = reason + "; sort the file: mcap sort";
+                return Err(BagError::invalid(&mcap.source.path, reason));
             }
-            let topics = &self.bag.channels[file];
-            let repeated = self.bag.repeated[file].get(&span.offset).copied();
-            let batch = mcap.read(span, repeated.unwrap_or(0), |header| {
+            let repeated = repeated.get(&span.offset).copied().unwrap_or(0);
+            let batch = mcap.read(span, repeated, |header| {
                 let wanted = topics
                     .get(&header.channel_id)
                     .is_some_and(|topic| self.wanted[*topic]);
@@ -112,7 +111,7 @@ impl<'a> Messages<'a> {
             })?;
             if let Some(log_time) = batch.next_time() {
                 self.held += batch.memory();
-                self.next.push(Reverse(Position { log_time, ..start }));
+                self.next.push(Reverse((log_time, file, span.offset)));
                 self.batches.insert((file, span.offset), batch);
             }
         }
@@ -121,14 +120,14 @@ impl<'a> Messages<'a> {
 
     fn pop(&mut self) -> Option<Result<Message<'a>, BagError>> {
         let mut next = self.next.peek_mut()?;
-        let Reverse(position) = &mut *next;
-        let Position { file, offset, .. } = *position;
+        let Reverse((next_time, file, offset)) = &mut *next;
+        let (file, offset) = (*file, *offset);
         let batch = self.batches.get_mut(&(file, offset))?;
         let (header, data) = batch.pop()?;
-        let topic_index = self.bag.channels[file][&header.channel_id];
+        let topic_index = self.bag.files[file].channels[&header.channel_id];
         let data = unpacked(data).map(Cow::into_owned);
         if let Some(log_time) = batch.next_time() {
-            position.log_time = log_time;
+            *next_time = log_time;
         } else {
             self.held -= batch.memory();
             PeekMut::pop(next);
@@ -142,18 +141,12 @@ impl<'a> Messages<'a> {
             sequence: header.sequence,
             data,
         });
-        Some(message.map_err(|damage| self.bag.files[file].damaged(offset, damage)))
+        Some(message.map_err(|damage| self.bag.files[file].mcap.source.damaged(offset, damage)))
     }
 }
 
-impl Position {
-    fn start_of(file: usize, span: &Span) -> Self {
-        Self {
-            log_time: span.start_time,
-            file,
-            offset: span.offset,
-        }
-    }
+fn start_of(file: usize, span: &Span) -> Position {
+    (span.times.0, file, span.offset)
 }
 
 impl<'a> Iterator for Messages<'a> {
@@ -170,24 +163,4 @@ impl<'a> Iterator for Messages<'a> {
         }
         next
     }
-}
-
-/// Payload of a message, decompressed where rosbag2 has compressed the message by itself.
-pub(crate) fn unpacked(data: &[u8]) -> Result<Cow<'_, [u8]>, Damage> {
-    if !data.starts_with(ZSTD_MAGIC) {
-        return Ok(data.into());
-    }
-    let mut bytes = Vec::new();
-    let limit = MAX_RECORD_LENGTH as u64;
-    zstd::Decoder::with_buffer(data)
-        .and_then(|decoder| decoder.take(limit + 1).read_to_end(&mut bytes))
-        .map_err(|source| Damage::Unpack { source })?;
-    if bytes.len() > MAX_RECORD_LENGTH {
-        return Err(Damage::TooLong {
-            opcode: mcap::records::op::MESSAGE,
-            length: bytes.len() as u64,
-            limit: MAX_RECORD_LENGTH,
-        });
-    }
-    Ok(bytes.into())
 }

@@ -1,6 +1,5 @@
 //! Reading: the messages of a bag's files in one order.
 
-mod counts;
 mod file;
 mod listing;
 mod messages;
@@ -12,9 +11,8 @@ pub use reader::{BagFile, BagReader};
 
 pub(crate) use {
     file::{
-        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, Source, has_end, refuse_other, schema,
-        summary, topic, unpack,
+        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, Source, footer, schema, summary, topic,
+        unpack, unpacked,
     },
-    listing::{gaps, mcap_files, natural},
-    messages::unpacked,
+    listing::{Listing, sort},
 };

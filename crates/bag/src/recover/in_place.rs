@@ -3,8 +3,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{RecoverError, Recovery, files, new_bag};
-use crate::{METADATA_FILE, new_directory::Part};
+use super::{Damaged, Recovery};
+use crate::{METADATA_FILE, RecoverError, new_directory::part};
 
 /// Where the new files are made.
 const UNFINISHED: &str = ".recovering";
@@ -20,17 +20,24 @@ const DAMAGED: &str = "damaged";
 /// # Errors
 /// As [`recover`](super::recover); the bag is then as it was. A bag that is a single file is refused.
 pub fn recover_in_place(bag: &Path) -> Result<Recovery, RecoverError> {
-    let damaged = files::find(bag)?;
-    let unfinished = Part::take(bag.join(UNFINISHED))?;
-    let mut recovery = new_bag::make(bag, damaged, &unfinished.path)?;
-    replace(bag, &unfinished, &recovery)?;
+    let damaged = Damaged::find(bag)?;
+    let unfinished = part(bag, UNFINISHED.into())?;
+    let (mut recovery, mut new) = damaged.copy(bag, unfinished.path())?;
+    new.push(unfinished.path().join(METADATA_FILE));
+    replace(bag, unfinished.path(), &new, &recovery)?;
     recovery.bag = bag.to_owned();
     Ok(recovery)
 }
 
-fn replace(bag: &Path, unfinished: &Part, recovery: &Recovery) -> Result<(), RecoverError> {
-    for file in &recovery.files {
-        if file.bytes.is_some() && (file.left_out_places > 0 || !file.kept) {
+fn replace(
+    bag: &Path,
+    unfinished: &Path,
+    new: &[PathBuf],
+    recovery: &Recovery,
+) -> Result<(), RecoverError> {
+    let old = || recovery.files.iter().filter(|file| file.bytes.is_some());
+    for file in old() {
+        if file.left_out_places > 0 || !file.kept {
             keep(&file.path)?;
         }
     }
@@ -38,31 +45,23 @@ fn replace(bag: &Path, unfinished: &Part, recovery: &Recovery) -> Result<(), Rec
     if recovery.metadata_rebuilt.is_some() && metadata.exists() {
         keep(&metadata)?;
     }
-    let new = unfinished.tree()?;
-    for name in &new {
-        let path = unfinished.path.join(name);
-        let synced = fs::File::open(&path).and_then(|file| file.sync_all());
-        synced.map_err(RecoverError::write(&path))?;
+    for path in new {
+        let synced = fs::File::open(path).and_then(|file| file.sync_all());
+        synced.map_err(RecoverError::write(path))?;
     }
-    for name in new {
-        let path = bag.join(&name);
-        if let Some(folder) = path.parent() {
+    let mut replaced = Vec::new();
+    for path in new {
+        let place = bag.join(path.strip_prefix(unfinished).unwrap_or(path));
+        if let Some(folder) = place.parent() {
             fs::create_dir_all(folder).map_err(RecoverError::write(folder))?;
         }
-        fs::rename(unfinished.path.join(&name), &path).map_err(RecoverError::write(&path))?;
+        fs::rename(path, &place).map_err(RecoverError::write(&place))?;
+        replaced.push(place);
     }
-    for file in &recovery.files {
-        if file.bytes.is_some() && !file.kept && !is_new(recovery, &file.path) {
-            fs::remove_file(&file.path).map_err(RecoverError::write(&file.path))?;
-        }
+    for file in old().filter(|file| !replaced.contains(&file.path)) {
+        fs::remove_file(&file.path).map_err(RecoverError::write(&file.path))?;
     }
     Ok(())
-}
-
-/// Whether a file that was dropped has been replaced by one of the same name: a bag has at least one.
-fn is_new(recovery: &Recovery, path: &Path) -> bool {
-    recovery.files.iter().all(|file| !file.kept)
-        && recovery.files.first().is_some_and(|file| file.path == path)
 }
 
 /// Gives a damaged file a second name, under which it stays.

@@ -1,7 +1,7 @@
 //! Splits a file that may be damaged into its records and what lies between them.
 //!
 //! A chunk is accepted if its checksum matches. The length of any other record is believed only if it ends where another
-//! record starts. Behind damage, the scan continues at the next place where a record starts beyond doubt.
+//! record starts. Behind damage, the scan continues at the next chunk or metadata record.
 
 use mcap::{
     MAGIC,
@@ -12,7 +12,7 @@ use super::LeftOut;
 use crate::{
     BagError,
     read::{MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, Source, unpack},
-    record::{self, CHUNK_TIMES, MESSAGE_HEADER, parse},
+    record::{self, CHUNK_TIMES, parse},
 };
 
 /// Length of an operation code and the length of a body, which precede each body.
@@ -22,7 +22,7 @@ const PREFIX: u64 = record::PREFIX as u64;
 const NAME: usize = 4;
 
 /// Bytes searched at once.
-const WINDOW: usize = 64 << 10;
+const WINDOW: u64 = 64 << 10;
 
 /// A part of the file.
 pub(super) enum Piece {
@@ -66,8 +66,9 @@ impl<'a> Scanner<'a> {
         while self.position < self.source.size {
             let start = self.position;
             if let Some((opcode, end)) = self.prefix(start)? {
-                if let Some(piece) = self.chunk(start, opcode, end)? {
-                    return Ok(Some(piece));
+                // Its operation code may be damaged.
+                if let Some((header, data)) = self.chunk_header(start, end)? {
+                    return self.chunk(start, header, data).map(Some);
                 }
                 if self.is_followed(end)? {
                     self.position = end;
@@ -77,10 +78,7 @@ impl<'a> Scanner<'a> {
                     }
                 }
             }
-            return Ok(match self.search(start + 1)? {
-                Some(next) => Some(self.damage(start, next, "no record")),
-                None => self.cut(start)?,
-            });
+            return self.gap(start);
         }
         Ok(None)
     }
@@ -89,78 +87,73 @@ impl<'a> Scanner<'a> {
     fn record(&mut self, start: u64, opcode: u8, end: u64) -> Result<Option<Piece>, BagError> {
         let offset = start + PREFIX;
         let length = end - offset;
-        Ok(match opcode {
+        let reason = match opcode {
             op::DATA_END if length == 4 => {
                 self.position = self.source.size;
-                None
+                return Ok(None);
             }
             // It may be an index with a damaged operation code.
-            op::MESSAGE if self.chunked => Some(self.damage(start, end, "a record between chunks")),
-            op::SCHEMA | op::CHANNEL | op::METADATA | op::MESSAGE => {
-                if length > MAX_RECORD_LENGTH as u64 {
-                    let reason = format!("a record of more than {MAX_RECORD_LENGTH} bytes");
-                    return Ok(Some(self.damage(start, end, reason)));
-                }
+            op::MESSAGE if self.chunked => "a record between chunks",
+            op::SCHEMA | op::CHANNEL | op::METADATA | op::MESSAGE
+                if length <= MAX_RECORD_LENGTH as u64 =>
+            {
                 let body = self.source.bytes(offset, length)?;
-                Some(Piece::Record {
+                return Ok(Some(Piece::Record {
                     opcode,
                     offset,
                     body,
-                })
+                }));
             }
-            op::HEADER | op::MESSAGE_INDEX | 0x80.. => None,
-            op::ATTACHMENT => Some(self.damage(start, end, "an attachment")),
-            _ => Some(self.damage(start, end, "no record")),
-        })
+            op::HEADER | op::MESSAGE_INDEX | 0x80.. => return Ok(None),
+            op::ATTACHMENT => "an attachment",
+            op::SCHEMA | op::CHANNEL | op::METADATA | op::MESSAGE => "a record of more than 64 MiB",
+            _ => "no record",
+        };
+        Ok(Some(self.damage(start, end, reason.to_owned())))
     }
 
-    /// The chunk at `start`, or `None` if there is none. The operation code may be damaged if the checksum matches.
-    fn chunk(&mut self, start: u64, opcode: u8, end: u64) -> Result<Option<Piece>, BagError> {
-        let Some((header, data)) = self.chunk_header(start, end)? else {
-            return Ok(None);
-        };
+    /// The chunk at `start` with data at `data`, if its checksum matches.
+    fn chunk(&mut self, start: u64, header: ChunkHeader, data: u64) -> Result<Piece, BagError> {
+        let length = header.compressed_size;
+        let end = data + length;
         let followed = self.is_followed(end)?;
+        self.chunked = true;
         let in_vain = !followed && self.wasted > self.source.size;
-        let reason = if header.compressed_size > MAX_CHUNK_LENGTH as u64 || in_vain {
-            format!("a chunk of {} bytes", header.compressed_size)
+        let reason = if length > MAX_CHUNK_LENGTH as u64 || in_vain {
+            format!("a chunk of {length} bytes")
         } else {
-            let packed = self.source.bytes(data, header.compressed_size)?;
-            match unpack(&header, &packed) {
+            match unpack(&header, &self.source.bytes(data, length)?) {
                 Ok(records) => {
                     self.position = end;
-                    self.chunked = true;
-                    return Ok(Some(Piece::Chunk {
+                    return Ok(Piece::Chunk {
                         offset: start,
                         header,
                         records,
-                    }));
+                    });
                 }
-                Err(error) => error.to_string(),
+                Err(damage) => damage.to_string(),
             }
         };
-        if opcode != op::CHUNK {
-            return Ok(None);
-        }
-        self.chunked = true;
         let next = if followed {
             end
         } else {
-            self.wasted += header.compressed_size;
+            self.wasted += length;
             self.search(start + 1)?.unwrap_or(self.source.size)
         };
-        let mut piece = self.damage(start, next, reason);
         let (first, last) = (header.message_start_time, header.message_end_time);
-        if let Piece::Damage(place) = &mut piece
-            && first <= last
-        {
-            place.times = Some((first, last));
+        let mut piece = self.damage(start, next, reason);
+        if let Piece::Damage(place) = &mut piece {
+            place.times = Some((first, last)).filter(|_| first <= last);
         }
-        Ok(Some(piece))
+        Ok(piece)
     }
 
-    /// The end of the file, which lies within a record. `None` if the record could not have held a message.
-    fn cut(&mut self, start: u64) -> Result<Option<Piece>, BagError> {
-        let opcode = self.source.bytes(start, 1)?;
+    /// What lies between `start`, where no record is, and the next one. Nothing if the file ends in one that could not have
+    /// held a message.
+    fn gap(&mut self, start: u64) -> Result<Option<Piece>, BagError> {
+        if let Some(next) = self.search(start + 1)? {
+            return Ok(Some(self.damage(start, next, "no record".to_owned())));
+        }
         let harmless = [
             op::SCHEMA,
             op::CHANNEL,
@@ -169,35 +162,33 @@ impl<'a> Scanner<'a> {
             op::DATA_END,
             op::FOOTER,
         ];
+        let opcode = self.source.bytes(start, 1)?;
         let is_harmless = opcode.iter().all(|opcode| harmless.contains(opcode));
-        let end = self.source.size;
-        let damage = self.damage(start, end, "the file ends within a record");
+        let reason = "the file ends within a record".to_owned();
+        let damage = self.damage(start, self.source.size, reason);
         Ok((!is_harmless).then_some(damage))
     }
 
     /// The part up to `end`, behind which the scan goes on.
-    fn damage(&mut self, offset: u64, end: u64, reason: impl Into<String>) -> Piece {
+    fn damage(&mut self, offset: u64, end: u64, reason: String) -> Piece {
         self.position = end;
         Piece::Damage(LeftOut {
             offset,
             bytes: end - offset,
-            reason: reason.into(),
+            reason,
             times: None,
         })
     }
 
-    /// The first place from `from` on where a record starts beyond doubt.
+    /// The first place from `from` on where a chunk or a metadata record starts beyond doubt, or the data ends.
     fn search(&self, from: u64) -> Result<Option<u64>, BagError> {
         let mut at = from;
         while at + PREFIX <= self.source.size {
-            let window = self.source.bytes(at, WINDOW as u64)?;
-            // No length takes more than five bytes.
-            let candidates = window.windows(PREFIX as usize).enumerate();
-            let candidates = candidates.filter(|(_, bytes)| {
-                (op::SCHEMA..=op::DATA_END).contains(&bytes[0]) && bytes[6..] == [0; 3]
-            });
-            for (index, _) in candidates {
-                if self.is_certain(at + index as u64)? {
+            let window = self.source.bytes(at, WINDOW)?;
+            for (index, bytes) in window.windows(PREFIX as usize).enumerate() {
+                // No length takes more than five bytes.
+                let may_start = [op::CHUNK, op::METADATA, op::DATA_END].contains(&bytes[0]);
+                if may_start && bytes[6..] == [0; 3] && self.is_certain(at + index as u64)? {
                     return Ok(Some(at + index as u64));
                 }
             }
@@ -220,15 +211,8 @@ impl<'a> Scanner<'a> {
                 chunk.is_some_and(|(it, _)| it.message_start_time <= it.message_end_time)
             }
             op::DATA_END => length == 4,
-            op::METADATA if length <= WINDOW as u64 => {
+            _ if length <= WINDOW => {
                 parse(op::METADATA, &self.source.bytes(start + PREFIX, length)?).is_ok()
-            }
-            // Chunks hold such records too, which are damaged with their chunk. Three in a row are certain.
-            op::MESSAGE if !self.chunked && length >= MESSAGE_HEADER as u64 => {
-                match self.prefix(end)? {
-                    Some((_, next)) => self.is_followed(next)?,
-                    None => end == self.source.size,
-                }
             }
             _ => false,
         })

@@ -1,8 +1,13 @@
 //! The end of a bag's files and of the bag, also where a disk is full or files have gone.
 
-use std::{collections::BTreeMap, fmt, io, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    io::{self, ErrorKind},
+    iter,
+    path::PathBuf,
+};
 
-use super::{BagSummary, BagWriter, mcap_writer::McapWriter};
+use super::{BagSummary, BagWriter, mcap_writer::McapWriter, writer::RecordedTopic};
 use crate::{
     METADATA_FILE, Rest, Topic, WriteError,
     metadata::{File, LISTED, Metadata, RECORD},
@@ -17,23 +22,8 @@ const UNWRITTEN: &str = "unwritten";
 pub(crate) type LastWords =
     Box<dyn FnMut(&mut BTreeMap<String, u64>) -> BTreeMap<String, String> + Send>;
 
-/// A file that is complete.
-pub(crate) struct Closed {
-    pub file: File,
-    pub bytes: u64,
-}
-
 /// What went wrong where.
-pub(crate) struct Fault {
-    pub path: PathBuf,
-    pub source: io::Error,
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}: {}", self.path.display(), self.source)
-    }
-}
+pub(crate) type Fault = (PathBuf, io::Error);
 
 impl BagWriter {
     /// Has `last_words` called when the bag is to be closed after an error, at least once, and again each time that room was
@@ -51,20 +41,26 @@ impl BagWriter {
         self.file.is_none()
     }
 
-    /// Completes the file that is being written, whose chunks must be written.
-    pub(crate) fn close_file(&mut self) -> Result<(), Fault> {
+    /// Completes the file that is being written, whose chunks must be written, and then the bag if it is to end: writes
+    /// `metadata.yaml`.
+    pub(crate) fn close(&mut self, is_last: bool) -> Result<(), Fault> {
         let bytes = self.end_file()?;
-        self.keep_file(bytes);
-        Ok(())
-    }
-
-    /// The same, and writes `metadata.yaml`.
-    pub(crate) fn close_bag(&mut self) -> Result<(), Fault> {
-        let bytes = self.end_file()?;
-        let path = self.directory.join(METADATA_FILE);
-        let written = self.metadata().and_then(|metadata| metadata.write(&path));
-        written.map_err(|source| Fault { path, source })?;
-        self.keep_file(bytes);
+        if is_last {
+            let path = self.directory.join(METADATA_FILE);
+            let written = self.metadata().and_then(|metadata| metadata.write(&path));
+            written.map_err(|source| (path, source))?;
+        }
+        if let Some(file) = self.file.take() {
+            let description = self.describe(&file);
+            self.closed.push(description);
+            self.bytes += bytes;
+            let counts = &file.written().counts;
+            for ((topic, count), repeated) in self.topics.iter_mut().zip(counts).zip(&self.repeated)
+            {
+                topic.messages += count;
+                topic.repeated += count.min(repeated);
+            }
+        }
         Ok(())
     }
 
@@ -72,14 +68,14 @@ impl BagWriter {
     pub(crate) fn fail(&mut self, fault: Fault) -> WriteError {
         let rest = self.salvage(&fault);
         self.file = None;
-        let Fault { path, source } = fault;
+        let (path, source) = fault;
         WriteError::Failed { path, source, rest }
     }
 
     /// The same after an error of the file that is being written.
     pub(crate) fn fail_on_file(&mut self, source: io::Error) -> WriteError {
         let path = self.path();
-        self.fail(Fault { path, source })
+        self.fail((path, source))
     }
 
     fn salvage(&mut self, fault: &Fault) -> Rest {
@@ -87,7 +83,10 @@ impl BagWriter {
         if let Some(file) = &mut self.file {
             // Its room is reserved. A file that was moved is completed where it is.
             let _ = file.finish_chunk();
-            if file.is_gone() {
+            let gone = |error: io::Error| {
+                matches!(error.kind(), ErrorKind::NotADirectory | ErrorKind::NotFound)
+            };
+            if file.check_place().is_err_and(gone) {
                 let _ = self.end_file();
                 self.file = None;
                 if self.closed.is_empty() || !self.directory.is_dir() {
@@ -96,7 +95,7 @@ impl BagWriter {
             }
         }
         let lost = self.take_stock(fault);
-        if self.close_bag().is_ok() {
+        if self.close(true).is_ok() {
             let messages = self.summary().messages;
             return Rest::Closed { messages, lost };
         }
@@ -121,48 +120,30 @@ impl BagWriter {
             let texts = BTreeMap::from([(key.to_owned(), text)]);
             file.close(name, texts)
         });
-        ended.map_err(|source| Fault {
-            path: file.path().to_owned(),
-            source,
-        })
+        ended.map_err(|source| (file.path.clone(), source))
     }
 
-    /// Counts a file that has its end among the closed ones.
-    fn keep_file(&mut self, bytes: u64) {
-        let Some(file) = self.file.take() else {
-            return;
-        };
-        let description = self.describe(&file);
-        self.closed.push(Closed {
-            file: description,
-            bytes,
-        });
-        let counts = file.counts();
-        for ((topic, count), repeated) in self.topics.iter_mut().zip(counts).zip(&self.repeated) {
-            topic.messages += count;
-            topic.repeated += count.min(repeated);
-        }
+    /// The topics with the numbers of their messages in the chunks written of the present file.
+    fn counts(&self) -> impl Iterator<Item = (&RecordedTopic, u64)> {
+        let counts = self.file.iter().flat_map(|file| &file.written().counts);
+        self.topics
+            .iter()
+            .zip(counts.copied().chain(iter::repeat(0)))
     }
 
     /// The bag with the file that is being written, as far as its chunks are written.
     fn metadata(&self) -> io::Result<Metadata> {
-        let closed = self.closed.iter().map(|closed| closed.file.clone());
-        let files: Vec<_> = closed
-            .chain(self.file.as_ref().map(|file| self.describe(file)))
-            .collect();
-        let counts = self.file.as_ref().map(McapWriter::counts);
-        let counts = counts.into_iter().flatten().chain(std::iter::repeat(&0));
-        let topics = self.topics.iter().zip(counts);
+        let open = self.file.iter().map(|file| self.describe(file));
+        let files = self.closed.iter().cloned().chain(open).collect();
+        let topics = self.counts();
         let topics = topics.map(|(topic, count)| (&topic.topic, topic.messages + count));
-        Metadata::new(&files, topics, self.custom.clone()).map_err(io::Error::other)
+        Metadata::new(files, topics, self.custom.clone()).map_err(io::Error::other)
     }
 
     fn describe(&self, file: &McapWriter) -> File {
-        File {
-            name: self.file_name.clone(),
-            times: file.times(),
-            messages: file.counts().iter().sum(),
-        }
+        let written = file.written();
+        let messages = written.counts.iter().sum();
+        File::new(self.file_name.clone(), written.times, messages)
     }
 
     /// Bytes that the description of the bag takes at most.
@@ -180,42 +161,35 @@ impl BagWriter {
     pub(crate) fn make_room(&mut self) {
         let description = self.description();
         if let Some(file) = &mut self.file {
-            file.describe(description);
+            file.description = description;
         }
     }
 
     /// Has the custom data say what is missing, and gives how many messages that are.
     fn take_stock(&mut self, fault: &Fault) -> u64 {
-        let mut unwritten = self.unwritten();
+        // Messages taken that are neither in a closed file nor in a written chunk of the present one.
+        let topics = self.counts().zip(&self.repeated);
+        let unwritten = topics.map(|((topic, count), repeated)| {
+            let written = topic.messages - topic.repeated + count.saturating_sub(*repeated);
+            let unwritten = topic.taken.saturating_sub(written);
+            (topic.topic.name.clone(), unwritten)
+        });
+        let mut unwritten: BTreeMap<_, _> = unwritten.filter(|(_, count)| *count > 0).collect();
         if let Some(last_words) = &mut self.last_words {
             self.custom = last_words(&mut unwritten);
         }
-        self.custom
-            .retain(|key, _| !key.starts_with(&format!("{UNWRITTEN}:")));
         unwritten.retain(|_, count| *count > 0);
-        for (topic, count) in &unwritten {
-            let key = format!("{UNWRITTEN}:{topic}");
-            self.custom.insert(key, count.to_string());
-        }
+        let of_topics = format!("{UNWRITTEN}:");
+        self.custom.retain(|key, _| !key.starts_with(&of_topics));
+        let counts = unwritten.iter();
+        let counts = counts.map(|(topic, count)| (of_topics.clone() + topic, count.to_string()));
+        self.custom.extend(counts);
         let lost = unwritten.values().sum::<u64>();
         self.custom.insert(UNWRITTEN.to_owned(), lost.to_string());
-        self.custom.insert(ERROR.to_owned(), fault.to_string());
+        let (path, error) = fault;
+        let error = format!("{}: {error}", path.display());
+        self.custom.insert(ERROR.to_owned(), error);
         lost
-    }
-
-    /// Messages taken that are neither in a closed file nor in a written chunk of the present one, by topic.
-    fn unwritten(&self) -> BTreeMap<String, u64> {
-        let counts = self.file.as_ref().map(McapWriter::counts);
-        let counts = counts.into_iter().flatten().chain(std::iter::repeat(&0));
-        let topics = self.topics.iter().zip(counts).zip(&self.repeated);
-        let unwritten = topics.map(|((topic, count), repeated)| {
-            let written = topic.messages - topic.repeated + count.saturating_sub(*repeated);
-            (
-                topic.topic.name.clone(),
-                topic.taken.saturating_sub(written),
-            )
-        });
-        unwritten.filter(|(_, count)| *count > 0).collect()
     }
 
     /// What a bag holds of which all files are closed.
@@ -224,15 +198,15 @@ impl BagWriter {
             let name = topic.topic.name.clone();
             (name, topic.messages - topic.repeated)
         });
-        let files = self.closed.iter();
+        let files = self
+            .closed
+            .iter()
+            .map(|file| self.directory.join(&file.path));
         BagSummary {
             messages: messages.collect(),
             repeated: self.topics.iter().map(|topic| topic.repeated).sum(),
-            files: files
-                .clone()
-                .map(|closed| self.directory.join(&closed.file.name))
-                .collect(),
-            bytes: files.map(|closed| closed.bytes).sum(),
+            files: files.collect(),
+            bytes: self.bytes,
             times: self.times,
         }
     }

@@ -4,11 +4,9 @@ mod closing;
 mod latched;
 mod mcap_writer;
 mod options;
-mod room;
 mod sink;
 mod splitting;
 mod writer;
 
-pub(crate) use latched::Kept;
 pub use options::{BagOptions, BagSummary, Compression};
 pub use writer::{BagWriter, TopicId};

@@ -2,11 +2,8 @@
 
 use std::{
     fs::File,
-    io::{self, Write},
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
+    io::{self, ErrorKind, Write},
+    sync::Arc,
 };
 
 use nix::{
@@ -20,42 +17,8 @@ const STEP: u64 = 1 << 20;
 
 /// Writes to a file until the first error, after which all that follows fails too: the file then has no gaps.
 pub(crate) struct Sink {
-    file: Arc<File>,
-    written: Arc<AtomicU64>,
-    failed: bool,
-}
-
-/// Space on the disk that is reserved for a file beyond its end.
-///
-/// A file system without `fallocate` cannot reserve any. A file on it that fills the disk has no end.
-pub(crate) struct Reserve {
-    file: Arc<File>,
-    written: Arc<AtomicU64>,
-    /// Up to where space is reserved.
-    end: u64,
-    /// Largest size that the process may give a file.
-    limit: u64,
-    is_supported: bool,
-}
-
-/// Makes the sink of a file and its reserve, which reserves nothing if it is not to.
-pub(crate) fn open(file: File, reserves: bool) -> (Sink, Reserve) {
-    let file = Arc::new(file);
-    let written = Arc::new(AtomicU64::new(0));
-    let limit = getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft);
-    let sink = Sink {
-        file: file.clone(),
-        written: written.clone(),
-        failed: false,
-    };
-    let reserve = Reserve {
-        file,
-        written,
-        end: 0,
-        limit,
-        is_supported: reserves,
-    };
-    (sink, reserve)
+    pub file: Arc<File>,
+    pub failed: bool,
 }
 
 impl Write for Sink {
@@ -63,16 +26,10 @@ impl Write for Sink {
         if self.failed {
             return Err(io::Error::other("an earlier write has failed"));
         }
-        match (&*self.file).write(bytes) {
-            Ok(count) => {
-                self.written.fetch_add(count as u64, Ordering::Relaxed);
-                Ok(count)
-            }
-            Err(error) => {
-                self.failed = error.kind() != io::ErrorKind::Interrupted;
-                Err(error)
-            }
-        }
+        let written = (&*self.file).write(bytes);
+        let error = written.as_ref().err();
+        self.failed = error.is_some_and(|error| error.kind() != ErrorKind::Interrupted);
+        written
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -80,36 +37,51 @@ impl Write for Sink {
     }
 }
 
+/// Space on the disk that is reserved for a file beyond its end.
+///
+/// A file system without `fallocate` cannot reserve any. A file on it that fills the disk has no end.
+pub(crate) struct Reserve {
+    pub file: Arc<File>,
+    /// Up to where space is reserved.
+    end: u64,
+    /// Largest size that the process may give a file.
+    limit: u64,
+    is_supported: bool,
+}
+
 impl Reserve {
-    /// Number of bytes in the file.
-    pub fn written(&self) -> u64 {
-        self.written.load(Ordering::Relaxed)
+    /// For a file without contents; it reserves nothing if it is not to.
+    pub fn new(file: File, reserves: bool) -> Self {
+        Self {
+            file: Arc::new(file),
+            end: 0,
+            limit: getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft),
+            is_supported: reserves,
+        }
     }
 
-    pub fn file(&self) -> &File {
-        &self.file
-    }
-
-    /// Makes sure that so many bytes can follow those in the file.
-    pub fn hold(&mut self, bytes: u64) -> io::Result<()> {
-        let end = self.written() + bytes;
+    /// Makes sure that so many bytes can follow the first ones.
+    pub fn hold(&mut self, written: u64, bytes: u64) -> io::Result<()> {
+        let end = written + bytes;
         if end > self.limit {
             return Err(Errno::EFBIG.into());
         }
         if end <= self.end || !self.is_supported {
             return Ok(());
         }
-        self.extend(end + STEP).or_else(|_| self.extend(end))
+        let start = self.end.max(written);
+        self.extend(start, end + STEP)
+            .or_else(|_| self.extend(start, end))
     }
 
-    fn extend(&mut self, end: u64) -> io::Result<()> {
-        let start = self.end.max(self.written());
-        let sizes = [start, end - start].map(|size| i64::try_from(size).unwrap_or(i64::MAX));
+    fn extend(&mut self, start: u64, end: u64) -> io::Result<()> {
+        let [start, length] =
+            [start, end - start].map(|size| i64::try_from(size).unwrap_or(i64::MAX));
         match fallocate(
             &self.file,
             FallocateFlags::FALLOC_FL_KEEP_SIZE,
-            sizes[0],
-            sizes[1],
+            start,
+            length,
         ) {
             Ok(()) => self.end = end,
             Err(Errno::ENOSYS | Errno::EOPNOTSUPP | Errno::EINVAL) => self.is_supported = false,

@@ -2,13 +2,11 @@
 
 use std::{collections::BTreeMap, io, time::Duration};
 
-use mcap::records::MessageHeader;
-
 use super::{
-    BagOptions, BagWriter, Compression, TopicId,
+    BagWriter,
     closing::Fault,
-    latched::Kept,
     mcap_writer::{CHUNK, McapWriter},
+    writer::INDEX,
 };
 use crate::{REPEATED, WriteError};
 
@@ -23,12 +21,13 @@ impl BagWriter {
         self.split_into(next)
     }
 
-    fn split_into(&mut self, file_name: String) -> Result<(), WriteError> {
+    /// The same with a name for the next file.
+    pub(crate) fn split_into(&mut self, file_name: String) -> Result<(), WriteError> {
         self.finish_chunk()?;
         if self.begin.is_none() {
             return Ok(());
         }
-        let opened = self.close_file().and_then(|()| {
+        let opened = self.close(false).and_then(|()| {
             self.begin = None;
             self.file_name = file_name;
             self.open_file()
@@ -36,40 +35,18 @@ impl BagWriter {
         opened.map_err(|fault| self.fail(fault))
     }
 
-    /// Goes on in a file of this name and compression, which repeats these messages in place of the last ones of each
-    /// publisher.
-    pub(crate) fn go_on_in(
-        &mut self,
-        file_name: String,
-        compression: Compression,
-        repeated: Vec<(TopicId, Kept)>,
-    ) -> Result<(), WriteError> {
-        self.options.compression = compression;
-        self.split_into(file_name)?;
-        self.latched.clear();
-        for (publisher, (topic, kept)) in (0..).zip(repeated) {
-            self.latched.push(topic.0, publisher, kept);
-        }
-        Ok(())
-    }
-
     /// Whether a message of this log time belongs into the next file.
     pub(crate) fn is_full(&mut self, log_time: u64) -> Result<bool, WriteError> {
-        let BagOptions {
-            max_bytes,
-            max_duration,
-            ..
-        } = self.options;
-        let max_index = self.max_index;
-        let begin = self.begin;
+        let (options, begin) = (self.options, self.begin);
         let file = self.file()?;
-        let Some(begin) = begin else {
-            return Ok(false);
-        };
-        let elapsed = Duration::from_nanos(log_time.saturating_sub(begin));
-        Ok(max_duration.is_some_and(|most| elapsed > most)
-            || max_bytes.is_some_and(|most| file.written() >= most.get())
-            || file.index_memory() >= max_index)
+        Ok(begin.is_some_and(|begin| {
+            let elapsed = Duration::from_nanos(log_time.saturating_sub(begin));
+            options.max_duration.is_some_and(|most| elapsed > most)
+                || options
+                    .max_bytes
+                    .is_some_and(|most| file.size() >= most.get())
+                || file.index_memory >= INDEX
+        }))
     }
 
     /// Begins the file that is being written, at the log time of its first message: adds the topics and repeats latched
@@ -103,15 +80,11 @@ impl BagWriter {
             let qos = topic.qos.to_yaml().map_err(io::Error::other)?;
             file.add_topic(recorded.channel, topic, &qos)?;
         }
-        for (topic, recorded) in self.topics.iter().enumerate() {
-            for message in self.latched.messages(topic) {
-                let header = MessageHeader {
-                    channel_id: recorded.channel,
-                    sequence: message.sequence,
-                    log_time,
-                    publish_time: message.publish_time,
-                };
-                file.write(&header, &message.data)?;
+        for topic in 0..self.topics.len() {
+            for (kept, data) in self.latched.messages(topic) {
+                let mut header = *kept;
+                header.log_time = log_time;
+                file.write(&header, data)?;
             }
         }
         Ok(())
@@ -120,55 +93,13 @@ impl BagWriter {
     /// Makes the next file, without its topics.
     pub(crate) fn open_file(&mut self) -> Result<(), Fault> {
         let path = self.path();
-        let BagOptions {
-            compression,
-            max_bytes,
-            ..
-        } = self.options;
+        let (compression, max_bytes) = (self.options.compression, self.options.max_bytes);
         let chunk = max_bytes.map_or(CHUNK, |most| CHUNK.min(most.get() / 8).max(1 << 10));
-        let file = McapWriter::create(
-            path.clone(),
-            compression,
-            chunk,
-            self.description(),
-            self.reserves,
-        );
-        self.file = Some(file.map_err(|source| Fault { path, source })?);
+        let (description, reserves) = (self.description(), self.reserves);
+        let file = McapWriter::create(path.clone(), compression, chunk, description, reserves);
+        self.file = Some(file.map_err(|source| (path, source))?);
         self.repeated.fill(0);
         self.flushed.clear();
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Topic;
-
-    /// However many chunks are flushed, the index of a file takes no more memory than is allowed.
-    #[test]
-    fn the_memory_of_indexes_is_bounded() {
-        let folder = tempfile::tempdir().unwrap();
-        let directory = folder.path().join("run");
-        let mut writer = BagWriter::create(&directory, BagOptions::default()).unwrap();
-        writer.max_index = 2_000;
-        let topic = Topic {
-            name: "/a".to_owned(),
-            type_name: "std_msgs/msg/Empty".to_owned(),
-            type_hash: String::new(),
-            definition: String::new(),
-            definition_encoding: crate::ROS2MSG.to_owned(),
-            qos: crate::Qos::default(),
-        };
-        let topic = writer.add_topic(&topic).unwrap();
-        for time in 0..100 {
-            writer.write(topic, time, time, 0, &[]).unwrap();
-            writer.flush().unwrap();
-            let index = writer.file().unwrap().index_memory();
-            assert!(index < 2_000 + 200, "{index}");
-        }
-        let summary = writer.finish(BTreeMap::new()).unwrap();
-        assert!((3..20).contains(&summary.files.len()));
-        assert_eq!(summary.messages["/a"], 100);
     }
 }

@@ -8,13 +8,17 @@ use mcap::records::MessageHeader;
 
 use super::{
     BagOptions, BagSummary,
-    closing::{Closed, Fault, LastWords, described},
-    latched::{Kept, Latched},
+    closing::{LastWords, described},
+    latched::Latched,
     mcap_writer::McapWriter,
 };
 use crate::{
-    CUSTOM_DATA, Topic, WriteError, new_directory::make_empty, read::MAX_RECORD_LENGTH,
+    CUSTOM_DATA, Topic, WriteError,
+    metadata::File,
+    new_directory::make_empty,
+    read::MAX_RECORD_LENGTH,
     record::MESSAGE_HEADER,
+    times::{Times, widen},
 };
 
 /// Bytes of latched messages that are kept to be repeated, all topics together; half of
@@ -22,7 +26,7 @@ use crate::{
 const LATCHED: u64 = 64 << 20;
 
 /// Bytes of memory that the index of a file may take, about 200 for each of its chunks.
-const INDEX: usize = 64 << 20;
+pub(crate) const INDEX: usize = 64 << 20;
 
 /// Longest message: its record is the longest that is read.
 const MAX_MESSAGE: usize = MAX_RECORD_LENGTH - MESSAGE_HEADER;
@@ -60,8 +64,6 @@ pub struct BagWriter {
     pub(crate) options: BagOptions,
     /// Whether space for the ends of files is reserved.
     pub(crate) reserves: bool,
-    /// Bytes of memory from which on the index of a file ends it.
-    pub(crate) max_index: usize,
     pub(crate) custom: BTreeMap<String, String>,
     /// The custom data that stand in the file that is being written.
     pub(crate) flushed: BTreeMap<String, String>,
@@ -71,7 +73,9 @@ pub struct BagWriter {
     /// Index in `topics` by name.
     indexes: BTreeMap<String, usize>,
     pub(crate) latched: Latched,
-    pub(crate) closed: Vec<Closed>,
+    /// The files that are complete, and their bytes.
+    pub(crate) closed: Vec<File>,
+    pub(crate) bytes: u64,
     /// The file that is being written; none after an error.
     pub(crate) file: Option<McapWriter>,
     /// Its name.
@@ -81,7 +85,7 @@ pub struct BagWriter {
     /// How many messages of each topic are repeated in that file.
     pub(crate) repeated: Vec<u64>,
     /// First and last log time of the messages taken.
-    pub(crate) times: Option<(u64, u64)>,
+    pub(crate) times: Times,
     pub(crate) last_words: Option<LastWords>,
 }
 
@@ -103,9 +107,7 @@ impl BagWriter {
     /// The directory exists and is not empty, has no usable name, or cannot be written.
     pub fn create(directory: &Path, options: BagOptions) -> Result<Self, WriteError> {
         let name = directory.file_name().and_then(|name| name.to_str());
-        let name = name.ok_or_else(|| WriteError::NoName {
-            path: directory.to_owned(),
-        })?;
+        let name = name.ok_or_else(|| WriteError::NoName(directory.to_owned()))?;
         let made = make_empty(directory)?;
         let opened = Self::open(directory, name, format!("{name}_0.mcap"), options, true);
         if made && opened.is_err() {
@@ -131,7 +133,6 @@ impl BagWriter {
             name: name.to_owned(),
             options,
             reserves,
-            max_index: INDEX,
             custom: BTreeMap::new(),
             flushed: BTreeMap::new(),
             topics: Vec::new(),
@@ -139,6 +140,7 @@ impl BagWriter {
             indexes: BTreeMap::new(),
             latched: Latched::new(usize::try_from(latched).unwrap_or(usize::MAX)),
             closed: Vec::new(),
+            bytes: 0,
             file: None,
             file_name,
             begin: None,
@@ -147,7 +149,7 @@ impl BagWriter {
             last_words: None,
         };
         let opened = writer.open_file();
-        opened.map_err(|Fault { path, source }| WriteError::Io { path, source })?;
+        opened.map_err(|(path, source)| WriteError::Io(path, source))?;
         Ok(writer)
     }
 
@@ -173,19 +175,16 @@ impl BagWriter {
             if (&known.type_name, &known.type_hash) == (&topic.type_name, &topic.type_hash) {
                 return Ok(TopicId(index));
             }
-            let type_and_hash =
-                |topic: &Topic| format!("{} ({})", topic.type_name, topic.type_hash);
-            return Err(WriteError::ConflictingType {
-                topic: topic.name.clone(),
-                existing: type_and_hash(known),
-                requested: type_and_hash(topic),
-            });
+            let of = |topic: &Topic| format!("{} ({})", topic.type_name, topic.type_hash);
+            let (name, known, new) = (&topic.name, of(known), of(topic));
+            let reason = format!("topic {name} has type {known}, cannot also have {new}");
+            return Err(WriteError::Refused(reason));
         }
-        let qos = topic.qos.to_yaml()?;
-        let channel =
-            u16::try_from(self.topics.len() + 1).map_err(|_| WriteError::TooManyTopics {
-                topic: topic.name.clone(),
-            })?;
+        let refused = |reason| WriteError::Refused(format!("topic {}: {reason}", topic.name));
+        let qos = topic.qos.to_yaml();
+        let qos = qos.map_err(|error| refused(error.to_string()))?;
+        let channel = u16::try_from(self.topics.len() + 1)
+            .map_err(|_| refused("a bag has at most 65535 topics".to_owned()))?;
         self.file()?;
         self.described += described(topic);
         self.make_room();
@@ -237,19 +236,16 @@ impl BagWriter {
         cdr: &[u8],
     ) -> Result<(), WriteError> {
         let Some(recorded) = self.topics.get(topic.0) else {
-            return Err(WriteError::UnknownTopic {
-                index: topic.0,
-                count: self.topics.len(),
-            });
+            let (index, count) = (topic.0, self.topics.len());
+            let reason = format!("topic id {index} is not of this bag, which has {count} topics");
+            return Err(WriteError::Refused(reason));
         };
         if cdr.len() > MAX_MESSAGE {
-            return Err(WriteError::TooLong {
-                topic: recorded.topic.name.clone(),
-                length: cdr.len(),
-                limit: MAX_MESSAGE,
-            });
+            let expected = format!("{} bytes, expected at most {MAX_MESSAGE}", cdr.len());
+            let reason = format!("a message of {} has {expected}", recorded.topic.name);
+            return Err(WriteError::Refused(reason));
         }
-        let channel = recorded.channel;
+        let channel_id = recorded.channel;
         if self.is_full(log_time)? {
             self.split()?;
         }
@@ -257,7 +253,7 @@ impl BagWriter {
             self.begin(log_time)?;
         }
         let header = MessageHeader {
-            channel_id: channel,
+            channel_id,
             sequence,
             log_time,
             publish_time,
@@ -266,16 +262,8 @@ impl BagWriter {
             return Err(self.fail_on_file(source));
         }
         self.topics[topic.0].taken += 1;
-        let (first, last) = self.times.unwrap_or((log_time, log_time));
-        self.times = Some((first.min(log_time), last.max(log_time)));
-        if self.latched.keeps(topic.0) {
-            let kept = Kept {
-                publish_time,
-                sequence,
-                data: cdr.to_vec(),
-            };
-            self.latched.push(topic.0, publisher, kept);
-        }
+        widen(&mut self.times, log_time);
+        self.latched.push(topic.0, publisher, &header, cdr);
         Ok(())
     }
 
@@ -314,16 +302,15 @@ impl BagWriter {
             self.begin(last)?;
         }
         self.finish_chunk()?;
-        let closed = self.close_bag();
+        let closed = self.close(true);
         closed.map_err(|fault| self.fail(fault))?;
         Ok(self.summary())
     }
 
     /// The file that is being written.
     pub(crate) fn file(&mut self) -> Result<&mut McapWriter, WriteError> {
-        self.file.as_mut().ok_or_else(|| WriteError::Ended {
-            path: self.directory.clone(),
-        })
+        let file = self.file.as_mut();
+        file.ok_or_else(|| WriteError::Ended(self.directory.clone()))
     }
 }
 
@@ -331,7 +318,7 @@ impl Drop for BagWriter {
     fn drop(&mut self) {
         if let Some(file) = &mut self.file {
             let _ = file.finish_chunk();
-            let _ = self.close_file();
+            let _ = self.close(false);
         }
     }
 }

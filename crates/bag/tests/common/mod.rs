@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeMap, fs, ops::Range, path::Path};
 
-use lgvi_bag::{BagError, BagReader, BagWriter, Durability, Qos, Topic};
+use lgvi_bag::{BagError, BagReader, BagWriter, Qos, Topic};
 use lgvi_msgs::{RosMessage, cdr, std_msgs::String as StringMessage};
 use mcap::{MessageStream, Summary};
 
@@ -114,7 +114,7 @@ pub fn read_all(path: &Path) -> Result<Vec<Read>, BagError> {
 /// A topic of which late joiners get the last messages.
 pub fn latched(name: &str, depth: u32) -> Topic {
     let qos = Qos {
-        durability: Durability::TransientLocal,
+        durable: true,
         depth,
         ..Qos::default()
     };

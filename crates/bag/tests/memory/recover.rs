@@ -12,8 +12,8 @@ use std::{
 
 use common::{Read, chunks, payload, random, read_all, topic};
 use lgvi_bag::{
-    BagError, BagOptions, BagReader, BagWriter, Compression, Durability, Qos, RecoverError,
-    Recovery, recover, recover_in_place,
+    BagError, BagOptions, BagReader, BagWriter, Compression, Qos, RecoverError, Recovery, recover,
+    recover_in_place,
 };
 use tempfile::TempDir;
 
@@ -32,7 +32,7 @@ fn step(compression: Compression) -> usize {
 
 fn latched() -> Qos {
     Qos {
-        durability: Durability::TransientLocal,
+        durable: true,
         depth: 2,
         ..Qos::default()
     }
@@ -332,7 +332,7 @@ fn bags_without_anything_readable() {
     // The recorder had not even made its file.
     let error = attempt("none").unwrap_err();
     assert!(
-        matches!(error, RecoverError::Bag(BagError::NoBag { .. })),
+        matches!(error, RecoverError::Bag(BagError::Invalid(..))),
         "{error}"
     );
     fs::write(bag.join("run_0.mcap"), b"").unwrap();
@@ -346,7 +346,7 @@ fn bags_without_anything_readable() {
     fs::write(bag.join("notes.txt"), b"").unwrap();
     let error = attempt("no_bag").unwrap_err();
     assert!(
-        matches!(error, RecoverError::Bag(BagError::NoBag { .. })),
+        matches!(error, RecoverError::Bag(BagError::Invalid(..))),
         "{error}"
     );
     let database = "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n";
@@ -357,26 +357,22 @@ fn bags_without_anything_readable() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// What attempts leave that are killed is no bag, and hinders none that follow.
+/// What attempts leave that are killed hinders none that follow.
 #[test]
-fn what_earlier_attempts_left_is_removed() {
+fn what_earlier_attempts_left_is_no_hindrance() {
     let folder = folder();
     let [bag, output] = ["run", "new"].map(|name| folder.path().join(name));
     let original = write_bag(&bag, Compression::Zstd, 1);
-    for left in ["new.part", "run/.recovering"] {
+    for left in ["new.partial", "run/.recovering0"] {
         let left = folder.path().join(left);
         fs::create_dir(&left).unwrap();
-        for name in [".unfinished", "run_0.mcap", "run_1.mcap"] {
-            fs::write(left.join(name), b"no bag").unwrap();
-        }
+        fs::write(left.join("run_0.mcap"), b"no bag").unwrap();
     }
     recover(&bag, &output).unwrap();
     recover_in_place(&bag).unwrap();
     for bag in [bag, output] {
         assert_eq!(read_all(&bag).unwrap(), original);
-        assert_eq!(fs::read_dir(bag).unwrap().count(), 2);
     }
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
 }
 
 #[test]
@@ -431,7 +427,7 @@ fn a_bag_that_is_being_written_is_refused() {
             recover_in_place(&bag).unwrap_err(),
         ] {
             assert!(
-                matches!(&error, RecoverError::BeingWritten { file: open } if *open == bag.join(file)),
+                matches!(&error, RecoverError::BeingWritten(open) if *open == bag.join(file)),
                 "{error}"
             );
         }

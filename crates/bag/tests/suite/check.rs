@@ -1,9 +1,9 @@
 //! Reading all of a bag finds what its files do not tell at their ends.
 
-use std::{collections::BTreeMap, fs, path::Path, slice::from_ref};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use crate::common::{payload, topic};
-use lgvi_bag::{BagError, BagReader, Damage, Qos};
+use lgvi_bag::{BagError, BagReader, Qos};
 use mcap::{WriteOptions, records::MessageHeader};
 
 const MESSAGES: u32 = 100;
@@ -47,11 +47,11 @@ fn file() -> Vec<u8> {
 }
 
 /// What is wrong with a file that can be opened.
-fn faults(path: &Path, bytes: &[u8]) -> Vec<Damage> {
+fn faults(path: &Path, bytes: &[u8]) -> Vec<String> {
     fs::write(path, bytes).unwrap();
     let bag = BagReader::open(path).unwrap();
     let damage = |error| match error {
-        BagError::Damaged { source, .. } => source,
+        BagError::Damaged { source, .. } => source.to_string(),
         other => panic!("{other}"),
     };
     bag.check().into_iter().map(damage).collect()
@@ -59,21 +59,9 @@ fn faults(path: &Path, bytes: &[u8]) -> Vec<Damage> {
 
 /// The only damage is what the statistics tell of a field.
 #[track_caller]
-fn disagrees(faults: &[Damage], expected: &str, of_statistics: &str, of_records: &str) {
-    match faults {
-        [
-            Damage::Disagrees {
-                record: "statistics",
-                field,
-                told,
-                found,
-            },
-        ] => assert_eq!(
-            (*field, &**told, &**found),
-            (expected, of_statistics, of_records)
-        ),
-        other => panic!("{other:?}"),
-    }
+fn disagrees(faults: &[String], expected: &str, of_statistics: &str, of_records: &str) {
+    let expected = format!("statistics record: {expected}: {of_statistics}, found {of_records}");
+    assert_eq!(faults, [expected]);
 }
 
 fn position(bytes: &[u8], wanted: &[u8]) -> usize {
@@ -82,22 +70,18 @@ fn position(bytes: &[u8], wanted: &[u8]) -> usize {
 }
 
 #[test]
-fn every_damaged_chunk_is_found() {
+fn a_damaged_chunk_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("file.mcap");
-    let mut bytes = file();
-    assert_eq!(faults(&path, &bytes).len(), 0);
+    let whole = file();
+    assert_eq!(faults(&path, &whole).len(), 0);
     for sequence in [0, MESSAGES / 2, MESSAGES - 1] {
+        let mut bytes = whole.clone();
         let at = position(&bytes, &payload(sequence));
         bytes[at + 20] ^= 1;
-    }
-    let faults = faults(&path, &bytes);
-    assert_eq!(faults.len(), 3, "{faults:?}");
-    for fault in faults {
-        assert!(
-            matches!(fault, Damage::Checksum { of: "chunk", .. }),
-            "{fault}"
-        );
+        let faults = faults(&path, &bytes);
+        assert!(faults[0].starts_with("checksum of the chunk"), "{faults:?}");
+        assert_eq!(faults.len(), 1);
     }
 }
 
@@ -137,11 +121,11 @@ fn times_that_are_not_those_of_the_chunks_are_found() {
         fs::write(&path, with_times(first, last)).unwrap();
         let error = BagReader::open(&path).map(drop).unwrap_err();
         let damage = match &error {
-            BagError::Damaged { source, .. } => source,
+            BagError::Damaged { source, .. } => source.to_string(),
             other => panic!("{other}"),
         };
         let told = format!("Some({:?})", (first, last));
-        disagrees(from_ref(damage), "log times", &told, "Some((0, 99))");
+        disagrees(&[damage], "log times", &told, "Some((0, 99))");
         // What there is, is readable.
         let (bag, _) = BagReader::open_damaged(&path).unwrap();
         assert_eq!(bag.times(), Some((0, 99)));
@@ -150,6 +134,6 @@ fn times_that_are_not_those_of_the_chunks_are_found() {
     // Wider ones are found where all is read; those of a recorder that tells none are those of the chunks.
     let faults_of = |first, last| faults(&path, &with_times(first, last));
     let found = faults_of(0, 100);
-    disagrees(&found, "log times", "(0, 100)", "(0, 99)");
+    disagrees(&found, "log times", "Some((0, 100))", "Some((0, 99))");
     assert_eq!(faults_of(0, 0).len() + faults_of(0, 99).len(), 0);
 }

@@ -73,9 +73,13 @@ fn what_is_no_bag() {
     let folder = tempfile::tempdir().unwrap();
     assert!(matches!(
         error_of(&folder.path().join("missing")),
-        BagError::Io { .. }
+        BagError::Io(..)
     ));
-    assert!(matches!(error_of(folder.path()), BagError::NoBag { .. }));
+    let error = error_of(folder.path()).to_string();
+    assert!(
+        error.contains("no .mcap file, expected metadata.yaml"),
+        "{error}"
+    );
     let file = folder.path().join("a.mcap");
     fs::write(&file, "steps = 1000").unwrap();
     let error = error_of(&file);
@@ -119,53 +123,56 @@ fn metadata_that_cannot_be_read() {
     assert!(matches!(&error, BagError::Storage { found, .. } if found == "sqlite3"));
     assert!(error.to_string().contains("ros2 bag convert"), "{error}");
 
-    assert!(matches!(
-        error_with("version: 9", "version: 10"),
-        BagError::Unexpected { field: "version", found, expected, .. }
-            if (&*found, &*expected) == ("10", "at most 9")
-    ));
-    assert!(matches!(
-        error_with(
-            "compression_format: ''\n  compression_mode: ''",
-            "compression_format: lz4\n  compression_mode: MESSAGE"
-        ),
-        BagError::Unexpected {
-            field: "compression_mode",
-            ..
-        }
-    ));
+    let error = error_with("version: 9", "version: 10").to_string();
+    assert!(
+        error.ends_with("version is 10, expected at most 9"),
+        "{error}"
+    );
+    let error = error_with(
+        "compression_format: ''\n  compression_mode: ''",
+        "compression_format: lz4\n  compression_mode: MESSAGE",
+    );
+    assert!(
+        matches!(&error, BagError::Storage { found, .. } if found.contains("MESSAGE (lz4)")),
+        "{error}"
+    );
     let error = error_with("message_count: 3", "message_count: three");
-    assert!(matches!(error, BagError::Metadata { .. }));
     assert!(
         error
             .to_string()
             .contains("message_count: invalid type: string \"three\""),
         "{error}"
     );
-    assert!(matches!(
-        error_with("version: 9", "{"),
-        BagError::Metadata { .. }
-    ));
+    let error = error_with("version: 9", "{");
+    assert!(matches!(error, BagError::Invalid(..)), "{error}");
 }
 
 #[test]
 fn files_outside_of_the_bag() {
     for listed in ["/run_0.mcap", "../run/run_0.mcap"] {
         let error = error_with("  - run_0.mcap", &format!("  - {listed}"));
-        assert!(matches!(error, BagError::Unexpected { found, .. } if found == listed));
+        let expected = format!("{listed}, expected a path within the bag's directory");
+        assert!(error.to_string().contains(&expected), "{error}");
     }
 }
 
 #[test]
 fn counts_that_do_not_match() {
-    let error = error_with("message_count: 3", "message_count: 4");
-    assert!(
-        matches!(&error, BagError::Count { topic, expected: 4, found: 3, .. } if topic.as_deref() == Some("/a"))
-    );
-    let error = error_with("name: /a", "name: /b");
-    assert!(
-        matches!(&error, BagError::Count { topic, expected: 3, found: 0, .. } if topic.as_deref() == Some("/b"))
-    );
+    for (from, to, told) in [
+        (
+            "message_count: 3",
+            "message_count: 4",
+            "of /a is 4, but the bag's files hold 3",
+        ),
+        (
+            "name: /a",
+            "name: /b",
+            "of /b is 3, but the bag's files hold 0",
+        ),
+    ] {
+        let error = error_with(from, to).to_string();
+        assert!(error.ends_with(&format!("message_count {told}")), "{error}");
+    }
 }
 
 #[test]
@@ -204,15 +211,14 @@ fn a_file_that_is_listed_but_missing() {
     let (_folder, directory) = bag();
     let file = directory.join("run_0.mcap");
     fs::remove_file(&file).unwrap();
-    assert!(matches!(error_of(&directory), BagError::Io { path, .. } if path == file));
+    assert!(matches!(error_of(&directory), BagError::Io(path, _) if path == file));
 }
 
 #[test]
 fn mcap_files_that_are_not_of_ros_2() {
     let error = error_of_mcap(WriteOptions::new().profile("ros1"), "ros1msg", "ros1", "");
-    assert!(
-        matches!(error, Some(BagError::Unexpected { field: "profile", found, .. }) if found == "ros1")
-    );
+    let error = error.unwrap().to_string();
+    assert!(error.contains("profile is ros1, expected ros2"), "{error}");
 
     let ros2 = || WriteOptions::new().profile("ros2");
     assert!(error_of_mcap(ros2(), "ros2msg", "cdr", "[]").is_none());
@@ -222,18 +228,8 @@ fn mcap_files_that_are_not_of_ros_2() {
 fn a_total_that_is_not_that_of_the_files() {
     let total = "nanoseconds_since_epoch: 5\n  message_count: ";
     let error = error_with(&format!("{total}3"), &format!("{total}99"));
-    assert!(
-        matches!(
-            error,
-            BagError::Count {
-                topic: None,
-                expected: 99,
-                found: 3,
-                ..
-            }
-        ),
-        "{error}"
-    );
+    let expected = "message_count is 99, but the bag's files hold 3";
+    assert!(error.to_string().ends_with(expected), "{error}");
 }
 
 #[test]
@@ -244,10 +240,8 @@ fn a_file_that_is_listed_twice() {
     let (once, twice) = ("  - run_0.mcap\n", "  - run_0.mcap\n  - ./run_0.mcap\n");
     fs::write(&metadata, text.replacen(once, twice, 1)).unwrap();
     let error = error_of(&directory);
-    assert!(
-        matches!(&error, BagError::Unexpected { found, .. } if found == directory.join("run_0.mcap").to_str().unwrap()),
-        "{error}"
-    );
+    let expected = "./run_0.mcap, expected each file once";
+    assert!(error.to_string().ends_with(expected), "{error}");
     let (bag, faults) = BagReader::open_damaged(&directory).unwrap();
     assert_eq!((faults.len(), bag.messages().count()), (1, 3));
 }
@@ -257,7 +251,10 @@ fn a_file_that_is_not_listed_is_odd() {
     let (_folder, directory) = bag();
     let odd = |directory: &Path| {
         let bag = BagReader::open(directory).unwrap();
-        bag.warnings().map(ToString::to_string).collect::<Vec<_>>()
+        bag.warnings()
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
     };
     assert!(odd(&directory).is_empty());
     let other = directory.join("run_1.mcap");

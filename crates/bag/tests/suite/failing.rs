@@ -220,15 +220,15 @@ fn deleted_directory() {
     assert_eq!(rest(&error), Some(&Rest::Gone));
     assert!(error.to_string().contains("No such file"), "{error}");
     assert!(!directory.exists());
-    assert!(matches!(writer.flush(), Err(WriteError::Ended { .. })));
+    assert!(matches!(writer.flush(), Err(WriteError::Ended(_))));
     let id = writer.add_topic(&latched("/a", 1)).unwrap();
     assert!(matches!(
         writer.write(id, 1, 1, 1, &[]),
-        Err(WriteError::Ended { .. })
+        Err(WriteError::Ended(_))
     ));
     assert!(matches!(
         writer.finish(BTreeMap::new()),
-        Err(WriteError::Ended { .. })
+        Err(WriteError::Ended(_))
     ));
 }
 

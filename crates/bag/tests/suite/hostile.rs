@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fs, path::Path, process::Command, time::Instant};
 
 use crate::common::{read_all, topic};
-use lgvi_bag::{BagError, BagOptions, BagReader, BagWriter, Compression, Damage, Qos};
+use lgvi_bag::{BagError, BagOptions, BagReader, BagWriter, Compression, Qos};
 
 fn write_bag(directory: &Path, compression: Compression, messages: u32, payload: &[u8]) -> Vec<u8> {
     let options = BagOptions {
@@ -21,9 +21,9 @@ fn write_bag(directory: &Path, compression: Compression, messages: u32, payload:
     fs::read(directory.join("run_0.mcap")).unwrap()
 }
 
-fn damage_of(path: &Path) -> Damage {
+fn damage_of(path: &Path) -> String {
     match read_all(path).err().unwrap() {
-        BagError::Damaged { source, .. } => source,
+        BagError::Damaged { source, .. } => source.to_string(),
         other => panic!("{other}"),
     }
 }
@@ -55,17 +55,7 @@ fn a_record_that_is_longer_than_its_chunk_is_damage() {
     file[chunk + 32..chunk + 40].copy_from_slice(&shorter.to_le_bytes());
     fs::write(directory.join("run_0.mcap"), file).unwrap();
     let damage = damage_of(&directory);
-    assert!(
-        matches!(
-            damage,
-            Damage::Disagrees {
-                record: "chunk",
-                field: "length",
-                ..
-            }
-        ),
-        "{damage}"
-    );
+    assert!(damage.starts_with("length of the chunk: "), "{damage}");
 }
 
 #[test]
@@ -83,7 +73,7 @@ fn what_is_no_file_is_not_waited_for() {
     let begun = Instant::now();
     for path in [&pipe, folder.path(), &bag, Path::new("/dev/zero")] {
         let error = BagReader::open(path).err().unwrap();
-        assert!(matches!(error, BagError::Io { .. }), "{error}");
+        assert!(matches!(error, BagError::Io(..)), "{error}");
     }
     assert!(begun.elapsed().as_secs() < 5);
 }

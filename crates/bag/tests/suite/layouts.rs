@@ -3,7 +3,7 @@
 use std::{borrow::Cow, collections::BTreeMap, fs, path::Path};
 
 use crate::common::{Read, payload, random, read_all, topic};
-use lgvi_bag::{BagError, BagReader, Damage, Durability, Qos, Reliability};
+use lgvi_bag::{BagError, BagReader, Qos};
 use mcap::{
     Attachment, Compression, WriteOptions,
     records::{MessageHeader, Metadata},
@@ -143,7 +143,7 @@ fn every_layout_gives_the_same_messages() {
             let bag = BagReader::open(&path).unwrap();
             assert_eq!(bag.topics().len(), 1, "{name}");
             if name != "without statistics" {
-                let counts = bag.message_counts().unwrap();
+                let counts = bag.message_counts();
                 assert_eq!(counts, BTreeMap::from([("/a", MESSAGES.into())]), "{name}");
             }
             let last = expected(ascending).last().unwrap().log_time;
@@ -166,7 +166,7 @@ fn every_layout_gives_the_same_messages() {
                 );
             }
 
-            let from = bag.messages_from(600).map(Result::unwrap);
+            let from = bag.messages_of(600, |_| true).map(Result::unwrap);
             let later = expected(ascending)
                 .into_iter()
                 .filter(|message| message.log_time >= 600);
@@ -207,7 +207,7 @@ fn what_rosbag2_compresses_itself() {
 
     let cut = fs::read(&path).unwrap();
     fs::write(&path, &cut[..cut.len() / 2]).unwrap();
-    assert!(matches!(read_all(&path), Err(BagError::Io { path: found, .. }) if found == path));
+    assert!(matches!(read_all(&path), Err(BagError::Io(found, _)) if found == path));
 }
 
 #[test]
@@ -281,15 +281,12 @@ fn publishers_of_one_topic_have_the_strongest_quality_of_service_together() {
     let strongest = |path: &Path| {
         let bag = BagReader::open(path).unwrap();
         let Qos {
-            reliability,
-            durability,
+            reliable,
+            durable,
             depth,
             ..
         } = bag.topics()[0].qos;
-        assert_eq!(
-            (reliability, durability, depth),
-            (Reliability::Reliable, Durability::TransientLocal, 7)
-        );
+        assert_eq!((reliable, durable, depth), (true, true, 7));
     };
     let both = folder.path().join("0.mcap");
     one_message(&both, 0, &(reliable.clone() + &latched), "ros2msg");
@@ -314,14 +311,17 @@ fn a_quality_of_service_that_cannot_be_read_is_the_default() {
         let bag = BagReader::open(&path).unwrap();
         assert_eq!(bag.topics()[0].qos, Qos::default());
         assert_eq!(bag.messages().count(), 1);
-        let warnings: Vec<_> = bag.warnings().collect();
+        let [warning] = bag.warnings() else {
+            panic!("{odd}: {:?}", bag.warnings());
+        };
+        let text = warning.to_string();
         assert!(
-            matches!(&warnings[..], [BagError::Qos { topic, .. }] if topic == "/a"),
-            "{odd}: {warnings:?}"
+            text.contains("offered_qos_profiles of /a: "),
+            "{odd}: {text}"
         );
     }
     one_message(&path, 0, "[]", "ros2msg");
-    assert_eq!(BagReader::open(&path).unwrap().warnings().count(), 0);
+    assert_eq!(BagReader::open(&path).unwrap().warnings().len(), 0);
 }
 
 #[test]
@@ -351,10 +351,8 @@ fn topics_of_one_name_and_several_types_are_counted_apart() {
         }
         writer.finish().unwrap();
         let bag = BagReader::open(&path).unwrap();
-        let counts = summary.then(|| vec![4, 2]);
-        assert_eq!(bag.topic_counts(), counts);
-        let sum = summary.then(|| BTreeMap::from([("/a", 6)]));
-        assert_eq!(bag.message_counts(), sum);
+        assert_eq!(bag.topic_counts(), [4, 2]);
+        assert_eq!(bag.message_counts(), BTreeMap::from([("/a", 6)]));
     }
 }
 
@@ -409,22 +407,13 @@ fn memory_is_bounded() {
     hostile(&path, 100, 8 << 20);
     assert!(fs::metadata(&path).unwrap().len() < 1 << 20);
     let error = read_all(&path).unwrap_err();
-    assert!(
-        matches!(&error, BagError::Overlap { limit, .. } if *limit == 512 << 20),
-        "{error}"
-    );
-    assert!(error.to_string().contains("mcap sort"), "{error}");
+    let expected = format!("more than {} bytes; sort the file: mcap sort", 512 << 20);
+    assert!(error.to_string().ends_with(&expected), "{error}");
 
     hostile(&path, 1, 300 << 20);
     let error = read_all(&path).unwrap_err();
-    let too_long = matches!(
-        &error,
-        BagError::Damaged {
-            source: Damage::TooLong { .. },
-            ..
-        }
-    );
-    assert!(too_long, "{error}");
+    let expected = format!("bytes, expected at most {}", 256 << 20);
+    assert!(error.to_string().ends_with(&expected), "{error}");
 }
 
 #[test]
@@ -440,7 +429,8 @@ fn what_is_readable_of_a_damaged_bag() {
         let mut most = 0;
         for length in (0..whole.len()).step_by(whole.len() / 50) {
             fs::write(&path, &whole[..length]).unwrap();
-            assert!(matches!(read_all(&path), Err(BagError::Truncated { .. })));
+            let error = read_all(&path).unwrap_err().to_string();
+            assert!(error.contains("truncated: expected"), "{error}");
             let Ok((bag, faults)) = BagReader::open_damaged(&path) else {
                 assert!(length < 100, "nothing of {length} bytes");
                 continue;
@@ -448,17 +438,11 @@ fn what_is_readable_of_a_damaged_bag() {
             assert!(faults.is_empty());
             let file = bag.files().next().unwrap();
             let fault = file.fault;
-            assert!(
-                matches!(
-                    fault,
-                    Some(BagError::Truncated { .. } | BagError::Damaged { .. })
-                ),
-                "{fault:?}"
-            );
+            assert!(matches!(fault, Some(BagError::Damaged { .. })), "{fault:?}");
             let sequences: Vec<_> = bag.messages().map(|m| m.unwrap().sequence).collect();
             let count = sequences.len() as u32;
             assert!(sequences.into_iter().eq(0..count));
-            assert_eq!(file.messages, Some(count.into()));
+            assert_eq!(file.messages, u64::from(count));
             assert!(count >= most, "{count} of {length} bytes");
             most = count;
         }

@@ -5,12 +5,14 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bounds;
 mod check;
 mod custom_data;
 mod errors;
 mod failing;
 mod foreign;
 mod hostile;
+mod latched;
 mod layouts;
 mod left_out;
 
@@ -18,6 +20,7 @@ mod listed_files;
 mod many_channels;
 mod mutations;
 mod new_directory;
+mod qos;
 mod recover_counts;
 mod recover_custom_data;
 mod recover_definitions;

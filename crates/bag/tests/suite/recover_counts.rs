@@ -298,7 +298,7 @@ fn bags_of_no_messages() {
     fs::write(&file, b"").unwrap();
     let error = recover_it().unwrap_err();
     assert!(
-        matches!(error, RecoverError::Nothing { missing: None, .. }),
+        matches!(error, RecoverError::Nothing { bytes: 0, .. }),
         "{error}"
     );
     fs::write(&metadata, &yaml).unwrap();

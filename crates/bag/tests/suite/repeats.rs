@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use crate::common::{payload, read_all, topic};
-use lgvi_bag::{BagError, BagReader, Damage, Qos};
+use lgvi_bag::{BagError, BagReader, Qos};
 use mcap::{
     WriteOptions,
     records::{MessageHeader, Metadata},
@@ -113,7 +113,7 @@ fn read(path: &Path) -> Vec<(String, u64, u32)> {
 
 fn counts(path: &Path) -> Vec<u64> {
     let bag = BagReader::open(path).unwrap();
-    let counts = bag.message_counts().unwrap();
+    let counts = bag.message_counts();
     ["/scene", "/plan", "/state"]
         .map(|topic| counts[topic])
         .to_vec()
@@ -143,7 +143,7 @@ fn repeated_messages_are_given_out_once() {
         // From a time on, at which the repeated ones are logged.
         let bag = BagReader::open(&directory).unwrap();
         let later = bag
-            .messages_from(20)
+            .messages_of(20, |_| true)
             .map(|message| message.unwrap().sequence);
         assert_eq!(later.collect::<Vec<_>>(), [1, 2, 3]);
     }
@@ -170,10 +170,11 @@ fn counts_of_the_metadata_include_repeats() {
     let folder = tempfile::tempdir().unwrap();
     write_bag(folder.path(), 2, "1", "2");
     write_metadata(folder.path(), &["run_0.mcap", "run_1.mcap"], [1, 3, 4]);
-    assert!(matches!(
-        BagReader::open(folder.path()).map(drop),
-        Err(BagError::Count { .. })
-    ));
+    let error = BagReader::open(folder.path()).map(drop).unwrap_err();
+    assert!(
+        error.to_string().contains("message_count of /plan is 3"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -189,16 +190,8 @@ fn what_is_not_repeated_is_not_skipped() {
         let folder = tempfile::tempdir().unwrap();
         write_bag(folder.path(), 2, scene, plan);
         let found = BagReader::open(folder.path()).map(drop);
-        let refused = matches!(
-            found,
-            Err(BagError::Damaged {
-                source: Damage::Disagrees {
-                    record: "lgvi_repeated",
-                    ..
-                },
-                ..
-            })
-        );
+        let refused = matches!(&found, Err(BagError::Damaged { source, .. })
+            if source.to_string().starts_with("lgvi_repeated record"));
         assert_eq!(refused, damaged, "{scene} {plan}: {found:?}");
     }
 }

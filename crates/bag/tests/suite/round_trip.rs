@@ -3,15 +3,12 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use crate::common::{payload, read_all, topic};
-use lgvi_bag::{
-    BagError, BagOptions, BagReader, BagWriter, Compression, Durability, History, Qos, Reliability,
-    WriteError,
-};
+use lgvi_bag::{BagOptions, BagReader, BagWriter, Compression, History, Qos, WriteError};
 
 fn latched() -> Qos {
     Qos {
-        reliability: Reliability::Reliable,
-        durability: Durability::TransientLocal,
+        reliable: true,
+        durable: true,
         history: History::KeepLast,
         depth: 1,
     }
@@ -55,7 +52,7 @@ fn messages_topics_and_custom_data() {
         );
         assert_eq!(bag.custom()["scene"], "two: lines\n# and a hash");
         assert_eq!(
-            bag.message_counts().unwrap(),
+            bag.message_counts(),
             BTreeMap::from([("/a", 10_000), ("/b", 10_000)])
         );
         assert_eq!(bag.times(), Some((1_000, 20_999)));
@@ -204,10 +201,8 @@ fn flushed_messages_are_on_disk() {
 
     let path = folder.path().join("killed.mcap");
     fs::write(&path, &killed).unwrap();
-    assert!(matches!(
-        BagReader::open(&path),
-        Err(BagError::Truncated { .. })
-    ));
+    let error = BagReader::open(&path).map(drop).unwrap_err().to_string();
+    assert!(error.contains("truncated: expected"), "{error}");
 }
 
 #[test]
@@ -232,15 +227,16 @@ fn topics_are_added_once() {
     other.type_name = "std_msgs/msg/Header".to_owned();
     assert!(matches!(
         writer.add_topic(&other),
-        Err(WriteError::ConflictingType { .. })
+        Err(WriteError::Refused(_))
     ));
 
     let mut second =
         BagWriter::create(&folder.path().join("second"), BagOptions::default()).unwrap();
-    assert!(matches!(
-        second.write(id, 0, 0, 0, &[]),
-        Err(WriteError::UnknownTopic { index: 0, count: 0 })
-    ));
+    let error = second.write(id, 0, 0, 0, &[]).unwrap_err().to_string();
+    assert!(
+        error.contains("id 0 is not of this bag, which has 0 topics"),
+        "{error}"
+    );
 }
 
 /// What no reader takes is refused, and the bag goes on.
@@ -254,11 +250,9 @@ fn a_message_that_is_too_long_does_not_end_the_bag() {
     let mut data = vec![0; longest + 1];
     writer.write(id, 1, 1, 0, &payload(0)).unwrap();
     let error = writer.write(id, 2, 2, 1, &data).unwrap_err();
-    assert!(
-        matches!(&error, WriteError::TooLong { topic, length, limit }
-            if topic == "/a" && (*length, *limit) == (longest + 1, longest)),
-        "{error}"
-    );
+    let too_long = longest + 1;
+    let expected = format!("a message of /a has {too_long} bytes, expected at most {longest}");
+    assert_eq!(error.to_string(), expected);
     data.pop();
     writer.write(id, 3, 3, 2, &data).unwrap();
     writer.finish(BTreeMap::new()).unwrap();
@@ -279,13 +273,10 @@ fn nothing_is_overwritten() {
         assert!(
             matches!(
                 create(&folder.path().join(path)),
-                Err(WriteError::Exists { .. })
+                Err(WriteError::Exists(_))
             ),
             "{path}"
         );
     }
-    assert!(matches!(
-        create(Path::new("/")),
-        Err(WriteError::NoName { .. })
-    ));
+    assert!(matches!(create(Path::new("/")), Err(WriteError::NoName(_))));
 }

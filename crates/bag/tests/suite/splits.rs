@@ -319,7 +319,7 @@ fn topics_across_splits() {
     other.type_name = "std_msgs/msg/Header".to_owned();
     assert!(matches!(
         bag.writer.add_topic(&other),
-        Err(WriteError::ConflictingType { .. })
+        Err(WriteError::Refused(_))
     ));
     bag.write(&b, 2);
     bag.writer.split().unwrap();

@@ -2,12 +2,12 @@
 
 mod text;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use lgvi_bag::{BagReader, Chunks, Durability, History, LeftOutTopic, Reliability, Topic};
+use lgvi_bag::{BagReader, Chunks, LeftOutTopic, Topic};
 use lgvi_middleware::node::NodeError;
 use serde::Serialize;
 
@@ -64,8 +64,8 @@ struct Info {
 struct File {
     path: String,
     bytes: u64,
-    /// Messages, including repeated ones; none if the file does not tell.
-    messages: Option<u64>,
+    /// Messages, including repeated ones.
+    messages: u64,
     repeated: u64,
     start: Option<u64>,
     end: Option<u64>,
@@ -128,28 +128,15 @@ pub(crate) fn info(options: &Options) -> Result<ExitCode, NodeError> {
 
 /// The bag and its faults.
 fn open(path: &Path) -> Result<(BagReader, Vec<String>), NodeError> {
-    let error = match BagReader::open(path) {
-        Ok(bag) => return Ok((bag, Vec::new())),
-        Err(error) => error,
-    };
-    let Ok((bag, missing)) = BagReader::open_damaged(path) else {
-        return Err(NodeError::input(error));
-    };
-    let damaged = bag
-        .files()
-        .filter_map(|file| file.fault.map(ToString::to_string));
-    let mut faults: Vec<_> = damaged
-        .chain(missing.iter().map(ToString::to_string))
-        .collect();
-    if faults.is_empty() {
-        faults.push(error.to_string());
-    }
+    let (bag, others) = BagReader::open_damaged(path).map_err(NodeError::input)?;
+    let damaged = bag.files().filter_map(|file| file.fault);
+    let faults = damaged.chain(&others).map(ToString::to_string).collect();
     Ok((bag, faults))
 }
 
 impl Info {
-    fn of(options: &Options, bag: &BagReader, mut faults: Vec<String>) -> Self {
-        let counts = counts(bag, &mut faults);
+    fn of(options: &Options, bag: &BagReader, faults: Vec<String>) -> Self {
+        let counts = bag.topic_counts();
         let repeats = bag.repeats();
         let times = bag.times();
         let duration = times.map_or(0.0, |(start, end)| end.saturating_sub(start) as f64 / 1e9);
@@ -197,7 +184,7 @@ impl Info {
             complete: faults.is_empty(),
             checked: options.check,
             faults,
-            warnings: bag.warnings().map(ToString::to_string).collect(),
+            warnings: bag.warnings().iter().map(ToString::to_string).collect(),
             start: times.map(|(start, _)| start),
             end: times.map(|(_, end)| end),
             duration,
@@ -216,29 +203,6 @@ impl Info {
 /// The sum of damaged counts is wrong, but no reason to stop.
 fn sum<'a>(counts: impl Iterator<Item = &'a u64>) -> u64 {
     counts.fold(0, |sum, count| sum.saturating_add(*count))
-}
-
-/// Messages of each topic; if the summaries do not tell, the files are read.
-fn counts(bag: &BagReader, faults: &mut Vec<String>) -> Vec<u64> {
-    if let Some(counts) = bag.topic_counts() {
-        return counts;
-    }
-    let mut counts = vec![0; bag.topics().len()];
-    let mut known: BTreeSet<_> = faults.iter().cloned().collect();
-    for message in bag.messages() {
-        match message {
-            Ok(message) => {
-                counts[message.topic_index] += 1;
-            }
-            Err(error) => {
-                let fault = error.to_string();
-                if known.insert(fault.clone()) {
-                    faults.push(fault);
-                }
-            }
-        }
-    }
-    counts
 }
 
 impl LeftOut {
@@ -267,19 +231,9 @@ impl TopicInfo {
             repeated: 0,
             rate: None,
             lost: None,
-            reliability: match topic.qos.reliability {
-                Reliability::Reliable => "reliable",
-                Reliability::BestEffort => "best_effort",
-            },
-            durability: match topic.qos.durability {
-                Durability::Volatile => "volatile",
-                Durability::TransientLocal => "transient_local",
-            },
-            history: match topic.qos.history {
-                History::KeepLast => "keep_last",
-                History::KeepAll => "keep_all",
-                History::Unknown => "unknown",
-            },
+            reliability: topic.qos.reliability(),
+            durability: topic.qos.durability(),
+            history: topic.qos.history.name(),
             depth: topic.qos.depth,
         }
     }

@@ -99,8 +99,7 @@ impl Info {
         vec![
             name.display().to_string(),
             bytes(file.bytes),
-            file.messages
-                .map_or_else(|| "unknown".to_owned(), |count| count.to_string()),
+            file.messages.to_string(),
             span,
             if file.fault.is_some() {
                 "damaged or cut off"

@@ -60,7 +60,7 @@ fn read(path: &Path) {
         }
     }
     let _ = (counts, times, bag.custom());
-    for message in bag.messages_from(last) {
+    for message in bag.messages_of(last, |_| true) {
         assert!(message.is_ok_and(|message| message.log_time >= last));
     }
 }

@@ -1,14 +1,14 @@
 //! Chunks, and what is read at once.
 
-use std::{io::Read, ops::Range};
+use std::{borrow::Cow, io::Read, ops::Range};
 
 use mcap::records::{ChunkHeader, MessageHeader, op};
 
-use super::MAX_CHUNK_LENGTH;
+use super::{MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, source::ZSTD_MAGIC};
 use crate::{
     Damage,
-    damage::{agree, limited},
-    record::{self, Records},
+    error::{agree, limited},
+    record,
 };
 
 /// Memory that is reserved on a chunk's word.
@@ -26,21 +26,34 @@ pub(crate) fn unpack(header: &ChunkHeader, packed: &[u8]) -> Result<Vec<u8>, Dam
         "lz4" => lz4::Decoder::new(packed)
             .and_then(|decoder| decoder.take(limit).read_to_end(&mut bytes)),
         other => {
-            let found = other.to_owned();
-            return Err(Damage::Compression { found });
+            let expected = "expected none, \"lz4\" or \"zstd\"; convert the file: mcap compress";
+            return Err(Damage(format!(
+                "chunk compression is {other:?}, {expected}"
+            )));
         }
     }
-    .map_err(|source| Damage::Unpack { source })?;
-    agree("chunk", "length", expected, bytes.len())?;
+    .map_err(|error| Damage(format!("cannot be decompressed: {error}")))?;
+    agree("length of the chunk", expected, bytes.len())?;
     let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&bytes));
     if saved == 0 || saved == calculated {
         return Ok(bytes);
     }
-    Err(Damage::Checksum {
-        of: "chunk",
-        saved,
-        calculated,
-    })
+    let text = format!("checksum of the chunk is {calculated:08x}, expected {saved:08x}");
+    Err(Damage(text))
+}
+
+/// Payload of a message, decompressed where rosbag2 has compressed the message by itself.
+pub(crate) fn unpacked(data: &[u8]) -> Result<Cow<'_, [u8]>, Damage> {
+    if !data.starts_with(ZSTD_MAGIC) {
+        return Ok(data.into());
+    }
+    let mut bytes = Vec::new();
+    let limit = MAX_RECORD_LENGTH as u64;
+    zstd::Decoder::with_buffer(data)
+        .and_then(|decoder| decoder.take(limit + 1).read_to_end(&mut bytes))
+        .map_err(|error| Damage(format!("cannot be decompressed: {error}")))?;
+    limited(op::MESSAGE, bytes.len() as u64, MAX_RECORD_LENGTH)?;
+    Ok(bytes.into())
 }
 
 /// Messages read at once, in the order of their log times; those of one log time in the order of the file.
@@ -59,12 +72,12 @@ impl Batch {
         mut wanted: impl FnMut(&MessageHeader) -> Result<bool, Damage>,
     ) -> Result<Self, Damage> {
         let mut entries = Vec::new();
-        for record in Records::new(&bytes) {
+        for record in record::records(&bytes) {
             let (opcode, place) = record?;
             if opcode != op::MESSAGE {
                 continue;
             }
-            limited(opcode, place.len() as u64, super::MAX_RECORD_LENGTH)?;
+            limited(opcode, place.len() as u64, MAX_RECORD_LENGTH)?;
             let (header, _) = record::message(&bytes[place.clone()])?;
             if repeated > 0 {
                 repeated -= 1;

@@ -8,7 +8,7 @@ use mcap::records::{Channel, ChunkIndex, Record, SchemaHeader};
 use super::MAX_RECORD_LENGTH;
 use crate::{
     Damage,
-    damage::{agree, limited},
+    error::{agree, limited},
     times::Times,
 };
 
@@ -33,8 +33,8 @@ pub(crate) struct Contents {
     /// Bytes of all of them.
     definitions: u64,
     pub spans: Vec<Span>,
-    /// Number of messages of each channel that has any, if known.
-    pub counts: Option<BTreeMap<u16, u64>>,
+    /// Number of messages of each channel that has any.
+    pub counts: BTreeMap<u16, u64>,
     pub times: Times,
     /// How many of the first messages of each topic are repeated from an earlier file of the bag.
     pub repeated: BTreeMap<String, u64>,
@@ -54,12 +54,9 @@ pub struct Chunks {
 }
 
 /// A part of the file that is read at once.
-#[derive(Clone)]
 pub(crate) struct Span {
-    /// No message in it is earlier (ns).
-    pub start_time: u64,
-    /// No message in it is later (ns).
-    pub end_time: u64,
+    /// No message in it is earlier or later (ns).
+    pub times: (u64, u64),
     pub offset: u64,
     pub length: u64,
     /// True if it is a chunk; else messages lie in the file one after the other.
@@ -79,35 +76,17 @@ impl Contents {
     /// Holds what is told against what is found.
     pub fn agree_with(&self, found: &Self) -> Result<(), Damage> {
         let offsets: BTreeSet<_> = found.spans.iter().map(|span| span.offset).collect();
-        let with_messages =
-            |span: &&Span| span.channels.is_some() || offsets.contains(&span.offset);
         let places = |contents: &Self| {
-            let spans = contents.spans.iter().filter(with_messages);
-            let places = spans.map(|it| (it.offset, it.length, it.start_time, it.end_time));
-            let mut places: Vec<_> = places.collect();
-            places.sort_unstable();
-            places
+            // A chunk of definitions only may be told of.
+            let spans = contents.spans.iter();
+            let spans = spans.filter(|it| it.channels.is_some() || offsets.contains(&it.offset));
+            let places = spans.map(|span| (span.offset, span.length, span.times));
+            places.collect::<BTreeSet<_>>()
         };
-        agree("chunk index", "chunks", places(self), places(found))?;
-        if let Some(mut counts) = self.counts.clone() {
-            counts.retain(|_, count| *count > 0);
-            let found = found.counts.clone().unwrap_or_default();
-            agree("statistics", "messages by channel", counts, found)?;
-        }
-        let times = self.times.zip(found.times);
-        times.map_or(Ok(()), |(told, found)| {
-            agree("statistics", "log times", told, found)
-        })
-    }
-
-    /// Takes over definitions that are missing.
-    pub fn learn(&mut self, known: &Self) {
-        for (id, schema) in &known.schemas {
-            self.schemas.entry(*id).or_insert_with(|| schema.clone());
-        }
-        for (id, channel) in &known.channels {
-            self.channels.entry(*id).or_insert_with(|| channel.clone());
-        }
+        agree("chunk index record: chunks", places(self), places(found))?;
+        let (told, found_counts) = (&self.counts, &found.counts);
+        agree("statistics record: messages by channel", told, found_counts)?;
+        agree("statistics record: log times", self.times, found.times)
     }
 
     /// Adds a schema or a channel of so many bytes; those of one id are one and the same.
@@ -131,14 +110,14 @@ impl Contents {
 /// Adds a definition; false if it is known.
 fn insert<T: PartialEq>(
     known: &mut BTreeMap<u16, T>,
-    record: &'static str,
+    record: &str,
     id: u16,
     definition: T,
 ) -> Result<bool, Damage> {
     match known.entry(id) {
-        Entry::Occupied(known) if *known.get() != definition => {
-            Err(Damage::Redefined { record, id })
-        }
+        Entry::Occupied(known) if *known.get() != definition => Err(Damage(format!(
+            "{record} {id} has two different definitions"
+        ))),
         Entry::Occupied(_) => Ok(false),
         Entry::Vacant(new) => {
             new.insert(definition);
@@ -152,19 +131,11 @@ impl Span {
     pub fn of_index(index: &ChunkIndex) -> Self {
         let channels: Box<[u16]> = index.message_index_offsets.keys().copied().collect();
         Self {
-            start_time: index.message_start_time,
-            end_time: index.message_end_time,
+            times: (index.message_start_time, index.message_end_time),
             offset: index.chunk_start_offset,
             length: index.chunk_length,
             is_chunk: true,
             channels: Some(channels).filter(|channels| !channels.is_empty()),
         }
-    }
-
-    /// Checks that messages of the time are in their place here.
-    pub fn check_time(&self, log_time: u64) -> Result<(), Damage> {
-        let (start, end) = (self.start_time, self.end_time);
-        let found = (start.min(log_time), end.max(log_time));
-        agree("chunk index", "log times", (start, end), found)
     }
 }

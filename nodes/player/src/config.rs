@@ -74,10 +74,10 @@ impl Config {
 
 /// Recorded seconds a second; 0 means as fast as possible.
 pub(crate) fn rate(parameters: &Parameters) -> Result<f64, NodeError> {
-    parameters.get("rate").map_err(NodeError::input)
+    Ok(parameters.get("rate")?)
 }
 
 /// Whether to begin anew at the end.
 pub(crate) fn is_loop(parameters: &Parameters) -> Result<bool, NodeError> {
-    parameters.get("loop").map_err(NodeError::input)
+    Ok(parameters.get("loop")?)
 }

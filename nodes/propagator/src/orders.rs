@@ -3,8 +3,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use lgvi_middleware::node::{Node, NodeError};
-use lgvi_middleware::ros::{Executor, Running};
+use lgvi_middleware::node::Node;
+use lgvi_middleware::ros::{Executor, RosError, Running};
 use lgvi_msgs::msg;
 use lgvi_msgs::srv::{SetState, SetStateResponse, Step, StepResponse};
 use lgvi_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
@@ -60,7 +60,7 @@ struct Gate {
 
 impl Orders {
     /// Offers `~/reset`, `~/pause`, `~/step` and `~/set_state`.
-    pub(crate) fn serve(node: &Node, scene: &Arc<Scene>) -> Result<Self, NodeError> {
+    pub(crate) fn serve(node: &Node, scene: &Arc<Scene>) -> Result<Self, RosError> {
         let (given, taken) = RingBuffer::new(ORDERS);
         let (done, mut answered) = RingBuffer::new(2 * ORDERS);
         let sender = Sender(Arc::new(Mutex::new(Gate {
@@ -71,24 +71,21 @@ impl Orders {
         let mut executor = Executor::new();
 
         let give = sender.clone();
-        let reset = ros.service_server("~/reset").map_err(NodeError::runtime)?;
-        executor.serve::<Trigger>(reset, move |_, reply| {
+        executor.serve::<Trigger>(ros, "~/reset", move |_, reply| {
             give.give(Command::Reset, move |outcome| {
                 let (success, message) = said(outcome);
                 reply.send(&TriggerResponse { success, message });
             });
-        });
+        })?;
         let give = sender.clone();
-        let pause = ros.service_server("~/pause").map_err(NodeError::runtime)?;
-        executor.serve::<SetBool>(pause, move |request, reply| {
+        executor.serve::<SetBool>(ros, "~/pause", move |request, reply| {
             give.give(Command::Pause(request.data), move |outcome| {
                 let (success, message) = said(outcome);
                 reply.send(&SetBoolResponse { success, message });
             });
-        });
+        })?;
         let give = sender.clone();
-        let step = ros.service_server("~/step").map_err(NodeError::runtime)?;
-        executor.serve::<Step>(step, move |request, reply| {
+        executor.serve::<Step>(ros, "~/step", move |request, reply| {
             give.give(Command::Step(request.steps), move |outcome| {
                 let step = outcome.as_ref().copied().unwrap_or_default();
                 let (success, message) = said(outcome);
@@ -98,13 +95,10 @@ impl Orders {
                     step,
                 });
             });
-        });
+        })?;
         let give = sender.clone();
         let scene = Arc::clone(scene);
-        let set_state = ros
-            .service_server("~/set_state")
-            .map_err(NodeError::runtime)?;
-        executor.serve::<SetState>(set_state, move |request, reply| {
+        executor.serve::<SetState>(ros, "~/set_state", move |request, reply| {
             let answer = move |outcome: Outcome| {
                 let step = outcome.as_ref().copied().unwrap_or_default();
                 let (success, message) = said(outcome);
@@ -118,7 +112,7 @@ impl Orders {
                 Ok(states) => give.give(Command::SetState(states, request.bodies), answer),
                 Err(error) => answer(Err(error.to_string())),
             }
-        });
+        })?;
 
         executor.whenever(move || {
             while let Ok((order, outcome)) = answered.pop() {
@@ -130,7 +124,7 @@ impl Orders {
             given: taken,
             done,
             sender,
-            executor: executor.start().map_err(NodeError::runtime)?,
+            executor: executor.start()?,
         })
     }
 

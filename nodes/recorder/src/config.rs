@@ -7,7 +7,7 @@ use std::time::Duration;
 use lgvi_bag::{BagOptions, Compression};
 use lgvi_common::FramePrefix;
 use lgvi_middleware::node::NodeError;
-use lgvi_middleware::{ParameterSpec, ParameterType, ParameterValue, Parameters};
+use lgvi_middleware::{NameError, ParameterSpec, ParameterValue, Parameters};
 use regex::Regex;
 
 use crate::log_time::LogTime;
@@ -144,13 +144,10 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
 
 impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
-        let output: String = get(parameters, "output")?;
-        let [bytes, cache]: [i64; 2] = [
-            get(parameters, "max_bytes")?,
-            get(parameters, "max_cache_size")?,
-        ];
-        let seconds: f64 = get(parameters, "max_duration")?;
-        let topics = parameters.get_optional("topics");
+        let output: String = parameters.get("output")?;
+        let bytes: i64 = parameters.get("max_bytes")?;
+        let cache: i64 = parameters.get("max_cache_size")?;
+        let seconds: f64 = parameters.get("max_duration")?;
         Ok(Self {
             output: if output.is_empty() {
                 chrono::Local::now()
@@ -166,25 +163,25 @@ impl Config {
                 max_duration: (seconds > 0.0).then(|| Duration::from_secs_f64(seconds)),
             },
             cache: usize::try_from(cache).unwrap_or(usize::MAX),
-            states: get(parameters, "states")?,
-            frame: get(parameters, "frame")?,
+            states: parameters.get("states")?,
+            frame: parameters.get("frame")?,
             frame_prefix: FramePrefix::read(parameters)?,
             log_time: chosen(parameters, "log_time", &LOG_TIMES)?,
-            await_stamp: get(parameters, "await_stamp")?,
-            start_paused: get(parameters, "start_paused")?,
-            topics: topics.map_err(NodeError::input)?,
+            await_stamp: parameters.get("await_stamp")?,
+            start_paused: parameters.get("start_paused")?,
+            topics: parameters.get_optional("topics")?,
             regex: expression(parameters, "regex")?,
-            exclude_topics: get(parameters, "exclude_topics")?,
+            exclude_topics: parameters.get("exclude_topics")?,
             exclude_regex: expression(parameters, "exclude_regex")?,
-            include_hidden_topics: get(parameters, "include_hidden_topics")?,
+            include_hidden_topics: parameters.get("include_hidden_topics")?,
         })
     }
 
     /// `states`: topics of full-rate states to take from shared memory, each once, where `resolve` makes names absolute.
     pub(crate) fn states(
         &self,
-        resolve: impl Fn(&str) -> Result<String, NodeError>,
-    ) -> Result<Vec<String>, NodeError> {
+        resolve: impl Fn(&str) -> Result<String, NameError>,
+    ) -> Result<Vec<String>, NameError> {
         let mut names = Vec::with_capacity(self.states.len());
         for name in &self.states {
             let name = resolve(name)?;
@@ -212,8 +209,8 @@ impl Config {
     pub(crate) fn selection(
         &self,
         node: &str,
-        resolve: impl Fn(&str) -> Result<String, NodeError>,
-    ) -> Result<Selection, NodeError> {
+        resolve: impl Fn(&str) -> Result<String, NameError>,
+    ) -> Result<Selection, NameError> {
         let name = |topic: &String| {
             let name = topic.split_once('=').map_or(&**topic, |(name, _)| name);
             resolve(name)
@@ -237,10 +234,6 @@ impl Config {
             hidden: self.include_hidden_topics,
         })
     }
-}
-
-fn get<T: ParameterType>(parameters: &Parameters, name: &str) -> Result<T, NodeError> {
-    parameters.get(name).map_err(NodeError::input)
 }
 
 /// A parameter that is one of some names.
@@ -272,7 +265,7 @@ fn chosen<T: Copy>(
     name: &str,
     choices: &[(&str, T)],
 ) -> Result<T, NodeError> {
-    let value: String = get(parameters, name)?;
+    let value: String = parameters.get(name)?;
     let found = choices.iter().find(|(choice, _)| *choice == value);
     // Others are refused before.
     found
@@ -293,7 +286,7 @@ fn pattern(name: &str, description: &str) -> ParameterSpec {
 }
 
 fn expression(parameters: &Parameters, name: &str) -> Result<Option<Regex>, NodeError> {
-    let text: String = get(parameters, name)?;
+    let text: String = parameters.get(name)?;
     if text.is_empty() {
         return Ok(None);
     }

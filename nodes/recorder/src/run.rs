@@ -60,7 +60,7 @@ impl Managed for Recorder {
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
         let config = Config::read(&node.parameters)?;
-        let services = Services::serve(node)?;
+        let services = Services::serve(&node.ros)?;
         services
             .paused
             .store(config.start_paused, Ordering::Relaxed);
@@ -113,7 +113,7 @@ impl Opened {
         shm: &ShmNode,
         services: &Services,
     ) -> Result<Self, NodeError> {
-        let names = config.states(|topic| node.args.resolve(topic).map_err(NodeError::input))?;
+        let names = config.states(|topic| node.args.resolve(topic))?;
         let time = Arc::<StateTime>::default();
         let account = Arc::<Account>::default();
         let clock = &node.clock;

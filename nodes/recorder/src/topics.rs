@@ -58,7 +58,7 @@ impl Topics {
         paused: Arc<AtomicBool>,
         account: Arc<Account>,
     ) -> Result<Self, NodeError> {
-        let resolve = |name: &str| ros.resolve(name).map_err(NodeError::input);
+        let resolve = |name: &str| ros.resolve(name);
         let mut topics = Self {
             selection: config.selection(&ros.fully_qualified_name(), resolve)?,
             definitions: Definitions::installed(),

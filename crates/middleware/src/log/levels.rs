@@ -8,10 +8,7 @@ use std::{
 use lgvi_msgs::excerpt;
 use lgvi_msgs::rcl_interfaces::{
     LoggerLevel, SetLoggerLevelsResult,
-    srv::{
-        GetLoggerLevels, GetLoggerLevelsRequest, GetLoggerLevelsResponse, SetLoggerLevels,
-        SetLoggerLevelsRequest, SetLoggerLevelsResponse,
-    },
+    srv::{GetLoggerLevels, GetLoggerLevelsResponse, SetLoggerLevels, SetLoggerLevelsResponse},
 };
 use tracing::warn;
 use tracing_subscriber::{filter::LevelFilter, reload};
@@ -146,36 +143,26 @@ impl Levels {
         executor: &mut Executor,
     ) -> Result<(), RosError> {
         let levels = self.clone();
-        executor.serve::<GetLoggerLevels>(
-            node.service_server("~/get_logger_levels")?,
-            move |request: GetLoggerLevelsRequest, reply| {
-                let level = |name: String| LoggerLevel {
-                    level: levels.number_of(&name).into(),
-                    name,
-                };
-                let levels = request.names.into_iter().map(level).collect();
-                reply.send(&GetLoggerLevelsResponse { levels });
-            },
-        );
+        executor.answer::<GetLoggerLevels>(node, "~/get_logger_levels", move |request| {
+            let level = |name: String| LoggerLevel {
+                level: levels.number_of(&name).into(),
+                name,
+            };
+            let levels = request.names.into_iter().map(level).collect();
+            GetLoggerLevelsResponse { levels }
+        })?;
         let (levels, parameters) = (self.clone(), parameters.clone());
-        executor.serve::<SetLoggerLevels>(
-            node.service_server("~/set_logger_levels")?,
-            move |request: SetLoggerLevelsRequest, reply| {
-                let set = |level: LoggerLevel| match levels.set_number(&parameters, level) {
-                    Ok(()) => SetLoggerLevelsResult {
-                        successful: true,
-                        reason: String::new(),
-                    },
-                    Err(error) => SetLoggerLevelsResult {
-                        successful: false,
-                        reason: error.to_string(),
-                    },
-                };
-                let results = request.levels.into_iter().map(set).collect();
-                reply.send(&SetLoggerLevelsResponse { results });
-            },
-        );
-        Ok(())
+        executor.answer::<SetLoggerLevels>(node, "~/set_logger_levels", move |request| {
+            let set = |level: LoggerLevel| {
+                let set = levels.set_number(&parameters, level);
+                SetLoggerLevelsResult {
+                    successful: set.is_ok(),
+                    reason: set.err().map(|error| error.to_string()).unwrap_or_default(),
+                }
+            };
+            let results = request.levels.into_iter().map(set).collect();
+            SetLoggerLevelsResponse { results }
+        })
     }
 
     /// The number of a logger's level, 0 where it has none of its own.

@@ -4,7 +4,6 @@ use std::{
     convert::Infallible,
     fmt,
     future::{Future as _, poll_fn},
-    io,
     sync::{
         Arc, Mutex, OnceLock, PoisonError,
         mpsc::{self, Receiver, Sender},
@@ -20,7 +19,7 @@ use tokio::{
 };
 use tracing::warn;
 
-use super::{PublishError, RequestId, ServiceServer, Subscription};
+use super::{PublishError, RequestId, RosError, RosNode, ServiceServer, Subscription};
 use crate::runtime::runtime;
 
 /// Requests or messages of one endpoint that are taken before the others have their turn.
@@ -61,14 +60,40 @@ impl Executor {
         Self::default()
     }
 
-    /// Has the requests of a service answered by `answer`, at once or later through the [`Reply`].
+    /// Offers a service, by a name that is expanded and remapped: its requests are answered by `answer`, at once or later
+    /// through the [`Reply`].
     pub fn serve<S: Service>(
         &mut self,
-        server: ServiceServer<S>,
+        node: &RosNode,
+        service: &str,
         answer: impl FnMut(S::Request, Reply<S>) + Send + 'static,
-    ) {
-        let server = Arc::new(server);
+    ) -> Result<(), RosError> {
+        let server = Arc::new(node.service_server(service)?);
         self.add(Serving { server, answer });
+        Ok(())
+    }
+
+    /// The same for a service whose requests are answered at once; by the default response where the answer is too long to
+    /// be sent.
+    pub fn answer<S: Service>(
+        &mut self,
+        node: &RosNode,
+        service: &str,
+        mut answer: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<(), RosError>
+    where
+        S::Response: Default,
+    {
+        self.serve::<S>(node, service, move |request, reply| {
+            let response = answer(request);
+            match reply.server.reply(reply.id, &response) {
+                Err(error @ PublishError::TooLong { .. }) => {
+                    warn!("an empty reply is sent instead: {error}");
+                    reply.send(&S::Response::default());
+                }
+                sent => warn_of(sent),
+            }
+        })
     }
 
     /// Has the messages of a subscription heard by `hear`.
@@ -102,7 +127,7 @@ impl Executor {
     }
 
     /// Begins, on the runtime of the process. The tasks have their turns one after the other.
-    pub fn start(self) -> io::Result<Running> {
+    pub fn start(self) -> Result<Running, RosError> {
         let Self { tasks, wakeup } = self;
         let (ended, end) = mpsc::channel();
         let mut turns = Turns {
@@ -171,21 +196,13 @@ impl Drop for Running {
 impl<S: Service> Reply<S> {
     /// Answers the request. Waits for no client; at most 20 ms for room.
     pub fn send(self, response: &S::Response) {
-        if let Err(error) = self.server.reply(self.id, response) {
-            warn!("no reply: {error}");
-        }
+        warn_of(self.server.reply(self.id, response));
     }
+}
 
-    /// Answers the request, by `instead` where the response is too long to be sent.
-    pub fn send_or(self, response: &S::Response, instead: &S::Response) {
-        match self.server.reply(self.id, response) {
-            Err(error @ PublishError::TooLong { .. }) => {
-                warn!("an empty reply is sent instead: {error}");
-                self.send(instead);
-            }
-            Err(error) => warn!("no reply: {error}"),
-            Ok(()) => {}
-        }
+fn warn_of(sent: Result<(), PublishError>) {
+    if let Err(error) = sent {
+        warn!("no reply: {error}");
     }
 }
 

@@ -30,6 +30,8 @@ mod wire;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
+use std::io;
+
 use crate::{NameError, SecurityError};
 
 pub use action::{
@@ -61,6 +63,9 @@ pub enum RosError {
     /// Security is asked for and cannot be had.
     #[error(transparent)]
     Security(#[from] SecurityError),
+    /// The threads that serve it cannot be started.
+    #[error(transparent)]
+    Threads(#[from] io::Error),
     /// The domain cannot be joined.
     #[error("cannot join domain {domain_id}: {reason}")]
     Join {

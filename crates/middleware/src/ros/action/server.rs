@@ -31,15 +31,10 @@ impl<A: Action> ActionServer<A> {
         let shared = Arc::new(Shared::new(executor.handle()));
         let protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
         executor.add(protocol);
-        let running = executor.start().map_err(|error| RosError::Endpoint {
-            topic: action.into(),
-            type_name: A::TYPE_NAME.into(),
-            reason: error.to_string(),
-        })?;
         Ok(Self {
             name: action.into(),
             shared,
-            _running: running,
+            _running: executor.start()?,
         })
     }
 

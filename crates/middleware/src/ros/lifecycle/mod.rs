@@ -72,31 +72,24 @@ impl Lifecycle {
             events: node.publisher("~/transition_event", &Qos::reliable(EVENTS))?,
         }));
         let this = lifecycle.clone();
-        executor.serve::<ChangeState>(
-            node.service_server("~/change_state")?,
-            move |request, reply| this.ask(&request.transition, reply),
-        );
+        executor.serve::<ChangeState>(node, "~/change_state", move |request, reply| {
+            this.ask(&request.transition, reply);
+        })?;
         let this = lifecycle.clone();
-        executor.serve::<GetState>(node.service_server("~/get_state")?, move |_, reply| {
-            let current_state = this.state().message();
-            reply.send(&GetStateResponse { current_state });
-        });
-        executor.serve::<GetAvailableStates>(
-            node.service_server("~/get_available_states")?,
-            move |_, reply| {
-                let available_states = known_states().collect();
-                reply.send(&GetAvailableStatesResponse { available_states });
-            },
-        );
+        executor.answer::<GetState>(node, "~/get_state", move |_| GetStateResponse {
+            current_state: this.state().message(),
+        })?;
+        executor.answer::<GetAvailableStates>(node, "~/get_available_states", |_| {
+            let available_states = known_states().collect();
+            GetAvailableStatesResponse { available_states }
+        })?;
         let this = lifecycle.clone();
-        executor.serve::<GetAvailableTransitions>(
-            node.service_server("~/get_available_transitions")?,
-            move |_, reply| reply.send(&transitions([this.state()])),
-        );
-        executor.serve::<GetAvailableTransitions>(
-            node.service_server("~/get_transition_graph")?,
-            move |_, reply| reply.send(&transitions(STATES)),
-        );
+        let available = "~/get_available_transitions";
+        executor.answer::<GetAvailableTransitions>(node, available, move |_| {
+            transitions([this.state()])
+        })?;
+        let graph = "~/get_transition_graph";
+        executor.answer::<GetAvailableTransitions>(node, graph, |_| transitions(STATES))?;
         Ok(lifecycle)
     }
 

@@ -2,7 +2,7 @@
 
 use std::{
     fs, io,
-    sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
+    sync::{Arc, Condvar, Mutex, OnceLock},
     time::{Duration, Instant},
 };
 
@@ -11,7 +11,10 @@ use tokio::{
     sync::Notify,
 };
 
-use crate::runtime::{ending_signals, runtime};
+use crate::{
+    runtime::{ending_signals, runtime},
+    sync::{lock, wait_while},
+};
 
 /// A flag that is raised once and stays raised; clones share it.
 #[derive(Debug, Clone, Default)]
@@ -62,7 +65,7 @@ impl Shutdown {
 
     /// Raises the flag.
     pub fn request(&self) {
-        *self.lock() = true;
+        *lock(&self.0.raised) = true;
         let _ = self.0.since.set(Instant::now());
         self.0.blocking.notify_all();
         self.0.tasks.notify_waiters();
@@ -80,12 +83,10 @@ impl Shutdown {
 
     /// Blocks until the flag is raised or the time has passed; returns whether it is raised.
     pub fn wait_timeout(&self, timeout: Duration) -> bool {
-        *self
-            .0
-            .blocking
-            .wait_timeout_while(self.lock(), timeout, |raised| !*raised)
-            .unwrap_or_else(PoisonError::into_inner)
-            .0
+        let Flag {
+            raised, blocking, ..
+        } = &*self.0;
+        *wait_while(blocking, raised, timeout, |raised| !*raised)
     }
 
     /// Waits until the flag is raised; safe to cancel.
@@ -96,10 +97,6 @@ impl Shutdown {
         if !self.requested() {
             notified.await;
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, bool> {
-        self.0.raised.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -1,10 +1,11 @@
 //! What is asked of a flight from outside: by services, on a thread of their own, and done by the flight's loop between
 //! two steps.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use lgvi_middleware::node::Node;
 use lgvi_middleware::ros::{Executor, RosError, Running};
+use lgvi_middleware::sync::lock;
 use lgvi_msgs::msg;
 use lgvi_msgs::srv::{SetState, SetStateResponse, Step, StepResponse};
 use lgvi_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
@@ -130,12 +131,12 @@ impl Orders {
 
     /// Takes orders from now on.
     pub(crate) fn open(&self) {
-        self.sender.lock().open = true;
+        lock(&self.sender.0).open = true;
     }
 
     /// Refuses those that come from now on, and those that wait.
     pub(crate) fn close(&mut self) {
-        self.sender.lock().open = false;
+        lock(&self.sender.0).open = false;
         while let Some(order) = self.next() {
             self.answer(order, Err(INACTIVE.to_owned()));
         }
@@ -161,7 +162,7 @@ impl Sender {
             command,
             answer: Box::new(answer),
         };
-        let mut gate = self.lock();
+        let mut gate = lock(&self.0);
         let refused = if gate.open {
             gate.orders.push(order).err().map(|error| {
                 let rtrb::PushError::Full(order) = error;
@@ -174,10 +175,6 @@ impl Sender {
         if let Some((order, why)) = refused {
             (order.answer)(Err(why));
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Gate> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,7 @@ use lgvi_common::Event;
 use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::ShmNode;
+use lgvi_middleware::sync::lock;
 use lgvi_middleware::{ParameterSpec, Shutdown};
 use tracing::info;
 
@@ -253,8 +254,4 @@ fn receive(
             .into_iter()
             .try_for_each(|outcome| outcome.and_then(|received| received))
     })
-}
-
-fn lock(account: &Mutex<Arc<Account>>) -> MutexGuard<'_, Arc<Account>> {
-    account.lock().unwrap_or_else(PoisonError::into_inner)
 }

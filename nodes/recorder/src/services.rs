@@ -1,9 +1,10 @@
 //! What is asked of a recording from outside, by the services of rosbag2's recorder.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use lgvi_middleware::ros::{Executor, RosError, RosNode, Running};
+use lgvi_middleware::sync::lock;
 use lgvi_msgs::rosbag2_interfaces::srv::{
     IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse, SplitBagfile,
     SplitBagfileResponse,
@@ -57,7 +58,7 @@ impl Services {
                 }
                 reply.send(&SplitBagfileResponse::default());
             });
-            match &*this.lock() {
+            match &*lock(&this.0) {
                 Some(queue) => queue.split(answer),
                 None => answer(Err("nothing is recorded".to_owned())),
             }
@@ -72,7 +73,7 @@ impl Services {
     /// Has files split through this queue until the returned guard is dropped.
     #[must_use]
     pub(crate) fn attach(&self, queue: &Arc<Queue>) -> Attached {
-        *self.recording.lock() = Some(Arc::clone(queue));
+        *lock(&self.recording.0) = Some(Arc::clone(queue));
         Attached(self.recording.clone())
     }
 }
@@ -82,12 +83,8 @@ pub(crate) struct Attached(Recording);
 
 impl Drop for Attached {
     fn drop(&mut self) {
-        *self.0.lock() = None;
+        *lock(&self.0.0) = None;
     }
 }
 
-impl Recording {
-    fn lock(&self) -> MutexGuard<'_, Option<Arc<Queue>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
+impl Recording {}

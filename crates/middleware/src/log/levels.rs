@@ -2,7 +2,7 @@
 
 use std::{
     fmt,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex},
 };
 
 use lgvi_msgs::excerpt;
@@ -18,6 +18,7 @@ use crate::{
     log_settings::{LEVELS, filter},
     parameters::{Change, ParameterSpec, ParameterValue, Parameters},
     ros::{Executor, RosError, RosNode},
+    sync::lock,
 };
 
 /// The parameter that holds the level of this project's messages.
@@ -82,7 +83,7 @@ impl Levels {
 
     /// The name of the level of this project's messages on the console.
     pub fn get(&self) -> &'static str {
-        name(self.settings().level.unwrap_or(LevelFilter::INFO))
+        name(lock(&self.0.settings).level.unwrap_or(LevelFilter::INFO))
     }
 
     /// Sets the level of this project's messages, on the console and on `/rosout`, by its name.
@@ -167,7 +168,7 @@ impl Levels {
 
     /// The number of a logger's level, 0 where it has none of its own.
     fn number_of(&self, logger: &str) -> u8 {
-        let settings = self.settings();
+        let settings = lock(&self.0.settings);
         if self.is_own(logger) {
             return number(settings.level.unwrap_or(LevelFilter::INFO));
         }
@@ -207,7 +208,7 @@ impl Levels {
     }
 
     fn change(&self, change: impl FnOnce(&mut LogSettings)) -> Result<(), LevelError> {
-        let mut settings = self.settings();
+        let mut settings = lock(&self.0.settings);
         change(&mut settings);
         for apply in &self.0.apply {
             apply(&settings)?;
@@ -217,11 +218,6 @@ impl Levels {
 
     fn is_own(&self, logger: &str) -> bool {
         logger.is_empty() || self.0.own.iter().any(|own| own == logger)
-    }
-
-    fn settings(&self) -> MutexGuard<'_, LogSettings> {
-        let settings = self.0.settings.lock();
-        settings.unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -243,6 +239,8 @@ fn of_filter(level: LevelFilter) -> (&'static str, u8) {
 
 impl fmt::Debug for Levels {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Levels").field(&*self.settings()).finish()
+        f.debug_tuple("Levels")
+            .field(&*lock(&self.0.settings))
+            .finish()
     }
 }

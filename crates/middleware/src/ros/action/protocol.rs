@@ -26,6 +26,7 @@ use crate::{
         Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer,
         executor::Task,
     },
+    sync::lock,
     wall,
 };
 
@@ -82,24 +83,27 @@ where
             let now = stamp::to_message(wall::now()).unwrap_or_default();
             let accepted = self.decided(goal_id, &goal);
             // The goal is known before the client may ask for it, and worked on after the reply is on its way.
-            let stop = accepted.then(|| self.shared.table().goals.accept(goal_id, now.clone()));
+            let stop =
+                accepted.then(|| lock(&self.shared.table).goals.accept(goal_id, now.clone()));
             warn_of(self.send_goal.reply(id, &(accepted, now).into()));
             if let Some(stop) = stop {
-                self.shared.table().queue.push_back((goal_id, goal, stop));
+                lock(&self.shared.table)
+                    .queue
+                    .push_back((goal_id, goal, stop));
                 self.shared.arrival.notify_one();
             }
         }
     }
 
     fn decided(&mut self, id: GoalId, goal: &A::Goal) -> bool {
-        let table = self.shared.table();
+        let table = lock(&self.shared.table);
         let active = table.goals.active();
         if table.goals.contains(id) {
             return false;
         }
         drop(table);
         let decision = (self.decide)(goal, active);
-        let mut table = self.shared.table();
+        let mut table = lock(&self.shared.table);
         let active = table.goals.active();
         match decision {
             Decision::Refuse => false,
@@ -116,7 +120,7 @@ where
 
     fn take_cancellations(&self, context: &Context<'_>) {
         for Request { id, message } in taken(&self.cancel_goal, context) {
-            let mut table = self.shared.table();
+            let mut table = lock(&self.shared.table);
             let response = table.goals.cancel(&message);
             table.finish_stopped();
             drop(table);
@@ -127,7 +131,7 @@ where
     fn take_result_requests(&self, context: &Context<'_>) {
         for Request { id, message } in taken(&self.get_result, context) {
             let goal: UUID = message.into();
-            let answer = self.shared.table().goals.result(GoalId(goal.uuid), id);
+            let answer = lock(&self.shared.table).goals.result(GoalId(goal.uuid), id);
             match answer {
                 Answer::Now(cdr) => self.reply_result(id, cdr),
                 Answer::Unknown => {
@@ -153,7 +157,7 @@ impl<A: Action, D> Protocol<A, D> {
 
     /// Sends what waits to be sent: feedback before the states, and these before the results.
     fn send(&self) {
-        let mut table = self.shared.table();
+        let mut table = lock(&self.shared.table);
         table.goals.expire(Instant::now());
         let feedback = std::mem::take(&mut table.feedback);
         let states = table.goals.changed_states();
@@ -193,7 +197,7 @@ where
 impl<A: Action, D> Drop for Protocol<A, D> {
     /// Aborts the goals that are left.
     fn drop(&mut self) {
-        let mut table = self.shared.table();
+        let mut table = lock(&self.shared.table);
         table.goals.stop_all(StopReason::Closed);
         for id in table.goals.unfinished_ids() {
             table.finish(id, Ending::Stopped, A::Result::default());

@@ -1,10 +1,6 @@
 //! The server's side of an action.
 
-use std::{
-    fmt,
-    sync::{Arc, PoisonError},
-    time::Duration,
-};
+use std::{fmt, sync::Arc, time::Duration};
 
 use lgvi_msgs::Action;
 
@@ -13,7 +9,10 @@ use super::{
     protocol::Protocol,
     table::{Decision, Shared},
 };
-use crate::ros::{Executor, RosError, RosNode, Running};
+use crate::{
+    ros::{Executor, RosError, RosNode, Running},
+    sync::wait_while,
+};
 
 /// Offers an action: see [`RosNode::action_server`]. Dropped, it aborts the goals that are left.
 pub struct ActionServer<A: Action> {
@@ -40,11 +39,8 @@ impl<A: Action> ActionServer<A> {
 
     /// Waits for the next accepted goal, up to `timeout`; `None` if there is none. May be called from several threads.
     pub fn next_goal(&self, timeout: Duration) -> Option<GoalHandle<A>> {
-        let (mut table, _) = self
-            .shared
-            .arrival
-            .wait_timeout_while(self.shared.table(), timeout, |table| table.queue.is_empty())
-            .unwrap_or_else(PoisonError::into_inner);
+        let Shared { table, arrival, .. } = &*self.shared;
+        let mut table = wait_while(arrival, table, timeout, |table| table.queue.is_empty());
         let (id, goal, stop) = table.queue.pop_front()?;
         table.goals.execute(id);
         drop(table);

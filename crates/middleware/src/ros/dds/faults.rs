@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::Mutex,
     time::{Duration, Instant},
 };
 
@@ -10,7 +10,7 @@ use rustdds::{DomainParticipantStatusEvent as Event, GUID, QosPolicies, policy, 
 use tracing::warn;
 
 use super::{graph::Side, names::Names};
-use crate::ros::type_names;
+use crate::{ros::type_names, sync::lock};
 
 /// How long a report waits for the remote node to announce its name.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -51,12 +51,12 @@ impl Faults {
             topic: topic.into(),
             dds_type: dds_type.into(),
         };
-        self.lock().locals.insert(guid, local);
+        lock(&self.0).locals.insert(guid, local);
     }
 
     /// Forgets a local endpoint.
     pub(super) fn remove(&self, guid: GUID) {
-        let mut table = self.lock();
+        let mut table = lock(&self.0);
         table.locals.remove(&guid);
         table.pending.retain(|pending| pending.local != guid);
         table.found.retain(|(local, _)| *local != guid);
@@ -64,7 +64,7 @@ impl Faults {
 
     /// How many remote endpoints a local one cannot work with.
     pub(super) fn count(&self, local: GUID) -> usize {
-        let table = self.lock();
+        let table = lock(&self.0);
         table
             .found
             .iter()
@@ -74,7 +74,7 @@ impl Faults {
 
     /// Takes note of what DDS reports.
     pub(super) fn apply(&self, event: &Event) {
-        let mut table = self.lock();
+        let mut table = lock(&self.0);
         match event {
             Event::ReaderDetected { reader: endpoint }
             | Event::WriterDetected { writer: endpoint } => {
@@ -112,21 +112,17 @@ impl Faults {
 
     /// Forgets the remote endpoints for which this is not so.
     pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
-        self.lock().forget(|remote| !stays(remote));
+        lock(&self.0).forget(|remote| !stays(remote));
     }
 
     /// Reports what is new and, if possible, has a name; to be called often. Returns when to call it at the latest.
     pub(super) fn report(&self, names: &Names) -> Option<Duration> {
-        let mut table = self.lock();
+        let mut table = lock(&self.0);
         for pending in std::mem::take(&mut table.pending) {
             table.report(pending, names);
         }
         let oldest = table.pending.first()?;
         Some(PATIENCE.saturating_sub(oldest.since.elapsed()))
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Table> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

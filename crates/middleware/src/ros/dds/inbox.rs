@@ -3,7 +3,7 @@
 use std::{
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        Arc, Mutex, Weak,
         atomic::{AtomicBool, Ordering},
     },
     task::{Wake, Waker},
@@ -15,7 +15,10 @@ use rustdds::{
 };
 
 use super::cdr::CdrBytes;
-use crate::ros::{Sample, SampleId, SampleInfo, TakeError, WriterId, arrivals::Arrivals};
+use crate::{
+    ros::{Sample, SampleId, SampleInfo, TakeError, WriterId, arrivals::Arrivals},
+    sync::lock,
+};
 
 /// A DDS reader and what has been taken from it.
 ///
@@ -107,10 +110,6 @@ impl Inbox {
                 }));
         }
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn sample(change: DeserializedCacheChange<Vec<u8>>) -> Sample<Vec<u8>> {

@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
+    sync::{Arc, Mutex, OnceLock},
 };
 
 use lgvi_msgs::{RosMessage, cdr};
@@ -10,7 +10,7 @@ use rustdds::GUID;
 use serde::{Deserialize, Serialize};
 
 use super::inbox::Inbox;
-use crate::ros::namesakes::Birth;
+use crate::{ros::namesakes::Birth, sync::lock};
 
 type Gid = [u8; 16];
 
@@ -82,7 +82,7 @@ impl Names {
     }
 
     fn note(&self, entities: ParticipantEntities, stamp: i64) {
-        let mut of = self.lock();
+        let mut of = lock(&self.of);
         let known = of.get(&entities.participant);
         let since = known.map_or(stamp, |known| known.since.min(stamp));
         let nodes = entities.nodes;
@@ -91,7 +91,7 @@ impl Names {
 
     /// The participants that have a node of this name, and since when they say to be there.
     pub(super) fn namesakes(&self, name: &str) -> Vec<Birth> {
-        let of = self.lock();
+        let of = lock(&self.of);
         let named = of.iter().filter(|(_, announced)| {
             let mut nodes = announced.nodes.iter();
             nodes.any(|node| node.fully_qualified_name() == name)
@@ -103,14 +103,12 @@ impl Names {
 
     /// Forgets the participants for which this is not so.
     pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
-        self.lock()
-            .retain(|participant, _| stays(GUID::from_bytes(*participant)));
+        lock(&self.of).retain(|participant, _| stays(GUID::from_bytes(*participant)));
     }
 
     /// The fully qualified names of all nodes, sorted; one that is there twice is named twice.
     pub(super) fn all(&self) -> Vec<String> {
-        let mut names: Vec<_> = self
-            .lock()
+        let mut names: Vec<_> = lock(&self.of)
             .values()
             .flat_map(|announced| &announced.nodes)
             .map(NodeEntities::fully_qualified_name)
@@ -122,17 +120,13 @@ impl Names {
     /// The node that an endpoint belongs to.
     pub(super) fn node_of(&self, endpoint: GUID) -> Option<String> {
         let gid = endpoint.to_bytes();
-        let of = self.lock();
+        let of = lock(&self.of);
         let nodes = of
             .iter()
             .filter(|(participant, _)| participant[..12] == gid[..12])
             .flat_map(|(_, announced)| &announced.nodes);
         let mut names = nodes.clone().filter(|node| node.has(&gid)).chain(nodes);
         names.next().map(NodeEntities::fully_qualified_name)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Gid, Announced>> {
-        self.of.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

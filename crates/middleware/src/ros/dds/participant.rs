@@ -4,7 +4,7 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fmt,
     net::{IpAddr, Ipv4Addr, SocketAddr},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard},
     thread,
     time::{Duration, Instant},
 };
@@ -37,7 +37,7 @@ use crate::ros::{
     namesakes::{self, is_elder},
     type_names,
 };
-use crate::{Environment, NodeArgs, Reach, ServiceMapping, security::Enclave};
+use crate::{Environment, NodeArgs, Reach, ServiceMapping, security::Enclave, sync::lock};
 
 /// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
 const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
@@ -317,7 +317,7 @@ impl Participant {
     }
 
     pub(super) fn graph(&self) -> MutexGuard<'_, Graph> {
-        self.graph.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.graph)
     }
 }
 

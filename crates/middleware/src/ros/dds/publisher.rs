@@ -3,7 +3,7 @@
 use std::{
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
     },
     thread,
@@ -16,9 +16,12 @@ use rustdds::{
 };
 
 use super::{cdr::CdrBytes, graph::Side, participant::Participant, policies};
-use crate::ros::{
-    PublishError, Qos, RosError, SampleId, WriterId,
-    wire::{LITTLE_ENDIAN, WirePublisher},
+use crate::{
+    ros::{
+        PublishError, Qos, RosError, SampleId, WriterId,
+        wire::{LITTLE_ENDIAN, WirePublisher},
+    },
+    sync::lock,
 };
 
 /// How long what was published last has before its publisher leaves.
@@ -153,7 +156,7 @@ impl Writer {
             .build();
         let identity = self.admit(&payload, &options, limit)?;
         self.sent.fetch_add(1, Ordering::Relaxed);
-        *self.latest() = Some(Instant::now());
+        *lock(&self.latest) = Some(Instant::now());
         if introduce {
             // Whether all have acknowledged: what follows is sent in any case.
             let acquaintance = self.patience(limit.min(ACQUAINTANCE));
@@ -187,10 +190,6 @@ impl Writer {
             }
         });
         acknowledged.unwrap_or(Ok(false))
-    }
-
-    fn latest(&self) -> MutexGuard<'_, Option<Instant>> {
-        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(super) fn dds_error(&self, error: &impl fmt::Display) -> PublishError {
@@ -268,7 +267,7 @@ impl WirePublisher for Writer {
 
 impl Drop for Writer {
     fn drop(&mut self) {
-        let latest = *self.latest();
+        let latest = *lock(&self.latest);
         if let Some(latest) = latest
             && self.matched() > 0
             && !self.stalled.load(Ordering::Relaxed)

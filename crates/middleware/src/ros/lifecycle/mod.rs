@@ -6,7 +6,7 @@ use std::{
     collections::VecDeque,
     fmt,
     sync::{
-        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        Arc, Condvar, Mutex,
         atomic::{AtomicBool, Ordering},
     },
     time::Duration,
@@ -21,7 +21,10 @@ use lgvi_msgs::lifecycle_msgs::{
 };
 use tracing::warn;
 
-use crate::wall;
+use crate::{
+    sync::{lock, wait_while},
+    wall,
+};
 
 use super::{Executor, Publisher, Qos, Reply, RosError, RosNode};
 use machine::{Edge, STATES};
@@ -95,7 +98,7 @@ impl Lifecycle {
 
     /// The present state.
     pub fn state(&self) -> State {
-        self.lock().state
+        lock(&self.0.inner).state
     }
 
     /// Whether a change has been asked for that nobody has taken yet. Does not lock.
@@ -105,11 +108,8 @@ impl Lifecycle {
 
     /// Takes the next change that has been asked for and can still be made; waits for one up to `timeout`.
     pub fn next(&self, timeout: Duration) -> Option<Asked> {
-        let (mut inner, _) = self
-            .0
-            .arrived
-            .wait_timeout_while(self.lock(), timeout, |inner| inner.asked.is_empty())
-            .unwrap_or_else(PoisonError::into_inner);
+        let Shared { inner, arrived, .. } = &*self.0;
+        let mut inner = wait_while(arrived, inner, timeout, |inner| inner.asked.is_empty());
         let asked = inner.asked.pop_front();
         self.0
             .asked
@@ -134,7 +134,7 @@ impl Lifecycle {
     }
 
     fn go(&self, edge: impl FnOnce(State) -> Option<Edge>) -> bool {
-        let mut inner = self.lock();
+        let mut inner = lock(&self.0.inner);
         let Some(edge) = edge(inner.state) else {
             return false;
         };
@@ -153,7 +153,7 @@ impl Lifecycle {
     }
 
     fn ask(&self, transition: &lgvi_msgs::lifecycle_msgs::Transition, reply: Reply<ChangeState>) {
-        let mut inner = self.lock();
+        let mut inner = lock(&self.0.inner);
         let state = inner.state;
         let Some(change) = Change::asked(transition, state) else {
             drop(inner);
@@ -167,10 +167,6 @@ impl Lifecycle {
         inner.asked.push_back(Asked { change, reply });
         self.0.asked.store(true, Ordering::Release);
         self.0.arrived.notify_all();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Inner> {
-        self.0.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Condvar, Mutex},
     time::{Duration, Instant},
 };
 
@@ -17,10 +17,13 @@ use super::{
     keys::{self, Endpoint, Entity, Kind, Node},
     text,
 };
-use crate::ros::{
-    Namesake, TopicInfo,
-    namesakes::{Birth, is_elder},
-    type_names,
+use crate::{
+    ros::{
+        Namesake, TopicInfo,
+        namesakes::{Birth, is_elder},
+        type_names,
+    },
+    sync::{lock, wait_while},
 };
 
 /// Knows the tokens of other sessions.
@@ -67,26 +70,26 @@ impl Graph {
 
     /// Has mismatches with an endpoint of ours reported.
     pub(super) fn watch(&self, endpoint: &Endpoint) {
-        let mut table = self.shared.lock();
+        let mut table = lock(&self.shared.table);
         table.own.push(endpoint.clone());
         table.report();
     }
 
     /// Forgets an endpoint of ours.
     pub(super) fn forget(&self, endpoint: &Endpoint) {
-        let mut table = self.shared.lock();
+        let mut table = lock(&self.shared.table);
         let place = table.own.iter().position(|own| own == endpoint);
         place.map(|place| table.own.swap_remove(place));
     }
 
     /// How many endpoints of others one of ours works with.
     pub(super) fn matched(&self, own: &Endpoint) -> usize {
-        self.shared.lock().matched(own)
+        lock(&self.shared.table).matched(own)
     }
 
     /// How many are on the other side, and of another type.
     pub(super) fn incompatible(&self, own: &Endpoint) -> usize {
-        let table = self.shared.lock();
+        let table = lock(&self.shared.table);
         table
             .facing(own)
             .filter(|(_, other)| !own.understands(other))
@@ -95,18 +98,13 @@ impl Graph {
 
     /// Blocks until there are so many matches, or the time has passed; returns whether there are.
     pub(super) fn wait(&self, own: &Endpoint, count: usize, timeout: Duration) -> bool {
-        let (table, _) = self
-            .shared
-            .changed
-            .wait_timeout_while(self.shared.lock(), timeout, |table| {
-                table.matched(own) < count
-            })
-            .unwrap_or_else(PoisonError::into_inner);
+        let Shared { table, changed, .. } = &*self.shared;
+        let table = wait_while(changed, table, timeout, |table| table.matched(own) < count);
         table.matched(own) >= count
     }
 
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
-        let table = self.shared.lock();
+        let table = lock(&self.shared.table);
         let mut topics = BTreeMap::<_, TopicInfo>::new();
         for endpoint in table
             .others
@@ -140,7 +138,7 @@ impl Graph {
     }
 
     pub(super) fn nodes(&self) -> Vec<String> {
-        let table = self.shared.lock();
+        let table = lock(&self.shared.table);
         let nodes = table
             .others
             .values()
@@ -153,7 +151,7 @@ impl Graph {
     }
 
     pub(super) fn namesakes(&self, own: &Node) -> Vec<Namesake> {
-        let table = self.shared.lock();
+        let table = lock(&self.shared.table);
         let nodes = table.others.values().filter(|other| {
             other.endpoint.is_none()
                 && other.node.namespace == own.namespace
@@ -177,7 +175,7 @@ impl Shared {
         if entity.node.session == self.own {
             return;
         }
-        let mut table = self.lock();
+        let mut table = lock(&self.table);
         match sample.kind() {
             SampleKind::Put => {
                 table.others.insert(token.to_owned(), entity);
@@ -190,10 +188,6 @@ impl Shared {
         }
         drop(table);
         self.changed.notify_all();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Table> {
-        self.table.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

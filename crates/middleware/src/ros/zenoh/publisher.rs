@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicU64, Ordering},
     },
     thread,
@@ -15,6 +15,7 @@ use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, Mis
 use super::{Announced, Connection, attachment::Attachment, keys::Endpoint, reliability, text};
 use crate::{
     ros::{PublishError, WriterId, publisher::next, wire::WirePublisher},
+    sync::lock,
     wall,
 };
 
@@ -66,7 +67,7 @@ impl Publisher {
 
 impl WirePublisher for Publisher {
     fn publish(&self, cdr: Vec<u8>, _: Option<Duration>) -> Result<(), PublishError> {
-        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        let _turn = lock(&self.turn);
         let attachment = Attachment {
             sequence: next(self.sent()),
             time: wall::now(),

@@ -3,7 +3,7 @@
 use std::{
     collections::{BTreeMap, VecDeque},
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicI64, Ordering},
         mpsc::{self, RecvTimeoutError},
     },
@@ -25,6 +25,7 @@ use crate::{
         CallError, PublishError, RequestId, SampleInfo, TakeError,
         wire::{Incoming, WireClient, WireServer},
     },
+    sync::lock,
     wall,
 };
 
@@ -249,8 +250,4 @@ fn failed(service: &str, error: &::zenoh::Error) -> PublishError {
         topic: service.to_owned(),
         reason: error.to_string(),
     }
-}
-
-fn lock(requests: &Mutex<Requests>) -> MutexGuard<'_, Requests> {
-    requests.lock().unwrap_or_else(PoisonError::into_inner)
 }

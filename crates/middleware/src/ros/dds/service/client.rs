@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeSet,
     future::poll_fn,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
     time::Duration,
 };
 
@@ -19,6 +19,7 @@ use crate::{
         dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
         wire::{ServiceTypes, WireClient, WirePublisher, WireSubscription},
     },
+    sync::lock,
 };
 
 /// How often a client that waits for a reply looks whether the server is still there.
@@ -112,7 +113,7 @@ impl WireClient for Client {
     }
 
     fn call(&self, cdr: Vec<u8>, timeout: Duration) -> Result<Vec<u8>, CallError> {
-        let mut number = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut number = lock(&self.turn);
         let deadline = Deadline::after(timeout);
         let mut first = None;
         while self.wait_for_server(deadline.left()) {

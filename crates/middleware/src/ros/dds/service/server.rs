@@ -2,7 +2,7 @@
 
 use std::{
     collections::VecDeque,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex},
     task::{Context, Poll},
     time::{Duration, Instant},
 };
@@ -18,6 +18,7 @@ use crate::{
         dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
         wire::{Incoming, ServiceTypes, WireServer, WireSubscription},
     },
+    sync::lock,
     wall,
 };
 
@@ -88,7 +89,7 @@ impl Server {
         let Some((id, cdr)) = mapping::taken_request(mapping, sample) else {
             return Err(self.other_mapping(&info));
         };
-        let mut held = self.held();
+        let mut held = lock(&self.held);
         let is_own = |other: &Held| other.incoming.id.writer == id.writer;
         if held.iter().filter(|other| is_own(other)).count() >= MAX_HELD_OF_CLIENT
             && let Some(oldest) = held.iter().position(is_own)
@@ -113,7 +114,7 @@ impl Server {
     }
 
     fn next(&self) -> Option<Incoming> {
-        let mut held = self.held();
+        let mut held = lock(&self.held);
         let ready = held.iter().position(|request| {
             request.arrived.elapsed() >= PATIENCE || self.reaches(&request.incoming.id)
         })?;
@@ -130,10 +131,6 @@ impl Server {
                 matches.answers(replies, self.requests.guid(), writer)
             }
         }
-    }
-
-    fn held(&self) -> MutexGuard<'_, VecDeque<Held>> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -154,7 +151,7 @@ impl WireServer for Server {
     }
 
     fn next_look(&self) -> Option<Duration> {
-        (!self.held().is_empty()).then_some(CYCLE)
+        (!lock(&self.held).is_empty()).then_some(CYCLE)
     }
 
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {

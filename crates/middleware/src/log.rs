@@ -66,7 +66,6 @@ pub enum LogError {
 type Queued = Option<rcl_interfaces::Log>;
 
 /// The end of the queue that a node takes messages for `/rosout` from.
-#[derive(Debug)]
 pub struct Logging {
     levels: Levels,
     sender: SyncSender<Queued>,

@@ -2,7 +2,6 @@
 
 use std::{
     collections::VecDeque,
-    fmt,
     io::{self, BufRead, Write},
     sync::{Arc, Condvar, Mutex, PoisonError},
     thread,
@@ -179,14 +178,6 @@ impl Drop for Reporter {
         if let Some(queue) = &self.queue {
             queue.close();
         }
-    }
-}
-
-impl fmt::Debug for Reporter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Reporter")
-            .field("enabled", &self.queue.is_some())
-            .finish_non_exhaustive()
     }
 }
 

@@ -1,9 +1,6 @@
 //! The levels of what is logged, changed at run time.
 
-use std::{
-    fmt,
-    sync::{Arc, Mutex},
-};
+use std::sync::{Arc, Mutex};
 
 use lgvi_msgs::excerpt;
 use lgvi_msgs::rcl_interfaces::{
@@ -235,12 +232,4 @@ fn of_filter(level: LevelFilter) -> (&'static str, u8) {
         ("info", LoggerLevel::LOG_LEVEL_INFO),
         |(name, number, _)| (name, number),
     )
-}
-
-impl fmt::Debug for Levels {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Levels")
-            .field(&*lock(&self.0.settings))
-            .finish()
-    }
 }

@@ -1,7 +1,6 @@
 //! The time of a node: the wall's, or that of `/clock`.
 
 use std::{
-    fmt,
     sync::{Arc, Condvar, Mutex},
     time::{Duration, Instant},
 };
@@ -144,15 +143,6 @@ impl Times {
 
 fn seconds(time: i64) -> f64 {
     time as f64 / SECOND as f64
-}
-
-impl fmt::Debug for Clock {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Clock")
-            .field("simulated", &self.is_simulated())
-            .field("now", &self.now())
-            .finish()
-    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! What a node says of itself on `/diagnostics`, once a second.
 
 use std::{
-    fmt,
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -92,7 +91,6 @@ struct Part {
 }
 
 /// Keeps a part on `/diagnostics` until it is dropped.
-#[derive(Debug)]
 pub struct Diagnosed {
     diagnostics: Diagnostics,
     name: String,
@@ -169,14 +167,6 @@ impl Diagnostics {
 impl Drop for Diagnosed {
     fn drop(&mut self) {
         lock(&self.diagnostics.0).retain(|part| part.name != self.name);
-    }
-}
-
-impl fmt::Debug for Diagnostics {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let parts = lock(&self.0);
-        let names = parts.iter().map(|part| part.name.as_str());
-        f.debug_list().entries(names).finish()
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::{
     convert::Infallible,
-    fmt,
     future::{Future as _, poll_fn},
     sync::{
         Arc, Mutex, OnceLock, PoisonError,
@@ -275,20 +274,6 @@ impl<F: FnMut() + Send> Task for Whenever<F> {
     fn turn(&mut self, _: &mut Context<'_>) -> Duration {
         (self.0)();
         PAUSE
-    }
-}
-
-impl fmt::Debug for Executor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Executor")
-            .field("tasks", &self.tasks.len())
-            .finish()
-    }
-}
-
-impl<S: Service> fmt::Debug for Reply<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Reply").field(&self.server.name()).finish()
     }
 }
 

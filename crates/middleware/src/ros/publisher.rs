@@ -1,6 +1,6 @@
 //! Publishers, of messages and of ready CDR bytes.
 
-use std::{fmt, marker::PhantomData, ops::Deref, time::Duration};
+use std::{marker::PhantomData, ops::Deref, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
@@ -198,20 +198,5 @@ impl RawPublisher {
             topic: self.topic().to_owned(),
             found: cdr.into_iter().take(LITTLE_ENDIAN.len()).collect(),
         })
-    }
-}
-
-impl fmt::Debug for RawPublisher {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("RawPublisher")
-            .field("topic", &self.topic())
-            .field("dropped", &self.dropped())
-            .finish_non_exhaustive()
-    }
-}
-
-impl<M> fmt::Debug for Publisher<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Publisher").field(&self.raw).finish()
     }
 }

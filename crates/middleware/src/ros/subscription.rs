@@ -205,18 +205,3 @@ impl RawSubscription {
         self.0.topic()
     }
 }
-
-impl fmt::Debug for RawSubscription {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("RawSubscription")
-            .field("topic", &self.topic())
-            .field("lost", &self.lost())
-            .finish_non_exhaustive()
-    }
-}
-
-impl<M> fmt::Debug for Subscription<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Subscription").field(&self.raw).finish()
-    }
-}

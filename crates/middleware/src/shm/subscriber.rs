@@ -1,7 +1,7 @@
 //! The receiving end of a channel.
 
 use std::{
-    fmt, thread,
+    thread,
     time::{Duration, Instant},
 };
 
@@ -38,15 +38,6 @@ impl<C: Channel> ShmSample<C> {
     /// The elements.
     pub fn elements(&self) -> &[C::Element] {
         self.0.payload()
-    }
-}
-
-impl<C: Channel> fmt::Debug for ShmSample<C> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ShmSample")
-            .field("header", self.header())
-            .field("elements", &self.elements())
-            .finish()
     }
 }
 

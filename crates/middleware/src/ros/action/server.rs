@@ -1,6 +1,6 @@
 //! The server's side of an action.
 
-use std::{fmt, sync::Arc, time::Duration};
+use std::{sync::Arc, time::Duration};
 
 use lgvi_msgs::Action;
 
@@ -63,13 +63,5 @@ impl<A: Action> ActionServer<A> {
     /// The absolute name of the action.
     pub fn name(&self) -> &str {
         &self.name
-    }
-}
-
-impl<A: Action> fmt::Debug for ActionServer<A> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ActionServer")
-            .field("name", &self.name)
-            .finish_non_exhaustive()
     }
 }

@@ -22,13 +22,12 @@ use crate::{block::thread_waker, sync::lock};
 ///
 /// Both must be done at once: RustDDS discards events that its queue has no room for, and [`Inbox`] says why samples
 /// must not wait.
-#[derive(Debug)]
 pub(super) struct Background {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Default)]
 struct Shared {
     stop: AtomicBool,
     inboxes: Mutex<Vec<Arc<Inbox>>>,

@@ -1,7 +1,6 @@
 //! The samples of a subscription that have arrived and wait to be taken.
 
 use std::{
-    fmt,
     sync::{
         Arc, Mutex, Weak,
         atomic::{AtomicBool, Ordering},
@@ -132,13 +131,4 @@ pub(super) fn nanoseconds(time: Timestamp) -> Option<i64> {
     }
     let nanoseconds = (u128::from(time.to_ticks()) * 1_000_000_000) >> 32;
     i64::try_from(nanoseconds).ok()
-}
-
-impl fmt::Debug for Inbox {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Inbox")
-            .field("topic", &self.topic)
-            .field("lost", &self.arrivals.lost())
-            .finish_non_exhaustive()
-    }
 }

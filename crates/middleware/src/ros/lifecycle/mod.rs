@@ -4,7 +4,6 @@ mod machine;
 
 use std::{
     collections::VecDeque,
-    fmt,
     sync::{
         Arc, Condvar, Mutex,
         atomic::{AtomicBool, Ordering},
@@ -193,17 +192,5 @@ fn transitions(states: impl IntoIterator<Item = State>) -> GetAvailableTransitio
             .flat_map(State::edges)
             .map(Edge::description)
             .collect(),
-    }
-}
-
-impl fmt::Debug for Lifecycle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Lifecycle").field(&self.state()).finish()
-    }
-}
-
-impl fmt::Debug for Asked {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Asked").field(&self.change).finish()
     }
 }

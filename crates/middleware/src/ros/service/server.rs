@@ -1,7 +1,6 @@
 //! The server's side of a service.
 
 use std::{
-    fmt,
     future::poll_fn,
     marker::PhantomData,
     task::{Context, Poll},
@@ -123,13 +122,5 @@ impl<S: Service> ServiceServer<S> {
         lgvi_msgs::cdr::decode(&cdr)
             .map(|message| Request { id, message })
             .map_err(|source| self.wire.undecodable(info, source))
-    }
-}
-
-impl<S> fmt::Debug for ServiceServer<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("ServiceServer")
-            .field(&self.wire.service())
-            .finish()
     }
 }

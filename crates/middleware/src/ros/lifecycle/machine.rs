@@ -2,7 +2,7 @@
 //! (<https://design.ros2.org/articles/node_lifecycle.html>), with the numbers of `lifecycle_msgs`.
 
 use lgvi_msgs::lifecycle_msgs as messages;
-use messages::{State as Number, Transition as Id};
+use messages::State as Number;
 
 /// Where a managed node is in its life.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -86,6 +86,34 @@ const CHANGES: [Change; 5] = [
     Change::Shutdown,
 ];
 
+/// What can be asked for: the number of the transition (`lifecycle_msgs/msg/Transition`), where it starts, what it is, where it leads.
+const ASKED: [(u8, State, Change, State); 7] = {
+    use {Change::*, State::*};
+    [
+        (1, Unconfigured, Configure, Configuring),
+        (2, Inactive, CleanUp, CleaningUp),
+        (3, Inactive, Activate, Activating),
+        (4, Active, Deactivate, Deactivating),
+        (5, Unconfigured, Shutdown, ShuttingDown),
+        (6, Inactive, Shutdown, ShuttingDown),
+        (7, Active, Shutdown, ShuttingDown),
+    ]
+};
+
+/// How it ends: the number of the success, after which come those of the failure and of the error; where the node is
+/// meanwhile, after the success, and after the failure.
+const ENDED: [(u8, State, State, State); 6] = {
+    use State::*;
+    [
+        (10, Configuring, Inactive, Unconfigured),
+        (20, CleaningUp, Unconfigured, Inactive),
+        (30, Activating, Active, Inactive),
+        (40, Deactivating, Inactive, Active),
+        (50, ShuttingDown, Finalized, Finalized),
+        (60, ErrorProcessing, Unconfigured, Finalized),
+    ]
+};
+
 const OUTCOMES: [Outcome; 3] = [Outcome::Success, Outcome::Failure, Outcome::Error];
 
 impl State {
@@ -114,67 +142,19 @@ impl State {
 
     /// What leads on from here when it is asked for.
     pub(super) fn changed(self, change: Change) -> Option<Edge> {
-        let (id, goal) = match (self, change) {
-            (Self::Unconfigured, Change::Configure) => {
-                (Id::TRANSITION_CONFIGURE, Self::Configuring)
-            }
-            (Self::Inactive, Change::CleanUp) => (Id::TRANSITION_CLEANUP, Self::CleaningUp),
-            (Self::Inactive, Change::Activate) => (Id::TRANSITION_ACTIVATE, Self::Activating),
-            (Self::Active, Change::Deactivate) => (Id::TRANSITION_DEACTIVATE, Self::Deactivating),
-            (Self::Unconfigured, Change::Shutdown) => {
-                (Id::TRANSITION_UNCONFIGURED_SHUTDOWN, Self::ShuttingDown)
-            }
-            (Self::Inactive, Change::Shutdown) => {
-                (Id::TRANSITION_INACTIVE_SHUTDOWN, Self::ShuttingDown)
-            }
-            (Self::Active, Change::Shutdown) => {
-                (Id::TRANSITION_ACTIVE_SHUTDOWN, Self::ShuttingDown)
-            }
-            _ => return None,
-        };
-        Some(Edge {
+        let found = ASKED.iter().find(|row| (row.1, row.2) == (self, change));
+        found.map(|&(id, start, change, goal)| Edge {
             id,
             label: change.label(),
-            start: self,
+            start,
             goal,
         })
     }
 
     /// What leads on from here when the transition has ended; errors of an active node lead to the processing of errors.
     pub(super) fn ended(self, outcome: Outcome) -> Option<Edge> {
-        let (first, success, failure) = match self {
-            Self::Configuring => (
-                Id::TRANSITION_ON_CONFIGURE_SUCCESS,
-                Self::Inactive,
-                Self::Unconfigured,
-            ),
-            Self::CleaningUp => (
-                Id::TRANSITION_ON_CLEANUP_SUCCESS,
-                Self::Unconfigured,
-                Self::Inactive,
-            ),
-            Self::Activating => (
-                Id::TRANSITION_ON_ACTIVATE_SUCCESS,
-                Self::Active,
-                Self::Inactive,
-            ),
-            Self::Deactivating => (
-                Id::TRANSITION_ON_DEACTIVATE_SUCCESS,
-                Self::Inactive,
-                Self::Active,
-            ),
-            Self::ShuttingDown => (
-                Id::TRANSITION_ON_SHUTDOWN_SUCCESS,
-                Self::Finalized,
-                Self::Finalized,
-            ),
-            Self::ErrorProcessing => (
-                Id::TRANSITION_ON_ERROR_SUCCESS,
-                Self::Unconfigured,
-                Self::Finalized,
-            ),
-            _ => return None,
-        };
+        let found = ENDED.iter().find(|row| row.1 == self);
+        let &(first, start, success, failure) = found?;
         let (id, goal) = match (outcome, self) {
             (Outcome::Success, _) => (first, success),
             (Outcome::Failure, _) => (first + 1, failure),
@@ -184,7 +164,7 @@ impl State {
         Some(Edge {
             id,
             label: outcome.label(),
-            start: self,
+            start,
             goal,
         })
     }

@@ -78,15 +78,8 @@ pub(super) const STATES: [State; 10] = [
     State::ErrorProcessing,
 ];
 
-const CHANGES: [Change; 5] = [
-    Change::Configure,
-    Change::CleanUp,
-    Change::Activate,
-    Change::Deactivate,
-    Change::Shutdown,
-];
-
-/// What can be asked for: the number of the transition (`lifecycle_msgs/msg/Transition`), where it starts, what it is, where it leads.
+/// What can be asked for: the number of the transition (`lifecycle_msgs/msg/Transition`), where it starts, what it is, and
+/// where it leads.
 const ASKED: [(u8, State, Change, State); 7] = {
     use {Change::*, State::*};
     [
@@ -142,12 +135,25 @@ impl State {
 
     /// What leads on from here when it is asked for.
     pub(super) fn changed(self, change: Change) -> Option<Edge> {
-        let found = ASKED.iter().find(|row| (row.1, row.2) == (self, change));
-        found.map(|&(id, start, change, goal)| Edge {
-            id,
-            label: change.label(),
-            start,
-            goal,
+        self.changes()
+            .find(|(asked, _)| *asked == change)
+            .map(|(_, edge)| edge)
+    }
+
+    /// All that can be asked for here.
+    fn changes(self) -> impl Iterator<Item = (Change, Edge)> {
+        let rows = ASKED.into_iter().filter(move |row| row.1 == self);
+        rows.map(|(id, start, change, goal)| {
+            let label = change.label();
+            (
+                change,
+                Edge {
+                    id,
+                    label,
+                    start,
+                    goal,
+                },
+            )
         })
     }
 
@@ -171,9 +177,7 @@ impl State {
 
     /// All that leads on from here.
     pub(super) fn edges(self) -> impl Iterator<Item = Edge> {
-        let changed = CHANGES
-            .into_iter()
-            .filter_map(move |change| self.changed(change));
+        let changed = self.changes().map(|(_, edge)| edge);
         let ended = OUTCOMES
             .into_iter()
             .filter_map(move |outcome| self.ended(outcome));
@@ -194,14 +198,16 @@ impl Change {
 
     /// What a client asks for, in a given state: by label if it gives one, else by number.
     pub(super) fn asked(transition: &messages::Transition, state: State) -> Option<Self> {
-        CHANGES.into_iter().find(|change| {
-            if transition.label.is_empty() {
-                let edge = state.changed(*change);
-                edge.is_some_and(|edge| edge.id == transition.id)
+        let (id, label) = (transition.id, &transition.label);
+        let meant = |edge: &Edge| {
+            if label.is_empty() {
+                edge.id == id
             } else {
-                change.label() == transition.label && state.changed(*change).is_some()
+                edge.label == label
             }
-        })
+        };
+        let found = state.changes().find(|(_, edge)| meant(edge));
+        found.map(|(change, _)| change)
     }
 }
 

@@ -226,7 +226,7 @@ impl<S: Service, F: FnMut(S::Request, Reply<S>) + Send> Task for Serving<S, F> {
                     (self.answer)(request.message, Reply { server, id });
                 }
                 Poll::Ready(Err(error)) => warn!("request ignored: {error}"),
-                Poll::Pending => return self.server.next_look().unwrap_or(PAUSE),
+                Poll::Pending => return PAUSE,
             }
         }
         Duration::ZERO

@@ -127,10 +127,8 @@ impl<M: RosMessage> Subscription<M> {
 
     /// Takes the next message, or has the task woken when one arrives.
     pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<M>, TakeError>> {
-        self.raw
-            .0
-            .poll_take(context)
-            .map(|sample| self.decode(sample?))
+        let taken = self.raw.0.arrivals().poll_take(context);
+        taken.map(|sample| self.decode(sample?))
     }
 
     fn decode(&self, sample: Sample<Vec<u8>>) -> Result<Sample<M>, TakeError> {
@@ -160,7 +158,7 @@ impl RawSubscription {
 
     /// Takes the next sample that has arrived; `None` if there is none. Samples of one publisher come in order.
     pub fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        self.0.take()
+        self.0.arrivals().take().transpose()
     }
 
     /// Waits for the next sample, up to `timeout`; `None` if none came.
@@ -170,38 +168,38 @@ impl RawSubscription {
 
     /// Waits for the next sample; safe to cancel. Call it in a loop for a stream.
     pub async fn recv(&self) -> Result<Sample<Vec<u8>>, TakeError> {
-        poll_fn(|context| self.0.poll_take(context)).await
+        poll_fn(|context| self.0.arrivals().poll_take(context)).await
     }
 
     /// How many publishers of other participants are matched. Cheap.
     pub fn matched_publishers(&self) -> usize {
-        self.0.matched()
+        self.0.endpoint().matched()
     }
 
     /// Blocks until so many publishers are matched or the time has passed; returns whether they are.
     pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
-        self.0.wait_for_matches(count, timeout)
+        self.0.endpoint().wait_for_matches(count, timeout)
     }
 
     /// How many samples have arrived, taken or not.
     pub fn received(&self) -> u64 {
-        self.0.received()
+        self.0.arrivals().received()
     }
 
     /// How many publishers of other participants cannot be received, by their quality of service or their type. Each is
     /// named in a warning.
     pub fn incompatible(&self) -> usize {
-        self.0.incompatible()
+        self.0.endpoint().incompatible()
     }
 
     /// How many samples were lost after the first one of their publisher: on the way, or pushed out by newer ones
     /// because they were not taken in time.
     pub fn lost(&self) -> u64 {
-        self.0.lost()
+        self.0.arrivals().lost()
     }
 
     /// The absolute topic name.
     pub fn topic(&self) -> &str {
-        self.0.topic()
+        self.0.endpoint().topic()
     }
 }

@@ -80,10 +80,6 @@ impl Inbox {
         self.reader.guid()
     }
 
-    pub(super) fn topic(&self) -> &str {
-        &self.topic
-    }
-
     pub(super) fn arrivals(&self) -> &Arrivals {
         &self.arrivals
     }

@@ -15,6 +15,7 @@ mod graph;
 mod inbox;
 mod keeps;
 mod laggards;
+mod local;
 mod matches;
 mod names;
 mod naming;

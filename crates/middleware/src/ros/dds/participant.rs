@@ -22,7 +22,7 @@ use super::{
     farewell::Farewell,
     faults::Faults,
     fence::{Fence, MakeError},
-    graph::{Graph, Side},
+    graph::Graph,
     inbox::{Inbox, nanoseconds},
     keeps::Keeps,
     laggards::{Laggards, RemoteReader},
@@ -198,20 +198,14 @@ impl Participant {
         namesakes.collect()
     }
 
-    /// Has faults of an endpoint reported.
-    pub(super) fn note(&self, guid: GUID, side: Side, topic: &str, type_name: &str) {
-        if let Ok(dds_type) = type_names::dds_type(type_name) {
-            self.faults.add(guid, side, topic, &dds_type);
-        }
-    }
-
+    /// Makes an endpoint on a topic, which has the name `dds_topic` on DDS.
     pub(super) fn endpoint<E>(
         &self,
-        topic: String,
+        topic: &str,
         dds_topic: String,
         type_name: &str,
         create: impl FnOnce(&rustdds::Publisher, &rustdds::Subscriber, &Topic) -> CreateResult<E>,
-    ) -> Result<(String, E), RosError> {
+    ) -> Result<E, RosError> {
         let dds_type = type_names::dds_type(type_name)?;
         let none = QosPolicies::qos_none();
         let participant = &self.participant;
@@ -222,28 +216,11 @@ impl Participant {
                 self.fence
                     .make(|| create(&self.publisher, &self.subscriber, &topic))
             })
-            .map(|endpoint| (topic.clone(), endpoint))
             .map_err(|error| RosError::Endpoint {
-                topic,
+                topic: topic.into(),
                 type_name: type_name.into(),
                 reason: error.to_string(),
             })
-    }
-
-    /// Announces an endpoint.
-    pub(super) fn add(&self, side: Side, endpoint: GUID) {
-        self.graph().add(side, endpoint);
-    }
-
-    /// Takes back the announcement of an endpoint.
-    pub(super) fn remove(&self, side: Side, endpoint: GUID) {
-        if self.farewell.begun() {
-            // One announcement for all.
-            self.graph().leave();
-        }
-        self.graph().remove(side, endpoint);
-        self.matches.forget(endpoint);
-        self.faults.remove(endpoint);
     }
 
     /// Whether a writer's matched readers say of themselves that they are on the loopback interface, and nowhere else.

@@ -23,7 +23,7 @@ use crate::{
     block::Deadline,
     ros::{
         CallError, PublishError, RequestId, SampleInfo, TakeError,
-        wire::{Incoming, WireClient, WireServer},
+        wire::{Incoming, WireClient, WireEndpoint, WireServer},
     },
     sync::lock,
     wall,
@@ -112,10 +112,6 @@ impl Requests {
 }
 
 impl WireServer for Server {
-    fn take(&self) -> Result<Option<Incoming>, TakeError> {
-        Ok(lock(&self.requests).waiting.pop_front())
-    }
-
     fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>> {
         let mut requests = lock(&self.requests);
         match requests.waiting.pop_front() {
@@ -125,10 +121,6 @@ impl WireServer for Server {
                 Poll::Pending
             }
         }
-    }
-
-    fn next_look(&self) -> Option<Duration> {
-        None
     }
 
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
@@ -158,7 +150,7 @@ impl WireServer for Server {
     }
 
     fn service(&self) -> &str {
-        self.announced.name()
+        self.announced.topic()
     }
 }
 
@@ -241,7 +233,7 @@ impl WireClient for Client {
     }
 
     fn service(&self) -> &str {
-        self.announced.name()
+        self.announced.topic()
     }
 }
 

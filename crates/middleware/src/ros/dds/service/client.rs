@@ -54,7 +54,8 @@ impl Client {
     }
 
     fn next_reply(&self, limit: Duration) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        block_on_for(poll_fn(|context| self.replies.poll_take(context)), limit).transpose()
+        let arrivals = self.replies.arrivals();
+        block_on_for(poll_fn(|context| arrivals.poll_take(context)), limit).transpose()
     }
 
     fn send(&self, cdr: Vec<u8>, number: i64) -> Result<RequestId, PublishError> {
@@ -117,7 +118,12 @@ impl WireClient for Client {
         let deadline = Deadline::after(timeout);
         let mut first = None;
         while self.wait_for_server(deadline.left()) {
-            while self.replies.take().is_ok_and(|reply| reply.is_some()) {}
+            while self
+                .replies
+                .arrivals()
+                .take()
+                .is_some_and(|reply| reply.is_ok())
+            {}
             *number += 1;
             let asked = self.servers();
             let id = self.send(cdr.clone(), *number)?;
@@ -148,6 +154,6 @@ impl WireClient for Client {
     }
 
     fn service(&self) -> &str {
-        self.requests.topic()
+        self.requests.endpoint().topic()
     }
 }

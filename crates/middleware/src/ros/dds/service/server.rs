@@ -2,13 +2,17 @@
 
 use std::{
     collections::VecDeque,
-    sync::{Arc, Mutex},
-    task::{Context, Poll},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    task::{Context, Poll, Waker},
     time::{Duration, Instant},
 };
 
 use lgvi_msgs::cdr::CdrError;
 use rustdds::GUID;
+use tokio::time::sleep;
 
 use super::{SENT, TAKEN, mapping};
 use crate::{
@@ -18,6 +22,7 @@ use crate::{
         dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
         wire::{Incoming, ServiceTypes, WireServer, WireSubscription},
     },
+    runtime::runtime,
     sync::lock,
     wall,
 };
@@ -40,6 +45,8 @@ pub(in crate::ros::dds) struct Server {
     requests: Reader,
     replies: Writer,
     held: Mutex<VecDeque<Held>>,
+    /// Whether a task is about to look at them.
+    looking: Arc<AtomicBool>,
     /// Nanoseconds since the UNIX epoch.
     created: i64,
     node: Arc<Participant>,
@@ -67,6 +74,7 @@ impl Server {
             replies,
             requests: Reader::new(own, topic, request, types.request, &TAKEN)?,
             held: Mutex::default(),
+            looking: Arc::default(),
             created: wall::now(),
             node: Arc::clone(node),
         })
@@ -121,6 +129,20 @@ impl Server {
         held.remove(ready).map(|request| request.incoming)
     }
 
+    /// Has a task look at what is held back after a while.
+    fn look_again(&self, waker: Waker) {
+        if !self.looking.swap(true, Ordering::AcqRel)
+            && let Ok(runtime) = runtime()
+        {
+            let looking = Arc::clone(&self.looking);
+            runtime.spawn(async move {
+                sleep(CYCLE).await;
+                looking.store(false, Ordering::Release);
+                waker.wake();
+            });
+        }
+    }
+
     /// Whether the client's reader is known, without which a reply is lost.
     fn reaches(&self, id: &RequestId) -> bool {
         let (matches, replies) = (&self.node.matches, self.replies.guid());
@@ -135,23 +157,17 @@ impl Server {
 }
 
 impl WireServer for Server {
-    fn take(&self) -> Result<Option<Incoming>, TakeError> {
-        while let Some(sample) = self.requests.take()? {
-            self.hold(sample)?;
-        }
-        Ok(self.next())
-    }
-
     fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>> {
-        while let Poll::Ready(sample) = self.requests.poll_take(context) {
+        while let Poll::Ready(sample) = self.requests.arrivals().poll_take(context) {
             self.hold(sample?)?;
         }
-        self.next()
-            .map_or(Poll::Pending, |next| Poll::Ready(Ok(next)))
-    }
-
-    fn next_look(&self) -> Option<Duration> {
-        (!lock(&self.held).is_empty()).then_some(CYCLE)
+        if let Some(next) = self.next() {
+            return Poll::Ready(Ok(next));
+        }
+        if !lock(&self.held).is_empty() {
+            self.look_again(context.waker().clone());
+        }
+        Poll::Pending
     }
 
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
@@ -179,6 +195,6 @@ impl WireServer for Server {
     }
 
     fn service(&self) -> &str {
-        self.requests.topic()
+        self.requests.endpoint().topic()
     }
 }

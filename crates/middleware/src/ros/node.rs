@@ -1,6 +1,6 @@
 //! A ROS node and the making of its endpoints.
 
-use std::{fmt, sync::Arc};
+use std::{collections::BTreeMap, fmt, sync::Arc};
 
 use lgvi_msgs::{Action, RosMessage, Service};
 
@@ -48,6 +48,34 @@ pub struct TopicInfo {
     pub durable: bool,
     /// Subscriptions of other participants.
     pub subscriptions: usize,
+}
+
+/// The topics of endpoints, each by the name and type of its topic and, of a publisher, whether it is reliable and durable;
+/// ordered by name and type.
+pub(super) fn topics(
+    endpoints: impl Iterator<Item = (String, String, Option<(bool, bool)>)>,
+) -> Vec<TopicInfo> {
+    let mut topics = BTreeMap::new();
+    for (name, type_name, offer) in endpoints {
+        let key = (name.clone(), type_name.clone());
+        let topic = topics.entry(key).or_insert_with(|| TopicInfo {
+            name,
+            type_name,
+            publishers: 0,
+            reliable: true,
+            durable: true,
+            subscriptions: 0,
+        });
+        match offer {
+            Some((reliable, durable)) => {
+                topic.publishers += 1;
+                topic.reliable &= reliable;
+                topic.durable &= durable;
+            }
+            None => topic.subscriptions += 1,
+        }
+    }
+    topics.into_values().collect()
 }
 
 impl RosNode {

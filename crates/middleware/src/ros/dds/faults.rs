@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    fmt,
     sync::Mutex,
     time::{Duration, Instant},
 };
@@ -199,27 +200,27 @@ fn failing_policy(
     offered: &QosPolicies,
     requested: &QosPolicies,
 ) -> Option<(&'static str, String, String)> {
-    let values = |value: fn(&QosPolicies) -> String| (value(requested), value(offered));
+    let both = |value: fn(&QosPolicies) -> String| (value(requested), value(offered));
     let policy = offered.compliance_failure_wrt(requested)?;
     let (name, (requested, offered)) = match policy {
-        QosPolicyId::Durability => ("durability", values(durability)),
-        QosPolicyId::Reliability => ("reliability", values(reliability)),
-        QosPolicyId::Deadline => ("deadline", values(deadline)),
-        QosPolicyId::Liveliness => ("liveliness", values(liveliness)),
-        QosPolicyId::LatencyBudget => ("latency budget", values(|qos| text(qos.latency_budget()))),
-        QosPolicyId::Ownership => ("ownership", values(|qos| text(qos.ownership()))),
-        QosPolicyId::Presentation => ("presentation", values(|qos| text(qos.presentation()))),
+        QosPolicyId::Durability => ("durability", both(durability)),
+        QosPolicyId::Reliability => ("reliability", both(reliability)),
+        QosPolicyId::Deadline => ("deadline", both(|qos| text(qos.deadline()))),
+        QosPolicyId::Liveliness => ("liveliness", both(|qos| text(qos.liveliness()))),
+        QosPolicyId::LatencyBudget => ("latency budget", both(|qos| text(qos.latency_budget()))),
+        QosPolicyId::Ownership => ("ownership", both(|qos| text(qos.ownership()))),
+        QosPolicyId::Presentation => ("presentation", both(|qos| text(qos.presentation()))),
         QosPolicyId::DestinationOrder => (
             "destination order",
-            values(|qos| text(qos.destination_order())),
+            both(|qos| text(qos.destination_order())),
         ),
-        _ => ("another policy", values(|qos| text(qos))),
+        _ => ("another policy", both(|qos| text(Some(qos)))),
     };
     Some((name, requested, offered))
 }
 
-fn text(value: impl std::fmt::Debug) -> String {
-    format!("{value:?}")
+fn text(value: Option<impl fmt::Debug>) -> String {
+    value.map_or_else(|| "the default".into(), |value| format!("{value:?}"))
 }
 
 fn durability(qos: &QosPolicies) -> String {
@@ -238,34 +239,5 @@ fn reliability(qos: &QosPolicies) -> String {
         Some(policy::Reliability::BestEffort) => "BEST_EFFORT".into(),
         // By the DDS specification that of a publisher is the one, that of a subscription the other.
         None => "by default".into(),
-    }
-}
-
-fn deadline(qos: &QosPolicies) -> String {
-    period(
-        qos.deadline()
-            .map_or(rustdds::Duration::INFINITE, |deadline| deadline.0),
-    )
-}
-
-fn liveliness(qos: &QosPolicies) -> String {
-    let (kind, lease) = match qos.liveliness() {
-        None => ("AUTOMATIC", rustdds::Duration::INFINITE),
-        Some(policy::Liveliness::Automatic { lease_duration }) => ("AUTOMATIC", lease_duration),
-        Some(policy::Liveliness::ManualByParticipant { lease_duration }) => {
-            ("MANUAL_BY_PARTICIPANT", lease_duration)
-        }
-        Some(policy::Liveliness::ManualByTopic { lease_duration }) => {
-            ("MANUAL_BY_TOPIC", lease_duration)
-        }
-    };
-    format!("{kind} with lease {}", period(lease))
-}
-
-fn period(duration: rustdds::Duration) -> String {
-    if duration >= rustdds::Duration::INFINITE {
-        "INFINITE".into()
-    } else {
-        format!("{:?}", duration.to_std())
     }
 }

@@ -1,24 +1,23 @@
 //! The nodes of other participants, as these announce them.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     sync::{Arc, Mutex, OnceLock},
 };
 
 use lgvi_msgs::{RosMessage, cdr};
+use ros2_client::Gid;
 use rustdds::GUID;
 use serde::{Deserialize, Serialize};
 
 use super::inbox::Inbox;
-use crate::{ros::namesakes::Birth, sync::lock};
-
-type Gid = [u8; 16];
+use crate::{names, ros::namesakes::Birth, sync::lock};
 
 /// Keeps what arrives on `ros_discovery_info`.
 pub(super) struct Names {
     inbox: OnceLock<Arc<Inbox>>,
     own: Gid,
-    of: Mutex<BTreeMap<Gid, Announced>>,
+    of: Mutex<BTreeMap<[u8; 16], Announced>>,
 }
 
 /// What is known of one participant.
@@ -28,19 +27,20 @@ struct Announced {
     since: i64,
 }
 
-/// What one participant announces.
+/// What one participant announces. That of ros2-client looks for each endpoint among all others.
 #[derive(Debug, Serialize, Deserialize)]
-struct ParticipantEntities {
-    participant: Gid,
-    nodes: Vec<NodeEntities>,
+pub(super) struct ParticipantEntities {
+    pub(super) participant: Gid,
+    pub(super) nodes: Vec<NodeEntities>,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
-struct NodeEntities {
-    namespace: String,
-    name: String,
-    readers: Vec<Gid>,
-    writers: Vec<Gid>,
+/// rmw_dds_common/msg/NodeEntitiesInfo.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct NodeEntities {
+    pub(super) namespace: String,
+    pub(super) name: String,
+    pub(super) readers: BTreeSet<Gid>,
+    pub(super) writers: BTreeSet<Gid>,
 }
 
 impl RosMessage for ParticipantEntities {
@@ -53,7 +53,7 @@ impl Names {
     pub(super) fn new(participant: GUID) -> Self {
         Self {
             inbox: OnceLock::new(),
-            own: participant.to_bytes(),
+            own: participant.into(),
             of: Mutex::default(),
         }
     }
@@ -83,10 +83,11 @@ impl Names {
 
     fn note(&self, entities: ParticipantEntities, stamp: i64) {
         let mut of = lock(&self.of);
-        let known = of.get(&entities.participant);
+        let participant = entities.participant.to_bytes16();
+        let known = of.get(&participant);
         let since = known.map_or(stamp, |known| known.since.min(stamp));
         let nodes = entities.nodes;
-        of.insert(entities.participant, Announced { nodes, since });
+        of.insert(participant, Announced { nodes, since });
     }
 
     /// The participants that have a node of this name, and since when they say to be there.
@@ -125,17 +126,17 @@ impl Names {
             .iter()
             .filter(|(participant, _)| participant[..12] == gid[..12])
             .flat_map(|(_, announced)| &announced.nodes);
-        let mut names = nodes.clone().filter(|node| node.has(&gid)).chain(nodes);
+        let has = |node: &&NodeEntities| {
+            let gid = Gid::from(endpoint);
+            node.readers.contains(&gid) || node.writers.contains(&gid)
+        };
+        let mut names = nodes.clone().filter(has).chain(nodes);
         names.next().map(NodeEntities::fully_qualified_name)
     }
 }
 
 impl NodeEntities {
     fn fully_qualified_name(&self) -> String {
-        format!("{}/{}", self.namespace.trim_end_matches('/'), self.name)
-    }
-
-    fn has(&self, endpoint: &Gid) -> bool {
-        self.readers.contains(endpoint) || self.writers.contains(endpoint)
+        names::join(&self.namespace, &self.name)
     }
 }

@@ -1,7 +1,7 @@
 //! A node as a DDS participant.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     fmt,
     net::{IpAddr, Ipv4Addr, SocketAddr},
     sync::{Arc, Mutex, MutexGuard},
@@ -35,7 +35,7 @@ use super::{
 use crate::ros::{
     Namesake, Qos, RosError, TopicInfo,
     namesakes::{self, is_elder},
-    type_names,
+    node, type_names,
 };
 use crate::{Environment, NodeArgs, Reach, ServiceMapping, security::Enclave, sync::lock};
 
@@ -63,15 +63,6 @@ pub(super) struct Participant {
     created: Instant,
     _static_peers: Option<StaticPeers>,
     participant: DomainParticipant,
-}
-
-/// What has been announced of one topic.
-#[derive(Default)]
-struct Announced {
-    publishers: usize,
-    unreliable: bool,
-    volatile: bool,
-    subscriptions: usize,
 }
 
 impl Participant {
@@ -147,33 +138,32 @@ impl Participant {
 
     /// The topics of other participants that have been discovered so far, ordered by name and type.
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
-        let participant = &self.participant;
-        let mut topics = BTreeMap::<_, Announced>::new();
-        for writer in participant.discovered_writers() {
-            let data = writer.publication_topic_data;
-            let topic = topics.entry((data.topic_name, data.type_name)).or_default();
-            topic.publishers += 1;
-            topic.unreliable |= !matches!(data.reliability, Some(Reliability::Reliable { .. }));
-            topic.volatile |= matches!(data.durability, None | Some(Durability::Volatile));
-        }
-        for reader in participant.discovered_readers() {
-            let data = reader.subscription_topic_data;
-            let key = (data.topic_name().clone(), data.type_name().clone());
-            topics.entry(key).or_default().subscriptions += 1;
-        }
-        topics
+        let writers = self
+            .participant
+            .discovered_writers()
             .into_iter()
-            .filter_map(|((topic, dds_type), announced)| {
-                Some(TopicInfo {
-                    name: naming::ros_topic(&topic)?.into(),
-                    type_name: type_names::ros_type(&dds_type)?,
-                    publishers: announced.publishers,
-                    reliable: !announced.unreliable,
-                    durable: !announced.volatile,
-                    subscriptions: announced.subscriptions,
-                })
-            })
-            .collect()
+            .map(|writer| {
+                let data = writer.publication_topic_data;
+                let reliable = matches!(data.reliability, Some(Reliability::Reliable { .. }));
+                let durable = !matches!(data.durability, None | Some(Durability::Volatile));
+                (data.topic_name, data.type_name, Some((reliable, durable)))
+            });
+        let readers = self
+            .participant
+            .discovered_readers()
+            .into_iter()
+            .map(|reader| {
+                let data = reader.subscription_topic_data;
+                (data.topic_name().clone(), data.type_name().clone(), None)
+            });
+        node::topics(
+            writers
+                .chain(readers)
+                .filter_map(|(topic, dds_type, offer)| {
+                    let name = naming::ros_topic(&topic)?.into();
+                    Some((name, type_names::ros_type(&dds_type)?, offer))
+                }),
+        )
     }
 
     /// The fully qualified names of the nodes that other participants have announced so far, sorted; a name that two

@@ -14,14 +14,14 @@ use ::zenoh::{
 use tracing::warn;
 
 use super::{
-    keys::{self, Endpoint, Entity, Kind, Node},
+    keys::{self, Endpoint, Entity, Kind, Node, Offer},
     text,
 };
 use crate::{
     ros::{
         Namesake, TopicInfo,
         namesakes::{Birth, is_elder},
-        type_names,
+        node, type_names,
     },
     sync::{lock, wait_while},
 };
@@ -105,36 +105,22 @@ impl Graph {
 
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
         let table = lock(&self.shared.table);
-        let mut topics = BTreeMap::<_, TopicInfo>::new();
-        for endpoint in table
+        let endpoints = table
             .others
             .values()
-            .filter_map(|other| other.endpoint.as_ref())
-        {
-            let Some(type_name) = type_names::ros_type(&endpoint.type_name) else {
-                continue;
+            .filter_map(|other| other.endpoint.as_ref());
+        node::topics(endpoints.filter_map(|endpoint| {
+            let Offer {
+                reliable, durable, ..
+            } = endpoint.offer;
+            let offer = match endpoint.kind {
+                Kind::Publisher => Some((reliable, durable)),
+                Kind::Subscription => None,
+                Kind::Server | Kind::Client => return None,
             };
-            if matches!(endpoint.kind, Kind::Server | Kind::Client) {
-                continue;
-            }
-            let key = (endpoint.topic.clone(), type_name.clone());
-            let topic = topics.entry(key).or_insert_with(|| TopicInfo {
-                name: endpoint.topic.clone(),
-                type_name,
-                publishers: 0,
-                reliable: true,
-                durable: true,
-                subscriptions: 0,
-            });
-            if endpoint.kind == Kind::Publisher {
-                topic.publishers += 1;
-                topic.reliable &= endpoint.offer.reliable;
-                topic.durable &= endpoint.offer.durable;
-            } else {
-                topic.subscriptions += 1;
-            }
-        }
-        topics.into_values().collect()
+            let type_name = type_names::ros_type(&endpoint.type_name)?;
+            Some((endpoint.topic.clone(), type_name, offer))
+        }))
     }
 
     pub(super) fn nodes(&self) -> Vec<String> {

@@ -5,13 +5,12 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use lgvi_bag::{BagOptions, Compression};
-use lgvi_common::FramePrefix;
+use lgvi_common::{FramePrefix, Selection};
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::{NameError, ParameterSpec, ParameterValue, Parameters};
-use regex::Regex;
 
 use crate::log_time::LogTime;
-use crate::selection::Selection;
+use crate::selection::Wanted;
 
 /// What may wait to be written, unless told otherwise (bytes).
 const CACHE: i64 = 64 << 20;
@@ -55,14 +54,16 @@ pub(crate) struct Config {
     /// `topics`: topics to take from DDS, each as a name or as `name=package/msg/Type`; none: all that nothing else
     /// chooses among.
     topics: Option<Vec<String>>,
-    regex: Option<Regex>,
     exclude_topics: Vec<String>,
-    exclude_regex: Option<Regex>,
     include_hidden_topics: bool,
 }
 
 pub(crate) fn specifications() -> Vec<ParameterSpec> {
     let none = Vec::<String>::new;
+    let [regex, exclude_regex] = Selection::patterns(
+        "also record ROS 2 topics whose names match; empty: none",
+        "do not record ROS 2 topics whose names match; empty: none",
+    );
     vec![
         ParameterSpec::new(
             "output",
@@ -103,15 +104,9 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             "ROS 2 topics to record, each as name or name=package/msg/Type; not set: those that match regex, or all of the node's \
              namespace and global ones such as /tf",
         ),
-        pattern(
-            "regex",
-            "also record ROS 2 topics whose names match; empty: none",
-        ),
+        regex,
         ParameterSpec::new("exclude_topics", none(), "ROS 2 topics not to record"),
-        pattern(
-            "exclude_regex",
-            "do not record ROS 2 topics whose names match; empty: none",
-        ),
+        exclude_regex,
         ParameterSpec::new(
             "include_hidden_topics",
             false,
@@ -170,9 +165,7 @@ impl Config {
             await_stamp: parameters.get("await_stamp")?,
             start_paused: parameters.get("start_paused")?,
             topics: parameters.get_optional("topics")?,
-            regex: expression(parameters, "regex")?,
             exclude_topics: parameters.get("exclude_topics")?,
-            exclude_regex: expression(parameters, "exclude_regex")?,
             include_hidden_topics: parameters.get("include_hidden_topics")?,
         })
     }
@@ -206,31 +199,22 @@ impl Config {
     }
 
     /// What is taken from DDS by the node of this name, where `resolve` makes names absolute.
-    pub(crate) fn selection(
+    pub(crate) fn wanted(
         &self,
+        parameters: &Parameters,
         node: &str,
         resolve: impl Fn(&str) -> Result<String, NameError>,
-    ) -> Result<Selection, NameError> {
-        let name = |topic: &String| {
+    ) -> Result<Wanted, NodeError> {
+        let resolve = |topic: &String| {
             let name = topic.split_once('=').map_or(&**topic, |(name, _)| name);
             resolve(name)
         };
-        let names = self
-            .topics
-            .as_ref()
-            .map(|topics| topics.iter().map(name).collect());
-        let shared = SHARED.iter().map(|topic| resolve(topic));
-        Ok(Selection {
-            names: names.transpose()?,
-            regex: self.regex.clone(),
+        let all = |topics: &[String]| topics.iter().map(resolve).collect::<Result<_, _>>();
+        let names = self.topics.as_deref().map(all).transpose()?;
+        Ok(Wanted {
+            selection: Selection::read(parameters, names, all(&self.exclude_topics)?)?,
             namespace: node[..=node.rfind('/').unwrap_or_default()].to_owned(),
-            shared: shared.collect::<Result<_, _>>()?,
-            exclude: self
-                .exclude_topics
-                .iter()
-                .map(name)
-                .collect::<Result<_, _>>()?,
-            exclude_regex: self.exclude_regex.clone(),
+            shared: all(&SHARED.map(String::from))?,
             hidden: self.include_hidden_topics,
         })
     }
@@ -271,24 +255,4 @@ fn chosen<T: Copy>(
     found
         .map(|(_, chosen)| *chosen)
         .ok_or_else(|| NodeError::Input(format!("parameter {name:?} is {value:?}")))
-}
-
-/// A parameter that is a regular expression, or empty.
-fn pattern(name: &str, description: &str) -> ParameterSpec {
-    ParameterSpec::new(name, String::new(), description)
-        .constraints("a regular expression")
-        .check(|value| match value {
-            ParameterValue::String(text) => Regex::new(text)
-                .map(drop)
-                .map_err(|error| format!("expected a regular expression: {error}")),
-            _ => Ok(()),
-        })
-}
-
-fn expression(parameters: &Parameters, name: &str) -> Result<Option<Regex>, NodeError> {
-    let text: String = parameters.get(name)?;
-    if text.is_empty() {
-        return Ok(None);
-    }
-    Regex::new(&text).map(Some).map_err(NodeError::input)
 }

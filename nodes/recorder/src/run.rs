@@ -132,7 +132,8 @@ impl Opened {
         let ros = node.ros.clone();
         let elsewhere = Elsewhere::new(states.tracks());
         let told = Arc::clone(&account);
-        let topics = Topics::open(&config, ros, elsewhere, times, paused(), told)?;
+        let parameters = &node.parameters;
+        let topics = Topics::open(&config, parameters, ros, elsewhere, times, paused(), told)?;
         let writer = BagWriter::create(&config.output, config.options);
         Ok(Self {
             // Last, so that no bag is left where the others fail.

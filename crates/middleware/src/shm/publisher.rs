@@ -85,13 +85,7 @@ impl<C: Channel> ShmPublisher<C> {
         delivery: Delivery,
     ) -> Result<Self, ShmError> {
         let (service, open) = node.open::<C>(topic)?;
-        if elements > C::MAX_ELEMENTS {
-            return Err(ShmError::TooLong {
-                service,
-                length: elements,
-                limit: C::MAX_ELEMENTS,
-            });
-        }
+        check::<C>(&service, elements)?;
         let backpressure = Arc::new(Backpressure::new(delivery, node.shutdown().clone()));
         let decider = Arc::clone(&backpressure);
         let size = (elements * size_of::<C::Element>()).max(1);
@@ -109,10 +103,7 @@ impl<C: Channel> ShmPublisher<C> {
                     service: service.clone(),
                     limit: C::PUBLISHERS,
                 },
-                error => ShmError::Port {
-                    service: service.clone(),
-                    reason: error.to_string(),
-                },
+                error => ShmError::service(&service, "create a publisher", error),
             })?;
         let mut publisher = Self {
             port,
@@ -161,20 +152,16 @@ impl<C: Channel> ShmPublisher<C> {
             Ok(mut sample) => {
                 self.reserve(&sample)?;
                 *sample.user_header_mut() = header;
-                write(sample)
-                    .send()
-                    .map_err(|error| self.send_error(error.to_string()))?
+                let sent = write(sample).send();
+                sent.map_err(|error| self.send_error(error))?
             }
             // All memory waits with subscribers that do not keep up.
             Err(LoanError::OutOfMemory) => 0,
             Err(LoanError::ExceedsMaxLoanSize) => {
-                return Err(ShmError::TooLong {
-                    service: self.service.clone(),
-                    length: elements,
-                    limit: self.port.initial_max_slice_len(),
-                });
+                let limit = self.port.initial_max_slice_len();
+                return Err(too_long(&self.service, elements, limit));
             }
-            Err(error) => return Err(self.send_error(error.to_string())),
+            Err(error) => return Err(self.send_error(error)),
         };
         let refused = if self.subscribers() == subscribers {
             subscribers.saturating_sub(receivers)
@@ -216,13 +203,7 @@ impl<C: Channel> ShmPublisher<C> {
         header: C::Header,
         elements: &[C::Element],
     ) -> Result<Delivered, ShmError> {
-        if elements.len() > C::MAX_ELEMENTS {
-            return Err(ShmError::TooLong {
-                service: self.service.clone(),
-                length: elements.len(),
-                limit: C::MAX_ELEMENTS,
-            });
-        }
+        check::<C>(&self.service, elements.len())?;
         self.send_written(header, elements.len(), |loan| {
             loan.write_from_slice(elements)
         })
@@ -253,15 +234,27 @@ impl<C: Channel> ShmPublisher<C> {
         }
         self.port
             .update_connections()
-            .map_err(|error| self.send_error(error.to_string()))?;
+            .map_err(|error| self.send_error(error))?;
         thread::sleep(CONNECT);
         Ok(true)
     }
 
-    fn send_error(&self, reason: String) -> ShmError {
-        ShmError::Send {
-            service: self.service.clone(),
-            reason,
-        }
+    fn send_error(&self, reason: impl ToString) -> ShmError {
+        ShmError::service(&self.service, "send", reason)
+    }
+}
+
+fn check<C: Channel>(service: &str, elements: usize) -> Result<(), ShmError> {
+    if elements > C::MAX_ELEMENTS {
+        return Err(too_long(service, elements, C::MAX_ELEMENTS));
+    }
+    Ok(())
+}
+
+fn too_long(service: &str, length: usize, limit: usize) -> ShmError {
+    ShmError::TooLong {
+        service: service.into(),
+        length,
+        limit,
     }
 }

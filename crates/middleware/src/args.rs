@@ -266,7 +266,7 @@ impl Given {
             namespace,
             log: self.log,
             rules: self.rules,
-            parameters: GivenParameters::new(parameters),
+            parameters: parameters.into_iter().collect(),
             enclave: self.enclave.unwrap_or_else(|| "/".into()),
             notices: self.notices,
         })

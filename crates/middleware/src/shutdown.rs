@@ -6,10 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use tokio::{
-    signal::unix::{SignalKind, signal},
-    sync::Notify,
-};
+use tokio::signal::unix::{SignalKind, signal};
 
 use crate::{
     runtime::{ending_signals, runtime},
@@ -26,7 +23,6 @@ struct Flag {
     since: OnceLock<Instant>,
     raised: Mutex<bool>,
     blocking: Condvar,
-    tasks: Notify,
 }
 
 impl Shutdown {
@@ -68,7 +64,6 @@ impl Shutdown {
         *lock(&self.0.raised) = true;
         let _ = self.0.since.set(Instant::now());
         self.0.blocking.notify_all();
-        self.0.tasks.notify_waiters();
     }
 
     /// Whether the flag is raised. Does not lock.
@@ -87,16 +82,6 @@ impl Shutdown {
             raised, blocking, ..
         } = &*self.0;
         *wait_while(blocking, raised, timeout, |raised| !*raised)
-    }
-
-    /// Waits until the flag is raised; safe to cancel.
-    pub async fn wait(&self) {
-        let notified = self.0.tasks.notified();
-        tokio::pin!(notified);
-        notified.as_mut().enable();
-        if !self.requested() {
-            notified.await;
-        }
     }
 }
 
@@ -135,22 +120,6 @@ mod tests {
         assert!(shutdown.wait_timeout(Duration::from_secs(10)));
         assert!(start.elapsed() < Duration::from_secs(5));
         assert!(shutdown.elapsed().unwrap() <= start.elapsed());
-        requester.join().unwrap();
-    }
-
-    #[test]
-    fn tasks_are_woken() {
-        let shutdown = Shutdown::new();
-        let other = shutdown.clone();
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .build()
-            .unwrap();
-        let requester = thread::spawn(move || {
-            thread::sleep(Duration::from_millis(20));
-            other.request();
-        });
-        runtime.block_on(shutdown.wait());
-        runtime.block_on(shutdown.wait());
         requester.join().unwrap();
     }
 

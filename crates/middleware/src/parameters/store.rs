@@ -57,8 +57,7 @@ impl Parameters {
     ///
     /// # Errors
     /// A value that is not accepted, a parameter that is unknown, a declaration that contradicts itself.
-    pub fn declare(given: Given, specs: Vec<ParameterSpec>) -> Result<Self, ParameterError> {
-        let mut given = given.into_values();
+    pub fn declare(mut given: Given, specs: Vec<ParameterSpec>) -> Result<Self, ParameterError> {
         let mut values = BTreeMap::new();
         let mut declared = BTreeMap::new();
         for spec in specs {

@@ -14,7 +14,6 @@ use iceoryx2::{
         update_connections::UpdateConnections,
     },
     prelude::{AllocationStrategy, PortFactory as _},
-    sample_mut::SampleMut,
     sample_mut_uninit::SampleMutUninit,
 };
 
@@ -44,9 +43,6 @@ const CONNECT: Duration = Duration::from_millis(20);
 /// Memory for one sample.
 type Loan<C> =
     SampleMutUninit<Service, [MaybeUninit<<C as Channel>::Element>], <C as Channel>::Header>;
-
-/// The same once it is written.
-type Written<C> = SampleMut<Service, [<C as Channel>::Element], <C as Channel>::Header>;
 
 /// Publishes samples of a channel.
 #[derive(Debug)]
@@ -124,42 +120,33 @@ impl<C: Channel> ShmPublisher<C> {
         self.backpressure.deliver(delivery);
     }
 
-    /// Sends a sample whose elements `fill` writes straight into shared memory, by index.
+    /// Sends a sample with these elements.
     ///
     /// Allocates nothing but iceoryx2's note of the loan while samples are no longer than the publisher was made for; locks and
     /// waits only for a subscriber whose buffer is full.
-    pub fn send_with(
+    pub fn send(
         &mut self,
         header: C::Header,
-        elements: usize,
-        fill: impl FnMut(usize) -> C::Element,
+        elements: &[C::Element],
     ) -> Result<Delivered, ShmError> {
-        self.send_written(header, elements, |loan| loan.write_from_fn(fill))
-    }
-
-    fn send_written(
-        &mut self,
-        header: C::Header,
-        elements: usize,
-        write: impl FnOnce(Loan<C>) -> Written<C>,
-    ) -> Result<Delivered, ShmError> {
+        check::<C>(&self.service, elements.len())?;
         let subscribers = self.subscribers();
         if C::GROWTH != AllocationStrategy::Static {
-            room::check(&self.service, elements * size_of::<C::Element>())?;
+            room::check(&self.service, size_of_val(elements))?;
         }
         self.backpressure.begin();
-        let receivers = match self.loan(elements) {
+        let receivers = match self.loan(elements.len()) {
             Ok(mut sample) => {
                 self.reserve(&sample)?;
                 *sample.user_header_mut() = header;
-                let sent = write(sample).send();
+                let sent = sample.write_from_slice(elements).send();
                 sent.map_err(|error| self.send_error(error))?
             }
             // All memory waits with subscribers that do not keep up.
             Err(LoanError::OutOfMemory) => 0,
             Err(LoanError::ExceedsMaxLoanSize) => {
                 let limit = self.port.initial_max_slice_len();
-                return Err(too_long(&self.service, elements, limit));
+                return Err(too_long(&self.service, elements.len(), limit));
             }
             Err(error) => return Err(self.send_error(error)),
         };
@@ -195,18 +182,6 @@ impl<C: Channel> ShmPublisher<C> {
                 loaned => return loaned,
             }
         }
-    }
-
-    /// Sends a sample with these elements.
-    pub fn send(
-        &mut self,
-        header: C::Header,
-        elements: &[C::Element],
-    ) -> Result<Delivered, ShmError> {
-        check::<C>(&self.service, elements.len())?;
-        self.send_written(header, elements.len(), |loan| {
-            loan.write_from_slice(elements)
-        })
     }
 
     /// How many samples subscribers had no room for, summed over subscribers.

@@ -2,7 +2,8 @@
 
 use std::{
     convert::Infallible,
-    future::{Future as _, poll_fn},
+    future::poll_fn,
+    pin::Pin,
     sync::{
         Arc, Mutex, OnceLock, PoisonError,
         mpsc::{self, Receiver, Sender},
@@ -13,24 +14,24 @@ use std::{
 
 use lgvi_msgs::{RosMessage, Service};
 use tokio::{
-    task::JoinHandle,
-    time::{Instant, sleep},
+    task::{JoinHandle, yield_now},
+    time::{Instant, MissedTickBehavior, interval, interval_at},
 };
 use tracing::warn;
 
-use super::{PublishError, RequestId, RosError, RosNode, ServiceServer, Subscription};
+use super::{PublishError, Request, RequestId, RosError, RosNode, ServiceServer, Subscription};
 use crate::runtime::runtime;
-
-/// Requests or messages of one endpoint that are taken before the others have their turn.
-const TURN: usize = 16;
 
 /// The longest pause.
 const PAUSE: Duration = Duration::from_secs(1);
 
+/// Something that goes on as long as the executor does.
+type Task = Pin<Box<dyn Future<Output = Infallible> + Send>>;
+
 /// What an executor looks after. It begins with [`start`](Self::start).
 #[derive(Default)]
 pub struct Executor {
-    tasks: Vec<Box<dyn Task>>,
+    tasks: Vec<Task>,
     wakeup: Wakeup,
 }
 
@@ -65,10 +66,21 @@ impl Executor {
         &mut self,
         node: &RosNode,
         service: &str,
-        answer: impl FnMut(S::Request, Reply<S>) + Send + 'static,
+        mut answer: impl FnMut(S::Request, Reply<S>) + Send + 'static,
     ) -> Result<(), RosError> {
         let server = Arc::new(node.service_server(service)?);
-        self.add(Serving { server, answer });
+        self.add(async move {
+            loop {
+                match server.recv().await {
+                    Ok(Request { id, message }) => {
+                        let server = Arc::clone(&server);
+                        answer(message, Reply { server, id });
+                    }
+                    Err(error) => warn!("request ignored: {error}"),
+                }
+                yield_now().await;
+            }
+        });
         Ok(())
     }
 
@@ -99,25 +111,55 @@ impl Executor {
     pub fn listen<M: RosMessage + 'static>(
         &mut self,
         subscription: Subscription<M>,
-        hear: impl FnMut(M) + Send + 'static,
+        mut hear: impl FnMut(M) + Send + 'static,
     ) {
-        self.add(Listening { subscription, hear });
+        self.add(async move {
+            loop {
+                match subscription.recv().await {
+                    Ok(sample) => hear(sample.message),
+                    Err(error) => warn!("message ignored: {error}"),
+                }
+                yield_now().await;
+            }
+        });
     }
 
     /// Has `act` called once a period; what is missed is not made up for.
-    pub fn every(&mut self, period: Duration, act: impl FnMut() + Send + 'static) {
-        let due = Instant::now() + period;
-        self.add(Timed { period, due, act });
+    pub fn every(&mut self, period: Duration, mut act: impl FnMut() + Send + 'static) {
+        self.add(async move {
+            let mut ticks = interval_at(Instant::now() + period, period);
+            ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            loop {
+                ticks.tick().await;
+                act();
+            }
+        });
     }
 
     /// Has `act` called whenever the executor is awake: after [`Running::wake`], and at least once a second.
-    pub fn whenever(&mut self, act: impl FnMut() + Send + 'static) {
-        self.add(Whenever(act));
+    pub fn whenever(&mut self, mut act: impl FnMut() + Send + 'static) {
+        self.cycle(PAUSE, move |_| act());
     }
 
-    /// Adds a task.
-    pub(super) fn add(&mut self, task: impl Task + 'static) {
-        self.tasks.push(Box::new(task));
+    /// Has `turn` called whenever the executor is awake, and at least once a period.
+    pub(super) fn cycle(
+        &mut self,
+        period: Duration,
+        mut turn: impl FnMut(&Context<'_>) + Send + 'static,
+    ) {
+        self.add(async move {
+            let mut ticks = interval(period);
+            poll_fn(move |context| {
+                while ticks.poll_tick(context).is_ready() {}
+                turn(context);
+                Poll::Pending
+            })
+            .await
+        });
+    }
+
+    fn add(&mut self, task: impl Future<Output = Infallible> + Send + 'static) {
+        self.tasks.push(Box::pin(task));
     }
 
     /// Wakes the executor once it has started.
@@ -134,19 +176,13 @@ impl Executor {
             _ended: ended,
         };
         let own = wakeup.clone();
-        let runtime = runtime()?;
-        let _entered = runtime.enter();
-        let mut pause = Box::pin(sleep(Duration::ZERO));
-        let future = poll_fn(move |context| {
+        let task = runtime()?.spawn(poll_fn(move |context| {
             own.0.get_or_init(|| context.waker().clone());
-            let next = turns.next(context);
-            pause.as_mut().reset(Instant::now() + next);
-            if next.is_zero() || pause.as_mut().poll(context).is_ready() {
-                context.waker().wake_by_ref();
+            for task in &mut turns.tasks {
+                let _ = task.as_mut().poll(context);
             }
             Poll::<()>::Pending
-        });
-        let task = runtime.spawn(future);
+        }));
         let end = Mutex::new(end);
         Ok(Running { task, end, wakeup })
     }
@@ -154,17 +190,9 @@ impl Executor {
 
 /// The tasks of a started executor.
 struct Turns {
-    tasks: Vec<Box<dyn Task>>,
+    tasks: Vec<Task>,
     /// Dropped after the tasks, so that who waits for it finds nothing of them any more.
     _ended: Sender<Infallible>,
-}
-
-impl Turns {
-    /// Each task has its turn; returns how long to pause at most.
-    fn next(&mut self, context: &mut Context<'_>) -> Duration {
-        let pauses = self.tasks.iter_mut().map(|task| task.turn(context));
-        pauses.min().unwrap_or(PAUSE)
-    }
 }
 
 impl Wakeup {
@@ -202,78 +230,6 @@ impl<S: Service> Reply<S> {
 fn warn_of(sent: Result<(), PublishError>) {
     if let Err(error) = sent {
         warn!("no reply: {error}");
-    }
-}
-
-/// Something that has its turn whenever the executor is awake.
-pub(super) trait Task: Send {
-    /// Does what there is to do; how long to pause at most.
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration;
-}
-
-struct Serving<S, F> {
-    server: Arc<ServiceServer<S>>,
-    answer: F,
-}
-
-impl<S: Service, F: FnMut(S::Request, Reply<S>) + Send> Task for Serving<S, F> {
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration {
-        for _ in 0..TURN {
-            match self.server.poll_take(context) {
-                Poll::Ready(Ok(request)) => {
-                    let server = Arc::clone(&self.server);
-                    let id = request.id;
-                    (self.answer)(request.message, Reply { server, id });
-                }
-                Poll::Ready(Err(error)) => warn!("request ignored: {error}"),
-                Poll::Pending => return PAUSE,
-            }
-        }
-        Duration::ZERO
-    }
-}
-
-struct Listening<M, F> {
-    subscription: Subscription<M>,
-    hear: F,
-}
-
-impl<M: RosMessage, F: FnMut(M) + Send> Task for Listening<M, F> {
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration {
-        for _ in 0..TURN {
-            match self.subscription.poll_take(context) {
-                Poll::Ready(Ok(sample)) => (self.hear)(sample.message),
-                Poll::Ready(Err(error)) => warn!("message ignored: {error}"),
-                Poll::Pending => return PAUSE,
-            }
-        }
-        Duration::ZERO
-    }
-}
-
-struct Timed<F> {
-    period: Duration,
-    due: Instant,
-    act: F,
-}
-
-impl<F: FnMut() + Send> Task for Timed<F> {
-    fn turn(&mut self, _: &mut Context<'_>) -> Duration {
-        let now = Instant::now();
-        if now >= self.due {
-            (self.act)();
-            self.due = (self.due + self.period).max(Instant::now());
-        }
-        self.due.saturating_duration_since(now)
-    }
-}
-
-struct Whenever<F>(F);
-
-impl<F: FnMut() + Send> Task for Whenever<F> {
-    fn turn(&mut self, _: &mut Context<'_>) -> Duration {
-        (self.0)();
-        PAUSE
     }
 }
 

@@ -1,13 +1,6 @@
 //! Subscriptions, to messages and to their CDR bytes.
 
-use std::{
-    fmt,
-    future::poll_fn,
-    marker::PhantomData,
-    ops::Deref,
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::{fmt, future::poll_fn, marker::PhantomData, ops::Deref, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
@@ -123,12 +116,6 @@ impl<M: RosMessage> Subscription<M> {
     /// Waits for the next message; safe to cancel. Call it in a loop for a stream.
     pub async fn recv(&self) -> Result<Sample<M>, TakeError> {
         self.decode(self.raw.recv().await?)
-    }
-
-    /// Takes the next message, or has the task woken when one arrives.
-    pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<M>, TakeError>> {
-        let taken = self.raw.0.arrivals().poll_take(context);
-        taken.map(|sample| self.decode(sample?))
     }
 
     fn decode(&self, sample: Sample<Vec<u8>>) -> Result<Sample<M>, TakeError> {

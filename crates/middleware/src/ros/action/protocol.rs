@@ -22,10 +22,7 @@ use super::{
     table::{Shared, response},
 };
 use crate::{
-    ros::{
-        Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer,
-        executor::Task,
-    },
+    ros::{Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer},
     sync::lock,
     wall,
 };
@@ -34,7 +31,7 @@ use crate::{
 const MAX_WAIT: Duration = Duration::from_millis(20);
 
 /// How often expired results are looked for.
-const CYCLE: Duration = Duration::from_secs(1);
+pub(super) const CYCLE: Duration = Duration::from_secs(1);
 
 /// Requests of a kind that are answered in a row, so that a flood of them holds up no others.
 const ROW: usize = 16;
@@ -74,6 +71,14 @@ where
             cancel_goal: node.service_server(&part(action, "cancel_goal"))?,
             get_result: node.service_server(&part(action, "get_result"))?,
         })
+    }
+
+    /// Does what there is to do, and has the task woken when there is more.
+    pub(super) fn turn(&mut self, context: &Context<'_>) {
+        self.take_cancellations(context);
+        self.take_goals(context);
+        self.take_result_requests(context);
+        self.send();
     }
 
     fn take_goals(&mut self, context: &Context<'_>) {
@@ -172,20 +177,6 @@ impl<A: Action, D> Protocol<A, D> {
         for (id, cdr) in results {
             self.reply_result(id, cdr);
         }
-    }
-}
-
-impl<A, D> Task for Protocol<A, D>
-where
-    A: Action,
-    D: FnMut(&A::Goal, usize) -> Decision + Send,
-{
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration {
-        self.take_cancellations(context);
-        self.take_goals(context);
-        self.take_result_requests(context);
-        self.send();
-        CYCLE
     }
 }
 

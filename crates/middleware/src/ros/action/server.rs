@@ -6,7 +6,7 @@ use lgvi_msgs::Action;
 
 use super::{
     GoalHandle,
-    protocol::Protocol,
+    protocol::{CYCLE, Protocol},
     table::{Decision, Shared},
 };
 use crate::{
@@ -28,8 +28,8 @@ impl<A: Action> ActionServer<A> {
     {
         let mut executor = Executor::new();
         let shared = Arc::new(Shared::new(executor.handle()));
-        let protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
-        executor.add(protocol);
+        let mut protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
+        executor.cycle(CYCLE, move |context| protocol.turn(context));
         Ok(Self {
             name: action.into(),
             shared,

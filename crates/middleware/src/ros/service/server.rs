@@ -51,7 +51,15 @@ impl<S: Service> ServiceServer<S> {
         &self,
         timeout: Duration,
     ) -> Result<Option<Request<S::Request>>, TakeError> {
-        block_on_for(poll_fn(|context| self.poll_take(context)), timeout).transpose()
+        block_on_for(self.recv(), timeout).transpose()
+    }
+
+    /// Waits for the next request; safe to cancel.
+    ///
+    /// # Errors
+    /// As [`recv_timeout`](Self::recv_timeout).
+    pub async fn recv(&self) -> Result<Request<S::Request>, TakeError> {
+        poll_fn(|context| self.poll_take(context)).await
     }
 
     /// Takes the next request, or has the task woken when one may be taken.

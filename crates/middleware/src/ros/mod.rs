@@ -25,6 +25,7 @@ mod publisher;
 mod qos;
 mod service;
 mod subscription;
+mod topics;
 mod type_names;
 mod wire;
 #[cfg(feature = "zenoh")]
@@ -43,13 +44,14 @@ pub use diagnostics::{Diagnosed, Diagnostics, Level, Status};
 pub use executor::{Executor, Reply, Running};
 pub use lifecycle::{Asked, Change, Lifecycle, Outcome, State};
 pub use namesakes::Namesake;
-pub use node::{RosNode, TopicInfo};
+pub use node::RosNode;
 pub use publisher::{PublishError, Publisher, RawPublisher};
 pub use qos::Qos;
 pub use service::{CallError, Request, RequestId, ServiceClient, ServiceServer};
 pub use subscription::{
     RawSubscription, Sample, SampleId, SampleInfo, Subscription, TakeError, WriterId,
 };
+pub use topics::TopicInfo;
 
 /// A node or an endpoint that cannot be created.
 #[derive(Debug, thiserror::Error)]

@@ -17,20 +17,20 @@ pub(super) struct Local {
 
 impl Local {
     pub(super) fn new(
-        node: Arc<Participant>,
+        node: &Arc<Participant>,
         side: Side,
         guid: GUID,
-        topic: String,
+        topic: &str,
         type_name: &str,
     ) -> Self {
         if let Ok(dds_type) = type_names::dds_type(type_name) {
-            node.faults.add(guid, side, &topic, &dds_type);
+            node.faults.add(guid, side, topic, &dds_type);
         }
         node.graph().add(side, guid);
         Self {
             guid,
-            topic,
-            node,
+            topic: topic.into(),
+            node: Arc::clone(node),
             side,
         }
     }

@@ -35,7 +35,7 @@ use super::{
 use crate::ros::{
     Namesake, Qos, RosError, TopicInfo,
     namesakes::{self, is_elder},
-    node, type_names,
+    topics, type_names,
 };
 use crate::{Environment, NodeArgs, Reach, ServiceMapping, security::Enclave, sync::lock};
 
@@ -156,7 +156,7 @@ impl Participant {
                 let data = reader.subscription_topic_data;
                 (data.topic_name().clone(), data.type_name().clone(), None)
             });
-        node::topics(
+        topics::collect(
             writers
                 .chain(readers)
                 .filter_map(|(topic, dds_type, offer)| {
@@ -213,16 +213,28 @@ impl Participant {
             })
     }
 
+    /// The readers of other participants, and whether they are reliable.
+    fn readers(&self) -> impl Iterator<Item = (RemoteReader, bool)> {
+        let readers = self.participant.discovered_readers().into_iter();
+        readers.map(|reader| {
+            let reliable = reader.subscription_topic_data.qos().is_reliable();
+            let proxy = reader.reader_proxy;
+            let locators = proxy.unicast_locator_list.into_iter();
+            let reader = RemoteReader {
+                guid: proxy.remote_reader_guid,
+                locators: locators.map(SocketAddr::from).collect(),
+            };
+            (reader, reliable)
+        })
+    }
+
     /// Whether a writer's matched readers say of themselves that they are on the loopback interface, and nowhere else.
     pub(super) fn reaches_loopback_only(&self, writer: GUID) -> bool {
         let mut matched = self.matches.of(writer);
-        for reader in self.participant.discovered_readers() {
-            let locators = &reader.reader_proxy.unicast_locator_list;
-            let loopback = locators
-                .iter()
-                .all(|locator| SocketAddr::from(*locator).ip().is_loopback());
-            if loopback && !locators.is_empty() {
-                matched.remove(&reader.reader_proxy.remote_reader_guid);
+        for (RemoteReader { guid, locators }, _) in self.readers() {
+            let loopback = |locator: &SocketAddr| locator.ip().is_loopback();
+            if !locators.is_empty() && locators.iter().all(loopback) {
+                matched.remove(&guid);
             }
         }
         matched.is_empty()
@@ -231,22 +243,10 @@ impl Participant {
     /// The reliable readers that a writer is matched with.
     pub(super) fn reliable_readers(&self, writer: GUID) -> Vec<RemoteReader> {
         let matched = self.matches.of(writer);
-        let mut readers = self.participant.discovered_readers();
-        readers.retain(|reader| {
-            matched.contains(&reader.reader_proxy.remote_reader_guid)
-                && reader.subscription_topic_data.qos().is_reliable()
-        });
+        let readers = self.readers();
         readers
-            .into_iter()
-            .map(|reader| RemoteReader {
-                guid: reader.reader_proxy.remote_reader_guid,
-                locators: reader
-                    .reader_proxy
-                    .unicast_locator_list
-                    .into_iter()
-                    .map(SocketAddr::from)
-                    .collect(),
-            })
+            .filter(|(reader, reliable)| *reliable && matched.contains(&reader.guid))
+            .map(|(reader, _)| reader)
             .collect()
     }
 
@@ -254,11 +254,10 @@ impl Participant {
     /// endpoints until the lease has run out, 50 s later.
     fn depart(&self) {
         let domain_id = self.participant.domain_id();
-        let readers = self.participant.discovered_readers();
-        let addresses: BTreeSet<_> = readers
-            .iter()
-            .flat_map(|reader| &reader.reader_proxy.unicast_locator_list)
-            .filter_map(|locator| peers::discovery_address(domain_id, SocketAddr::from(*locator)))
+        let addresses: BTreeSet<_> = self
+            .readers()
+            .flat_map(|(reader, _)| reader.locators)
+            .filter_map(|locator| peers::discovery_address(domain_id, locator))
             .collect();
         let departure = rtps::departure(self.participant.guid());
         self.laggards.send(&departure, addresses);
@@ -266,12 +265,11 @@ impl Participant {
 
     /// Where a remote participant's subscriptions are reached.
     fn addresses(&self, participant: GUID) -> Vec<IpAddr> {
-        let readers = self.participant.discovered_readers();
-        let own = readers.iter().map(|reader| &reader.reader_proxy);
-        let own = own.filter(|proxy| proxy.remote_reader_guid.prefix == participant.prefix);
+        let own = self.readers().map(|(reader, _)| reader);
+        let own = own.filter(|reader| reader.guid.prefix == participant.prefix);
         let addresses: BTreeSet<_> = own
-            .flat_map(|proxy| &proxy.unicast_locator_list)
-            .map(|locator| SocketAddr::from(*locator).ip())
+            .flat_map(|reader| reader.locators)
+            .map(|locator| locator.ip())
             .filter(|address| !address.is_unspecified())
             .collect();
         addresses.into_iter().collect()

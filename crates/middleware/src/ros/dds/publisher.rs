@@ -70,13 +70,13 @@ pub(super) struct Writer {
 
 impl Writer {
     pub(super) fn new(
-        node: Arc<Participant>,
-        topic: String,
+        node: &Arc<Participant>,
+        topic: &str,
         dds_topic: String,
         type_name: &str,
         qos: &Qos,
     ) -> Result<Self, RosError> {
-        let writer = node.endpoint(&topic, dds_topic, type_name, |publisher, _, topic| {
+        let writer = node.endpoint(topic, dds_topic, type_name, |publisher, _, topic| {
             publisher.create_datawriter_no_key(topic, Some(policies::offered(qos)))
         })?;
         Ok(Self {

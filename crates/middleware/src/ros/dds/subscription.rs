@@ -19,16 +19,16 @@ pub(super) struct Reader {
 
 impl Reader {
     pub(super) fn new(
-        node: Arc<Participant>,
-        topic: String,
+        node: &Arc<Participant>,
+        topic: &str,
         dds_topic: String,
         type_name: &str,
         qos: &Qos,
     ) -> Result<Self, RosError> {
-        let reader = node.endpoint(&topic, dds_topic, type_name, |_, subscriber, topic| {
+        let reader = node.endpoint(topic, dds_topic, type_name, |_, subscriber, topic| {
             subscriber.create_simple_datareader_no_key(topic, Some(policies::requested(qos)))
         })?;
-        let inbox = Inbox::new(reader, topic.clone(), qos.depth());
+        let inbox = Inbox::new(reader, topic.into(), qos.depth());
         let local = Local::new(node, Side::Subscription, inbox.guid(), topic, type_name);
         local.node.background.add(Arc::clone(&inbox));
         Ok(Self { inbox, local })
@@ -100,8 +100,8 @@ mod tests {
             NodeArgs::parse(&name, []).unwrap().0
         };
         let hearer = Dds::new(&args("hearer"), &environment, ServiceMapping::FastDds).unwrap();
-        let (said, type_name) = ("/said".to_owned(), "std_msgs/msg/String");
-        let subscription = hearer.reader(said, type_name, &Qos::reliable(1)).unwrap();
+        let subscription = hearer.reader("/said", "std_msgs/msg/String", &Qos::reliable(1));
+        let subscription = subscription.unwrap();
         let speaker = RosNode::new(&args("speaker"), &environment).unwrap();
         let publisher = speaker.publisher("/said", &Qos::reliable(1)).unwrap();
         assert!(subscription.local.wait_for_matches(1, PATIENCE));

@@ -21,7 +21,7 @@ use crate::{
     ros::{
         Namesake, TopicInfo,
         namesakes::{Birth, is_elder},
-        node, type_names,
+        topics, type_names,
     },
     sync::{lock, wait_while},
 };
@@ -109,7 +109,7 @@ impl Graph {
             .others
             .values()
             .filter_map(|other| other.endpoint.as_ref());
-        node::topics(endpoints.filter_map(|endpoint| {
+        topics::collect(endpoints.filter_map(|endpoint| {
             let Offer {
                 reliable, durable, ..
             } = endpoint.offer;
@@ -192,33 +192,30 @@ impl Table {
 
     /// Warns of each mismatch once.
     fn report(&mut self) {
-        let mut found = Vec::new();
-        for own in &self.own {
-            for (token, other) in self
-                .facing(own)
-                .filter(|(_, other)| !own.understands(other))
-            {
-                found.push((token.clone(), own.clone(), other.clone()));
-            }
-        }
-        for (token, own, other) in found {
-            let node = self.others.get(&token);
-            let node = node.map_or_else(String::new, |other| other.node.fully_qualified_name());
-            if self.reported.insert((token, own.topic.clone())) {
-                let name = |endpoint: &Endpoint| {
-                    let ros = type_names::ros_type(&endpoint.type_name);
-                    let hash = endpoint.hash.as_deref().unwrap_or("no hash");
-                    format!(
-                        "{} ({hash})",
-                        ros.unwrap_or_else(|| endpoint.type_name.clone())
-                    )
-                };
+        let Self {
+            others,
+            own,
+            reported,
+        } = self;
+        let name = |endpoint: &Endpoint| {
+            let ros = type_names::ros_type(&endpoint.type_name);
+            let name = ros.unwrap_or_else(|| endpoint.type_name.clone());
+            let hash = endpoint.hash.as_deref().unwrap_or("no hash");
+            format!("{name} ({hash})")
+        };
+        for (token, Entity { node, endpoint }) in others {
+            let Some(other) = endpoint else { continue };
+            for own in own.iter().filter(|own| own.faces(other)) {
+                if own.understands(other) || !reported.insert((token.clone(), own.topic.clone())) {
+                    continue;
+                }
                 warn!(
-                    "{:?} of {node} on {} has the type {}, ours is {}: no messages can be understood",
+                    "{:?} of {} on {} has the type {}, ours is {}: no messages can be understood",
                     other.kind,
+                    node.fully_qualified_name(),
                     own.topic,
-                    name(&other),
-                    name(&own)
+                    name(other),
+                    name(own)
                 );
             }
         }

@@ -41,13 +41,9 @@ impl Client {
         types: ServiceTypes,
     ) -> Result<Self, RosError> {
         let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
-        let name = || (Arc::clone(node), service.to_owned());
-        let (own, topic) = name();
-        let replies = Reader::new(own, topic, reply, types.response, &TAKEN)?;
-        let (own, topic) = name();
         Ok(Self {
-            replies,
-            requests: Writer::new(own, topic, request, types.request, &SENT)?,
+            replies: Reader::new(node, service, reply, types.response, &TAKEN)?,
+            requests: Writer::new(node, service, request, types.request, &SENT)?,
             turn: Mutex::new(0),
             node: Arc::clone(node),
         })

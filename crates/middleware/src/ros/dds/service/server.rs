@@ -65,14 +65,10 @@ impl Server {
         types: ServiceTypes,
     ) -> Result<Self, RosError> {
         let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
-        let name = || (Arc::clone(node), service.to_owned());
-        // The replies first: who sees where to send requests can expect an answer.
-        let (own, topic) = name();
-        let replies = Writer::new(own, topic, reply, types.response, &SENT)?;
-        let (own, topic) = name();
         Ok(Self {
-            replies,
-            requests: Reader::new(own, topic, request, types.request, &TAKEN)?,
+            // The replies first: who sees where to send requests can expect an answer.
+            replies: Writer::new(node, service, reply, types.response, &SENT)?,
+            requests: Reader::new(node, service, request, types.request, &TAKEN)?,
             held: Mutex::default(),
             looking: Arc::default(),
             created: wall::now(),

@@ -57,14 +57,8 @@ mod tests {
             ..all
         };
         assert!(hidden.takes("/planner/plan/_action/feedback"));
-        let selection = Selection {
-            names: Some(["/a/_action/status".to_owned()].into()),
-            ..Selection::default()
-        };
-        let chosen = Wanted {
-            selection,
-            ..Wanted::default()
-        };
+        let mut chosen = Wanted::default();
+        chosen.selection.names = Some(["/a/_action/status".to_owned()].into());
         assert!(chosen.takes("/a/_action/status") && !chosen.takes("/tf"));
     }
 

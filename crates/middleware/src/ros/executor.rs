@@ -178,6 +178,8 @@ impl Executor {
         let own = wakeup.clone();
         let task = runtime()?.spawn(poll_fn(move |context| {
             own.0.get_or_init(|| context.waker().clone());
+            // All of it is moved into this task.
+            let turns = &mut turns;
             for task in &mut turns.tasks {
                 let _ = task.as_mut().poll(context);
             }
@@ -250,5 +252,22 @@ mod tests {
         running.wake();
         acted.recv().unwrap();
         assert!(began.elapsed() < PAUSE, "it has not been woken");
+    }
+
+    #[test]
+    fn nothing_of_an_executor_is_left_once_it_is_dropped() {
+        let (act, acted) = mpsc::channel();
+        let held = Arc::new(());
+        let holding = Arc::clone(&held);
+        let mut executor = Executor::new();
+        executor.whenever(move || {
+            act.send(()).unwrap();
+            std::thread::sleep(Duration::from_millis(100));
+            assert_eq!(Arc::strong_count(&holding), 2);
+        });
+        let running = executor.start().unwrap();
+        acted.recv().unwrap();
+        drop(running);
+        assert_eq!(Arc::strong_count(&held), 1);
     }
 }

@@ -65,7 +65,11 @@ fn contents(bag: &Path, verifies: bool) -> Contents {
             depth,
         } = topic.qos;
         let reliability = if reliable { "Reliable" } else { "BestEffort" };
-        let durability = if durable { "TransientLocal" } else { "Volatile" };
+        let durability = if durable {
+            "TransientLocal"
+        } else {
+            "Volatile"
+        };
         let held = Held {
             r#type: topic.type_name.clone(),
             hash: topic.type_hash.clone(),

@@ -70,10 +70,7 @@ fn numbers(step: u64) -> Recording {
         records.push(record("/numbers", number, step));
     }
     Recording {
-        topics: vec![
-            topic("/numbers", false),
-            topic("/latched", true),
-        ],
+        topics: vec![topic("/numbers", false), topic("/latched", true)],
         records,
     }
 }

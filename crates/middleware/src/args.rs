@@ -43,16 +43,9 @@ pub enum ArgsError {
     /// Not `level` or `logger:=level`.
     #[error("log level {0:?} is none of debug, info, warn, error, fatal, unset, or logger:=level")]
     LogLevel(String),
-    /// An argument of ROS 2 that this node cannot honor.
-    #[error("{argument} {value:?} is not supported: {reason}")]
-    Unsupported {
-        /// The argument.
-        argument: &'static str,
-        /// Its value.
-        value: String,
-        /// Why.
-        reason: &'static str,
-    },
+    /// An argument about files of logging, and its value.
+    #[error("{0} {1:?} is not supported: logging has no files; redirect standard error")]
+    LogFile(String, String),
     /// A parameter file cannot be read.
     #[error("cannot read parameter file {}", path.display())]
     ReadFile {
@@ -233,8 +226,13 @@ impl Given {
                         return Err(ArgsError::LogLevel(text));
                     }
                 }
-                "--log-config-file" => refuse("--log-config-file", value()?, NO_LOG_CONFIG)?,
-                "--log-file-name" => refuse("--log-file-name", value()?, NO_LOG_FILE)?,
+                "--log-config-file" | "--log-file-name" => {
+                    let value = value()?;
+                    // An empty one asks for nothing.
+                    if !value.is_empty() {
+                        return Err(ArgsError::LogFile(arg, value));
+                    }
+                }
                 "-e" | "--enclave" => {
                     let enclave = value()?;
                     names::check_enclave(&enclave)?;
@@ -268,28 +266,11 @@ impl Given {
             namespace,
             log: self.log,
             rules: self.rules,
-            parameters: GivenParameters::new(parameters),
+            parameters: parameters.into_iter().collect(),
             enclave: self.enclave.unwrap_or_else(|| "/".into()),
             notices: self.notices,
         })
     }
-}
-
-/// Why some arguments of ROS 2 are refused.
-const NO_LOG_CONFIG: &str =
-    "logging has no configuration file, as with the default logging of ROS 2";
-const NO_LOG_FILE: &str = "no log file is written; redirect standard error";
-
-/// Refuses an argument, unless its value is empty: then it asks for nothing.
-fn refuse(argument: &'static str, value: String, reason: &'static str) -> Result<(), ArgsError> {
-    if value.is_empty() {
-        return Ok(());
-    }
-    Err(ArgsError::Unsupported {
-        argument,
-        value,
-        reason,
-    })
 }
 
 /// Bytes of the longest parameter file: what is longer is none, and a device may have no end.

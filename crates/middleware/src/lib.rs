@@ -37,6 +37,7 @@ mod security;
 pub mod shm;
 #[cfg(feature = "transport")]
 mod shutdown;
+pub mod sync;
 #[cfg(feature = "transport")]
 mod wall;
 mod yaml;

@@ -8,7 +8,7 @@ use std::{
     fmt::{self, Write as _},
     io::{self, IsTerminal, Write},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex,
         mpsc::{self, Receiver, SyncSender},
     },
     thread::{self, JoinHandle},
@@ -32,7 +32,9 @@ use tracing_subscriber::{
 use crate::{
     LogSettings, NodeArgs,
     ros::{Publisher, Qos, RosError, RosNode},
-    security, wall,
+    security,
+    sync::lock,
+    wall,
 };
 
 pub use levels::{LevelError, Levels};
@@ -64,7 +66,6 @@ pub enum LogError {
 type Queued = Option<rcl_interfaces::Log>;
 
 /// The end of the queue that a node takes messages for `/rosout` from.
-#[derive(Debug)]
 pub struct Logging {
     levels: Levels,
     sender: SyncSender<Queued>,
@@ -126,7 +127,7 @@ impl Drop for Rosout {
 }
 
 fn send(publisher: &Publisher<rcl_interfaces::Log>, receiver: &Mutex<Receiver<Queued>>) {
-    let receiver = receiver.lock().unwrap_or_else(PoisonError::into_inner);
+    let receiver = lock(receiver);
     while let Ok(Some(message)) = receiver.recv() {
         // Logging a failure here would make another message.
         let _ = publisher.publish(&message);
@@ -187,7 +188,7 @@ impl Bursts {
     const WHILE: Duration = Duration::from_secs(3);
 
     fn allow(&self, now: Instant) -> bool {
-        let mut begun = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut begun = lock(&self.0);
         match *begun {
             Some(begun) if now.saturating_duration_since(begun) < Self::MOMENT => true,
             Some(begun) if now.saturating_duration_since(begun) < Self::WHILE => false,

@@ -3,61 +3,21 @@
 
 /// A name that ROS 2 does not allow, or that cannot be expanded.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum NameError {
-    /// The name is empty.
-    #[error("a {kind} must not be empty")]
-    Empty {
-        /// What the name stands for.
-        kind: &'static str,
-    },
-    /// A character outside `[A-Za-z0-9_/]`, or `/` where it is not allowed.
-    #[error("{kind} {name:?} must not contain {character:?}")]
-    Character {
-        /// What the name stands for.
-        kind: &'static str,
-        /// The name as given.
-        name: String,
-        /// The first character that is not allowed.
-        character: char,
-    },
-    /// A part between slashes is empty or starts with a digit.
-    #[error("{kind} {name:?}: the part {token:?} must start with a letter or an underscore")]
-    Token {
-        /// What the name stands for.
-        kind: &'static str,
-        /// The name as given.
-        name: String,
-        /// The part between slashes at fault.
-        token: String,
-    },
-    /// The name does not start with a slash.
-    #[error("{kind} {name:?} must start with '/'")]
-    NotAbsolute {
-        /// What the name stands for.
-        kind: &'static str,
-        /// The name as given.
-        name: String,
-    },
-    /// `~` elsewhere than at the start, or not followed by a slash.
-    #[error("{kind} {name:?}: '~' may only stand at the start, followed by '/'")]
-    Tilde {
-        /// What the name stands for.
-        kind: &'static str,
-        /// The name as given.
-        name: String,
-    },
-    /// The name is too long for DDS.
-    #[error("{kind} {name:?} has {length} characters; the limit is {limit}")]
-    TooLong {
-        /// What the name stands for.
-        kind: &'static str,
-        /// The name as given.
-        name: String,
-        /// Its length.
-        length: usize,
-        /// The longest that is allowed.
-        limit: usize,
-    },
+#[error("{kind} {name:?} {reason}")]
+pub struct NameError {
+    /// What the name stands for.
+    kind: &'static str,
+    /// The name as given.
+    name: String,
+    /// What it must or must not be.
+    reason: String,
+}
+
+impl NameError {
+    fn new(kind: &'static str, name: &str, reason: impl Into<String>) -> Self {
+        let (name, reason) = (name.into(), reason.into());
+        Self { kind, name, reason }
+    }
 }
 
 /// What a name stands for that is expanded and remapped.
@@ -81,6 +41,8 @@ impl Kind {
 const NODE: &str = "node name";
 const NAMESPACE: &str = "namespace";
 const ENCLAVE: &str = "enclave";
+
+const EMPTY: &str = "must not be empty";
 
 /// `rmw`'s limits: 255 for DDS, less the prefix (`rt/`, `rq/`) and the suffix (`Reply`) for topics.
 const NODE_LIMIT: usize = 255;
@@ -135,12 +97,15 @@ pub(crate) fn expand(
     node: &str,
 ) -> Result<String, NameError> {
     let kind = kind.name();
-    let misplaced_tilde = || NameError::Tilde {
-        kind,
-        name: name.into(),
+    let misplaced_tilde = || {
+        NameError::new(
+            kind,
+            name,
+            "must have '~' only at the start, followed by '/'",
+        )
     };
     if name.is_empty() {
-        return Err(NameError::Empty { kind });
+        return Err(NameError::new(kind, name, EMPTY));
     }
     let substituted = name
         .replace("{node}", node)
@@ -162,49 +127,33 @@ pub(crate) fn expand(
 
 fn check_absolute(kind: &'static str, name: &str, limit: usize) -> Result<(), NameError> {
     check_length(kind, name, limit)?;
-    let Some(relative) = name.strip_prefix('/') else {
-        return Err(NameError::NotAbsolute {
-            kind,
-            name: name.into(),
-        });
-    };
-    relative
+    name.strip_prefix('/')
+        .ok_or_else(|| NameError::new(kind, name, "must start with '/'"))?
         .split('/')
         .try_for_each(|token| check_token(kind, name, token))
 }
 
 fn check_length(kind: &'static str, name: &str, limit: usize) -> Result<(), NameError> {
     match name.len() {
-        0 => Err(NameError::Empty { kind }),
-        length if length > limit => Err(NameError::TooLong {
-            kind,
-            name: name.into(),
-            length,
-            limit,
-        }),
+        0 => Err(NameError::new(kind, name, EMPTY)),
+        length if length > limit => {
+            let reason = format!("has {length} characters; the limit is {limit}");
+            Err(NameError::new(kind, name, reason))
+        }
         _ => Ok(()),
     }
 }
 
 fn check_token(kind: &'static str, name: &str, token: &str) -> Result<(), NameError> {
-    if let Some(character) = token
-        .chars()
-        .find(|c| !(c.is_ascii_alphanumeric() || *c == '_'))
-    {
-        return Err(NameError::Character {
-            kind,
-            name: name.into(),
-            character,
-        });
-    }
-    if token.starts_with(|c: char| c.is_ascii_digit()) || token.is_empty() {
-        return Err(NameError::Token {
-            kind,
-            name: name.into(),
-            token: token.into(),
-        });
-    }
-    Ok(())
+    let is_known = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let reason = if let Some(other) = token.chars().find(|c| !is_known(*c)) {
+        format!("must not contain {other:?}")
+    } else if !is_token(token) {
+        format!("has the part {token:?}, which must start with a letter or an underscore")
+    } else {
+        return Ok(());
+    };
+    Err(NameError::new(kind, name, reason))
 }
 
 #[cfg(test)]
@@ -235,20 +184,12 @@ mod tests {
                 "{bad:?} was accepted"
             );
         }
-        assert!(matches!(
-            expand(Kind::Service, &"a".repeat(300), "/", "node"),
-            Err(NameError::TooLong { length: 301, .. })
-        ));
+        let error = expand(Kind::Service, &"a".repeat(300), "/", "node").unwrap_err();
+        assert!(error.to_string().contains("has 301 characters"), "{error}");
         assert!(check_node_name("a/b").is_err());
         assert!(check_node_name("9a").is_err());
-        assert_eq!(
-            check_node_name("a b"),
-            Err(NameError::Character {
-                kind: NODE,
-                name: "a b".into(),
-                character: ' '
-            })
-        );
+        let error = check_node_name("a b").unwrap_err().to_string();
+        assert_eq!(error, "node name \"a b\" must not contain ' '");
     }
 
     #[test]

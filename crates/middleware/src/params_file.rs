@@ -1,5 +1,7 @@
 //! ROS 2 parameter files: which entries are meant for a node, flattened to dotted names.
 
+use std::collections::BTreeSet;
+
 use crate::{
     ParameterValue, names,
     yaml::{self, Content, Node},
@@ -103,31 +105,21 @@ fn matches(pattern: &str, node: &str) -> bool {
     fn parts(name: &str) -> Vec<&str> {
         name.split('/').filter(|part| !part.is_empty()).collect()
     }
-    covers(&parts(pattern), &parts(node))
-}
-
-fn covers(pattern: &[&str], name: &[&str]) -> bool {
-    // After which parts of the pattern the name so far may stand.
-    let mut reached = vec![false; pattern.len() + 1];
-    let skip = |reached: &mut Vec<bool>| {
-        for (index, part) in pattern.iter().enumerate() {
-            reached[index + 1] |= reached[index] && *part == "**";
-        }
-    };
-    reached[0] = true;
-    skip(&mut reached);
-    for head in name {
-        let mut next = vec![false; pattern.len() + 1];
-        for (index, part) in pattern.iter().enumerate() {
-            if reached[index] {
-                next[index] |= *part == "**";
-                next[index + 1] |= *part == "*" || part == head;
-            }
-        }
-        skip(&mut next);
-        reached = next;
+    let node = parts(node);
+    // How many of the node's parts the pattern so far may cover.
+    let mut covered = BTreeSet::from([0]);
+    for part in parts(pattern) {
+        let any = part == "**";
+        let next = |count: usize| {
+            let one = node.get(count).filter(|name| part == "*" || part == **name);
+            one.map(|_| count + 1)
+        };
+        covered = match covered.first() {
+            Some(&least) if any => (least..=node.len()).collect(),
+            _ => covered.into_iter().filter_map(next).collect(),
+        };
     }
-    reached[pattern.len()]
+    covered.contains(&node.len())
 }
 
 #[cfg(test)]

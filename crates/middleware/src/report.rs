@@ -2,15 +2,16 @@
 
 use std::{
     collections::VecDeque,
-    fmt,
     io::{self, BufRead, Write},
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Condvar, Mutex, PoisonError},
     thread,
     time::Duration,
 };
 
 use lgvi_msgs::excerpt;
 use serde::{Serialize, de::DeserializeOwned};
+
+use crate::sync::{lock, wait_while};
 
 /// Writes reports, each flushed at once, from a thread of its own: reporting never waits for the reader.
 pub struct Reporter {
@@ -89,7 +90,7 @@ impl Reporter {
     /// Reports. Every report is written, in order, unless the reader has gone.
     pub fn report(&self, report: impl Serialize + Send + 'static) {
         if let Some(queue) = &self.queue {
-            let mut waiting = queue.lock();
+            let mut waiting = lock(&queue.waiting);
             if !waiting.closed {
                 let progress = waiting.progress.take();
                 waiting.reports.extend(progress);
@@ -120,21 +121,20 @@ impl Reporter {
                         || !waiting.reports.is_empty())
             };
             // Whether it was in vain makes no difference any more.
-            let _ = queue
-                .changed
-                .wait_timeout_while(queue.lock(), patience, under_way);
+            drop(wait_while(
+                &queue.changed,
+                &queue.waiting,
+                patience,
+                under_way,
+            ));
         }
     }
 }
 
 impl Queue {
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// The next report; none once all are written and no more come.
     fn next(&self) -> Option<Report> {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         waiting.writing = false;
         self.changed.notify_all();
         loop {
@@ -146,15 +146,13 @@ impl Queue {
             if waiting.closed {
                 return None;
             }
-            waiting = self
-                .changed
-                .wait(waiting)
-                .unwrap_or_else(PoisonError::into_inner);
+            let woken = self.changed.wait(waiting);
+            waiting = woken.unwrap_or_else(PoisonError::into_inner);
         }
     }
 
     fn close(&self) {
-        self.lock().closed = true;
+        lock(&self.waiting).closed = true;
         self.changed.notify_all();
     }
 
@@ -180,14 +178,6 @@ impl Drop for Reporter {
         if let Some(queue) = &self.queue {
             queue.close();
         }
-    }
-}
-
-impl fmt::Debug for Reporter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Reporter")
-            .field("enabled", &self.queue.is_some())
-            .finish_non_exhaustive()
     }
 }
 

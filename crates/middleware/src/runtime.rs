@@ -1,12 +1,11 @@
 //! The tokio runtime of the process: services, actions, timers and signals.
 
-use std::{
-    io,
-    sync::{Mutex, PoisonError},
-};
+use std::{io, sync::Mutex};
 
 use nix::sys::signal::{SigSet, Signal};
 use tokio::runtime::{Builder, Handle, Runtime};
+
+use crate::sync::lock;
 
 /// One task may wait up to 20 ms for a client while another goes on.
 const WORKERS: usize = 2;
@@ -19,7 +18,7 @@ pub(crate) fn ending_signals() -> SigSet {
 /// The runtime, which lives as long as the process. Its threads take the signals that end the process.
 pub(crate) fn runtime() -> io::Result<Handle> {
     static RUNTIME: Mutex<Option<Runtime>> = Mutex::new(None);
-    let mut runtime = RUNTIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut runtime = lock(&RUNTIME);
     if let Some(runtime) = &*runtime {
         return Ok(runtime.handle().clone());
     }

@@ -60,35 +60,15 @@ pub enum SecurityError {
     /// Nothing says where the files are.
     #[error("ROS_SECURITY_ENABLE is true and ROS_SECURITY_KEYSTORE is not set")]
     NoKeystore,
-    /// The keystore has no such enclave.
-    #[error(
-        "enclave {enclave:?}, which {named_by} names, has no directory {}; ROS_SECURITY_KEYSTORE is {}",
-        directory.display(),
-        keystore.display()
-    )]
-    NoEnclave {
-        /// The enclave.
-        enclave: String,
-        /// What names it.
-        named_by: &'static str,
-        /// `ROS_SECURITY_KEYSTORE`.
-        keystore: PathBuf,
-        /// Where its files would lie.
-        directory: PathBuf,
-    },
-    /// A file of the enclave is missing.
-    #[error(
-        "enclave {enclave:?} lacks {}; ROS_SECURITY_KEYSTORE is {}",
-        path.display(),
-        keystore.display()
-    )]
+    /// The keystore has no such enclave, or a file of it is missing.
+    #[error("enclave {enclave:?}{what}; ROS_SECURITY_KEYSTORE is {}", keystore.display())]
     Missing {
         /// The enclave.
         enclave: String,
+        /// What is missing.
+        what: String,
         /// `ROS_SECURITY_KEYSTORE`.
         keystore: PathBuf,
-        /// The file.
-        path: PathBuf,
     },
     /// A file of the enclave cannot be read.
     #[error(
@@ -133,10 +113,7 @@ pub(crate) struct Enclave {
 impl SecurityError {
     /// Whether something is not there, so that a permissive node does without.
     fn is_absence(&self) -> bool {
-        matches!(
-            self,
-            Self::NoKeystore | Self::NoEnclave { .. } | Self::Missing { .. }
-        )
+        matches!(self, Self::NoKeystore | Self::Missing { .. })
     }
 }
 
@@ -187,27 +164,24 @@ impl Security {
         let directory = keystore
             .join("enclaves")
             .join(enclave.trim_start_matches('/'));
-        let named = || (enclave.to_owned(), keystore.clone());
-        let refuse = |path: &Path, source| {
-            let ((enclave, keystore), path) = (named(), path.to_owned());
-            SecurityError::Read {
-                enclave,
-                keystore,
-                path,
-                source,
-            }
+        let missing = |what: String| SecurityError::Missing {
+            enclave: enclave.to_owned(),
+            what,
+            keystore: keystore.clone(),
+        };
+        let refuse = |path: &Path, source| SecurityError::Read {
+            enclave: enclave.to_owned(),
+            keystore: keystore.clone(),
+            path: path.to_owned(),
+            source,
         };
         match fs::metadata(&directory) {
             Ok(found) if found.is_dir() => {}
             Err(error) if !is_absence(&error) => return Err(refuse(&directory, error)),
             _ => {
-                let (enclave, keystore) = named();
-                return Err(SecurityError::NoEnclave {
-                    enclave,
-                    named_by,
-                    keystore,
-                    directory,
-                });
+                let place = directory.display();
+                let what = format!(", which {named_by} names, has no directory {place}");
+                return Err(missing(what));
             }
         }
         let revocations = directory.join(REVOCATIONS);
@@ -223,12 +197,7 @@ impl Security {
                 Ok(found) if found.is_file() => {}
                 Ok(_) => return Err(refuse(&path, io::Error::other("it is no file"))),
                 Err(error) if is_absence(&error) => {
-                    let (enclave, keystore) = named();
-                    return Err(SecurityError::Missing {
-                        enclave,
-                        keystore,
-                        path,
-                    });
+                    return Err(missing(format!(" lacks {}", path.display())));
                 }
                 Err(error) => return Err(refuse(&path, error)),
             }

@@ -2,16 +2,16 @@
 
 use std::{
     fs, io,
-    sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
+    sync::{Arc, Condvar, Mutex, OnceLock},
     time::{Duration, Instant},
 };
 
-use tokio::{
-    signal::unix::{SignalKind, signal},
-    sync::Notify,
-};
+use tokio::signal::unix::{SignalKind, signal};
 
-use crate::runtime::{ending_signals, runtime};
+use crate::{
+    runtime::{ending_signals, runtime},
+    sync::{lock, wait_while},
+};
 
 /// A flag that is raised once and stays raised; clones share it.
 #[derive(Debug, Clone, Default)]
@@ -23,7 +23,6 @@ struct Flag {
     since: OnceLock<Instant>,
     raised: Mutex<bool>,
     blocking: Condvar,
-    tasks: Notify,
 }
 
 impl Shutdown {
@@ -62,10 +61,9 @@ impl Shutdown {
 
     /// Raises the flag.
     pub fn request(&self) {
-        *self.lock() = true;
+        *lock(&self.0.raised) = true;
         let _ = self.0.since.set(Instant::now());
         self.0.blocking.notify_all();
-        self.0.tasks.notify_waiters();
     }
 
     /// Whether the flag is raised. Does not lock.
@@ -80,26 +78,10 @@ impl Shutdown {
 
     /// Blocks until the flag is raised or the time has passed; returns whether it is raised.
     pub fn wait_timeout(&self, timeout: Duration) -> bool {
-        *self
-            .0
-            .blocking
-            .wait_timeout_while(self.lock(), timeout, |raised| !*raised)
-            .unwrap_or_else(PoisonError::into_inner)
-            .0
-    }
-
-    /// Waits until the flag is raised; safe to cancel.
-    pub async fn wait(&self) {
-        let notified = self.0.tasks.notified();
-        tokio::pin!(notified);
-        notified.as_mut().enable();
-        if !self.requested() {
-            notified.await;
-        }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, bool> {
-        self.0.raised.lock().unwrap_or_else(PoisonError::into_inner)
+        let Flag {
+            raised, blocking, ..
+        } = &*self.0;
+        *wait_while(blocking, raised, timeout, |raised| !*raised)
     }
 }
 
@@ -138,22 +120,6 @@ mod tests {
         assert!(shutdown.wait_timeout(Duration::from_secs(10)));
         assert!(start.elapsed() < Duration::from_secs(5));
         assert!(shutdown.elapsed().unwrap() <= start.elapsed());
-        requester.join().unwrap();
-    }
-
-    #[test]
-    fn tasks_are_woken() {
-        let shutdown = Shutdown::new();
-        let other = shutdown.clone();
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .build()
-            .unwrap();
-        let requester = thread::spawn(move || {
-            thread::sleep(Duration::from_millis(20));
-            other.request();
-        });
-        runtime.block_on(shutdown.wait());
-        runtime.block_on(shutdown.wait());
         requester.join().unwrap();
     }
 

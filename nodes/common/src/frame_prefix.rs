@@ -30,10 +30,7 @@ impl FramePrefix {
     /// # Errors
     /// It is not declared.
     pub fn read(parameters: &Parameters) -> Result<Self, NodeError> {
-        parameters
-            .get_optional(NAME)
-            .map(Self)
-            .map_err(NodeError::input)
+        Ok(Self(parameters.get_optional(NAME)?))
     }
 
     /// The prefix of the frames of a flight in `namespace`: unless it is set, the namespace and a slash. tf2 allows no slash

@@ -6,6 +6,7 @@ mod event;
 mod frame_prefix;
 mod parameters;
 mod scene_file;
+mod selection;
 mod warning;
 
 pub use convert::{
@@ -16,4 +17,5 @@ pub use event::{Docked, Event, FlightReport, Miss, PlanReport};
 pub use frame_prefix::FramePrefix;
 pub use parameters::{publishes_clock, required_path};
 pub use scene_file::{load_scene, parse_scene, read_scene, set_key};
+pub use selection::{Choice, Selection};
 pub use warning::{Warning, WarningCode};

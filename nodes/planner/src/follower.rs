@@ -80,7 +80,7 @@ impl Follower {
             topic: topic.to_owned(),
             node: shm.clone(),
             shm: None,
-            ros: ros.map(subscribe).transpose().map_err(NodeError::runtime)?,
+            ros: ros.map(subscribe).transpose()?,
             scene,
             shm_lane: Lane::default(),
             ros_lane: Lane::default(),
@@ -92,8 +92,7 @@ impl Follower {
 
     /// Begins to follow, or goes on.
     pub(crate) fn begin(&mut self) -> Result<(), NodeError> {
-        let subscriber = self.node.state_subscriber(&self.topic, BUFFER);
-        self.shm = Some(subscriber.map_err(NodeError::runtime)?);
+        self.shm = Some(self.node.state_subscriber(&self.topic, BUFFER)?);
         Ok(())
     }
 

@@ -1,10 +1,11 @@
 //! How planning goes, as `/diagnostics` has it.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use lgvi_middleware::ros::{Diagnosed, Diagnostics, Level, Status};
+use lgvi_middleware::sync::lock;
 
 use crate::solver::Iteration;
 
@@ -29,7 +30,7 @@ impl Monitor {
     pub(crate) fn note(&self, iteration: &Iteration, took: Duration, solved: bool) {
         let count = if solved { &self.solved } else { &self.failed };
         count.fetch_add(1, Ordering::Relaxed);
-        *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Some(Last {
+        *lock(&self.last) = Some(Last {
             iteration: *iteration,
             took,
             solved,
@@ -45,7 +46,7 @@ impl Monitor {
     fn status(&self) -> Status {
         let [solved, failed, kept] =
             [&self.solved, &self.failed, &self.kept].map(|count| count.load(Ordering::Relaxed));
-        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let last = lock(&self.last);
         let status = Status::ok("no plan yet")
             .value("plans", solved)
             .value("failures", failed)

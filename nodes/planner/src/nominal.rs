@@ -2,7 +2,7 @@ use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
 
 use crate::sequence::Sequence;
-use crate::solver::{End, Initial, Solved, Task, solve};
+use crate::solver::{Solved, Task, solve};
 
 /// The plan of a scene's maneuver from its nominal state, as it is flown.
 #[derive(Clone, Debug)]
@@ -16,15 +16,7 @@ pub struct NominalPlan {
 /// Why there is no plan, in words.
 pub fn plan(scene: &Scene, go_on: &dyn Fn() -> bool) -> Result<NominalPlan, String> {
     let maneuver = scene.maneuver.as_ref().ok_or("the scene has no maneuver")?;
-    let task = Task {
-        first_step: 0,
-        initial: Initial::State(scene.bodies[maneuver.body].state),
-        end: match maneuver.final_time {
-            Some(range) => End::Free(range),
-            None => End::After(scene.steps as usize),
-        },
-        guess: None,
-    };
+    let task = Task::whole(scene, maneuver);
     let Solved { plan, .. } =
         solve(scene, &task, &mut |_| go_on()).map_err(|unsolved| unsolved.message)?;
     Ok(NominalPlan {

@@ -40,23 +40,13 @@ pub(crate) struct Outlet {
 impl Outlet {
     /// Opens the node's topics; late joiners get the last `history` messages about the progress.
     pub(crate) fn open(ros: &RosNode, shm: &ShmNode, history: usize) -> Result<Self, NodeError> {
-        let topic = ros
-            .resolve("~/control_sequence")
-            .map_err(NodeError::input)?;
+        let topic = ros.resolve("~/control_sequence")?;
         Ok(Self {
-            shm: shm.control_publisher(&topic).map_err(NodeError::runtime)?,
-            controls: ros
-                .raw_publisher(&topic, ControlSequence::TYPE_NAME, &Qos::latched(1))
-                .map_err(NodeError::runtime)?,
-            progress: ros
-                .publisher("~/progress", &Qos::latched(history))
-                .map_err(NodeError::runtime)?,
-            path: ros
-                .publisher("~/planned_path", &Qos::latched(1))
-                .map_err(NodeError::runtime)?,
-            markers: ros
-                .publisher("~/markers", &Qos::latched(1))
-                .map_err(NodeError::runtime)?,
+            shm: shm.control_publisher(&topic)?,
+            controls: ros.raw_publisher(&topic, ControlSequence::TYPE_NAME, &Qos::latched(1))?,
+            progress: ros.publisher("~/progress", &Qos::latched(history))?,
+            path: ros.publisher("~/planned_path", &Qos::latched(1))?,
+            markers: ros.publisher("~/markers", &Qos::latched(1))?,
             sent: BTreeMap::new(),
         })
     }
@@ -104,7 +94,7 @@ impl Outlet {
             publisher: sample.writer.0,
             number: sample.sequence.unsigned_abs(),
         };
-        self.shm.send(header, &cdr).map_err(NodeError::runtime)?;
+        self.shm.send(header, &cdr)?;
         let published = self.controls.publish_lossless(cdr, PATIENCE);
         count(published, self.controls.topic(), &mut self.sent);
         Ok(())

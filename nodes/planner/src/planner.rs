@@ -22,7 +22,7 @@ use crate::monitor::Monitor;
 use crate::outlet::{Outlet, PATIENCE};
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{End, Initial, Iteration, NOT_MINIMUM, Reason, Solved, Task, Unsolved};
+use crate::solver::{Iteration, NOT_MINIMUM, Reason, Solved, Task, Unsolved};
 use crate::worker::{Stop, Update, Worker};
 
 /// How long the worker is listened to before states, goals and the shutdown are looked after.
@@ -151,13 +151,8 @@ impl Planner {
     /// The task of the whole maneuver, from the last plan of it or from nothing.
     fn whole(&self, warm: bool) -> Task {
         Task {
-            first_step: 0,
-            initial: Initial::State(self.scene.bodies[self.maneuver.body].state),
-            end: match self.maneuver.final_time {
-                Some(range) => End::Free(range),
-                None => End::After(self.scene.steps as usize),
-            },
             guess: warm.then(|| self.guess(0)).flatten(),
+            ..Task::whole(&self.scene, &self.maneuver)
         }
     }
 

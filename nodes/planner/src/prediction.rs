@@ -1,32 +1,10 @@
+use std::fmt::Display;
+
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::{Scene, Scheme};
-use thiserror::Error;
 
 use crate::follower::Observed;
 use crate::sequence::Sequence;
-
-/// Why nobody can say where the body will be.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub(crate) enum PredictionError {
-    /// The flight is past it.
-    #[error("the flight has reached step {reached}, expected at most {step}")]
-    Past {
-        /// The flight's step.
-        reached: u64,
-        /// The step asked for.
-        step: u64,
-    },
-    /// The steps until then cannot be made.
-    #[error("the flight cannot be predicted from step {from} to {step}: {reason}")]
-    Steps {
-        /// The flight's step.
-        from: u64,
-        /// The step asked for.
-        step: u64,
-        /// What the integrator says.
-        reason: String,
-    },
-}
 
 /// What the flight was heard of last, and what will act on it.
 #[derive(Clone, Debug)]
@@ -42,40 +20,36 @@ pub(crate) struct Forecast {
 impl Forecast {
     /// The state of `body` at `step` of the flight: flown on by the scene's own scheme from where it was heard of last, under
     /// the sequences that have been published, without disturbance. Each acts from its first step on, the last first.
-    pub(crate) fn state(
-        &self,
-        scene: &Scene,
-        body: usize,
-        step: u64,
-    ) -> Result<BodyState, PredictionError> {
+    ///
+    /// # Errors
+    /// Why nobody can say it: the flight is past it, or the steps until then cannot be made.
+    pub(crate) fn state(&self, scene: &Scene, body: usize, step: u64) -> Result<BodyState, String> {
         let Self {
             scheme,
             from,
             sequences,
         } = self;
-        if from.step > step {
-            let reached = from.step;
-            return Err(PredictionError::Past { reached, step });
+        let reached = from.step;
+        if reached > step {
+            return Err(format!(
+                "the flight has reached step {reached}, expected at most {step}"
+            ));
         }
-        let fail = |reason: String| PredictionError::Steps {
-            from: from.step,
-            step,
-            reason,
+        let fail = |reason: &dyn Display| {
+            format!("the flight cannot be predicted from step {reached} to {step}: {reason}")
         };
         let states = from.states.clone();
         let mut simulation = scene
             .simulation_from(states, *scheme)
-            .map_err(|error| fail(error.to_string()))?;
+            .map_err(|error| fail(&error))?;
         let mut loads = vec![Load::default(); scene.bodies.len()];
-        for step in from.step..step {
+        for step in reached..step {
             let state = &simulation.states()[body];
             let mut newest = sequences.iter().rev();
             loads[body] = newest
                 .find_map(|sequence| sequence.at(step, state))
                 .unwrap_or_default();
-            simulation
-                .advance(&loads)
-                .map_err(|error| fail(error.to_string()))?;
+            simulation.advance(&loads).map_err(|error| fail(&error))?;
         }
         Ok(simulation.states()[body])
     }
@@ -158,13 +132,7 @@ mod tests {
         let planned = miss(&forecast.sequences[1].plan.states[30], &predicted).norm();
         assert!(planned > 1e-6, "the start was disturbed: {planned:e}");
         let error = forecast.state(&scene, 0, 39).unwrap_err();
-        assert_eq!(
-            error,
-            PredictionError::Past {
-                reached: 40,
-                step: 39
-            }
-        );
+        assert_eq!(error, "the flight has reached step 40, expected at most 39");
     }
 
     /// The scene turns too far for a step of its own, and cuts it.
@@ -198,6 +166,9 @@ mod tests {
 
         let whole = fast.replace("subdivide = 4", "subdivide = 0");
         let error = forecast(&Scene::parse("test", &whole).unwrap()).unwrap_err();
-        assert!(matches!(error, PredictionError::Steps { .. }), "{error}");
+        assert!(
+            error.contains("cannot be predicted from step 0 to 5"),
+            "{error}"
+        );
     }
 }

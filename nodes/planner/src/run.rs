@@ -67,7 +67,7 @@ impl Managed for Planner {
 
         let ros = &node.ros;
         let shm = node.shm()?;
-        let states = node.args.resolve("~/state").map_err(NodeError::input)?;
+        let states = node.args.resolve("~/state")?;
         // What corrects the flight must hear of it, wherever it is; goals, and plans that are waited for, make do with the one
         // on this host.
         let remote = (maneuver.replan.is_some() && !lockstep).then_some(ros);
@@ -77,8 +77,7 @@ impl Managed for Planner {
         let actions = ros
             .action_server("~/plan_maneuver", move |goal, waiting| {
                 goals::decide(goal, waiting, open.load(Ordering::Acquire))
-            })
-            .map_err(NodeError::runtime)?
+            })?
             .shortened_by(goals::without_controls);
         let monitor = Arc::new(Monitor::default());
         Ok(Self {

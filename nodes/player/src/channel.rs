@@ -90,8 +90,7 @@ impl Channel {
         let over_shm = match &mut self.states {
             Some(states) => states
                 .publisher(self.dds.topic(), 0)?
-                .wait_for_subscribers(count, Duration::ZERO)
-                .map_err(NodeError::runtime)?,
+                .wait_for_subscribers(count, Duration::ZERO)?,
             None => false,
         };
         Ok(over_shm || self.dds.matched_subscriptions() >= count)
@@ -103,8 +102,7 @@ impl Channel {
             let (header, bodies) = states::state(&message)?;
             states
                 .publisher(self.dds.topic(), bodies.len())?
-                .send(header, &bodies)
-                .map_err(NodeError::runtime)?;
+                .send(header, &bodies)?;
         }
         if !self.durable && self.dds.matched_subscriptions() == 0 {
             return Ok(());
@@ -143,19 +141,18 @@ impl States {
         let anew = std::mem::take(&mut self.anew);
         let publisher = match &mut self.publisher {
             Some(publisher) => publisher,
-            none => {
-                let made = self.shm.state_publisher(topic, self.bodies, self.delivery);
-                none.insert(made.map_err(NodeError::runtime)?)
-            }
+            none => none.insert(
+                self.shm
+                    .state_publisher(topic, self.bodies, self.delivery)?,
+            ),
         };
         if anew && publisher.subscribers() > 0 {
-            publisher
-                .wait_for_subscribers(1, Duration::ZERO)
-                .map_err(NodeError::runtime)?;
+            publisher.wait_for_subscribers(1, Duration::ZERO)?;
             std::thread::sleep(CONNECT);
         }
         Ok(publisher)
     }
+
     fn deliver(&mut self, delivery: Delivery) {
         self.delivery = delivery;
         if let Some(publisher) = &self.publisher {

@@ -3,6 +3,7 @@
 use std::mem;
 
 use lgvi_bag::{BagReader, Topic};
+use lgvi_common::Choice;
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Qos, RosNode};
 use lgvi_middleware::shm::{Delivery, ShmNode};
@@ -44,8 +45,9 @@ impl Channels {
         rate: f64,
     ) -> Result<Self, NodeError> {
         let (topics, selection) = (bag.topics(), &config.selection);
+        let takes = |topic: &str| selection.choice(topic) != Choice::No;
         let unreadable = bag.left_out().iter();
-        for topic in unreadable.filter(|topic| selection.takes(&topic.name)) {
+        for topic in unreadable.filter(|topic| takes(&topic.name)) {
             warn!("{} is left out: {}", topic.name, topic.reason);
         }
         for warning in bag.warnings() {
@@ -54,7 +56,7 @@ impl Channels {
         for missing in bag.missing() {
             warn!("{missing}");
         }
-        for asked in selection.asked_for() {
+        for asked in selection.names.iter().flatten() {
             if !names(bag).any(|name| name == asked) {
                 warn!("{asked}: not in the bag");
             }
@@ -66,7 +68,7 @@ impl Channels {
                 if own {
                     warn!("{CLOCK} of the bag is not played: the parameter \"clock\" makes this node publish it");
                 }
-                selection.takes(&topic.name) && !own
+                takes(&topic.name) && !own
             })
             .collect();
         let is_empty = names(bag).next().is_none();

@@ -51,11 +51,8 @@ pub(crate) struct RecordedClock {
 impl RecordedClock {
     /// `frequency` is how often it is published a recorded second at most.
     pub(crate) fn new(ros: &RosNode, frequency: f64) -> Result<Self, NodeError> {
-        let publisher = ros
-            .publisher(CLOCK, &Qos::volatile(1))
-            .map_err(NodeError::runtime)?;
         Ok(Self {
-            publisher,
+            publisher: ros.publisher(CLOCK, &Qos::volatile(1))?,
             period: (1e9 / frequency).round() as u64,
             told: None,
         })

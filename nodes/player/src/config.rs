@@ -1,11 +1,11 @@
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use lgvi_common::{publishes_clock, required_path};
+use lgvi_common::{Selection, publishes_clock, required_path};
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
 
 use crate::range::Range;
-use crate::selection::Selection;
 
 /// The node's parameters, as they are when it is configured.
 pub(crate) struct Config {
@@ -54,7 +54,18 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         .integer_range(0, 1000),
     ];
     specifications.extend(Range::specifications());
-    specifications.extend(Selection::specifications());
+    let names = |name, description| ParameterSpec::new(name, Vec::<String>::new(), description);
+    specifications.extend([
+        names(
+            "topics",
+            "topics to play, by their names in the bag; empty: all, or those that match regex",
+        ),
+        names("exclude_topics", "topics not to play"),
+    ]);
+    specifications.extend(Selection::patterns(
+        "also play topics whose names match",
+        "do not play topics whose names match",
+    ));
     specifications
 }
 
@@ -62,22 +73,29 @@ impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
         let await_subscribers: i64 = parameters.get("await_subscribers")?;
         let frequency = parameters.get("clock_frequency")?;
+        let topics: Vec<String> = parameters.get("topics")?;
+        let topics: BTreeSet<_> = topics.into_iter().collect();
+        let exclude: Vec<String> = parameters.get("exclude_topics")?;
         Ok(Self {
             bag: required_path(parameters, "bag")?,
             clock: publishes_clock(parameters)?.then_some(frequency),
             await_subscribers: usize::try_from(await_subscribers).map_err(NodeError::input)?,
             start_paused: parameters.get("start_paused")?,
-            selection: Selection::read(parameters)?,
+            selection: Selection::read(
+                parameters,
+                Some(topics).filter(|topics| !topics.is_empty()),
+                exclude.into_iter().collect(),
+            )?,
         })
     }
 }
 
 /// Recorded seconds a second; 0 means as fast as possible.
 pub(crate) fn rate(parameters: &Parameters) -> Result<f64, NodeError> {
-    parameters.get("rate").map_err(NodeError::input)
+    Ok(parameters.get("rate")?)
 }
 
 /// Whether to begin anew at the end.
 pub(crate) fn is_loop(parameters: &Parameters) -> Result<bool, NodeError> {
-    parameters.get("loop").map_err(NodeError::input)
+    Ok(parameters.get("loop")?)
 }

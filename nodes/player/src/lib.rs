@@ -14,7 +14,6 @@ mod reel;
 mod remote;
 mod replay;
 mod run;
-mod selection;
 mod services;
 mod states;
 

@@ -43,11 +43,10 @@ impl Range {
 
     /// The part of a bag to play. A file of the bag may not tell its times.
     pub(crate) fn read(parameters: &Parameters, bag: &BagReader) -> Result<Self, NodeError> {
-        let end = |name| parameters.get_optional(name).map_err(NodeError::input);
         let asked = Asked {
             start_offset: parameters.get("start_offset")?,
-            duration: end("duration")?,
-            until: end("until")?,
+            duration: parameters.get_optional("duration")?,
+            until: parameters.get_optional("until")?,
         };
         let (first, last) = match bag.times() {
             Some(times) => times,

@@ -1,8 +1,10 @@
 //! The time of a replay, and what is asked of the replay from outside: between the services' thread and the loop's.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+use lgvi_middleware::sync::lock;
 
 use crate::pace::Pace;
 
@@ -82,14 +84,14 @@ impl Remote {
 
     /// The loop is about to begin.
     pub(crate) fn wait(&self) {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         state.phase = Phase::Waits;
         state.stopped = false;
     }
 
     /// The loop runs from now on, and the recorded time (ns) from here.
     pub(crate) fn begin(&self, time: u64) {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         state.phase = Phase::Runs;
         let now = self.now();
         state.pace.jump(time, now);
@@ -97,7 +99,7 @@ impl Remote {
 
     /// The loop runs no more: what is asked for is refused.
     pub(crate) fn end(&self) {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         state.phase = Phase::Rests;
         let refused = std::mem::take(&mut state.orders);
         drop(state);
@@ -106,7 +108,7 @@ impl Remote {
 
     /// Gives the loop something to do, or refuses it.
     pub(crate) fn give(&self, order: Order) {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         let possible = match order {
             Order::Seek(..) => true,
             Order::Burst(..) => state.pace.is_paused(),
@@ -122,19 +124,19 @@ impl Remote {
 
     /// Has the loop end, or not begin; whether there is anything to end.
     pub(crate) fn stop(&self) -> bool {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         state.stopped = state.phase != Phase::Rests;
         self.0.changed.notify_one();
         state.stopped
     }
 
     pub(crate) fn is_stopped(&self) -> bool {
-        self.lock().stopped
+        lock(&self.0.state).stopped
     }
 
     /// The turn of the loop, which waits for the time of a message (ns) if there is one, and for `limit` at most.
     pub(crate) fn turn(&self, message: Option<u64>, limit: Duration) -> Turn {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         let mut waited = false;
         loop {
             if state.stopped {
@@ -161,7 +163,7 @@ impl Remote {
 
     /// The loop publishes a message of this time (ns) in a pause, if it may.
     pub(crate) fn step(&self, time: u64) -> bool {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         let may = state.pace.is_paused() && !state.stopped;
         if may {
             let now = self.now();
@@ -203,21 +205,21 @@ impl Remote {
     }
 
     pub(crate) fn is_paused(&self) -> bool {
-        self.lock().pace.is_paused()
+        lock(&self.0.state).pace.is_paused()
     }
 
     /// The recorded time (ns).
     pub(crate) fn recorded(&self) -> u64 {
-        self.lock().pace.recorded(self.now())
+        lock(&self.0.state).pace.recorded(self.now())
     }
 
     /// How long it is until a recorded time (ns); `None` while it stands.
     pub(crate) fn until(&self, time: u64) -> Option<Duration> {
-        self.lock().pace.wait(time, self.now())
+        lock(&self.0.state).pace.wait(time, self.now())
     }
 
     fn change(&self, change: impl FnOnce(&mut Pace, Duration)) {
-        let mut state = self.lock();
+        let mut state = lock(&self.0.state);
         // The lock may have been waited for.
         let now = self.now();
         change(&mut state.pace, now);
@@ -226,10 +228,6 @@ impl Remote {
 
     fn now(&self) -> Duration {
         self.0.origin.elapsed()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

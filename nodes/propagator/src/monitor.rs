@@ -1,11 +1,12 @@
 //! How the flight is, as `/diagnostics` has it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use lgvi_dynamics::{BodyState, Invariants};
 use lgvi_middleware::ros::{Diagnosed, Diagnostics, Level, Status};
+use lgvi_middleware::sync::lock;
 use lgvi_scene::Scene;
 
 /// Every so many steps one is timed where they follow each other as fast as possible: reading the clock takes as long as a step of a small scene.
@@ -187,8 +188,4 @@ impl Monitor {
                 format!("{:e}", now.orthogonality_error),
             )
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,10 +1,11 @@
 //! What is asked of a flight from outside: by services, on a thread of their own, and done by the flight's loop between
 //! two steps.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
-use lgvi_middleware::node::{Node, NodeError};
-use lgvi_middleware::ros::{Executor, Running};
+use lgvi_middleware::node::Node;
+use lgvi_middleware::ros::{Executor, RosError, Running};
+use lgvi_middleware::sync::lock;
 use lgvi_msgs::msg;
 use lgvi_msgs::srv::{SetState, SetStateResponse, Step, StepResponse};
 use lgvi_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
@@ -60,7 +61,7 @@ struct Gate {
 
 impl Orders {
     /// Offers `~/reset`, `~/pause`, `~/step` and `~/set_state`.
-    pub(crate) fn serve(node: &Node, scene: &Arc<Scene>) -> Result<Self, NodeError> {
+    pub(crate) fn serve(node: &Node, scene: &Arc<Scene>) -> Result<Self, RosError> {
         let (given, taken) = RingBuffer::new(ORDERS);
         let (done, mut answered) = RingBuffer::new(2 * ORDERS);
         let sender = Sender(Arc::new(Mutex::new(Gate {
@@ -71,24 +72,21 @@ impl Orders {
         let mut executor = Executor::new();
 
         let give = sender.clone();
-        let reset = ros.service_server("~/reset").map_err(NodeError::runtime)?;
-        executor.serve::<Trigger>(reset, move |_, reply| {
+        executor.serve::<Trigger>(ros, "~/reset", move |_, reply| {
             give.give(Command::Reset, move |outcome| {
                 let (success, message) = said(outcome);
                 reply.send(&TriggerResponse { success, message });
             });
-        });
+        })?;
         let give = sender.clone();
-        let pause = ros.service_server("~/pause").map_err(NodeError::runtime)?;
-        executor.serve::<SetBool>(pause, move |request, reply| {
+        executor.serve::<SetBool>(ros, "~/pause", move |request, reply| {
             give.give(Command::Pause(request.data), move |outcome| {
                 let (success, message) = said(outcome);
                 reply.send(&SetBoolResponse { success, message });
             });
-        });
+        })?;
         let give = sender.clone();
-        let step = ros.service_server("~/step").map_err(NodeError::runtime)?;
-        executor.serve::<Step>(step, move |request, reply| {
+        executor.serve::<Step>(ros, "~/step", move |request, reply| {
             give.give(Command::Step(request.steps), move |outcome| {
                 let step = outcome.as_ref().copied().unwrap_or_default();
                 let (success, message) = said(outcome);
@@ -98,13 +96,10 @@ impl Orders {
                     step,
                 });
             });
-        });
+        })?;
         let give = sender.clone();
         let scene = Arc::clone(scene);
-        let set_state = ros
-            .service_server("~/set_state")
-            .map_err(NodeError::runtime)?;
-        executor.serve::<SetState>(set_state, move |request, reply| {
+        executor.serve::<SetState>(ros, "~/set_state", move |request, reply| {
             let answer = move |outcome: Outcome| {
                 let step = outcome.as_ref().copied().unwrap_or_default();
                 let (success, message) = said(outcome);
@@ -118,7 +113,7 @@ impl Orders {
                 Ok(states) => give.give(Command::SetState(states, request.bodies), answer),
                 Err(error) => answer(Err(error.to_string())),
             }
-        });
+        })?;
 
         executor.whenever(move || {
             while let Ok((order, outcome)) = answered.pop() {
@@ -130,18 +125,18 @@ impl Orders {
             given: taken,
             done,
             sender,
-            executor: executor.start().map_err(NodeError::runtime)?,
+            executor: executor.start()?,
         })
     }
 
     /// Takes orders from now on.
     pub(crate) fn open(&self) {
-        self.sender.lock().open = true;
+        lock(&self.sender.0).open = true;
     }
 
     /// Refuses those that come from now on, and those that wait.
     pub(crate) fn close(&mut self) {
-        self.sender.lock().open = false;
+        lock(&self.sender.0).open = false;
         while let Some(order) = self.next() {
             self.answer(order, Err(INACTIVE.to_owned()));
         }
@@ -167,7 +162,7 @@ impl Sender {
             command,
             answer: Box::new(answer),
         };
-        let mut gate = self.lock();
+        let mut gate = lock(&self.0);
         let refused = if gate.open {
             gate.orders.push(order).err().map(|error| {
                 let rtrb::PushError::Full(order) = error;
@@ -180,10 +175,6 @@ impl Sender {
         if let Some((order, why)) = refused {
             (order.answer)(Err(why));
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Gate> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

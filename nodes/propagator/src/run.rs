@@ -141,10 +141,8 @@ impl Managed for Propagator {
         }
 
         let shm = node.shm()?;
-        let state_topic = node.args.resolve("~/state").map_err(NodeError::input)?;
-        let states = shm
-            .state_publisher(&state_topic, names.len(), rates.delivery())
-            .map_err(NodeError::runtime)?;
+        let state_topic = node.args.resolve("~/state")?;
+        let states = shm.state_publisher(&state_topic, names.len(), rates.delivery())?;
         let monitor = Arc::new(Monitor::new(&scene));
         let orders = Orders::serve(node, &scene)?;
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
@@ -253,11 +251,7 @@ impl Propagator {
     /// Begins the flight when the subscribers that were asked for are there.
     fn await_company(&mut self) -> Result<(), NodeError> {
         let wanted = self.config.await_subscribers;
-        let attended = self.link.attended()
-            && self
-                .states
-                .wait_for_subscribers(wanted, WAIT)
-                .map_err(NodeError::runtime)?;
+        let attended = self.link.attended() && self.states.wait_for_subscribers(wanted, WAIT)?;
         if attended {
             self.phase = Phase::Uncommanded;
         } else {
@@ -401,9 +395,7 @@ impl Propagator {
             let message = format!("step {step} of {name}: the state is not finite in SI");
             return Err(NodeError::Runtime(message));
         }
-        self.states
-            .send(header, &self.outgoing)
-            .map_err(NodeError::runtime)?;
+        self.states.send(header, &self.outgoing)?;
         self.samples += 1;
         self.sampled = Some(step);
         self.monitor

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use lgvi_bag::Topic;
 use lgvi_middleware::ros::{Level, Status};
+use lgvi_middleware::sync::lock;
 use tracing::warn;
 
 /// Name and version of the recorder, as they stand in the bag.
@@ -231,10 +232,6 @@ impl Account {
         }
         counts
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

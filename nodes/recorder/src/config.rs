@@ -5,13 +5,12 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use lgvi_bag::{BagOptions, Compression};
-use lgvi_common::FramePrefix;
+use lgvi_common::{FramePrefix, Selection};
 use lgvi_middleware::node::NodeError;
-use lgvi_middleware::{ParameterSpec, ParameterType, ParameterValue, Parameters};
-use regex::Regex;
+use lgvi_middleware::{NameError, ParameterSpec, ParameterValue, Parameters};
 
 use crate::log_time::LogTime;
-use crate::selection::Selection;
+use crate::selection::Wanted;
 
 /// What may wait to be written, unless told otherwise (bytes).
 const CACHE: i64 = 64 << 20;
@@ -55,14 +54,16 @@ pub(crate) struct Config {
     /// `topics`: topics to take from DDS, each as a name or as `name=package/msg/Type`; none: all that nothing else
     /// chooses among.
     topics: Option<Vec<String>>,
-    regex: Option<Regex>,
     exclude_topics: Vec<String>,
-    exclude_regex: Option<Regex>,
     include_hidden_topics: bool,
 }
 
 pub(crate) fn specifications() -> Vec<ParameterSpec> {
     let none = Vec::<String>::new;
+    let [regex, exclude_regex] = Selection::patterns(
+        "also record ROS 2 topics whose names match; empty: none",
+        "do not record ROS 2 topics whose names match; empty: none",
+    );
     vec![
         ParameterSpec::new(
             "output",
@@ -103,15 +104,9 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             "ROS 2 topics to record, each as name or name=package/msg/Type; not set: those that match regex, or all of the node's \
              namespace and global ones such as /tf",
         ),
-        pattern(
-            "regex",
-            "also record ROS 2 topics whose names match; empty: none",
-        ),
+        regex,
         ParameterSpec::new("exclude_topics", none(), "ROS 2 topics not to record"),
-        pattern(
-            "exclude_regex",
-            "do not record ROS 2 topics whose names match; empty: none",
-        ),
+        exclude_regex,
         ParameterSpec::new(
             "include_hidden_topics",
             false,
@@ -144,13 +139,10 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
 
 impl Config {
     pub(crate) fn read(parameters: &Parameters) -> Result<Self, NodeError> {
-        let output: String = get(parameters, "output")?;
-        let [bytes, cache]: [i64; 2] = [
-            get(parameters, "max_bytes")?,
-            get(parameters, "max_cache_size")?,
-        ];
-        let seconds: f64 = get(parameters, "max_duration")?;
-        let topics = parameters.get_optional("topics");
+        let output: String = parameters.get("output")?;
+        let bytes: i64 = parameters.get("max_bytes")?;
+        let cache: i64 = parameters.get("max_cache_size")?;
+        let seconds: f64 = parameters.get("max_duration")?;
         Ok(Self {
             output: if output.is_empty() {
                 chrono::Local::now()
@@ -166,25 +158,23 @@ impl Config {
                 max_duration: (seconds > 0.0).then(|| Duration::from_secs_f64(seconds)),
             },
             cache: usize::try_from(cache).unwrap_or(usize::MAX),
-            states: get(parameters, "states")?,
-            frame: get(parameters, "frame")?,
+            states: parameters.get("states")?,
+            frame: parameters.get("frame")?,
             frame_prefix: FramePrefix::read(parameters)?,
             log_time: chosen(parameters, "log_time", &LOG_TIMES)?,
-            await_stamp: get(parameters, "await_stamp")?,
-            start_paused: get(parameters, "start_paused")?,
-            topics: topics.map_err(NodeError::input)?,
-            regex: expression(parameters, "regex")?,
-            exclude_topics: get(parameters, "exclude_topics")?,
-            exclude_regex: expression(parameters, "exclude_regex")?,
-            include_hidden_topics: get(parameters, "include_hidden_topics")?,
+            await_stamp: parameters.get("await_stamp")?,
+            start_paused: parameters.get("start_paused")?,
+            topics: parameters.get_optional("topics")?,
+            exclude_topics: parameters.get("exclude_topics")?,
+            include_hidden_topics: parameters.get("include_hidden_topics")?,
         })
     }
 
     /// `states`: topics of full-rate states to take from shared memory, each once, where `resolve` makes names absolute.
     pub(crate) fn states(
         &self,
-        resolve: impl Fn(&str) -> Result<String, NodeError>,
-    ) -> Result<Vec<String>, NodeError> {
+        resolve: impl Fn(&str) -> Result<String, NameError>,
+    ) -> Result<Vec<String>, NameError> {
         let mut names = Vec::with_capacity(self.states.len());
         for name in &self.states {
             let name = resolve(name)?;
@@ -209,38 +199,25 @@ impl Config {
     }
 
     /// What is taken from DDS by the node of this name, where `resolve` makes names absolute.
-    pub(crate) fn selection(
+    pub(crate) fn wanted(
         &self,
+        parameters: &Parameters,
         node: &str,
-        resolve: impl Fn(&str) -> Result<String, NodeError>,
-    ) -> Result<Selection, NodeError> {
-        let name = |topic: &String| {
+        resolve: impl Fn(&str) -> Result<String, NameError>,
+    ) -> Result<Wanted, NodeError> {
+        let resolve = |topic: &String| {
             let name = topic.split_once('=').map_or(&**topic, |(name, _)| name);
             resolve(name)
         };
-        let names = self
-            .topics
-            .as_ref()
-            .map(|topics| topics.iter().map(name).collect());
-        let shared = SHARED.iter().map(|topic| resolve(topic));
-        Ok(Selection {
-            names: names.transpose()?,
-            regex: self.regex.clone(),
+        let all = |topics: &[String]| topics.iter().map(resolve).collect::<Result<_, _>>();
+        let names = self.topics.as_deref().map(all).transpose()?;
+        Ok(Wanted {
+            selection: Selection::read(parameters, names, all(&self.exclude_topics)?)?,
             namespace: node[..=node.rfind('/').unwrap_or_default()].to_owned(),
-            shared: shared.collect::<Result<_, _>>()?,
-            exclude: self
-                .exclude_topics
-                .iter()
-                .map(name)
-                .collect::<Result<_, _>>()?,
-            exclude_regex: self.exclude_regex.clone(),
+            shared: all(&SHARED.map(String::from))?,
             hidden: self.include_hidden_topics,
         })
     }
-}
-
-fn get<T: ParameterType>(parameters: &Parameters, name: &str) -> Result<T, NodeError> {
-    parameters.get(name).map_err(NodeError::input)
 }
 
 /// A parameter that is one of some names.
@@ -272,30 +249,10 @@ fn chosen<T: Copy>(
     name: &str,
     choices: &[(&str, T)],
 ) -> Result<T, NodeError> {
-    let value: String = get(parameters, name)?;
+    let value: String = parameters.get(name)?;
     let found = choices.iter().find(|(choice, _)| *choice == value);
     // Others are refused before.
     found
         .map(|(_, chosen)| *chosen)
         .ok_or_else(|| NodeError::Input(format!("parameter {name:?} is {value:?}")))
-}
-
-/// A parameter that is a regular expression, or empty.
-fn pattern(name: &str, description: &str) -> ParameterSpec {
-    ParameterSpec::new(name, String::new(), description)
-        .constraints("a regular expression")
-        .check(|value| match value {
-            ParameterValue::String(text) => Regex::new(text)
-                .map(drop)
-                .map_err(|error| format!("expected a regular expression: {error}")),
-            _ => Ok(()),
-        })
-}
-
-fn expression(parameters: &Parameters, name: &str) -> Result<Option<Regex>, NodeError> {
-    let text: String = get(parameters, name)?;
-    if text.is_empty() {
-        return Ok(None);
-    }
-    Regex::new(&text).map(Some).map_err(NodeError::input)
 }

@@ -43,6 +43,6 @@ impl Participants {
         }
         let (args, _) = NodeArgs::parse(&name, line).map_err(NodeError::runtime)?;
         let environment = Environment::from_env().map_err(NodeError::runtime)?;
-        RosNode::new(&args, &environment).map_err(NodeError::runtime)
+        Ok(RosNode::new(&args, &environment)?)
     }
 }

@@ -1,8 +1,10 @@
 //! The queue between those who receive and the one who writes, bounded in bytes and in messages.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
+
+use lgvi_middleware::sync::{lock, wait_while};
 
 use crate::account::Account;
 use crate::batch::Batch;
@@ -72,7 +74,7 @@ impl Queue {
 
     /// One outlet more is there.
     pub(crate) fn open_outlet(&self) {
-        self.lock().outlets += 1;
+        lock(&self.state).outlets += 1;
     }
 
     /// Takes what is next, up to `timeout`.
@@ -80,10 +82,7 @@ impl Queue {
         let idle = |state: &mut State| {
             state.splits.is_empty() && state.waiting.is_empty() && state.outlets > 0
         };
-        let (mut state, _) = self
-            .filled
-            .wait_timeout_while(self.lock(), timeout, idle)
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut state = wait_while(&self.filled, &self.state, timeout, idle);
         if let Some(split) = state.splits.pop() {
             Taken::Split(split)
         } else if let Some(batch) = state.waiting.pop_front() {
@@ -97,7 +96,7 @@ impl Queue {
 
     /// Gives back a batch that has been written.
     pub(crate) fn give_back(&self, mut batch: Batch) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         state.size -= batch.size();
         state.messages -= batch.len();
         batch.clear();
@@ -110,7 +109,7 @@ impl Queue {
 
     /// Has the writer begin a new file.
     pub(crate) fn split(&self, split: Split) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         if state.ended {
             drop(state);
             return split(Err(CLOSED.to_owned()));
@@ -121,7 +120,7 @@ impl Queue {
 
     /// Nothing will be taken from here on: nobody waits for room.
     pub(crate) fn end(&self) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         state.ended = true;
         state.waiting.clear();
         let splits = std::mem::take(&mut state.splits);
@@ -136,13 +135,12 @@ impl Queue {
     pub(crate) fn end_with_outlets(&self) {
         self.end();
         let open = |state: &mut State| state.outlets > 0;
-        let closed = self.filled.wait_while(self.lock(), open);
-        drop(closed.unwrap_or_else(PoisonError::into_inner));
+        drop(wait_while(&self.filled, &self.state, Duration::MAX, open));
     }
 
     /// Whether nothing will be taken any more.
     pub(crate) fn ended(&self) -> bool {
-        self.lock().ended
+        lock(&self.state).ended
     }
 
     /// What may wait (bytes).
@@ -152,7 +150,7 @@ impl Queue {
 
     /// One outlet is there no more.
     pub(crate) fn close_outlet(&self) {
-        self.lock().outlets -= 1;
+        lock(&self.state).outlets -= 1;
         self.filled.notify_all();
     }
 
@@ -163,15 +161,12 @@ impl Queue {
             let over = state.size + size > self.budget || state.messages + messages > MESSAGES;
             !state.ended && state.size > 0 && over
         };
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         let mut said = Instant::now();
         let mut first = true;
         while full(&mut state) {
-            state = self
-                .emptied
-                .wait_timeout_while(state, SAY, full)
-                .unwrap_or_else(PoisonError::into_inner)
-                .0;
+            drop(state);
+            state = wait_while(&self.emptied, &self.state, SAY, full);
             self.account.waited(first, said.elapsed());
             (said, first) = (Instant::now(), false);
         }
@@ -185,10 +180,6 @@ impl Queue {
         state.waiting.push_back(std::mem::replace(batch, empty));
         self.filled.notify_one();
         true
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -212,7 +203,7 @@ mod tests {
         loop {
             match queue.take(SAY) {
                 Taken::Batch(batch) => {
-                    most = most.max(queue.lock().size);
+                    most = most.max(lock(&queue.state).size);
                     std::thread::sleep(Duration::from_millis(1));
                     sequences.extend(batch.messages().map(|(head, _)| head.sequence));
                     queue.give_back(batch);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,7 @@ use lgvi_common::Event;
 use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::ShmNode;
+use lgvi_middleware::sync::lock;
 use lgvi_middleware::{ParameterSpec, Shutdown};
 use tracing::info;
 
@@ -60,7 +61,7 @@ impl Managed for Recorder {
 
     fn configure(node: &Node) -> Result<Self, NodeError> {
         let config = Config::read(&node.parameters)?;
-        let services = Services::serve(node)?;
+        let services = Services::serve(&node.ros)?;
         services
             .paused
             .store(config.start_paused, Ordering::Relaxed);
@@ -113,7 +114,7 @@ impl Opened {
         shm: &ShmNode,
         services: &Services,
     ) -> Result<Self, NodeError> {
-        let names = config.states(|topic| node.args.resolve(topic).map_err(NodeError::input))?;
+        let names = config.states(|topic| node.args.resolve(topic))?;
         let time = Arc::<StateTime>::default();
         let account = Arc::<Account>::default();
         let clock = &node.clock;
@@ -131,7 +132,8 @@ impl Opened {
         let ros = node.ros.clone();
         let elsewhere = Elsewhere::new(states.tracks());
         let told = Arc::clone(&account);
-        let topics = Topics::open(&config, ros, elsewhere, times, paused(), told)?;
+        let parameters = &node.parameters;
+        let topics = Topics::open(&config, parameters, ros, elsewhere, times, paused(), told)?;
         let writer = BagWriter::create(&config.output, config.options);
         Ok(Self {
             // Last, so that no bag is left where the others fail.
@@ -253,8 +255,4 @@ fn receive(
             .into_iter()
             .try_for_each(|outcome| outcome.and_then(|received| received))
     })
-}
-
-fn lock(account: &Mutex<Arc<Account>>) -> MutexGuard<'_, Arc<Account>> {
-    account.lock().unwrap_or_else(PoisonError::into_inner)
 }

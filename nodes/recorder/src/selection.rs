@@ -2,48 +2,32 @@
 
 use std::collections::BTreeSet;
 
-use regex::Regex;
+use lgvi_common::{Choice, Selection};
 
 /// Topics that are to be recorded.
 #[derive(Debug, Default)]
-pub(crate) struct Selection {
-    /// Topics by name; none: without `regex`, those of the namespace and those shared.
-    pub(crate) names: Option<BTreeSet<String>>,
-    /// Further topics, whose names contain this.
-    pub(crate) regex: Option<Regex>,
-    /// The node's namespace, with a slash at its end.
+pub(crate) struct Wanted {
+    /// What is chosen by name, or by what names contain.
+    pub(crate) selection: Selection,
+    /// The node's namespace, with a slash at its end; its topics are recorded, and those shared, where nothing is chosen.
     pub(crate) namespace: String,
     /// Topics that all nodes of a graph share.
     pub(crate) shared: BTreeSet<String>,
-    /// Topics that are left out in any case.
-    pub(crate) exclude: BTreeSet<String>,
-    /// The same by what their names contain.
-    pub(crate) exclude_regex: Option<Regex>,
-    /// Whether topics are recorded of whose names a part begins with `_`, though they are not in `names`.
+    /// Whether topics are recorded of whose names a part begins with `_`, though they are not chosen by name.
     pub(crate) hidden: bool,
 }
 
-impl Selection {
+impl Wanted {
     /// Whether a topic is to be recorded.
     pub(crate) fn takes(&self, topic: &str) -> bool {
-        let matches =
-            |regex: &Option<Regex>| regex.as_ref().is_some_and(|regex| regex.is_match(topic));
-        if self.exclude.contains(topic) || matches(&self.exclude_regex) {
-            return false;
+        let own = || topic.starts_with(&self.namespace) || self.shared.contains(topic);
+        let shown = self.hidden || !is_hidden(topic);
+        match self.selection.choice(topic) {
+            Choice::Name => true,
+            Choice::Match => shown,
+            Choice::Default => shown && own(),
+            Choice::No => false,
         }
-        if self
-            .names
-            .as_ref()
-            .is_some_and(|names| names.contains(topic))
-        {
-            return true;
-        }
-        let chosen = if self.names.is_none() && self.regex.is_none() {
-            topic.starts_with(&self.namespace) || self.shared.contains(topic)
-        } else {
-            matches(&self.regex)
-        };
-        chosen && (self.hidden || !is_hidden(topic))
     }
 }
 
@@ -56,17 +40,9 @@ fn is_hidden(topic: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn names(names: &[&str]) -> BTreeSet<String> {
-        names.iter().map(|name| (*name).to_owned()).collect()
-    }
-
-    fn regex(text: &str) -> Option<Regex> {
-        Some(Regex::new(text).unwrap())
-    }
-
     #[test]
     fn all_but_hidden_ones_are_recorded_unless_something_is_chosen() {
-        let all = Selection::default();
+        let all = Wanted::default();
         for (topic, taken) in [
             ("/tf", true),
             ("/parameter_events", true),
@@ -76,19 +52,22 @@ mod tests {
         ] {
             assert_eq!(all.takes(topic), taken, "{topic}");
         }
-        let hidden = Selection {
+        let hidden = Wanted {
             hidden: true,
             ..all
         };
         assert!(hidden.takes("/planner/plan/_action/feedback"));
+        let mut chosen = Wanted::default();
+        chosen.selection.names = Some(["/a/_action/status".to_owned()].into());
+        assert!(chosen.takes("/a/_action/status") && !chosen.takes("/tf"));
     }
 
     #[test]
     fn a_namespace_has_its_own_topics_and_those_that_all_share() {
-        let own = Selection {
+        let own = Wanted {
             namespace: "/chaser/".into(),
-            shared: names(&["/tf"]),
-            ..Selection::default()
+            shared: ["/tf".to_owned()].into(),
+            ..Wanted::default()
         };
         for (topic, taken) in [
             ("/chaser/lgvi_propagator/scene", true),
@@ -99,45 +78,5 @@ mod tests {
         ] {
             assert_eq!(own.takes(topic), taken, "{topic}");
         }
-        let all = Selection {
-            regex: regex(".*"),
-            ..own
-        };
-        assert!(all.takes("/target/tf"));
-    }
-
-    #[test]
-    fn names_and_what_matches_are_recorded_together() {
-        let chosen = Selection {
-            names: Some(names(&["/tf", "/a/_action/status"])),
-            regex: regex("odometry/.*"),
-            ..Selection::default()
-        };
-        for (topic, taken) in [
-            ("/tf", true),
-            ("/a/_action/status", true),
-            ("/x/odometry/body", true),
-            ("/x/odometry/_body", false),
-            ("/tf_static", false),
-        ] {
-            assert_eq!(chosen.takes(topic), taken, "{topic}");
-        }
-        let nothing = Selection {
-            names: Some(names(&[])),
-            ..Selection::default()
-        };
-        assert!(!nothing.takes("/tf"));
-    }
-
-    #[test]
-    fn what_is_excluded_is_left_out_in_any_case() {
-        let chosen = Selection {
-            names: Some(names(&["/tf", "/clock", "/a"])),
-            exclude: names(&["/clock"]),
-            exclude_regex: regex("^/t"),
-            ..Selection::default()
-        };
-        assert!(chosen.takes("/a"));
-        assert!(!chosen.takes("/clock") && !chosen.takes("/tf"));
     }
 }

@@ -1,10 +1,10 @@
 //! What is asked of a recording from outside, by the services of rosbag2's recorder.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
-use lgvi_middleware::node::{Node, NodeError};
-use lgvi_middleware::ros::{Executor, Running};
+use lgvi_middleware::ros::{Executor, RosError, RosNode, Running};
+use lgvi_middleware::sync::lock;
 use lgvi_msgs::rosbag2_interfaces::srv::{
     IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse, SplitBagfile,
     SplitBagfileResponse,
@@ -27,60 +27,53 @@ struct Recording(Arc<Mutex<Option<Arc<Queue>>>>);
 
 impl Services {
     /// Offers `~/pause`, `~/resume`, `~/is_paused` and `~/split_bagfile`.
-    pub(crate) fn serve(node: &Node) -> Result<Self, NodeError> {
+    pub(crate) fn serve(ros: &RosNode) -> Result<Self, RosError> {
         let paused = Arc::<AtomicBool>::default();
         let recording = Recording::default();
-        let ros = &node.ros;
         let mut executor = Executor::new();
-        let runtime = NodeError::runtime;
 
         let this = Arc::clone(&paused);
-        let pause = ros.service_server("~/pause").map_err(runtime)?;
-        executor.serve::<Pause>(pause, move |_, reply| {
+        executor.answer::<Pause>(ros, "~/pause", move |_| {
             if !this.swap(true, Ordering::Relaxed) {
                 info!("paused");
             }
-            reply.send(&PauseResponse::default());
-        });
+            PauseResponse::default()
+        })?;
         let this = Arc::clone(&paused);
-        let resume = ros.service_server("~/resume").map_err(runtime)?;
-        executor.serve::<Resume>(resume, move |_, reply| {
+        executor.answer::<Resume>(ros, "~/resume", move |_| {
             if this.swap(false, Ordering::Relaxed) {
                 info!("resumed");
             }
-            reply.send(&ResumeResponse::default());
-        });
+            ResumeResponse::default()
+        })?;
         let this = Arc::clone(&paused);
-        let is_paused = ros.service_server("~/is_paused").map_err(runtime)?;
-        executor.serve::<IsPaused>(is_paused, move |_, reply| {
-            let paused = this.load(Ordering::Relaxed);
-            reply.send(&IsPausedResponse { paused });
-        });
+        executor.answer::<IsPaused>(ros, "~/is_paused", move |_| IsPausedResponse {
+            paused: this.load(Ordering::Relaxed),
+        })?;
         let this = recording.clone();
-        let split = ros.service_server("~/split_bagfile").map_err(runtime)?;
-        executor.serve::<SplitBagfile>(split, move |_, reply| {
+        executor.serve::<SplitBagfile>(ros, "~/split_bagfile", move |_, reply| {
             let answer: Split = Box::new(move |split| {
                 if let Err(why) = split {
                     warn!("not split: {why}");
                 }
                 reply.send(&SplitBagfileResponse::default());
             });
-            match &*this.lock() {
+            match &*lock(&this.0) {
                 Some(queue) => queue.split(answer),
                 None => answer(Err("nothing is recorded".to_owned())),
             }
-        });
+        })?;
         Ok(Self {
             paused,
             recording,
-            _executor: executor.start().map_err(NodeError::runtime)?,
+            _executor: executor.start()?,
         })
     }
 
     /// Has files split through this queue until the returned guard is dropped.
     #[must_use]
     pub(crate) fn attach(&self, queue: &Arc<Queue>) -> Attached {
-        *self.recording.lock() = Some(Arc::clone(queue));
+        *lock(&self.recording.0) = Some(Arc::clone(queue));
         Attached(self.recording.clone())
     }
 }
@@ -90,12 +83,8 @@ pub(crate) struct Attached(Recording);
 
 impl Drop for Attached {
     fn drop(&mut self) {
-        *self.0.lock() = None;
+        *lock(&self.0.0) = None;
     }
 }
 
-impl Recording {
-    fn lock(&self) -> MutexGuard<'_, Option<Arc<Queue>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
+impl Recording {}

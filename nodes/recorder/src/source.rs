@@ -181,10 +181,10 @@ fn subscribe(
     count: usize,
     participants: &mut Participants,
 ) -> Result<Subscribed, NodeError> {
-    let subscription = participants
-        .get(count)?
-        .raw_subscription(name, &definition.type_name, &request.qos())
-        .map_err(NodeError::runtime)?;
+    let subscription =
+        participants
+            .get(count)?
+            .raw_subscription(name, &definition.type_name, &request.qos())?;
     Ok(Subscribed {
         request,
         since: Instant::now(),

@@ -60,9 +60,7 @@ impl States {
         account: &Account,
     ) -> Result<Self, NodeError> {
         let open = |topic: &String| {
-            let subscriber = shm
-                .state_subscriber(topic, STATE_BUFFER)
-                .map_err(NodeError::runtime)?;
+            let subscriber = shm.state_subscriber(topic, STATE_BUFFER)?;
             let (place, track) = account.add(topic);
             track.topic.get_or_init(|| describe(topic));
             info!("recording {topic} from shared memory");
@@ -121,7 +119,7 @@ impl States {
         let mut received = 0;
         // No more than has room to wait.
         while received < STATE_BUFFER {
-            let sample = source.subscriber.receive().map_err(NodeError::runtime)?;
+            let sample = source.subscriber.receive()?;
             let Some(sample) = sample else {
                 break;
             };

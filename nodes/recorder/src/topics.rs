@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{RosNode, TopicInfo};
-use lgvi_middleware::{Shutdown, thread_waker};
+use lgvi_middleware::{Parameters, Shutdown, thread_waker};
 use tracing::warn;
 
 use crate::account::Account;
@@ -20,7 +20,7 @@ use crate::log_time::{LogTimes, Message};
 use crate::outlet::Outlet;
 use crate::participants::Participants;
 use crate::request::Request;
-use crate::selection::Selection;
+use crate::selection::Wanted;
 use crate::source::Source;
 
 /// How often the graph is asked for new topics and publishers.
@@ -34,7 +34,7 @@ const GATHER: Duration = Duration::from_millis(1);
 
 /// Topics from DDS.
 pub(crate) struct Topics {
-    selection: Selection,
+    wanted: Wanted,
     definitions: Definitions,
     /// Topics that come from shared memory instead.
     elsewhere: Elsewhere,
@@ -52,15 +52,17 @@ pub(crate) struct Topics {
 impl Topics {
     pub(crate) fn open(
         config: &Config,
+        parameters: &Parameters,
         ros: RosNode,
         elsewhere: Elsewhere,
         times: LogTimes,
         paused: Arc<AtomicBool>,
         account: Arc<Account>,
     ) -> Result<Self, NodeError> {
-        let resolve = |name: &str| ros.resolve(name).map_err(NodeError::input);
+        let resolve = |name: &str| ros.resolve(name);
+        let wanted = config.wanted(parameters, &ros.fully_qualified_name(), resolve)?;
         let mut topics = Self {
-            selection: config.selection(&ros.fully_qualified_name(), resolve)?,
+            wanted,
             definitions: Definitions::installed(),
             elsewhere,
             participants: Participants::new(ros.clone()),
@@ -73,7 +75,7 @@ impl Topics {
         };
         for (name, type_name) in config.typed() {
             let resolved = resolve(name)?;
-            if topics.sources.contains_key(&resolved) || !topics.selection.takes(&resolved) {
+            if topics.sources.contains_key(&resolved) || !topics.wanted.takes(&resolved) {
                 continue;
             }
             let definition = topics.definitions.find(type_name).map_err(|why| {
@@ -148,7 +150,7 @@ impl Topics {
         for topic in topics {
             let unwanted = topic.publishers == 0
                 || self.elsewhere.has(&topic.name)
-                || !self.selection.takes(&topic.name);
+                || !self.wanted.takes(&topic.name);
             if unwanted {
                 continue;
             }

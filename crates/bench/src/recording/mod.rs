@@ -239,7 +239,7 @@ impl Bench {
             stamp_nanoseconds: step.cast_signed() * 100_000,
         };
         let bodies = &self.states[step as usize % STATES];
-        let sent = publisher.send_with(header, BODIES, |body| bodies[body]);
+        let sent = publisher.send(header, bodies);
         flown.refused += sent.map_err(text)?.refused as u64;
         flown.published += 1;
         Ok(())

@@ -116,7 +116,7 @@ impl OwnSender {
 impl Sender for OwnSender {
     fn send(&mut self, stamp: Stamp) -> Result<(), BenchError> {
         let (port, bodies) = (&mut self.port, &self.bodies);
-        let sent = port.send_with(header(stamp), bodies.len(), |body| bodies[body]);
+        let sent = port.send(header(stamp), bodies);
         sent.map(drop).map_err(failed)
     }
 }

@@ -15,7 +15,7 @@ fn ros_arguments_are_told_from_the_others() {
     .unwrap();
     assert_eq!(node.fully_qualified_name(), "/c/b");
     assert_eq!(rest, ["a", "d", "--"]);
-    assert_eq!(node.parameters().value("x"), Some(&1_i64.into()));
+    assert_eq!(node.parameters().get("x"), Some(&1_i64.into()));
     assert!(node.notices().is_empty());
 }
 
@@ -67,7 +67,7 @@ fn the_enclave_is_the_last_one_given() {
 fn parameters_of_other_nodes_and_namespaces_are_not_ours() {
     let taken = |line| {
         let given = parse(line).unwrap().0.parameters();
-        given.value("x").cloned().and_then(i64::from_value)
+        given.get("x").cloned().and_then(i64::from_value)
     };
     assert_eq!(taken("--ros-args -p node:x:=1"), Some(1));
     assert_eq!(taken("--ros-args -p other:x:=1"), None);
@@ -92,7 +92,10 @@ fn later_parameters_win_and_node_prefixes_select() {
         ("c".into(), vec!["p".to_owned(), "q".into()].into()),
         ("d".into(), 4_i64.into()),
     ];
-    assert_eq!(parse(&line).unwrap().0.parameters(), Given::new(expected));
+    assert_eq!(
+        parse(&line).unwrap().0.parameters(),
+        Given::from_iter(expected)
+    );
 }
 
 #[test]

@@ -1,17 +1,11 @@
 //! The levels of what is logged, changed at run time.
 
-use std::{
-    fmt,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-};
+use std::sync::{Arc, Mutex};
 
 use lgvi_msgs::excerpt;
 use lgvi_msgs::rcl_interfaces::{
     LoggerLevel, SetLoggerLevelsResult,
-    srv::{
-        GetLoggerLevels, GetLoggerLevelsRequest, GetLoggerLevelsResponse, SetLoggerLevels,
-        SetLoggerLevelsRequest, SetLoggerLevelsResponse,
-    },
+    srv::{GetLoggerLevels, GetLoggerLevelsResponse, SetLoggerLevels, SetLoggerLevelsResponse},
 };
 use tracing::warn;
 use tracing_subscriber::{filter::LevelFilter, reload};
@@ -21,6 +15,7 @@ use crate::{
     log_settings::{LEVELS, filter},
     parameters::{Change, ParameterSpec, ParameterValue, Parameters},
     ros::{Executor, RosError, RosNode},
+    sync::lock,
 };
 
 /// The parameter that holds the level of this project's messages.
@@ -85,7 +80,7 @@ impl Levels {
 
     /// The name of the level of this project's messages on the console.
     pub fn get(&self) -> &'static str {
-        name(self.settings().level.unwrap_or(LevelFilter::INFO))
+        name(lock(&self.0.settings).level.unwrap_or(LevelFilter::INFO))
     }
 
     /// Sets the level of this project's messages, on the console and on `/rosout`, by its name.
@@ -146,41 +141,31 @@ impl Levels {
         executor: &mut Executor,
     ) -> Result<(), RosError> {
         let levels = self.clone();
-        executor.serve::<GetLoggerLevels>(
-            node.service_server("~/get_logger_levels")?,
-            move |request: GetLoggerLevelsRequest, reply| {
-                let level = |name: String| LoggerLevel {
-                    level: levels.number_of(&name).into(),
-                    name,
-                };
-                let levels = request.names.into_iter().map(level).collect();
-                reply.send(&GetLoggerLevelsResponse { levels });
-            },
-        );
+        executor.answer::<GetLoggerLevels>(node, "~/get_logger_levels", move |request| {
+            let level = |name: String| LoggerLevel {
+                level: levels.number_of(&name).into(),
+                name,
+            };
+            let levels = request.names.into_iter().map(level).collect();
+            GetLoggerLevelsResponse { levels }
+        })?;
         let (levels, parameters) = (self.clone(), parameters.clone());
-        executor.serve::<SetLoggerLevels>(
-            node.service_server("~/set_logger_levels")?,
-            move |request: SetLoggerLevelsRequest, reply| {
-                let set = |level: LoggerLevel| match levels.set_number(&parameters, level) {
-                    Ok(()) => SetLoggerLevelsResult {
-                        successful: true,
-                        reason: String::new(),
-                    },
-                    Err(error) => SetLoggerLevelsResult {
-                        successful: false,
-                        reason: error.to_string(),
-                    },
-                };
-                let results = request.levels.into_iter().map(set).collect();
-                reply.send(&SetLoggerLevelsResponse { results });
-            },
-        );
-        Ok(())
+        executor.answer::<SetLoggerLevels>(node, "~/set_logger_levels", move |request| {
+            let set = |level: LoggerLevel| {
+                let set = levels.set_number(&parameters, level);
+                SetLoggerLevelsResult {
+                    successful: set.is_ok(),
+                    reason: set.err().map(|error| error.to_string()).unwrap_or_default(),
+                }
+            };
+            let results = request.levels.into_iter().map(set).collect();
+            SetLoggerLevelsResponse { results }
+        })
     }
 
     /// The number of a logger's level, 0 where it has none of its own.
     fn number_of(&self, logger: &str) -> u8 {
-        let settings = self.settings();
+        let settings = lock(&self.0.settings);
         if self.is_own(logger) {
             return number(settings.level.unwrap_or(LevelFilter::INFO));
         }
@@ -220,7 +205,7 @@ impl Levels {
     }
 
     fn change(&self, change: impl FnOnce(&mut LogSettings)) -> Result<(), LevelError> {
-        let mut settings = self.settings();
+        let mut settings = lock(&self.0.settings);
         change(&mut settings);
         for apply in &self.0.apply {
             apply(&settings)?;
@@ -230,11 +215,6 @@ impl Levels {
 
     fn is_own(&self, logger: &str) -> bool {
         logger.is_empty() || self.0.own.iter().any(|own| own == logger)
-    }
-
-    fn settings(&self) -> MutexGuard<'_, LogSettings> {
-        let settings = self.0.settings.lock();
-        settings.unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -252,10 +232,4 @@ fn of_filter(level: LevelFilter) -> (&'static str, u8) {
         ("info", LoggerLevel::LOG_LEVEL_INFO),
         |(name, number, _)| (name, number),
     )
-}
-
-impl fmt::Debug for Levels {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Levels").field(&*self.settings()).finish()
-    }
 }

@@ -1,7 +1,8 @@
 use std::process::ExitCode;
 
-use crate::ParameterError;
 use crate::ros::{PublishError, RosError, TakeError};
+use crate::shm::ShmError;
+use crate::{NameError, ParameterError};
 use thiserror::Error;
 
 /// Why a node ends before its work is done.
@@ -44,26 +45,21 @@ impl NodeError {
     }
 }
 
-impl From<ParameterError> for NodeError {
-    fn from(error: ParameterError) -> Self {
-        Self::input(error)
-    }
+/// Which errors of this crate are about what the node was given, and which happen on the way.
+macro_rules! from {
+    ($($error:ty => $kind:ident),* $(,)?) => {$(
+        impl From<$error> for NodeError {
+            fn from(error: $error) -> Self {
+                Self::$kind(error)
+            }
+        }
+    )*};
 }
-
-impl From<RosError> for NodeError {
-    fn from(error: RosError) -> Self {
-        Self::runtime(error)
-    }
-}
-
-impl From<PublishError> for NodeError {
-    fn from(error: PublishError) -> Self {
-        Self::runtime(error)
-    }
-}
-
-impl From<TakeError> for NodeError {
-    fn from(error: TakeError) -> Self {
-        Self::runtime(error)
-    }
-}
+from!(
+    NameError => input,
+    ParameterError => input,
+    RosError => runtime,
+    PublishError => runtime,
+    TakeError => runtime,
+    ShmError => runtime,
+);

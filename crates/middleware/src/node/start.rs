@@ -59,8 +59,7 @@ impl Node {
         let logging = log::init(&args).map_err(NodeError::input)?;
         parameters.extend(common());
         parameters.push(logging.levels().specification());
-        let parameters =
-            Parameters::declare(args.parameters(), parameters).map_err(NodeError::input)?;
+        let parameters = Parameters::declare(args.parameters(), parameters)?;
         let_long_files_fail().map_err(NodeError::runtime)?;
         let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
         let events = match events {
@@ -77,29 +76,26 @@ impl Node {
             error => NodeError::runtime(error),
         })?;
         ros.leave_on(&shutdown);
-        let rosout = logging.attach(&ros).map_err(NodeError::runtime)?;
+        let rosout = logging.attach(&ros)?;
 
         let mut executor = Executor::new();
         let namesakes = Namesakes::watch(&ros, &mut executor, &environment, &shutdown);
-        let runtime = NodeError::runtime;
         let clock = if parameters.get("use_sim_time")? {
-            Clock::simulated(&ros, &mut executor).map_err(runtime)?
+            Clock::simulated(&ros, &mut executor)?
         } else {
             Clock::wall()
         };
-        parameters.serve(&ros, &mut executor).map_err(runtime)?;
+        parameters.serve(&ros, &mut executor)?;
         let levels = logging.levels();
         levels.follow(&parameters).map_err(NodeError::runtime)?;
         if parameters.get(LOGGER_SERVICE)? {
-            levels
-                .serve(&parameters, &ros, &mut executor)
-                .map_err(runtime)?;
+            levels.serve(&parameters, &ros, &mut executor)?;
         }
         Ok(Self {
-            lifecycle: Lifecycle::serve(&ros, &mut executor).map_err(runtime)?,
-            diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone()).map_err(runtime)?,
+            lifecycle: Lifecycle::serve(&ros, &mut executor)?,
+            diagnostics: Diagnostics::serve(&ros, &mut executor, clock.clone())?,
             autostart: parameters.get("autostart")?,
-            _executor: executor.start().map_err(NodeError::runtime)?,
+            _executor: executor.start()?,
             _rosout: rosout,
             args,
             parameters,
@@ -121,9 +117,8 @@ impl Node {
     /// Opens shared memory.
     pub fn shm(&self) -> Result<ShmNode, NodeError> {
         let options = ShmOptions::from_env(&self.environment);
-        ShmNode::new(&self.args.fully_qualified_name(), &options)
-            .map(|shm| shm.leave_on(&self.shutdown))
-            .map_err(NodeError::runtime)
+        let shm = ShmNode::new(&self.args.fully_qualified_name(), &options)?;
+        Ok(shm.leave_on(&self.shutdown))
     }
 
     /// Reports to the process that started the node, if that asked for reports. If it has ended, [`Node::shutdown`] is

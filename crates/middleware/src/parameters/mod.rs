@@ -1,7 +1,6 @@
 //! Parameters of a node, as a ROS 2 user expects them: declared with descriptors, given on the command line and in
 //! parameter files, validated before they take effect, seen and set through services.
 
-mod given;
 #[cfg(feature = "transport")]
 mod services;
 mod specification;
@@ -10,12 +9,16 @@ mod store;
 mod tests;
 mod value;
 
-pub use given::Given;
 pub use specification::{Change, ParameterSpec};
 pub use store::Parameters;
 pub use value::{ParameterKind, ParameterType, ParameterValue};
 
+use std::collections::BTreeMap;
+
 use lgvi_msgs::excerpt;
+
+/// The parameters given to one node on the command line and in parameter files, before it has declared its own.
+pub type Given = BTreeMap<String, ParameterValue>;
 
 /// A parameter that is not known, or whose value is not accepted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

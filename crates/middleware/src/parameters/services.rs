@@ -3,7 +3,6 @@
 use std::{sync::Arc, time::Duration};
 
 use lgvi_msgs::{
-    Service,
     rcl_interfaces::{
         ListParametersResult, Parameter, ParameterEvent, SetParametersResult,
         srv::{
@@ -40,27 +39,27 @@ impl Parameters {
     /// An endpoint cannot be created.
     pub fn serve(&self, node: &RosNode, executor: &mut Executor) -> Result<(), RosError> {
         let own = self.clone();
-        offer::<ListParameters>(node, executor, "~/list_parameters", move |request| {
+        executor.answer::<ListParameters>(node, "~/list_parameters", move |request| {
             let result = own.list(&request.prefixes, request.depth);
             ListParametersResponse { result }
         })?;
         let own = self.clone();
-        offer::<GetParameters>(node, executor, "~/get_parameters", move |request| {
+        executor.answer::<GetParameters>(node, "~/get_parameters", move |request| {
             let values = of_each(&request.names, |name| Ok(own.value(name)?.to_message()));
             GetParametersResponse { values }
         })?;
         let own = self.clone();
-        offer::<GetParameterTypes>(node, executor, "~/get_parameter_types", move |request| {
+        executor.answer::<GetParameterTypes>(node, "~/get_parameter_types", move |request| {
             let types = of_each(&request.names, |name| Ok(own.value(name)?.number()));
             GetParameterTypesResponse { types }
         })?;
         let own = self.clone();
-        offer::<DescribeParameters>(node, executor, "~/describe_parameters", move |request| {
+        executor.answer::<DescribeParameters>(node, "~/describe_parameters", move |request| {
             let descriptors = of_each(&request.names, |name| Ok(own.spec(name)?.descriptor()));
             DescribeParametersResponse { descriptors }
         })?;
         let (own, events) = (self.clone(), self.tell(node)?);
-        offer::<SetParameters>(node, executor, "~/set_parameters", move |request| {
+        executor.answer::<SetParameters>(node, "~/set_parameters", move |request| {
             // Whose end is the executor's, so that a set of parameters keeps no node in the graph.
             let _ = &events;
             let set = |parameter| result(own.set_from(vec![parameter]));
@@ -68,12 +67,12 @@ impl Parameters {
             SetParametersResponse { results }
         })?;
         let own = self.clone();
-        offer::<SetParametersAtomically>(
+        executor.answer::<SetParametersAtomically>(
             node,
-            executor,
             "~/set_parameters_atomically",
-            move |request| SetParametersAtomicallyResponse {
-                result: result(own.set_from(request.parameters)),
+            move |request| {
+                let result = result(own.set_from(request.parameters));
+                SetParametersAtomicallyResponse { result }
             },
         )
     }
@@ -165,22 +164,6 @@ impl Parameters {
         });
         self.set_all(values.collect::<Result<_, _>>()?)
     }
-}
-
-fn offer<S: Service>(
-    node: &RosNode,
-    executor: &mut Executor,
-    name: &str,
-    mut answer: impl FnMut(S::Request) -> S::Response + Send + 'static,
-) -> Result<(), RosError>
-where
-    S::Response: Default,
-{
-    let server = node.service_server::<S>(name)?;
-    executor.serve(server, move |request, reply| {
-        reply.send_or(&answer(request), &S::Response::default());
-    });
-    Ok(())
 }
 
 /// What there is for each name, or nothing if there is not for one of them.

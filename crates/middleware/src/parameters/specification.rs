@@ -1,6 +1,6 @@
 //! What a node says of one of its parameters, and which values it accepts.
 
-use std::{fmt, sync::Arc};
+use std::sync::Arc;
 
 use lgvi_msgs::rcl_interfaces::{FloatingPointRange, IntegerRange, ParameterDescriptor};
 
@@ -262,17 +262,5 @@ impl Range {
             Self::Double { from, to } => format!("a number from {from:?} to {to:?}"),
             Self::Integer { from, to } => format!("an integer from {from} to {to}"),
         }
-    }
-}
-
-impl fmt::Debug for ParameterSpec {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ParameterSpec")
-            .field("name", &self.name)
-            .field("kind", &self.kind)
-            .field("default", &self.default)
-            .field("range", &self.range)
-            .field("change", &self.change)
-            .finish_non_exhaustive()
     }
 }

@@ -4,7 +4,7 @@ use std::{
     collections::BTreeMap,
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicU64, Ordering},
     },
 };
@@ -15,6 +15,7 @@ use super::{
     Change, Given, ParameterError, ParameterSpec,
     value::{ParameterType, ParameterValue},
 };
+use crate::sync::lock;
 
 /// A parameter of `rclcpp` nodes that lgvi's do not have.
 const IGNORED: &str = "start_type_description_service";
@@ -56,8 +57,7 @@ impl Parameters {
     ///
     /// # Errors
     /// A value that is not accepted, a parameter that is unknown, a declaration that contradicts itself.
-    pub fn declare(given: Given, specs: Vec<ParameterSpec>) -> Result<Self, ParameterError> {
-        let mut given = given.into_values();
+    pub fn declare(mut given: Given, specs: Vec<ParameterSpec>) -> Result<Self, ParameterError> {
         let mut values = BTreeMap::new();
         let mut declared = BTreeMap::new();
         for spec in specs {
@@ -130,7 +130,7 @@ impl Parameters {
         hear: impl FnMut(&ParameterValue) + Send + 'static,
     ) -> Result<(), ParameterError> {
         self.spec(name)?;
-        let mut listeners = self.listeners();
+        let mut listeners = lock(&self.0.listeners);
         let of = listeners.of.entry(name.into()).or_default();
         of.push(Box::new(hear));
         Ok(())
@@ -143,8 +143,8 @@ impl Parameters {
         first: impl FnOnce(Vec<(String, ParameterValue)>),
         record: impl FnMut(&[(String, ParameterValue)]) -> bool + Send + 'static,
     ) {
-        let mut listeners = self.listeners();
-        let values = self.values().values.clone();
+        let mut listeners = lock(&self.0.listeners);
+        let values = lock(&self.0.values).values.clone();
         let set = |(_, value): &(String, ParameterValue)| *value != ParameterValue::NotSet;
         first(values.into_iter().filter(set).collect());
         listeners.all.push(Box::new(record));
@@ -157,7 +157,7 @@ impl Parameters {
 
     /// Says whether the node is configured, which decides on [`Change::Unconfigured`]. It is not at first.
     pub fn configured(&self, configured: bool) {
-        self.values().configured = configured;
+        lock(&self.0.values).configured = configured;
     }
 
     /// Sets a parameter.
@@ -173,7 +173,7 @@ impl Parameters {
     /// # Errors
     /// As [`set`](Self::set).
     pub fn set_all(&self, values: Vec<(String, ParameterValue)>) -> Result<(), ParameterError> {
-        let mut listeners = self.listeners();
+        let mut listeners = lock(&self.0.listeners);
         let mut accepted = Vec::with_capacity(values.len());
         for (name, value) in values {
             let spec = self.spec(&name)?;
@@ -182,7 +182,7 @@ impl Parameters {
             }
             accepted.push((spec.change, name, spec.accept(value)?));
         }
-        let set = self.values().apply(accepted)?;
+        let set = lock(&self.0.values).apply(accepted)?;
         self.0
             .generation
             .fetch_add(u64::from(!set.changed.is_empty()), Ordering::Release);
@@ -211,17 +211,11 @@ impl Parameters {
 
     pub(super) fn value(&self, name: &str) -> Result<ParameterValue, ParameterError> {
         self.spec(name)?;
-        Ok(self.values().values.get(name).cloned().unwrap_or_default())
-    }
-
-    fn values(&self) -> MutexGuard<'_, Values> {
-        let values = self.0.values.lock();
-        values.unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn listeners(&self) -> MutexGuard<'_, Listeners> {
-        let listeners = self.0.listeners.lock();
-        listeners.unwrap_or_else(PoisonError::into_inner)
+        Ok(lock(&self.0.values)
+            .values
+            .get(name)
+            .cloned()
+            .unwrap_or_default())
     }
 }
 
@@ -265,7 +259,7 @@ impl Values {
 impl fmt::Debug for Parameters {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Parameters")
-            .field(&self.values().values)
+            .field(&lock(&self.0.values).values)
             .finish()
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 
 fn given(text: &str) -> Given {
     let text = format!("n: {{ros__parameters: {text}}}");
-    Given::new(crate::params_file::read(&text, "/n").unwrap())
+    Given::from_iter(crate::params_file::read(&text, "/n").unwrap())
 }
 
 fn specs() -> Vec<ParameterSpec> {
@@ -304,7 +304,7 @@ fn values_survive_messages() {
 fn the_word_null_unsets_what_can_be_not_set_and_is_a_string_elsewhere() {
     let declare = |text: &str| {
         let read = crate::params_file::read(text, "/n").unwrap();
-        Parameters::declare(Given::new(read), specs())
+        Parameters::declare(Given::from_iter(read), specs())
     };
     let all = |values: &str| format!("n: {{ros__parameters: {{{values}}}}}");
     let unset = declare(&all("gains: [1.0], gains: null, scene: null")).unwrap();

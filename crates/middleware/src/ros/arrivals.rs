@@ -2,11 +2,12 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::Mutex,
     task::{Context, Poll, Waker},
 };
 
 use super::{Sample, TakeError, WriterId};
+use crate::sync::lock;
 
 type Taken = Result<Sample<Vec<u8>>, TakeError>;
 
@@ -45,38 +46,38 @@ impl Arrivals {
 
     /// Samples that have arrived.
     pub(super) fn received(&self) -> u64 {
-        self.lock().received
+        lock(&self.contents).received
     }
 
     /// Samples that were sent after the first one of their publisher and will never be taken.
     pub(super) fn lost(&self) -> u64 {
-        self.lock().lost
+        lock(&self.contents).lost
     }
 
     /// The number of a publisher's last sample, 0 before its first.
     #[cfg(feature = "zenoh")]
     pub(super) fn latest(&self, publisher: WriterId) -> u64 {
-        let contents = self.lock();
+        let contents = lock(&self.contents);
         let latest = contents.latest.get(&publisher);
         latest.map_or(0, |latest| latest.sequence)
     }
 
     /// The publishers of which the last sample is remembered.
     pub(super) fn publishers(&self) -> BTreeSet<WriterId> {
-        self.lock().latest.keys().copied().collect()
+        lock(&self.contents).latest.keys().copied().collect()
     }
 
     /// Forgets the last sample of a publisher that is gone.
     pub(super) fn forget(&self, publisher: WriterId) {
-        self.lock().latest.remove(&publisher);
+        lock(&self.contents).latest.remove(&publisher);
     }
 
     pub(super) fn take(&self) -> Option<Taken> {
-        self.lock().waiting.pop_front()
+        lock(&self.contents).waiting.pop_front()
     }
 
     pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Taken> {
-        let mut contents = self.lock();
+        let mut contents = lock(&self.contents);
         match contents.waiting.pop_front() {
             Some(taken) => Poll::Ready(taken),
             None => {
@@ -88,7 +89,7 @@ impl Arrivals {
 
     /// Adds what has arrived, and wakes who waits for it.
     pub(super) fn put(&self, arrived: Taken) {
-        let mut contents = self.lock();
+        let mut contents = lock(&self.contents);
         let arrived = arrived.map(|mut sample| {
             contents.received += 1;
             contents.follow(&mut sample);
@@ -103,10 +104,6 @@ impl Arrivals {
             drop(contents);
             taker.wake();
         }
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Contents> {
-        self.contents.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

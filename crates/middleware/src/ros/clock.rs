@@ -1,15 +1,17 @@
 //! The time of a node: the wall's, or that of `/clock`.
 
 use std::{
-    fmt,
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Condvar, Mutex},
     time::{Duration, Instant},
 };
 
 use lgvi_msgs::{rosgraph_msgs, stamp};
 use tracing::{info, warn};
 
-use crate::wall;
+use crate::{
+    sync::{lock, wait_while},
+    wall,
+};
 
 use super::{Executor, Level, Qos, RosError, RosNode, Status};
 
@@ -55,7 +57,7 @@ impl Clock {
                 Ok(time) => time,
                 Err(error) => return warn!("/clock ignored: {error}"),
             };
-            hear.lock().hear(time);
+            lock(&hear.times).hear(time);
             hear.changed.notify_all();
         });
         Ok(Self(Some(heard)))
@@ -70,7 +72,7 @@ impl Clock {
     pub fn now(&self) -> i64 {
         match &self.0 {
             None => wall::now(),
-            Some(heard) => heard.lock().latest.unwrap_or_default(),
+            Some(heard) => lock(&heard.times).latest.unwrap_or_default(),
         }
     }
 
@@ -80,10 +82,8 @@ impl Clock {
         let Some(heard) = &self.0 else {
             return self.now() >= time;
         };
-        let (mut times, _) = heard
-            .changed
-            .wait_timeout_while(heard.lock(), patience, |times| !times.reached(time))
-            .unwrap_or_else(PoisonError::into_inner);
+        let Heard { times, changed } = &**heard;
+        let mut times = wait_while(changed, times, patience, |times| !times.reached(time));
         if times.latest.is_none() && !times.missed {
             times.missed = true;
             info!("waiting for /clock");
@@ -93,7 +93,7 @@ impl Clock {
 
     /// How the time on `/clock` is; `None` for that of the wall.
     pub(super) fn status(&self) -> Option<Status> {
-        let times = self.0.as_ref()?.lock();
+        let times = lock(&self.0.as_ref()?.times);
         let (latest, set_back) = (times.latest.unwrap_or_default(), times.set_back);
         let time = format!(
             "{}.{:09}",
@@ -116,11 +116,7 @@ impl Clock {
     }
 }
 
-impl Heard {
-    fn lock(&self) -> MutexGuard<'_, Times> {
-        self.times.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
+impl Heard {}
 
 impl Times {
     fn reached(&self, time: i64) -> bool {
@@ -149,15 +145,6 @@ fn seconds(time: i64) -> f64 {
     time as f64 / SECOND as f64
 }
 
-impl fmt::Debug for Clock {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Clock")
-            .field("simulated", &self.is_simulated())
-            .field("now", &self.now())
-            .finish()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,7 +164,7 @@ mod tests {
                     .value("times gone back", 0)
             )
         );
-        heard.lock().hear(5_000_000_001);
+        lock(&heard.times).hear(5_000_000_001);
         assert!(clock.wait_until(5_000_000_001, Duration::ZERO));
         assert!(!clock.wait_until(5_000_000_002, Duration::ZERO));
         assert_eq!(
@@ -188,7 +175,7 @@ mod tests {
                     .value("times gone back", 0)
             )
         );
-        heard.lock().hear(2_000_000_000);
+        lock(&heard.times).hear(2_000_000_000);
         assert_eq!(clock.now(), 2_000_000_000);
         assert!(!clock.wait_until(5_000_000_001, Duration::ZERO));
         assert_eq!(
@@ -209,7 +196,7 @@ mod tests {
         let clock = Clock(Some(Arc::clone(&heard)));
         let waiting = std::thread::spawn(move || clock.wait_until(7, Duration::from_secs(60)));
         for time in [3, 7] {
-            heard.lock().hear(time);
+            lock(&heard.times).hear(time);
             heard.changed.notify_all();
         }
         assert!(waiting.join().unwrap());

@@ -1,8 +1,7 @@
 //! What a node says of itself on `/diagnostics`, once a second.
 
 use std::{
-    fmt,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex},
     time::Duration,
 };
 
@@ -14,6 +13,7 @@ use lgvi_msgs::{
 use tracing::warn;
 
 use super::{Clock, Executor, Qos, RosError, RosNode};
+use crate::sync::lock;
 
 /// How often they are published.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -91,7 +91,6 @@ struct Part {
 }
 
 /// Keeps a part on `/diagnostics` until it is dropped.
-#[derive(Debug)]
 pub struct Diagnosed {
     diagnostics: Diagnostics,
     name: String,
@@ -104,7 +103,7 @@ impl Diagnostics {
         let diagnostics = Self::default();
         if clock.is_simulated() {
             let clock = clock.clone();
-            diagnostics.lock().push(Part {
+            lock(&diagnostics.0).push(Part {
                 name: "clock".into(),
                 ask: Box::new(move || clock.status().unwrap_or_else(|| Status::ok(""))),
             });
@@ -135,7 +134,7 @@ impl Diagnostics {
     /// Has a part asked for its status until the returned guard is dropped.
     #[must_use]
     pub fn add(&self, name: &str, ask: impl FnMut() -> Status + Send + 'static) -> Diagnosed {
-        self.lock().push(Part {
+        lock(&self.0).push(Part {
             name: name.into(),
             ask: Box::new(ask),
         });
@@ -146,7 +145,7 @@ impl Diagnostics {
     }
 
     fn ask(&self, prefix: &str) -> Vec<DiagnosticStatus> {
-        let mut parts = self.lock();
+        let mut parts = lock(&self.0);
         let statuses = parts.iter_mut().map(|part| {
             let Status {
                 level,
@@ -163,25 +162,11 @@ impl Diagnostics {
         });
         statuses.collect()
     }
-
-    fn lock(&self) -> MutexGuard<'_, Vec<Part>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Drop for Diagnosed {
     fn drop(&mut self) {
-        self.diagnostics
-            .lock()
-            .retain(|part| part.name != self.name);
-    }
-}
-
-impl fmt::Debug for Diagnostics {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let parts = self.lock();
-        let names = parts.iter().map(|part| part.name.as_str());
-        f.debug_list().entries(names).finish()
+        lock(&self.diagnostics.0).retain(|part| part.name != self.name);
     }
 }
 

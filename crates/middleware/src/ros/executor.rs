@@ -2,9 +2,8 @@
 
 use std::{
     convert::Infallible,
-    fmt,
-    future::{Future as _, poll_fn},
-    io,
+    future::poll_fn,
+    pin::Pin,
     sync::{
         Arc, Mutex, OnceLock, PoisonError,
         mpsc::{self, Receiver, Sender},
@@ -15,24 +14,24 @@ use std::{
 
 use lgvi_msgs::{RosMessage, Service};
 use tokio::{
-    task::JoinHandle,
-    time::{Instant, sleep},
+    task::{JoinHandle, yield_now},
+    time::{Instant, MissedTickBehavior, interval, interval_at},
 };
 use tracing::warn;
 
-use super::{PublishError, RequestId, ServiceServer, Subscription};
+use super::{PublishError, Request, RequestId, RosError, RosNode, ServiceServer, Subscription};
 use crate::runtime::runtime;
-
-/// Requests or messages of one endpoint that are taken before the others have their turn.
-const TURN: usize = 16;
 
 /// The longest pause.
 const PAUSE: Duration = Duration::from_secs(1);
 
+/// Something that goes on as long as the executor does.
+type Task = Pin<Box<dyn Future<Output = Infallible> + Send>>;
+
 /// What an executor looks after. It begins with [`start`](Self::start).
 #[derive(Default)]
 pub struct Executor {
-    tasks: Vec<Box<dyn Task>>,
+    tasks: Vec<Task>,
     wakeup: Wakeup,
 }
 
@@ -61,39 +60,106 @@ impl Executor {
         Self::default()
     }
 
-    /// Has the requests of a service answered by `answer`, at once or later through the [`Reply`].
+    /// Offers a service, by a name that is expanded and remapped: its requests are answered by `answer`, at once or later
+    /// through the [`Reply`].
     pub fn serve<S: Service>(
         &mut self,
-        server: ServiceServer<S>,
-        answer: impl FnMut(S::Request, Reply<S>) + Send + 'static,
-    ) {
-        let server = Arc::new(server);
-        self.add(Serving { server, answer });
+        node: &RosNode,
+        service: &str,
+        mut answer: impl FnMut(S::Request, Reply<S>) + Send + 'static,
+    ) -> Result<(), RosError> {
+        let server = Arc::new(node.service_server(service)?);
+        self.add(async move {
+            loop {
+                match server.recv().await {
+                    Ok(Request { id, message }) => {
+                        let server = Arc::clone(&server);
+                        answer(message, Reply { server, id });
+                    }
+                    Err(error) => warn!("request ignored: {error}"),
+                }
+                yield_now().await;
+            }
+        });
+        Ok(())
+    }
+
+    /// The same for a service whose requests are answered at once; by the default response where the answer is too long to
+    /// be sent.
+    pub fn answer<S: Service>(
+        &mut self,
+        node: &RosNode,
+        service: &str,
+        mut answer: impl FnMut(S::Request) -> S::Response + Send + 'static,
+    ) -> Result<(), RosError>
+    where
+        S::Response: Default,
+    {
+        self.serve::<S>(node, service, move |request, reply| {
+            let response = answer(request);
+            match reply.server.reply(reply.id, &response) {
+                Err(error @ PublishError::TooLong { .. }) => {
+                    warn!("an empty reply is sent instead: {error}");
+                    reply.send(&S::Response::default());
+                }
+                sent => warn_of(sent),
+            }
+        })
     }
 
     /// Has the messages of a subscription heard by `hear`.
     pub fn listen<M: RosMessage + 'static>(
         &mut self,
         subscription: Subscription<M>,
-        hear: impl FnMut(M) + Send + 'static,
+        mut hear: impl FnMut(M) + Send + 'static,
     ) {
-        self.add(Listening { subscription, hear });
+        self.add(async move {
+            loop {
+                match subscription.recv().await {
+                    Ok(sample) => hear(sample.message),
+                    Err(error) => warn!("message ignored: {error}"),
+                }
+                yield_now().await;
+            }
+        });
     }
 
     /// Has `act` called once a period; what is missed is not made up for.
-    pub fn every(&mut self, period: Duration, act: impl FnMut() + Send + 'static) {
-        let due = Instant::now() + period;
-        self.add(Timed { period, due, act });
+    pub fn every(&mut self, period: Duration, mut act: impl FnMut() + Send + 'static) {
+        self.add(async move {
+            let mut ticks = interval_at(Instant::now() + period, period);
+            ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            loop {
+                ticks.tick().await;
+                act();
+            }
+        });
     }
 
     /// Has `act` called whenever the executor is awake: after [`Running::wake`], and at least once a second.
-    pub fn whenever(&mut self, act: impl FnMut() + Send + 'static) {
-        self.add(Whenever(act));
+    pub fn whenever(&mut self, mut act: impl FnMut() + Send + 'static) {
+        self.cycle(PAUSE, move |_| act());
     }
 
-    /// Adds a task.
-    pub(super) fn add(&mut self, task: impl Task + 'static) {
-        self.tasks.push(Box::new(task));
+    /// Has `turn` called whenever the executor is awake, and at least once a period.
+    pub(super) fn cycle(
+        &mut self,
+        period: Duration,
+        mut turn: impl FnMut(&Context<'_>) + Send + 'static,
+    ) {
+        self.add(async move {
+            let mut ticks = interval(period);
+            poll_fn(move |context| {
+                while ticks.poll_tick(context).is_ready() {}
+                turn(context);
+                Poll::Pending
+            })
+            .await
+        });
+    }
+
+    fn add(&mut self, task: impl Future<Output = Infallible> + Send + 'static) {
+        self.tasks.push(Box::pin(task));
     }
 
     /// Wakes the executor once it has started.
@@ -102,7 +168,7 @@ impl Executor {
     }
 
     /// Begins, on the runtime of the process. The tasks have their turns one after the other.
-    pub fn start(self) -> io::Result<Running> {
+    pub fn start(self) -> Result<Running, RosError> {
         let Self { tasks, wakeup } = self;
         let (ended, end) = mpsc::channel();
         let mut turns = Turns {
@@ -110,19 +176,15 @@ impl Executor {
             _ended: ended,
         };
         let own = wakeup.clone();
-        let runtime = runtime()?;
-        let _entered = runtime.enter();
-        let mut pause = Box::pin(sleep(Duration::ZERO));
-        let future = poll_fn(move |context| {
+        let task = runtime()?.spawn(poll_fn(move |context| {
             own.0.get_or_init(|| context.waker().clone());
-            let next = turns.next(context);
-            pause.as_mut().reset(Instant::now() + next);
-            if next.is_zero() || pause.as_mut().poll(context).is_ready() {
-                context.waker().wake_by_ref();
+            // All of it is moved into this task.
+            let turns = &mut turns;
+            for task in &mut turns.tasks {
+                let _ = task.as_mut().poll(context);
             }
             Poll::<()>::Pending
-        });
-        let task = runtime.spawn(future);
+        }));
         let end = Mutex::new(end);
         Ok(Running { task, end, wakeup })
     }
@@ -130,17 +192,9 @@ impl Executor {
 
 /// The tasks of a started executor.
 struct Turns {
-    tasks: Vec<Box<dyn Task>>,
+    tasks: Vec<Task>,
     /// Dropped after the tasks, so that who waits for it finds nothing of them any more.
     _ended: Sender<Infallible>,
-}
-
-impl Turns {
-    /// Each task has its turn; returns how long to pause at most.
-    fn next(&mut self, context: &mut Context<'_>) -> Duration {
-        let pauses = self.tasks.iter_mut().map(|task| task.turn(context));
-        pauses.min().unwrap_or(PAUSE)
-    }
 }
 
 impl Wakeup {
@@ -171,107 +225,13 @@ impl Drop for Running {
 impl<S: Service> Reply<S> {
     /// Answers the request. Waits for no client; at most 20 ms for room.
     pub fn send(self, response: &S::Response) {
-        if let Err(error) = self.server.reply(self.id, response) {
-            warn!("no reply: {error}");
-        }
-    }
-
-    /// Answers the request, by `instead` where the response is too long to be sent.
-    pub fn send_or(self, response: &S::Response, instead: &S::Response) {
-        match self.server.reply(self.id, response) {
-            Err(error @ PublishError::TooLong { .. }) => {
-                warn!("an empty reply is sent instead: {error}");
-                self.send(instead);
-            }
-            Err(error) => warn!("no reply: {error}"),
-            Ok(()) => {}
-        }
+        warn_of(self.server.reply(self.id, response));
     }
 }
 
-/// Something that has its turn whenever the executor is awake.
-pub(super) trait Task: Send {
-    /// Does what there is to do; how long to pause at most.
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration;
-}
-
-struct Serving<S, F> {
-    server: Arc<ServiceServer<S>>,
-    answer: F,
-}
-
-impl<S: Service, F: FnMut(S::Request, Reply<S>) + Send> Task for Serving<S, F> {
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration {
-        for _ in 0..TURN {
-            match self.server.poll_take(context) {
-                Poll::Ready(Ok(request)) => {
-                    let server = Arc::clone(&self.server);
-                    let id = request.id;
-                    (self.answer)(request.message, Reply { server, id });
-                }
-                Poll::Ready(Err(error)) => warn!("request ignored: {error}"),
-                Poll::Pending => return self.server.next_look().unwrap_or(PAUSE),
-            }
-        }
-        Duration::ZERO
-    }
-}
-
-struct Listening<M, F> {
-    subscription: Subscription<M>,
-    hear: F,
-}
-
-impl<M: RosMessage, F: FnMut(M) + Send> Task for Listening<M, F> {
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration {
-        for _ in 0..TURN {
-            match self.subscription.poll_take(context) {
-                Poll::Ready(Ok(sample)) => (self.hear)(sample.message),
-                Poll::Ready(Err(error)) => warn!("message ignored: {error}"),
-                Poll::Pending => return PAUSE,
-            }
-        }
-        Duration::ZERO
-    }
-}
-
-struct Timed<F> {
-    period: Duration,
-    due: Instant,
-    act: F,
-}
-
-impl<F: FnMut() + Send> Task for Timed<F> {
-    fn turn(&mut self, _: &mut Context<'_>) -> Duration {
-        let now = Instant::now();
-        if now >= self.due {
-            (self.act)();
-            self.due = (self.due + self.period).max(Instant::now());
-        }
-        self.due.saturating_duration_since(now)
-    }
-}
-
-struct Whenever<F>(F);
-
-impl<F: FnMut() + Send> Task for Whenever<F> {
-    fn turn(&mut self, _: &mut Context<'_>) -> Duration {
-        (self.0)();
-        PAUSE
-    }
-}
-
-impl fmt::Debug for Executor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Executor")
-            .field("tasks", &self.tasks.len())
-            .finish()
-    }
-}
-
-impl<S: Service> fmt::Debug for Reply<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Reply").field(&self.server.name()).finish()
+fn warn_of(sent: Result<(), PublishError>) {
+    if let Err(error) = sent {
+        warn!("no reply: {error}");
     }
 }
 
@@ -292,5 +252,22 @@ mod tests {
         running.wake();
         acted.recv().unwrap();
         assert!(began.elapsed() < PAUSE, "it has not been woken");
+    }
+
+    #[test]
+    fn nothing_of_an_executor_is_left_once_it_is_dropped() {
+        let (act, acted) = mpsc::channel();
+        let held = Arc::new(());
+        let holding = Arc::clone(&held);
+        let mut executor = Executor::new();
+        executor.whenever(move || {
+            act.send(()).unwrap();
+            std::thread::sleep(Duration::from_millis(100));
+            assert_eq!(Arc::strong_count(&holding), 2);
+        });
+        let running = executor.start().unwrap();
+        acted.recv().unwrap();
+        drop(running);
+        assert_eq!(Arc::strong_count(&held), 1);
     }
 }

@@ -25,10 +25,13 @@ mod publisher;
 mod qos;
 mod service;
 mod subscription;
+mod topics;
 mod type_names;
 mod wire;
 #[cfg(feature = "zenoh")]
 mod zenoh;
+
+use std::io;
 
 use crate::{NameError, SecurityError};
 
@@ -41,13 +44,14 @@ pub use diagnostics::{Diagnosed, Diagnostics, Level, Status};
 pub use executor::{Executor, Reply, Running};
 pub use lifecycle::{Asked, Change, Lifecycle, Outcome, State};
 pub use namesakes::Namesake;
-pub use node::{RosNode, TopicInfo};
+pub use node::RosNode;
 pub use publisher::{PublishError, Publisher, RawPublisher};
 pub use qos::Qos;
 pub use service::{CallError, Request, RequestId, ServiceClient, ServiceServer};
 pub use subscription::{
     RawSubscription, Sample, SampleId, SampleInfo, Subscription, TakeError, WriterId,
 };
+pub use topics::TopicInfo;
 
 /// A node or an endpoint that cannot be created.
 #[derive(Debug, thiserror::Error)]
@@ -61,6 +65,9 @@ pub enum RosError {
     /// Security is asked for and cannot be had.
     #[error(transparent)]
     Security(#[from] SecurityError),
+    /// The threads that serve it cannot be started.
+    #[error(transparent)]
+    Threads(#[from] io::Error),
     /// The domain cannot be joined.
     #[error("cannot join domain {domain_id}: {reason}")]
     Join {

@@ -15,6 +15,7 @@ use super::{
     qos::Qos,
     service::{ServiceClient, ServiceServer},
     subscription::{RawSubscription, Subscription},
+    topics::TopicInfo,
     wire::Wire,
 };
 #[cfg(not(feature = "zenoh"))]
@@ -31,23 +32,6 @@ pub struct RosNode(Arc<Inner>);
 struct Inner {
     args: NodeArgs,
     wire: Box<dyn Wire>,
-}
-
-/// A topic of which other participants have announced endpoints.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TopicInfo {
-    /// The absolute name.
-    pub name: String,
-    /// `package/msg/Type`.
-    pub type_name: String,
-    /// Publishers of other participants.
-    pub publishers: usize,
-    /// Whether all of them are reliable.
-    pub reliable: bool,
-    /// Whether all of them keep samples for late joiners.
-    pub durable: bool,
-    /// Subscriptions of other participants.
-    pub subscriptions: usize,
 }
 
 impl RosNode {

@@ -1,6 +1,6 @@
 //! Publishers, of messages and of ready CDR bytes.
 
-use std::{fmt, marker::PhantomData, ops::Deref, time::Duration};
+use std::{marker::PhantomData, ops::Deref, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
@@ -152,12 +152,12 @@ impl RawPublisher {
 
     /// How many subscriptions of other participants are matched. Cheap.
     pub fn matched_subscriptions(&self) -> usize {
-        self.0.matched()
+        self.0.endpoint().matched()
     }
 
     /// Blocks until so many subscriptions are matched or the time has passed; returns whether they are.
     pub fn wait_for_subscriptions(&self, count: usize, timeout: Duration) -> bool {
-        self.0.wait_for_matches(count, timeout)
+        self.0.endpoint().wait_for_matches(count, timeout)
     }
 
     /// The identity that subscriptions will find with the next message, if it is published and no other thread comes
@@ -177,7 +177,7 @@ impl RawPublisher {
     /// How many subscriptions of other participants cannot be served, by their quality of service or their type. Each
     /// is named in a warning.
     pub fn incompatible(&self) -> usize {
-        self.0.incompatible()
+        self.0.endpoint().incompatible()
     }
 
     /// How many messages were dropped for want of room.
@@ -187,7 +187,7 @@ impl RawPublisher {
 
     /// The absolute topic name.
     pub fn topic(&self) -> &str {
-        self.0.topic()
+        self.0.endpoint().topic()
     }
 
     fn checked(&self, cdr: Vec<u8>) -> Result<Vec<u8>, PublishError> {
@@ -198,20 +198,5 @@ impl RawPublisher {
             topic: self.topic().to_owned(),
             found: cdr.into_iter().take(LITTLE_ENDIAN.len()).collect(),
         })
-    }
-}
-
-impl fmt::Debug for RawPublisher {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("RawPublisher")
-            .field("topic", &self.topic())
-            .field("dropped", &self.dropped())
-            .finish_non_exhaustive()
-    }
-}
-
-impl<M> fmt::Debug for Publisher<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Publisher").field(&self.raw).finish()
     }
 }

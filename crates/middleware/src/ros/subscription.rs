@@ -1,13 +1,6 @@
 //! Subscriptions, to messages and to their CDR bytes.
 
-use std::{
-    fmt,
-    future::poll_fn,
-    marker::PhantomData,
-    ops::Deref,
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::{fmt, future::poll_fn, marker::PhantomData, ops::Deref, time::Duration};
 
 use lgvi_msgs::{RosMessage, cdr::CdrError};
 
@@ -125,14 +118,6 @@ impl<M: RosMessage> Subscription<M> {
         self.decode(self.raw.recv().await?)
     }
 
-    /// Takes the next message, or has the task woken when one arrives.
-    pub(super) fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<M>, TakeError>> {
-        self.raw
-            .0
-            .poll_take(context)
-            .map(|sample| self.decode(sample?))
-    }
-
     fn decode(&self, sample: Sample<Vec<u8>>) -> Result<Sample<M>, TakeError> {
         let info = sample.info;
         lgvi_msgs::cdr::decode(&sample.message)
@@ -160,7 +145,7 @@ impl RawSubscription {
 
     /// Takes the next sample that has arrived; `None` if there is none. Samples of one publisher come in order.
     pub fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        self.0.take()
+        self.0.arrivals().take().transpose()
     }
 
     /// Waits for the next sample, up to `timeout`; `None` if none came.
@@ -170,53 +155,38 @@ impl RawSubscription {
 
     /// Waits for the next sample; safe to cancel. Call it in a loop for a stream.
     pub async fn recv(&self) -> Result<Sample<Vec<u8>>, TakeError> {
-        poll_fn(|context| self.0.poll_take(context)).await
+        poll_fn(|context| self.0.arrivals().poll_take(context)).await
     }
 
     /// How many publishers of other participants are matched. Cheap.
     pub fn matched_publishers(&self) -> usize {
-        self.0.matched()
+        self.0.endpoint().matched()
     }
 
     /// Blocks until so many publishers are matched or the time has passed; returns whether they are.
     pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
-        self.0.wait_for_matches(count, timeout)
+        self.0.endpoint().wait_for_matches(count, timeout)
     }
 
     /// How many samples have arrived, taken or not.
     pub fn received(&self) -> u64 {
-        self.0.received()
+        self.0.arrivals().received()
     }
 
     /// How many publishers of other participants cannot be received, by their quality of service or their type. Each is
     /// named in a warning.
     pub fn incompatible(&self) -> usize {
-        self.0.incompatible()
+        self.0.endpoint().incompatible()
     }
 
     /// How many samples were lost after the first one of their publisher: on the way, or pushed out by newer ones
     /// because they were not taken in time.
     pub fn lost(&self) -> u64 {
-        self.0.lost()
+        self.0.arrivals().lost()
     }
 
     /// The absolute topic name.
     pub fn topic(&self) -> &str {
-        self.0.topic()
-    }
-}
-
-impl fmt::Debug for RawSubscription {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("RawSubscription")
-            .field("topic", &self.topic())
-            .field("lost", &self.lost())
-            .finish_non_exhaustive()
-    }
-}
-
-impl<M> fmt::Debug for Subscription<M> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Subscription").field(&self.raw).finish()
+        self.0.endpoint().topic()
     }
 }

@@ -12,8 +12,8 @@ use std::{
 use lgvi_msgs::{RosMessage, Service, cdr::CdrError};
 
 use super::{
-    CallError, Namesake, PublishError, Qos, RequestId, RosError, Sample, SampleInfo, TakeError,
-    TopicInfo, WriterId,
+    CallError, Namesake, PublishError, Qos, RequestId, RosError, SampleInfo, TakeError, TopicInfo,
+    WriterId, arrivals::Arrivals,
 };
 use crate::Shutdown;
 
@@ -81,8 +81,18 @@ pub(super) trait Wire: Send + Sync {
     fn leave_on(&self, shutdown: &Shutdown);
 }
 
+/// One side of a topic, and who is on the other.
+pub(super) trait WireEndpoint: Send + Sync {
+    fn matched(&self) -> usize;
+    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool;
+    fn incompatible(&self) -> usize;
+    fn topic(&self) -> &str;
+}
+
 /// Sends samples. Dropped, it waits for acknowledgments for a short time.
 pub(super) trait WirePublisher: Send + Sync {
+    fn endpoint(&self) -> &dyn WireEndpoint;
+
     /// Publishes a sample, waiting up to `patience` for room; without one, as long as the quality of service says.
     fn publish(&self, cdr: Vec<u8>, patience: Option<Duration>) -> Result<(), PublishError>;
 
@@ -95,26 +105,15 @@ pub(super) trait WirePublisher: Send + Sync {
     /// How much of `patience` a flush would wait: hardly any, if acknowledgments are not to be expected.
     fn patience(&self, patience: Duration) -> Duration;
 
-    fn matched(&self) -> usize;
-    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool;
-    fn incompatible(&self) -> usize;
     fn sent(&self) -> u64;
     fn dropped(&self) -> u64;
-    fn topic(&self) -> &str;
     fn id(&self) -> WriterId;
 }
 
 /// Receives samples, those of one publisher in order.
 pub(super) trait WireSubscription: Send + Sync {
-    fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError>;
-    fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<Vec<u8>>, TakeError>>;
-
-    fn matched(&self) -> usize;
-    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool;
-    fn incompatible(&self) -> usize;
-    fn received(&self) -> u64;
-    fn lost(&self) -> u64;
-    fn topic(&self) -> &str;
+    fn endpoint(&self) -> &dyn WireEndpoint;
+    fn arrivals(&self) -> &Arrivals;
 }
 
 /// A request that can be replied to.
@@ -126,11 +125,8 @@ pub(super) struct Incoming {
 
 /// Takes requests and sends replies.
 pub(super) trait WireServer: Send + Sync {
-    fn take(&self) -> Result<Option<Incoming>, TakeError>;
+    /// Takes the next request, or has the task woken when one may be taken.
     fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>>;
-
-    /// When to look for requests without having been woken; `None` if there is no need to.
-    fn next_look(&self) -> Option<Duration>;
 
     /// The error of a request that is not of the service's type.
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError;

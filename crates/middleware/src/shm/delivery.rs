@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Mutex, PoisonError,
+        Mutex,
         atomic::{AtomicU64, AtomicUsize, Ordering},
     },
     time::Duration,
@@ -11,7 +11,7 @@ use std::{
 use iceoryx2::port::{BackpressureAction, BackpressureInfo};
 use tracing::warn;
 
-use crate::Shutdown;
+use crate::{Shutdown, sync::lock};
 
 /// How long a subscriber is still waited for after the shutdown.
 const FAREWELL: Duration = Duration::from_millis(100);
@@ -106,7 +106,7 @@ impl Backpressure {
             return false;
         }
         let sample = self.sample.load(Ordering::Relaxed);
-        let mut stalled = self.stalled.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut stalled = lock(&self.stalled);
         if let Some(index) = stalled.iter().position(|(id, _)| *id == receiver) {
             let (_, last_refused) = &mut stalled[index];
             if *last_refused + 1 >= sample {

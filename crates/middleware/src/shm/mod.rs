@@ -102,11 +102,13 @@ pub enum ShmError {
         /// What iceoryx2 says.
         reason: String,
     },
-    /// The service exists with another layout, or cannot be created.
-    #[error("cannot open shared-memory service {service}: {reason}")]
+    /// The service exists with another layout, or it or a port of it cannot be used.
+    #[error("{service}: cannot {act}: {reason}")]
     Service {
         /// The service.
         service: String,
+        /// What cannot be done.
+        act: &'static str,
         /// What iceoryx2 says.
         reason: String,
     },
@@ -130,14 +132,6 @@ pub enum ShmError {
         /// What is free (byte).
         free: u64,
     },
-    /// The port cannot be created.
-    #[error("cannot create a port of {service}: {reason}")]
-    Port {
-        /// The service.
-        service: String,
-        /// What iceoryx2 says.
-        reason: String,
-    },
     /// More elements than the publisher was made for.
     #[error("{service}: a sample of {length} elements was sent; the limit is {limit}")]
     TooLong {
@@ -148,20 +142,14 @@ pub enum ShmError {
         /// The most there may be.
         limit: usize,
     },
-    /// A sample cannot be sent.
-    #[error("{service}: cannot send: {reason}")]
-    Send {
-        /// The service.
-        service: String,
-        /// What iceoryx2 says.
-        reason: String,
-    },
-    /// A sample cannot be received.
-    #[error("{service}: cannot receive: {reason}")]
-    Receive {
-        /// The service.
-        service: String,
-        /// What iceoryx2 says.
-        reason: String,
-    },
+}
+
+impl ShmError {
+    fn service(service: &str, act: &'static str, reason: impl ToString) -> Self {
+        Self::Service {
+            service: service.into(),
+            act,
+            reason: reason.to_string(),
+        }
+    }
 }

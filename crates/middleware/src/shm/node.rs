@@ -82,10 +82,7 @@ impl ShmNode {
     /// Opens the service of a topic, or creates it; returns its name too.
     pub(super) fn open<C: Channel>(&self, topic: &str) -> Result<(String, Open<C>), ShmError> {
         let name = format!("lgvi/{}{topic}", self.domain_id);
-        let fail = |reason: String| ShmError::Service {
-            service: name.clone(),
-            reason,
-        };
+        let fail = |reason| ShmError::service(&name, "open shared memory", reason);
         room::check(&name, 0)?;
         let service_name = name
             .as_str()

@@ -14,7 +14,6 @@ use iceoryx2::{
         update_connections::UpdateConnections,
     },
     prelude::{AllocationStrategy, PortFactory as _},
-    sample_mut::SampleMut,
     sample_mut_uninit::SampleMutUninit,
 };
 
@@ -44,9 +43,6 @@ const CONNECT: Duration = Duration::from_millis(20);
 /// Memory for one sample.
 type Loan<C> =
     SampleMutUninit<Service, [MaybeUninit<<C as Channel>::Element>], <C as Channel>::Header>;
-
-/// The same once it is written.
-type Written<C> = SampleMut<Service, [<C as Channel>::Element], <C as Channel>::Header>;
 
 /// Publishes samples of a channel.
 #[derive(Debug)]
@@ -85,13 +81,7 @@ impl<C: Channel> ShmPublisher<C> {
         delivery: Delivery,
     ) -> Result<Self, ShmError> {
         let (service, open) = node.open::<C>(topic)?;
-        if elements > C::MAX_ELEMENTS {
-            return Err(ShmError::TooLong {
-                service,
-                length: elements,
-                limit: C::MAX_ELEMENTS,
-            });
-        }
+        check::<C>(&service, elements)?;
         let backpressure = Arc::new(Backpressure::new(delivery, node.shutdown().clone()));
         let decider = Arc::clone(&backpressure);
         let size = (elements * size_of::<C::Element>()).max(1);
@@ -109,10 +99,7 @@ impl<C: Channel> ShmPublisher<C> {
                     service: service.clone(),
                     limit: C::PUBLISHERS,
                 },
-                error => ShmError::Port {
-                    service: service.clone(),
-                    reason: error.to_string(),
-                },
+                error => ShmError::service(&service, "create a publisher", error),
             })?;
         let mut publisher = Self {
             port,
@@ -133,48 +120,35 @@ impl<C: Channel> ShmPublisher<C> {
         self.backpressure.deliver(delivery);
     }
 
-    /// Sends a sample whose elements `fill` writes straight into shared memory, by index.
+    /// Sends a sample with these elements.
     ///
     /// Allocates nothing but iceoryx2's note of the loan while samples are no longer than the publisher was made for; locks and
     /// waits only for a subscriber whose buffer is full.
-    pub fn send_with(
+    pub fn send(
         &mut self,
         header: C::Header,
-        elements: usize,
-        fill: impl FnMut(usize) -> C::Element,
+        elements: &[C::Element],
     ) -> Result<Delivered, ShmError> {
-        self.send_written(header, elements, |loan| loan.write_from_fn(fill))
-    }
-
-    fn send_written(
-        &mut self,
-        header: C::Header,
-        elements: usize,
-        write: impl FnOnce(Loan<C>) -> Written<C>,
-    ) -> Result<Delivered, ShmError> {
+        check::<C>(&self.service, elements.len())?;
         let subscribers = self.subscribers();
         if C::GROWTH != AllocationStrategy::Static {
-            room::check(&self.service, elements * size_of::<C::Element>())?;
+            room::check(&self.service, size_of_val(elements))?;
         }
         self.backpressure.begin();
-        let receivers = match self.loan(elements) {
+        let receivers = match self.loan(elements.len()) {
             Ok(mut sample) => {
                 self.reserve(&sample)?;
                 *sample.user_header_mut() = header;
-                write(sample)
-                    .send()
-                    .map_err(|error| self.send_error(error.to_string()))?
+                let sent = sample.write_from_slice(elements).send();
+                sent.map_err(|error| self.send_error(error))?
             }
             // All memory waits with subscribers that do not keep up.
             Err(LoanError::OutOfMemory) => 0,
             Err(LoanError::ExceedsMaxLoanSize) => {
-                return Err(ShmError::TooLong {
-                    service: self.service.clone(),
-                    length: elements,
-                    limit: self.port.initial_max_slice_len(),
-                });
+                let limit = self.port.initial_max_slice_len();
+                return Err(too_long(&self.service, elements.len(), limit));
             }
-            Err(error) => return Err(self.send_error(error.to_string())),
+            Err(error) => return Err(self.send_error(error)),
         };
         let refused = if self.subscribers() == subscribers {
             subscribers.saturating_sub(receivers)
@@ -210,24 +184,6 @@ impl<C: Channel> ShmPublisher<C> {
         }
     }
 
-    /// Sends a sample with these elements.
-    pub fn send(
-        &mut self,
-        header: C::Header,
-        elements: &[C::Element],
-    ) -> Result<Delivered, ShmError> {
-        if elements.len() > C::MAX_ELEMENTS {
-            return Err(ShmError::TooLong {
-                service: self.service.clone(),
-                length: elements.len(),
-                limit: C::MAX_ELEMENTS,
-            });
-        }
-        self.send_written(header, elements.len(), |loan| {
-            loan.write_from_slice(elements)
-        })
-    }
-
     /// How many samples subscribers had no room for, summed over subscribers.
     pub fn lost(&self) -> u64 {
         self.lost
@@ -253,15 +209,27 @@ impl<C: Channel> ShmPublisher<C> {
         }
         self.port
             .update_connections()
-            .map_err(|error| self.send_error(error.to_string()))?;
+            .map_err(|error| self.send_error(error))?;
         thread::sleep(CONNECT);
         Ok(true)
     }
 
-    fn send_error(&self, reason: String) -> ShmError {
-        ShmError::Send {
-            service: self.service.clone(),
-            reason,
-        }
+    fn send_error(&self, reason: impl ToString) -> ShmError {
+        ShmError::service(&self.service, "send", reason)
+    }
+}
+
+fn check<C: Channel>(service: &str, elements: usize) -> Result<(), ShmError> {
+    if elements > C::MAX_ELEMENTS {
+        return Err(too_long(service, elements, C::MAX_ELEMENTS));
+    }
+    Ok(())
+}
+
+fn too_long(service: &str, length: usize, limit: usize) -> ShmError {
+    ShmError::TooLong {
+        service: service.into(),
+        length,
+        limit,
     }
 }

@@ -1,7 +1,7 @@
 //! The receiving end of a channel.
 
 use std::{
-    fmt, thread,
+    thread,
     time::{Duration, Instant},
 };
 
@@ -41,15 +41,6 @@ impl<C: Channel> ShmSample<C> {
     }
 }
 
-impl<C: Channel> fmt::Debug for ShmSample<C> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ShmSample")
-            .field("header", self.header())
-            .field("elements", &self.elements())
-            .finish()
-    }
-}
-
 impl ShmNode {
     /// Creates a subscriber for states, of which up to `buffer` wait to be received: at least 1, at most 8192.
     pub fn state_subscriber(
@@ -73,10 +64,7 @@ impl<C: Channel> ShmSubscriber<C> {
             .subscriber_builder()
             .buffer_size(buffer.clamp(1, C::BUFFER))
             .create()
-            .map_err(|error| ShmError::Port {
-                service: service.clone(),
-                reason: error.to_string(),
-            })?;
+            .map_err(|error| ShmError::service(&service, "create a subscriber", error))?;
         Ok(Self {
             port,
             latest: None,
@@ -88,10 +76,8 @@ impl<C: Channel> ShmSubscriber<C> {
 
     /// Takes the next sample; `None` if there is none. Also connects to new publishers: poll at least every 10 ms.
     pub fn receive(&mut self) -> Result<Option<ShmSample<C>>, ShmError> {
-        let sample = self.port.receive().map_err(|error| ShmError::Receive {
-            service: self.service.clone(),
-            reason: error.to_string(),
-        })?;
+        let sample = self.port.receive();
+        let sample = sample.map_err(|error| ShmError::service(&self.service, "receive", error))?;
         if let Some(sequence) = sample
             .as_ref()
             .and_then(|sample| C::sequence(sample.user_header()))

@@ -109,9 +109,8 @@ fn body(sequence: u64, index: usize) -> BodySample {
 }
 
 fn send(publisher: &mut StatePublisher, sequence: u64) -> Delivered {
-    publisher
-        .send_with(header(sequence), 2, |index| body(sequence, index))
-        .unwrap()
+    let bodies = [0, 1].map(|index| body(sequence, index));
+    publisher.send(header(sequence), &bodies).unwrap()
 }
 
 fn receive(subscriber: &mut StateSubscriber) -> Option<u64> {

@@ -43,6 +43,21 @@ pub(crate) struct Task {
     pub(crate) guess: Option<Guess>,
 }
 
+impl Task {
+    /// The whole maneuver, from the scene's state.
+    pub(crate) fn whole(scene: &Scene, maneuver: &Maneuver) -> Self {
+        Self {
+            first_step: 0,
+            initial: Initial::State(scene.bodies[maneuver.body].state),
+            end: match maneuver.final_time {
+                Some(range) => End::Free(range),
+                None => End::After(scene.steps as usize),
+            },
+            guess: None,
+        }
+    }
+}
+
 /// The state that a plan begins in.
 #[derive(Clone, Debug)]
 pub(crate) enum Initial {

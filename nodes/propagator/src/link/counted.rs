@@ -41,7 +41,7 @@ impl<M: RosMessage + Send + Sync + 'static> Counted<M> {
         qos: &Qos,
         lossless: &Arc<AtomicBool>,
     ) -> Result<Self, NodeError> {
-        let publisher = ros.publisher(topic, qos).map_err(NodeError::runtime)?;
+        let publisher = ros.publisher(topic, qos)?;
         Ok(Self {
             counts: Arc::new(Counts {
                 topic: publisher.topic().to_owned(),

@@ -45,11 +45,10 @@ struct Unpaired(VecDeque<Arrival>);
 
 impl Sequences {
     pub(super) fn new(ros: &RosNode, shm: &ShmNode, topic: &str) -> Result<Self, NodeError> {
-        let topic = ros.resolve(topic).map_err(NodeError::input)?;
-        let subscription = ros.subscription(&topic, &Qos::reliable(SEQUENCES));
+        let topic = ros.resolve(topic)?;
         Ok(Self {
-            shm: shm.control_subscriber(&topic).map_err(NodeError::runtime)?,
-            ros: subscription.map_err(NodeError::runtime)?,
+            ros: ros.subscription(&topic, &Qos::reliable(SEQUENCES))?,
+            shm: shm.control_subscriber(&topic)?,
             unpaired: Unpaired::default(),
         })
     }

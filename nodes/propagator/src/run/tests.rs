@@ -39,8 +39,7 @@ impl Managed for Watched {
     fn configure(node: &Node) -> Result<Self, NodeError> {
         let propagator = Propagator::configure(node)?;
         let shm = node.shm()?;
-        let subscriber = shm.state_subscriber(&propagator.state_topic, 1024);
-        let mut subscriber = subscriber.map_err(NodeError::runtime)?;
+        let mut subscriber = shm.state_subscriber(&propagator.state_topic, 1024)?;
         let ended = Arc::<AtomicBool>::default();
         let end = Arc::clone(&ended);
         let receiver = std::thread::spawn(move || {

@@ -1,6 +1,6 @@
 //! The client's side of an action.
 
-use std::{fmt, time::Duration};
+use std::time::Duration;
 
 use lgvi_msgs::{
     Action,
@@ -179,13 +179,5 @@ impl<A: Action> ActionClient<A> {
     /// The absolute name of the action.
     pub fn name(&self) -> &str {
         &self.name
-    }
-}
-
-impl<A: Action> fmt::Debug for ActionClient<A> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ActionClient")
-            .field("name", &self.name)
-            .finish_non_exhaustive()
     }
 }

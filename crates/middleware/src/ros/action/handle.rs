@@ -1,6 +1,6 @@
 //! A goal in the hands of what works on it.
 
-use std::{fmt, sync::Arc};
+use std::sync::Arc;
 
 use lgvi_msgs::Action;
 
@@ -78,14 +78,5 @@ impl<A: Action> Drop for GoalHandle<A> {
             None => Ending::Failure,
         };
         self.shared.finish(self.id, ending, A::Result::default());
-    }
-}
-
-impl<A: Action> fmt::Debug for GoalHandle<A> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("GoalHandle")
-            .field("id", &self.id)
-            .field("stop", &self.stop_reason())
-            .finish_non_exhaustive()
     }
 }

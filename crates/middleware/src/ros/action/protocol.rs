@@ -22,10 +22,8 @@ use super::{
     table::{Shared, response},
 };
 use crate::{
-    ros::{
-        Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer,
-        executor::Task,
-    },
+    ros::{Publisher, Qos, RawPublisher, Request, RequestId, RosError, RosNode, ServiceServer},
+    sync::lock,
     wall,
 };
 
@@ -33,7 +31,7 @@ use crate::{
 const MAX_WAIT: Duration = Duration::from_millis(20);
 
 /// How often expired results are looked for.
-const CYCLE: Duration = Duration::from_secs(1);
+pub(super) const CYCLE: Duration = Duration::from_secs(1);
 
 /// Requests of a kind that are answered in a row, so that a flood of them holds up no others.
 const ROW: usize = 16;
@@ -75,6 +73,14 @@ where
         })
     }
 
+    /// Does what there is to do, and has the task woken when there is more.
+    pub(super) fn turn(&mut self, context: &Context<'_>) {
+        self.take_cancellations(context);
+        self.take_goals(context);
+        self.take_result_requests(context);
+        self.send();
+    }
+
     fn take_goals(&mut self, context: &Context<'_>) {
         for Request { id, message } in taken(&self.send_goal, context) {
             let (goal_id, goal) = message.into();
@@ -82,24 +88,27 @@ where
             let now = stamp::to_message(wall::now()).unwrap_or_default();
             let accepted = self.decided(goal_id, &goal);
             // The goal is known before the client may ask for it, and worked on after the reply is on its way.
-            let stop = accepted.then(|| self.shared.table().goals.accept(goal_id, now.clone()));
+            let stop =
+                accepted.then(|| lock(&self.shared.table).goals.accept(goal_id, now.clone()));
             warn_of(self.send_goal.reply(id, &(accepted, now).into()));
             if let Some(stop) = stop {
-                self.shared.table().queue.push_back((goal_id, goal, stop));
+                lock(&self.shared.table)
+                    .queue
+                    .push_back((goal_id, goal, stop));
                 self.shared.arrival.notify_one();
             }
         }
     }
 
     fn decided(&mut self, id: GoalId, goal: &A::Goal) -> bool {
-        let table = self.shared.table();
+        let table = lock(&self.shared.table);
         let active = table.goals.active();
         if table.goals.contains(id) {
             return false;
         }
         drop(table);
         let decision = (self.decide)(goal, active);
-        let mut table = self.shared.table();
+        let mut table = lock(&self.shared.table);
         let active = table.goals.active();
         match decision {
             Decision::Refuse => false,
@@ -116,7 +125,7 @@ where
 
     fn take_cancellations(&self, context: &Context<'_>) {
         for Request { id, message } in taken(&self.cancel_goal, context) {
-            let mut table = self.shared.table();
+            let mut table = lock(&self.shared.table);
             let response = table.goals.cancel(&message);
             table.finish_stopped();
             drop(table);
@@ -127,7 +136,7 @@ where
     fn take_result_requests(&self, context: &Context<'_>) {
         for Request { id, message } in taken(&self.get_result, context) {
             let goal: UUID = message.into();
-            let answer = self.shared.table().goals.result(GoalId(goal.uuid), id);
+            let answer = lock(&self.shared.table).goals.result(GoalId(goal.uuid), id);
             match answer {
                 Answer::Now(cdr) => self.reply_result(id, cdr),
                 Answer::Unknown => {
@@ -153,7 +162,7 @@ impl<A: Action, D> Protocol<A, D> {
 
     /// Sends what waits to be sent: feedback before the states, and these before the results.
     fn send(&self) {
-        let mut table = self.shared.table();
+        let mut table = lock(&self.shared.table);
         table.goals.expire(Instant::now());
         let feedback = std::mem::take(&mut table.feedback);
         let states = table.goals.changed_states();
@@ -171,29 +180,10 @@ impl<A: Action, D> Protocol<A, D> {
     }
 }
 
-impl<A, D> Task for Protocol<A, D>
-where
-    A: Action,
-    D: FnMut(&A::Goal, usize) -> Decision + Send,
-{
-    fn turn(&mut self, context: &mut Context<'_>) -> Duration {
-        self.take_cancellations(context);
-        self.take_goals(context);
-        self.take_result_requests(context);
-        self.send();
-        let looks = [
-            self.send_goal.next_look(),
-            self.cancel_goal.next_look(),
-            self.get_result.next_look(),
-        ];
-        looks.into_iter().flatten().min().unwrap_or(CYCLE)
-    }
-}
-
 impl<A: Action, D> Drop for Protocol<A, D> {
     /// Aborts the goals that are left.
     fn drop(&mut self) {
-        let mut table = self.shared.table();
+        let mut table = lock(&self.shared.table);
         table.goals.stop_all(StopReason::Closed);
         for id in table.goals.unfinished_ids() {
             table.finish(id, Ending::Stopped, A::Result::default());

@@ -1,19 +1,18 @@
 //! The server's side of an action.
 
-use std::{
-    fmt,
-    sync::{Arc, PoisonError},
-    time::Duration,
-};
+use std::{sync::Arc, time::Duration};
 
 use lgvi_msgs::Action;
 
 use super::{
     GoalHandle,
-    protocol::Protocol,
+    protocol::{CYCLE, Protocol},
     table::{Decision, Shared},
 };
-use crate::ros::{Executor, RosError, RosNode, Running};
+use crate::{
+    ros::{Executor, RosError, RosNode, Running},
+    sync::wait_while,
+};
 
 /// Offers an action: see [`RosNode::action_server`]. Dropped, it aborts the goals that are left.
 pub struct ActionServer<A: Action> {
@@ -29,27 +28,19 @@ impl<A: Action> ActionServer<A> {
     {
         let mut executor = Executor::new();
         let shared = Arc::new(Shared::new(executor.handle()));
-        let protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
-        executor.add(protocol);
-        let running = executor.start().map_err(|error| RosError::Endpoint {
-            topic: action.into(),
-            type_name: A::TYPE_NAME.into(),
-            reason: error.to_string(),
-        })?;
+        let mut protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
+        executor.cycle(CYCLE, move |context| protocol.turn(context));
         Ok(Self {
             name: action.into(),
             shared,
-            _running: running,
+            _running: executor.start()?,
         })
     }
 
     /// Waits for the next accepted goal, up to `timeout`; `None` if there is none. May be called from several threads.
     pub fn next_goal(&self, timeout: Duration) -> Option<GoalHandle<A>> {
-        let (mut table, _) = self
-            .shared
-            .arrival
-            .wait_timeout_while(self.shared.table(), timeout, |table| table.queue.is_empty())
-            .unwrap_or_else(PoisonError::into_inner);
+        let Shared { table, arrival, .. } = &*self.shared;
+        let mut table = wait_while(arrival, table, timeout, |table| table.queue.is_empty());
         let (id, goal, stop) = table.queue.pop_front()?;
         table.goals.execute(id);
         drop(table);
@@ -72,13 +63,5 @@ impl<A: Action> ActionServer<A> {
     /// The absolute name of the action.
     pub fn name(&self) -> &str {
         &self.name
-    }
-}
-
-impl<A: Action> fmt::Debug for ActionServer<A> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ActionServer")
-            .field("name", &self.name)
-            .finish_non_exhaustive()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{
     collections::VecDeque,
-    sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError},
+    sync::{Arc, Condvar, Mutex, OnceLock},
 };
 
 use lgvi_msgs::{Action, RosMessage, Service, cdr};
@@ -12,7 +12,10 @@ use super::{
     GoalId, GoalState,
     goals::{Ending, Goals, Stop},
 };
-use crate::ros::{RequestId, executor::Wakeup};
+use crate::{
+    ros::{RequestId, executor::Wakeup},
+    sync::lock,
+};
 
 /// Feedback that may wait to be sent.
 const MAX_FEEDBACK: usize = 64;
@@ -30,7 +33,7 @@ pub enum Decision {
 
 /// Shared by the server, its protocol and its goals.
 pub(super) struct Shared<A: Action> {
-    table: Mutex<Table<A>>,
+    pub(super) table: Mutex<Table<A>>,
     pub(super) arrival: Condvar,
     wakeup: Wakeup,
     /// What is left of a result that is too long.
@@ -64,7 +67,7 @@ impl<A: Action> Shared<A> {
 
     /// Ends a goal, if it is active, and has those told who wait for its result.
     pub(super) fn finish(&self, id: GoalId, ending: Ending, result: A::Result) {
-        let mut table = self.table();
+        let mut table = lock(&self.table);
         table.finish(id, ending, result);
         drop(table);
         self.wake();
@@ -88,17 +91,13 @@ impl<A: Action> Shared<A> {
 
     pub(super) fn feedback(&self, id: GoalId, feedback: A::Feedback) {
         let message = encode(&A::FeedbackMessage::from((id.message(), feedback)));
-        let mut table = self.table();
+        let mut table = lock(&self.table);
         if table.feedback.len() >= MAX_FEEDBACK {
             table.feedback.pop_front();
         }
         table.feedback.push_back(message);
         drop(table);
         self.wake();
-    }
-
-    pub(super) fn table(&self) -> MutexGuard<'_, Table<A>> {
-        self.table.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Has the protocol look for something to do.

@@ -5,9 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use rustdds::{
-    RTPSEntity, WriteOptions, bytes::Bytes, dds::result::WriteError, rpc::SampleIdentity,
-};
+use rustdds::{WriteOptions, bytes::Bytes, dds::result::WriteError, rpc::SampleIdentity};
 use tracing::warn;
 
 use super::{laggards::RemoteReader, publisher::Writer};
@@ -33,17 +31,17 @@ impl Writer {
             return Ok(identity);
         }
         let start = Instant::now();
-        if self.node.laggards.is_secured() {
+        if self.node().laggards.is_secured() {
             return self.admit_in_time(payload, options, limit);
         }
-        let readers = self.node.reliable_readers(self.writer.guid());
+        let readers = self.node().reliable_readers(self.guid());
         let (suspects, others): (Vec<_>, Vec<_>) = readers
             .into_iter()
-            .partition(|reader| self.node.laggards.suspects(reader.guid));
+            .partition(|reader| self.node().laggards.suspects(reader.guid));
         if !suspects.is_empty() {
             if let Some(identity) = self.attempt(payload, options, GRACE.min(limit))? {
                 for reader in &suspects {
-                    self.node.laggards.pardon(reader.guid);
+                    self.node().laggards.pardon(reader.guid);
                 }
                 return Ok(identity);
             }
@@ -59,10 +57,10 @@ impl Writer {
         }
         for reader in &others {
             if let Some(identity) = self.overwrite_for(reader, payload, options)? {
-                if self.node.laggards.suspect(reader.guid) {
-                    let subscription = self.node.describe(reader.guid);
+                if self.node().laggards.suspect(reader.guid) {
+                    let subscription = self.node().describe(reader.guid);
                     warn!(
-                        topic = self.topic,
+                        topic = self.local.topic,
                         subscription, "does not keep up: loses messages from now on"
                     );
                 }
@@ -85,7 +83,7 @@ impl Writer {
                 return Ok(identity);
             }
             warn!(
-                topic = self.topic,
+                topic = self.local.topic,
                 "a subscription does not keep up: messages are lost for all until it does"
             );
         }
@@ -95,7 +93,7 @@ impl Writer {
     fn no_room(&self, start: Instant) -> PublishError {
         self.stalled.store(true, Ordering::Relaxed);
         PublishError::Full {
-            topic: self.topic.clone(),
+            topic: self.local.topic.clone(),
             waited: start.elapsed(),
             dropped: self.dropped.fetch_add(1, Ordering::Relaxed) + 1,
         }
@@ -110,9 +108,9 @@ impl Writer {
         let next = self.sent.load(Ordering::Relaxed) + 1;
         let kept = (self.window / 2) as u64;
         let before = i64::try_from(next.saturating_sub(kept)).unwrap_or(i64::MAX);
-        let writer = self.writer.guid();
-        self.node.laggards.overwrite(writer, reader, before);
-        self.node.background.unpark();
+        let writer = self.guid();
+        self.node().laggards.overwrite(writer, reader, before);
+        self.node().background.unpark();
         let limit = if self.stalled.load(Ordering::Relaxed) {
             Duration::ZERO
         } else {
@@ -127,7 +125,7 @@ impl Writer {
         options: &WriteOptions,
         limit: Duration,
     ) -> Result<Option<SampleIdentity>, PublishError> {
-        let written = self.node.farewell.wait(limit, |slice| {
+        let written = self.node().farewell.wait(limit, |slice| {
             let write = self
                 .writer
                 .async_write_with_options(payload.clone(), options.clone());

@@ -4,7 +4,7 @@ use std::{
     io,
     pin::pin,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
     },
     task::{Context, Poll},
@@ -16,19 +16,18 @@ use rustdds::{DomainParticipant, DomainParticipantStatusListener, StatusEvented}
 use tracing::warn;
 
 use super::{census::Census, inbox::Inbox, keeps::Keeps};
-use crate::block::thread_waker;
+use crate::{block::thread_waker, sync::lock};
 
 /// Keeps [`Matches`](super::matches::Matches) up to date and fills the inboxes; ends when dropped.
 ///
 /// Both must be done at once: RustDDS discards events that its queue has no room for, and [`Inbox`] says why samples
 /// must not wait.
-#[derive(Debug)]
 pub(super) struct Background {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Default)]
 struct Shared {
     stop: AtomicBool,
     inboxes: Mutex<Vec<Arc<Inbox>>>,
@@ -51,15 +50,13 @@ impl Background {
 
     /// Begins to fill an inbox.
     pub(super) fn add(&self, inbox: Arc<Inbox>) {
-        self.shared.inboxes().push(inbox);
+        lock(&self.shared.inboxes).push(inbox);
         self.unpark();
     }
 
     /// Ceases to fill an inbox.
     pub(super) fn remove(&self, inbox: &Arc<Inbox>) {
-        self.shared
-            .inboxes()
-            .retain(|other| !Arc::ptr_eq(other, inbox));
+        lock(&self.shared.inboxes).retain(|other| !Arc::ptr_eq(other, inbox));
     }
 
     /// Has the thread look for something to do.
@@ -77,21 +74,17 @@ impl Shared {
         let waker = thread_waker();
         let mut context = Context::from_waker(&waker);
         while !self.stop.load(Ordering::Acquire) {
-            for inbox in self.inboxes().iter() {
+            for inbox in lock(&self.inboxes).iter() {
                 inbox.fill(&waker);
             }
             let next = keeps.tend().into_iter();
-            let next = next.chain([census.take(keeps, &self.inboxes())]).min();
+            let next = next.chain([census.take(keeps, &lock(&self.inboxes))]).min();
             match events.as_mut().poll_next(&mut context) {
                 Poll::Ready(Some(event)) => keeps.apply(event),
                 Poll::Ready(None) => break,
                 Poll::Pending => next.map_or_else(thread::park, thread::park_timeout),
             }
         }
-    }
-
-    fn inboxes(&self) -> MutexGuard<'_, Vec<Arc<Inbox>>> {
-        self.inboxes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -1,12 +1,12 @@
 //! How long a node may keep its process from ending.
 
 use std::{
-    sync::{Mutex, MutexGuard, OnceLock, PoisonError},
+    sync::{Mutex, OnceLock},
     thread,
     time::{Duration, Instant},
 };
 
-use crate::Shutdown;
+use crate::{Shutdown, sync::lock};
 
 /// What all waits of a node may take together once its process is to end.
 pub(super) const BUDGET: Duration = Duration::from_millis(300);
@@ -57,7 +57,7 @@ impl Farewell {
             let left = patience.saturating_sub(start.elapsed());
             let begun = self.begun();
             let left = if begun {
-                left.min(SHARE.saturating_sub(spent)).min(*self.left())
+                left.min(SHARE.saturating_sub(spent)).min(*lock(&self.left))
             } else {
                 left
             };
@@ -66,7 +66,7 @@ impl Farewell {
             if begun && !left.is_zero() {
                 let took = began.elapsed();
                 spent += took;
-                let mut left = self.left();
+                let mut left = lock(&self.left);
                 *left = left.saturating_sub(took);
             }
             if outcome.is_some() || left.is_zero() {
@@ -81,10 +81,6 @@ impl Farewell {
             thread::sleep(slice);
             None::<()>
         });
-    }
-
-    fn left(&self) -> MutexGuard<'_, Duration> {
-        self.left.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Mutex, MutexGuard, PoisonError},
+    fmt,
+    sync::Mutex,
     time::{Duration, Instant},
 };
 
@@ -10,7 +11,7 @@ use rustdds::{DomainParticipantStatusEvent as Event, GUID, QosPolicies, policy, 
 use tracing::warn;
 
 use super::{graph::Side, names::Names};
-use crate::ros::type_names;
+use crate::{ros::type_names, sync::lock};
 
 /// How long a report waits for the remote node to announce its name.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -51,12 +52,12 @@ impl Faults {
             topic: topic.into(),
             dds_type: dds_type.into(),
         };
-        self.lock().locals.insert(guid, local);
+        lock(&self.0).locals.insert(guid, local);
     }
 
     /// Forgets a local endpoint.
     pub(super) fn remove(&self, guid: GUID) {
-        let mut table = self.lock();
+        let mut table = lock(&self.0);
         table.locals.remove(&guid);
         table.pending.retain(|pending| pending.local != guid);
         table.found.retain(|(local, _)| *local != guid);
@@ -64,7 +65,7 @@ impl Faults {
 
     /// How many remote endpoints a local one cannot work with.
     pub(super) fn count(&self, local: GUID) -> usize {
-        let table = self.lock();
+        let table = lock(&self.0);
         table
             .found
             .iter()
@@ -74,7 +75,7 @@ impl Faults {
 
     /// Takes note of what DDS reports.
     pub(super) fn apply(&self, event: &Event) {
-        let mut table = self.lock();
+        let mut table = lock(&self.0);
         match event {
             Event::ReaderDetected { reader: endpoint }
             | Event::WriterDetected { writer: endpoint } => {
@@ -112,21 +113,17 @@ impl Faults {
 
     /// Forgets the remote endpoints for which this is not so.
     pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
-        self.lock().forget(|remote| !stays(remote));
+        lock(&self.0).forget(|remote| !stays(remote));
     }
 
     /// Reports what is new and, if possible, has a name; to be called often. Returns when to call it at the latest.
     pub(super) fn report(&self, names: &Names) -> Option<Duration> {
-        let mut table = self.lock();
+        let mut table = lock(&self.0);
         for pending in std::mem::take(&mut table.pending) {
             table.report(pending, names);
         }
         let oldest = table.pending.first()?;
         Some(PATIENCE.saturating_sub(oldest.since.elapsed()))
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Table> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -203,27 +200,27 @@ fn failing_policy(
     offered: &QosPolicies,
     requested: &QosPolicies,
 ) -> Option<(&'static str, String, String)> {
-    let values = |value: fn(&QosPolicies) -> String| (value(requested), value(offered));
+    let both = |value: fn(&QosPolicies) -> String| (value(requested), value(offered));
     let policy = offered.compliance_failure_wrt(requested)?;
     let (name, (requested, offered)) = match policy {
-        QosPolicyId::Durability => ("durability", values(durability)),
-        QosPolicyId::Reliability => ("reliability", values(reliability)),
-        QosPolicyId::Deadline => ("deadline", values(deadline)),
-        QosPolicyId::Liveliness => ("liveliness", values(liveliness)),
-        QosPolicyId::LatencyBudget => ("latency budget", values(|qos| text(qos.latency_budget()))),
-        QosPolicyId::Ownership => ("ownership", values(|qos| text(qos.ownership()))),
-        QosPolicyId::Presentation => ("presentation", values(|qos| text(qos.presentation()))),
+        QosPolicyId::Durability => ("durability", both(durability)),
+        QosPolicyId::Reliability => ("reliability", both(reliability)),
+        QosPolicyId::Deadline => ("deadline", both(|qos| text(qos.deadline()))),
+        QosPolicyId::Liveliness => ("liveliness", both(|qos| text(qos.liveliness()))),
+        QosPolicyId::LatencyBudget => ("latency budget", both(|qos| text(qos.latency_budget()))),
+        QosPolicyId::Ownership => ("ownership", both(|qos| text(qos.ownership()))),
+        QosPolicyId::Presentation => ("presentation", both(|qos| text(qos.presentation()))),
         QosPolicyId::DestinationOrder => (
             "destination order",
-            values(|qos| text(qos.destination_order())),
+            both(|qos| text(qos.destination_order())),
         ),
-        _ => ("another policy", values(|qos| text(qos))),
+        _ => ("another policy", both(|qos| text(Some(qos)))),
     };
     Some((name, requested, offered))
 }
 
-fn text(value: impl std::fmt::Debug) -> String {
-    format!("{value:?}")
+fn text(value: Option<impl fmt::Debug>) -> String {
+    value.map_or_else(|| "the default".into(), |value| format!("{value:?}"))
 }
 
 fn durability(qos: &QosPolicies) -> String {
@@ -242,34 +239,5 @@ fn reliability(qos: &QosPolicies) -> String {
         Some(policy::Reliability::BestEffort) => "BEST_EFFORT".into(),
         // By the DDS specification that of a publisher is the one, that of a subscription the other.
         None => "by default".into(),
-    }
-}
-
-fn deadline(qos: &QosPolicies) -> String {
-    period(
-        qos.deadline()
-            .map_or(rustdds::Duration::INFINITE, |deadline| deadline.0),
-    )
-}
-
-fn liveliness(qos: &QosPolicies) -> String {
-    let (kind, lease) = match qos.liveliness() {
-        None => ("AUTOMATIC", rustdds::Duration::INFINITE),
-        Some(policy::Liveliness::Automatic { lease_duration }) => ("AUTOMATIC", lease_duration),
-        Some(policy::Liveliness::ManualByParticipant { lease_duration }) => {
-            ("MANUAL_BY_PARTICIPANT", lease_duration)
-        }
-        Some(policy::Liveliness::ManualByTopic { lease_duration }) => {
-            ("MANUAL_BY_TOPIC", lease_duration)
-        }
-    };
-    format!("{kind} with lease {}", period(lease))
-}
-
-fn period(duration: rustdds::Duration) -> String {
-    if duration >= rustdds::Duration::INFINITE {
-        "INFINITE".into()
-    } else {
-        format!("{:?}", duration.to_std())
     }
 }

@@ -12,7 +12,7 @@
 //! else it has been told, before it reads on.
 
 use std::{
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Condvar, Mutex},
     time::Duration,
 };
 
@@ -26,7 +26,10 @@ use super::{
     laggards::Laggards,
     rtps,
 };
-use crate::block::Deadline;
+use crate::{
+    block::Deadline,
+    sync::{lock, wait_while},
+};
 
 /// How many departures prove that what came before the first of them is done.
 const ROUNDS: usize = 2;
@@ -145,10 +148,10 @@ impl Fence {
             self.laggards.send_home(&message);
             let limit = repetition.min(deadline.left());
             repetition = longest.min(2 * repetition);
-            let wait = self
-                .reported
-                .wait_timeout_while(awaited, limit, |awaited| awaited.is_some());
-            (awaited, _) = wait.unwrap_or_else(PoisonError::into_inner);
+            drop(awaited);
+            awaited = wait_while(&self.reported, &self.awaited, limit, |awaited| {
+                awaited.is_some()
+            });
         }
         Ok(())
     }
@@ -162,10 +165,6 @@ fn nobody(number: u64) -> GUID {
     // The participant itself among its entities: RTPS 2.5, 9.3.1.2.
     bytes[12..].copy_from_slice(&[0, 0, 1, 0xc1]);
     GUID::from_bytes(bytes)
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

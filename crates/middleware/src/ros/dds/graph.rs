@@ -8,10 +8,10 @@ use rustdds::{
     DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, Topic, TopicKind,
     no_key::DataWriterCdr,
 };
-use serde::Serialize;
 use tracing::warn;
 
 use super::fence::{Fence, MakeError};
+use super::names::{NodeEntities, ParticipantEntities};
 
 /// Says on `ros_discovery_info` which endpoints belong to the node; takes it back when dropped.
 pub(super) struct Graph {
@@ -24,22 +24,6 @@ pub(super) struct Graph {
     /// Endpoints are being made that are announced together.
     held: bool,
     announcer: DataWriterCdr<ParticipantEntities>,
-}
-
-/// rmw_dds_common/msg/ParticipantEntitiesInfo. That of ros2-client looks for each endpoint among all others.
-#[derive(Serialize)]
-struct ParticipantEntities {
-    gid: Gid,
-    node_entities_info_seq: Vec<NodeEntities>,
-}
-
-/// rmw_dds_common/msg/NodeEntitiesInfo.
-#[derive(Clone, Serialize)]
-struct NodeEntities {
-    node_namespace: String,
-    node_name: String,
-    reader_gid_seq: BTreeSet<Gid>,
-    writer_gid_seq: BTreeSet<Gid>,
 }
 
 /// Which side of a topic an endpoint is on.
@@ -66,10 +50,10 @@ impl Graph {
         let graph = Self {
             participant: participant.guid().into(),
             node: NodeEntities {
-                node_namespace: node.namespace().into(),
-                node_name: node.base_name().into(),
-                reader_gid_seq: BTreeSet::new(),
-                writer_gid_seq: BTreeSet::new(),
+                namespace: node.namespace().into(),
+                name: node.base_name().into(),
+                readers: BTreeSet::new(),
+                writers: BTreeSet::new(),
             },
             born: Timestamp::now(),
             gone: false,
@@ -111,8 +95,8 @@ impl Graph {
 
     fn side(&mut self, side: Side) -> &mut BTreeSet<Gid> {
         match side {
-            Side::Publisher => &mut self.node.writer_gid_seq,
-            Side::Subscription => &mut self.node.reader_gid_seq,
+            Side::Publisher => &mut self.node.writers,
+            Side::Subscription => &mut self.node.readers,
         }
     }
 
@@ -122,11 +106,9 @@ impl Graph {
         }
     }
 
-    fn write(&self, node_entities_info_seq: Vec<NodeEntities>) {
-        let entities = ParticipantEntities {
-            gid: self.participant,
-            node_entities_info_seq,
-        };
+    fn write(&self, nodes: Vec<NodeEntities>) {
+        let participant = self.participant;
+        let entities = ParticipantEntities { participant, nodes };
         if let Err(error) = self.announcer.write(entities, Some(self.born)) {
             warn!(%error, "cannot announce the node in the ROS graph");
         }

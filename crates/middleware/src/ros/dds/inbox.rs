@@ -1,9 +1,8 @@
 //! The samples of a subscription that have arrived and wait to be taken.
 
 use std::{
-    fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        Arc, Mutex, Weak,
         atomic::{AtomicBool, Ordering},
     },
     task::{Wake, Waker},
@@ -15,7 +14,10 @@ use rustdds::{
 };
 
 use super::cdr::CdrBytes;
-use crate::ros::{Sample, SampleId, SampleInfo, TakeError, WriterId, arrivals::Arrivals};
+use crate::{
+    ros::{Sample, SampleId, SampleInfo, TakeError, WriterId, arrivals::Arrivals},
+    sync::lock,
+};
 
 /// A DDS reader and what has been taken from it.
 ///
@@ -78,10 +80,6 @@ impl Inbox {
         self.reader.guid()
     }
 
-    pub(super) fn topic(&self) -> &str {
-        &self.topic
-    }
-
     pub(super) fn arrivals(&self) -> &Arrivals {
         &self.arrivals
     }
@@ -109,10 +107,6 @@ impl Inbox {
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 fn sample(change: DeserializedCacheChange<Vec<u8>>) -> Sample<Vec<u8>> {
     Sample {
         info: SampleInfo {
@@ -133,13 +127,4 @@ pub(super) fn nanoseconds(time: Timestamp) -> Option<i64> {
     }
     let nanoseconds = (u128::from(time.to_ticks()) * 1_000_000_000) >> 32;
     i64::try_from(nanoseconds).ok()
-}
-
-impl fmt::Debug for Inbox {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Inbox")
-            .field("topic", &self.topic)
-            .field("lost", &self.arrivals.lost())
-            .finish_non_exhaustive()
-    }
 }

@@ -10,7 +10,7 @@ use std::{
     io,
     net::{Ipv4Addr, SocketAddr, UdpSocket},
     sync::{
-        Mutex, MutexGuard, PoisonError,
+        Mutex,
         atomic::{AtomicBool, AtomicI32, Ordering},
     },
     time::{Duration, Instant},
@@ -19,6 +19,7 @@ use std::{
 use rustdds::{DomainParticipant, GUID};
 
 use super::{matches::Matches, rtps};
+use crate::sync::lock;
 
 /// How often a reader that samples were overwritten for is told so, until it has caught up.
 pub(super) const REMINDER: Duration = Duration::from_millis(100);
@@ -207,8 +208,4 @@ pub(super) fn participant(endpoint: GUID) -> Participant {
     let mut prefix = Participant::default();
     prefix.copy_from_slice(&endpoint.to_bytes()[..12]);
     prefix
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

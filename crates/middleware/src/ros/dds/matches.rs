@@ -2,17 +2,22 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Condvar, Mutex},
     time::{Duration, Instant},
 };
 
 use rustdds::{DomainParticipantStatusEvent as Event, GUID};
 use tracing::debug;
 
+use crate::sync::{lock, wait_while};
+
 /// The matched remote endpoints of each local one.
+type Remotes = BTreeMap<GUID, BTreeSet<GUID>>;
+
+/// The same, as DDS reports them.
 #[derive(Debug, Default)]
 pub(super) struct Matches {
-    remotes: Mutex<BTreeMap<GUID, BTreeSet<GUID>>>,
+    remotes: Mutex<Remotes>,
     changed: Condvar,
     discovery: Mutex<Option<Instant>>,
 }
@@ -20,23 +25,19 @@ pub(super) struct Matches {
 impl Matches {
     /// How many remote endpoints a local one is matched with.
     pub(super) fn count(&self, local: GUID) -> usize {
-        count(&self.lock(), local)
+        count(&lock(&self.remotes), local)
     }
 
     /// Blocks until there are so many, or the time has passed; returns whether there are.
     pub(super) fn wait(&self, local: GUID, wanted: usize, timeout: Duration) -> bool {
-        let (remotes, _) = self
-            .changed
-            .wait_timeout_while(self.lock(), timeout, |remotes| {
-                count(remotes, local) < wanted
-            })
-            .unwrap_or_else(PoisonError::into_inner);
+        let too_few = |remotes: &mut Remotes| count(remotes, local) < wanted;
+        let remotes = wait_while(&self.changed, &self.remotes, timeout, too_few);
         count(&remotes, local) >= wanted
     }
 
     /// Whether a local endpoint is matched with a remote one.
     pub(super) fn has(&self, local: GUID, remote: GUID) -> bool {
-        self.lock()
+        lock(&self.remotes)
             .get(&local)
             .is_some_and(|remotes| remotes.contains(&remote))
     }
@@ -44,7 +45,7 @@ impl Matches {
     /// Whether a server can answer all clients of the participant that `writer`, which has sent a request, belongs to: as many
     /// readers of its replies are known as writers of requests.
     pub(super) fn answers(&self, replies: GUID, requests: GUID, writer: GUID) -> bool {
-        let remotes = self.lock();
+        let remotes = lock(&self.remotes);
         let of = |local| {
             let remotes = remotes.get(&local).into_iter().flatten();
             remotes.filter(|remote| remote.prefix == writer.prefix)
@@ -55,34 +56,30 @@ impl Matches {
 
     /// The remote endpoints that a local one is matched with.
     pub(super) fn of(&self, local: GUID) -> BTreeSet<GUID> {
-        self.lock().get(&local).cloned().unwrap_or_default()
+        lock(&self.remotes).get(&local).cloned().unwrap_or_default()
     }
 
     /// The remote endpoints that a local one is matched with, of participants that another one is matched with too.
     pub(super) fn paired(&self, local: GUID, other: GUID) -> BTreeSet<GUID> {
-        paired(&self.lock(), local, other).collect()
+        paired(&lock(&self.remotes), local, other).collect()
     }
 
     /// Blocks until two local endpoints are matched with the same participant, or the time has passed; returns whether
     /// they are.
     pub(super) fn wait_for_pair(&self, first: GUID, second: GUID, timeout: Duration) -> bool {
-        let (remotes, _) = self
-            .changed
-            .wait_timeout_while(self.lock(), timeout, |remotes| {
-                paired(remotes, first, second).next().is_none()
-            })
-            .unwrap_or_else(PoisonError::into_inner);
+        let none = |remotes: &mut Remotes| paired(remotes, first, second).next().is_none();
+        let remotes = wait_while(&self.changed, &self.remotes, timeout, none);
         paired(&remotes, first, second).next().is_some()
     }
 
     /// Forgets a local endpoint.
     pub(super) fn forget(&self, local: GUID) {
-        self.lock().remove(&local);
+        lock(&self.remotes).remove(&local);
     }
 
     /// Forgets the remote endpoints for which this is not so.
     pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
-        let mut remotes = self.lock();
+        let mut remotes = lock(&self.remotes);
         remotes
             .values_mut()
             .for_each(|of| of.retain(|remote| stays(*remote)));
@@ -93,10 +90,7 @@ impl Matches {
 
     /// When another participant was last discovered.
     pub(super) fn last_discovery(&self) -> Option<Instant> {
-        *self
-            .discovery
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        *lock(&self.discovery)
     }
 
     /// Takes note of what DDS reports.
@@ -111,21 +105,18 @@ impl Matches {
                 remote_writer: remote,
             } => {
                 debug!(?local, ?remote, "matched");
-                self.lock().entry(local).or_default().insert(remote);
+                lock(&self.remotes).entry(local).or_default().insert(remote);
             }
             Event::ParticipantDiscovered { .. } => {
-                *self
-                    .discovery
-                    .lock()
-                    .unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+                *lock(&self.discovery) = Some(Instant::now());
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
-                for remotes in self.lock().values_mut() {
+                for remotes in lock(&self.remotes).values_mut() {
                     remotes.remove(&guid);
                 }
             }
             Event::ParticipantLost { id, .. } => {
-                for remotes in self.lock().values_mut() {
+                for remotes in lock(&self.remotes).values_mut() {
                     remotes.retain(|remote| remote.prefix != id);
                 }
             }
@@ -133,24 +124,16 @@ impl Matches {
         }
         self.changed.notify_all();
     }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<GUID, BTreeSet<GUID>>> {
-        self.remotes.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
-fn paired(
-    remotes: &BTreeMap<GUID, BTreeSet<GUID>>,
-    local: GUID,
-    other: GUID,
-) -> impl Iterator<Item = GUID> {
+fn paired(remotes: &Remotes, local: GUID, other: GUID) -> impl Iterator<Item = GUID> {
     let of = |local| remotes.get(&local).into_iter().flatten();
     of(local)
         .filter(move |remote| of(other).any(|other| remote.prefix == other.prefix))
         .copied()
 }
 
-fn count(remotes: &BTreeMap<GUID, BTreeSet<GUID>>, local: GUID) -> usize {
+fn count(remotes: &Remotes, local: GUID) -> usize {
     remotes.get(&local).map_or(0, BTreeSet::len)
 }
 
@@ -186,7 +169,7 @@ mod tests {
         matches.retain(|remote| remote != gone);
         assert_eq!(matches.of(local), BTreeSet::from([there]));
         matches.retain(|_| false);
-        assert!(matches.lock().is_empty());
+        assert!(lock(&matches.remotes).is_empty());
     }
 
     /// A participant's first client does not vouch for its second one.

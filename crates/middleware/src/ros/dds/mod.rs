@@ -15,6 +15,7 @@ mod graph;
 mod inbox;
 mod keeps;
 mod laggards;
+mod local;
 mod matches;
 mod names;
 mod naming;
@@ -60,14 +61,8 @@ impl Dds {
             })
     }
 
-    fn writer(&self, topic: String, type_name: &str, qos: &Qos) -> Result<Writer, RosError> {
-        let dds_topic = naming::dds_topic(&topic);
-        Writer::new(Arc::clone(&self.0), topic, dds_topic, type_name, qos)
-    }
-
-    fn reader(&self, topic: String, type_name: &str, qos: &Qos) -> Result<Reader, RosError> {
-        let dds_topic = naming::dds_topic(&topic);
-        Reader::new(Arc::clone(&self.0), topic, dds_topic, type_name, qos)
+    fn reader(&self, topic: &str, type_name: &str, qos: &Qos) -> Result<Reader, RosError> {
+        Reader::new(&self.0, topic, naming::dds_topic(topic), type_name, qos)
     }
 }
 
@@ -78,7 +73,10 @@ impl Wire for Dds {
         type_name: &str,
         qos: &Qos,
     ) -> Result<Box<dyn WirePublisher>, RosError> {
-        Ok(Box::new(self.writer(topic, type_name, qos)?))
+        let dds_topic = naming::dds_topic(&topic);
+        Ok(Box::new(Writer::new(
+            &self.0, &topic, dds_topic, type_name, qos,
+        )?))
     }
 
     fn subscription(
@@ -87,7 +85,7 @@ impl Wire for Dds {
         type_name: &str,
         qos: &Qos,
     ) -> Result<Box<dyn WireSubscription>, RosError> {
-        Ok(Box::new(self.reader(topic, type_name, qos)?))
+        Ok(Box::new(self.reader(&topic, type_name, qos)?))
     }
 
     fn server(&self, service: &str, types: ServiceTypes) -> Result<Box<dyn WireServer>, RosError> {

@@ -1,24 +1,23 @@
 //! The nodes of other participants, as these announce them.
 
 use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, Mutex, OnceLock},
 };
 
 use lgvi_msgs::{RosMessage, cdr};
+use ros2_client::Gid;
 use rustdds::GUID;
 use serde::{Deserialize, Serialize};
 
 use super::inbox::Inbox;
-use crate::ros::namesakes::Birth;
-
-type Gid = [u8; 16];
+use crate::{names, ros::namesakes::Birth, sync::lock};
 
 /// Keeps what arrives on `ros_discovery_info`.
 pub(super) struct Names {
     inbox: OnceLock<Arc<Inbox>>,
     own: Gid,
-    of: Mutex<BTreeMap<Gid, Announced>>,
+    of: Mutex<BTreeMap<[u8; 16], Announced>>,
 }
 
 /// What is known of one participant.
@@ -28,19 +27,20 @@ struct Announced {
     since: i64,
 }
 
-/// What one participant announces.
+/// What one participant announces. That of ros2-client looks for each endpoint among all others.
 #[derive(Debug, Serialize, Deserialize)]
-struct ParticipantEntities {
-    participant: Gid,
-    nodes: Vec<NodeEntities>,
+pub(super) struct ParticipantEntities {
+    pub(super) participant: Gid,
+    pub(super) nodes: Vec<NodeEntities>,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
-struct NodeEntities {
-    namespace: String,
-    name: String,
-    readers: Vec<Gid>,
-    writers: Vec<Gid>,
+/// rmw_dds_common/msg/NodeEntitiesInfo.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct NodeEntities {
+    pub(super) namespace: String,
+    pub(super) name: String,
+    pub(super) readers: BTreeSet<Gid>,
+    pub(super) writers: BTreeSet<Gid>,
 }
 
 impl RosMessage for ParticipantEntities {
@@ -53,7 +53,7 @@ impl Names {
     pub(super) fn new(participant: GUID) -> Self {
         Self {
             inbox: OnceLock::new(),
-            own: participant.to_bytes(),
+            own: participant.into(),
             of: Mutex::default(),
         }
     }
@@ -82,16 +82,17 @@ impl Names {
     }
 
     fn note(&self, entities: ParticipantEntities, stamp: i64) {
-        let mut of = self.lock();
-        let known = of.get(&entities.participant);
+        let mut of = lock(&self.of);
+        let participant = entities.participant.to_bytes16();
+        let known = of.get(&participant);
         let since = known.map_or(stamp, |known| known.since.min(stamp));
         let nodes = entities.nodes;
-        of.insert(entities.participant, Announced { nodes, since });
+        of.insert(participant, Announced { nodes, since });
     }
 
     /// The participants that have a node of this name, and since when they say to be there.
     pub(super) fn namesakes(&self, name: &str) -> Vec<Birth> {
-        let of = self.lock();
+        let of = lock(&self.of);
         let named = of.iter().filter(|(_, announced)| {
             let mut nodes = announced.nodes.iter();
             nodes.any(|node| node.fully_qualified_name() == name)
@@ -103,14 +104,12 @@ impl Names {
 
     /// Forgets the participants for which this is not so.
     pub(super) fn retain(&self, stays: impl Fn(GUID) -> bool) {
-        self.lock()
-            .retain(|participant, _| stays(GUID::from_bytes(*participant)));
+        lock(&self.of).retain(|participant, _| stays(GUID::from_bytes(*participant)));
     }
 
     /// The fully qualified names of all nodes, sorted; one that is there twice is named twice.
     pub(super) fn all(&self) -> Vec<String> {
-        let mut names: Vec<_> = self
-            .lock()
+        let mut names: Vec<_> = lock(&self.of)
             .values()
             .flat_map(|announced| &announced.nodes)
             .map(NodeEntities::fully_qualified_name)
@@ -122,26 +121,22 @@ impl Names {
     /// The node that an endpoint belongs to.
     pub(super) fn node_of(&self, endpoint: GUID) -> Option<String> {
         let gid = endpoint.to_bytes();
-        let of = self.lock();
+        let of = lock(&self.of);
         let nodes = of
             .iter()
             .filter(|(participant, _)| participant[..12] == gid[..12])
             .flat_map(|(_, announced)| &announced.nodes);
-        let mut names = nodes.clone().filter(|node| node.has(&gid)).chain(nodes);
+        let has = |node: &&NodeEntities| {
+            let gid = Gid::from(endpoint);
+            node.readers.contains(&gid) || node.writers.contains(&gid)
+        };
+        let mut names = nodes.clone().filter(has).chain(nodes);
         names.next().map(NodeEntities::fully_qualified_name)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Gid, Announced>> {
-        self.of.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl NodeEntities {
     fn fully_qualified_name(&self) -> String {
-        format!("{}/{}", self.namespace.trim_end_matches('/'), self.name)
-    }
-
-    fn has(&self, endpoint: &Gid) -> bool {
-        self.readers.contains(endpoint) || self.writers.contains(endpoint)
+        names::join(&self.namespace, &self.name)
     }
 }

@@ -1,10 +1,10 @@
 //! A node as a DDS participant.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     fmt,
     net::{IpAddr, Ipv4Addr, SocketAddr},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard},
     thread,
     time::{Duration, Instant},
 };
@@ -22,7 +22,7 @@ use super::{
     farewell::Farewell,
     faults::Faults,
     fence::{Fence, MakeError},
-    graph::{Graph, Side},
+    graph::Graph,
     inbox::{Inbox, nanoseconds},
     keeps::Keeps,
     laggards::{Laggards, RemoteReader},
@@ -35,9 +35,9 @@ use super::{
 use crate::ros::{
     Namesake, Qos, RosError, TopicInfo,
     namesakes::{self, is_elder},
-    type_names,
+    topics, type_names,
 };
-use crate::{Environment, NodeArgs, Reach, ServiceMapping, security::Enclave};
+use crate::{Environment, NodeArgs, Reach, ServiceMapping, security::Enclave, sync::lock};
 
 /// When RustDDS first announces a participant, and how soon it answers one that it discovers, with a margin.
 const FIRST_ANNOUNCEMENT: Duration = Duration::from_millis(100 + 20);
@@ -63,15 +63,6 @@ pub(super) struct Participant {
     created: Instant,
     _static_peers: Option<StaticPeers>,
     participant: DomainParticipant,
-}
-
-/// What has been announced of one topic.
-#[derive(Default)]
-struct Announced {
-    publishers: usize,
-    unreliable: bool,
-    volatile: bool,
-    subscriptions: usize,
 }
 
 impl Participant {
@@ -147,33 +138,32 @@ impl Participant {
 
     /// The topics of other participants that have been discovered so far, ordered by name and type.
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
-        let participant = &self.participant;
-        let mut topics = BTreeMap::<_, Announced>::new();
-        for writer in participant.discovered_writers() {
-            let data = writer.publication_topic_data;
-            let topic = topics.entry((data.topic_name, data.type_name)).or_default();
-            topic.publishers += 1;
-            topic.unreliable |= !matches!(data.reliability, Some(Reliability::Reliable { .. }));
-            topic.volatile |= matches!(data.durability, None | Some(Durability::Volatile));
-        }
-        for reader in participant.discovered_readers() {
-            let data = reader.subscription_topic_data;
-            let key = (data.topic_name().clone(), data.type_name().clone());
-            topics.entry(key).or_default().subscriptions += 1;
-        }
-        topics
+        let writers = self
+            .participant
+            .discovered_writers()
             .into_iter()
-            .filter_map(|((topic, dds_type), announced)| {
-                Some(TopicInfo {
-                    name: naming::ros_topic(&topic)?.into(),
-                    type_name: type_names::ros_type(&dds_type)?,
-                    publishers: announced.publishers,
-                    reliable: !announced.unreliable,
-                    durable: !announced.volatile,
-                    subscriptions: announced.subscriptions,
-                })
-            })
-            .collect()
+            .map(|writer| {
+                let data = writer.publication_topic_data;
+                let reliable = matches!(data.reliability, Some(Reliability::Reliable { .. }));
+                let durable = !matches!(data.durability, None | Some(Durability::Volatile));
+                (data.topic_name, data.type_name, Some((reliable, durable)))
+            });
+        let readers = self
+            .participant
+            .discovered_readers()
+            .into_iter()
+            .map(|reader| {
+                let data = reader.subscription_topic_data;
+                (data.topic_name().clone(), data.type_name().clone(), None)
+            });
+        topics::collect(
+            writers
+                .chain(readers)
+                .filter_map(|(topic, dds_type, offer)| {
+                    let name = naming::ros_topic(&topic)?.into();
+                    Some((name, type_names::ros_type(&dds_type)?, offer))
+                }),
+        )
     }
 
     /// The fully qualified names of the nodes that other participants have announced so far, sorted; a name that two
@@ -198,20 +188,14 @@ impl Participant {
         namesakes.collect()
     }
 
-    /// Has faults of an endpoint reported.
-    pub(super) fn note(&self, guid: GUID, side: Side, topic: &str, type_name: &str) {
-        if let Ok(dds_type) = type_names::dds_type(type_name) {
-            self.faults.add(guid, side, topic, &dds_type);
-        }
-    }
-
+    /// Makes an endpoint on a topic, which has the name `dds_topic` on DDS.
     pub(super) fn endpoint<E>(
         &self,
-        topic: String,
+        topic: &str,
         dds_topic: String,
         type_name: &str,
         create: impl FnOnce(&rustdds::Publisher, &rustdds::Subscriber, &Topic) -> CreateResult<E>,
-    ) -> Result<(String, E), RosError> {
+    ) -> Result<E, RosError> {
         let dds_type = type_names::dds_type(type_name)?;
         let none = QosPolicies::qos_none();
         let participant = &self.participant;
@@ -222,40 +206,35 @@ impl Participant {
                 self.fence
                     .make(|| create(&self.publisher, &self.subscriber, &topic))
             })
-            .map(|endpoint| (topic.clone(), endpoint))
             .map_err(|error| RosError::Endpoint {
-                topic,
+                topic: topic.into(),
                 type_name: type_name.into(),
                 reason: error.to_string(),
             })
     }
 
-    /// Announces an endpoint.
-    pub(super) fn add(&self, side: Side, endpoint: GUID) {
-        self.graph().add(side, endpoint);
-    }
-
-    /// Takes back the announcement of an endpoint.
-    pub(super) fn remove(&self, side: Side, endpoint: GUID) {
-        if self.farewell.begun() {
-            // One announcement for all.
-            self.graph().leave();
-        }
-        self.graph().remove(side, endpoint);
-        self.matches.forget(endpoint);
-        self.faults.remove(endpoint);
+    /// The readers of other participants, and whether they are reliable.
+    fn readers(&self) -> impl Iterator<Item = (RemoteReader, bool)> {
+        let readers = self.participant.discovered_readers().into_iter();
+        readers.map(|reader| {
+            let reliable = reader.subscription_topic_data.qos().is_reliable();
+            let proxy = reader.reader_proxy;
+            let locators = proxy.unicast_locator_list.into_iter();
+            let reader = RemoteReader {
+                guid: proxy.remote_reader_guid,
+                locators: locators.map(SocketAddr::from).collect(),
+            };
+            (reader, reliable)
+        })
     }
 
     /// Whether a writer's matched readers say of themselves that they are on the loopback interface, and nowhere else.
     pub(super) fn reaches_loopback_only(&self, writer: GUID) -> bool {
         let mut matched = self.matches.of(writer);
-        for reader in self.participant.discovered_readers() {
-            let locators = &reader.reader_proxy.unicast_locator_list;
-            let loopback = locators
-                .iter()
-                .all(|locator| SocketAddr::from(*locator).ip().is_loopback());
-            if loopback && !locators.is_empty() {
-                matched.remove(&reader.reader_proxy.remote_reader_guid);
+        for (RemoteReader { guid, locators }, _) in self.readers() {
+            let loopback = |locator: &SocketAddr| locator.ip().is_loopback();
+            if !locators.is_empty() && locators.iter().all(loopback) {
+                matched.remove(&guid);
             }
         }
         matched.is_empty()
@@ -264,22 +243,10 @@ impl Participant {
     /// The reliable readers that a writer is matched with.
     pub(super) fn reliable_readers(&self, writer: GUID) -> Vec<RemoteReader> {
         let matched = self.matches.of(writer);
-        let mut readers = self.participant.discovered_readers();
-        readers.retain(|reader| {
-            matched.contains(&reader.reader_proxy.remote_reader_guid)
-                && reader.subscription_topic_data.qos().is_reliable()
-        });
+        let readers = self.readers();
         readers
-            .into_iter()
-            .map(|reader| RemoteReader {
-                guid: reader.reader_proxy.remote_reader_guid,
-                locators: reader
-                    .reader_proxy
-                    .unicast_locator_list
-                    .into_iter()
-                    .map(SocketAddr::from)
-                    .collect(),
-            })
+            .filter(|(reader, reliable)| *reliable && matched.contains(&reader.guid))
+            .map(|(reader, _)| reader)
             .collect()
     }
 
@@ -287,11 +254,10 @@ impl Participant {
     /// endpoints until the lease has run out, 50 s later.
     fn depart(&self) {
         let domain_id = self.participant.domain_id();
-        let readers = self.participant.discovered_readers();
-        let addresses: BTreeSet<_> = readers
-            .iter()
-            .flat_map(|reader| &reader.reader_proxy.unicast_locator_list)
-            .filter_map(|locator| peers::discovery_address(domain_id, SocketAddr::from(*locator)))
+        let addresses: BTreeSet<_> = self
+            .readers()
+            .flat_map(|(reader, _)| reader.locators)
+            .filter_map(|locator| peers::discovery_address(domain_id, locator))
             .collect();
         let departure = rtps::departure(self.participant.guid());
         self.laggards.send(&departure, addresses);
@@ -299,12 +265,11 @@ impl Participant {
 
     /// Where a remote participant's subscriptions are reached.
     fn addresses(&self, participant: GUID) -> Vec<IpAddr> {
-        let readers = self.participant.discovered_readers();
-        let own = readers.iter().map(|reader| &reader.reader_proxy);
-        let own = own.filter(|proxy| proxy.remote_reader_guid.prefix == participant.prefix);
+        let own = self.readers().map(|(reader, _)| reader);
+        let own = own.filter(|reader| reader.guid.prefix == participant.prefix);
         let addresses: BTreeSet<_> = own
-            .flat_map(|proxy| &proxy.unicast_locator_list)
-            .map(|locator| SocketAddr::from(*locator).ip())
+            .flat_map(|reader| reader.locators)
+            .map(|locator| locator.ip())
             .filter(|address| !address.is_unspecified())
             .collect();
         addresses.into_iter().collect()
@@ -317,7 +282,7 @@ impl Participant {
     }
 
     pub(super) fn graph(&self) -> MutexGuard<'_, Graph> {
-        self.graph.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.graph)
     }
 }
 

@@ -7,16 +7,13 @@
 use std::{
     io,
     net::{Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    thread::{self, JoinHandle},
+    sync::{Arc, Weak},
+    thread,
     time::{Duration, Instant},
 };
 
 use rustdds::{DomainParticipant, RTPSEntity};
-use tracing::{debug, warn};
+use tracing::debug;
 
 /// How many participants a host RustDDS announces to on the loopback interface.
 const LOOPBACK_PLACES: u16 = 12;
@@ -30,12 +27,10 @@ const REPETITION: Duration = Duration::from_secs(1);
 /// The longest datagram of UDP.
 const DATAGRAM: usize = 65_536;
 
-/// Announces a participant to peers until it is dropped.
+/// Has a participant announced to peers until it is dropped, or a little longer.
 #[derive(Debug)]
 pub(super) struct StaticPeers {
-    stop: Arc<AtomicBool>,
-    port: SocketAddr,
-    thread: Option<JoinHandle<()>>,
+    _alive: Arc<()>,
 }
 
 impl StaticPeers {
@@ -47,7 +42,6 @@ impl StaticPeers {
         let domain = participant.domain_id();
         let inlet = inlet(domain)?;
         inlet.set_read_timeout(Some(REPETITION))?;
-        let port = inlet.local_addr()?;
         let relay = Relay {
             inlet,
             outlet: UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?,
@@ -60,30 +54,12 @@ impl StaticPeers {
                 })
                 .collect(),
         };
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let thread = thread::Builder::new()
+        let alive = Arc::new(());
+        let watched = Arc::downgrade(&alive);
+        thread::Builder::new()
             .name("static-peers".into())
-            .spawn(move || relay.run(&stopped))?;
-        Ok(Self {
-            stop,
-            port,
-            thread: Some(thread),
-        })
-    }
-}
-
-impl Drop for StaticPeers {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Release);
-        // An empty datagram wakes the thread; without it, it ends a little later.
-        let _ = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))
-            .and_then(|socket| socket.send_to(&[], self.port));
-        if let Some(thread) = self.thread.take()
-            && thread.join().is_err()
-        {
-            warn!("the thread that announces the node to static peers has panicked");
-        }
+            .spawn(move || relay.run(&watched))?;
+        Ok(Self { _alive: alive })
     }
 }
 
@@ -158,12 +134,16 @@ struct Relay {
 }
 
 impl Relay {
-    fn run(&self, stop: &AtomicBool) {
+    fn run(&self, alive: &Weak<()>) {
         let mut buffer = vec![0; DATAGRAM];
         let mut last = Vec::new();
         let mut sent = Instant::now();
-        while !stop.load(Ordering::Acquire) {
-            match self.inlet.recv(&mut buffer) {
+        loop {
+            let received = self.inlet.recv(&mut buffer);
+            if alive.strong_count() == 0 {
+                return;
+            }
+            match received {
                 Ok(length) if announces(&buffer[..length], &self.participant[..12]) => {
                     last.clear();
                     last.extend_from_slice(&buffer[..length]);

@@ -3,7 +3,7 @@
 use std::{
     fmt,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
     },
     thread,
@@ -15,10 +15,13 @@ use rustdds::{
     no_key::DataWriter,
 };
 
-use super::{cdr::CdrBytes, graph::Side, participant::Participant, policies};
-use crate::ros::{
-    PublishError, Qos, RosError, SampleId, WriterId,
-    wire::{LITTLE_ENDIAN, WirePublisher},
+use super::{cdr::CdrBytes, graph::Side, local::Local, participant::Participant, policies};
+use crate::{
+    ros::{
+        PublishError, Qos, RosError, SampleId, WriterId,
+        wire::{LITTLE_ENDIAN, WireEndpoint, WirePublisher},
+    },
+    sync::lock,
 };
 
 /// How long what was published last has before its publisher leaves.
@@ -52,8 +55,8 @@ const MAX_RELATED_ON_LOOPBACK: usize = if cfg!(target_os = "linux") {
 
 /// A DDS writer and its window.
 pub(super) struct Writer {
+    pub(super) local: Local,
     pub(super) writer: DataWriter<Bytes, CdrBytes>,
-    pub(super) topic: String,
     /// How many samples fit between the oldest one that is not acknowledged and the latest.
     pub(super) window: usize,
     limit: Duration,
@@ -63,26 +66,22 @@ pub(super) struct Writer {
     pub(super) sent: AtomicU64,
     pub(super) dropped: AtomicU64,
     latest: Mutex<Option<Instant>>,
-    pub(super) node: Arc<Participant>,
 }
 
 impl Writer {
     pub(super) fn new(
-        node: Arc<Participant>,
-        topic: String,
+        node: &Arc<Participant>,
+        topic: &str,
         dds_topic: String,
         type_name: &str,
         qos: &Qos,
     ) -> Result<Self, RosError> {
-        let (topic, writer) =
-            node.endpoint(topic, dds_topic, type_name, |publisher, _, topic| {
-                publisher.create_datawriter_no_key(topic, Some(policies::offered(qos)))
-            })?;
-        node.note(writer.guid(), Side::Publisher, &topic, type_name);
-        node.add(Side::Publisher, writer.guid());
+        let writer = node.endpoint(topic, dds_topic, type_name, |publisher, _, topic| {
+            publisher.create_datawriter_no_key(topic, Some(policies::offered(qos)))
+        })?;
         Ok(Self {
+            local: Local::new(node, Side::Publisher, writer.guid(), topic, type_name),
             writer,
-            topic,
             window: qos.window(),
             limit: qos.publish_limit(),
             introduced: AtomicUsize::new(0),
@@ -90,7 +89,6 @@ impl Writer {
             sent: AtomicU64::new(0),
             dropped: AtomicU64::new(0),
             latest: Mutex::new(None),
-            node,
         })
     }
 
@@ -101,7 +99,7 @@ impl Writer {
         related: Option<SampleId>,
     ) -> Result<SampleId, PublishError> {
         if related.is_some() && cdr.len() > MAX_RELATED {
-            let (topic, length, limit) = (self.topic.clone(), cdr.len(), self.max_related());
+            let (topic, length, limit) = (self.local.topic.clone(), cdr.len(), self.max_related());
             if length > limit {
                 return Err(PublishError::TooLong {
                     topic,
@@ -115,7 +113,7 @@ impl Writer {
 
     /// The most bytes of what belongs to another sample.
     pub(super) fn max_related(&self) -> usize {
-        if self.node.reaches_loopback_only(self.writer.guid()) {
+        if self.node().reaches_loopback_only(self.guid()) {
             MAX_RELATED_ON_LOOPBACK
         } else {
             MAX_RELATED
@@ -123,7 +121,11 @@ impl Writer {
     }
 
     pub(super) fn guid(&self) -> GUID {
-        self.writer.guid()
+        self.local.guid
+    }
+
+    pub(super) fn node(&self) -> &Participant {
+        &self.local.node
     }
 
     fn write(
@@ -132,7 +134,7 @@ impl Writer {
         limit: Duration,
         related: Option<SampleId>,
     ) -> Result<SampleId, PublishError> {
-        if self.node.laggards.is_secured() {
+        if self.node().laggards.is_secured() {
             pad(&mut cdr);
         }
         let payload = Bytes::from(cdr).slice(LITTLE_ENDIAN.len()..);
@@ -142,7 +144,7 @@ impl Writer {
             limit
         };
         self.note_recovery();
-        let matched = self.matched();
+        let matched = self.local.matched();
         let introduce = self.introduced.swap(matched, Ordering::Relaxed) < matched;
         if introduce {
             thread::sleep(INTRODUCTION.min(limit));
@@ -153,7 +155,7 @@ impl Writer {
             .build();
         let identity = self.admit(&payload, &options, limit)?;
         self.sent.fetch_add(1, Ordering::Relaxed);
-        *self.latest() = Some(Instant::now());
+        *lock(&self.latest) = Some(Instant::now());
         if introduce {
             // Whether all have acknowledged: what follows is sent in any case.
             let acquaintance = self.patience(limit.min(ACQUAINTANCE));
@@ -164,7 +166,7 @@ impl Writer {
 
     /// Ends what is done for subscriptions that did not keep up, once all have received everything.
     fn note_recovery(&self) {
-        let (writer, laggards) = (self.writer.guid(), &self.node.laggards);
+        let (writer, laggards) = (self.guid(), &self.node().laggards);
         if laggards.has_gaps(writer)
             && matches!(
                 self.writer.wait_for_acknowledgments(Duration::ZERO),
@@ -172,7 +174,7 @@ impl Writer {
             )
         {
             laggards.close_gaps(writer);
-            for reader in self.node.matches.of(writer) {
+            for reader in self.node().matches.of(writer) {
                 laggards.pardon(reader);
             }
         }
@@ -180,7 +182,7 @@ impl Writer {
 
     /// Waits until all is acknowledged; returns whether it is.
     fn acknowledged(&self, patience: Duration) -> WriteResult<bool, ()> {
-        let acknowledged = self.node.farewell.wait(patience, |slice| {
+        let acknowledged = self.node().farewell.wait(patience, |slice| {
             match self.writer.wait_for_acknowledgments(slice) {
                 Ok(false) => None,
                 ended => Some(ended),
@@ -189,19 +191,19 @@ impl Writer {
         acknowledged.unwrap_or(Ok(false))
     }
 
-    fn latest(&self) -> MutexGuard<'_, Option<Instant>> {
-        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     pub(super) fn dds_error(&self, error: &impl fmt::Display) -> PublishError {
         PublishError::Wire {
-            topic: self.topic.clone(),
+            topic: self.local.topic.clone(),
             reason: error.to_string(),
         }
     }
 }
 
 impl WirePublisher for Writer {
+    fn endpoint(&self) -> &dyn WireEndpoint {
+        &self.local
+    }
+
     fn publish(&self, cdr: Vec<u8>, patience: Option<Duration>) -> Result<(), PublishError> {
         self.write(cdr, patience.unwrap_or(self.limit), None)
             .map(drop)
@@ -212,11 +214,11 @@ impl WirePublisher for Writer {
         match self.acknowledged(self.patience(patience)) {
             Ok(true) => Ok(()),
             Ok(false) => {
-                for reader in self.node.reliable_readers(self.writer.guid()) {
-                    self.node.laggards.suspect(reader.guid);
+                for reader in self.node().reliable_readers(self.guid()) {
+                    self.node().laggards.suspect(reader.guid);
                 }
                 Err(PublishError::Unacknowledged {
-                    topic: self.topic.clone(),
+                    topic: self.local.topic.clone(),
                     waited: start.elapsed(),
                 })
             }
@@ -229,24 +231,12 @@ impl WirePublisher for Writer {
     }
 
     fn patience(&self, patience: Duration) -> Duration {
-        let matched = self.node.matches.of(self.writer.guid());
-        if self.node.laggards.suspects_any(&matched) {
+        let matched = self.node().matches.of(self.guid());
+        if self.node().laggards.suspects_any(&matched) {
             patience.min(FAREWELL)
         } else {
             patience
         }
-    }
-
-    fn matched(&self) -> usize {
-        self.node.matches.count(self.writer.guid())
-    }
-
-    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
-        self.node.matches.wait(self.writer.guid(), count, timeout)
-    }
-
-    fn incompatible(&self) -> usize {
-        self.node.faults.count(self.writer.guid())
     }
 
     fn sent(&self) -> u64 {
@@ -257,29 +247,24 @@ impl WirePublisher for Writer {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    fn topic(&self) -> &str {
-        &self.topic
-    }
-
     fn id(&self) -> WriterId {
-        WriterId(self.writer.guid().to_bytes())
+        WriterId(self.guid().to_bytes())
     }
 }
 
 impl Drop for Writer {
     fn drop(&mut self) {
-        let latest = *self.latest();
+        let latest = *lock(&self.latest);
         if let Some(latest) = latest
-            && self.matched() > 0
+            && self.local.matched() > 0
             && !self.stalled.load(Ordering::Relaxed)
         {
             // Whether all have acknowledged: it leaves in any case.
             let _ = self.flush(FAREWELL);
-            let farewell = &self.node.farewell;
+            let farewell = &self.node().farewell;
             farewell.pause(FAREWELL.saturating_sub(latest.elapsed()));
         }
-        self.node.laggards.close_gaps(self.writer.guid());
-        self.node.remove(Side::Publisher, self.writer.guid());
+        self.node().laggards.close_gaps(self.guid());
     }
 }
 

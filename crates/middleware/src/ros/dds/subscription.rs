@@ -1,84 +1,57 @@
 //! Subscriptions on DDS readers.
 
-use std::{
-    sync::Arc,
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::sync::Arc;
 
 use rustdds::{GUID, rpc::SampleIdentity};
 
-use super::{graph::Side, inbox::Inbox, participant::Participant, policies};
-use crate::ros::{Qos, RosError, Sample, SampleId, TakeError, WriterId, wire::WireSubscription};
+use super::{graph::Side, inbox::Inbox, local::Local, participant::Participant, policies};
+use crate::ros::{
+    Qos, RosError, SampleId, WriterId,
+    arrivals::Arrivals,
+    wire::{WireEndpoint, WireSubscription},
+};
 
 /// A DDS reader and what has arrived at it.
 pub(super) struct Reader {
     inbox: Arc<Inbox>,
-    node: Arc<Participant>,
+    local: Local,
 }
 
 impl Reader {
     pub(super) fn new(
-        node: Arc<Participant>,
-        topic: String,
+        node: &Arc<Participant>,
+        topic: &str,
         dds_topic: String,
         type_name: &str,
         qos: &Qos,
     ) -> Result<Self, RosError> {
-        let (topic, reader) =
-            node.endpoint(topic, dds_topic, type_name, |_, subscriber, topic| {
-                subscriber.create_simple_datareader_no_key(topic, Some(policies::requested(qos)))
-            })?;
-        node.note(reader.guid(), Side::Subscription, &topic, type_name);
-        let inbox = Inbox::new(reader, topic, qos.depth());
-        node.add(Side::Subscription, inbox.guid());
-        node.background.add(Arc::clone(&inbox));
-        Ok(Self { inbox, node })
+        let reader = node.endpoint(topic, dds_topic, type_name, |_, subscriber, topic| {
+            subscriber.create_simple_datareader_no_key(topic, Some(policies::requested(qos)))
+        })?;
+        let inbox = Inbox::new(reader, topic.into(), qos.depth());
+        let local = Local::new(node, Side::Subscription, inbox.guid(), topic, type_name);
+        local.node.background.add(Arc::clone(&inbox));
+        Ok(Self { inbox, local })
     }
 
     pub(super) fn guid(&self) -> GUID {
-        self.inbox.guid()
+        self.local.guid
     }
 }
 
 impl WireSubscription for Reader {
-    fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        self.inbox.arrivals().take().transpose()
+    fn endpoint(&self) -> &dyn WireEndpoint {
+        &self.local
     }
 
-    fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<Vec<u8>>, TakeError>> {
-        self.inbox.arrivals().poll_take(context)
-    }
-
-    fn matched(&self) -> usize {
-        self.node.matches.count(self.guid())
-    }
-
-    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
-        self.node.matches.wait(self.guid(), count, timeout)
-    }
-
-    fn incompatible(&self) -> usize {
-        self.node.faults.count(self.guid())
-    }
-
-    fn received(&self) -> u64 {
-        self.inbox.arrivals().received()
-    }
-
-    fn lost(&self) -> u64 {
-        self.inbox.arrivals().lost()
-    }
-
-    fn topic(&self) -> &str {
-        self.inbox.topic()
+    fn arrivals(&self) -> &Arrivals {
+        self.inbox.arrivals()
     }
 }
 
 impl Drop for Reader {
     fn drop(&mut self) {
-        self.node.background.remove(&self.inbox);
-        self.node.remove(Side::Subscription, self.guid());
+        self.local.node.background.remove(&self.inbox);
     }
 }
 
@@ -102,7 +75,11 @@ impl From<SampleId> for SampleIdentity {
 
 #[cfg(test)]
 mod tests {
-    use std::{future::poll_fn, process, thread, time::Instant};
+    use std::{
+        future::poll_fn,
+        process, thread,
+        time::{Duration, Instant},
+    };
 
     use lgvi_msgs::std_msgs::String as Text;
 
@@ -123,24 +100,26 @@ mod tests {
             NodeArgs::parse(&name, []).unwrap().0
         };
         let hearer = Dds::new(&args("hearer"), &environment, ServiceMapping::FastDds).unwrap();
-        let (said, type_name) = ("/said".to_owned(), "std_msgs/msg/String");
-        let subscription = hearer.reader(said, type_name, &Qos::reliable(1)).unwrap();
+        let subscription = hearer.reader("/said", "std_msgs/msg/String", &Qos::reliable(1));
+        let subscription = subscription.unwrap();
         let speaker = RosNode::new(&args("speaker"), &environment).unwrap();
         let publisher = speaker.publisher("/said", &Qos::reliable(1)).unwrap();
-        assert!(subscription.wait_for_matches(1, PATIENCE));
+        assert!(subscription.local.wait_for_matches(1, PATIENCE));
         publisher.publish(&Text::default()).unwrap();
-        let sample = block_on_for(poll_fn(|context| subscription.poll_take(context)), PATIENCE)
-            .unwrap()
-            .unwrap();
+        let sample = block_on_for(
+            poll_fn(|context| subscription.arrivals().poll_take(context)),
+            PATIENCE,
+        )
+        .unwrap()
+        .unwrap();
         let id = sample.info.writer;
         let writer = GUID::from_bytes(id.0);
         let laggards = &hearer.0.laggards;
         laggards.suspect(writer);
-        assert!(subscription.inbox.arrivals().publishers().contains(&id));
+        assert!(subscription.arrivals().publishers().contains(&id));
         drop((publisher, speaker));
         let start = Instant::now();
-        while subscription.inbox.arrivals().publishers().contains(&id) || laggards.suspects(writer)
-        {
+        while subscription.arrivals().publishers().contains(&id) || laggards.suspects(writer) {
             assert!(start.elapsed() < PATIENCE, "it is still remembered");
             thread::yield_now();
         }

@@ -2,7 +2,7 @@
 //! (<https://design.ros2.org/articles/node_lifecycle.html>), with the numbers of `lifecycle_msgs`.
 
 use lgvi_msgs::lifecycle_msgs as messages;
-use messages::{State as Number, Transition as Id};
+use messages::State as Number;
 
 /// Where a managed node is in its life.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -78,13 +78,34 @@ pub(super) const STATES: [State; 10] = [
     State::ErrorProcessing,
 ];
 
-const CHANGES: [Change; 5] = [
-    Change::Configure,
-    Change::CleanUp,
-    Change::Activate,
-    Change::Deactivate,
-    Change::Shutdown,
-];
+/// What can be asked for: the number of the transition (`lifecycle_msgs/msg/Transition`), where it starts, what it is, and
+/// where it leads.
+const ASKED: [(u8, State, Change, State); 7] = {
+    use {Change::*, State::*};
+    [
+        (1, Unconfigured, Configure, Configuring),
+        (2, Inactive, CleanUp, CleaningUp),
+        (3, Inactive, Activate, Activating),
+        (4, Active, Deactivate, Deactivating),
+        (5, Unconfigured, Shutdown, ShuttingDown),
+        (6, Inactive, Shutdown, ShuttingDown),
+        (7, Active, Shutdown, ShuttingDown),
+    ]
+};
+
+/// How it ends: the number of the success, after which come those of the failure and of the error; where the node is
+/// meanwhile, after the success, and after the failure.
+const ENDED: [(u8, State, State, State); 6] = {
+    use State::*;
+    [
+        (10, Configuring, Inactive, Unconfigured),
+        (20, CleaningUp, Unconfigured, Inactive),
+        (30, Activating, Active, Inactive),
+        (40, Deactivating, Inactive, Active),
+        (50, ShuttingDown, Finalized, Finalized),
+        (60, ErrorProcessing, Unconfigured, Finalized),
+    ]
+};
 
 const OUTCOMES: [Outcome; 3] = [Outcome::Success, Outcome::Failure, Outcome::Error];
 
@@ -114,67 +135,32 @@ impl State {
 
     /// What leads on from here when it is asked for.
     pub(super) fn changed(self, change: Change) -> Option<Edge> {
-        let (id, goal) = match (self, change) {
-            (Self::Unconfigured, Change::Configure) => {
-                (Id::TRANSITION_CONFIGURE, Self::Configuring)
-            }
-            (Self::Inactive, Change::CleanUp) => (Id::TRANSITION_CLEANUP, Self::CleaningUp),
-            (Self::Inactive, Change::Activate) => (Id::TRANSITION_ACTIVATE, Self::Activating),
-            (Self::Active, Change::Deactivate) => (Id::TRANSITION_DEACTIVATE, Self::Deactivating),
-            (Self::Unconfigured, Change::Shutdown) => {
-                (Id::TRANSITION_UNCONFIGURED_SHUTDOWN, Self::ShuttingDown)
-            }
-            (Self::Inactive, Change::Shutdown) => {
-                (Id::TRANSITION_INACTIVE_SHUTDOWN, Self::ShuttingDown)
-            }
-            (Self::Active, Change::Shutdown) => {
-                (Id::TRANSITION_ACTIVE_SHUTDOWN, Self::ShuttingDown)
-            }
-            _ => return None,
-        };
-        Some(Edge {
-            id,
-            label: change.label(),
-            start: self,
-            goal,
+        self.changes()
+            .find(|(asked, _)| *asked == change)
+            .map(|(_, edge)| edge)
+    }
+
+    /// All that can be asked for here.
+    fn changes(self) -> impl Iterator<Item = (Change, Edge)> {
+        let rows = ASKED.into_iter().filter(move |row| row.1 == self);
+        rows.map(|(id, start, change, goal)| {
+            let label = change.label();
+            (
+                change,
+                Edge {
+                    id,
+                    label,
+                    start,
+                    goal,
+                },
+            )
         })
     }
 
     /// What leads on from here when the transition has ended; errors of an active node lead to the processing of errors.
     pub(super) fn ended(self, outcome: Outcome) -> Option<Edge> {
-        let (first, success, failure) = match self {
-            Self::Configuring => (
-                Id::TRANSITION_ON_CONFIGURE_SUCCESS,
-                Self::Inactive,
-                Self::Unconfigured,
-            ),
-            Self::CleaningUp => (
-                Id::TRANSITION_ON_CLEANUP_SUCCESS,
-                Self::Unconfigured,
-                Self::Inactive,
-            ),
-            Self::Activating => (
-                Id::TRANSITION_ON_ACTIVATE_SUCCESS,
-                Self::Active,
-                Self::Inactive,
-            ),
-            Self::Deactivating => (
-                Id::TRANSITION_ON_DEACTIVATE_SUCCESS,
-                Self::Inactive,
-                Self::Active,
-            ),
-            Self::ShuttingDown => (
-                Id::TRANSITION_ON_SHUTDOWN_SUCCESS,
-                Self::Finalized,
-                Self::Finalized,
-            ),
-            Self::ErrorProcessing => (
-                Id::TRANSITION_ON_ERROR_SUCCESS,
-                Self::Unconfigured,
-                Self::Finalized,
-            ),
-            _ => return None,
-        };
+        let found = ENDED.iter().find(|row| row.1 == self);
+        let &(first, start, success, failure) = found?;
         let (id, goal) = match (outcome, self) {
             (Outcome::Success, _) => (first, success),
             (Outcome::Failure, _) => (first + 1, failure),
@@ -184,16 +170,14 @@ impl State {
         Some(Edge {
             id,
             label: outcome.label(),
-            start: self,
+            start,
             goal,
         })
     }
 
     /// All that leads on from here.
     pub(super) fn edges(self) -> impl Iterator<Item = Edge> {
-        let changed = CHANGES
-            .into_iter()
-            .filter_map(move |change| self.changed(change));
+        let changed = self.changes().map(|(_, edge)| edge);
         let ended = OUTCOMES
             .into_iter()
             .filter_map(move |outcome| self.ended(outcome));
@@ -214,14 +198,16 @@ impl Change {
 
     /// What a client asks for, in a given state: by label if it gives one, else by number.
     pub(super) fn asked(transition: &messages::Transition, state: State) -> Option<Self> {
-        CHANGES.into_iter().find(|change| {
-            if transition.label.is_empty() {
-                let edge = state.changed(*change);
-                edge.is_some_and(|edge| edge.id == transition.id)
+        let (id, label) = (transition.id, &transition.label);
+        let meant = |edge: &Edge| {
+            if label.is_empty() {
+                edge.id == id
             } else {
-                change.label() == transition.label && state.changed(*change).is_some()
+                edge.label == label
             }
-        })
+        };
+        let found = state.changes().find(|(_, edge)| meant(edge));
+        found.map(|(change, _)| change)
     }
 }
 

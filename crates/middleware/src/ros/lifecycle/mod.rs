@@ -4,9 +4,8 @@ mod machine;
 
 use std::{
     collections::VecDeque,
-    fmt,
     sync::{
-        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        Arc, Condvar, Mutex,
         atomic::{AtomicBool, Ordering},
     },
     time::Duration,
@@ -21,7 +20,10 @@ use lgvi_msgs::lifecycle_msgs::{
 };
 use tracing::warn;
 
-use crate::wall;
+use crate::{
+    sync::{lock, wait_while},
+    wall,
+};
 
 use super::{Executor, Publisher, Qos, Reply, RosError, RosNode};
 use machine::{Edge, STATES};
@@ -72,37 +74,30 @@ impl Lifecycle {
             events: node.publisher("~/transition_event", &Qos::reliable(EVENTS))?,
         }));
         let this = lifecycle.clone();
-        executor.serve::<ChangeState>(
-            node.service_server("~/change_state")?,
-            move |request, reply| this.ask(&request.transition, reply),
-        );
+        executor.serve::<ChangeState>(node, "~/change_state", move |request, reply| {
+            this.ask(&request.transition, reply);
+        })?;
         let this = lifecycle.clone();
-        executor.serve::<GetState>(node.service_server("~/get_state")?, move |_, reply| {
-            let current_state = this.state().message();
-            reply.send(&GetStateResponse { current_state });
-        });
-        executor.serve::<GetAvailableStates>(
-            node.service_server("~/get_available_states")?,
-            move |_, reply| {
-                let available_states = known_states().collect();
-                reply.send(&GetAvailableStatesResponse { available_states });
-            },
-        );
+        executor.answer::<GetState>(node, "~/get_state", move |_| GetStateResponse {
+            current_state: this.state().message(),
+        })?;
+        executor.answer::<GetAvailableStates>(node, "~/get_available_states", |_| {
+            let available_states = known_states().collect();
+            GetAvailableStatesResponse { available_states }
+        })?;
         let this = lifecycle.clone();
-        executor.serve::<GetAvailableTransitions>(
-            node.service_server("~/get_available_transitions")?,
-            move |_, reply| reply.send(&transitions([this.state()])),
-        );
-        executor.serve::<GetAvailableTransitions>(
-            node.service_server("~/get_transition_graph")?,
-            move |_, reply| reply.send(&transitions(STATES)),
-        );
+        let available = "~/get_available_transitions";
+        executor.answer::<GetAvailableTransitions>(node, available, move |_| {
+            transitions([this.state()])
+        })?;
+        let graph = "~/get_transition_graph";
+        executor.answer::<GetAvailableTransitions>(node, graph, |_| transitions(STATES))?;
         Ok(lifecycle)
     }
 
     /// The present state.
     pub fn state(&self) -> State {
-        self.lock().state
+        lock(&self.0.inner).state
     }
 
     /// Whether a change has been asked for that nobody has taken yet. Does not lock.
@@ -112,11 +107,8 @@ impl Lifecycle {
 
     /// Takes the next change that has been asked for and can still be made; waits for one up to `timeout`.
     pub fn next(&self, timeout: Duration) -> Option<Asked> {
-        let (mut inner, _) = self
-            .0
-            .arrived
-            .wait_timeout_while(self.lock(), timeout, |inner| inner.asked.is_empty())
-            .unwrap_or_else(PoisonError::into_inner);
+        let Shared { inner, arrived, .. } = &*self.0;
+        let mut inner = wait_while(arrived, inner, timeout, |inner| inner.asked.is_empty());
         let asked = inner.asked.pop_front();
         self.0
             .asked
@@ -141,7 +133,7 @@ impl Lifecycle {
     }
 
     fn go(&self, edge: impl FnOnce(State) -> Option<Edge>) -> bool {
-        let mut inner = self.lock();
+        let mut inner = lock(&self.0.inner);
         let Some(edge) = edge(inner.state) else {
             return false;
         };
@@ -160,7 +152,7 @@ impl Lifecycle {
     }
 
     fn ask(&self, transition: &lgvi_msgs::lifecycle_msgs::Transition, reply: Reply<ChangeState>) {
-        let mut inner = self.lock();
+        let mut inner = lock(&self.0.inner);
         let state = inner.state;
         let Some(change) = Change::asked(transition, state) else {
             drop(inner);
@@ -174,10 +166,6 @@ impl Lifecycle {
         inner.asked.push_back(Asked { change, reply });
         self.0.asked.store(true, Ordering::Release);
         self.0.arrived.notify_all();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Inner> {
-        self.0.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -204,17 +192,5 @@ fn transitions(states: impl IntoIterator<Item = State>) -> GetAvailableTransitio
             .flat_map(State::edges)
             .map(Edge::description)
             .collect(),
-    }
-}
-
-impl fmt::Debug for Lifecycle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Lifecycle").field(&self.state()).finish()
-    }
-}
-
-impl fmt::Debug for Asked {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Asked").field(&self.change).finish()
     }
 }

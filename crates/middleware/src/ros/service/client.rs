@@ -1,6 +1,6 @@
 //! The client's side of a service.
 
-use std::{fmt, marker::PhantomData, time::Duration};
+use std::{marker::PhantomData, time::Duration};
 
 use lgvi_msgs::{Service, cdr::CdrError};
 
@@ -84,13 +84,5 @@ impl<S: Service> ServiceClient<S> {
     /// The absolute name of the service.
     pub fn name(&self) -> &str {
         self.wire.service()
-    }
-}
-
-impl<S> fmt::Debug for ServiceClient<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("ServiceClient")
-            .field(&self.wire.service())
-            .finish()
     }
 }

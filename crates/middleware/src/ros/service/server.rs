@@ -1,7 +1,6 @@
 //! The server's side of a service.
 
 use std::{
-    fmt,
     future::poll_fn,
     marker::PhantomData,
     task::{Context, Poll},
@@ -12,7 +11,7 @@ use lgvi_msgs::Service;
 
 use super::RequestId;
 use crate::{
-    block::{Deadline, block_on_for},
+    block::block_on_for,
     ros::{
         PublishError, RosError, RosNode, TakeError,
         wire::{Incoming, ServiceTypes, WireServer},
@@ -44,39 +43,26 @@ impl<S: Service> ServiceServer<S> {
         })
     }
 
-    /// Takes the next request; `None` if there is none.
-    ///
-    /// # Errors
-    /// A request that is not of the service's type, which its client waits for in vain. Later ones can be taken.
-    pub fn take(&self) -> Result<Option<Request<S::Request>>, TakeError> {
-        let incoming = self.wire.take()?;
-        incoming.map(|incoming| self.decode(incoming)).transpose()
-    }
-
     /// Waits for the next request, up to `timeout`; `None` if none came.
     ///
     /// # Errors
-    /// As [`take`](Self::take).
+    /// A request that is not of the service's type, which its client waits for in vain. Later ones can be taken.
     pub fn recv_timeout(
         &self,
         timeout: Duration,
     ) -> Result<Option<Request<S::Request>>, TakeError> {
-        let deadline = Deadline::after(timeout);
-        loop {
-            let left = deadline.left();
-            let limit = self.next_look().unwrap_or(left).min(left);
-            let request = poll_fn(|context| self.poll_take(context));
-            if let Some(request) = block_on_for(request, limit) {
-                return request.map(Some);
-            }
-            if left.is_zero() {
-                return Ok(None);
-            }
-        }
+        block_on_for(self.recv(), timeout).transpose()
     }
 
-    /// Takes the next request, or has the task woken when one arrives; [`next_look`](Self::next_look) says when to look
-    /// without being woken.
+    /// Waits for the next request; safe to cancel.
+    ///
+    /// # Errors
+    /// As [`recv_timeout`](Self::recv_timeout).
+    pub async fn recv(&self) -> Result<Request<S::Request>, TakeError> {
+        poll_fn(|context| self.poll_take(context)).await
+    }
+
+    /// Takes the next request, or has the task woken when one may be taken.
     pub(in crate::ros) fn poll_take(
         &self,
         context: &Context<'_>,
@@ -84,11 +70,6 @@ impl<S: Service> ServiceServer<S> {
         self.wire
             .poll_take(context)
             .map(|incoming| self.decode(incoming?))
-    }
-
-    /// When to look for requests without having been woken, while some are held back.
-    pub(in crate::ros) fn next_look(&self) -> Option<Duration> {
-        self.wire.next_look()
     }
 
     /// Replies to a request. Waits for no client, at most 20 ms for room.
@@ -123,13 +104,5 @@ impl<S: Service> ServiceServer<S> {
         lgvi_msgs::cdr::decode(&cdr)
             .map(|message| Request { id, message })
             .map_err(|source| self.wire.undecodable(info, source))
-    }
-}
-
-impl<S> fmt::Debug for ServiceServer<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("ServiceServer")
-            .field(&self.wire.service())
-            .finish()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Condvar, Mutex},
     time::{Duration, Instant},
 };
 
@@ -14,13 +14,16 @@ use ::zenoh::{
 use tracing::warn;
 
 use super::{
-    keys::{self, Endpoint, Entity, Kind, Node},
+    keys::{self, Endpoint, Entity, Kind, Node, Offer},
     text,
 };
-use crate::ros::{
-    Namesake, TopicInfo,
-    namesakes::{Birth, is_elder},
-    type_names,
+use crate::{
+    ros::{
+        Namesake, TopicInfo,
+        namesakes::{Birth, is_elder},
+        topics, type_names,
+    },
+    sync::{lock, wait_while},
 };
 
 /// Knows the tokens of other sessions.
@@ -67,26 +70,26 @@ impl Graph {
 
     /// Has mismatches with an endpoint of ours reported.
     pub(super) fn watch(&self, endpoint: &Endpoint) {
-        let mut table = self.shared.lock();
+        let mut table = lock(&self.shared.table);
         table.own.push(endpoint.clone());
         table.report();
     }
 
     /// Forgets an endpoint of ours.
     pub(super) fn forget(&self, endpoint: &Endpoint) {
-        let mut table = self.shared.lock();
+        let mut table = lock(&self.shared.table);
         let place = table.own.iter().position(|own| own == endpoint);
         place.map(|place| table.own.swap_remove(place));
     }
 
     /// How many endpoints of others one of ours works with.
     pub(super) fn matched(&self, own: &Endpoint) -> usize {
-        self.shared.lock().matched(own)
+        lock(&self.shared.table).matched(own)
     }
 
     /// How many are on the other side, and of another type.
     pub(super) fn incompatible(&self, own: &Endpoint) -> usize {
-        let table = self.shared.lock();
+        let table = lock(&self.shared.table);
         table
             .facing(own)
             .filter(|(_, other)| !own.understands(other))
@@ -95,52 +98,33 @@ impl Graph {
 
     /// Blocks until there are so many matches, or the time has passed; returns whether there are.
     pub(super) fn wait(&self, own: &Endpoint, count: usize, timeout: Duration) -> bool {
-        let (table, _) = self
-            .shared
-            .changed
-            .wait_timeout_while(self.shared.lock(), timeout, |table| {
-                table.matched(own) < count
-            })
-            .unwrap_or_else(PoisonError::into_inner);
+        let Shared { table, changed, .. } = &*self.shared;
+        let table = wait_while(changed, table, timeout, |table| table.matched(own) < count);
         table.matched(own) >= count
     }
 
     pub(super) fn topics(&self) -> Vec<TopicInfo> {
-        let table = self.shared.lock();
-        let mut topics = BTreeMap::<_, TopicInfo>::new();
-        for endpoint in table
+        let table = lock(&self.shared.table);
+        let endpoints = table
             .others
             .values()
-            .filter_map(|other| other.endpoint.as_ref())
-        {
-            let Some(type_name) = type_names::ros_type(&endpoint.type_name) else {
-                continue;
+            .filter_map(|other| other.endpoint.as_ref());
+        topics::collect(endpoints.filter_map(|endpoint| {
+            let Offer {
+                reliable, durable, ..
+            } = endpoint.offer;
+            let offer = match endpoint.kind {
+                Kind::Publisher => Some((reliable, durable)),
+                Kind::Subscription => None,
+                Kind::Server | Kind::Client => return None,
             };
-            if matches!(endpoint.kind, Kind::Server | Kind::Client) {
-                continue;
-            }
-            let key = (endpoint.topic.clone(), type_name.clone());
-            let topic = topics.entry(key).or_insert_with(|| TopicInfo {
-                name: endpoint.topic.clone(),
-                type_name,
-                publishers: 0,
-                reliable: true,
-                durable: true,
-                subscriptions: 0,
-            });
-            if endpoint.kind == Kind::Publisher {
-                topic.publishers += 1;
-                topic.reliable &= endpoint.offer.reliable;
-                topic.durable &= endpoint.offer.durable;
-            } else {
-                topic.subscriptions += 1;
-            }
-        }
-        topics.into_values().collect()
+            let type_name = type_names::ros_type(&endpoint.type_name)?;
+            Some((endpoint.topic.clone(), type_name, offer))
+        }))
     }
 
     pub(super) fn nodes(&self) -> Vec<String> {
-        let table = self.shared.lock();
+        let table = lock(&self.shared.table);
         let nodes = table
             .others
             .values()
@@ -153,7 +137,7 @@ impl Graph {
     }
 
     pub(super) fn namesakes(&self, own: &Node) -> Vec<Namesake> {
-        let table = self.shared.lock();
+        let table = lock(&self.shared.table);
         let nodes = table.others.values().filter(|other| {
             other.endpoint.is_none()
                 && other.node.namespace == own.namespace
@@ -177,7 +161,7 @@ impl Shared {
         if entity.node.session == self.own {
             return;
         }
-        let mut table = self.lock();
+        let mut table = lock(&self.table);
         match sample.kind() {
             SampleKind::Put => {
                 table.others.insert(token.to_owned(), entity);
@@ -190,10 +174,6 @@ impl Shared {
         }
         drop(table);
         self.changed.notify_all();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Table> {
-        self.table.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -212,33 +192,30 @@ impl Table {
 
     /// Warns of each mismatch once.
     fn report(&mut self) {
-        let mut found = Vec::new();
-        for own in &self.own {
-            for (token, other) in self
-                .facing(own)
-                .filter(|(_, other)| !own.understands(other))
-            {
-                found.push((token.clone(), own.clone(), other.clone()));
-            }
-        }
-        for (token, own, other) in found {
-            let node = self.others.get(&token);
-            let node = node.map_or_else(String::new, |other| other.node.fully_qualified_name());
-            if self.reported.insert((token, own.topic.clone())) {
-                let name = |endpoint: &Endpoint| {
-                    let ros = type_names::ros_type(&endpoint.type_name);
-                    let hash = endpoint.hash.as_deref().unwrap_or("no hash");
-                    format!(
-                        "{} ({hash})",
-                        ros.unwrap_or_else(|| endpoint.type_name.clone())
-                    )
-                };
+        let Self {
+            others,
+            own,
+            reported,
+        } = self;
+        let name = |endpoint: &Endpoint| {
+            let ros = type_names::ros_type(&endpoint.type_name);
+            let name = ros.unwrap_or_else(|| endpoint.type_name.clone());
+            let hash = endpoint.hash.as_deref().unwrap_or("no hash");
+            format!("{name} ({hash})")
+        };
+        for (token, Entity { node, endpoint }) in others {
+            let Some(other) = endpoint else { continue };
+            for own in own.iter().filter(|own| own.faces(other)) {
+                if own.understands(other) || !reported.insert((token.clone(), own.topic.clone())) {
+                    continue;
+                }
                 warn!(
-                    "{:?} of {node} on {} has the type {}, ours is {}: no messages can be understood",
+                    "{:?} of {} on {} has the type {}, ours is {}: no messages can be understood",
                     other.kind,
+                    node.fully_qualified_name(),
                     own.topic,
-                    name(&other),
-                    name(&own)
+                    name(other),
+                    name(own)
                 );
             }
         }

@@ -2,6 +2,8 @@
 
 use std::fmt::Display;
 
+use crate::names;
+
 /// What all tokens begin with.
 const SPACE: &str = "@ros2_lv";
 
@@ -92,7 +94,7 @@ impl Kind {
 
 impl Node {
     pub(super) fn fully_qualified_name(&self) -> String {
-        format!("{}/{}", self.namespace.trim_end_matches('/'), self.name)
+        names::join(&self.namespace, &self.name)
     }
 
     pub(super) fn token(&self) -> String {

@@ -32,7 +32,9 @@ use sha2::{Digest, Sha256};
 
 use super::{
     Namesake, Qos, RosError, TopicInfo, type_names,
-    wire::{ServiceTypes, Wire, WireClient, WirePublisher, WireServer, WireSubscription},
+    wire::{
+        ServiceTypes, Wire, WireClient, WireEndpoint, WirePublisher, WireServer, WireSubscription,
+    },
 };
 use crate::{Environment, NodeArgs, Shutdown, wall};
 use graph::Graph;
@@ -160,11 +162,9 @@ impl Announced {
             node: Arc::clone(node),
         })
     }
+}
 
-    fn name(&self) -> &str {
-        &self.endpoint.topic
-    }
-
+impl WireEndpoint for Announced {
     fn matched(&self) -> usize {
         self.node.graph.matched(&self.endpoint)
     }
@@ -175,6 +175,10 @@ impl Announced {
 
     fn incompatible(&self) -> usize {
         self.node.graph.incompatible(&self.endpoint)
+    }
+
+    fn topic(&self) -> &str {
+        &self.endpoint.topic
     }
 }
 

@@ -5,7 +5,7 @@
 
 use std::{
     mem,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex},
     time::Duration,
 };
 
@@ -15,9 +15,12 @@ use ::zenoh::{
     query::{ConsolidationMode, QueryTarget, Reply, ReplyKeyExpr},
 };
 
-use crate::ros::{
-    Sample,
-    arrivals::{Arrivals, UNNUMBERED},
+use crate::{
+    ros::{
+        Sample,
+        arrivals::{Arrivals, UNNUMBERED},
+    },
+    sync::lock,
 };
 
 use super::attachment::taken;
@@ -71,7 +74,7 @@ impl Ordered {
 
     /// Takes a sample that was just published.
     pub(super) fn arrived(self: &Arc<Self>, sample: Sample<Vec<u8>>) {
-        let mut order = self.order();
+        let mut order = lock(&self.order);
         if !order.is_after_gap(&sample) {
             order.deliver(sample);
             return;
@@ -86,14 +89,14 @@ impl Ordered {
 
     /// Asks the caches that answer at a key.
     pub(super) fn query(self: &Arc<Self>, key: &KeyExpr<'static>) {
-        self.order().queries += 1;
+        lock(&self.order).queries += 1;
         let query = Query(Arc::clone(self));
         let asked = self
             .session
             .get(format!("{key}?_max={}", self.depth))
             .callback(move |reply: Reply| {
                 if let Ok(sample) = reply.result() {
-                    query.0.order().held.push(taken(sample));
+                    lock(&query.0.order).held.push(taken(sample));
                 }
             })
             .consolidation(ConsolidationMode::None)
@@ -105,15 +108,11 @@ impl Ordered {
             tracing::debug!(%error, "publishers cannot be asked for what they keep");
         }
     }
-
-    fn order(&self) -> MutexGuard<'_, Order> {
-        self.order.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Drop for Query {
     fn drop(&mut self) {
-        let mut order = self.0.order();
+        let mut order = lock(&self.0.order);
         order.queries -= 1;
         if order.queries == 0 {
             let mut held = mem::take(&mut order.held);

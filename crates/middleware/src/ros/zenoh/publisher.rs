@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicU64, Ordering},
     },
     thread,
@@ -14,7 +14,12 @@ use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, Mis
 
 use super::{Announced, Connection, attachment::Attachment, keys::Endpoint, reliability, text};
 use crate::{
-    ros::{PublishError, WriterId, publisher::next, wire::WirePublisher},
+    ros::{
+        PublishError, WriterId,
+        publisher::next,
+        wire::{WireEndpoint, WirePublisher},
+    },
+    sync::lock,
     wall,
 };
 
@@ -64,35 +69,7 @@ impl Publisher {
     }
 }
 
-impl WirePublisher for Publisher {
-    fn publish(&self, cdr: Vec<u8>, _: Option<Duration>) -> Result<(), PublishError> {
-        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        let attachment = Attachment {
-            sequence: next(self.sent()),
-            time: wall::now(),
-            gid: self.announced.gid,
-        };
-        let put = self.publisher.put(cdr).attachment(attachment).wait();
-        put.map_err(|error| PublishError::Wire {
-            topic: self.topic().to_owned(),
-            reason: error.to_string(),
-        })?;
-        self.sent.fetch_add(1, Ordering::Relaxed);
-        Ok(())
-    }
-
-    fn flush(&self, _: Duration) -> Result<(), PublishError> {
-        Ok(())
-    }
-
-    fn acknowledged_within(&self, _: Duration) -> bool {
-        true
-    }
-
-    fn patience(&self, patience: Duration) -> Duration {
-        patience
-    }
-
+impl WireEndpoint for Publisher {
     /// A subscription may be announced before Zenoh has a route to it.
     fn matched(&self) -> usize {
         match self.announced.matched() {
@@ -123,16 +100,50 @@ impl WirePublisher for Publisher {
         self.announced.incompatible()
     }
 
+    fn topic(&self) -> &str {
+        self.announced.topic()
+    }
+}
+
+impl WirePublisher for Publisher {
+    fn endpoint(&self) -> &dyn WireEndpoint {
+        self
+    }
+
+    fn publish(&self, cdr: Vec<u8>, _: Option<Duration>) -> Result<(), PublishError> {
+        let _turn = lock(&self.turn);
+        let attachment = Attachment {
+            sequence: next(self.sent()),
+            time: wall::now(),
+            gid: self.announced.gid,
+        };
+        let put = self.publisher.put(cdr).attachment(attachment).wait();
+        put.map_err(|error| PublishError::Wire {
+            topic: self.topic().to_owned(),
+            reason: error.to_string(),
+        })?;
+        self.sent.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn flush(&self, _: Duration) -> Result<(), PublishError> {
+        Ok(())
+    }
+
+    fn acknowledged_within(&self, _: Duration) -> bool {
+        true
+    }
+
+    fn patience(&self, patience: Duration) -> Duration {
+        patience
+    }
+
     fn sent(&self) -> u64 {
         self.sent.load(Ordering::Relaxed)
     }
 
     fn dropped(&self) -> u64 {
         0
-    }
-
-    fn topic(&self) -> &str {
-        self.announced.name()
     }
 
     fn id(&self) -> WriterId {

@@ -3,7 +3,7 @@
 use std::{
     collections::{BTreeMap, VecDeque},
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicI64, Ordering},
         mpsc::{self, RecvTimeoutError},
     },
@@ -23,8 +23,9 @@ use crate::{
     block::Deadline,
     ros::{
         CallError, PublishError, RequestId, SampleInfo, TakeError,
-        wire::{Incoming, WireClient, WireServer},
+        wire::{Incoming, WireClient, WireEndpoint, WireServer},
     },
+    sync::lock,
     wall,
 };
 
@@ -111,10 +112,6 @@ impl Requests {
 }
 
 impl WireServer for Server {
-    fn take(&self) -> Result<Option<Incoming>, TakeError> {
-        Ok(lock(&self.requests).waiting.pop_front())
-    }
-
     fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>> {
         let mut requests = lock(&self.requests);
         match requests.waiting.pop_front() {
@@ -124,10 +121,6 @@ impl WireServer for Server {
                 Poll::Pending
             }
         }
-    }
-
-    fn next_look(&self) -> Option<Duration> {
-        None
     }
 
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
@@ -157,7 +150,7 @@ impl WireServer for Server {
     }
 
     fn service(&self) -> &str {
-        self.announced.name()
+        self.announced.topic()
     }
 }
 
@@ -240,7 +233,7 @@ impl WireClient for Client {
     }
 
     fn service(&self) -> &str {
-        self.announced.name()
+        self.announced.topic()
     }
 }
 
@@ -249,8 +242,4 @@ fn failed(service: &str, error: &::zenoh::Error) -> PublishError {
         topic: service.to_owned(),
         reason: error.to_string(),
     }
-}
-
-fn lock(requests: &Mutex<Requests>) -> MutexGuard<'_, Requests> {
-    requests.lock().unwrap_or_else(PoisonError::into_inner)
 }

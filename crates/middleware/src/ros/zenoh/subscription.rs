@@ -1,10 +1,6 @@
 //! Subscriptions on Zenoh.
 
-use std::{
-    sync::Arc,
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::sync::Arc;
 
 use ::zenoh::{Wait, key_expr::KeyExpr, pubsub::Subscriber, sample::SampleKind};
 
@@ -15,7 +11,10 @@ use super::{
     ordered::{CACHED_PUBLISHERS, Ordered},
     text,
 };
-use crate::ros::{Sample, TakeError, arrivals::Arrivals, wire::WireSubscription};
+use crate::ros::{
+    arrivals::Arrivals,
+    wire::{WireEndpoint, WireSubscription},
+};
 
 /// A subscription. A reliable one asks publishers for what they keep, whatever durability it requests, as over DDS.
 pub(super) struct Subscription {
@@ -81,35 +80,11 @@ fn reliable(
 }
 
 impl WireSubscription for Subscription {
-    fn take(&self) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        self.arrivals.take().transpose()
+    fn endpoint(&self) -> &dyn WireEndpoint {
+        &self.announced
     }
 
-    fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Sample<Vec<u8>>, TakeError>> {
-        self.arrivals.poll_take(context)
-    }
-
-    fn matched(&self) -> usize {
-        self.announced.matched()
-    }
-
-    fn wait_for_matches(&self, count: usize, timeout: Duration) -> bool {
-        self.announced.wait_for_matches(count, timeout)
-    }
-
-    fn incompatible(&self) -> usize {
-        self.announced.incompatible()
-    }
-
-    fn received(&self) -> u64 {
-        self.arrivals.received()
-    }
-
-    fn lost(&self) -> u64 {
-        self.arrivals.lost()
-    }
-
-    fn topic(&self) -> &str {
-        self.announced.name()
+    fn arrivals(&self) -> &Arrivals {
+        &self.arrivals
     }
 }

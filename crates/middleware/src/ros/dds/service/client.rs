@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeSet,
     future::poll_fn,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
     time::Duration,
 };
 
@@ -19,6 +19,7 @@ use crate::{
         dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
         wire::{ServiceTypes, WireClient, WirePublisher, WireSubscription},
     },
+    sync::lock,
 };
 
 /// How often a client that waits for a reply looks whether the server is still there.
@@ -40,20 +41,17 @@ impl Client {
         types: ServiceTypes,
     ) -> Result<Self, RosError> {
         let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
-        let name = || (Arc::clone(node), service.to_owned());
-        let (own, topic) = name();
-        let replies = Reader::new(own, topic, reply, types.response, &TAKEN)?;
-        let (own, topic) = name();
         Ok(Self {
-            replies,
-            requests: Writer::new(own, topic, request, types.request, &SENT)?,
+            replies: Reader::new(node, service, reply, types.response, &TAKEN)?,
+            requests: Writer::new(node, service, request, types.request, &SENT)?,
             turn: Mutex::new(0),
             node: Arc::clone(node),
         })
     }
 
     fn next_reply(&self, limit: Duration) -> Result<Option<Sample<Vec<u8>>>, TakeError> {
-        block_on_for(poll_fn(|context| self.replies.poll_take(context)), limit).transpose()
+        let arrivals = self.replies.arrivals();
+        block_on_for(poll_fn(|context| arrivals.poll_take(context)), limit).transpose()
     }
 
     fn send(&self, cdr: Vec<u8>, number: i64) -> Result<RequestId, PublishError> {
@@ -112,11 +110,16 @@ impl WireClient for Client {
     }
 
     fn call(&self, cdr: Vec<u8>, timeout: Duration) -> Result<Vec<u8>, CallError> {
-        let mut number = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut number = lock(&self.turn);
         let deadline = Deadline::after(timeout);
         let mut first = None;
         while self.wait_for_server(deadline.left()) {
-            while self.replies.take().is_ok_and(|reply| reply.is_some()) {}
+            while self
+                .replies
+                .arrivals()
+                .take()
+                .is_some_and(|reply| reply.is_ok())
+            {}
             *number += 1;
             let asked = self.servers();
             let id = self.send(cdr.clone(), *number)?;
@@ -147,6 +150,6 @@ impl WireClient for Client {
     }
 
     fn service(&self) -> &str {
-        self.requests.topic()
+        self.requests.endpoint().topic()
     }
 }

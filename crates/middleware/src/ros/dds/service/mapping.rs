@@ -44,15 +44,14 @@ pub(super) fn request(
     id: RequestId,
     reader: GUID,
 ) -> (Vec<u8>, Option<SampleId>) {
+    let named = RequestId {
+        client: reader.to_bytes(),
+        sequence: UNKNOWN_SEQUENCE,
+        ..id
+    };
     match mapping {
-        ServiceMapping::FastDds => {
-            let related = SampleId {
-                writer: WriterId(reader.to_bytes()),
-                sequence: UNKNOWN_SEQUENCE,
-            };
-            (cdr, Some(related))
-        }
-        ServiceMapping::Cyclone => (with_identity(cdr, id), None),
+        ServiceMapping::FastDds => reply(mapping, cdr, named),
+        ServiceMapping::Cyclone => reply(mapping, cdr, id),
     }
 }
 
@@ -62,14 +61,12 @@ pub(super) fn reply(
     cdr: Vec<u8>,
     id: RequestId,
 ) -> (Vec<u8>, Option<SampleId>) {
+    let related = SampleId {
+        writer: WriterId(id.client),
+        sequence: id.sequence,
+    };
     match mapping {
-        ServiceMapping::FastDds => {
-            let related = SampleId {
-                writer: WriterId(id.client),
-                sequence: id.sequence,
-            };
-            (cdr, Some(related))
-        }
+        ServiceMapping::FastDds => (cdr, Some(related)),
         ServiceMapping::Cyclone => (with_identity(cdr, id), None),
     }
 }
@@ -77,23 +74,17 @@ pub(super) fn reply(
 /// Takes a request apart into its identity and the message; `None` if it is too short to have an identity.
 pub(super) fn taken_request(
     mapping: ServiceMapping,
-    sample: Sample<Vec<u8>>,
+    mut sample: Sample<Vec<u8>>,
 ) -> Option<(RequestId, Vec<u8>)> {
-    let Sample { message, info } = sample;
-    match mapping {
-        ServiceMapping::FastDds => {
-            let named = info.related.map(|related| related.writer);
-            let client = named.filter(|writer| *writer != UNKNOWN_WRITER);
-            let client = client.unwrap_or(info.writer);
-            let id = RequestId {
-                writer: info.writer,
-                client: client.0,
-                sequence: i64::try_from(info.sequence).ok()?,
-            };
-            Some((id, message))
-        }
-        ServiceMapping::Cyclone => without_identity(message, info.writer),
-    }
+    // The reader that is named is the client, and the number the sample's own.
+    let info = &mut sample.info;
+    let named = info.related.map(|related| related.writer);
+    let client = named.filter(|writer| *writer != UNKNOWN_WRITER);
+    info.related = Some(SampleId {
+        writer: client.unwrap_or(info.writer),
+        sequence: i64::try_from(info.sequence).ok()?,
+    });
+    taken_reply(mapping, sample)
 }
 
 /// Takes a reply apart, by the same rules.

@@ -2,13 +2,17 @@
 
 use std::{
     collections::VecDeque,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    task::{Context, Poll},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    task::{Context, Poll, Waker},
     time::{Duration, Instant},
 };
 
 use lgvi_msgs::cdr::CdrError;
 use rustdds::GUID;
+use tokio::time::sleep;
 
 use super::{SENT, TAKEN, mapping};
 use crate::{
@@ -18,6 +22,8 @@ use crate::{
         dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
         wire::{Incoming, ServiceTypes, WireServer, WireSubscription},
     },
+    runtime::runtime,
+    sync::lock,
     wall,
 };
 
@@ -39,6 +45,8 @@ pub(in crate::ros::dds) struct Server {
     requests: Reader,
     replies: Writer,
     held: Mutex<VecDeque<Held>>,
+    /// Whether a task is about to look at them.
+    looking: Arc<AtomicBool>,
     /// Nanoseconds since the UNIX epoch.
     created: i64,
     node: Arc<Participant>,
@@ -57,15 +65,12 @@ impl Server {
         types: ServiceTypes,
     ) -> Result<Self, RosError> {
         let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
-        let name = || (Arc::clone(node), service.to_owned());
-        // The replies first: who sees where to send requests can expect an answer.
-        let (own, topic) = name();
-        let replies = Writer::new(own, topic, reply, types.response, &SENT)?;
-        let (own, topic) = name();
         Ok(Self {
-            replies,
-            requests: Reader::new(own, topic, request, types.request, &TAKEN)?,
+            // The replies first: who sees where to send requests can expect an answer.
+            replies: Writer::new(node, service, reply, types.response, &SENT)?,
+            requests: Reader::new(node, service, request, types.request, &TAKEN)?,
             held: Mutex::default(),
+            looking: Arc::default(),
             created: wall::now(),
             node: Arc::clone(node),
         })
@@ -88,7 +93,7 @@ impl Server {
         let Some((id, cdr)) = mapping::taken_request(mapping, sample) else {
             return Err(self.other_mapping(&info));
         };
-        let mut held = self.held();
+        let mut held = lock(&self.held);
         let is_own = |other: &Held| other.incoming.id.writer == id.writer;
         if held.iter().filter(|other| is_own(other)).count() >= MAX_HELD_OF_CLIENT
             && let Some(oldest) = held.iter().position(is_own)
@@ -113,11 +118,25 @@ impl Server {
     }
 
     fn next(&self) -> Option<Incoming> {
-        let mut held = self.held();
+        let mut held = lock(&self.held);
         let ready = held.iter().position(|request| {
             request.arrived.elapsed() >= PATIENCE || self.reaches(&request.incoming.id)
         })?;
         held.remove(ready).map(|request| request.incoming)
+    }
+
+    /// Has a task look at what is held back after a while.
+    fn look_again(&self, waker: Waker) {
+        if !self.looking.swap(true, Ordering::AcqRel)
+            && let Ok(runtime) = runtime()
+        {
+            let looking = Arc::clone(&self.looking);
+            runtime.spawn(async move {
+                sleep(CYCLE).await;
+                looking.store(false, Ordering::Release);
+                waker.wake();
+            });
+        }
     }
 
     /// Whether the client's reader is known, without which a reply is lost.
@@ -131,30 +150,20 @@ impl Server {
             }
         }
     }
-
-    fn held(&self) -> MutexGuard<'_, VecDeque<Held>> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl WireServer for Server {
-    fn take(&self) -> Result<Option<Incoming>, TakeError> {
-        while let Some(sample) = self.requests.take()? {
-            self.hold(sample)?;
-        }
-        Ok(self.next())
-    }
-
     fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>> {
-        while let Poll::Ready(sample) = self.requests.poll_take(context) {
+        while let Poll::Ready(sample) = self.requests.arrivals().poll_take(context) {
             self.hold(sample?)?;
         }
-        self.next()
-            .map_or(Poll::Pending, |next| Poll::Ready(Ok(next)))
-    }
-
-    fn next_look(&self) -> Option<Duration> {
-        (!self.held().is_empty()).then_some(CYCLE)
+        if let Some(next) = self.next() {
+            return Poll::Ready(Ok(next));
+        }
+        if !lock(&self.held).is_empty() {
+            self.look_again(context.waker().clone());
+        }
+        Poll::Pending
     }
 
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
@@ -182,6 +191,6 @@ impl WireServer for Server {
     }
 
     fn service(&self) -> &str {
-        self.requests.topic()
+        self.requests.endpoint().topic()
     }
 }

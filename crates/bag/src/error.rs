@@ -99,6 +99,19 @@ pub enum BagError {
         /// The storage found, as `sqlite3`.
         found: String,
     },
+    /// Its files or messages are compressed in a way that is not read here.
+    #[error(
+        "{file}: compression is {mode} with {format:?}, expected none or one of messages with zstd; unpack the files first",
+        file = .file.display()
+    )]
+    Compressed {
+        /// The metadata file.
+        file: PathBuf,
+        /// What is compressed, as `FILE`.
+        mode: String,
+        /// How, as `zstd`.
+        format: String,
+    },
     /// Bytes of the file are damaged, or it ends before its end: the recorder was killed, or the file cut off.
     #[error("{file}: damaged at byte {offset} or after it: {source}", file = .file.display())]
     Damaged {

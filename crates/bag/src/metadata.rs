@@ -224,7 +224,11 @@ impl Metadata {
         match (&*mode.to_lowercase(), format) {
             ("" | "none", _) | ("message", "zstd") => Ok(metadata),
             ("file", "zstd") if may_be_compressed => Ok(metadata),
-            _ => Err(refused(format!("{STORAGE}, compressed: {mode} ({format})"))),
+            _ => Err(BagError::Compressed {
+                file: file.to_owned(),
+                mode: mode.clone(),
+                format: format.to_owned(),
+            }),
         }
     }
 

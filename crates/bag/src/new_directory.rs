@@ -10,7 +10,7 @@ use std::{
 
 use tempfile::TempDir;
 
-use crate::WriteError;
+use crate::{METADATA_FILE, WriteError};
 
 /// Added to the name of a directory while it is filled, before some random letters.
 const PART: &str = ".part";
@@ -65,7 +65,10 @@ impl NewDirectory {
         let (part, output) = (self.part.path(), &self.output);
         if self.exists {
             exists_empty(output)?;
-            for name in names(part)? {
+            let mut names = names(part)?;
+            // What tells of the files comes last.
+            names.sort_by_key(|name| name == METADATA_FILE);
+            for name in names {
                 let path = output.join(&name);
                 fs::rename(part.join(name), &path).map_err(WriteError::io(&path))?;
             }
@@ -111,7 +114,10 @@ fn exists_empty(path: &Path) -> Result<bool, WriteError> {
         Err(error) => return Err(WriteError::io(path)(error)),
         Ok(_) => {}
     }
-    let is_part = |name: &OsString| name.to_string_lossy().starts_with(PART);
+    let is_part = |name: &OsString| {
+        let letters = name.to_str().and_then(|name| name.strip_prefix(PART));
+        letters.is_some_and(|it| it.len() == 6 && it.chars().all(char::is_alphanumeric))
+    };
     match names(path)?.iter().all(is_part) {
         true => Ok(true),
         false => Err(WriteError::Exists(path.to_owned())),

@@ -13,9 +13,8 @@ use super::{
 use crate::{
     CUSTOM_DATA, Damage, REPEATED, RecoverError, Topic, TopicId, WriteError,
     metadata::RECORD,
-    read::{Contents, MAX_RECORD_LENGTH, Source, footer, schema, summary, topic, unpacked},
+    read::{Contents, MAX_RECORD_LENGTH, Source, footer, schema, told, topic, unpacked},
     record::{self, parse, records},
-    times::sum,
     yaml,
 };
 
@@ -33,6 +32,8 @@ struct Copy<'a> {
     bag: &'a mut NewBag,
     file: RecoveredFile,
     definitions: Contents,
+    /// Bytes of definitions that the records of the file added.
+    defined: usize,
     /// The topics by channel, with their ids once they have messages.
     topics: BTreeMap<u16, (Topic, Option<TopicId>)>,
     /// Repeated messages still to come, by topic, and their log time.
@@ -69,21 +70,23 @@ pub(super) fn copy(
     name: &Path,
     bag: &mut NewBag,
 ) -> Result<RecoveredFile, RecoverError> {
-    // A summary has all definitions, and says how many messages there were.
-    let summary = summary(source).ok().flatten();
+    bag.next_file();
+    // A summary has definitions, and says how many messages there were.
+    let (definitions, count) = told(source).ok().flatten().unwrap_or_default();
     let magic = source.bytes(0, mcap::MAGIC.len() as u64)?;
     let mut copy = Copy {
         file: RecoveredFile {
             path: source.path.clone(),
             bytes: Some(source.size),
             complete: magic == mcap::MAGIC && footer(source).is_ok(),
-            missing: summary.as_ref().map(|it| sum(it.counts.values().copied())),
+            missing: count,
             ..RecoveredFile::default()
         },
         source,
         name,
         bag,
-        definitions: summary.unwrap_or_default(),
+        definitions,
+        defined: 0,
         topics: BTreeMap::new(),
         repeated: BTreeMap::new(),
         head_time: None,
@@ -162,14 +165,18 @@ impl Copy<'_> {
         if ![op::SCHEMA, op::CHANNEL, op::METADATA].contains(&opcode) {
             return Ok(());
         }
+        if opcode != op::METADATA && self.defined > MAX_RECORD_LENGTH {
+            let reason = format!("definitions of more than {MAX_RECORD_LENGTH} bytes before it");
+            return Err(Stop::LeftOut(reason));
+        }
         match parse(opcode, body)? {
             Record::Schema { header, data } => {
-                let known = &mut self.definitions.schemas;
-                define(known, header.id, schema(header, data), is_checked);
+                let (id, known) = (header.id, &mut self.definitions.schemas);
+                self.defined += define(known, id, schema(header, data), is_checked, body.len());
             }
             Record::Channel(channel) => {
-                let known = &mut self.definitions.channels;
-                define(known, channel.id, channel, is_checked);
+                let (id, known) = (channel.id, &mut self.definitions.channels);
+                self.defined += define(known, id, channel, is_checked, body.len());
             }
             Record::Metadata(record) if record.name == CUSTOM_DATA => {
                 self.bag.custom = record.metadata;
@@ -199,7 +206,7 @@ impl Copy<'_> {
         let (header, data) = record::message(body)?;
         let data = unpacked(data)?;
         self.resolve(header.channel_id, offset)?;
-        if !self.is_repeated(&header, &data) {
+        if !self.is_repeated(&header, &data)? {
             if !self.file.kept {
                 self.bag.begin(self.name).map_err(Stop::Failed)?;
                 self.file.kept = true;
@@ -221,10 +228,14 @@ impl Copy<'_> {
             return Err(Damage(format!("the definition of channel {id} is lost")));
         };
         let found = topic(&self.source.path, channel, &self.definitions.schemas);
-        let (topic, fault) =
+        let (mut topic, fault) =
             found.map_err(|topic| Damage(format!("{}: {}", topic.name, topic.reason)))?;
         if let Some(fault) = fault {
             self.leave_out(offset, 0, fault.to_string());
+        }
+        if topic.type_hash.is_empty() {
+            let known = (topic.name.clone(), topic.type_name.clone());
+            topic.type_hash = self.bag.hashes.get(&known).cloned().unwrap_or_default();
         }
         self.topics.insert(id, (topic, None));
         Ok(())
@@ -232,16 +243,16 @@ impl Copy<'_> {
 
     /// Returns true if the message is repeated at the head of the file and the bag has it already: the file will repeat it
     /// again. One that the bag does not have is all that is left of a message that was lost.
-    fn is_repeated(&mut self, header: &MessageHeader, data: &[u8]) -> bool {
+    fn is_repeated(&mut self, header: &MessageHeader, data: &[u8]) -> Result<bool, WriteError> {
         if *self.head_time.get_or_insert(header.log_time) != header.log_time {
             self.repeated.clear();
         }
         let (topic, _) = &self.topics[&header.channel_id];
         let Some(left @ 1..) = self.repeated.get_mut(&topic.name) else {
-            return false;
+            return Ok(false);
         };
         *left -= 1;
-        self.bag.has(topic, header, data)
+        self.bag.repeat(topic, header, data)
     }
 
     fn leave_out(&mut self, offset: u64, bytes: u64, reason: String) {
@@ -254,11 +265,20 @@ impl Copy<'_> {
     }
 }
 
-/// Adds a definition. One that a checksum covers replaces one without.
-fn define<T>(known: &mut BTreeMap<u16, T>, id: u16, definition: T, is_checked: bool) {
-    if is_checked {
+/// Adds a definition of so many bytes; returns how many were added. One that a checksum covers replaces one without.
+fn define<T: PartialEq>(
+    known: &mut BTreeMap<u16, T>,
+    id: u16,
+    definition: T,
+    is_checked: bool,
+    length: usize,
+) -> usize {
+    let is_new = match known.get(&id) {
+        Some(known) => is_checked && *known != definition,
+        None => true,
+    };
+    if is_new {
         known.insert(id, definition);
-    } else {
-        known.entry(id).or_insert(definition);
     }
+    usize::from(is_new) * length
 }

@@ -6,7 +6,10 @@ mod new_bag;
 mod report;
 mod scan;
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 pub use in_place::recover_in_place;
 pub use report::{LeftOut, RecoveredFile, Recovery};
@@ -76,7 +79,7 @@ impl Damaged {
         let listing = Listing::read(bag, false)?;
         let gaps = listing.gaps();
         let metadata = match listing.metadata {
-            Some(Err(error @ BagError::Storage { .. })) => Err(error)?,
+            Some(Err(error @ (BagError::Storage { .. } | BagError::Compressed { .. }))) => Err(error)?,
             Some(metadata) => metadata.map_err(|error| error.to_string()),
             None => Err("there was none".to_owned()),
         };
@@ -107,10 +110,20 @@ impl Damaged {
         })
     }
 
+    /// Hash of each topic's type by name and type, if `metadata.yaml` tells it.
+    fn type_hashes(&self) -> BTreeMap<(String, String), String> {
+        let metadata = self.metadata.iter();
+        let hashes = metadata.flat_map(Metadata::type_hashes);
+        hashes
+            .map(|((name, kind), hash)| ((name.to_owned(), kind.to_owned()), hash.to_owned()))
+            .collect()
+    }
+
     /// Makes a bag of it in the directory `output`; the files of that.
     fn copy(self, bag: &Path, output: &Path) -> Result<(Recovery, Vec<PathBuf>), RecoverError> {
         let mut new = NewBag {
             directory: output.to_owned(),
+            hashes: self.type_hashes(),
             ..NewBag::default()
         };
         let metadata = self.metadata.as_ref().ok();

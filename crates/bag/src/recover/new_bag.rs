@@ -13,8 +13,8 @@ use crate::{BagOptions, BagWriter, RecoverError, Topic, TopicId, WriteError};
 /// Largest number of latched messages that are remembered.
 const MOST: usize = 1 << 20;
 
-/// What identifies a latched message wherever it stands: topic, publish time, sequence number, length and checksum.
-pub(super) type Identity = (String, u64, u32, usize, u32);
+/// What identifies a latched message of a topic wherever it stands: publish time, sequence number, length and checksum.
+type Identity = (u64, u32, usize, u32);
 
 /// The recovered bag, as far as it has come.
 #[derive(Default)]
@@ -25,7 +25,13 @@ pub(super) struct NewBag {
     /// Topics without messages.
     pub silent: Vec<Topic>,
     /// The messages of latched topics that it holds.
-    pub known: BTreeSet<Identity>,
+    known: BTreeMap<String, BTreeSet<Identity>>,
+    /// Number of all of them.
+    remembered: usize,
+    /// Those that the file that is read repeats at its head: the new file repeats them, too.
+    repeated: Vec<(TopicId, MessageHeader, Vec<u8>)>,
+    /// Hash of each topic's type by name and type, by `metadata.yaml`.
+    pub hashes: BTreeMap<(String, String), String>,
     /// Number of messages that no checksum covers.
     pub unverified: u64,
     /// The last custom data that a file holds.
@@ -41,7 +47,8 @@ impl NewBag {
         }
         let name = name.display().to_string();
         if let Some(writer) = &mut self.writer {
-            return Ok(writer.split_into(name)?);
+            let repeated = std::mem::take(&mut self.repeated);
+            return Ok(writer.split_into(name, repeated)?);
         }
         let options = BagOptions::default();
         let writer = BagWriter::open(&self.directory, "recovered", name, options, false)?;
@@ -49,9 +56,27 @@ impl NewBag {
         Ok(())
     }
 
-    /// Returns true if the bag has the message already.
-    pub fn has(&self, topic: &Topic, header: &MessageHeader, data: &[u8]) -> bool {
-        self.known.contains(&identity(topic, header, data))
+    /// Goes on with another file of the damaged bag.
+    pub fn next_file(&mut self) {
+        self.repeated.clear();
+    }
+
+    /// Takes a message that is repeated at the head of a file. Returns false if the bag does not have it yet.
+    pub fn repeat(
+        &mut self,
+        topic: &Topic,
+        header: &MessageHeader,
+        data: &[u8],
+    ) -> Result<bool, WriteError> {
+        let known = self.known.get(&topic.name);
+        if !known.is_some_and(|known| known.contains(&identity(header, data))) {
+            return Ok(false);
+        }
+        if let Some(writer) = &mut self.writer {
+            let id = writer.add_topic(topic)?;
+            self.repeated.push((id, *header, data.to_vec()));
+        }
+        Ok(true)
     }
 
     /// Writes a message into the file that was begun.
@@ -71,15 +96,18 @@ impl NewBag {
         };
         let (log_time, publish_time) = (header.log_time, header.publish_time);
         writer.write(id, log_time, publish_time, header.sequence, data)?;
-        if topic.qos.durable && self.known.len() < MOST {
-            self.known.insert(identity(topic, header, data));
+        if topic.qos.durable && self.remembered < MOST {
+            let known = match self.known.get_mut(&topic.name) {
+                Some(known) => known,
+                None => self.known.entry(topic.name.clone()).or_default(),
+            };
+            self.remembered += usize::from(known.insert(identity(header, data)));
         }
         Ok(())
     }
 }
 
-fn identity(topic: &Topic, header: &MessageHeader, data: &[u8]) -> Identity {
-    let (name, checksum) = (topic.name.clone(), crc32fast::hash(data));
+fn identity(header: &MessageHeader, data: &[u8]) -> Identity {
     let (publish_time, sequence) = (header.publish_time, header.sequence);
-    (name, publish_time, sequence, data.len(), checksum)
+    (publish_time, sequence, data.len(), crc32fast::hash(data))
 }

@@ -75,6 +75,18 @@ impl Latched {
         });
     }
 
+    /// Keeps these messages, with the indices of their topics, in place of all others.
+    pub fn replace(&mut self, messages: Vec<(usize, MessageHeader, Vec<u8>)>) {
+        self.bytes = 0;
+        for last in self.topics.iter_mut().flatten() {
+            last.messages.clear();
+        }
+        // None takes the place of another: each is of a publisher of its own.
+        for (publisher, (topic, header, data)) in (0..).zip(messages) {
+            self.push(topic, publisher, &header, &data);
+        }
+    }
+
     /// The topic's messages that are kept, oldest first.
     pub fn messages(&self, topic: usize) -> impl Iterator<Item = (&MessageHeader, &[u8])> {
         let last = self.topics.get(topic).and_then(Option::as_ref);

@@ -2,13 +2,15 @@
 
 use std::{collections::BTreeMap, io, time::Duration};
 
+use mcap::records::MessageHeader;
+
 use super::{
     BagWriter,
     closing::Fault,
     mcap_writer::{CHUNK, McapWriter},
     writer::INDEX,
 };
-use crate::{REPEATED, WriteError};
+use crate::{REPEATED, TopicId, WriteError};
 
 impl BagWriter {
     /// Completes the file that is being written and goes on in the next one. A file that has no message of its own yet
@@ -18,11 +20,23 @@ impl BagWriter {
     /// Writing fails, or the file is no longer where it was made.
     pub fn split(&mut self) -> Result<(), WriteError> {
         let next = format!("{}_{}.mcap", self.name, self.closed.len() + 1);
-        self.split_into(next)
+        self.split_as(next)
     }
 
-    /// The same with a name for the next file.
-    pub(crate) fn split_into(&mut self, file_name: String) -> Result<(), WriteError> {
+    /// The same with a name for the next file, which repeats these messages of latched topics and no others.
+    pub(crate) fn split_into(
+        &mut self,
+        file_name: String,
+        repeated: Vec<(TopicId, MessageHeader, Vec<u8>)>,
+    ) -> Result<(), WriteError> {
+        self.split_as(file_name)?;
+        let repeated = repeated.into_iter();
+        let repeated = repeated.map(|(topic, header, data)| (topic.0, header, data));
+        self.latched.replace(repeated.collect());
+        Ok(())
+    }
+
+    fn split_as(&mut self, file_name: String) -> Result<(), WriteError> {
         self.finish_chunk()?;
         if self.begin.is_none() {
             return Ok(());

@@ -137,6 +137,9 @@ fn topic(topic: &TopicInfo) -> Vec<String> {
 }
 
 /// Columns as wide as what is in them, without those that are empty.
+/// Columns are not padded beyond this many characters.
+const WIDEST: usize = 200;
+
 fn table(
     f: &mut Formatter<'_>,
     head: &[&str],
@@ -154,7 +157,7 @@ fn table(
     let widths: Vec<_> = (0..rows[0].len()).map(width).collect();
     for row in &rows {
         let cells = row.iter().zip(&widths).filter_map(|(cell, width)| {
-            let width = (*width)?;
+            let width = (*width)?.min(WIDEST);
             Some(format!("{cell:<width$}"))
         });
         let line = cells.collect::<Vec<_>>().join("  ");

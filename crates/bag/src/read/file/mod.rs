@@ -20,7 +20,7 @@ pub(crate) use {
     chunk::{Batch, unpack, unpacked},
     contents::{Contents, Schema, Span, schema},
     source::Source,
-    summary::{footer, read as summary},
+    summary::{footer, read as summary, told},
 };
 
 use crate::{

@@ -16,7 +16,7 @@ use crate::{
     BagError, Damage, REPEATED,
     error::agree,
     record::{self, PREFIX, parse},
-    times::{Times, around},
+    times::{Times, around, sum},
 };
 
 /// The data end record lies right before the summary.
@@ -40,6 +40,33 @@ pub(crate) fn footer(source: &Source) -> Result<Footer, BagError> {
 
 /// Reads the summary; `None` if it does not tell of all messages, so that the file has to be scanned.
 pub(crate) fn read(source: &Source) -> Result<Option<Contents>, BagError> {
+    let Some((mut contents, statistics)) = summary(source)? else {
+        return Ok(None);
+    };
+    let Some(statistics) = statistics.filter(|statistics| tells_all(&contents, statistics)) else {
+        return Ok(None);
+    };
+    contents.times = times(&contents.spans, &statistics)
+        .map_err(|damage| source.damaged(source.size - END_LENGTH, damage))?;
+    contents.counts = statistics.channel_message_counts;
+    contents.counts.retain(|_, count| *count > 0);
+    Ok(Some(contents))
+}
+
+/// What the summary tells, whether or not it is all: definitions, and the number of messages.
+pub(crate) fn told(source: &Source) -> Result<Option<(Contents, Option<u64>)>, BagError> {
+    let summary = summary(source)?;
+    Ok(summary.map(|(contents, statistics)| {
+        let count = statistics.map(|statistics| {
+            let by_channel = sum(statistics.channel_message_counts.values().copied());
+            by_channel.max(statistics.message_count)
+        });
+        (contents, count)
+    }))
+}
+
+/// Reads the summary section, if there is one.
+fn summary(source: &Source) -> Result<Option<(Contents, Option<Statistics>)>, BagError> {
     let footer = footer(source)?;
     let start = footer.summary_start;
     if start == 0 {
@@ -90,20 +117,25 @@ pub(crate) fn read(source: &Source) -> Result<Option<Contents>, BagError> {
     for span in &contents.spans {
         in_file("chunk index", span.offset, span.length, start)?;
     }
+    apart(&contents.spans).map_err(|damage| source.damaged(start, damage))?;
     for index in &indexes {
         in_file("metadata index", index.offset, index.length, start)?;
     }
     if let Some(index) = indexes.iter().rfind(|index| index.name == REPEATED) {
         contents.repeated = repeated(source, index)?;
     }
-    let Some(statistics) = statistics.filter(|statistics| tells_all(&contents, statistics)) else {
-        return Ok(None);
-    };
-    contents.times =
-        times(&contents.spans, &statistics).map_err(|damage| source.damaged(start, damage))?;
-    contents.counts = statistics.channel_message_counts;
-    contents.counts.retain(|_, count| *count > 0);
-    Ok(Some(contents))
+    Ok(Some((contents, statistics)))
+}
+
+/// Checks that no two chunks of the index overlap.
+fn apart(spans: &[Span]) -> Result<(), Damage> {
+    let mut places: Vec<_> = spans.iter().map(|span| (span.offset, span.length)).collect();
+    places.sort_unstable();
+    for pair in places.windows(2) {
+        let end = pair[0].0.saturating_add(pair[0].1);
+        agree("chunk index record: start of a chunk behind another", pair[1].0, pair[1].0.max(end))?;
+    }
+    Ok(())
 }
 
 /// Returns true if all chunks are indexed, all messages counted, and their channels and schemas known.

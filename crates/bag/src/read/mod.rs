@@ -11,8 +11,8 @@ pub use reader::{BagFile, BagReader};
 
 pub(crate) use {
     file::{
-        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, Source, footer, schema, told, topic,
-        unpack, unpacked,
+        Contents, MAX_CHUNK_LENGTH, MAX_RECORD_LENGTH, Source, footer, schema, told, topic, unpack,
+        unpacked,
     },
     listing::{Listing, sort},
 };

@@ -39,6 +39,9 @@ struct Copy<'a> {
     /// Repeated messages still to come, by topic, and their log time.
     repeated: BTreeMap<String, u64>,
     head_time: Option<u64>,
+    /// Repeated messages at the head of the file, until all are read, and their bytes.
+    head: Vec<(MessageHeader, Vec<u8>)>,
+    head_bytes: usize,
 }
 
 /// Why a record is not copied.
@@ -90,6 +93,8 @@ pub(super) fn copy(
         topics: BTreeMap::new(),
         repeated: BTreeMap::new(),
         head_time: None,
+        head: Vec::new(),
+        head_bytes: 0,
     };
     if !mcap::MAGIC.starts_with(&magic) {
         let reason = format!("it starts with {magic:02x?}, expected the MCAP magic");
@@ -111,6 +116,7 @@ pub(super) fn copy(
             } => copy.chunk(offset, &header, &records)?,
         }
     }
+    copy.hear(0, 0, |copy| copy.end_head())?;
     let channels: Vec<_> = copy.definitions.channels.keys().copied().collect();
     for channel in channels {
         if let Err(Damage(reason)) = copy.resolve(channel, 0) {
@@ -148,12 +154,26 @@ impl Copy<'_> {
         offset: u64,
         is_checked: bool,
     ) -> Result<(), RecoverError> {
-        match self.take(opcode, body, offset, is_checked) {
-            Ok(()) => {}
-            Err(Stop::LeftOut(reason)) => self.leave_out(offset, body.len() as u64, reason),
-            Err(Stop::Failed(error)) => return Err(error),
+        self.hear(offset, body.len() as u64, |copy| {
+            copy.take(opcode, body, offset, is_checked)
+        })
+    }
+
+    /// Says what is left out.
+    fn hear(
+        &mut self,
+        offset: u64,
+        bytes: u64,
+        work: impl FnOnce(&mut Self) -> Result<(), Stop>,
+    ) -> Result<(), RecoverError> {
+        match work(self) {
+            Ok(()) => Ok(()),
+            Err(Stop::LeftOut(reason)) => {
+                self.leave_out(offset, bytes, reason);
+                Ok(())
+            }
+            Err(Stop::Failed(error)) => Err(error),
         }
-        Ok(())
     }
 
     fn take(&mut self, opcode: u8, body: &[u8], offset: u64, is_checked: bool) -> Result<(), Stop> {
@@ -206,16 +226,45 @@ impl Copy<'_> {
         let (header, data) = record::message(body)?;
         let data = unpacked(data)?;
         self.resolve(header.channel_id, offset)?;
-        if !self.is_repeated(&header, &data)? {
-            if !self.file.kept {
-                self.bag.begin(self.name).map_err(Stop::Failed)?;
-                self.file.kept = true;
+        if self.is_repeated(&header) {
+            self.head_bytes += data.len();
+            self.head.push((header, data.into_owned()));
+            if self.head_bytes > MAX_RECORD_LENGTH {
+                self.end_head()?;
             }
-            if let Some((topic, id)) = self.topics.get_mut(&header.channel_id) {
-                self.bag.write(topic, id, &header, &data)?;
-            }
+        } else {
+            self.end_head()?;
+            self.keep(&header, &data)?;
         }
         self.file.messages += 1;
+        Ok(())
+    }
+
+    /// Goes on behind the repeated messages. Of those that the bag has, the new file repeats what it may; one that the bag
+    /// does not have is all that is left of a message that was lost.
+    fn end_head(&mut self) -> Result<(), Stop> {
+        self.head_bytes = 0;
+        let mut lost = Vec::new();
+        for (header, data) in std::mem::take(&mut self.head) {
+            let (topic, _) = &self.topics[&header.channel_id];
+            if !self.bag.repeat(topic, &header, &data)? {
+                lost.push((header, data));
+            }
+        }
+        for (header, data) in lost {
+            self.keep(&header, &data)?;
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), Stop> {
+        if !self.file.kept {
+            self.bag.begin(self.name).map_err(Stop::Failed)?;
+            self.file.kept = true;
+        }
+        if let Some((topic, id)) = self.topics.get_mut(&header.channel_id) {
+            self.bag.write(topic, id, header, data)?;
+        }
         Ok(())
     }
 
@@ -241,18 +290,17 @@ impl Copy<'_> {
         Ok(())
     }
 
-    /// Returns true if the message is repeated at the head of the file and the bag has it already: the file will repeat it
-    /// again. One that the bag does not have is all that is left of a message that was lost.
-    fn is_repeated(&mut self, header: &MessageHeader, data: &[u8]) -> Result<bool, WriteError> {
+    /// Returns true if the file says that it repeats the message from an earlier file.
+    fn is_repeated(&mut self, header: &MessageHeader) -> bool {
         if *self.head_time.get_or_insert(header.log_time) != header.log_time {
             self.repeated.clear();
         }
         let (topic, _) = &self.topics[&header.channel_id];
         let Some(left @ 1..) = self.repeated.get_mut(&topic.name) else {
-            return Ok(false);
+            return false;
         };
         *left -= 1;
-        self.bag.repeat(topic, header, data)
+        true
     }
 
     fn leave_out(&mut self, offset: u64, bytes: u64, reason: String) {

@@ -79,7 +79,9 @@ impl Damaged {
         let listing = Listing::read(bag, false)?;
         let gaps = listing.gaps();
         let metadata = match listing.metadata {
-            Some(Err(error @ (BagError::Storage { .. } | BagError::Compressed { .. }))) => Err(error)?,
+            Some(Err(error @ (BagError::Storage { .. } | BagError::Compressed { .. }))) => {
+                Err(error)?
+            }
             Some(metadata) => metadata.map_err(|error| error.to_string()),
             None => Err("there was none".to_owned()),
         };

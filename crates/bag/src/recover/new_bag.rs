@@ -14,7 +14,7 @@ use crate::{BagOptions, BagWriter, RecoverError, Topic, TopicId, WriteError};
 const MOST: usize = 1 << 20;
 
 /// What identifies a latched message of a topic wherever it stands: publish time, sequence number, length and checksum.
-type Identity = (u64, u32, usize, u32);
+pub(super) type Identity = (u64, u32, usize, u32);
 
 /// The recovered bag, as far as it has come.
 #[derive(Default)]
@@ -25,11 +25,11 @@ pub(super) struct NewBag {
     /// Topics without messages.
     pub silent: Vec<Topic>,
     /// The messages of latched topics that it holds.
-    known: BTreeMap<String, BTreeSet<Identity>>,
+    pub known: BTreeMap<String, BTreeSet<Identity>>,
     /// Number of all of them.
-    remembered: usize,
+    pub remembered: usize,
     /// Those that the file that is read repeats at its head: the new file repeats them, too.
-    repeated: Vec<(TopicId, MessageHeader, Vec<u8>)>,
+    pub repeated: Vec<(TopicId, MessageHeader, Vec<u8>)>,
     /// Hash of each topic's type by name and type, by `metadata.yaml`.
     pub hashes: BTreeMap<(String, String), String>,
     /// Number of messages that no checksum covers.

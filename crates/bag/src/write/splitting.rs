@@ -30,8 +30,10 @@ impl BagWriter {
         repeated: Vec<(TopicId, MessageHeader, Vec<u8>)>,
     ) -> Result<(), WriteError> {
         self.split_as(file_name)?;
-        let repeated = repeated.into_iter();
-        let repeated = repeated.map(|(topic, header, data)| (topic.0, header, data));
+        let repeated = repeated.into_iter().map(|(topic, mut header, data)| {
+            header.channel_id = self.topics[topic.0].channel;
+            (topic.0, header, data)
+        });
         self.latched.replace(repeated.collect());
         Ok(())
     }

@@ -25,6 +25,7 @@ mod recover_counts;
 mod recover_custom_data;
 mod recover_definitions;
 mod recover_kinds;
+mod recover_others;
 mod recover_repeats;
 mod repeats;
 mod rosbags;

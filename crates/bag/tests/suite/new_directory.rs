@@ -79,7 +79,7 @@ fn what_is_dropped_leaves_nothing_behind() {
 #[test]
 fn what_was_left_is_no_hindrance() {
     let folder = tempfile::tempdir().unwrap();
-    for (output, part) in [("new", "new.partial"), ("empty", "empty/.partial")] {
+    for (output, part) in [("new", "new.partAb1Cd2"), ("empty", "empty/.partAb1Cd2")] {
         let [output, part] = [output, part].map(|name| folder.path().join(name));
         fs::create_dir_all(&part).unwrap();
         fs::write(part.join("old_0.mcap"), "").unwrap();

@@ -9,7 +9,8 @@ pub(crate) struct BarrierTolerances {
     pub(crate) violation: f64,
     /// Largest product of slack and multiplier, relative to the cost.
     pub(crate) complementarity: f64,
-    /// Largest cost of the barrier at the end, β times the number of inequalities, relative to the cost.
+    /// Largest cost of the barrier at the end, β times the number of inequalities, relative to the cost. More where
+    /// rounding errors of the inequalities do not allow it.
     pub(crate) gap: f64,
 }
 
@@ -77,8 +78,10 @@ const NEAR: f64 = 0.1;
 const HOPELESS: f64 = 0.9;
 /// Relative errors to which the last and the first subproblem are solved.
 const ERRORS: [f64; 2] = [1e-8, 0.1];
-/// Least β, relative to the rounding error of the products of slack and multiplier.
+/// Least β, relative to the rounding error of the products of slack and multiplier, and the highest that it may be for that
+/// reason, relative to the share of the cost per inequality.
 const CLEAR: f64 = 10.0;
+const COARSEST: f64 = 1e-5;
 
 /// Relative error of the products of slack and multiplier, stationarity, and number of consecutive checks for which
 /// only rounding errors are left. A rounding error ε of `g` changes the multipliers by `y² ε/β`.
@@ -115,7 +118,8 @@ impl Schedule {
     pub(super) fn tighten(&mut self, error: f64, now: &Measure) -> bool {
         let Penalty { beta, rho } = self.penalty;
         let part = beta / self.share;
-        let rough = now.gap <= ROUGH_GAP * beta && error <= ROUGH_ERROR;
+        let noise = ROUGH_GAP * beta + 2.0 * now.noise;
+        let rough = now.gap <= noise && error <= ROUGH_ERROR;
         self.rough = if rough { self.rough + 1 } else { 0 };
         self.solved = now.gap <= beta && error <= part.clamp(ERRORS[0], ERRORS[1])
             || self.rough > ROUGH_TIMES;
@@ -137,7 +141,7 @@ impl Schedule {
 
     /// The state of the inequalities.
     pub(super) fn satisfied(&self, now: &Measure) -> Satisfied {
-        let clear = 2.0 * CLEAR * now.noise / self.cost;
+        let clear = 2.0 * self.last(now) / self.cost;
         let within = now.violation <= self.tolerances.violation
             && self.complementarity(now) <= self.tolerances.complementarity.max(clear);
         if self.solved && self.hopeless(now) {
@@ -160,7 +164,8 @@ impl Schedule {
 
     /// The β of the last subproblem.
     fn last(&self, now: &Measure) -> f64 {
-        self.last.max(CLEAR * now.noise)
+        let clear = (CLEAR * now.noise).min(COARSEST * self.share);
+        self.last.max(clear)
     }
 
     /// True if a violation remains with the highest ρ.

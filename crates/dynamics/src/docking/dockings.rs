@@ -167,7 +167,7 @@ impl Joined {
         loads.fill(Load::default());
         assembly.gather(simulation.states(), controls, loads);
         let made = simulation.advance(loads);
-        let report = made.map_err(|error| error.of_bodies(|whole| assembly.first_part(whole)))?;
+        let report = made.map_err(|error| error.of_parts(|whole| assembly.first_part(whole)))?;
         assembly.spread(simulation.states(), states);
         Ok(report)
     }

@@ -60,6 +60,7 @@ impl Gravity for OnParts {
     }
 }
 
+/// Errors name the parts.
 impl Clearance for OnParts {
     fn has_extents(&self, _: &[RigidBody]) -> bool {
         self.system.has_extents()
@@ -68,13 +69,7 @@ impl Clearance for OnParts {
     fn check(&self, _: &[RigidBody], wholes: &[BodyState]) -> Result<(), CloseApproach> {
         let whole = |part| self.assembly.whole(part);
         let apart = |body, other| whole(body) != whole(other);
-        let checked = self
-            .system
-            .check_clearance_apart(&self.placed(wholes), &apart);
-        checked.map_err(|approach| CloseApproach {
-            body: whole(approach.body),
-            other: approach.other.map(whole),
-            ..approach
-        })
+        self.system
+            .check_clearance_apart(&self.placed(wholes), &apart)
     }
 }

@@ -97,18 +97,15 @@ impl StepError {
         }
     }
 
-    /// The error with other indices of bodies.
-    pub(crate) fn of_bodies(mut self, index: impl Fn(usize) -> usize) -> Self {
+    /// The error of a simulation of joined bodies with the indices of their parts, which close approaches have already.
+    pub(crate) fn of_parts(mut self, index: impl Fn(usize) -> usize) -> Self {
         match &mut self {
             Self::Unsolvable { body, .. }
             | Self::TurnsTooFar { body, .. }
             | Self::NotFinite { body }
             | Self::Unresolved { body, .. } => *body = index(*body),
-            Self::CloseApproach(CloseApproach { body, other, .. }) => {
-                *body = index(*body);
-                *other = other.map(index);
-            }
-            Self::Docking { .. }
+            Self::CloseApproach(_)
+            | Self::Docking { .. }
             | Self::Controls { .. }
             | Self::NotConverged { .. }
             | Self::TooManySteps { .. }

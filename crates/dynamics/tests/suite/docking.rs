@@ -484,14 +484,17 @@ fn clearances_hold_between_joined_bodies_and_others() {
         let (attitude, spin) = (Matrix3::identity(), Vector3::zeros());
         BodyState::from_velocities(&bodies[0], place.into(), velocity.into(), attitude, spin)
     };
-    let states = [
-        at([0.0, 9.0, 0.0], [0.0, -1.0, 0.0]),
-        at([-0.6, 0.0, 0.0], [0.0; 3]),
-        at([0.6, 0.0, 0.0], [0.0; 3]),
-    ];
+    let coming = |place: [f64; 3], velocity: [f64; 3]| {
+        [
+            at(place, velocity),
+            at([-0.6, 0.0, 0.0], [0.0; 3]),
+            at([0.6, 0.0, 0.0], [0.0; 3]),
+        ]
+    };
+    let aside = coming([0.0, 9.0, 0.0], [0.0, -1.0, 0.0]);
     let method = Method::Lgvi(Rotor::Discrete);
-    let fly = |docks: Vec<Docking>| {
-        let mut flight = docking(&bodies, &states, mutual, docks, method, 0.1).expect("a flight");
+    let fly = |states: &[BodyState], docks: Vec<Docking>| {
+        let mut flight = docking(&bodies, states, mutual, docks, method, 0.1).expect("a flight");
         for step in 0..100 {
             let before = flight.states().to_vec();
             if let Err(error) = flight.advance(&[Load::default(); 3]) {
@@ -501,15 +504,23 @@ fn clearances_hold_between_joined_bodies_and_others() {
         }
         panic!("the bodies do not meet");
     };
-    let (step, _) = fly(vec![]);
+    let (step, _) = fly(&aside, vec![]);
     assert_eq!(step, 0);
-    let (step, error) = fly(vec![always(1, 2)]);
+    let (step, error) = fly(&aside, vec![always(1, 2)]);
     // The distance from the two balls is 2 where y² + 0.6² = 4.
     assert!((70..75).contains(&step), "{step}");
     let StepError::CloseApproach(approach) = error else {
         panic!("{error}");
     };
     assert_eq!((approach.body, approach.other), (0, Some(1)));
+
+    // The second part is nearer, and named.
+    let ahead = coming([9.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+    let (_, error) = fly(&ahead, vec![always(1, 2)]);
+    let StepError::CloseApproach(approach) = error else {
+        panic!("{error}");
+    };
+    assert_eq!((approach.body, approach.other), (0, Some(2)));
 }
 
 #[test]

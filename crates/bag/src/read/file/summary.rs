@@ -129,11 +129,18 @@ fn summary(source: &Source) -> Result<Option<(Contents, Option<Statistics>)>, Ba
 
 /// Checks that no two chunks of the index overlap.
 fn apart(spans: &[Span]) -> Result<(), Damage> {
-    let mut places: Vec<_> = spans.iter().map(|span| (span.offset, span.length)).collect();
+    let mut places: Vec<_> = spans
+        .iter()
+        .map(|span| (span.offset, span.length))
+        .collect();
     places.sort_unstable();
     for pair in places.windows(2) {
         let end = pair[0].0.saturating_add(pair[0].1);
-        agree("chunk index record: start of a chunk behind another", pair[1].0, pair[1].0.max(end))?;
+        agree(
+            "chunk index record: start of a chunk behind another",
+            pair[1].0,
+            pair[1].0.max(end),
+        )?;
     }
     Ok(())
 }

@@ -4,20 +4,22 @@
 bench := "--manifest-path crates/bench/Cargo.toml"
 
 # All that is optional is checked too.
-all := "--features lgvi_middleware/zenoh,lgvi_tests/zenoh"
+all := "--features lgvi_middleware/zenoh,lgvi_tests/zenoh,lgvi_middleware/security,lgvi_tests/security"
 
 default:
     @just --list
 
 # Everything that must hold before a change lands.
-ci: fmt words book lint docs package tests-and-instructions
+ci: fmt words book package tests-and-checks
 
-# Tests wait for half of their time; counting instructions fills it, and does not depend on what runs beside it.
+# Tests wait for half of their time. What checks the sources fills it, and does not depend on what runs beside it.
 [parallel, private]
-tests-and-instructions: test patient-instructions
+tests-and-checks: test patient-checks
 
+# In a folder of their own, so that neither waits for the other's lock.
 [private]
-patient-instructions:
+patient-checks:
+    CARGO_TARGET_DIR=target/checks nice -n 19 just lint docs
     nice -n 19 just instructions
 
 # The sources are formatted.
@@ -56,14 +58,15 @@ book-env:
     python3 -m venv target/book-env
     target/book-env/bin/pip install --quiet --disable-pip-version-check --requirement docs/book/requirements.txt
 
-# No warning of the compiler or of clippy.
+# No warning of the compiler or of clippy; without optional features it compiles, too.
 lint:
-    cargo clippy --workspace --all-targets --locked {{all}},lgvi/security -- -D warnings
-    cargo clippy {{bench}} --workspace --all-targets --locked -- -D warnings
+    cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
+    cargo clippy {{bench}} --workspace --all-targets --locked --features lgvi_bench/security -- -D warnings
+    cargo check --locked
 
 # The documentation builds, all links resolve.
 docs:
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked {{all}},lgvi/security
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked {{all}}
 
 # The library crates can be published.
 package:
@@ -92,12 +95,12 @@ fuzz seconds="5":
     tests/fuzz/run {{seconds}}
 
 # No hot kernel takes more instructions than are kept for it, within 3 %.
-instructions:
-    crates/bench/guard/run
+instructions *arguments:
+    cargo build --release {{bench}} --workspace --bin lgvi_guard --locked --features lgvi_bench/security
+    "${CARGO_TARGET_DIR:-target}"/release/lgvi_guard {{arguments}}
 
 # The instructions that the hot kernels take now are kept.
-instructions-update:
-    crates/bench/guard/run --update
+instructions-update: (instructions "--update")
 
 # The trials of docs/stability.md in full.
 stress *family:

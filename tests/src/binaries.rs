@@ -7,6 +7,14 @@ use std::process::Command;
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
+/// Of the programs, as of the tests.
+const FEATURES: &[&str] = &[
+    #[cfg(feature = "security")]
+    "lgvi_middleware/security",
+    #[cfg(feature = "zenoh")]
+    "lgvi_middleware/zenoh",
+];
+
 const PROGRAMS: [&str; 7] = [
     "examples/fly",
     "examples/own_node",
@@ -72,40 +80,13 @@ fn build(directory: &Path) {
     cargo_build(target, &what);
 }
 
-/// A program of the package `lgvi` with DDS security, built if it is missing or outdated.
-///
-/// It shares all else with those without (Cargo 1.91 or later), and lies apart: they have the same names.
-pub fn secured(name: &str) -> PathBuf {
-    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
-    DIRECTORY
-        .get_or_init(|| {
-            let directory = directory();
-            let target = directory.parent().expect("<target>/<profile>");
-            let profile = directory.file_name().expect("<target>/<profile>");
-            let apart = target.join("security");
-            let directory = apart.join(profile);
-            let mut programs = PROGRAMS.iter().filter(|name| name.starts_with("lgvi"));
-            if programs.any(|name| outdated(&directory.join(name))) {
-                let profile = cargo_profile(&directory);
-                let what = ["--package", "lgvi", "--bins", "--features", "security"];
-                let what = [&what[..], &["--profile", profile]].concat();
-                cargo_build_with(&apart, &what, &[("CARGO_BUILD_BUILD_DIR", target)]);
-            }
-            directory
-        })
-        .join(name)
-}
-
 /// The example `fly` in release, built if it is missing or outdated.
 pub fn fly_in_release() -> PathBuf {
     let directory = directory();
     let target = directory.parent().expect("<target>/<profile>");
     let program = target.join("release/examples/fly");
     if outdated(&program) {
-        cargo_build(
-            target,
-            &["--package", "lgvi_scene", "--example", "fly", "--release"],
-        );
+        cargo_build(target, &["--workspace", "--example", "fly", "--release"]);
     }
     program
 }
@@ -119,14 +100,10 @@ fn cargo_profile(directory: &Path) -> &str {
 }
 
 fn cargo_build(target: &Path, what: &[&str]) {
-    cargo_build_with(target, what, &[]);
-}
-
-fn cargo_build_with(target: &Path, what: &[&str], environment: &[(&str, &Path)]) {
     let output = Command::new(env!("CARGO"))
         .arg("build")
-        .envs(environment.iter().copied())
         .args(what)
+        .args(FEATURES.iter().flat_map(|feature| ["--features", feature]))
         .arg("--target-dir")
         .arg(target)
         .current_dir(crate::root())

@@ -5,7 +5,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{Process, World, secured};
+use crate::{Process, World, binary};
 
 /// The governance that `ros2 security create_keystore` writes, for all domains.
 const GOVERNANCE: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
@@ -139,7 +139,7 @@ impl Keystore {
 impl World {
     /// A command that runs a program of the package `lgvi` with DDS security, which is enforced.
     pub fn secured_command(&self, program: &str, keystore: &Keystore) -> Command {
-        let mut command = self.command(&secured(program));
+        let mut command = self.command(&binary(program));
         command
             .env("ROS_SECURITY_ENABLE", "true")
             .env("ROS_SECURITY_STRATEGY", "Enforce")

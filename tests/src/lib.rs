@@ -32,7 +32,7 @@ mod world;
 use std::path::PathBuf;
 
 pub use bags::{earlier_bags, reference_bag, reference_bags};
-pub use binaries::{binary, fly_in_release, secured};
+pub use binaries::{binary, fly_in_release};
 pub use chromium::browse;
 pub use controls::{coast, publish};
 pub use cpp::fast_dds;

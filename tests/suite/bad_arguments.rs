@@ -252,3 +252,20 @@ fn output_that_nobody_takes_is_no_panic() {
     drop(reader);
     assert_eq!(verify(writer.into()), (Some(0), String::new()));
 }
+
+#[cfg(not(feature = "security"))]
+#[test]
+fn a_program_without_security_refuses_to_pretend() {
+    let world = World::new();
+    let output = format!("output:={}", world.path("bag").display());
+    for strategy in ["Enforce", "Permissive"] {
+        let mut command = world.command(&binary("lgvi_recorder"));
+        command
+            .env("ROS_SECURITY_ENABLE", "true")
+            .env("ROS_SECURITY_STRATEGY", strategy)
+            .env("ROS_SECURITY_KEYSTORE", world.path("keys"))
+            .args(["--ros-args", "-e", "/a", "-p", &output]);
+        let finished = world.start("recorder", command).finish().expect(2);
+        finished.says(&["built without DDS security", "--features security"]);
+    }
+}

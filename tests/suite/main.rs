@@ -57,6 +57,7 @@ mod replay;
 mod report;
 mod scenes;
 mod schema;
+#[cfg(feature = "security")]
 mod security;
 mod shutdown;
 mod stalls;

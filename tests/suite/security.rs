@@ -15,7 +15,7 @@ use lgvi_msgs::msg::Scene;
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_tests::{
     Keystore, Process, Recording, Summary, World, binary, coast, eventually, fast_dds, publish,
-    scene, secured, settled,
+    scene, settled,
 };
 
 const CONTROL: &str = "/lgvi_propagator/control_sequence";
@@ -330,39 +330,19 @@ fn a_permissive_node_without_files_joins_without_security_and_says_so() {
     let keystore = Keystore::new(&world, "keys");
     let observer = world.ros_node("observer");
     let output = format!("output:={}", world.path("bag").display());
-    for program in [secured("lgvi_recorder"), binary("lgvi_recorder")] {
-        let mut command = world.command(&program);
-        command
-            .env("ROS_SECURITY_ENABLE", "true")
-            .env("ROS_SECURITY_KEYSTORE", keystore.path())
-            .args(["--supervised", "--ros-args", "--enclave", "/missing"])
-            .args(["-p", &output]);
-        let recorder = world.start("recorder", command);
-        recorder.await_ready();
-        recorder.await_stderr("joining without security");
-        let there = || observer.other_nodes().contains(&"/lgvi_recorder".into());
-        eventually("the recorder", || there().then_some(()));
-        recorder.stop().expect(0);
-        eventually("its end", || (!there()).then_some(()));
-        fs::remove_dir_all(world.path("bag")).unwrap();
-    }
-}
-
-#[test]
-fn a_program_without_security_refuses_to_pretend() {
-    let world = World::new();
-    let keystore = Keystore::new(&world, "keys").enclave("/a");
-    let output = format!("output:={}", world.path("bag").display());
-    for strategy in ["Enforce", "Permissive"] {
-        let mut command = world.command(&binary("lgvi_recorder"));
-        command
-            .env("ROS_SECURITY_ENABLE", "true")
-            .env("ROS_SECURITY_STRATEGY", strategy)
-            .env("ROS_SECURITY_KEYSTORE", keystore.path())
-            .args(["--ros-args", "-e", "/a", "-p", &output]);
-        let finished = world.start("recorder", command).finish().expect(2);
-        finished.says(&["built without DDS security", "--features security"]);
-    }
+    let mut command = world.command(&binary("lgvi_recorder"));
+    command
+        .env("ROS_SECURITY_ENABLE", "true")
+        .env("ROS_SECURITY_KEYSTORE", keystore.path())
+        .args(["--supervised", "--ros-args", "--enclave", "/missing"])
+        .args(["-p", &output]);
+    let recorder = world.start("recorder", command);
+    recorder.await_ready();
+    recorder.await_stderr("joining without security");
+    let there = || observer.other_nodes().contains(&"/lgvi_recorder".into());
+    eventually("the recorder", || there().then_some(()));
+    recorder.stop().expect(0);
+    eventually("its end", || (!there()).then_some(()));
 }
 
 /// The number of the user who owns nothing.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::GuardError;
 
 /// What stands at the top of the file.
-const HEADER: &str = "# Instructions of the hot kernels by callgrind, see benches/kernels. `just instructions-update` writes this.\n";
+const HEADER: &str = "# Instructions of the hot kernels by callgrind, see src/kernels. `just instructions-update` writes this.\n";
 
 /// Instruction counts, and the compiler that they belong to.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]

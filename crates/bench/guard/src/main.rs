@@ -1,9 +1,10 @@
-//! Compares instruction counts of the hot kernels, as gungraun has measured them, with those kept in the repository.
+//! Compares instruction counts of the hot kernels, taken by callgrind, with those kept in the repository.
 
 #![allow(clippy::print_stdout)]
 
 mod comparison;
 mod counts;
+mod kernels;
 mod measured;
 
 use std::path::{Path, PathBuf};
@@ -18,11 +19,12 @@ use counts::Counts;
 /// Where the counts are kept.
 const KEPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions.toml");
 
-/// Compares the counts that `cargo bench -p lgvi_guard -- --output-format=json` prints with those that are kept.
+/// Counts the instructions of the hot kernels and compares them with those that are kept. Needs valgrind.
 #[derive(Parser)]
 struct Arguments {
-    /// What the benchmark has printed.
-    measured: PathBuf,
+    /// Only run this kernel.
+    #[arg(long, value_name = "KERNEL", hide = true)]
+    run: Option<String>,
     /// Keep these counts from now on.
     #[arg(long)]
     update: bool,
@@ -43,6 +45,10 @@ enum GuardError {
     Form { path: PathBuf, reason: String },
     #[error("rustc: {0}")]
     Compiler(String),
+    #[error("valgrind of {kernel}: {reason}")]
+    Callgrind { kernel: String, reason: String },
+    #[error("there is no kernel {0:?}")]
+    Kernel(String),
 }
 
 impl GuardError {
@@ -56,7 +62,12 @@ impl GuardError {
 
 fn main() -> Result<ExitCode, GuardError> {
     let arguments = Arguments::parse();
-    let measured = measured::read(&arguments.measured)?;
+    if let Some(name) = arguments.run {
+        let kernel = kernels::all().find(|kernel| kernel.name == name);
+        kernel.ok_or(GuardError::Kernel(name))?.run();
+        return Ok(ExitCode::SUCCESS);
+    }
+    let measured = measured::measure()?;
     if arguments.update {
         measured.write(&arguments.kept)?;
         println!("{}: {} kernels", arguments.kept.display(), measured.len());

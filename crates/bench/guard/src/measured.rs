@@ -1,48 +1,65 @@
-//! What gungraun has measured: a JSON object a benchmark.
+//! Instruction counts of this program's kernels, each in a process of its own under callgrind.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use serde_json::Value;
-
 use crate::GuardError;
 use crate::counts::Counts;
+use crate::kernels::{self, COUNTED, Kernel};
 
-/// Where gungraun tells the number of instructions, of its form 7.
-const INSTRUCTIONS: &str = "/profiles/0/data/total/metrics/Ir/values/new";
-
-/// The counts in the file at `path`, by the compiler that is here.
-pub(crate) fn read(path: &Path) -> Result<Counts, GuardError> {
-    let text = std::fs::read_to_string(path).map_err(|source| GuardError::File {
-        path: path.into(),
-        source,
-    })?;
-    let instructions = parse(&text).map_err(|reason| GuardError::form(path, reason))?;
+/// Counts the instructions of all kernels.
+pub(crate) fn measure() -> Result<Counts, GuardError> {
+    let mut instructions: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
+    for Kernel { group, name, .. } in kernels::all() {
+        let count = count(name)?;
+        let kernels = instructions.entry(group.to_owned()).or_default();
+        kernels.insert(name.to_owned(), count);
+    }
     Ok(Counts {
         toolchain: toolchain()?,
         instructions,
     })
 }
 
-fn parse(text: &str) -> Result<BTreeMap<String, BTreeMap<String, u64>>, String> {
-    let mut instructions: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
-    for summary in serde_json::Deserializer::from_str(text).into_iter::<Value>() {
-        let summary = summary.map_err(|error| error.to_string())?;
-        let name = |key: &str| summary[key].as_str().map(str::to_owned);
-        let kernel = name("id").or_else(|| name("function_name"));
-        let count = summary.pointer(INSTRUCTIONS).and_then(Value::as_u64);
-        match (name("group"), kernel, count) {
-            (Some(group), Some(kernel), Some(count)) => {
-                instructions.entry(group).or_default().insert(kernel, count);
-            }
-            _ => return Err(format!("no count of instructions in {summary}")),
-        }
+/// Counts the instructions of one kernel.
+fn count(kernel: &str) -> Result<u64, GuardError> {
+    let failed = |reason: String| GuardError::Callgrind {
+        kernel: kernel.to_owned(),
+        reason,
+    };
+    let file = |source| GuardError::File {
+        path: "counts of callgrind".into(),
+        source,
+    };
+    let counts = tempfile::NamedTempFile::new().map_err(file)?;
+    let mut out = std::ffi::OsString::from("--callgrind-out-file=");
+    out.push(counts.path());
+    // The environment's size moves the stack, and may change a count.
+    let output = Command::new("valgrind")
+        .env_clear()
+        .envs(std::env::var_os("PATH").map(|path| ("PATH", path)))
+        .args(["--tool=callgrind", "--collect-atstart=no"])
+        .arg(format!("--toggle-collect={COUNTED}"))
+        .arg(out)
+        .arg(std::env::current_exe().map_err(file)?)
+        .args(["--run", kernel])
+        .output()
+        .map_err(|error| failed(error.to_string()))?;
+    if !output.status.success() {
+        return Err(failed(String::from_utf8_lossy(&output.stderr).into_owned()));
     }
-    if instructions.is_empty() {
-        return Err("no benchmark was run".to_owned());
+    total(counts.path()).map_err(failed)
+}
+
+/// The sum in a file of callgrind.
+fn total(path: &Path) -> Result<u64, String> {
+    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+    let line = text.lines().find_map(|line| line.strip_prefix("totals: "));
+    match line.and_then(|count| count.trim().parse().ok()) {
+        None | Some(0) => Err(format!("nothing was counted: {line:?}")),
+        Some(count) => Ok(count),
     }
-    Ok(instructions)
 }
 
 /// Version and target of the compiler, as in `1.95.0 (59807616e 2026-04-14) x86_64-unknown-linux-gnu`.
@@ -63,25 +80,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_are_taken_from_one_object_a_benchmark() {
-        let summary = |id: &str, count: &str| {
-            format!(
-                r#"{{"group": "steps", "function_name": "step", {id} "profiles": [{{"data": {{"total": {{"metrics":
-                {{"Ir": {{"values": {{"new": {count}, "old": 7}}}}}}}}}}}}]}}"#
-            )
-        };
-        let text = [summary(r#""id": "lgvi","#, "100"), summary("", "200")].join("\n");
-        let instructions = parse(&text).unwrap();
-        let expected = [("lgvi".to_owned(), 100), ("step".to_owned(), 200)];
-        assert_eq!(instructions["steps"], BTreeMap::from(expected));
-        for (bad, says) in [
-            ("", "no benchmark"),
-            ("{}", "no count"),
-            ("{", "EOF"),
-            (&summary("", "null"), "no count"),
+    fn the_sum_is_taken_from_the_file_of_callgrind() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        for (text, sum) in [
+            ("events: Ir\nsummary: 7\n\ntotals: 66274\n", Ok(66274)),
+            ("totals: 0\n", Err("nothing was counted")),
+            ("totals: many\n", Err("nothing was counted")),
+            ("", Err("nothing was counted")),
         ] {
-            let refusal = parse(bad).unwrap_err();
-            assert!(refusal.contains(says), "{refusal}");
+            std::fs::write(file.path(), text).unwrap();
+            match (total(file.path()), sum) {
+                (Ok(counted), Ok(sum)) => assert_eq!(counted, sum),
+                (Err(refusal), Err(says)) => assert!(refusal.contains(says), "{refusal}"),
+                (counted, sum) => panic!("{counted:?}, not {sum:?}"),
+            }
         }
     }
 

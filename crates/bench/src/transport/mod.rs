@@ -2,6 +2,7 @@
 //! and through the bare libraries below it.
 
 mod dds;
+mod events;
 mod far;
 mod near;
 mod report;
@@ -49,7 +50,7 @@ impl Default for Options {
 const BODIES: [usize; 3] = [1, 5, 64];
 const RATES: [f64; 2] = [1_000.0, 10_000.0];
 
-/// How a receiver of shared memory, which nothing wakes, looks for samples.
+/// How a receiver looks for samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Look {

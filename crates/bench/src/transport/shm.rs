@@ -39,14 +39,14 @@ pub(super) struct OwnReceiver {
 pub(super) struct BareSender {
     port: Publisher<Service, [BodySample], StateHeader>,
     bodies: Vec<BodySample>,
-    _opened: (Node<Service>, Open),
+    opened: (Node<Service>, Open),
 }
 
 /// iceoryx2's end that receives.
 pub(super) struct BareReceiver {
     port: Subscriber<Service, [BodySample], StateHeader>,
     spin: bool,
-    _opened: (Node<Service>, Open),
+    opened: (Node<Service>, Open),
 }
 
 fn node(place: &Place) -> Result<ShmNode, BenchError> {
@@ -83,7 +83,7 @@ fn open(place: &Place) -> Result<(Node<Service>, Open), BenchError> {
     Ok((node, open))
 }
 
-fn debug(error: impl std::fmt::Debug) -> BenchError {
+pub(super) fn debug(error: impl std::fmt::Debug) -> BenchError {
     failed(format!("{error:?}"))
 }
 
@@ -152,8 +152,12 @@ impl BareSender {
         Ok(Self {
             port: port.create().map_err(failed)?,
             bodies: vec![BodySample::default(); bodies],
-            _opened: opened,
+            opened,
         })
+    }
+
+    pub(super) fn node(&self) -> &Node<Service> {
+        &self.opened.0
     }
 }
 
@@ -174,8 +178,12 @@ impl BareReceiver {
         Ok(Self {
             port: port.create().map_err(failed)?,
             spin,
-            _opened: opened,
+            opened,
         })
+    }
+
+    pub(super) fn node(&self) -> &Node<Service> {
+        &self.opened.0
     }
 }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::ros::{RosReceiver, RosSender};
 use super::zenoh::{self, End, environment};
-use super::{Look, Place, dds, shm};
+use super::{Look, Place, dds, events, shm};
 use crate::error::BenchError;
 
 /// The topic of all of them.
@@ -21,6 +21,8 @@ pub(super) enum Way {
     Shm,
     /// iceoryx2 alone.
     Iceoryx2,
+    /// iceoryx2 alone, with an event for each sample.
+    Iceoryx2Events,
     /// This project's ROS 2 topics.
     Dds,
     /// ros2-client alone.
@@ -32,11 +34,12 @@ pub(super) enum Way {
 }
 
 /// Each way with how its receiver looks.
-pub(super) const LOOKS: [(Way, Look); 8] = [
+pub(super) const LOOKS: [(Way, Look); 9] = [
     (Way::Shm, Look::Spinning),
     (Way::Iceoryx2, Look::Spinning),
     (Way::Shm, Look::Polling),
     (Way::Iceoryx2, Look::Polling),
+    (Way::Iceoryx2Events, Look::Woken),
     (Way::Dds, Look::Woken),
     (Way::Ros2Client, Look::Woken),
     (Way::LgviZenoh, Look::Woken),
@@ -66,6 +69,7 @@ impl Way {
         match self {
             Self::Shm => "lgvi over iceoryx2",
             Self::Iceoryx2 => "iceoryx2",
+            Self::Iceoryx2Events => "iceoryx2 with events",
             Self::Dds => "lgvi over DDS",
             Self::Ros2Client => "ros2-client",
             Self::LgviZenoh => "lgvi over Zenoh",
@@ -79,7 +83,7 @@ impl Way {
             Self::Shm => Some(Self::Iceoryx2),
             Self::Dds => Some(Self::Ros2Client),
             Self::LgviZenoh => Some(Self::Zenoh),
-            Self::Iceoryx2 | Self::Ros2Client | Self::Zenoh => None,
+            Self::Iceoryx2 | Self::Iceoryx2Events | Self::Ros2Client | Self::Zenoh => None,
         }
     }
 
@@ -91,6 +95,7 @@ impl Way {
         Ok(match self {
             Self::Shm => Box::new(shm::OwnSender::new(place, bodies)?),
             Self::Iceoryx2 => Box::new(shm::BareSender::new(place, bodies)?),
+            Self::Iceoryx2Events => Box::new(events::EventSender::new(place, bodies)?),
             Self::Dds => Box::new(RosSender::new(
                 &Environment::localhost(place.domain),
                 bodies,
@@ -109,6 +114,7 @@ impl Way {
         Ok(match self {
             Self::Shm => Box::new(shm::OwnReceiver::new(place, spin)?),
             Self::Iceoryx2 => Box::new(shm::BareReceiver::new(place, spin)?),
+            Self::Iceoryx2Events => Box::new(events::EventReceiver::new(place)?),
             Self::Dds => Box::new(RosReceiver::new(&Environment::localhost(place.domain))?),
             Self::Ros2Client => Box::new(dds::BareReceiver::new(place)?),
             Self::LgviZenoh => Box::new(RosReceiver::new(&environment(place, End::Far))?),

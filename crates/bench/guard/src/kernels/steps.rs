@@ -2,13 +2,12 @@
 
 use std::hint::black_box;
 
-use gungraun::prelude::*;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
 use lgvi_truth::Case;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::CALLS;
+use super::{CALLS, Kernel};
 
 const CAYLEY: Rotor = Rotor::Discrete;
 const LGVI: Method = Method::Lgvi(CAYLEY);
@@ -53,19 +52,29 @@ fn axisymmetric(method: Method) -> Simulation {
     begun(Simulation::new(system, vec![state], method, 0.01).expect("a method"))
 }
 
-#[library_benchmark]
-#[bench::lgvi_free(of_case(FREE, LGVI, 0.01))]
-#[bench::lgvi_axisymmetric(axisymmetric(LGVI))]
-#[bench::lgvi_two_dumbbells(of_case(DUMBBELLS, LGVI, 0.002))]
-#[bench::lgvi_pendulum(of_case(PENDULUM, LGVI, 1e-3))]
-#[bench::lie_euler_two_dumbbells(of_case(DUMBBELLS, LIE_EULER, 0.002))]
-#[bench::nystrom_8_two_dumbbells(of_case(DUMBBELLS, NYSTROM, 0.02))]
-#[bench::composition_8_two_dumbbells(of_case(DUMBBELLS, COMPOSITION, 0.02))]
-#[bench::closed_form_asymmetric(of_case(FREE, Method::ClosedForm, 0.1))]
-#[bench::closed_form_axisymmetric(axisymmetric(Method::ClosedForm))]
-fn step(mut simulation: Simulation) -> Simulation {
-    fly(&mut simulation);
-    simulation
+pub(super) fn kernels() -> Vec<Kernel> {
+    fn kernel(name: &'static str, prepare: impl FnOnce() -> Simulation + 'static) -> Kernel {
+        Kernel::new("steps", name, prepare, fly)
+    }
+    vec![
+        kernel("lgvi_free", || of_case(FREE, LGVI, 0.01)),
+        kernel("lgvi_axisymmetric", || axisymmetric(LGVI)),
+        kernel("lgvi_two_dumbbells", || of_case(DUMBBELLS, LGVI, 0.002)),
+        kernel("lgvi_pendulum", || of_case(PENDULUM, LGVI, 1e-3)),
+        kernel("lie_euler_two_dumbbells", || {
+            of_case(DUMBBELLS, LIE_EULER, 0.002)
+        }),
+        kernel("nystrom_8_two_dumbbells", || {
+            of_case(DUMBBELLS, NYSTROM, 0.02)
+        }),
+        kernel("composition_8_two_dumbbells", || {
+            of_case(DUMBBELLS, COMPOSITION, 0.02)
+        }),
+        kernel("closed_form_asymmetric", || {
+            of_case(FREE, Method::ClosedForm, 0.1)
+        }),
+        kernel("closed_form_axisymmetric", || {
+            axisymmetric(Method::ClosedForm)
+        }),
+    ]
 }
-
-library_benchmark_group!(name = steps, benchmarks = [step]);

@@ -2,11 +2,12 @@
 
 use std::hint::black_box;
 
-use gungraun::prelude::*;
 use lgvi_control::{Actuation, NewtonSettings, PlanError, Start, Transfer, solve};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
+
+use super::Kernel;
 
 const INTERVALS: usize = 100;
 
@@ -34,16 +35,14 @@ fn transfer() -> Transfer {
     Transfer::new(body, field, h, INTERVALS, initial, target, actuation).expect("a transfer")
 }
 
-// Some iterations of one resolution, with what it takes to begin and to end.
-#[library_benchmark]
-#[bench::newton_iterations(transfer())]
-fn solve_in_part(transfer: Transfer) -> u32 {
+/// Some iterations of one resolution, with what it takes to begin and to end.
+fn solve_in_part(transfer: &mut Transfer) -> u32 {
     let settings = NewtonSettings {
         coarse: INTERVALS,
         ..NewtonSettings::default()
     };
     let mut seen = 0;
-    let ended = solve(black_box(&transfer), Start::Cold, &settings, |_| {
+    let ended = solve(black_box(transfer), Start::Cold, &settings, |_| {
         seen += 1;
         seen < ITERATIONS
     });
@@ -54,4 +53,7 @@ fn solve_in_part(transfer: Transfer) -> u32 {
     seen
 }
 
-library_benchmark_group!(name = planner, benchmarks = [solve_in_part]);
+pub(super) fn kernels() -> Vec<Kernel> {
+    let kernel = Kernel::new("planner", "newton_iterations", transfer, solve_in_part);
+    vec![kernel]
+}

@@ -2,12 +2,11 @@
 
 use std::hint::black_box;
 
-use gungraun::prelude::*;
 use lgvi_dynamics::gravity::{Gravity, Multipole, Mutual, Polyhedron};
 use lgvi_dynamics::{BodyState, Inertia, Load, RigidBody, System};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::CALLS;
+use super::{CALLS, Kernel};
 
 /// A system and where its bodies are.
 type Placed = (System, Vec<BodyState>);
@@ -57,17 +56,20 @@ fn polyhedron() -> Placed {
     placed(vec![rock, sphere], Box::new(Mutual::new(1.0)))
 }
 
-#[library_benchmark]
-#[bench::central_j2(central_j2())]
-#[bench::multipole_pair(multipole_pair())]
-#[bench::polyhedron_and_point(polyhedron())]
-fn loads((mut system, states): Placed) -> [Load; 2] {
+fn loads((system, states): &mut Placed) -> [Load; 2] {
     let mut loads = [Load::default(); 2];
     for _ in 0..CALLS {
-        system.loads(black_box(&states), &mut loads[..states.len()]);
+        system.loads(black_box(states), &mut loads[..states.len()]);
         black_box(&mut loads);
     }
     loads
 }
 
-library_benchmark_group!(name = gravity, benchmarks = [loads]);
+pub(super) fn kernels() -> Vec<Kernel> {
+    let kernel = |name, placed: fn() -> Placed| Kernel::new("gravity", name, placed, loads);
+    vec![
+        kernel("central_j2", central_j2),
+        kernel("multipole_pair", multipole_pair),
+        kernel("polyhedron_and_point", polyhedron),
+    ]
+}

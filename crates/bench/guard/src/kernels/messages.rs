@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::hint::black_box;
 
-use gungraun::prelude::*;
 use lgvi_bag::{BagOptions, BagWriter, Compression, Qos, ROS2MSG, Topic, TopicId};
 use lgvi_msgs::msg::{BodyState, SystemState};
 use lgvi_msgs::{RosMessage, cdr};
 use tempfile::TempDir;
 
-use crate::CALLS;
+use super::{CALLS, Kernel};
 
 /// About 300 B.
 fn state() -> SystemState {
@@ -30,14 +29,12 @@ fn state_and_room() -> (SystemState, Vec<u8>) {
     (state(), Vec::with_capacity(1 << 12))
 }
 
-#[library_benchmark]
-#[bench::cdr_of_a_state(state_and_room())]
-fn encode((state, mut bytes): (SystemState, Vec<u8>)) -> usize {
+fn encode((state, bytes): &mut (SystemState, Vec<u8>)) -> usize {
     let mut written = 0;
     for _ in 0..CALLS {
         bytes.clear();
-        cdr::encode_into(&mut bytes, black_box(&state)).expect("a message");
-        written += black_box(&bytes).len();
+        cdr::encode_into(bytes, black_box(state)).expect("a message");
+        written += black_box(&*bytes).len();
     }
     written
 }
@@ -75,16 +72,14 @@ fn bag() -> Bag {
     }
 }
 
-// Ends with the chunk, its index and the bag's description.
-#[library_benchmark]
-#[bench::bag_of_a_chunk(bag())]
-fn write(bag: Bag) -> u64 {
+/// Ends with the chunk, its index and the bag's description.
+fn write(bag: &mut Option<Bag>) -> u64 {
     let Bag {
         mut writer,
         topic,
         message,
         _folder,
-    } = bag;
+    } = bag.take().expect("written once");
     for sequence in 0..CALLS {
         let time = u64::from(sequence);
         writer
@@ -94,4 +89,9 @@ fn write(bag: Bag) -> u64 {
     writer.finish(BTreeMap::new()).expect("a bag").bytes
 }
 
-library_benchmark_group!(name = messages, benchmarks = [encode, write]);
+pub(super) fn kernels() -> Vec<Kernel> {
+    vec![
+        Kernel::new("messages", "cdr_of_a_state", state_and_room, encode),
+        Kernel::new("messages", "bag_of_a_chunk", || Some(bag()), write),
+    ]
+}

@@ -390,6 +390,11 @@ fn samples_whose_bodies_cannot_be_joined_fail_by_docking() {
     let store = Store::open(&directory).unwrap();
     let summary = Summary::of(&store).unwrap();
     assert_eq!(summary.failures, BTreeMap::from([("docking", 3)]));
+    let text = summary.to_string();
+    assert!(
+        text.ends_with("3 of 3 samples, 0 flew to the end, 3 failed (docking)"),
+        "{text}"
+    );
     let mut read = Vec::new();
     store.for_each(|row| read.push(row)).unwrap();
     for row in &read {

@@ -131,7 +131,8 @@ fn enter<'a>(item: &'a mut Item, part: &str) -> Option<&'a mut Item> {
         return item.get_mut(index);
     }
     let (name, index) = indexed(part);
-    let inner = item.get_mut(name)?;
+    // What is not there is made up as `None`.
+    let inner = item.get_mut(name).filter(|inner| !inner.is_none())?;
     match index {
         None => Some(inner),
         Some(index) => inner.get_mut(index),

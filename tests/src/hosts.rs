@@ -121,6 +121,20 @@ impl Hosts {
         }
     }
 
+    /// Lets no multicast pass the cable.
+    pub fn without_multicast(&self) {
+        for host in [&self.a, &self.b] {
+            run(
+                "ip",
+                &format!("-netns {} route del 224.0.0.0/4 dev {DEVICE}", host.name),
+            );
+            run(
+                "ip",
+                &format!("-netns {} link set {DEVICE} multicast off", host.name),
+            );
+        }
+    }
+
     /// Mends it.
     pub fn mend(&self, cut: Cut) {
         match cut {

@@ -220,7 +220,11 @@ fn plots_are_linked() {
         const zoomed = ranges();
         all[1].plot.over.dispatchEvent(new MouseEvent("dblclick"));
         await settled();
-        return { titles: all.map(({ element }) => element.querySelector("h3").textContent), units: all.map(({ plot }) => plot.axes.map((axis) => axis.label)),
+        window.lgvi.seek(0);
+        window.lgvi.plots.resize();
+        await settled();
+        const told = all.map(({ element }) => [...element.querySelectorAll(".u-value")].map((value) => value.textContent));
+        return { told, titles: all.map(({ element }) => element.querySelector("h3").textContent), units: all.map(({ plot }) => plot.axes.map((axis) => axis.label)),
           before, zoomed, whole: ranges(), end: flight.end };
     "#;
     let found = show(&world, "inclination_change", script);
@@ -245,6 +249,10 @@ fn plots_are_linked() {
         let units: [String; 2] = serde_json::from_value(found["units"][k].clone()).unwrap();
         assert_eq!(units[0], "time (s)");
         assert!(!units[1].is_empty(), "{}", titles[k]);
+        // Legends tell the values at the time from the start, also after a change of the window.
+        let told: Vec<String> = serde_json::from_value(found["told"][k].clone()).unwrap();
+        assert_eq!(told[0], "0", "{}", titles[k]);
+        assert!(told.iter().all(|value| value != "–"), "{told:?}");
         let at = found["before"][k]["at"].as_f64().unwrap();
         assert!((at - 0.5).abs() < 0.01, "{at}: {}", titles[k]);
         let index = found["before"][k]["index"].as_u64().unwrap();

@@ -21,7 +21,7 @@ fn a_step_without_solution_is_named_and_the_bag_keeps_all_before_it() {
         .count();
     assert!((50..500).contains(&states), "{states} states");
     let last_step = states - 1;
-    let expected = format!("propagator: step {last_step} of spacecraft: ");
+    let expected = format!("propagator: step {last_step}: spacecraft: ");
     assert!(
         message.starts_with(&expected),
         "{message}, expected {expected}"

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use lgvi_msgs::lookup;
-use lgvi_tests::{Row, codes, documented, root};
+use lgvi_tests::{Recording, Row, codes, documented, reference_bag, root};
 use serde_json::Value;
 
 /// A row of the table of topics in docs/interfaces.md.
@@ -168,6 +168,26 @@ fn foxglove_shows_documented_topics_and_fields_that_they_have() {
         panels.keys().cloned().collect(),
         "panels in the layout"
     );
+}
+
+/// What layouts show of a flight is in its bag; diagnostics and the log are of running nodes.
+#[test]
+fn a_recorded_flight_has_what_the_layouts_show() {
+    let recording = Recording::read(&reference_bag("inclination_change"));
+    let recorded = recording.counts();
+    for layout in ["lgvi.rviz", "lgvi.foxglove.json"] {
+        let text = fs::read_to_string(root().join("launch_scripts").join(layout)).unwrap();
+        let names = text.split(['"', ' ', '\n', ',']);
+        let names = names.filter(|name| name.starts_with("/lgvi_") || *name == "/tf");
+        let topics: BTreeSet<_> = names.map(|name| name.split('.').next().unwrap()).collect();
+        assert!(topics.len() >= 4, "{layout}: {topics:?}");
+        for topic in topics {
+            assert!(
+                recorded.contains_key(topic),
+                "{layout}: {topic} is not in the bag"
+            );
+        }
+    }
 }
 
 /// The panels in a part of the layout.

@@ -65,6 +65,7 @@ mod suspended;
 mod tables;
 mod tutorial;
 mod two_hosts;
+mod two_hosts_page;
 mod verify;
 mod waiting;
 mod warnings;

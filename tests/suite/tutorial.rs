@@ -52,3 +52,17 @@ fn every_command_of_the_tutorial_runs() {
 fn every_command_of_the_page_on_bags_in_python_runs() {
     run(&World::new(), "howto/python_bags.md");
 }
+
+#[test]
+fn every_command_of_the_page_on_two_satellites_runs() {
+    let world = World::new();
+    let directory = run(&world, "howto/two_satellites.md");
+    for made in [
+        "flights/formation/report.html",
+        "flights/wider/flight.svg",
+        "flights/approach/flight.svg",
+        "flights/docking/flight.svg",
+    ] {
+        assert!(directory.join(made).exists(), "{made}");
+    }
+}

@@ -151,7 +151,9 @@ impl<'a> Campaign<'a> {
         if !states.iter().all(BodyState::is_finite) {
             return Err(Failure::start("a state that is not finite"));
         }
-        system.check_clearance(&states).map_err(Failure::start)?;
+        system.check_clearance(&states).map_err(|approach| {
+            Failure::start(approach.in_words(|body| self.scene.body_name(body)))
+        })?;
         Ok(Member {
             system,
             states,

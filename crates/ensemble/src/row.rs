@@ -1,6 +1,7 @@
 use std::fmt;
 
 use lgvi_dynamics::{BodyError, MethodError, StepError};
+use lgvi_scene::Scene;
 
 /// The results of one sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,16 +37,19 @@ pub enum FailureKind {
     NotFinite,
     /// Two bodies come too close to each other.
     CloseApproach,
+    /// Two bodies dock that do not form a valid rigid body.
+    Docking,
     /// Any other error of the integrator.
     Integrator,
 }
 
 impl FailureKind {
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 6] = [
         Self::Start,
         Self::Turn,
         Self::NotFinite,
         Self::CloseApproach,
+        Self::Docking,
         Self::Integrator,
     ];
 
@@ -56,6 +60,7 @@ impl FailureKind {
             Self::Turn => "turn",
             Self::NotFinite => "not_finite",
             Self::CloseApproach => "close_approach",
+            Self::Docking => "docking",
             Self::Integrator => "integrator",
         }
     }
@@ -72,6 +77,7 @@ impl fmt::Display for FailureKind {
             Self::Turn => "turns too far in a step",
             Self::NotFinite => "not finite",
             Self::CloseApproach => "close approach",
+            Self::Docking => "docking",
             Self::Integrator => "integrator",
         })
     }
@@ -82,6 +88,21 @@ impl Failure {
         Self {
             kind: FailureKind::Start,
             message: error.to_string(),
+        }
+    }
+
+    /// The failure of a step of the scene's bodies.
+    pub(crate) fn step(scene: &Scene, error: &StepError) -> Self {
+        let kind = match error {
+            StepError::Unsolvable { .. } | StepError::TurnsTooFar { .. } => FailureKind::Turn,
+            StepError::NotFinite { .. } => FailureKind::NotFinite,
+            StepError::CloseApproach(_) => FailureKind::CloseApproach,
+            StepError::Docking { .. } => FailureKind::Docking,
+            _ => FailureKind::Integrator,
+        };
+        Self {
+            kind,
+            message: scene.step_error(error),
         }
     }
 }
@@ -95,20 +116,5 @@ impl From<BodyError> for Failure {
 impl From<MethodError> for Failure {
     fn from(error: MethodError) -> Self {
         Self::start(error)
-    }
-}
-
-impl From<StepError> for Failure {
-    fn from(error: StepError) -> Self {
-        let kind = match error {
-            StepError::Unsolvable { .. } | StepError::TurnsTooFar { .. } => FailureKind::Turn,
-            StepError::NotFinite { .. } => FailureKind::NotFinite,
-            StepError::CloseApproach(_) => FailureKind::CloseApproach,
-            _ => FailureKind::Integrator,
-        };
-        Self {
-            kind,
-            message: error.to_string(),
-        }
     }
 }

@@ -173,6 +173,10 @@ impl fmt::Display for Summary {
         for (kind, count) in &self.failures {
             write!(f, ", {count} failed ({kind})")?;
         }
+        if *complete == 0 {
+            // There is nothing to tell statistics of.
+            return Ok(());
+        }
         let width = self.columns.iter().map(|(name, _)| name.len()).max();
         let width = width.unwrap_or(0);
         write!(

@@ -84,7 +84,11 @@ impl Columns {
             Ok(Ends { member, outcome }) => {
                 let Member { system, states, .. } = member;
                 finish(&mut cells, scene, system, [states, &outcome.states]);
-                (outcome.steps, outcome.failure.map(Failure::from))
+                let failure = outcome.failure;
+                (
+                    outcome.steps,
+                    failure.map(|error| Failure::step(scene, &error)),
+                )
             }
             Err(failure) => (0, Some(failure)),
         };

@@ -4,7 +4,9 @@ use std::sync::Arc;
 use lgvi_dynamics::docking::Docking;
 use lgvi_dynamics::gravity::Polyhedron;
 use lgvi_dynamics::skip::{Allowance, Refusal, Summary};
-use lgvi_dynamics::{BodyState, Method, MethodError, RigidBody, Simulation, Skip, System};
+use lgvi_dynamics::{
+    BodyState, Method, MethodError, RigidBody, Simulation, Skip, StepError, System,
+};
 
 use crate::{
     Chosen, Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError,
@@ -191,6 +193,17 @@ impl Scene {
     /// Returns the bodies' states at the epoch, undisturbed.
     pub(crate) fn states(&self) -> Vec<BodyState> {
         self.bodies.iter().map(|body| body.state).collect()
+    }
+
+    /// Returns the message of an error of a step, with the names of bodies.
+    pub fn step_error(&self, error: &StepError) -> String {
+        error.in_words(|body| self.body_name(body))
+    }
+
+    /// Returns the name of the body of an index.
+    pub fn body_name(&self, body: usize) -> String {
+        let named = self.bodies.get(body);
+        named.map_or_else(|| format!("body {body}"), |named| named.name.clone())
     }
 
     /// Returns the simulation by a scheme, at step 0 from [`Scene::initial_states`].

@@ -53,7 +53,9 @@ pub fn set_key(text: &str, key: &str, value: &str) -> Result<String, NodeError> 
     let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
     let mut item = document.as_item_mut();
     for part in parents.split('.').filter(|part| !part.is_empty()) {
-        item = enter(item, part).ok_or_else(|| fail(&format!("the scene has no `{part}`")))?;
+        let expected = known(item);
+        item = enter(item, part)
+            .ok_or_else(|| fail(&format!("the scene has no `{part}`, expected {expected}")))?;
     }
     let (name, index) = indexed(name);
     let place = match index {
@@ -129,11 +131,24 @@ fn enter<'a>(item: &'a mut Item, part: &str) -> Option<&'a mut Item> {
         return item.get_mut(index);
     }
     let (name, index) = indexed(part);
-    let inner = item.get_mut(name)?;
+    // What is not there is made up as `None`.
+    let inner = item.get_mut(name).filter(|inner| !inner.is_none())?;
     match index {
         None => Some(inner),
         Some(index) => inner.get_mut(index),
     }
+}
+
+/// Returns what [`enter`] finds in an item, in words.
+fn known(item: &Item) -> String {
+    let names: Vec<_> = match (item.as_array_of_tables(), item.as_table_like()) {
+        (Some(tables), _) => (tables.iter())
+            .filter_map(|table| table.get("name")?.as_str())
+            .collect(),
+        (None, Some(table)) => table.iter().map(|(name, _)| name).collect(),
+        (None, None) => return "no key of what is no table".into(),
+    };
+    format!("one of {}", names.join(", "))
 }
 
 #[cfg(test)]
@@ -166,9 +181,18 @@ mod tests {
             set("run.duration", "[1, 2]"),
             replaced("few\n", "few\nduration = [1, 2]\n")
         );
-        for wrong in ["bodies.c.mass", "bodies[2].mass", "rum.steps", "title.x"] {
+        for (wrong, expected) in [
+            (
+                "bodies.c.mass",
+                "the scene has no `c`, expected one of a, b",
+            ),
+            ("bodies[2].mass", "no `bodies[2]`"),
+            ("rum.steps", "no `rum`, expected one of title, run, bodies"),
+            ("title.x", "`title` is no table"),
+            ("title.x.y", "no `x`"),
+        ] {
             let error = set(wrong, "1").unwrap_err();
-            assert!(error.contains(wrong), "{error}");
+            assert!(error.contains(wrong) && error.contains(expected), "{error}");
         }
     }
 

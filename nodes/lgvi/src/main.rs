@@ -135,7 +135,7 @@ enum Command {
     },
     /// Write man pages.
     Man {
-        /// Existing directory for the pages.
+        /// Directory for the pages; it is made if there is none.
         #[arg(value_parser = values::path())]
         directory: PathBuf,
     },
@@ -245,7 +245,8 @@ fn main() -> ExitCode {
             clap_complete::generate(*shell, &mut Arguments::command(), "lgvi", &mut script);
             output::say(&String::from_utf8_lossy(&script).trim_end()).map(|()| ExitCode::SUCCESS)
         }
-        Command::Man { directory } => clap_mangen::generate_to(Arguments::command(), directory)
+        Command::Man { directory } => std::fs::create_dir_all(directory)
+            .and_then(|()| clap_mangen::generate_to(Arguments::command(), directory))
             .map(|()| ExitCode::SUCCESS)
             .map_err(|error| NodeError::Input(format!("{}: {error}", directory.display()))),
     };

@@ -36,7 +36,7 @@ impl SceneInput {
         for (key, value) in &self.set {
             text = set_key(&text, key, value)?;
         }
-        let scene = parse_scene(&self.scene, &text)?;
+        let scene = parse_scene(&self.scene, &text).map_err(|error| self.with_changes(error))?;
         if self.set.is_empty() {
             return Ok(Loaded {
                 scene,
@@ -53,6 +53,23 @@ impl SceneInput {
             file,
             _directory: Some(directory),
         })
+    }
+}
+
+impl SceneInput {
+    /// Lines and values that an error names are those after the changes.
+    fn with_changes(&self, error: NodeError) -> NodeError {
+        match (error, self.set.as_slice()) {
+            (NodeError::Input(error), [_, ..]) => {
+                let set = self
+                    .set
+                    .iter()
+                    .map(|(key, value)| format!("--set {key}={value}"));
+                let set = set.collect::<Vec<_>>().join(" ");
+                NodeError::Input(format!("with {set}: {error}"))
+            }
+            (error, _) => error,
+        }
     }
 }
 

@@ -41,25 +41,14 @@ pub enum SetStatesError {
     #[error(transparent)]
     Scheme(#[from] SchemeError),
     /// The step from them cannot be made.
-    #[error("no step can be made from these states{}: {error}", of(body))]
-    Step {
-        /// The body that the step fails of.
-        body: Option<String>,
-        /// Why.
-        error: StepError,
-    },
+    #[error("no step can be made from these states: {0}")]
+    Step(String),
     /// A step from them leaves the range of numbers in SI.
     #[error("a step from these states leads to states or an energy that are not finite in SI")]
     Range,
     /// Bodies that are too fast, or at one point.
     #[error("the energy of these states is not finite")]
     Energy,
-}
-
-fn of(body: &Option<String>) -> String {
-    body.as_ref()
-        .map(|name| format!(" of {name}"))
-        .unwrap_or_default()
 }
 
 impl Flight {
@@ -171,10 +160,9 @@ impl Flight {
         let mut trial = scene.simulation_from(all, self.scheme)?;
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
-        trial.advance(&loads).map_err(|error| {
-            let body = error.body().map(|body| scene.bodies[body].name.clone());
-            SetStatesError::Step { body, error }
-        })?;
+        trial
+            .advance(&loads)
+            .map_err(|error| SetStatesError::Step(scene.step_error(&error)))?;
         let units = &scene.units;
         let energy = trial.invariants().energy * units.energy();
         let mut states = trial.states().iter();
@@ -378,8 +366,8 @@ mod tests {
         flight.accept(controls(0, 6.0, 3)).unwrap();
         let before = flight.states().to_vec();
         for (angular_momentum, part) in [
-            (1e3, "no step can be made from these states of ball: "),
-            (1e200, "no step can be made from these states of ball: "),
+            (1e3, "no step can be made from these states: ball: "),
+            (1e200, "no step can be made from these states: ball: "),
         ] {
             let error = flight
                 .try_states(&scene, &spinning(&scene, angular_momentum))

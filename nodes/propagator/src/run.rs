@@ -341,9 +341,7 @@ impl Propagator {
         let step = self.flight.step();
         let timed = self.monitor.times(step, !self.pace.is_free());
         let report = self.flight.advance().map_err(|error| {
-            let name = error.body().map(|body| &self.scene.bodies[body].name);
-            let of = name.map(|name| format!(" of {name}")).unwrap_or_default();
-            NodeError::Runtime(format!("step {step}{of}: {error}"))
+            NodeError::Runtime(format!("step {step}: {}", self.scene.step_error(&error)))
         })?;
         if let Some(began) = timed {
             self.monitor.timed(began.elapsed());

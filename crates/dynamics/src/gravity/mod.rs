@@ -131,21 +131,21 @@ pub struct CloseApproach {
     pub limit: f64,
 }
 
+impl CloseApproach {
+    /// Returns the error as a message that calls the body of an index by its `name`.
+    pub fn in_words(&self, name: impl Fn(usize) -> String) -> String {
+        let other = self.other.map_or_else(|| "the attractor".into(), &name);
+        format!(
+            "{} and {other} are {} apart, inside the sum {} of their radii",
+            name(self.body),
+            self.distance,
+            self.limit
+        )
+    }
+}
+
 impl fmt::Display for CloseApproach {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            body,
-            distance,
-            limit,
-            ..
-        } = self;
-        match self.other {
-            Some(other) => write!(f, "bodies {body} and {other}")?,
-            None => write!(f, "body {body} and the attractor")?,
-        }
-        write!(
-            f,
-            " are {distance} apart, inside the sum {limit} of their radii"
-        )
+        f.write_str(&self.in_words(|body| format!("body {body}")))
     }
 }

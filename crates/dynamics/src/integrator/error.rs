@@ -1,3 +1,5 @@
+use std::fmt;
+
 use thiserror::Error;
 
 use crate::gravity::CloseApproach;
@@ -8,7 +10,6 @@ use crate::rotation::Unsolvable;
 #[non_exhaustive]
 pub enum StepError {
     /// The number of controls differs from the number of bodies.
-    #[error("there are {found} controls for {expected} bodies")]
     Controls {
         /// Number of bodies.
         expected: usize,
@@ -16,7 +17,6 @@ pub enum StepError {
         found: usize,
     },
     /// The body rotates too far in one step.
-    #[error("body {body}: {source}")]
     Unsolvable {
         /// Index of the body.
         body: usize,
@@ -24,18 +24,13 @@ pub enum StepError {
         source: Unsolvable,
     },
     /// The step would end in NaN or infinity, for example because two point masses coincide.
-    #[error("body {body}: the state after the step is not finite")]
     NotFinite {
         /// Index of the body.
         body: usize,
     },
     /// The step would end with a body inside another body or a source.
-    #[error(transparent)]
     CloseApproach(#[from] CloseApproach),
     /// The step is too long to resolve the change of the loads.
-    #[error(
-        "body {body}: the step does not resolve the motion, its loads change by {excess:.1} times what they may"
-    )]
     Unresolved {
         /// Index of the body.
         body: usize,
@@ -43,7 +38,6 @@ pub enum StepError {
         excess: f64,
     },
     /// The body rotates further in one step than the method's attitude chart covers.
-    #[error("body {body} turns by {turn:.3} rad in one step, expected less than π")]
     TurnsTooFar {
         /// Index of the body.
         body: usize,
@@ -51,10 +45,6 @@ pub enum StepError {
         turn: f64,
     },
     /// The iteration for the implicit equations of a step did not converge.
-    #[error(
-        "the implicit equations of the step were not solved: residual {residual:.1e} after {iterations} iterations, expected \
-         at most {tolerance:.1e}"
-    )]
     NotConverged {
         /// Iterations made.
         iterations: u32,
@@ -64,7 +54,6 @@ pub enum StepError {
         tolerance: f64,
     },
     /// Two bodies dock that do not form a rigid body within the range of numbers.
-    #[error("bodies {body} and {other} dock, but do not form a valid rigid body")]
     Docking {
         /// Index of the body.
         body: usize,
@@ -72,7 +61,6 @@ pub enum StepError {
         other: usize,
     },
     /// The error control requires steps too small to advance time.
-    #[error("the error control needs steps of {step:.1e}, at least {least:.1e} is possible")]
     StepSizeUnderflow {
         /// Step requested by the error control.
         step: f64,
@@ -80,14 +68,60 @@ pub enum StepError {
         least: f64,
     },
     /// The error control needs too many internal steps.
-    #[error("the error control needs more than {limit} steps for one output")]
     TooManySteps {
         /// Largest number allowed.
         limit: u32,
     },
 }
 
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.in_words(|body| format!("body {body}")))
+    }
+}
+
 impl StepError {
+    /// Returns the error as a message that calls the body of an index by its `name`.
+    pub fn in_words(&self, name: impl Fn(usize) -> String) -> String {
+        match *self {
+            Self::Controls { expected, found } => {
+                format!("there are {found} controls for {expected} bodies")
+            }
+            Self::Unsolvable { body, source } => format!("{}: {source}", name(body)),
+            Self::NotFinite { body } => {
+                format!("{}: the state after the step is not finite", name(body))
+            }
+            Self::CloseApproach(approach) => approach.in_words(name),
+            Self::Unresolved { body, excess } => format!(
+                "{}: the step does not resolve the motion, its loads change by {excess:.1} times what they may",
+                name(body)
+            ),
+            Self::TurnsTooFar { body, turn } => format!(
+                "{} turns by {turn:.3} rad in one step, expected less than π",
+                name(body)
+            ),
+            Self::NotConverged {
+                iterations,
+                residual,
+                tolerance,
+            } => format!(
+                "the implicit equations of the step were not solved: residual {residual:.1e} after {iterations} iterations, \
+                 expected at most {tolerance:.1e}"
+            ),
+            Self::Docking { body, other } => format!(
+                "{} and {} dock, but do not form a valid rigid body",
+                name(body),
+                name(other)
+            ),
+            Self::StepSizeUnderflow { step, least } => format!(
+                "the error control needs steps of {step:.1e}, at least {least:.1e} is possible"
+            ),
+            Self::TooManySteps { limit } => {
+                format!("the error control needs more than {limit} steps for one output")
+            }
+        }
+    }
+
     /// The error of a body whose rotation could not be solved, or [`Self::NotFinite`] if its momentum is not a number.
     pub(crate) fn of_rotation(body: usize, source: Unsolvable) -> Self {
         if source.turn.is_nan() {

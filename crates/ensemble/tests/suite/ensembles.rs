@@ -361,6 +361,50 @@ angle = "180 deg"
     }
 }
 
+/// Two specks so far apart that the inertia about the line between them is lost in rounding.
+#[test]
+fn samples_whose_bodies_cannot_be_joined_fail_by_docking() {
+    let speck = |name: &str, x: f64| {
+        format!(
+            "[[bodies]]\nname = \"{name}\"\nmass = 1.0\ninertia = [1e-18, 1e-18, 1e-18]\nposition = [{x}, 0.0, 0.0]\n\
+             velocity = [0.0, 0.0, 0.0]\nattitude = {{ w = 1.0, x = 0.0, y = 0.0, z = 0.0 }}\nangular_velocity = [0.0, 0.0, 0.0]\n"
+        )
+    };
+    let port = |name: &str| {
+        format!("{{ body = \"{name}\", position = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] }}")
+    };
+    let text = format!(
+        "title = \"Specks\"\n[run]\nduration = 1.0\nsteps = 10\nintegrator = \"lgvi\"\n{}{}\
+         [[docking]]\nports = [{}, {}]\ndistance = 2.0\nangle = \"180 deg\"\n\
+         [ensemble]\nsamples = 3\nseed = 1\n[[ensemble.bodies]]\nbody = \"left\"\nvelocity = 1e-3\n",
+        speck("left", 0.0),
+        speck("right", 1.0),
+        port("left"),
+        port("right"),
+    );
+    let scene = Scene::parse("specks", &text).unwrap();
+    let campaign = campaign(&scene);
+    let temporary = TempDir::new().unwrap();
+    let directory = temporary.path().join("run");
+    fly(&campaign, &directory, &OPTIONS);
+    let store = Store::open(&directory).unwrap();
+    let summary = Summary::of(&store).unwrap();
+    assert_eq!(summary.failures, BTreeMap::from([("docking", 3)]));
+    let text = summary.to_string();
+    assert!(
+        text.ends_with("3 of 3 samples, 0 flew to the end, 3 failed (docking)"),
+        "{text}"
+    );
+    let mut read = Vec::new();
+    store.for_each(|row| read.push(row)).unwrap();
+    for row in &read {
+        let failure = row.failure.as_ref().unwrap();
+        assert_eq!(failure.kind, FailureKind::Docking);
+        let expected = "left and right dock, but do not form a valid rigid body";
+        assert_eq!(failure.message, expected);
+    }
+}
+
 fn value(campaign: &Campaign<'_>, row: &Row, name: &str) -> f64 {
     let column = campaign.columns().iter().position(|column| column == name);
     row.numbers[column.unwrap_or_else(|| panic!("{name} in {:?}", campaign.columns()))]

@@ -140,7 +140,7 @@ fn turns_that_are_too_far_are_warned_of() {
         unsolvable[0].message.contains("2.00 rad") && unsolvable[0].message.contains("1.00 rad")
     );
     assert!(
-        unsolvable[1].message.contains("step 0 of top"),
+        unsolvable[1].message.contains("step 0: top: "),
         "{unsolvable:?}"
     );
     let exact = TEXT

@@ -32,7 +32,7 @@ impl Display for Explanation {
             write!(f, "\n  docking     {docking}")?;
         }
         if let Some(maneuver) = &self.maneuver {
-            write!(f, "\n  maneuver   {maneuver}")?;
+            write!(f, "\n  maneuver    {maneuver}")?;
         }
         if let Some(seed) = self.disturbance {
             write!(

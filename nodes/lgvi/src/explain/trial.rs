@@ -78,14 +78,13 @@ impl Trial {
             match simulation.advance(&controls) {
                 Ok(_) => trial.steps += 1,
                 Err(error) => {
-                    let body = error.body().map(|body| scene.bodies[body].name.as_str());
-                    let of = body.map(|name| format!(" of {name}")).unwrap_or_default();
+                    let error = scene.step_error(&error);
                     let cut = if scene.subdivides(scheme) {
                         " (it will be cut)"
                     } else {
                         ""
                     };
-                    trial.failure = Some(format!("step {}{of}: {error}{cut}", trial.steps));
+                    trial.failure = Some(format!("step {}: {error}{cut}", trial.steps));
                 }
             }
             trial.largest_turn = trial.largest_turn.max(turn(&simulation, h));

@@ -17,6 +17,10 @@ use plotters::style::{
 /// Units of the sheet a pixel.
 const FINE: f64 = 10.0;
 
+/// Part of an area that a line may cover, and the width at which it covers more nevertheless (px).
+const INK: f64 = 0.35;
+const THINNEST: f64 = 0.5;
+
 /// A place in the picture (px), from the upper left.
 pub(super) type Place = [f64; 2];
 
@@ -32,6 +36,17 @@ impl Stroke {
         Self {
             color: color.to_rgba(),
             width,
+        }
+    }
+
+    /// Thinner if paths are so long that they would fill an area (px²): what goes back and forth stays a line.
+    pub(super) fn within(self, paths: &[&[Place]], area: f64) -> Self {
+        let steps = paths.iter().flat_map(|path| path.windows(2));
+        let length: f64 = steps.map(|step| distance(step[0], step[1])).sum();
+        let width = INK * area / length.max(f64::MIN_POSITIVE);
+        Self {
+            width: width.clamp(THINNEST.min(self.width), self.width),
+            ..self
         }
     }
 

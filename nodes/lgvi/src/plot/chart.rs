@@ -43,7 +43,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, panels: &[Panel]) 
         let top = from[1] + index as f64 * height;
         let rows = heading(canvas, [from[0], top], to[0], panel);
         let frame = Rectangle {
-            from: [from[0] + LEFT, top + ROW * rows + 4.0],
+            from: [from[0] + LEFT, top + ROW * rows + 7.0],
             to: [to[0], top + height - BELOW],
         };
         Axes::new(frame, time, panel).draw(canvas, panel, per_unit);
@@ -57,12 +57,13 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, panels: &[Panel]) 
     canvas.text(&format!("Time [{time_unit}]"), [center, to[1] - 9.0], font);
 }
 
-/// Seconds in the unit that gives short labels, and its symbol.
-fn time_unit(duration: f64) -> (f64, &'static str) {
+/// Seconds in the unit that gives short labels of a duration (s), and its symbol; the page of `lgvi report` has the same.
+pub(super) fn time_unit(duration: f64) -> (f64, &'static str) {
     match duration {
-        ..1e4 => (1.0, "s"),
-        ..1e6 => (3600.0, "h"),
-        _ => (86400.0, "d"),
+        ..600.0 => (1.0, "s"),
+        ..10_800.0 => (60.0, "min"),
+        ..172_800.0 => (3600.0, "h"),
+        _ => (86_400.0, "d"),
     }
 }
 
@@ -222,7 +223,9 @@ impl Axes {
         for curve in &panel.curves {
             let place = |point: &[f64; 2]| [self.x(point[0]), self.y(point[1] / self.scale)];
             let points: Vec<_> = curve.points.iter().map(place).collect();
-            canvas.path(&points, Stroke::new(curve.color, 1.8));
+            let [width, height] = [0, 1].map(|i| to[i] - from[i]);
+            let stroke = Stroke::new(curve.color, 1.8).within(&[&points], width * height);
+            canvas.path(&points, stroke);
         }
     }
 }

@@ -138,8 +138,17 @@ impl FlightData {
             .collect()
     }
 
-    /// The cost of what was flown, in the scene's units; `None` without a maneuver or before its end.
-    pub(crate) fn cost(&self) -> Option<f64> {
+    /// Whether feedback or errors of the actuators changed the controls on a body that the tracks tell.
+    pub(crate) fn is_inexact(&self, body: usize) -> bool {
+        let maneuver = self.scene.maneuver.as_ref();
+        let is_steered =
+            maneuver.is_some_and(|maneuver| maneuver.body == body && maneuver.feedback);
+        is_steered || self.scene.disturbance.is_some()
+    }
+
+    /// The cost of the flown controls, in the scene's units, with what it is a cost of; `None` without a maneuver or before
+    /// its end.
+    pub(crate) fn cost(&self) -> Option<(&'static str, f64)> {
         let maneuver = self.scene.maneuver.as_ref()?;
         let track = &self.tracks[maneuver.body];
         let end = self.last().step;
@@ -153,7 +162,12 @@ impl FlightData {
             let steps = interval[interval.len() - 1].0 - interval[0].0;
             steps as f64 * maneuver.interval_cost(&interval[0].1, h)
         });
-        Some(costs.sum())
+        let kind = if self.is_inexact(maneuver.body) {
+            "cost of the plans"
+        } else {
+            "cost"
+        };
+        Some((kind, costs.sum()))
     }
 }
 

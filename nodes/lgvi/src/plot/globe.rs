@@ -152,7 +152,13 @@ impl Globe {
                         Anchor::Start
                     };
                     let beside = if across < 0.0 { -8.0 } else { 8.0 };
-                    canvas.text(name, [tip[0] + beside, tip[1] + 10.0 * down], font);
+                    let place = [tip[0] + beside, tip[1] + 10.0 * down];
+                    // A letter stays readable where it is on a curve.
+                    if name.len() == 1 {
+                        let middle = place[0] + 0.5 * beside.signum() * style::HEADING * 0.6;
+                        canvas.disc([middle, place[1]], 0.6 * style::HEADING, style::PAPER);
+                    }
+                    canvas.text(name, place, font);
                 }
             }
         }

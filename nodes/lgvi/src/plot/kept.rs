@@ -51,20 +51,12 @@ pub(super) fn momentum(flight: &FlightData) -> Momentum {
     }
 }
 
-/// The energies; where no control acts, what goes from one to the other.
+/// The energies, or what goes from one to the other.
 pub(super) fn energies(flight: &FlightData) -> Panel {
-    let exchanged = !flight.is_disturbed();
-    let curve = |label: &str, color, value: fn(&Sample) -> f64| {
-        let start = if exchanged {
-            value(flight.first())
-        } else {
-            0.0
-        };
-        Curve {
-            label: label.into(),
-            color,
-            points: over_time(flight, |sample| value(sample) - start),
-        }
+    let curve = |label: &str, color, value: fn(&Sample) -> f64| Curve {
+        label: label.into(),
+        color,
+        points: over_time(flight, value),
     };
     let [translation, rotation, potential] = style::ENERGIES;
     let bodies = &mut flight.scene.bodies.iter();
@@ -80,12 +72,7 @@ pub(super) fn energies(flight: &FlightData) -> Panel {
         curve("potential", potential, |sample| sample.energy.potential),
         curve("total", style::INK, |sample| sample.energy.total),
     ]);
-    let title = if exchanged {
-        "Energy, change from the start"
-    } else {
-        "Energy"
-    };
-    Panel::new(title, "J", curves)
+    Panel::new("Energy", "J", curves).or_changes("Energy, change from the start")
 }
 
 /// An error where the flight keeps its energy, relative if it is not zero.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 
-use super::canvas::Stroke;
+use super::canvas::{Place, Stroke};
 use super::chart::Rectangle;
 use super::data::Sample;
 use super::marks::{Item, darker};
@@ -16,6 +16,16 @@ const PIECES: usize = 320;
 /// Length of the strongest force, of the picture's width.
 const STRONGEST: f64 = 0.12;
 
+/// Area that a trajectory is spread over: of the box round it, were it square (px²).
+fn covered(places: &[Place]) -> f64 {
+    let sides = [0, 1].map(|i| {
+        let values = || places.iter().map(|place| place[i]);
+        let low = values().fold(f64::INFINITY, f64::min);
+        values().fold(f64::NEG_INFINITY, f64::max) - low
+    });
+    0.5 * sides.iter().map(|side| side * side).sum::<f64>()
+}
+
 impl Picture<'_> {
     /// The trajectory in pieces, farther ones paler, those of bodies without a name thinner.
     pub(super) fn add_trajectory(
@@ -25,6 +35,13 @@ impl Picture<'_> {
         body: usize,
     ) {
         let width = if self.named.contains(&body) { 2.6 } else { 1.0 };
+        let places: Vec<_> = trajectory
+            .iter()
+            .map(|point| self.cage.place(point))
+            .collect();
+        let width = Stroke::new(color, width)
+            .within(&[&places], covered(&places))
+            .width;
         let length = trajectory.len().div_ceil(PIECES).max(2);
         for start in (0..trajectory.len().saturating_sub(1)).step_by(length) {
             // One point more than its own, to meet the next.

@@ -4,7 +4,7 @@ use lgvi_middleware::node::NodeError;
 use plotters::style::Color;
 
 use super::canvas::{Anchor, Canvas, Font, picture, text_width};
-use super::chart::{self, Rectangle};
+use super::chart::{self, Rectangle, time_unit};
 use super::data::FlightData;
 use super::proximity::Proximity;
 use super::subject::Subject;
@@ -72,9 +72,11 @@ fn subtitle(flight: &FlightData) -> String {
     let scene = &flight.scene;
     let integrator = &scene.integration;
     let last = flight.last();
-    let mut text = format!("{integrator}, {} steps, {} s", last.step, short(last.time));
-    if let Some(cost) = flight.cost() {
-        text += &format!(", cost {cost:.4}");
+    let (unit, symbol) = time_unit(last.time);
+    let duration = short(last.time / unit);
+    let mut text = format!("{integrator}, {} steps, {duration} {symbol}", last.step);
+    if let Some((kind, cost)) = flight.cost() {
+        text += &format!(", {kind} {cost:.4}");
     }
     text
 }

@@ -63,12 +63,11 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
         curves.push((path, kept));
     }
     if !caps.is_empty() {
-        let x = if kept_out(0) {
-            "body x, kept out"
-        } else {
-            "axis kept out"
-        };
-        legend.push(Entry::new(Mark::Line(kept), x));
+        let names = ["body x, kept out", "body y, kept out", "body z, kept out"];
+        let name = (0..3)
+            .find(|i| kept_out(*i))
+            .map_or("axis kept out", |i| names[i]);
+        legend.insert(0, Entry::new(Mark::Line(kept), name));
     }
     if let Some(label) = limits::label::<KeepOutCone>(flight, "keep-out cone") {
         legend.push(Entry::new(Mark::Line(rim), label));

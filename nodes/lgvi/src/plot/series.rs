@@ -44,7 +44,33 @@ impl Panel {
             limits: Vec::new(),
         }
     }
+
+    /// Changes from the start, under their own title, in place of curves that are far larger than all of their changes.
+    pub(super) fn or_changes(mut self, title: &str) -> Self {
+        let most = |change: bool| {
+            let values = self.curves.iter().flat_map(|curve| {
+                let start = curve.points.first().map_or(0.0, |point| point[1]);
+                let start = if change { start } else { 0.0 };
+                curve
+                    .points
+                    .iter()
+                    .map(move |point| (point[1] - start).abs())
+            });
+            values.fold(0.0, f64::max)
+        };
+        if most(true) < SMALL * most(false) {
+            self.title = title.into();
+            for curve in &mut self.curves {
+                let start = curve.points.first().map_or(0.0, |point| point[1]);
+                curve.points.iter_mut().for_each(|point| point[1] -= start);
+            }
+        }
+        self
+    }
 }
+
+/// Changes that are a smaller part than this of the values are shown alone.
+const SMALL: f64 = 0.2;
 
 /// All panels, from top to bottom: what acts, what it must keep to, what moves, and what is kept.
 pub(super) fn panels(flight: &FlightData, subject: Subject) -> Vec<Panel> {
@@ -91,7 +117,10 @@ pub(super) fn panels(flight: &FlightData, subject: Subject) -> Vec<Panel> {
     } else if gravity {
         let curves = components(flight, |sample| sample.angular_momentum);
         let title = "Angular momentum, inertial axes";
-        panels.push(Panel::new(title, "kg m²/s", curves));
+        panels.push(
+            Panel::new(title, "kg m²/s", curves)
+                .or_changes("Angular momentum change, inertial axes"),
+        );
     }
     panels
 }
@@ -133,7 +162,7 @@ fn control(flight: &FlightData, part: &Part) -> Option<Panel> {
                 .map(|i| curve(AXES[i], style::COMPONENTS[i], &stairs, &move |v| v[i]))
                 .collect();
             if let Some(limit) = limit {
-                curves.push(curve("norm", style::INK, &stairs, &|v| v.norm()));
+                curves.push(curve("magnitude", style::INK, &stairs, &|v| v.norm()));
                 limits.push(limit * part.size);
             }
             for limit in limits::of_components(flight, part.place) {

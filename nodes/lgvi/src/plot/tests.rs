@@ -3,65 +3,71 @@
 use lgvi_dynamics::Load;
 use nalgebra::Vector3;
 
-use super::canvas::text_width;
+use super::canvas::{Stroke, text_width};
 use super::data::FlightData;
-use super::series::{Panel, panels};
+use super::series::{Panel, panels, plain};
 use super::subject::Subject;
-use super::{kept, page, subject};
+use super::{kept, page, style, subject};
+
+/// A scene: its name, its text, and the body that is pushed or turned a little, if one is controlled.
+struct Shipped(&'static str, &'static str, Option<(usize, Load)>);
 
 macro_rules! scene {
-    ($name:literal) => {
-        include_str!(concat!("../../../../scenes/", $name, ".toml"))
+    ($name:literal, $load:expr) => {
+        Shipped(
+            $name,
+            include_str!(concat!("../../../../scenes/", $name, ".toml")),
+            $load,
+        )
     };
 }
 
-/// The first steps of each scene; where something is controlled, it is pushed a little.
-fn flights() -> [(&'static str, FlightData); 9] {
-    let push = Load {
-        force: Vector3::new(0.3, 0.2, 0.1),
-        moment: Vector3::zeros(),
-    };
-    let turn = Load {
-        force: Vector3::zeros(),
-        moment: Vector3::new(0.02, -0.01, 0.4),
-    };
-    [
-        (
-            "asteroid_orbiter",
-            FlightData::flown(scene!("asteroid_orbiter"), 60, None),
-        ),
-        (
-            "binary_asteroid",
-            FlightData::flown(scene!("binary_asteroid"), 60, None),
-        ),
-        (
-            "docking_corridor",
-            FlightData::flown(scene!("docking_corridor"), 60, Some((0, push))),
-        ),
-        (
-            "free_body",
-            FlightData::flown(scene!("free_body"), 60, None),
-        ),
-        (
-            "inclination_change",
-            FlightData::flown(scene!("inclination_change"), 60, Some((0, push))),
-        ),
-        (
-            "oblate_orbit",
-            FlightData::flown(scene!("oblate_orbit"), 60, None),
-        ),
-        ("pendulum", FlightData::flown(scene!("pendulum"), 60, None)),
-        ("rocks", FlightData::flown(scene!("rocks"), 10, None)),
-        (
-            "slew_keep_out",
-            FlightData::flown(scene!("slew_keep_out"), 60, Some((0, turn))),
-        ),
-    ]
+const PUSH: Load = Load {
+    force: Vector3::new(0.3, 0.2, 0.1),
+    moment: Vector3::new(0.0, 0.0, 0.0),
+};
+
+const TURN: Load = Load {
+    force: Vector3::new(0.0, 0.0, 0.0),
+    moment: Vector3::new(0.02, -0.01, 0.4),
+};
+
+const SHIPPED: [Shipped; 17] = [
+    scene!("asteroid_orbiter", None),
+    scene!("binary_asteroid", None),
+    scene!("dispersed_capture", Some((0, PUSH))),
+    scene!("docking", None),
+    scene!("docking_corridor", Some((0, PUSH))),
+    scene!("free_body", None),
+    scene!("inclination_change", Some((0, PUSH))),
+    scene!("inclination_replan", Some((0, PUSH))),
+    scene!("low_orbit_approach", Some((1, PUSH))),
+    scene!("oblate_orbit", None),
+    scene!("orbital_capture", Some((0, PUSH))),
+    scene!("pendulum", None),
+    scene!("relative_orbit", None),
+    scene!("rocks", None),
+    scene!("slew_keep_out", Some((0, TURN))),
+    scene!("tumbling_target", Some((1, PUSH))),
+    scene!("two_dumbbells", None),
+];
+
+impl Shipped {
+    /// Its first steps.
+    fn flown(&self) -> FlightData {
+        let Self(name, text, load) = self;
+        let steps = if *name == "rocks" { 10 } else { 60 };
+        FlightData::flown(text, steps, *load)
+    }
+}
+
+fn flights() -> impl Iterator<Item = (&'static str, FlightData)> {
+    SHIPPED.iter().map(|shipped| (shipped.0, shipped.flown()))
 }
 
 fn flight(name: &str) -> FlightData {
-    let found = flights().into_iter().find(|(known, _)| *known == name);
-    found.unwrap().1
+    let found = SHIPPED.iter().find(|shipped| shipped.0 == name);
+    found.unwrap().flown()
 }
 
 fn shown(flight: &FlightData) -> Vec<Panel> {
@@ -153,7 +159,7 @@ fn limits_are_shown_in_si() {
     let docking = shown(&flight("docking_corridor"));
     assert_eq!(docking[0].limits, [2.5]);
     let labels: Vec<_> = docking[0].curves.iter().map(|curve| &curve.label).collect();
-    assert_eq!(labels, ["x", "y", "z", "norm"]);
+    assert_eq!(labels, ["x", "y", "z", "magnitude"]);
     // At the start (−60, 12, −6) from the apex (0.5, 0, 0) along −x.
     let angle = libm::atan2(libm::hypot(12.0, 6.0), 60.5).to_degrees();
     assert!((docking[1].curves[0].points[0][1] - angle).abs() < 1e-9);
@@ -243,4 +249,54 @@ fn curves_of_a_panel_differ_in_color() {
             }
         }
     }
+}
+
+/// Curves that only their changes tell apart from constants are shown by their changes.
+#[test]
+fn small_changes_of_large_values_are_seen() {
+    let spread = |panel: &Panel| {
+        let values = || panel.curves.iter().flat_map(|curve| &curve.points);
+        let most = values().map(|point| point[1].abs()).fold(0.0, f64::max);
+        let changes = panel.curves.iter().flat_map(|curve| {
+            let start = curve.points[0][1];
+            curve
+                .points
+                .iter()
+                .map(move |point| (point[1] - start).abs())
+        });
+        changes.fold(0.0, f64::max) / most
+    };
+    let approach = shown(&flight("low_orbit_approach"));
+    let changes = approach
+        .iter()
+        .filter(|panel| panel.title.contains("change"));
+    let changes: Vec<_> = changes
+        .map(|panel| (panel.title.as_str(), spread(panel)))
+        .collect();
+    assert_eq!(
+        changes,
+        [
+            ("Energy, change from the start", 1.0),
+            ("Angular momentum change, inertial axes", 1.0)
+        ]
+    );
+    let doubled = plain(vec![[0.0, 1.0], [1.0, 2.0]]);
+    let doubled = Panel::new("A", "J", vec![doubled]).or_changes("B");
+    assert_eq!((doubled.title.as_str(), spread(&doubled)), ("A", 0.5));
+}
+
+/// What goes back and forth many times is a thin line, not an area.
+#[test]
+fn long_curves_are_thin() {
+    let stroke = Stroke::new(style::INK, 1.8);
+    let zigzag = |turns: u32| -> Vec<_> {
+        let ends = (0..=turns).map(|k| [f64::from(k), if k % 2 == 0 { 0.0 } else { 100.0 }]);
+        ends.collect()
+    };
+    let area = 400.0 * 100.0;
+    assert_eq!(stroke.within(&[&zigzag(20)], area).width, 1.8);
+    let width = stroke.within(&[&zigzag(200)], area).width;
+    assert!((0.65..0.75).contains(&width), "{width}");
+    assert_eq!(stroke.within(&[&zigzag(2000)], area).width, 0.5);
+    assert_eq!(stroke.within(&[], area).width, 1.8);
 }

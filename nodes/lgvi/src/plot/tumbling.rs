@@ -42,6 +42,7 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
     }
     legend.push(Entry::new(Mark::Start(FLOWN), "start"));
     legend.push(Entry::new(Mark::End(FLOWN), "end"));
+    legend.push(Entry::new(Mark::None, "J: moment of inertia"));
     let levels = polhodes.curves().into_iter().map(|curve| (curve, level));
     let parting = separatrix.into_iter().map(|curve| (curve, parting));
     let [first, last] = [path[0], path[path.len() - 1]];

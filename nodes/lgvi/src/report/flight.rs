@@ -24,8 +24,8 @@ pub(super) struct Flight<'a> {
     integrator: String,
     /// Step of the last state.
     steps: u64,
-    /// Cost of the maneuver, in the scene's units.
-    cost: Option<f64>,
+    /// Cost of the maneuver, in the scene's units, and what it is a cost of.
+    cost: Option<(&'static str, f64)>,
     /// States in the bag, and those here.
     recorded: u64,
     shown: usize,
@@ -139,14 +139,12 @@ fn controls(data: &FlightData, body: usize) -> Controls {
     // Every interval gives two corners.
     let intervals: Vec<(u64, Load)> = stairs.iter().step_by(2).copied().collect();
     let chosen = even(intervals.len(), INTERVALS);
-    let maneuver = scene.maneuver.as_ref();
-    let is_steered = maneuver.is_some_and(|maneuver| maneuver.body == body && maneuver.feedback);
     let mut controls = Controls {
         body,
         time: Packed::default(),
         force: Packed::default(),
         moment: Packed::default(),
-        inexact: is_steered || scene.disturbance.is_some(),
+        inexact: data.is_inexact(body),
         thinned: chosen.len() < intervals.len(),
     };
     for k in chosen {

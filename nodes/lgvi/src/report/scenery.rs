@@ -36,6 +36,8 @@ struct Body<'a> {
     inverse_inertia: Vec<f64>,
     /// Whether it turns about the origin of its frame, which stays where it is.
     is_pivoted: bool,
+    /// Whether it moves by rule, whatever acts on it.
+    is_driven: bool,
     extent: f64,
     shape: Solid,
 }
@@ -171,6 +173,7 @@ fn of_body<'a>(named: &'a NamedBody, units: &Units) -> Body<'a> {
         mass: named.body.mass() * units.mass,
         inverse_inertia: inverse.transpose().as_slice().to_vec(),
         is_pivoted: matches!(named.body.mobility(), Mobility::Pivoted),
+        is_driven: matches!(named.body.mobility(), Mobility::Fixed | Mobility::Driven(_)),
         extent: shape.extent() * length,
         shape: solid(&shape, length),
     }

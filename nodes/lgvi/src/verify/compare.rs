@@ -100,9 +100,10 @@ fn fly(scene: &Scene, flight: &mut Flight, step: u64) -> Result<(), String> {
     }
     while flight.step() < step {
         let at = flight.step();
-        flight
-            .advance()
-            .map_err(|error| format!("the repetition fails at step {at}: {error}"))?;
+        flight.advance().map_err(|error| {
+            let error = scene.step_error(&error);
+            format!("the repetition fails at step {at}: {error}")
+        })?;
     }
     Ok(())
 }

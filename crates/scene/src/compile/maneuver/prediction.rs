@@ -130,7 +130,7 @@ fn axes(
         }
         simulation
             .advance(&loads)
-            .map_err(|error| unforeseen(error.to_string()))?;
+            .map_err(|error| unforeseen(alone.step_error(&error)))?;
     }
 }
 

@@ -43,7 +43,7 @@ class Marks {
     if (view.withLabels) {
       for (const { body, place, factor } of view.bodies) {
         if (!view.listed.has(body.index)) continue;
-        const enlarged = factor > 1.05 ? ` ×${factorText(factor)}` : "";
+        const enlarged = factor > 1.05 ? `, drawn ×${factorText(factor)}` : "";
         add(view.root.localToWorld(toVector(place)), body.name + enlarged, this.isHidden(place) ? "hidden" : "");
       }
       if (view.withAxes) {

@@ -11,7 +11,7 @@ function start() {
   const clock = timeUnit(flight.end - flight.start);
   const duration = flight.end - flight.start;
   find("subtitle").textContent = `${flight.integrator}, ${flight.steps} steps, ${short(flight.end / clock.size)} ${clock.symbol}`
-    + (flight.cost === null ? "" : `, cost ${short(flight.cost, 6)}`);
+    + (flight.cost === null ? "" : `, ${flight.cost[0]} ${short(flight.cost[1], 6)}`);
   const states = flight.shown < flight.recorded ? `${flight.shown} of ${flight.recorded} recorded states, evenly chosen` : `all ${flight.recorded} recorded states`;
   find("footer").textContent = `Shows ${states}. SI units. Drag in a plot to zoom, double-click to see all, click to go to a time. `
     + "In the view: drag to turn, right-drag to move, wheel to zoom. Made by lgvi with three.js and uPlot (MIT license).";
@@ -183,11 +183,9 @@ function fillLegend(list, flight, listed, view) {
   if (scenery.attractor) add(COLORS.attractor, scenery.attractor.radius > 0 ? `attractor, radius ${lengthText(scenery.attractor.radius)}` : "attractor (a point)", "area");
   if (flight.bodies.some((body) => body.is_pivoted)) add(COLORS.pivot, "pivot, to the center of mass", "light");
   COLORS.axes.forEach((color, axis) => add(color, `${COMPONENTS[axis]} axes`));
-  const remarks = ["×: how many times larger a body is drawn"];
-  if (scenery.gravity) remarks.unshift(`gravity of ${short(norm(scenery.gravity), 3)} m/s² points down`);
-  for (const remark of remarks) {
+  if (scenery.gravity) {
     const item = document.createElement("li");
-    item.textContent = remark;
+    item.textContent = `gravity of ${short(norm(scenery.gravity), 3)} m/s² points down`;
     list.append(item);
   }
 }

@@ -10,7 +10,8 @@ class Panels {
   constructor(host, flight, plots) {
     Object.assign(this, { host, flight, plots, angles: "euler", body: 0, pair: [0, 1], axes: "centered" });
     const { maneuver } = flight;
-    if (maneuver) this.body = maneuver.body;
+    // What is moved by rule only has the least to tell.
+    this.body = maneuver?.body ?? Math.max(0, flight.bodies.findIndex((body) => !body.is_driven));
     if (maneuver?.body > 0) this.pair = [0, maneuver.body];
     const best = flight.bestFrame();
     if (best.kind === "orbital") this.axes = best.kind;
@@ -207,7 +208,15 @@ class Panels {
     const { energy, time } = flight;
     const named = [["translation", LINE_COLORS[2]], ["rotation", LINE_COLORS[0]], ["potential", LINE_COLORS[1]], ["total", INK]];
     const parts = named.filter(([key]) => energy[key].some((value) => value !== 0));
-    if (parts.length > 0) plots.add(host, { title: "Energy", unit: "J", time, curves: parts.map(([label, color]) => ({ label, values: energy[label], color })) });
+    if (parts.length > 0) {
+      const largest = most(parts.map(([key]) => most(energy[key].map(Math.abs))));
+      const fromStart = (key) => energy[key].map((value) => value - energy[key][0]);
+      const changes = most(parts.map(([key]) => most(fromStart(key).map(Math.abs))));
+      // Curves that are far larger than all of their changes would look constant.
+      const isChange = changes > NOTHING * largest && changes < 0.2 * largest;
+      const curves = parts.map(([label, color]) => ({ label, values: isChange ? fromStart(label) : energy[label], color }));
+      plots.add(host, { title: isChange ? "Energy, change from the start" : "Energy", unit: "J", time, curves });
+    }
     const change = this.each((k) => energy.total[k] - energy.total[0]);
     const scale = most([0, ...parts.map(([key]) => most(energy[key].map(Math.abs)))]);
     if (change.some((value) => value !== 0)) {

@@ -30,6 +30,8 @@ class Plots {
     host.append(element);
     const value = (_, number) => (number === null || number === undefined ? "–" : short(number, 5));
     const options = {
+      // Slow curves have no stairs.
+      pxAlign: 0,
       width: this.widthOf(host),
       height: HEIGHT,
       cursor: { sync: { key: "lgvi", filters: { pub: (kind) => kind === "mousemove" || kind === "mouseleave" } }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
@@ -39,7 +41,7 @@ class Plots {
         { label: symbol, labelSize: 20, space: 22, size: (plot, values) => axisWidth(values), labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif", values: (_, splits) => splits.map((split) => (split === null ? "" : short(split, 6))) },
       ],
       series: [
-        { label: `time (${this.unit.symbol})`, value },
+        { label: "t", value },
         ...curves.map((curve, index) => ({
           label: curve.label,
           stroke: curve.color ?? LINE_COLORS[index % LINE_COLORS.length],
@@ -127,6 +129,8 @@ class Plots {
 
   resize() {
     for (const { plot, host } of this.all) plot.setSize({ width: this.widthOf(host), height: HEIGHT });
+    // A new size empties the legends.
+    requestAnimationFrame(() => this.seek(this.time));
   }
 }
 

@@ -165,14 +165,14 @@ function keepOutSphere(center, radius) {
 function graticule(radius, color, opacity) {
   const points = [];
   const at = (longitude, latitude) => times([Math.cos(latitude) * Math.cos(longitude), Math.cos(latitude) * Math.sin(longitude), Math.sin(latitude)], radius);
-  const step = Math.PI / 36;
-  for (let k = 0; k < 72; k++) {
+  const step = Math.PI / 72;
+  for (let k = 0; k < 144; k++) {
     for (let latitude = -2; latitude <= 2; latitude++) {
       points.push(at(k * step, (latitude * Math.PI) / 6), at((k + 1) * step, (latitude * Math.PI) / 6));
     }
   }
   for (let meridian = 0; meridian < 12; meridian++) {
-    for (let k = -18; k < 18; k++) points.push(at((meridian * Math.PI) / 6, k * step), at((meridian * Math.PI) / 6, (k + 1) * step));
+    for (let k = -36; k < 36; k++) points.push(at((meridian * Math.PI) / 6, k * step), at((meridian * Math.PI) / 6, (k + 1) * step));
   }
   return segments(points, color, { transparent: true, opacity });
 }
@@ -181,8 +181,8 @@ function graticule(radius, color, opacity) {
 function globe({ radius, pole }) {
   const group = new Group();
   const size = radius || 1;
-  group.add(new Mesh(new SphereGeometry(size, 64, 44), new MeshLambertMaterial({ color: COLORS.attractor })));
-  if (radius > 0) group.add(graticule(size * 1.003, COLORS.grid, 0.5));
+  group.add(new Mesh(new SphereGeometry(size, 160, 120), new MeshLambertMaterial({ color: COLORS.attractor })));
+  if (radius > 0) group.add(graticule(size * 1.002, COLORS.grid, 0.5));
   group.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), toVector(unit(pole ?? [0, 0, 1])));
   return group;
 }

@@ -47,7 +47,7 @@ pub enum ArgsError {
     #[error("{0} {1:?} is not supported: logging has no files; redirect standard error")]
     LogFile(String, String),
     /// A parameter file cannot be read.
-    #[error("cannot read parameter file {}", path.display())]
+    #[error("cannot read parameter file {}: {source}", path.display())]
     ReadFile {
         /// The file.
         path: PathBuf,

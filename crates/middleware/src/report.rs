@@ -46,10 +46,10 @@ struct Waiting {
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// The line cannot be read.
-    #[error("cannot read a report")]
+    #[error("cannot read a report: {0}")]
     Read(#[from] io::Error),
     /// The line is not JSON of the expected form.
-    #[error("not a report: {:?}", excerpt(line))]
+    #[error("not a report: {:?}: {source}", excerpt(line))]
     Parse {
         /// The line.
         line: String,

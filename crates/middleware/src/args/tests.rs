@@ -190,7 +190,10 @@ fn what_is_wrong_is_said() {
         ("--ros-args -p a:={x}", "scalar or a list"),
         ("--ros-args --log-level loud", "\"loud\""),
         ("--ros-args -r __node:=a/b", "must not contain '/'"),
-        ("--ros-args --params-file /nowhere.yaml", "/nowhere.yaml"),
+        (
+            "--ros-args --params-file /nowhere.yaml",
+            "/nowhere.yaml: No such file",
+        ),
         ("--ros-args --params-file /dev/zero", "longer than"),
     ] {
         let error = parse(line).unwrap_err().to_string();

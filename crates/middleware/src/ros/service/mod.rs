@@ -23,6 +23,8 @@ mod server;
 #[cfg(doc)]
 use super::PublishError;
 
+use std::collections::VecDeque;
+
 pub use client::{CallError, ServiceClient};
 pub use server::{Request, ServiceServer};
 
@@ -37,6 +39,29 @@ pub struct RequestId {
     pub(super) client: [u8; 16],
     /// Counts the client's requests.
     pub(super) sequence: i64,
+}
+
+/// Requests that wait to be taken: of one client, so that one that floods the server crowds out none but itself, and of all.
+const MAX_WAITING_OF_CLIENT: usize = 16;
+const MAX_WAITING: usize = 256;
+
+/// Has a request wait; returns the one that makes room for it.
+pub(super) fn enqueue<T>(
+    waiting: &mut VecDeque<T>,
+    request: T,
+    id: impl Fn(&T) -> RequestId,
+) -> Option<T> {
+    let client = id(&request).writer;
+    let mut own = (0..waiting.len()).filter(|place| id(&waiting[*place]).writer == client);
+    let oldest = own.next();
+    let oldest = if own.count() + 1 >= MAX_WAITING_OF_CLIENT {
+        oldest
+    } else {
+        (waiting.len() >= MAX_WAITING).then_some(0)
+    };
+    let pushed_out = oldest.and_then(|oldest| waiting.remove(oldest));
+    waiting.push_back(request);
+    pushed_out
 }
 
 impl RequestId {

@@ -5,9 +5,10 @@ use std::{
     sync::{
         Arc, Mutex,
         atomic::{AtomicI64, Ordering},
-        mpsc::{self, RecvTimeoutError},
+        mpsc,
     },
     task::{Context, Poll, Waker},
+    thread,
     time::Duration,
 };
 
@@ -23,15 +24,18 @@ use crate::{
     block::Deadline,
     ros::{
         CallError, PublishError, RequestId, SampleInfo, TakeError,
+        service::enqueue,
         wire::{Incoming, WireClient, WireEndpoint, WireServer},
     },
     sync::lock,
     wall,
 };
 
-/// Requests that wait to be taken, and those that wait for their reply.
-const MAX_WAITING: usize = 256;
+/// Requests that wait for their reply.
 const MAX_UNANSWERED: usize = 1024;
+
+/// How long after a request that was dropped the next server is asked.
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// The longest that Zenoh itself waits for a reply.
 const LONGEST: Duration = Duration::from_secs(3600);
@@ -92,12 +96,11 @@ impl Requests {
             related: None,
         };
         let cdr = payload.to_bytes().into_owned();
-        if self.waiting.len() >= MAX_WAITING
-            && let Some(oldest) = self.waiting.pop_front()
-        {
+        if let Some(oldest) = enqueue(&mut self.waiting, Incoming { id, cdr, info }, |other| {
+            other.id
+        }) {
             self.unanswered.remove(&oldest.id);
         }
-        self.waiting.push_back(Incoming { id, cdr, info });
         self.order.push_back(id);
         self.unanswered.insert(id, query);
         while self.order.len() > MAX_UNANSWERED
@@ -196,10 +199,7 @@ impl Client {
             })
             .wait();
         query.map_err(|error| failed(self.service(), &error))?;
-        match answers.recv_timeout(deadline.left()) {
-            Ok(reply) => Ok(Some(reply)),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Ok(None),
-        }
+        Ok(answers.recv_timeout(deadline.left()).ok())
     }
 }
 
@@ -223,6 +223,7 @@ impl WireClient for Client {
                 service = self.service(),
                 "the server has left: asking the next one"
             );
+            thread::sleep(PAUSE.min(deadline.left()));
         }
         let (service, waited) = (self.service().to_owned(), timeout);
         Err(if asked {

@@ -20,6 +20,7 @@ use crate::{
     ros::{
         PublishError, RequestId, RosError, Sample, SampleInfo, TakeError,
         dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
+        service::enqueue,
         wire::{Incoming, ServiceTypes, WireServer, WireSubscription},
     },
     runtime::runtime,
@@ -32,10 +33,6 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// How old, in nanoseconds, a request from before the server may be.
 const MAX_AGE: i64 = 1_000_000_000;
-
-/// Requests that wait: of one client, so that one that floods the server crowds out none but itself, and of all.
-const MAX_HELD_OF_CLIENT: usize = 16;
-const MAX_HELD: usize = 256;
 
 /// How often a request that is held back is looked at.
 const CYCLE: Duration = Duration::from_millis(2);
@@ -93,19 +90,11 @@ impl Server {
         let Some((id, cdr)) = mapping::taken_request(mapping, sample) else {
             return Err(self.other_mapping(&info));
         };
-        let mut held = lock(&self.held);
-        let is_own = |other: &Held| other.incoming.id.writer == id.writer;
-        if held.iter().filter(|other| is_own(other)).count() >= MAX_HELD_OF_CLIENT
-            && let Some(oldest) = held.iter().position(is_own)
-        {
-            held.remove(oldest);
-        } else if held.len() >= MAX_HELD {
-            held.pop_front();
-        }
-        held.push_back(Held {
+        let held = Held {
             incoming: Incoming { id, cdr, info },
             arrived: Instant::now(),
-        });
+        };
+        enqueue(&mut lock(&self.held), held, |other| other.incoming.id);
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! What a node says of one of its parameters, and which values it accepts.
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
 use lgvi_msgs::rcl_interfaces::{FloatingPointRange, IntegerRange, ParameterDescriptor};
 
@@ -117,13 +117,9 @@ impl ParameterSpec {
 
     /// The name, and the default and the description for a person.
     pub fn help(&self) -> (&str, String) {
-        let range = match self.range {
-            None => String::new(),
-            Some(Range::Double { from, to: f64::MAX }) => format!(", at least {from:?}"),
-            Some(Range::Double { from, to }) => format!(", from {from:?} to {to:?}"),
-            Some(Range::Integer { from, to: i64::MAX }) => format!(", at least {from}"),
-            Some(Range::Integer { from, to }) => format!(", from {from} to {to}"),
-        };
+        let range = self
+            .range
+            .map_or_else(String::new, |range| format!(", {range}"));
         let constraints = match self.constraints.as_str() {
             "" => String::new(),
             text => format!("; {text}"),
@@ -180,7 +176,7 @@ impl ParameterSpec {
             return Err(ParameterError::Range {
                 name: self.name.clone(),
                 value,
-                expected: range.expected(),
+                expected: format!("{} {range}", self.kind.expected()),
             });
         }
         match self.check.as_ref().map_or(Ok(()), |check| check(&value)) {
@@ -256,11 +252,15 @@ impl Range {
             _ => false,
         }
     }
+}
 
-    fn expected(self) -> String {
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Double { from, to } => format!("a number from {from:?} to {to:?}"),
-            Self::Integer { from, to } => format!("an integer from {from} to {to}"),
+            Self::Double { from, to: f64::MAX } => write!(f, "at least {from:?}"),
+            Self::Double { from, to } => write!(f, "from {from:?} to {to:?}"),
+            Self::Integer { from, to: i64::MAX } => write!(f, "at least {from}"),
+            Self::Integer { from, to } => write!(f, "from {from} to {to}"),
         }
     }
 }

@@ -55,15 +55,15 @@ fn what_is_given_is_checked() {
         ),
         (
             "{rate: -1}",
-            r#"parameter "rate" is -1.0; expected a number from 0.0 to"#,
+            r#"parameter "rate" is -1.0; expected a number at least 0.0"#,
         ),
         (
             "{rate: .nan}",
-            r#"parameter "rate" is NaN; expected a number from"#,
+            r#"parameter "rate" is NaN; expected a number at least"#,
         ),
         (
             "{rate: .inf}",
-            r#"parameter "rate" is inf; expected a number from"#,
+            r#"parameter "rate" is inf; expected a number at least"#,
         ),
         (
             "{rate: null}",

@@ -8,7 +8,6 @@ use lgvi_msgs::{
         GoalInfo, GoalStatusArray,
         srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
     },
-    builtin_interfaces::Time,
 };
 
 use super::{GoalId, GoalState, part};
@@ -115,23 +114,6 @@ impl<A: Action> ActionClient<A> {
     pub fn cancel(&self, id: GoalId, timeout: Duration) -> Result<CancelGoalResponse, CallError> {
         let goal_info = GoalInfo {
             goal_id: id.message(),
-            ..GoalInfo::default()
-        };
-        let request = CancelGoalRequest { goal_info };
-        self.cancel_goal.call(&request, timeout)
-    }
-
-    /// Cancels all goals, or those accepted up to a time, if it is not zero.
-    ///
-    /// # Errors
-    /// The server does not answer in time.
-    pub fn cancel_all(
-        &self,
-        until: Time,
-        timeout: Duration,
-    ) -> Result<CancelGoalResponse, CallError> {
-        let goal_info = GoalInfo {
-            stamp: until,
             ..GoalInfo::default()
         };
         let request = CancelGoalRequest { goal_info };

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ros2_client::builtin_topics::ros_discovery;
-use ros2_client::{Gid, NodeName};
+use ros2_client::{Gid, builtin_topics::ros_discovery};
 use rustdds::{
     DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, Topic, TopicKind,
     no_key::DataWriterCdr,
@@ -12,6 +11,7 @@ use tracing::warn;
 
 use super::fence::{Fence, MakeError};
 use super::names::{NodeEntities, ParticipantEntities};
+use crate::NodeArgs;
 
 /// Says on `ros_discovery_info` which endpoints belong to the node; takes it back when dropped.
 pub(super) struct Graph {
@@ -38,7 +38,7 @@ impl Graph {
     pub(super) fn new(
         participant: &DomainParticipant,
         publisher: &Publisher,
-        node: NodeName,
+        args: &NodeArgs,
         fence: &Fence,
     ) -> Result<(Self, Topic), MakeError> {
         let topic = participant.create_topic(
@@ -50,8 +50,8 @@ impl Graph {
         let graph = Self {
             participant: participant.guid().into(),
             node: NodeEntities {
-                namespace: node.namespace().into(),
-                name: node.base_name().into(),
+                namespace: args.namespace().into(),
+                name: args.name().into(),
                 readers: BTreeSet::new(),
                 writers: BTreeSet::new(),
             },

@@ -16,14 +16,13 @@ use ::zenoh::{
     Wait,
     query::{ConsolidationMode, Query, QueryTarget, Queryable},
 };
-use lgvi_msgs::cdr::CdrError;
 use tracing::debug;
 
 use super::{Announced, Connection, attachment::Attachment, keys::Endpoint, text};
 use crate::{
     block::Deadline,
     ros::{
-        CallError, PublishError, RequestId, SampleInfo, TakeError,
+        CallError, PublishError, RequestId, TakeError,
         service::enqueue,
         wire::{Incoming, WireClient, WireEndpoint, WireServer},
     },
@@ -88,13 +87,7 @@ impl Requests {
             client: attachment.gid,
             sequence: attachment.sequence,
         };
-        let info = SampleInfo {
-            writer: attachment.writer(),
-            sequence: attachment.sequence.unsigned_abs(),
-            source_time: Some(attachment.time),
-            received_time: wall::now(),
-            related: None,
-        };
+        let info = attachment.info();
         let cdr = payload.to_bytes().into_owned();
         if let Some(oldest) = enqueue(&mut self.waiting, Incoming { id, cdr, info }, |other| {
             other.id
@@ -123,14 +116,6 @@ impl WireServer for Server {
                 requests.taker = Some(context.waker().clone());
                 Poll::Pending
             }
-        }
-    }
-
-    fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
-        TakeError::Decode {
-            topic: self.service().to_owned(),
-            info,
-            source: Box::new(source),
         }
     }
 

@@ -46,7 +46,6 @@ pub(in crate::ros::dds) struct Server {
     looking: Arc<AtomicBool>,
     /// Nanoseconds since the UNIX epoch.
     created: i64,
-    node: Arc<Participant>,
 }
 
 /// A request whose client may not yet be reachable.
@@ -69,8 +68,11 @@ impl Server {
             held: Mutex::default(),
             looking: Arc::default(),
             created: wall::now(),
-            node: Arc::clone(node),
         })
+    }
+
+    fn node(&self) -> &Participant {
+        self.replies.node()
     }
 
     fn hold(&self, sample: Sample<Vec<u8>>) -> Result<(), TakeError> {
@@ -81,7 +83,7 @@ impl Server {
         }) {
             return Ok(());
         }
-        let mapping = self.node.service_mapping;
+        let mapping = self.node().service_mapping;
         // One that is beside the payload is not the one in it.
         let beside = mapping == ServiceMapping::Cyclone && info.related.is_some();
         if beside || mapping::differs(mapping, info.writer.0) {
@@ -102,7 +104,7 @@ impl Server {
         TakeError::Mapping {
             service: self.service().into(),
             client: info.writer,
-            ours: self.node.service_mapping.rmw(),
+            ours: self.node().service_mapping.rmw(),
         }
     }
 
@@ -130,7 +132,7 @@ impl Server {
 
     /// Whether the client's reader is known, without which a reply is lost.
     fn reaches(&self, id: &RequestId) -> bool {
-        let (matches, replies) = (&self.node.matches, self.replies.guid());
+        let (matches, replies) = (&self.node().matches, self.replies.guid());
         match mapping::reader(id) {
             Some(reader) => matches.has(replies, reader),
             None => {
@@ -157,7 +159,7 @@ impl WireServer for Server {
 
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
         // Clients that put the identity beside the payload name their reader there.
-        if self.node.service_mapping == ServiceMapping::FastDds && info.related.is_none() {
+        if self.node().service_mapping == ServiceMapping::FastDds && info.related.is_none() {
             return self.other_mapping(&info);
         }
         TakeError::Decode {
@@ -168,12 +170,12 @@ impl WireServer for Server {
     }
 
     fn reply(&self, id: RequestId, cdr: Vec<u8>) -> Result<(), PublishError> {
-        let (cdr, related) = mapping::reply(self.node.service_mapping, cdr, id);
+        let (cdr, related) = mapping::reply(self.node().service_mapping, cdr, id);
         self.replies.publish_related(cdr, related).map(drop)
     }
 
     fn max_reply(&self) -> usize {
-        match self.node.service_mapping {
+        match self.node().service_mapping {
             ServiceMapping::FastDds => self.replies.max_related(),
             ServiceMapping::Cyclone => usize::MAX,
         }

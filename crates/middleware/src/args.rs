@@ -245,19 +245,17 @@ impl Given {
         Ok(())
     }
 
-    fn into_node(mut self, default_name: &str) -> Result<NodeArgs, ArgsError> {
+    fn into_node(self, default_name: &str) -> Result<NodeArgs, ArgsError> {
         let name = self.rules.node_name(default_name)?;
         let namespace = self.rules.namespace(&name);
         let qualified = names::join(&namespace, &name);
-        self.log.call_node_by(&qualified, &name);
-        let mut parameters = Vec::new();
+        let mut parameters = GivenParameters::new();
         for source in self.sources {
             match source {
-                Source::Argument(assignment) => {
-                    if assignment.is_for(&qualified) {
-                        parameters.push((assignment.name, assignment.value));
-                    }
+                Source::Argument(assignment) if assignment.is_for(&qualified) => {
+                    parameters.insert(assignment.name, assignment.value);
                 }
+                Source::Argument(_) => {}
                 Source::File(path) => parameters.extend(read_file(path, &qualified)?),
             }
         }
@@ -266,7 +264,7 @@ impl Given {
             namespace,
             log: self.log,
             rules: self.rules,
-            parameters: parameters.into_iter().collect(),
+            parameters,
             enclave: self.enclave.unwrap_or_else(|| "/".into()),
             notices: self.notices,
         })

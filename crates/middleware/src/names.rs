@@ -7,7 +7,7 @@
 pub struct NameError {
     /// What the name stands for.
     kind: &'static str,
-    /// The name as given.
+    /// The name as given, of what is expanded the absolute one.
     name: String,
     /// What it must or must not be.
     reason: String,

@@ -59,12 +59,7 @@ pub enum ReportError {
 }
 
 impl Reporter {
-    /// Reports to standard output, which must carry nothing else.
-    pub fn stdout() -> io::Result<Self> {
-        Self::to_writer(io::stdout())
-    }
-
-    /// Reports to any writer.
+    /// Reports to a writer, which must carry nothing else.
     pub fn to_writer(writer: impl Write + Send + 'static) -> io::Result<Self> {
         let queue = Arc::new(Queue {
             waiting: Mutex::new(Waiting {

@@ -119,20 +119,6 @@ fn logging_is_set_by_level_logger_and_switch() {
 }
 
 #[test]
-fn the_logger_of_a_node_bears_its_namespace() {
-    let loggers = |line| parse(line).unwrap().0.log().loggers.clone();
-    let expected = [("node".to_owned(), LevelFilter::DEBUG)];
-    assert_eq!(
-        loggers("--ros-args -r __ns:=/a/b --log-level a.b.node:=debug"),
-        expected
-    );
-    assert_eq!(
-        loggers("--ros-args -r __ns:=/a/b --log-level node:=debug"),
-        expected
-    );
-}
-
-#[test]
 fn what_asks_for_nothing_is_accepted() {
     let line = ["--ros-args", "--log-config-file", "", "--log-file-name", ""];
     assert!(NodeArgs::parse("node", line.map(Into::into)).is_ok());

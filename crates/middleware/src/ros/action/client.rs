@@ -157,9 +157,4 @@ impl<A: Action> ActionClient<A> {
                 .collect()
         }))
     }
-
-    /// The absolute name of the action.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
 }

@@ -54,7 +54,7 @@ pub(super) struct Participant {
     pub(super) matches: Arc<Matches>,
     pub(super) laggards: Arc<Laggards>,
     pub(super) faults: Arc<Faults>,
-    names: Arc<Names>,
+    pub(super) names: Arc<Names>,
     fence: Arc<Fence>,
     pub(super) farewell: Farewell,
     publisher: rustdds::Publisher,
@@ -162,12 +162,6 @@ impl Participant {
                     Some((name, type_names::ros_type(&dds_type)?, offer))
                 }),
         )
-    }
-
-    /// The fully qualified names of the nodes that other participants have announced so far, sorted; a name that two
-    /// nodes have is there twice.
-    pub(super) fn other_nodes(&self) -> Vec<String> {
-        self.names.all()
     }
 
     /// The nodes of other participants that have this one's name, as discovered so far.

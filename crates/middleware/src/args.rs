@@ -235,7 +235,7 @@ impl Given {
                 }
                 "-e" | "--enclave" => {
                     let enclave = value()?;
-                    names::check_enclave(&enclave)?;
+                    names::check_namespace(names::ENCLAVE, &enclave)?;
                     self.enclave = Some(enclave);
                 }
                 _ if self.log.set_switch(&arg) => {}

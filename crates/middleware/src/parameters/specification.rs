@@ -140,14 +140,14 @@ impl ParameterSpec {
         &self,
         given: Option<ParameterValue>,
     ) -> Result<ParameterValue, ParameterError> {
-        let default = self.accept(self.default.clone());
-        let default = default.map_err(|error| self.wrong(&error.to_string()))?;
         match (self.range, self.kind) {
             (None, _)
             | (Some(Range::Double { .. }), ParameterKind::Double)
             | (Some(Range::Integer { .. }), ParameterKind::Integer) => {}
             _ => return Err(self.wrong("its range is not of its type")),
         }
+        let default = self.accept(self.default.clone());
+        let default = default.map_err(|error| self.wrong(&error.to_string()))?;
         match given {
             None => Ok(default),
             // As a dump of the parameters has it.
@@ -155,7 +155,9 @@ impl ParameterSpec {
             Some(ParameterValue::NotSet) if self.kind == ParameterKind::String => {
                 self.accept(NULL.into())
             }
-            Some(ParameterValue::NotSet) => Err(self.not_of_type(NULL.into())),
+            Some(ParameterValue::NotSet) => {
+                Err(ParameterError::not_of(self.kind, &self.name, NULL))
+            }
             Some(value) => self.accept(value),
         }
     }
@@ -169,21 +171,18 @@ impl ParameterSpec {
         let value = self
             .kind
             .accept(value)
-            .ok_or_else(|| self.not_of_type(text))?;
-        if let Some(range) = self.range
-            && !range.contains(&value)
-        {
-            return Err(ParameterError::Range {
-                name: self.name.clone(),
-                value,
-                expected: format!("{} {range}", self.kind.expected()),
-            });
-        }
-        match self.check.as_ref().map_or(Ok(()), |check| check(&value)) {
+            .ok_or_else(|| ParameterError::not_of(self.kind, &self.name, text))?;
+        let accepted = match self.range {
+            Some(range) if !range.contains(&value) => {
+                Err(format!("expected {} {range}", self.kind.expected()))
+            }
+            _ => self.check.as_ref().map_or(Ok(()), |check| check(&value)),
+        };
+        match accepted {
             Ok(()) => Ok(value),
             Err(reason) => Err(ParameterError::Refused {
                 name: self.name.clone(),
-                value,
+                value: value.to_string(),
                 reason,
             }),
         }
@@ -228,14 +227,6 @@ impl ParameterSpec {
         ParameterError::Declaration {
             name: self.name.clone(),
             reason: reason.into(),
-        }
-    }
-
-    fn not_of_type(&self, value: String) -> ParameterError {
-        ParameterError::Type {
-            name: self.name.clone(),
-            value,
-            expected: self.kind.expected(),
         }
     }
 }

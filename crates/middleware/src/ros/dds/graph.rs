@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use ros2_client::{Gid, builtin_topics::ros_discovery};
+use ros2_client::builtin_topics::ros_discovery;
+use ros2_client::{Gid, NodeName};
 use rustdds::{
     DomainParticipant, GUID, Publisher, RTPSEntity, Timestamp, Topic, TopicKind,
     no_key::DataWriterCdr,
@@ -11,7 +12,6 @@ use tracing::warn;
 
 use super::fence::{Fence, MakeError};
 use super::names::{NodeEntities, ParticipantEntities};
-use crate::NodeArgs;
 
 /// Says on `ros_discovery_info` which endpoints belong to the node; takes it back when dropped.
 pub(super) struct Graph {
@@ -38,7 +38,7 @@ impl Graph {
     pub(super) fn new(
         participant: &DomainParticipant,
         publisher: &Publisher,
-        args: &NodeArgs,
+        node: NodeName,
         fence: &Fence,
     ) -> Result<(Self, Topic), MakeError> {
         let topic = participant.create_topic(
@@ -50,8 +50,8 @@ impl Graph {
         let graph = Self {
             participant: participant.guid().into(),
             node: NodeEntities {
-                namespace: args.namespace().into(),
-                name: args.name().into(),
+                namespace: node.namespace().into(),
+                name: node.base_name().into(),
                 readers: BTreeSet::new(),
                 writers: BTreeSet::new(),
             },

@@ -9,6 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use ros2_client::NodeName;
 use rustdds::policy::{Durability, Reliability};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, RTPSEntity, Topic,
@@ -89,6 +90,7 @@ impl Participant {
         let none = QosPolicies::qos_none();
         let publisher = participant.create_publisher(&none).map_err(text)?;
         let subscriber = participant.create_subscriber(&none).map_err(text)?;
+        let name = NodeName::new(args.namespace(), args.name()).map_err(text)?;
         let matches = Arc::new(Matches::default());
         let loopback_only = environment.reach == Reach::Localhost;
         let laggards = Laggards::new(&participant, loopback_only, enclave.is_some());
@@ -107,7 +109,7 @@ impl Participant {
         // RustDDS has begun with its own endpoints.
         fence.settle().map_err(text)?;
         let (graph, announcements) =
-            Graph::new(&participant, &publisher, args, &fence).map_err(text)?;
+            Graph::new(&participant, &publisher, name, &fence).map_err(text)?;
         let qos = Some(policies::requested(&Qos::latched(1)));
         let others = fence
             .make(|| subscriber.create_simple_datareader_no_key(&announcements, qos))

@@ -2,10 +2,7 @@
 
 use std::{
     collections::VecDeque,
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Mutex},
     task::{Context, Poll, Waker},
     time::{Duration, Instant},
 };
@@ -42,8 +39,8 @@ pub(in crate::ros::dds) struct Server {
     requests: Reader,
     replies: Writer,
     held: Mutex<VecDeque<Held>>,
-    /// Whether a task is about to look at them.
-    looking: Arc<AtomicBool>,
+    /// Who is about to look at them again.
+    taker: Arc<Mutex<Option<Waker>>>,
     /// Nanoseconds since the UNIX epoch.
     created: i64,
 }
@@ -66,7 +63,7 @@ impl Server {
             replies: Writer::new(node, service, reply, types.response, &SENT)?,
             requests: Reader::new(node, service, request, types.request, &TAKEN)?,
             held: Mutex::default(),
-            looking: Arc::default(),
+            taker: Arc::default(),
             created: wall::now(),
         })
     }
@@ -118,14 +115,13 @@ impl Server {
 
     /// Has a task look at what is held back after a while.
     fn look_again(&self, waker: Waker) {
-        if !self.looking.swap(true, Ordering::AcqRel)
-            && let Ok(runtime) = runtime()
-        {
-            let looking = Arc::clone(&self.looking);
+        let is_due = lock(&self.taker).replace(waker).is_some();
+        if !is_due && let Ok(runtime) = runtime() {
+            let taker = Arc::clone(&self.taker);
             runtime.spawn(async move {
                 sleep(CYCLE).await;
-                looking.store(false, Ordering::Release);
-                waker.wake();
+                let taker = lock(&taker).take();
+                taker.map(Waker::wake)
             });
         }
     }

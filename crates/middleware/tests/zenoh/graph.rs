@@ -117,7 +117,11 @@ fn a_session_that_is_no_node_reads_tokens_and_samples_and_writes_them() {
         .unwrap();
     let token = session.liveliness().declare_token(token).wait().unwrap();
     assert!(subscription.wait_for_publishers(1, PATIENCE));
-    let put = session.put(&key, cdr::encode(&text).unwrap());
+    let talker = session.declare_publisher(&key).wait().unwrap();
+    eventually("there is no route", || {
+        talker.matching_status().wait().unwrap().matching()
+    });
+    let put = talker.put(cdr::encode(&text).unwrap());
     put.attachment(attachment(5)).wait().unwrap();
     let sample = subscription.recv_timeout(PATIENCE).unwrap().unwrap();
     assert_eq!((sample.message, sample.info.sequence), (text.clone(), 5));
